@@ -1,0 +1,75 @@
+"""Declarative fuzzy control: rule files in, compiled kernels out.
+
+Nothing heavy is imported before it is used: `import fuzzyctl` loads neither numpy nor a parser.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from fuzzyctl.analysis.bounds import OutputBound, output_bounds
+    from fuzzyctl.check import check
+    from fuzzyctl.errors import (
+        ArgumentError,
+        Diagnostic,
+        DiagnosticError,
+        FuzzyctlError,
+        NoRuleFiresError,
+        UnknownNameError,
+        ValueOutOfBoundsError,
+    )
+    from fuzzyctl.kernels.compile import Kernel, compile
+    from fuzzyctl.load import load, loads
+    from fuzzyctl.model.system import FuzzySystem
+
+__version__ = "0.1.0"
+
+_HOMES = {
+    "ArgumentError": "fuzzyctl.errors",
+    "Diagnostic": "fuzzyctl.errors",
+    "DiagnosticError": "fuzzyctl.errors",
+    "FuzzyctlError": "fuzzyctl.errors",
+    "FuzzySystem": "fuzzyctl.model.system",
+    "Kernel": "fuzzyctl.kernels.compile",
+    "NoRuleFiresError": "fuzzyctl.errors",
+    "OutputBound": "fuzzyctl.analysis.bounds",
+    "UnknownNameError": "fuzzyctl.errors",
+    "ValueOutOfBoundsError": "fuzzyctl.errors",
+    "check": "fuzzyctl.check",
+    "compile": "fuzzyctl.kernels.compile",
+    "load": "fuzzyctl.load",
+    "loads": "fuzzyctl.load",
+    "output_bounds": "fuzzyctl.analysis.bounds",
+}
+
+__all__ = [
+    "ArgumentError",
+    "Diagnostic",
+    "DiagnosticError",
+    "FuzzySystem",
+    "FuzzyctlError",
+    "Kernel",
+    "NoRuleFiresError",
+    "OutputBound",
+    "UnknownNameError",
+    "ValueOutOfBoundsError",
+    "check",
+    "compile",
+    "load",
+    "loads",
+    "output_bounds",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'fuzzyctl' has no attribute {name!r}")
+    value = getattr(import_module(_HOMES[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

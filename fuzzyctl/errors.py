@@ -1,0 +1,290 @@
+"""Diagnostics, their codes, their rendering, and the exceptions of the public API."""
+
+from __future__ import annotations
+
+import difflib
+import unicodedata
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from fuzzyctl.source import Span
+
+Severity = Literal["error", "warning"]
+
+#: Every diagnostic code with its title. Numbers are never given twice: FZ0 files, FZ1 syntax, FZ2 names and rules,
+#: FZ3 numbers and membership functions, FZ4 coverage and proofs, FZ5 values given to a command, FZ9 scenarios and runs.
+CODES: dict[str, str] = {
+    "FZ001": "the file cannot be read",
+    "FZ002": "the file is not UTF-8 text",
+    "FZ003": "the file is too large",
+    "FZ004": "the file declares no system",
+    "FZ005": "the file cannot be written",
+    "FZ101": "the line is not a statement",
+    "FZ102": "unexpected text in a statement",
+    "FZ103": "a parenthesis is not closed",
+    "FZ104": "a string is not closed",
+    "FZ105": "a character has no place in the language",
+    "FZ106": "nesting is too deep",
+    "FZ107": "a name is too long",
+    "FZ108": "a number is out of range",
+    "FZ109": "AND and OR are mixed without parentheses",
+    "FZ110": "a line has no statement it could belong to",
+    "FZ111": "the language version is not supported",
+    "FZ112": "too many statements, terms or rules",
+    "FZ201": "a name is declared twice",
+    "FZ202": "a name is not declared",
+    "FZ203": "a variable has no such term",
+    "FZ204": "a table row is missing",
+    "FZ205": "a table column is missing",
+    "FZ206": "a table header is given twice",
+    "FZ207": "a table row has the wrong number of cells",
+    "FZ208": "a term is used by no rule",
+    "FZ209": "two rules have the same antecedent",
+    "FZ210": "an output has no rule",
+    "FZ211": "an input is used by no rule",
+    "FZ212": "a statement is missing",
+    "FZ213": "an option is not known",
+    "FZ214": "statements do not fit together",
+    "FZ215": "a statement is given twice",
+    "FZ216": "a param is used by nothing",
+    "FZ301": "feet and peaks are out of order",
+    "FZ302": "a parameter has a bad value",
+    "FZ303": "wrong number of parameters",
+    "FZ304": "a range is empty",
+    "FZ305": "terms are out of order",
+    "FZ306": "a peak lies outside the range",
+    "FZ307": "an expression cannot be computed",
+    "FZ308": "a param depends on itself",
+    "FZ401": "in some region no rule fires",
+    "FZ402": "a bound cannot be guaranteed",
+    "FZ501": "a value is missing",
+    "FZ502": "a name is not known to the system",
+    "FZ503": "a value is not a number",
+    "FZ504": "a value lies outside the range",
+    "FZ505": "a points file is malformed",
+    "FZ901": "a scenario file is malformed",
+    "FZ902": "a scenario has an unknown key",
+    "FZ903": "a scenario value is missing",
+    "FZ904": "a scenario value is not admissible",
+    "FZ905": "a rule file does not fit its role",
+    "FZ906": "the constraint G_AIS > 0 is not guaranteed",
+    "FZ907": "the boundary layer is not guaranteed to be positive",
+    "FZ908": "a run was stopped",
+    "FZ909": "the output folder cannot be written",
+}
+
+
+@dataclass(frozen=True)
+class Note:
+    """Point at a second place that explains a diagnostic."""
+
+    span: Span
+    message: str
+
+
+@dataclass(frozen=True)
+class Diagnostic:
+    """Describe one mistake: what, where, the facts, and a way out.
+
+    Args:
+        code: A key of `CODES`.
+        message: One line without a full stop that names the thing and what is wrong with it.
+        span: Where it is, or None when it has no place in a text.
+        severity: "error" or "warning".
+        facts: Lines that help to see why, such as the names that would have been right.
+        help: What to do about it, or an empty string.
+        notes: Other places that matter.
+        file: Shown as the place when there is no span.
+    """
+
+    code: str
+    message: str
+    span: Span | None = None
+    severity: Severity = "error"
+    facts: tuple[str, ...] = ()
+    help: str = ""
+    notes: tuple[Note, ...] = ()
+    file: str = ""
+
+    def __post_init__(self) -> None:
+        if self.code not in CODES:
+            raise KeyError(f"diagnostic code {self.code!r} is not in errors.CODES")
+
+    @property
+    def place(self) -> str:
+        """`file:line:column`, as far as it is known."""
+        return str(self.span) if self.span is not None else self.file
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the diagnostic as plain data, for `--format json`."""
+        data: dict[str, Any] = {
+            "code": self.code,
+            "severity": self.severity,
+            "message": self.message,
+            "file": self.span.source.name if self.span else self.file or None,
+        }
+        if self.span is not None:
+            last = max(self.span.start, self.span.end)
+            source = self.span.source
+            data |= {
+                "line": self.span.line,
+                "column": self.span.column,
+                "end_line": source.line_of(last),
+                "end_column": source.column_of(last),
+            }
+        data["facts"] = list(self.facts)
+        data["help"] = self.help or None
+        data["notes"] = [{"file": n.span.source.name, "line": n.span.line, "message": n.message} for n in self.notes]
+        return data
+
+
+def render(diagnostic: Diagnostic, *, color: bool = False) -> str:
+    """Return a diagnostic as text with its source line and a caret under the place."""
+    paint = _paint if color else _plain
+    tone = "red" if diagnostic.severity == "error" else "yellow"
+    place = f"{diagnostic.place}: " if diagnostic.place else ""
+    head = f"{paint(place, 'bold')}{paint(f'{diagnostic.severity}[{diagnostic.code}]', tone)}: "
+    lines = [head + paint(diagnostic.message, "bold")]
+    margin = 1
+    if diagnostic.span is not None:
+        margin = len(str(diagnostic.span.line)) + 1
+        lines.extend(_excerpt(diagnostic.span, margin, paint, tone))
+    pad = " " * margin
+    lines.extend(f"{pad}= {fact}" for fact in diagnostic.facts)
+    lines.extend(f"{pad}= {note.message} (line {note.span.line})" for note in diagnostic.notes)
+    if diagnostic.help:
+        lines.append(f"{pad}= {paint('help', 'cyan')}: {diagnostic.help}")
+    return "\n".join(lines)
+
+
+def render_all(diagnostics: Iterable[Diagnostic], *, color: bool = False) -> str:
+    """Return several diagnostics as text, one blank line between them."""
+    return "\n\n".join(render(d, color=color) for d in diagnostics)
+
+
+def _excerpt(span: Span, margin: int, paint: Any, tone: str) -> list[str]:
+    raw = span.source.line_text(span.line)
+    offset = span.column - 1
+    length = max(1, min(span.end - span.start, len(raw) - offset))
+    shown, offset = _window(raw, offset, length)
+    length = max(1, min(length, len(shown) - offset))
+    caret = " " * _width(shown[:offset]) + paint("^" * max(1, _width(shown[offset : offset + length])), tone)
+    bar = paint(" " * margin + "|", "blue")
+    return [bar, f"{paint(f'{span.line:>{margin - 1}} |', 'blue')} {_visible(shown)}", f"{bar} {caret}"]
+
+
+def _window(raw: str, offset: int, length: int, width: int = 160) -> tuple[str, int]:
+    """Cut a very long line to the part around the place."""
+    if len(raw) <= width:
+        return raw, offset
+    first = max(0, min(offset - width // 3, len(raw) - width))
+    return raw[first : first + width], offset - first
+
+
+def _visible(text: str) -> str:
+    """Replace what a terminal would act on: tabs become one blank, other control characters their picture."""
+    return "".join(
+        " " if c == "\t" else chr(0x2400 + ord(c)) if ord(c) < 32 else "␡" if ord(c) == 127 else c for c in text
+    )
+
+
+def _width(text: str) -> int:
+    """Columns a text takes on a terminal."""
+    wide = {"W": 2, "F": 2}
+    return sum(0 if unicodedata.combining(c) else wide.get(unicodedata.east_asian_width(c), 1) for c in text)
+
+
+_STYLES = {"bold": "1", "red": "1;31", "yellow": "1;33", "cyan": "36", "blue": "34"}
+
+
+def _paint(text: str, style: str) -> str:
+    return f"\x1b[{_STYLES[style]}m{text}\x1b[0m" if text else text
+
+
+def _plain(text: str, style: str) -> str:
+    return text
+
+
+def closest(name: str, known: Iterable[str]) -> str | None:
+    """Return the known name that a misspelt one most likely means, or None."""
+    names = list(known)
+    folded = {n.casefold(): n for n in reversed(names)}
+    if name.casefold() in folded:
+        return folded[name.casefold()]
+    found = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
+    if found:
+        return found[0]
+    near = difflib.get_close_matches(name.casefold(), list(folded), n=1, cutoff=0.5)
+    return folded[near[0]] if near else None
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """Return a help text that names the closest known name, or an empty string."""
+    best = closest(name, known)
+    return f"did you mean '{best}'?" if best is not None else ""
+
+
+class FuzzyctlError(Exception):
+    """Base of all exceptions that fuzzyctl raises on purpose."""
+
+
+class DiagnosticError(FuzzyctlError):
+    """Raised when a text or a file has mistakes; carries all of them.
+
+    Args:
+        diagnostics: The mistakes and warnings found, in order of their places.
+    """
+
+    def __init__(self, diagnostics: Sequence[Diagnostic]) -> None:
+        self.diagnostics: tuple[Diagnostic, ...] = tuple(diagnostics)
+        super().__init__("\n" + render_all(self.diagnostics))
+
+
+class UnknownNameError(FuzzyctlError, KeyError):
+    """Raised when an input, output, term or param of that name does not exist."""
+
+    def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
+        self.kind, self.name, self.known = kind, name, tuple(known)
+        hint = did_you_mean(name, self.known)
+        super().__init__(
+            f"no {kind} {name!r}; there are: {', '.join(self.known) or 'none'}{'; ' + hint if hint else ''}"
+        )
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+
+class ValueOutOfBoundsError(FuzzyctlError, ValueError):
+    """Raised when a value given to the API breaks a bound.
+
+    Args:
+        name: What the value is for.
+        value: The value.
+        bound: The bound it breaks, in words such as "> 0".
+        unit: Its unit, or an empty string.
+    """
+
+    def __init__(self, name: str, value: object, bound: str, unit: str = "") -> None:
+        self.name, self.value, self.bound, self.unit = name, value, bound, unit
+        super().__init__(f"{name} must be {bound}{' ' + unit if unit else ''}, got {value!r}")
+
+
+class ArgumentError(FuzzyctlError, TypeError):
+    """Raised when a call lacks an argument or has one too many."""
+
+
+class NoRuleFiresError(FuzzyctlError, ArithmeticError):
+    """Raised at evaluation when no rule fires and the output says `else error`."""
+
+    def __init__(self, output: str, point: str) -> None:
+        self.output, self.point = output, point
+        super().__init__(f"no rule fires for output {output!r} at {point}, and the output says 'else error'")
+
+
+class BackendUnavailableError(FuzzyctlError, ImportError):
+    """Raised when a backend is asked for by name whose package cannot be imported."""
+
+    def __init__(self, backend: str, reason: str) -> None:
+        self.backend, self.reason = backend, reason
+        super().__init__(f"backend {backend!r} is not available here: {reason}; backend='auto' takes the best there is")

@@ -1,0 +1,323 @@
+"""The small expression language that rule files, formulas and kernels share.
+
+An expression is a frozen tree. Rule files write them (`param f_max = (k_h_min - G_min) / k_s`), `formulas` builds the
+membership functions from them, and each interpreter (the evaluator here, the printers in `kernels`, interval
+analysis) reads the same tree, so that what is proved is what is computed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Final, Literal
+
+from fuzzyctl.source import Span
+
+#: Deepest nesting an expression may have; deeper ones are refused when they are built from text.
+MAX_DEPTH: Final = 100
+
+BinaryOp = Literal["+", "-", "*", "/", "^"]
+CompareOp = Literal["<", "<=", ">", ">=", "==", "!="]
+
+#: Functions a rule file may call, with the numbers of arguments they take (None: one or more).
+FUNCTIONS: Final[dict[str, tuple[int, int | None]]] = {
+    "abs": (1, 1),
+    "min": (1, None),
+    "max": (1, None),
+    "sqrt": (1, 1),
+    "exp": (1, 1),
+    "log": (1, 1),
+    "sin": (1, 1),
+    "cos": (1, 1),
+    "tan": (1, 1),
+    "atan2": (2, 2),
+    "sign": (1, 1),
+}
+
+#: Named constants of the language.
+CONSTANTS: Final[dict[str, float]] = {"pi": math.pi, "inf": math.inf}
+
+
+@dataclass(frozen=True, slots=True)
+class Expr:
+    """Base of all expression nodes; `span` and the typed text take no part in equality."""
+
+
+@dataclass(frozen=True, slots=True)
+class Number(Expr):
+    """A number; `text` is how it was typed."""
+
+    value: float
+    text: str = field(default="", compare=False)
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Name(Expr):
+    """A param, a variable or a named constant."""
+
+    name: str
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Negate(Expr):
+    """Arithmetic negation."""
+
+    operand: Expr
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Binary(Expr):
+    """An arithmetic operation; `^` is the power."""
+
+    op: BinaryOp
+    left: Expr
+    right: Expr
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Compare(Expr):
+    """A comparison; its value is a truth value."""
+
+    op: CompareOp
+    left: Expr
+    right: Expr
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Logic(Expr):
+    """`and` / `or` of two or more truth values, `not` of one."""
+
+    op: Literal["and", "or", "not"]
+    operands: tuple[Expr, ...]
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Call(Expr):
+    """A function applied to arguments; in a guarantee also an output at shifted arguments."""
+
+    function: str
+    arguments: tuple[Expr, ...]
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Where(Expr):
+    """`then` where the condition holds, `otherwise` elsewhere; built by formulas only, never typed."""
+
+    condition: Expr
+    then: Expr
+    otherwise: Expr
+
+
+ZERO: Final = Number(0.0)
+ONE: Final = Number(1.0)
+
+
+class ExprError(ValueError):
+    """Raised when an expression has no value; `span` is the innermost part that fails."""
+
+    def __init__(self, message: str, span: Span | None) -> None:
+        super().__init__(message)
+        self.message, self.span = message, span
+
+
+def span_of(expr: Expr) -> Span | None:
+    """Return where an expression stands in its text, if it came from one."""
+    return getattr(expr, "span", None)
+
+
+def children(expr: Expr) -> tuple[Expr, ...]:
+    """Return the direct parts of an expression."""
+    match expr:
+        case Negate(operand=operand):
+            return (operand,)
+        case Binary(left=left, right=right) | Compare(left=left, right=right):
+            return (left, right)
+        case Logic(operands=operands):
+            return operands
+        case Call(arguments=arguments):
+            return arguments
+        case Where(condition=condition, then=then, otherwise=otherwise):
+            return (condition, then, otherwise)
+    return ()
+
+
+def walk(expr: Expr) -> Iterator[Expr]:
+    """Yield an expression and all its parts, each before its own parts."""
+    stack = [expr]
+    while stack:
+        node = stack.pop()
+        yield node
+        stack.extend(reversed(children(node)))
+
+
+def names_in(expr: Expr) -> list[Name]:
+    """Return the names an expression uses, in order of appearance."""
+    return [node for node in walk(expr) if isinstance(node, Name)]
+
+
+def replace_names(expr: Expr, by: Mapping[str, Expr]) -> Expr:
+    """Return an expression with some names replaced by expressions; the others stay."""
+    return replace(expr, lambda node: by.get(node.name, node) if isinstance(node, Name) else node)
+
+
+def replace(expr: Expr, change: Callable[[Expr], Expr]) -> Expr:
+    """Return an expression rebuilt from its leaves up, each rebuilt part passed through `change`."""
+    match expr:
+        case Negate(operand=operand):
+            return change(Negate(replace(operand, change)))
+        case Binary(op=op, left=left, right=right):
+            return change(Binary(op, replace(left, change), replace(right, change)))
+        case Compare(op=compare, left=left, right=right):
+            return change(Compare(compare, replace(left, change), replace(right, change)))
+        case Logic(op=logic, operands=operands):
+            return change(Logic(logic, tuple(replace(o, change) for o in operands)))
+        case Call(function=function, arguments=arguments):
+            return change(Call(function, tuple(replace(a, change) for a in arguments)))
+        case Where(condition=condition, then=then, otherwise=otherwise):
+            return change(Where(replace(condition, change), replace(then, change), replace(otherwise, change)))
+    return change(expr)
+
+
+def evaluate(expr: Expr, names: Mapping[str, float]) -> float:
+    """Compute an arithmetic expression.
+
+    Args:
+        expr: An expression without comparisons and logic.
+        names: Values of the names it uses, besides the named constants.
+
+    Returns:
+        Its value, which is infinite only where `inf` was written.
+
+    Raises:
+        ExprError: For an unknown name, a division by zero, an argument outside a function's domain, an overflow, or a
+            comparison where a number is due.
+    """
+    match expr:
+        case Number(value=value):
+            return value
+        case Name(name=name, span=span):
+            return _look_up(name, names, span)
+        case Negate(operand=operand):
+            return -evaluate(operand, names)
+        case Binary(op=op, left=left, right=right, span=span):
+            return _checked(lambda: _BINARY[op](evaluate(left, names), evaluate(right, names)), span)
+        case Call(function=function, arguments=arguments, span=span):
+            if function not in FUNCTIONS:
+                raise ExprError(f"no function {function!r}", span)
+            return _checked(lambda: _SCALAR[function](*[evaluate(a, names) for a in arguments]), span)
+    raise ExprError("a number is due here, not a truth value", span_of(expr))
+
+
+def _look_up(name: str, names: Mapping[str, float], span: Span | None) -> float:
+    if name in names:
+        return names[name]
+    if name in CONSTANTS:
+        return CONSTANTS[name]
+    raise ExprError(f"no param {name!r}", span)
+
+
+def _checked(compute: Callable[[], float], span: Span | None) -> float:
+    try:
+        value = compute()
+    except ZeroDivisionError:
+        raise ExprError("division by zero", span) from None
+    except OverflowError:
+        raise ExprError("the value is too large", span) from None
+    except ExprError:
+        raise
+    except ValueError:
+        raise ExprError("an argument lies outside the function's domain", span) from None
+    if not isinstance(value, float) or math.isnan(value):
+        raise ExprError("the value is not a real number", span)
+    return value
+
+
+def sign(x: float) -> float:
+    """Return -1, 0 or 1 with the sign of x; NaN for NaN."""
+    return 1.0 if x > 0.0 else -1.0 if x < 0.0 else x * 0.0
+
+
+def _power(base: float, exponent: float) -> float:
+    value = base**exponent
+    if isinstance(value, complex):
+        raise ValueError
+    return float(value)
+
+
+_BINARY: Final[dict[str, Callable[[float, float], float]]] = {
+    "+": lambda a, b: a + b,
+    "-": lambda a, b: a - b,
+    "*": lambda a, b: a * b,
+    "/": lambda a, b: a / b,
+    "^": _power,
+}
+
+_SCALAR: Final[dict[str, Callable[..., float]]] = {
+    "abs": abs,
+    "min": lambda *values: min(values),
+    "max": lambda *values: max(values),
+    "sqrt": math.sqrt,
+    "exp": math.exp,
+    "log": math.log,
+    "sin": math.sin,
+    "cos": math.cos,
+    "tan": math.tan,
+    "atan2": math.atan2,
+    "sign": sign,
+}
+
+_PRECEDENCE: Final = {"or": 1, "and": 2, "not": 3, "compare": 4, "+": 5, "-": 5, "*": 6, "/": 6, "neg": 7, "^": 8}
+
+
+def number_text(value: float) -> str:
+    """Return the shortest text that reads back as the same number, bit for bit."""
+    if math.isinf(value):
+        return "inf" if value > 0 else "-inf"
+    if value == int(value) and abs(value) < 1e15 and not (value == 0 and math.copysign(1, value) < 0):
+        return str(int(value))
+    return repr(value)
+
+
+def to_text(expr: Expr) -> str:
+    """Return an expression as a rule file would write it, with no more parentheses than it needs."""
+    return _text(expr, 0)
+
+
+def _text(expr: Expr, outer: int) -> str:
+    match expr:
+        case Number(value=value, text=typed):
+            text = typed or number_text(value)
+            return f"({text})" if text.startswith("-") and outer > _PRECEDENCE["neg"] else text
+        case Name(name=name):
+            return name
+        case Call(function=function, arguments=arguments):
+            return f"{function}({', '.join(_text(a, 0) for a in arguments)})"
+        case Negate(operand=operand):
+            return _wrap(f"-{_text(operand, _PRECEDENCE['neg'])}", _PRECEDENCE["neg"], outer)
+        case Binary(op="^", left=left, right=right):
+            own = _PRECEDENCE["^"]
+            return _wrap(f"{_text(left, own + 1)}^{_text(right, _PRECEDENCE['neg'])}", own, outer)
+        case Binary(op=op, left=left, right=right):
+            own = _PRECEDENCE[op]
+            return _wrap(f"{_text(left, own)} {op} {_text(right, own + 1)}", own, outer)
+        case Compare(op=compare, left=left, right=right):
+            own = _PRECEDENCE["compare"]
+            return _wrap(f"{_text(left, own + 1)} {compare} {_text(right, own + 1)}", own, outer)
+        case Logic(op="not", operands=operands):
+            return _wrap(f"not {_text(operands[0], _PRECEDENCE['not'])}", _PRECEDENCE["not"], outer)
+        case Logic(op=logic, operands=operands):
+            own = _PRECEDENCE[logic]
+            return _wrap(f" {logic} ".join(_text(o, own + 1) for o in operands), own, outer)
+    raise TypeError(f"{type(expr).__name__} has no text in a rule file")
+
+
+def _wrap(text: str, own: int, outer: int) -> str:
+    return f"({text})" if own < outer else text

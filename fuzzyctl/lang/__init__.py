@@ -1,0 +1,1 @@
+"""Text of rule files and its syntax tree: no meaning, no numbers."""

@@ -1,0 +1,153 @@
+"""Splits a file into logical lines: the unit of parsing, of recovery after a mistake, and of formatting.
+
+A logical line is one line of text, longer while a parenthesis or bracket is open. Since each is parsed on its own,
+a broken line costs nothing but itself.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Final, Literal
+
+from fuzzyctl.errors import Diagnostic
+from fuzzyctl.formulas import MEMBERSHIP
+from fuzzyctl.lang.syntax import STATEMENT_KEYWORDS
+from fuzzyctl.source import SourceText, Span
+
+#: Which start symbol of the grammar a line is parsed with; "unknown" is a mistake, "blank" has no code.
+LineKind = Literal["statement", "term_line", "header", "row", "unknown", "blank"]
+
+#: Deepest nesting of parentheses.
+MAX_NESTING: Final = 100
+
+_PIECE = re.compile(r'"[^"\n]*"|"[^"\n]*|#[^\n]*|[()\[\]|\n]|[^"#()\[\]|\n]+')
+_WORD = re.compile(r"\s*([^\W\d]\w*)")
+_TERM = re.compile(r"\s*[^\W\d]\w*\s*=")
+_KEYWORD_LINE = re.compile(rf"\s*(?:{'|'.join(STATEMENT_KEYWORDS)})\b(?!\s*[=|])")
+_TERM_LINE = re.compile(rf"\s*[^\W\d]\w*\s*=\s*(?:{'|'.join(MEMBERSHIP)})\s*\(")
+_ROW_LINE = re.compile(r"\s*(?:[^\W\d]\w*\s*)?\|")
+
+
+@dataclass(frozen=True, slots=True)
+class LogicalLine:
+    """One logical line.
+
+    Args:
+        start: Offset of its first character in the source.
+        end: Offset after its code, the trailing comment excluded.
+        comment: The trailing comment with its `#`, or an empty string.
+        kind: How to parse it.
+        word: Its first word, or an empty string.
+        mistake: What is wrong with its parentheses or strings, found while splitting.
+    """
+
+    start: int
+    end: int
+    comment: str
+    kind: LineKind
+    word: str
+    mistake: Diagnostic | None = None
+
+
+@dataclass
+class _Open:
+    """The line being collected."""
+
+    start: int
+    end: int
+    opened: list[int]
+    comment: str = ""
+    bar: bool = False
+    mistake: Diagnostic | None = None
+
+
+def split(source: SourceText) -> list[LogicalLine]:
+    """Split a source into logical lines, blank and comment-only ones included."""
+    lines: list[LogicalLine] = []
+    current = _Open(0, 0, [])
+    text = source.text
+    for match in _PIECE.finditer(text):
+        piece, at = match[0], match.start()
+        if piece == "\n":
+            if current.opened and not _resumes(text, match.end()):
+                continue
+            lines.append(_close(source, current, lines))
+            current = _Open(match.end(), match.end(), [])
+        else:
+            _take(source, current, piece, at)
+    lines.append(_close(source, current, lines))
+    return lines
+
+
+def _resumes(text: str, at: int) -> bool:
+    """Whether the line that begins here cannot be the rest of an open parenthesis."""
+    return bool(_KEYWORD_LINE.match(text, at) or _TERM_LINE.match(text, at) or _ROW_LINE.match(text, at))
+
+
+def _take(source: SourceText, current: _Open, piece: str, at: int) -> None:
+    if piece.startswith("#"):
+        # A comment inside parentheses is part of the code's extent; only one at the end stands apart.
+        current.comment = piece.rstrip() if not current.opened else current.comment
+        return
+    if not piece.isspace():
+        current.end = at + len(piece.rstrip())
+    if piece in "([":
+        current.opened.append(at)
+        if len(current.opened) > MAX_NESTING and current.mistake is None:
+            current.mistake = Diagnostic(
+                "FZ106",
+                f"parentheses nest deeper than {MAX_NESTING} levels",
+                Span(source, at, at + 1),
+                help="give a part of the expression a name with 'param'",
+            )
+    elif piece in ")]":
+        _shut(source, current, piece, at)
+    elif piece == "|":
+        current.bar = True
+    elif piece.startswith('"') and (len(piece) == 1 or not piece.endswith('"')):
+        current.mistake = current.mistake or Diagnostic(
+            "FZ104",
+            "the string is not closed",
+            Span(source, at, current.end),
+            help='end it with a double quote (") on the same line',
+        )
+
+
+def _shut(source: SourceText, current: _Open, piece: str, at: int) -> None:
+    place = Span(source, at, at + 1)
+    if not current.opened:
+        current.mistake = current.mistake or Diagnostic("FZ103", f"'{piece}' closes nothing", place, help="remove it")
+        return
+    opening = source.text[current.opened.pop()]
+    if (opening, piece) not in {("(", ")"), ("[", "]")}:
+        right = ")" if opening == "(" else "]"
+        current.mistake = current.mistake or Diagnostic(
+            "FZ103", f"'{opening}' is closed by '{piece}'", place, help=f"write '{right}'"
+        )
+
+
+def _close(source: SourceText, current: _Open, before: list[LogicalLine]) -> LogicalLine:
+    mistake = current.mistake
+    if current.opened and mistake is None:
+        at = current.opened[-1]
+        mistake = Diagnostic(
+            "FZ103", f"'{source.text[at]}' is not closed", Span(source, at, at + 1), help="close it on this line"
+        )
+    code = source.text[current.start : current.end]
+    word = _WORD.match(code)
+    kind = _kind(code, current.bar, before)
+    return LogicalLine(current.start, current.end, current.comment, kind, word[1] if word else "", mistake)
+
+
+def _kind(code: str, bar: bool, before: list[LogicalLine]) -> LineKind:
+    if not code.strip():
+        return "blank"
+    if _KEYWORD_LINE.match(code):
+        return "statement"
+    if bar:
+        return "row"
+    if _TERM.match(code):
+        return "term_line"
+    last = next((line for line in reversed(before) if line.kind != "blank"), None)
+    return "header" if last is not None and last.kind == "statement" and last.word == "table" else "unknown"

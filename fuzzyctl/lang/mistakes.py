@@ -1,0 +1,155 @@
+"""Words for what the parser could not read: what is there, what could stand there, and the likely repair."""
+
+from __future__ import annotations
+
+import unicodedata
+from typing import Final
+
+from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
+
+from fuzzyctl.errors import Diagnostic, closest
+from fuzzyctl.lang.lines import LogicalLine
+from fuzzyctl.lang.syntax import STATEMENT_KEYWORDS
+from fuzzyctl.source import SourceText, Span
+
+#: How each statement is written: the help of a broken one.
+FORMS: Final[dict[str, str]] = {
+    "fz": "fz 1",
+    "system": 'system NAME "title"',
+    "source": 'source "where it comes from"',
+    "and": "and min | product | bounded_difference",
+    "or": "or max | probabilistic_sum | bounded_sum",
+    "implication": "implication min | product",
+    "aggregation": "aggregation max | sum",
+    "defuzzifier": "defuzzifier centroid | centroid(resolution=1000) | center_average | weighted_average",
+    "param": 'param NAME = expression unit "..."',
+    "input": 'input NAME "label" in [low, high] unit "..."',
+    "output": 'output NAME "label" in [low, high] unit "..." else VALUE',
+    "terms": "terms NB@-1 ZO@0 PB@1, or terms NB ZO PB, or terms NB=0 ZO=0 PB=0",
+    "table": "table OUTPUT = ROW_INPUT x COLUMN_INPUT, or table OUTPUT = INPUT",
+    "if": "if INPUT is TERM and INPUT is TERM then OUTPUT is TERM weight 0.5",
+    "require": "require EXPRESSION >= EXPRESSION within 1e-12 when CONDITION",
+}
+
+_BELOW: Final[dict[str, str]] = {
+    "term_line": "NAME = triangle(left, peak, right)",
+    "header": "the terms of the columns, separated by blanks",
+    "row": "TERM | cells separated by blanks, '.' for no rule",
+}
+
+#: Terminals of the grammar in words; all others are keywords and stand for themselves.
+_TERMINALS: Final[dict[str, str]] = {
+    "NAME": "a name",
+    "NUMBER": "a number",
+    "STRING": 'a text in "quotes"',
+    "COMPARE": "a comparison (<, <=, >, >=, ==, !=)",
+    "SUM": "+ or -",
+    "PRODUCT": "* or /",
+    "POWER": "^",
+    "DOT": "'.'",
+    "LPAR": "'('",
+    "RPAR": "')'",
+    "LSQB": "'['",
+    "RSQB": "']'",
+    "COMMA": "','",
+    "EQUAL": "'='",
+    "AT": "'@'",
+    "VBAR": "'|'",
+    "SLASH": "'/'",
+    "STAR": "'*'",
+    "$END": "the end of the line",
+}
+
+#: Statements that the language is to have, so that their names are no misspelling.
+_PLANNED: Final = frozenset({"semantics", "activation", "hedge", "use", "include", "with"})
+
+
+def describe(source: SourceText, line: LogicalLine, error: UnexpectedInput) -> Diagnostic:
+    """Return the diagnostic for a line that the grammar refuses."""
+    form = FORMS.get(line.word, "") if line.kind == "statement" else _BELOW.get(line.kind, "")
+    help_text = f"the form is: {form}" if form else ""
+    if isinstance(error, UnexpectedCharacters):
+        at = line.start + error.pos_in_stream
+        return _bad_character(source, line, at, help_text)
+    assert isinstance(error, UnexpectedToken)
+    expected = _expected(error)
+    facts = (f"expected {expected}",) if expected else ()
+    token = error.token
+    if token.type == "$END":
+        place = Span(source, max(line.start, line.end - 1), line.end)
+        return Diagnostic("FZ102", "the line ends too early", place, facts=facts, help=help_text)
+    start = line.start + (token.start_pos or 0)
+    place = Span(source, start, start + len(token))
+    return Diagnostic("FZ102", f"unexpected '{token}'", place, facts=facts, help=_repair(error, help_text))
+
+
+def _expected(error: UnexpectedToken) -> str:
+    """List what may stand at the place, most telling first; operators that may always follow are left out."""
+    accepted = set(error.accepts or error.expected or ())
+    if "$END" in accepted or accepted & {"RPAR", "RSQB", "COMMA"}:
+        accepted -= {"SUM", "PRODUCT", "POWER", "COMPARE", "AND", "OR"}
+    words = sorted({_TERMINALS.get(t, f"'{t.removeprefix('K_').lower()}'") for t in accepted})
+    if len(words) > 6:
+        return ""
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} or {words[-1]}" if words else ""
+
+
+def _repair(error: UnexpectedToken, help_text: str) -> str:
+    accepted = set(error.accepts or error.expected or ())
+    keywords = [t.removeprefix("K_").lower() for t in accepted if t not in _TERMINALS and t.isalpha()]
+    near = closest(str(error.token), keywords) if error.token.type == "NAME" else None
+    return f"did you mean '{near}'? {help_text}".strip() if near else help_text
+
+
+def _bad_character(source: SourceText, line: LogicalLine, at: int, help_text: str) -> Diagnostic:
+    char = source.text[at]
+    place = Span(source, at, at + 1)
+    if char.isdigit() or (char == "." and source.text[at + 1 : at + 2].isdigit()):
+        return Diagnostic("FZ102", "a number is malformed or runs into letters", place, help=help_text)
+    if char == "'":
+        return Diagnostic("FZ105", "texts stand in double quotes", place, help='write "..."')
+    if char.isprintable() and (char.isascii() or not unicodedata.name(char, "")):
+        return Diagnostic("FZ105", f"'{char}' cannot stand here", place, help=help_text)
+    name = unicodedata.name(char, "a control character")
+    shown = f"'{char}' (U+{ord(char):04X}, {name})" if char.isprintable() else f"U+{ord(char):04X} ({name})"
+    return Diagnostic("FZ105", f"{shown} cannot stand here", place, help=help_text)
+
+
+def describe_unknown_line(source: SourceText, line: LogicalLine, block: str) -> Diagnostic:
+    """Return the diagnostic for a line that begins with no keyword and fits nothing above it."""
+    text = source.text[line.start : line.end]
+    start = line.start + len(text) - len(text.lstrip())
+    if not line.word:
+        char = source.text[start]
+        if not char.isascii() or not char.isprintable():
+            return _bad_character(source, line, start, "")
+        return Diagnostic(
+            "FZ101", f"a line cannot begin with '{char}'", Span(source, start, start + 1), facts=(_keywords(),)
+        )
+    place = Span(source, start, start + len(line.word))
+    if line.word in _PLANNED:
+        return Diagnostic(
+            "FZ101",
+            f"the statement '{line.word}' is not part of this version of the language",
+            place,
+            facts=(_keywords(),),
+        )
+    near = closest(line.word, STATEMENT_KEYWORDS)
+    hint = f"did you mean '{near}'? the form is: {FORMS[near]}" if near else ""
+    if not hint and block == "variable":
+        hint = f"a term is written: {_BELOW['term_line']}"
+    return Diagnostic("FZ101", f"'{line.word}' begins no statement", place, facts=(_keywords(),), help=hint)
+
+
+def orphan(source: SourceText, line: LogicalLine, wanted: str) -> Diagnostic:
+    """Return the diagnostic for a term line or a table line that stands below nothing it could belong to."""
+    text = source.text[line.start : line.end]
+    place = Span(source, line.start + len(text) - len(text.lstrip()), line.end)
+    if wanted == "variable":
+        help_text = f"begin it with a keyword, such as: {FORMS['param']}" if line.kind == "term_line" else ""
+        return Diagnostic("FZ110", "a term stands below no input or output", place, help=help_text)
+    return Diagnostic("FZ110", "a table row stands below no table", place, help=f"the form is: {FORMS['table']}")
+
+
+def _keywords() -> str:
+    return f"statements begin with: {', '.join(STATEMENT_KEYWORDS)}"

@@ -1,0 +1,284 @@
+"""The syntax tree: what was written, statement by statement, each with its place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from fuzzyctl.expr import Expr
+from fuzzyctl.source import SourceText, Span
+
+#: Words that begin a statement.
+STATEMENT_KEYWORDS: Final = (
+    "fz",
+    "system",
+    "source",
+    "and",
+    "or",
+    "implication",
+    "aggregation",
+    "defuzzifier",
+    "param",
+    "input",
+    "output",
+    "terms",
+    "table",
+    "if",
+    "require",
+)
+
+#: Words that cannot name anything, since rules and expressions could not tell them from their own words.
+RESERVED: Final = frozenset({"and", "or", "not", "then", "weight", "inf", "pi"})
+
+
+@dataclass(frozen=True, slots=True)
+class Word:
+    """A name as typed, in normal form NFC."""
+
+    text: str
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Statement:
+    """Base of all statements; the span covers the line without its comment."""
+
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Version(Statement):
+    """`fz 1`."""
+
+    number: Word
+
+
+@dataclass(frozen=True, slots=True)
+class System(Statement):
+    """`system NAME "title"`."""
+
+    name: Word
+    title: str
+
+
+@dataclass(frozen=True, slots=True)
+class Citation(Statement):
+    """`source "..."`."""
+
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Option:
+    """`name=value` inside the parentheses of a setting."""
+
+    name: Word
+    value: Word
+
+
+@dataclass(frozen=True, slots=True)
+class Setting(Statement):
+    """`and`, `or`, `implication`, `aggregation` or `defuzzifier` with a value and options."""
+
+    keyword: Word
+    value: Word
+    options: tuple[Option, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Param(Statement):
+    """`param NAME = expression unit "..."`."""
+
+    name: Word
+    expression: Expr
+    unit: str
+
+
+@dataclass(frozen=True, slots=True)
+class Argument:
+    """One parameter of a term, with its name where it was given by keyword."""
+
+    value: Expr
+    keyword: Word | None
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class TermLine(Statement):
+    """`NAME = kind(...)` below an input or an output."""
+
+    name: Word
+    kind: Word
+    arguments: tuple[Argument, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class PartitionItem:
+    """One item of a `terms` line: a name with a peak (`@`), with a value (`=`), or alone."""
+
+    name: Word
+    peak: Expr | None
+    value: Expr | None
+
+
+@dataclass(frozen=True, slots=True)
+class TermsLine(Statement):
+    """`terms ...` below an input or an output."""
+
+    items: tuple[PartitionItem, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class UnitClause:
+    """`unit "..."` of a variable."""
+
+    text: str
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class FallbackClause:
+    """`else VALUE` or `else word`."""
+
+    value: Expr | Word
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class AdaptiveClause:
+    """`adaptive rate EXPR`."""
+
+    rate: Expr
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class ExtrapolateClause:
+    """`extrapolate`."""
+
+    span: Span
+
+
+Clause = UnitClause | FallbackClause | AdaptiveClause | ExtrapolateClause
+
+
+@dataclass(frozen=True, slots=True)
+class Variable(Statement):
+    """An `input` or `output` with the term lines below it."""
+
+    keyword: Word
+    name: Word
+    label: str
+    lower: Expr
+    upper: Expr
+    clauses: tuple[Clause, ...]
+    terms: tuple[TermLine | TermsLine, ...] = ()
+    #: Some line below could not be read, so that missing terms are no mistake of their own.
+    incomplete: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class CellText:
+    """One cell of a table row; no terms means no rule."""
+
+    terms: tuple[Word, ...]
+    weight: Expr | None
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class HeaderLine(Statement):
+    """The line of terms above the rows of a table."""
+
+    terms: tuple[Word, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class RowLine(Statement):
+    """One row of a table."""
+
+    label: Word | None
+    cells: tuple[CellText, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Table(Statement):
+    """`table OUT = ROWS x COLUMNS` with header and rows; `columns` is None for `table OUT = INPUT`."""
+
+    outputs: tuple[Word, ...]
+    first: Word
+    second: Word | None
+    header: HeaderLine | None = None
+    rows: tuple[RowLine, ...] = ()
+    incomplete: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """Base of what stands between `if` and `then`."""
+
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Literal(Truth):
+    """`variable is term`."""
+
+    variable: Word
+    term: Word
+
+
+@dataclass(frozen=True, slots=True)
+class Negation(Truth):
+    """`not ...`."""
+
+    operand: Truth
+
+
+@dataclass(frozen=True, slots=True)
+class Group(Truth):
+    """`( ... )`."""
+
+    operand: Truth
+
+
+@dataclass(frozen=True, slots=True)
+class Chain(Truth):
+    """`a and b and c`, or the same with `or`."""
+
+    connective: str
+    operands: tuple[Truth, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ConsequentText:
+    """`output is term`."""
+
+    output: Word
+    term: Word
+
+
+@dataclass(frozen=True, slots=True)
+class Rule(Statement):
+    """`if ... then ... weight w`."""
+
+    antecedent: Truth
+    consequents: tuple[ConsequentText, ...]
+    weight: Expr | None
+
+
+@dataclass(frozen=True, slots=True)
+class Require(Statement):
+    """`require CLAIM within TOLERANCE when REGION`."""
+
+    claim: Expr
+    within: Expr | None
+    when: Expr | None
+
+
+@dataclass(frozen=True, slots=True)
+class SyntaxTree:
+    """All statements of a file in the order written."""
+
+    source: SourceText
+    statements: tuple[Statement, ...]

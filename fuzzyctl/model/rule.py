@@ -1,0 +1,108 @@
+"""Rules: antecedents, consequents, and the tables that stand for many rules."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from pydantic import InstanceOf
+
+from fuzzyctl.expr import ONE, Expr
+from fuzzyctl.model.node import Node
+
+
+class Antecedent(Node):
+    """Base of what can stand between `if` and `then`."""
+
+
+class Is(Antecedent):
+    """The degree of one term of one input."""
+
+    variable: str
+    term: str
+
+
+class Not(Antecedent):
+    """Complement: 1 minus the truth of the operand."""
+
+    operand: InstanceOf[Antecedent]
+
+
+class And(Antecedent):
+    """Conjunction of two or more antecedents by the system's t-norm, from left to right."""
+
+    operands: tuple[InstanceOf[Antecedent], ...]
+
+
+class Or(Antecedent):
+    """Disjunction of two or more antecedents by the system's s-norm, from left to right."""
+
+    operands: tuple[InstanceOf[Antecedent], ...]
+
+
+class Consequent(Node):
+    """`output is term`."""
+
+    output: str
+    term: str
+
+
+class Rule(Node):
+    """One rule; its weight multiplies the firing strength before implication."""
+
+    antecedent: InstanceOf[Antecedent]
+    consequents: tuple[Consequent, ...]
+    weight: InstanceOf[Expr] = ONE
+
+
+class Cell(Node):
+    """One cell of a rule table: a term for each output of the table, or none at all where there is no rule."""
+
+    terms: tuple[str, ...]
+    weight: InstanceOf[Expr] = ONE
+
+
+class RuleTable(Node):
+    """A rule table: every cell that is not empty is the rule `row and column then outputs`.
+
+    Args:
+        outputs: The outputs that the cells name, in order.
+        rows: The input whose terms lead the rows; None for a one-way table, which has a single row.
+        columns: The input whose terms head the columns.
+        row_terms: Terms of the rows in the order written; empty for a one-way table.
+        column_terms: Terms of the columns in the order written.
+        cells: One tuple a row.
+    """
+
+    outputs: tuple[str, ...]
+    rows: str | None
+    columns: str
+    row_terms: tuple[str, ...]
+    column_terms: tuple[str, ...]
+    cells: tuple[tuple[Cell, ...], ...]
+
+    def rules(self) -> Iterator[Rule]:
+        """Yield the rules row by row; each has the span of its cell."""
+        for i, row in enumerate(self.cells):
+            for column_term, cell in zip(self.column_terms, row, strict=True):
+                if not cell.terms:
+                    continue
+                column = Is(variable=self.columns, term=column_term)
+                antecedent: Antecedent = column
+                if self.rows is not None:
+                    antecedent = And(operands=(Is(variable=self.rows, term=self.row_terms[i]), column))
+                consequents = tuple(
+                    Consequent(output=o, term=t, span=cell.span) for o, t in zip(self.outputs, cell.terms, strict=True)
+                )
+                yield Rule(antecedent=antecedent, consequents=consequents, weight=cell.weight, span=cell.span)
+
+
+def literals(antecedent: Antecedent) -> Iterator[Is]:
+    """Yield every `input is term` of an antecedent from left to right."""
+    match antecedent:
+        case Is():
+            yield antecedent
+        case Not(operand=operand):
+            yield from literals(operand)
+        case And(operands=operands) | Or(operands=operands):
+            for operand in operands:
+                yield from literals(operand)

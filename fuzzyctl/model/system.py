@@ -1,0 +1,168 @@
+"""A fuzzy system: the whole of what a rule file says about one mapping from inputs to outputs."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+from pydantic import Field, InstanceOf
+
+from fuzzyctl.errors import UnknownNameError, ValueOutOfBoundsError
+from fuzzyctl.expr import Expr, ExprError, Number, evaluate, names_in
+from fuzzyctl.model.guarantee import Guarantee, Param
+from fuzzyctl.model.method import Method
+from fuzzyctl.model.node import Node
+from fuzzyctl.model.rule import Rule, RuleTable
+from fuzzyctl.model.variable import Input, Output
+from fuzzyctl.source import Span
+
+
+class FuzzySystem(Node):
+    """A fuzzy system as data; evaluation never writes into it.
+
+    Args:
+        name: Its identifier.
+        title: What it is, for people.
+        citation: Where it comes from.
+        params: Named constants, as expressions.
+        method: Norms, implication, aggregation, defuzzifier.
+        inputs: In the order of declaration, which is the order of a kernel's arguments.
+        outputs: In the order of declaration, which is the order of a kernel's results.
+        blocks: Rule tables and single rules in the order written.
+        guarantees: The `require` statements.
+        path: The file it was read from, or an empty string.
+    """
+
+    name: str
+    title: str = ""
+    citation: str = ""
+    params: tuple[Param, ...] = ()
+    method: Method = Method()
+    inputs: tuple[Input, ...]
+    outputs: tuple[Output, ...]
+    blocks: tuple[InstanceOf[RuleTable] | InstanceOf[Rule], ...]
+    guarantees: tuple[Guarantee, ...] = ()
+    path: str = Field(default="", repr=False)
+
+    @cached_property
+    def rules(self) -> tuple[Rule, ...]:
+        """All rules, those of the tables included, in the order written; adaptive states follow this order."""
+        flat: list[Rule] = []
+        for block in self.blocks:
+            flat.extend(block.rules() if isinstance(block, RuleTable) else (block,))
+        return tuple(flat)
+
+    @cached_property
+    def values(self) -> dict[str, float]:
+        """Values of all params.
+
+        Raises:
+            ExprError: Where a param cannot be computed; a loaded system has none such.
+        """
+        return param_values(self.params)
+
+    def number(self, expr: Expr) -> float:
+        """Compute an expression over the params."""
+        return evaluate(expr, self.values)
+
+    def input(self, name: str) -> Input:
+        """Return the input of that name, or raise `UnknownNameError`."""
+        return _find("input", name, self.inputs)
+
+    def output(self, name: str) -> Output:
+        """Return the output of that name, or raise `UnknownNameError`."""
+        return _find("output", name, self.outputs)
+
+    def with_params(self, **values: float) -> FuzzySystem:
+        """Return the system with some params set to numbers.
+
+        Args:
+            values: New values by name; params computed from them follow.
+
+        Raises:
+            UnknownNameError: For a name that is no param.
+            ValueOutOfBoundsError: For a value that is not finite.
+            DiagnosticError: When the system is not well formed with these values, such as feet out of order.
+        """
+        known = [p.name for p in self.params]
+        for name, value in values.items():
+            if name not in known:
+                raise UnknownNameError("param", name, known)
+            if not abs(float(value)) < float("inf"):
+                raise ValueOutOfBoundsError(f"param {name!r}", value, "finite")
+        params = tuple(
+            p.model_copy(update={"expression": Number(float(values[p.name]))}) if p.name in values else p
+            for p in self.params
+        )
+        changed = FuzzySystem(**{k: getattr(self, k) for k in type(self).model_fields} | {"params": params})
+        from fuzzyctl.model.checks import require_well_formed
+
+        require_well_formed(changed)
+        return changed
+
+    def __call__(self, **inputs: Any) -> Any:
+        """Evaluate the system for numbers or arrays given by name.
+
+        Args:
+            inputs: A number or an array for every input; arrays broadcast against each other.
+
+        Returns:
+            The output, a float or an array of the broadcast shape; for several outputs a dict of them by name.
+
+        Raises:
+            UnknownNameError: For a name that is no input.
+            ArgumentError: When an input is missing.
+            NoRuleFiresError: Where no rule fires for an output that says `else error`.
+        """
+        # The model stands below the kernels; calling a system is the one place that looks up to them.
+        from fuzzyctl.kernels.compile import call_by_name
+
+        return call_by_name(self, inputs)
+
+
+def _find(kind: str, name: str, among: tuple[Any, ...]) -> Any:
+    for variable in among:
+        if variable.name == name:
+            return variable
+    raise UnknownNameError(kind, name, [v.name for v in among])
+
+
+class ParamCycleError(ExprError):
+    """Raised when a param depends on itself."""
+
+    def __init__(self, names: list[str], span: Span | None) -> None:
+        super().__init__(f"param '{names[0]}' depends on itself: {' → '.join(names)}", span)
+
+
+def param_values(params: tuple[Param, ...]) -> dict[str, float]:
+    """Compute all params, each after those it uses.
+
+    Raises:
+        ExprError: For an unknown name, a value that is not finite, or a cycle (`ParamCycleError`).
+    """
+    by_name = {p.name: p for p in params}
+    values: dict[str, float] = {}
+    for param in params:
+        _compute(param, by_name, values)
+    return values
+
+
+def _compute(start: Param, by_name: dict[str, Param], values: dict[str, float]) -> None:
+    """Compute a param and what it needs, without recursion: chains of params may be long."""
+    open_names: list[str] = [start.name]
+    while open_names:
+        param = by_name[open_names[-1]]
+        if param.name in values:
+            open_names.pop()
+            continue
+        needed = next((n for n in names_in(param.expression) if n.name in by_name and n.name not in values), None)
+        if needed is None:
+            value = evaluate(param.expression, values)
+            if abs(value) == float("inf"):
+                raise ExprError(f"param '{param.name}' is infinite", param.span)
+            values[open_names.pop()] = value
+        elif needed.name in open_names:
+            cycle = [*open_names[open_names.index(needed.name) :], needed.name]
+            raise ParamCycleError(cycle, needed.span)
+        else:
+            open_names.append(needed.name)

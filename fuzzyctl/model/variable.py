@@ -1,0 +1,72 @@
+"""Linguistic variables: inputs, outputs and their terms."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import InstanceOf
+
+from fuzzyctl.expr import Expr
+from fuzzyctl.model.node import Node
+
+#: What an output is where no rule fires, besides a value: the previous output, the middle of the range, NaN, or an
+#: error. A word of its own type, so that `nan` is never a float in the model.
+Fallback = Literal["midpoint", "nan", "error"]
+
+
+class Membership(Node):
+    """A kind of membership function with its parameters, in the order of `formulas.MEMBERSHIP[kind].parameters`."""
+
+    kind: str
+    arguments: tuple[InstanceOf[Expr], ...]
+
+
+class Term(Node):
+    """A named fuzzy set of a linguistic variable."""
+
+    name: str
+    membership: Membership
+
+
+class LinguisticVariable(Node):
+    """What inputs and outputs share: a name, a label for plots, a unit, a universe of discourse and terms."""
+
+    name: str
+    label: str = ""
+    unit: str = ""
+    lower: InstanceOf[Expr]
+    upper: InstanceOf[Expr]
+    terms: tuple[Term, ...]
+
+    @property
+    def title(self) -> str:
+        """The label, or the name where there is none."""
+        return self.label or self.name
+
+    @property
+    def axis_label(self) -> str:
+        """What a plot writes at the axis: label and unit."""
+        return f"{self.title} [{self.unit}]" if self.unit else self.title
+
+    def term(self, name: str) -> Term | None:
+        """Return the term of that name, or None."""
+        return next((t for t in self.terms if t.name == name), None)
+
+
+class Input(LinguisticVariable):
+    """An input. Values outside the range are clamped to it, or go through the formulas where it says `extrapolate`."""
+
+    extrapolate: bool = False
+
+
+class Output(LinguisticVariable):
+    """An output.
+
+    Args:
+        otherwise: What it is where no rule fires; None promises that some rule always fires.
+        adaptive: For adaptive consequents the rate dC_k/dt divided by ξ_k, an expression over params and inputs;
+            None for fixed ones. The terms then give the initial consequents and the range bounds them.
+    """
+
+    otherwise: InstanceOf[Expr] | Fallback | None = None
+    adaptive: InstanceOf[Expr] | None = None

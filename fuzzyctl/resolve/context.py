@@ -1,0 +1,96 @@
+"""What the resolving of all statements shares: the diagnostics so far and the names declared so far."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Final
+
+from fuzzyctl import expr as ex
+from fuzzyctl.errors import Diagnostic, Note, closest
+from fuzzyctl.lang import syntax as sx
+from fuzzyctl.source import Span
+
+#: Words with a meaning of their own in guarantees.
+CLAIM_FUNCTIONS: Final = ("total", "bounded", "increasing", "decreasing", "lipschitz")
+
+
+@dataclass
+class Context:
+    """Diagnostics and declared names; `where` holds the place of each declaration."""
+
+    diagnostics: list[Diagnostic] = field(default_factory=list)
+    where: dict[str, Span] = field(default_factory=dict)
+    params: dict[str, sx.Param] = field(default_factory=dict)
+    inputs: dict[str, sx.Variable] = field(default_factory=dict)
+    outputs: dict[str, sx.Variable] = field(default_factory=dict)
+
+    def report(
+        self, code: str, message: str, span: Span | None, *, facts: Iterable[str] = (), help: str = "", **rest: object
+    ) -> None:
+        """Add an error; `note=(span, text)` points at a second place, `warning=True` makes it a warning."""
+        note = rest.get("note")
+        notes = (Note(*note),) if isinstance(note, tuple) else ()
+        severity = "warning" if rest.get("warning") else "error"
+        self.diagnostics.append(
+            Diagnostic(code, message, span, "warning" if severity == "warning" else "error", tuple(facts), help, notes)
+        )
+
+    def declare(self, word: sx.Word, what: str) -> bool:
+        """Enter a name; report and return False when it is reserved or taken."""
+        if word.text in sx.RESERVED or word.text in ex.FUNCTIONS or word.text in CLAIM_FUNCTIONS:
+            self.report("FZ201", f"'{word.text}' is a word of the language and cannot name {what}", word.span)
+            return False
+        if word.text in self.where:
+            first = self.where[word.text]
+            self.report(
+                "FZ201",
+                f"'{word.text}' is declared twice",
+                word.span,
+                note=(first, "first declared here"),
+                help="params, inputs and outputs share one set of names; rename one of them",
+            )
+            return False
+        self.where[word.text] = word.span
+        return True
+
+    def unknown(self, kind: str, word: sx.Word | ex.Name, known: Iterable[str], code: str = "FZ202") -> None:
+        """Report a name that is not declared."""
+        names = list(known)
+        text = word.text if isinstance(word, sx.Word) else word.name
+        near = closest(text, names)
+        facts = (f"{kind}s: {', '.join(names)}",) if names else (f"there is no {kind}",)
+        self.report(code, f"no {kind} '{text}'", word.span, facts=facts, help=f"did you mean '{near}'?" if near else "")
+
+    def check_names(self, expr: ex.Expr, known: Iterable[str], kind: str) -> bool:
+        """Check that an expression uses only known names and functions, each with the right number of arguments."""
+        names, ok = list(known), True
+        for node in ex.walk(expr):
+            if isinstance(node, ex.Name) and node.name not in names and node.name not in ex.CONSTANTS:
+                self.unknown(kind, node, names)
+                ok = False
+            elif isinstance(node, ex.Call) and not self._check_call(node):
+                ok = False
+            elif isinstance(node, ex.Compare | ex.Logic):
+                self.report("FZ307", "a number is due here, not a truth value", ex.span_of(node))
+                ok = False
+        return ok
+
+    def _check_call(self, call: ex.Call) -> bool:
+        if call.function not in ex.FUNCTIONS:
+            near = closest(call.function, ex.FUNCTIONS)
+            self.report(
+                "FZ202",
+                f"no function '{call.function}'",
+                call.span,
+                facts=(f"functions: {', '.join(ex.FUNCTIONS)}",),
+                help=f"did you mean '{near}'?" if near else "",
+            )
+            return False
+        low, high = ex.FUNCTIONS[call.function]
+        count = len(call.arguments)
+        if count < low or (high is not None and count > high):
+            due = f"{low}" if high == low else f"{low} or more"
+            self.report("FZ303", f"'{call.function}' takes {due} arguments, not {count}", call.span)
+            return False
+        return True

@@ -1,0 +1,296 @@
+"""Resolves rules, rule tables and guarantees."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+from fuzzyctl import expr as ex
+from fuzzyctl.errors import closest
+from fuzzyctl.lang import syntax as sx
+from fuzzyctl.model.guarantee import Guarantee
+from fuzzyctl.model.rule import And, Antecedent, Cell, Consequent, Is, Not, Or, Rule, RuleTable
+from fuzzyctl.resolve.context import CLAIM_FUNCTIONS, Context
+
+#: Most rules of one system, tables included.
+MAX_RULES: Final = 20_000
+
+
+def terms_of(variable: sx.Variable) -> list[str]:
+    """Return the names of the terms written below a variable."""
+    names: list[str] = []
+    for line in variable.terms:
+        names.extend([i.name.text for i in line.items] if isinstance(line, sx.TermsLine) else [line.name.text])
+    return names
+
+
+def resolve_rule(context: Context, statement: sx.Rule) -> Rule | None:
+    """Resolve an `if ... then ...` line."""
+    antecedent = _antecedent(context, statement.antecedent)
+    consequents = [_consequent(context, c) for c in statement.consequents]
+    ok = statement.weight is None or context.check_names(statement.weight, context.params, "param")
+    named = [c.output.text for c in statement.consequents]
+    for c in statement.consequents:
+        if named.count(c.output.text) > 1:
+            context.report("FZ215", f"the rule sets '{c.output.text}' twice", c.output.span)
+            return None
+    if antecedent is None or not ok or any(c is None for c in consequents):
+        return None
+    return Rule(
+        antecedent=antecedent,
+        consequents=tuple(c for c in consequents if c is not None),
+        weight=statement.weight if statement.weight is not None else ex.ONE,
+        span=statement.span,
+    )
+
+
+def _antecedent(context: Context, truth: sx.Truth) -> Antecedent | None:
+    match truth:
+        case sx.Literal(variable=variable, term=term, span=span):
+            if variable.text in context.outputs:
+                message = f"'{variable.text}' is an output; an antecedent takes inputs"
+                context.report("FZ214", message, variable.span, facts=(f"inputs: {', '.join(context.inputs)}",))
+                return None
+            if not _known_term(context, variable, term, context.inputs, "input"):
+                return None
+            return Is(variable=variable.text, term=term.text, span=span)
+        case sx.Negation(operand=operand, span=span):
+            inner = _antecedent(context, operand)
+            return None if inner is None else Not(operand=inner, span=span)
+        case sx.Group(operand=operand):
+            return _antecedent(context, operand)
+        case sx.Chain(connective=connective, operands=operands, span=span):
+            parts = [_antecedent(context, o) for o in operands]
+            known = tuple(p for p in parts if p is not None)
+            if len(known) < len(parts):
+                return None
+            return And(operands=known, span=span) if connective == "and" else Or(operands=known, span=span)
+    raise TypeError(type(truth).__name__)
+
+
+def _consequent(context: Context, text: sx.ConsequentText) -> Consequent | None:
+    if text.output.text in context.inputs:
+        message = f"'{text.output.text}' is an input; a consequent sets an output"
+        context.report("FZ214", message, text.output.span, facts=(f"outputs: {', '.join(context.outputs)}",))
+        return None
+    if not _known_term(context, text.output, text.term, context.outputs, "output"):
+        return None
+    return Consequent(output=text.output.text, term=text.term.text, span=text.output.span.to(text.term.span))
+
+
+def _known_term(context: Context, variable: sx.Word, term: sx.Word, among: dict[str, sx.Variable], kind: str) -> bool:
+    declared = among.get(variable.text)
+    if declared is None:
+        # A variable whose own line was broken is no mistake of the rule's.
+        if variable.text not in context.where:
+            context.unknown(kind, variable, among)
+        elif variable.text in context.params:
+            context.report("FZ214", f"'{variable.text}' is a param, not an {kind}", variable.span)
+        return False
+    return known_term(context, declared, term)
+
+
+def known_term(context: Context, variable: sx.Variable, term: sx.Word) -> bool:
+    """Check that a variable has a term; silent where the variable's own lines could not all be read."""
+    names = terms_of(variable)
+    if term.text in names:
+        return True
+    if not variable.incomplete:
+        near = closest(term.text, names)
+        context.report(
+            "FZ203",
+            f"{variable.keyword.text} '{variable.name.text}' has no term '{term.text}'",
+            term.span,
+            facts=(f"terms of '{variable.name.text}': {', '.join(names)} (line {variable.name.span.line})",),
+            help=f"did you mean '{near}'?" if near else "",
+        )
+    return False
+
+
+def resolve_table(context: Context, statement: sx.Table) -> RuleTable | None:
+    """Resolve a `table` with its header and rows."""
+    outputs = [_variable(context, w, context.outputs, "output") for w in statement.outputs]
+    rows = _variable(context, statement.first, context.inputs, "input")
+    columns = rows
+    if statement.second is not None:
+        columns = _variable(context, statement.second, context.inputs, "input")
+        if rows is columns and rows is not None:
+            context.report("FZ214", f"the table crosses '{statement.first.text}' with itself", statement.second.span)
+            return None
+    one_way = statement.second is None
+    if statement.incomplete or columns is None or rows is None or any(o is None for o in outputs):
+        return None
+    if statement.header is None or not statement.rows:
+        what = "header line with the terms of the columns" if statement.header is None else "rows"
+        context.report("FZ212", f"the table has no {what}", statement.span, help="see 'fuzzyctl --help' for a table")
+        return None
+    known_outputs = [o for o in outputs if o is not None]
+    ok = _check_labels(context, columns, statement.header.terms, statement, "column")
+    if one_way:
+        ok = _check_one_way(context, statement) and ok
+    else:
+        ok = _check_rows(context, rows, statement) and ok
+    cells = [_row(context, known_outputs, row, statement.header.terms) for row in statement.rows]
+    if not ok or any(c is None for c in cells):
+        return None
+    return RuleTable(
+        outputs=tuple(w.text for w in statement.outputs),
+        rows=None if one_way else statement.first.text,
+        columns=columns.name.text,
+        row_terms=() if one_way else tuple(r.label.text for r in statement.rows if r.label is not None),
+        column_terms=tuple(w.text for w in statement.header.terms),
+        cells=tuple(c for c in cells if c is not None),
+        span=statement.span,
+    )
+
+
+def _variable(context: Context, word: sx.Word, among: dict[str, sx.Variable], kind: str) -> sx.Variable | None:
+    declared = among.get(word.text)
+    if declared is None and word.text not in context.where:
+        context.unknown(kind, word, among)
+    elif declared is None and (
+        word.text in context.inputs or word.text in context.outputs or word.text in context.params
+    ):
+        context.report("FZ214", f"'{word.text}' is not an {kind}", word.span, facts=(f"{kind}s: {', '.join(among)}",))
+    return declared
+
+
+def _check_one_way(context: Context, statement: sx.Table) -> bool:
+    row = statement.rows[0]
+    if row.label is not None:
+        message = "the row of a one-way table has no label"
+        context.report(
+            "FZ214",
+            message,
+            row.label.span,
+            help=f"begin the row with '|': the columns are the terms of '{statement.first.text}'",
+        )
+        return False
+    if len(statement.rows) > 1:
+        context.report("FZ207", "a one-way table has one row", statement.rows[1].span, help="remove the others")
+        return False
+    return True
+
+
+def _check_rows(context: Context, variable: sx.Variable, statement: sx.Table) -> bool:
+    unlabelled = [r for r in statement.rows if r.label is None]
+    for row in unlabelled:
+        message = f"the row lacks its term of '{variable.name.text}' before '|'"
+        context.report("FZ207", message, row.span, facts=(f"terms: {', '.join(terms_of(variable))}",))
+    labels = [r.label for r in statement.rows if r.label is not None]
+    return not unlabelled and _check_labels(context, variable, labels, statement, "row")
+
+
+def _check_labels(
+    context: Context, variable: sx.Variable, labels: Sequence[sx.Word], statement: sx.Table, what: str
+) -> bool:
+    """Check that the labels of rows or columns are the terms of the variable, each once."""
+    ok = True
+    seen: dict[str, sx.Word] = {}
+    for label in labels:
+        if label.text in seen:
+            context.report(
+                "FZ206",
+                f"{what} '{label.text}' is given twice",
+                label.span,
+                note=(seen[label.text].span, "first given here"),
+                help=f"every term of '{variable.name.text}' has one {what}",
+            )
+            ok = False
+        seen[label.text] = label
+        ok = known_term(context, variable, label) and ok
+    missing = [t for t in terms_of(variable) if t not in seen]
+    if missing and ok and not variable.incomplete:
+        code = "FZ204" if what == "row" else "FZ205"
+        first = statement.first.span if what == "row" or statement.second is None else statement.second.span
+        names = ", ".join(f"'{m}'" for m in missing)
+        context.report(
+            code,
+            f"the table has no {what} for {names} of '{variable.name.text}'",
+            first,
+            help=f"add the {what}; write '.' in a cell where there is to be no rule",
+        )
+        return False
+    return ok
+
+
+def _row(
+    context: Context, outputs: Sequence[sx.Variable], row: sx.RowLine, header: Sequence[sx.Word]
+) -> tuple[Cell, ...] | None:
+    if len(row.cells) != len(header):
+        place = row.cells[len(header)].span if len(row.cells) > len(header) else row.span
+        many = "too many" if len(row.cells) > len(header) else "too few"
+        context.report(
+            "FZ207",
+            f"the row has {len(row.cells)} cells, {many} for {len(header)} columns",
+            place,
+            facts=(f"columns: {', '.join(w.text for w in header)}",),
+            help="write '.' in a cell where there is to be no rule" if len(row.cells) < len(header) else "",
+        )
+        return None
+    cells = [_cell(context, outputs, c) for c in row.cells]
+    return None if any(c is None for c in cells) else tuple(c for c in cells if c is not None)
+
+
+def _cell(context: Context, outputs: Sequence[sx.Variable], cell: sx.CellText) -> Cell | None:
+    if not cell.terms:
+        return Cell(terms=(), span=cell.span)
+    if len(cell.terms) != len(outputs):
+        message = f"the cell names {len(cell.terms)} terms for {len(outputs)} outputs"
+        context.report("FZ207", message, cell.span, help="join the terms of a cell with '/', one an output")
+        return None
+    ok = all([known_term(context, o, w) for o, w in zip(outputs, cell.terms, strict=True)])
+    if cell.weight is not None:
+        ok = context.check_names(cell.weight, context.params, "param") and ok
+    if not ok:
+        return None
+    return Cell(terms=tuple(w.text for w in cell.terms), weight=cell.weight or ex.ONE, span=cell.span)
+
+
+def resolve_require(context: Context, statement: sx.Require) -> Guarantee | None:
+    """Resolve a `require`: its form and its names are checked here, its truth is for the proof."""
+    names = [*context.params, *context.inputs, *context.outputs]
+    ok = _check_claim(context, statement.claim, names)
+    if ok and not _is_truth(statement.claim):
+        context.report(
+            "FZ307", "the claim is a number, not a comparison", ex.span_of(statement.claim) or statement.span
+        )
+        ok = False
+    if statement.within is not None:
+        ok = context.check_names(statement.within, context.params, "param") and ok
+    if statement.when is not None:
+        ok = _check_claim(context, statement.when, names) and ok
+    if not ok:
+        return None
+    return Guarantee(claim=statement.claim, within=statement.within, when=statement.when, span=statement.span)
+
+
+def _is_truth(claim: ex.Expr) -> bool:
+    if isinstance(claim, ex.Call):
+        return claim.function in CLAIM_FUNCTIONS and claim.function != "lipschitz"
+    return isinstance(claim, ex.Compare | ex.Logic)
+
+
+def _check_claim(context: Context, claim: ex.Expr, names: Sequence[str]) -> bool:
+    callable_names = [*ex.FUNCTIONS, *CLAIM_FUNCTIONS, *context.outputs]
+    ok = True
+    for node in ex.walk(claim):
+        if isinstance(node, ex.Name) and node.name not in names and node.name not in ex.CONSTANTS:
+            context.unknown("name", node, names)
+            ok = False
+        elif isinstance(node, ex.Call) and node.function in context.outputs:
+            if len(node.arguments) != len(context.inputs):
+                message = f"'{node.function}' takes {len(context.inputs)} arguments, not {len(node.arguments)}"
+                context.report("FZ303", message, node.span, facts=(f"inputs: {', '.join(context.inputs)}",))
+                ok = False
+        elif isinstance(node, ex.Call) and node.function not in callable_names:
+            near = closest(node.function, callable_names)
+            context.report(
+                "FZ202",
+                f"no function or output '{node.function}'",
+                node.span,
+                facts=(f"functions: {', '.join(callable_names)}",),
+                help=f"did you mean '{near}'?" if near else "",
+            )
+            ok = False
+    return ok

@@ -1,0 +1,241 @@
+"""Resolves params, inputs, outputs and their terms."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+from fuzzyctl import expr as ex
+from fuzzyctl.errors import closest
+from fuzzyctl.formulas import MEMBERSHIP, MembershipFormula
+from fuzzyctl.lang import syntax as sx
+from fuzzyctl.model.guarantee import Param
+from fuzzyctl.model.variable import Fallback, Input, Membership, Output, Term
+from fuzzyctl.resolve.context import Context
+
+#: Most terms of one variable; more are no linguistic variable but a mistake of a generator.
+MAX_TERMS: Final = 1000
+
+_FALLBACKS: Final[tuple[Fallback, ...]] = ("midpoint", "nan", "error")
+_INFINITY = ex.Name("inf")
+
+
+def resolve_param(context: Context, statement: sx.Param) -> Param | None:
+    """Resolve a `param`; the names it uses may be declared further down."""
+    if not context.check_names(statement.expression, context.params, "param"):
+        return None
+    return Param(
+        name=statement.name.text, expression=statement.expression, unit=statement.unit, span=statement.name.span
+    )
+
+
+def resolve_variable(context: Context, statement: sx.Variable) -> Input | Output | None:
+    """Resolve an `input` or `output` with its terms; None when a part of it has no meaning."""
+    ok = all([context.check_names(e, context.params, "param") for e in (statement.lower, statement.upper)])
+    terms = _terms(context, statement)
+    fields: dict[str, Any] = {
+        "name": statement.name.text,
+        "label": statement.label,
+        "lower": statement.lower,
+        "upper": statement.upper,
+        "terms": tuple(terms or ()),
+        "span": statement.name.span,
+    }
+    ok = _clauses(context, statement, fields) and ok
+    if not ok or terms is None:
+        return None
+    return Input(**fields) if statement.keyword.text == "input" else Output(**fields)
+
+
+def _clauses(context: Context, statement: sx.Variable, fields: dict[str, Any]) -> bool:
+    is_input = statement.keyword.text == "input"
+    seen: set[type] = set()
+    ok = True
+    for clause in statement.clauses:
+        if type(clause) in seen:
+            context.report("FZ215", "a clause is given twice", clause.span, help="remove one of them")
+            ok = False
+        seen.add(type(clause))
+        match clause:
+            case sx.UnitClause(text=text):
+                fields["unit"] = text
+            case sx.ExtrapolateClause(span=span):
+                fields["extrapolate"] = True
+                ok = _only(context, is_input, "extrapolate", "an input", span) and ok
+            case sx.FallbackClause(value=value, span=span):
+                fields["otherwise"] = _fallback(context, value)
+                ok = _only(context, not is_input, "else", "an output", span) and fields["otherwise"] is not None and ok
+            case sx.AdaptiveClause(rate=rate, span=span):
+                fields["adaptive"] = rate
+                ok = _only(context, not is_input, "adaptive", "an output", span) and ok
+                ok = context.check_names(rate, [*context.params, *context.inputs], "param or input") and ok
+    return ok
+
+
+def _only(context: Context, right: bool, word: str, what: str, span: Any) -> bool:
+    if not right:
+        context.report("FZ214", f"'{word}' belongs to {what}", span, help="remove it")
+    return right
+
+
+def _fallback(context: Context, value: ex.Expr | sx.Word) -> ex.Expr | Fallback | None:
+    if isinstance(value, sx.Word):
+        for word in _FALLBACKS:
+            if value.text == word:
+                return word
+        help_text = f"for a param write: else ({value.text})" if value.text in context.params else ""
+        if value.text == "hold":
+            help_text = "'hold' is not part of this version; keep the previous output in the caller"
+        near = closest(value.text, _FALLBACKS)
+        context.report(
+            "FZ213",
+            f"'{value.text}' is no value for 'else'",
+            value.span,
+            facts=(f"a number, an expression in parentheses, or one of: {', '.join(_FALLBACKS)}",),
+            help=help_text or (f"did you mean '{near}'?" if near else ""),
+        )
+        return None
+    return value if context.check_names(value, context.params, "param") else None
+
+
+def _terms(context: Context, statement: sx.Variable) -> list[Term] | None:
+    terms: list[Term] = []
+    seen: dict[str, sx.Word] = {}
+    ok = True
+    for line in statement.terms:
+        if isinstance(line, sx.TermsLine):
+            new = _partition(context, statement, line)
+            words = [item.name for item in line.items]
+        else:
+            new = [_term(context, line)]
+            words = [line.name]
+        for word, term in zip(words, new, strict=True):
+            ok = _is_new_term(context, word, seen) and term is not None and ok
+            terms.extend([term] if term is not None else [])
+    if not seen and not statement.incomplete:
+        message = f"{statement.keyword.text} '{statement.name.text}' has no terms"
+        context.report("FZ212", message, statement.name.span, help="add lines such as: NB = triangle(-2, -1, 0)")
+        return None
+    if len(seen) > MAX_TERMS:
+        message = f"'{statement.name.text}' has {len(seen)} terms, more than {MAX_TERMS}"
+        context.report("FZ112", message, statement.name.span)
+        return None
+    return terms if ok and not statement.incomplete else None
+
+
+def _is_new_term(context: Context, word: sx.Word, seen: dict[str, sx.Word]) -> bool:
+    if word.text in sx.RESERVED:
+        context.report("FZ201", f"'{word.text}' is a word of the language and cannot name a term", word.span)
+        return False
+    if word.text in seen:
+        first = seen[word.text].span
+        context.report(
+            "FZ201",
+            f"term '{word.text}' is declared twice",
+            word.span,
+            note=(first, "first declared here"),
+            help="rename one",
+        )
+        return False
+    seen[word.text] = word
+    return True
+
+
+def _term(context: Context, line: sx.TermLine) -> Term | None:
+    formula = MEMBERSHIP.get(line.kind.text)
+    if formula is None:
+        near = closest(line.kind.text, MEMBERSHIP)
+        context.report(
+            "FZ202",
+            f"no membership function '{line.kind.text}'",
+            line.kind.span,
+            facts=(f"membership functions: {', '.join(MEMBERSHIP)}",),
+            help=f"did you mean '{near}'?" if near else "",
+        )
+        return None
+    arguments = _arguments(context, line, formula)
+    if arguments is None:
+        return None
+    membership = Membership(kind=formula.name, arguments=arguments, span=line.kind.span)
+    return Term(name=line.name.text, membership=membership, span=line.span)
+
+
+def _arguments(context: Context, line: sx.TermLine, formula: MembershipFormula) -> tuple[ex.Expr, ...] | None:
+    given: dict[str, ex.Expr] = {}
+    form = f"{formula.name}({', '.join(formula.parameters)})"
+    for i, argument in enumerate(line.arguments):
+        if argument.keyword is None and len(given) == i < len(formula.parameters):
+            name = formula.parameters[i]
+        elif argument.keyword is not None and argument.keyword.text in formula.parameters:
+            name = argument.keyword.text
+        elif argument.keyword is not None:
+            context.unknown("parameter", argument.keyword, formula.parameters, "FZ303")
+            return None
+        else:
+            what = "surplus" if i >= len(formula.parameters) else "positional after a named one"
+            context.report("FZ303", f"a parameter is {what}", argument.span, facts=(f"the form is: {form}",))
+            return None
+        if name in given:
+            context.report(
+                "FZ303", f"parameter '{name}' is given twice", argument.span, facts=(f"the form is: {form}",)
+            )
+            return None
+        given[name] = argument.value
+    missing = [p for p in formula.parameters if p not in given]
+    if missing:
+        message = f"'{formula.name}' lacks {', '.join(missing)}"
+        context.report("FZ303", message, line.kind.span.to(line.span), facts=(f"the form is: {form}",))
+        return None
+    if not all([context.check_names(e, context.params, "param") for e in given.values()]):
+        return None
+    return tuple(given[p] for p in formula.parameters)
+
+
+def _partition(context: Context, statement: sx.Variable, line: sx.TermsLine) -> list[Term | None]:
+    """Expand a `terms` line: triangles by their peaks, uniform triangles over the range, or singletons by value."""
+    items = line.items
+    kinds = {"@" if i.peak is not None else "=" if i.value is not None else "" for i in items}
+    if len(kinds) > 1:
+        odd = next(i for i in items if (i.peak is None) != (items[0].peak is None) or i.value is not items[0].value)
+        context.report(
+            "FZ214",
+            "one 'terms' line mixes peaks (@), values (=) and bare names",
+            odd.name.span,
+            help="give every term a peak, or every term a value, or none of them anything",
+        )
+        return [None] * len(items)
+    if any(
+        e is not None and not context.check_names(e, context.params, "param") for i in items for e in (i.peak, i.value)
+    ):
+        return [None] * len(items)
+    if kinds == {"="}:
+        return [_made("singleton", (i.value,), i.name) for i in items]
+    if len(items) == 1:
+        context.report("FZ214", "a partition needs two terms or more", items[0].name.span, help="write triangle(...)")
+        return [None]
+    peaks = [i.peak for i in items] if kinds == {"@"} else _uniform(statement, len(items))
+    return [
+        _made(
+            "triangle",
+            (peaks[k - 1] if k else ex.Negate(_INFINITY), p, peaks[k + 1] if k + 1 < len(peaks) else _INFINITY),
+            i.name,
+        )
+        for k, (i, p) in enumerate(zip(items, peaks, strict=True))
+    ]
+
+
+def _uniform(statement: sx.Variable, count: int) -> list[ex.Expr]:
+    """Peaks from end to end of the range: lower + k (upper - lower) / (count - 1), the ends themselves exact."""
+    lower, upper = statement.lower, statement.upper
+    peaks: list[ex.Expr] = [lower]
+    for k in range(1, count - 1):
+        # A weighted mean of the ends is symmetric where the range is: the middle of [-a, a] is exactly 0.
+        left = ex.Binary("*", lower, ex.Number(float(count - 1 - k)))
+        right = ex.Binary("*", upper, ex.Number(float(k)))
+        peaks.append(ex.Binary("/", ex.Binary("+", left, right), ex.Number(float(count - 1))))
+    peaks.append(upper)
+    return peaks
+
+
+def _made(kind: str, arguments: tuple[ex.Expr | None, ...], word: sx.Word) -> Term:
+    given = tuple(a for a in arguments if a is not None)
+    return Term(name=word.text, membership=Membership(kind=kind, arguments=given, span=word.span), span=word.span)

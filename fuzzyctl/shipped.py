@@ -1,0 +1,33 @@
+"""Finds the files that come with the package, in a wheel and in an editable install alike."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+
+def rules_folder() -> Path:
+    """Return the folder of the shipped rule files.
+
+    Raises:
+        FileNotFoundError: When the installation is not whole.
+    """
+    package = Path(__file__).resolve().parent
+    for folder in (package / "rules", package.parent / "rules"):
+        if folder.is_dir():
+            return folder
+    raise FileNotFoundError(f"the rule files are missing from the installation at {package}")
+
+
+def find_rules(name: str, overlay: Path | None = None) -> Path:
+    """Return the path of a rule file by its file name.
+
+    Args:
+        name: Such as `ais_reaction.fz`.
+        overlay: A folder whose files come before the shipped ones.
+
+    Returns:
+        The overlay's file if it has one of that name, else the shipped one, which need not exist.
+    """
+    if overlay is not None and (overlay / name).is_file():
+        return overlay / name
+    return rules_folder() / name
