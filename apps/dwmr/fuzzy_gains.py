@@ -1,0 +1,214 @@
+"""Rule files as gain kernels: load, check that a file fits its role, prove what the law relies on, compile.
+
+The only control module that imports fuzzyctl.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import fuzzyctl
+from fuzzyctl.errors import Diagnostic, DiagnosticError, UnknownNameError, ValueOutOfBoundsError, did_you_mean
+from fuzzyctl.shipped import rules_folder
+
+from dwmr.compiled import COMPILED
+from dwmr.contracts import FloatArray
+from dwmr.scenario import RuleFile
+from dwmr.scenario_file import Places
+
+#: Rulings of the constraint G_AIS >= G_min: the claim is checked within this much [m/s or rad/s].
+TOLERANCE = 1e-12
+
+
+class Role(NamedTuple):
+    """What a rule file must offer to serve in a control law."""
+
+    inputs: tuple[str, ...]
+    output: str
+    adaptive: bool
+
+
+ROLES = {
+    "ais_reaction": Role(("sigma", "dsigma"), "f", False),
+    "boundary_layer": Role(("abs_sigma",), "beta", False),
+    "fcafsmc": Role(("sigma",), "F", True),
+}
+
+
+class Rules:
+    """The rule files of a run.
+
+    Args:
+        files: File and params by role, as the scenario gives them.
+        folders: Where to look for a file, first match wins; the shipped rules come last.
+        places: Where the scenario's keys stand, for diagnostics.
+    """
+
+    def __init__(self, files: Mapping[str, RuleFile], folders: tuple[Path, ...], places: Places) -> None:
+        self.files, self.folders, self.places = files, folders, places
+        self._systems: dict[str, Any] = {}
+        self._kernels: dict[tuple[str, tuple[tuple[str, float], ...]], Any] = {}
+
+    def path(self, role: str) -> Path:
+        """Return the file that serves in a role.
+
+        Raises:
+            DiagnosticError: When the scenario names none, or none is found.
+        """
+        if role not in self.files:
+            raise DiagnosticError([self.places.diagnostic("FZ903", f"rules.{role}", f"rules.{role}.file is missing")])
+        name = self.files[role].file
+        folders = (*self.folders, rules_folder())
+        for folder in folders:
+            if (folder / name).exists():
+                return folder / name
+        places = ", ".join(str(f) for f in folders)
+        key = f"rules.{role}.file"
+        message = f"{key} = {name!r} names a rule file that does not exist"
+        raise DiagnosticError([self.places.diagnostic("FZ904", key, message, facts=(f"looked in {places}",))])
+
+    def reaction(self, robot: str, channel: str, k_h_min: float | None, k_s: float | None) -> tuple[Any, float, float]:
+        """Return f(σ*, dσ*/dt) for one channel of a robot, with k̄_h and k_s, after proving k̄_h − k_s sup f >= G_min > 0.
+
+        Args:
+            robot: Name of the robot.
+            channel: "v" or "omega".
+            k_h_min, k_s: The robot's own gains, or None for those of the rule file's params.
+
+        Returns:
+            The kernel, k̄_h and k_s.
+
+        Raises:
+            DiagnosticError: When the guarantee does not follow from the rule file.
+
+        Source:
+            Goto, Bertol, Martins, section 7, choice of f_max.
+        """
+        role = "ais_reaction"
+        own = {name: value for name, value in (("k_h_min", k_h_min), ("k_s", k_s)) if value is not None}
+        system = self.system(role, own)
+        values: Mapping[str, float] = system.values
+        missing = [name for name in ("k_h_min", "k_s", "G_min") if name not in values]
+        if missing:
+            message = f"{self.path(role)} declares no param {', '.join(missing)}; {role} needs k_h_min, k_s and G_min"
+            raise DiagnosticError([Diagnostic("FZ905", message, file=str(self.path(role)))])
+        _prove_gain(system, robot, channel)
+        return self.kernel(role, system).jit, values["k_h_min"], values["k_s"]
+
+    def boundary_layer(self) -> Any:
+        """Return β(|σ*|) after proving β > 0.
+
+        Raises:
+            DiagnosticError: When β > 0 does not follow from the rule file.
+        """
+        system = self.system("boundary_layer", {})
+        bound = fuzzyctl.output_bounds(system)["beta"]
+        if not bound.lo > 0.0:
+            raise DiagnosticError(
+                [
+                    Diagnostic(
+                        "FZ907",
+                        f"the boundary layer is not guaranteed to be positive: inf β = {bound.lo:.6g}",
+                        span=bound.lo_span,
+                        facts=("Eq. (19) divides by β, so every value β can take must be > 0",),
+                        help="raise the peak of this term above 0",
+                        file=str(self.path("boundary_layer")),
+                    )
+                ]
+            )
+        return self.kernel("boundary_layer", system).jit
+
+    def adaptive_gain(self) -> tuple[Any, Any, FloatArray, float, float]:
+        """Return F = C·ξ(σ*), the rates of C, C(0), and the bounds every consequent is kept in."""
+        system = self.system("fcafsmc", {})
+        bound = fuzzyctl.output_bounds(system)["F"]
+        kernel = self.kernel("fcafsmc", system)
+        return kernel.jit, kernel.jit_rates, kernel.initial_state(), bound.lo, bound.hi
+
+    def system(self, role: str, own: Mapping[str, float]) -> Any:
+        """Return the fuzzy system of a role with the scenario's params and a robot's own ones.
+
+        Raises:
+            DiagnosticError: When the file has mistakes, does not fit the role, or has no such param.
+        """
+        if role not in self._systems:
+            system = fuzzyctl.load(self.path(role))
+            _check_role(system, role, self.path(role))
+            self._systems[role] = system
+        system, params = self._systems[role], self.files[role].params
+        unknown = sorted(set(params) - set(system.values))
+        if unknown:
+            raise DiagnosticError([self._unknown_param(role, name, tuple(system.values)) for name in unknown])
+        try:
+            return system.with_params(**{**params, **own}) if params or own else system
+        except (UnknownNameError, ValueOutOfBoundsError) as error:
+            raise DiagnosticError([Diagnostic("FZ905", str(error), file=str(self.path(role)))]) from error
+
+    def kernel(self, role: str, system: Any) -> Any:
+        """Return the compiled kernel of a system; equal params are compiled once."""
+        key = (role, tuple(sorted(system.values.items())))
+        if key not in self._kernels:
+            self._kernels[key] = fuzzyctl.compile(system, backend="numba" if COMPILED else "python")
+        return self._kernels[key]
+
+    @cached_property
+    def used(self) -> dict[str, Path]:
+        """Files of the roles this scenario names, by role."""
+        return {role: self.path(role) for role in self.files}
+
+    def _unknown_param(self, role: str, name: str, known: tuple[str, ...]) -> Diagnostic:
+        key = f"rules.{role}.{name}"
+        message = f"{key}: {self.path(role).name} has no param {name!r}"
+        facts = (f"its params are {', '.join(known)}",) if known else ("it has no params",)
+        return self.places.diagnostic("FZ902", key, message, facts=facts, help=did_you_mean(name, known))
+
+
+def _check_role(system: Any, role: str, path: Path) -> None:
+    """Refuse a system whose inputs and output are not those of its role, in that order."""
+    wanted = ROLES[role]
+    inputs = tuple(v.name for v in system.inputs)
+    outputs = tuple(v.name for v in system.outputs)
+    mistakes = []
+    if inputs != wanted.inputs:
+        mistakes.append(f"its inputs are {', '.join(inputs)}; {role} needs {', '.join(wanted.inputs)} in this order")
+    if outputs != (wanted.output,):
+        mistakes.append(f"its outputs are {', '.join(outputs)}; {role} needs the one output {wanted.output}")
+    if not mistakes and (system.outputs[0].adaptive is not None) != wanted.adaptive:
+        mistakes.append(f"output {wanted.output} must {'' if wanted.adaptive else 'not '}be adaptive")
+    if mistakes:
+        message = f"{path.name} does not fit the role {role}"
+        raise DiagnosticError([Diagnostic("FZ905", message, facts=tuple(mistakes), file=str(path))])
+
+
+def _prove_gain(system: Any, robot: str, channel: str) -> None:
+    """Refuse a run unless k̄_h − k_s sup f >= G_min > 0 follows from the bounds of f."""
+    k_h_min, k_s, g_min = (system.values[name] for name in ("k_h_min", "k_s", "G_min"))
+    bound = fuzzyctl.output_bounds(system)["f"]
+    smallest = k_h_min - k_s * bound.hi
+    if g_min > TOLERANCE and smallest >= g_min - TOLERANCE:
+        return
+    facts = [
+        f"robot {robot}, channel {channel}: k_h_min - k_s * sup f = {k_h_min:.6g} - {k_s:.6g} * {bound.hi:.6g} "
+        f"= {smallest:.6g}, which must be >= G_min = {g_min:.6g}"
+    ]
+    if g_min <= TOLERANCE:
+        facts.append(f"G_min must be > {TOLERANCE:g}, or nothing keeps the switching gain positive")
+    highest = (k_h_min - g_min) / k_s
+    help_text = f"lower this peak to f_max = (k_h_min - G_min) / k_s = {highest:.6g} or less, or lower k_s"
+    raise DiagnosticError(
+        [
+            Diagnostic(
+                "FZ906",
+                f"G_AIS > 0 is not guaranteed: f reaches {bound.hi:.6g}",
+                span=bound.hi_span,
+                facts=tuple(facts),
+                help=help_text,
+                file=str(system.path),
+            )
+        ]
+    )
+
+

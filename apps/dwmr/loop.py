@@ -1,0 +1,234 @@
+"""The compiled loop: references, avoidance, control law, inner loop and plant of all robots, period after period."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from dwmr.compiled import compiled
+from dwmr.contracts import FloatArray, Signal, TrackingError
+from dwmr.disturbances import Disturbance, Load, disturbance
+from dwmr.formation import follower_error, follower_position, trajectory_error
+from dwmr.geometry import clamp
+from dwmr.obstacles import Avoidance, avoid
+from dwmr.robot import State, advance, pd_torques, velocity
+
+#: What is recorded of every robot at every sample, in the order of the columns that `_record` fills.
+SIGNALS = (
+    Signal("x", "m", "reference point"),
+    Signal("y", "m", "reference point"),
+    Signal("theta", "rad", "orientation, not wrapped"),
+    Signal("v", "m/s", "linear velocity from the wheels"),
+    Signal("omega", "rad/s", "angular velocity from the wheels"),
+    Signal("x_r", "m", "reference position"),
+    Signal("y_r", "m", "reference position"),
+    Signal("theta_r", "rad", "reference orientation, as modified in avoidance"),
+    Signal("v_r", "m/s", "reference linear velocity, as modified in avoidance"),
+    Signal("theta_r_star", "rad", "auxiliary reference orientation"),
+    Signal("x_e", "m", "longitudinal error in the robot's frame"),
+    Signal("y_e", "m", "lateral error in the robot's frame"),
+    Signal("v_c", "m/s", "linear velocity asked for, before its limit"),
+    Signal("omega_c", "rad/s", "angular velocity asked for, before its limit"),
+    Signal("torque_right", "N m", "torque asked of the right wheel"),
+    Signal("torque_left", "N m", "torque asked of the left wheel"),
+    Signal("d_v", "m/s", "velocity-equivalent disturbance"),
+    Signal("d_omega", "rad/s", "velocity-equivalent disturbance"),
+    Signal("obstacle", "-", "index of the obstacle being avoided, -1 for none"),
+    Signal("avoidance_radius", "m", "variable radius R_d of that obstacle, 0 for none"),
+)
+COLUMNS = {signal.name: k for k, signal in enumerate(SIGNALS)}
+
+#: Fault number of a run in which a number became infinite or undefined; a law's own faults are positive.
+NOT_FINITE = -1
+
+
+class World(NamedTuple):
+    """What stays as it is during a run.
+
+    Attributes:
+        dt: Control period [s].
+        substeps: Integration steps in one period.
+        shape: Constants of the reference trajectory, shape (c,).
+        robots: Records of dtype `ROBOT`, shape (n,).
+        acting: Disturbances, records of dtype `DISTURBANCE`, shape (n, m).
+        load: Change of mass and inertia.
+        obstacles: Centre and radius of each, shape (a, 3) [m].
+        avoidance: Parameters of the avoidance.
+        gains: Constants of the control law, shape (n, g).
+    """
+
+    dt: float
+    substeps: int
+    shape: FloatArray
+    robots: Any
+    acting: Any
+    load: Load
+    obstacles: FloatArray
+    avoidance: Avoidance
+    gains: FloatArray
+
+
+class Memory(NamedTuple):
+    """What one period leaves to the next; the loop writes it.
+
+    Attributes:
+        plant: Fields of `State`, shape (n, 7).
+        theta_star: Auxiliary orientations θ*_r, shape (n,) [rad].
+        filters: States of the derivative filters, shape (n, 2) [m/s, rad/s].
+        sides: Latched sides of avoidance, shape (n, a).
+        law: States of the control law, shape (n, s).
+        next_law: The same after the period.
+        torques: Torques asked of the right and left wheel, shape (n, 2) [N m].
+    """
+
+    plant: FloatArray
+    theta_star: FloatArray
+    filters: FloatArray
+    sides: FloatArray
+    law: FloatArray
+    next_law: FloatArray
+    torques: FloatArray
+
+
+class Target(NamedTuple):
+    """Where a robot should be and how it should move, with the obstacle that changes this, if any."""
+
+    x: float
+    y: float
+    theta: float
+    v: float
+    obstacle: float
+    avoidance_radius: float
+
+
+@compiled
+def run_periods(
+    first: int,
+    last: int,
+    path: Any,
+    step: Any,
+    kernels: Any,
+    world: World,
+    memory: Memory,
+    record: FloatArray,
+    law_record: FloatArray,
+) -> tuple[int, int, int]:
+    """Run the control periods from `first` up to but not including `last`.
+
+    Args:
+        first, last: Numbers of control periods; time is number · dt.
+        path: Reference trajectory, see `contracts.reference_path`.
+        step: Control law, see `contracts.control_law`.
+        kernels: Gain kernels of the law, one tuple per robot.
+        world: Constants.
+        memory: Read and written.
+        record: Written, shape (periods, n, len(SIGNALS)).
+        law_record: Written, shape (periods, n, signals of the law).
+
+    Returns:
+        Number of the period reached, robot and fault: 0 for none, a key of the law's FAULTS, or `NOT_FINITE`.
+    """
+    n = world.robots.shape[0]
+    for k in range(first, last):
+        t = k * world.dt
+        # all robots decide before any of them moves
+        for i in range(n):
+            state = _state(memory, i)
+            target, error = _aim(t, i, state, path, world, memory)
+            v_c, omega_c, fault = step(
+                error, world.dt, world.gains[i], memory.law[i], kernels[i], memory.next_law[i], law_record[k, i]
+            )
+            now = disturbance(t, world.acting[i])
+            _inner_loop(i, state, v_c, omega_c, world, memory)
+            _record(record[k, i], state, target, error, v_c, omega_c, now, memory, i)
+            memory.theta_star[i] += world.dt * error.drift_theta
+            if fault > 0:
+                return k, i, fault
+            if not (math.isfinite(v_c + omega_c) and math.isfinite(state.x + state.y + state.theta + state.v)):
+                return k, i, NOT_FINITE
+        for i in range(n):
+            _move(t, i, world, memory)
+    return last, -1, 0
+
+
+@compiled
+def _state(memory: Memory, i: int) -> State:
+    p = memory.plant
+    return State(p[i, 0], p[i, 1], p[i, 2], p[i, 3], p[i, 4], p[i, 5], p[i, 6])
+
+
+@compiled
+def _aim(t: float, i: int, s: State, path: Any, world: World, memory: Memory) -> tuple[Target, TrackingError]:
+    """Return target and tracking error of one robot.
+
+    Source:
+        Goto, Bertol, Martins, Eqs. (4)-(6), (70)-(72) for the leader; Eqs. (47)-(51) for a follower.
+    """
+    robot, theta_star = world.robots[i], memory.theta_star[i]
+    j = robot.leader
+    if j < 0:
+        reference = path(t, world.shape)
+        theta_r, v_r, obstacle, reach = reference.theta, reference.v, -1, 0.0
+        if robot.avoids != 0:
+            obstacle, direction, reach = avoid(
+                s.x, s.y, s.theta, s.v, world.obstacles, memory.sides[i], world.avoidance
+            )
+            if obstacle >= 0:
+                theta_r, v_r = direction, world.avoidance.slowdown * v_r
+        error = trajectory_error(
+            s.x, s.y, s.theta, reference.x, reference.y, theta_r, theta_star, v_r, robot.d
+        )
+        return Target(reference.x, reference.y, theta_r, v_r, float(obstacle), reach), error
+    lead, d_i = _state(memory, j), world.robots[j].d
+    v_i, omega_i = velocity(lead, disturbance(t, world.acting[j]))
+    x_r, y_r = follower_position(lead.x, lead.y, lead.theta, d_i, robot.separation, robot.bearing)
+    error = follower_error(
+        lead.x, lead.y, lead.theta, v_i, omega_i, d_i, s.x, s.y, s.theta, theta_star, robot.d,
+        robot.separation, robot.bearing,
+    )  # fmt: skip
+    # theta_jr = theta_i of Eq. (47) cannot be kept in a turn; the auxiliary orientation takes its place
+    return Target(x_r, y_r, theta_star, v_i, -1.0, 0.0), error
+
+
+@compiled
+def _inner_loop(i: int, s: State, v_c: float, omega_c: float, world: World, memory: Memory) -> None:
+    """Turn the limited velocity command into torque commands."""
+    robot = world.robots[i]
+    e_v = clamp(v_c, robot.v_limit) - s.v
+    e_omega = clamp(omega_c, robot.omega_limit) - s.omega
+    right, left, filter_v, filter_omega = pd_torques(
+        e_v, e_omega, memory.filters[i, 0], memory.filters[i, 1], robot, world.dt
+    )
+    memory.torques[i, 0], memory.torques[i, 1] = right, left
+    memory.filters[i, 0], memory.filters[i, 1] = filter_v, filter_omega
+
+
+@compiled
+def _move(t: float, i: int, world: World, memory: Memory) -> None:
+    """Advance plant and control law of one robot by one period."""
+    s = advance(
+        t, _state(memory, i), memory.torques[i, 0], memory.torques[i, 1], world.robots[i], world.acting[i],
+        world.load, world.dt, world.substeps,
+    )  # fmt: skip
+    p = memory.plant
+    p[i, 0], p[i, 1], p[i, 2], p[i, 3], p[i, 4], p[i, 5], p[i, 6] = s
+    memory.law[i, :] = memory.next_law[i, :]
+
+
+@compiled
+def _record(
+    row: FloatArray,
+    s: State,
+    target: Target,
+    error: TrackingError,
+    v_c: float,
+    omega_c: float,
+    now: Disturbance,
+    memory: Memory,
+    i: int,
+) -> None:
+    row[0], row[1], row[2], row[3], row[4] = s.x, s.y, s.theta, s.v, s.omega
+    row[5], row[6], row[7], row[8] = target.x, target.y, target.theta, target.v
+    row[9], row[10], row[11] = memory.theta_star[i], error.x_e, error.y_e
+    row[12], row[13], row[14], row[15] = v_c, omega_c, memory.torques[i, 0], memory.torques[i, 1]
+    row[16], row[17], row[18], row[19] = now.v, now.omega, target.obstacle, target.avoidance_radius

@@ -1,0 +1,182 @@
+"""A scenario: every number of a run, with its unit, frozen."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import ConfigDict, Field, Strict, model_validator
+
+from dwmr.controllers.settings import AifqsmcSettings, FcafsmcSettings, SmcSettings
+from dwmr.quantities import Section, quantity
+
+class Run(Section):
+    """Length and resolution of the run."""
+
+    controller: str = Field(description="control law of the run when the command line names none")
+    horizon: float = quantity("duration", "s", gt=0, le=100_000)
+    dt: float = quantity("control period", "s", gt=0, le=1)
+    substeps: int = quantity("integration steps in one control period", "-", ge=1, le=1000)
+    save_every: int = quantity("control periods between two saved samples", "-", ge=1, le=1_000_000)
+
+    @property
+    def steps(self) -> int:
+        """Number of control periods."""
+        return max(1, round(self.horizon / self.dt))
+
+
+class Friction(Section):
+    """Friction the controllers do not know of."""
+
+    coulomb_force: float = quantity("Coulomb friction along the robot", "N", ge=0)
+    coulomb_torque: float = quantity("Coulomb friction of turning", "N m", ge=0)
+    viscous_force: float = quantity("viscous friction along the robot", "N s/m", ge=0)
+    viscous_torque: float = quantity("viscous friction of turning", "N m s/rad", ge=0)
+    stick_v: float = quantity("velocity over which Coulomb friction changes sign", "m/s", gt=0)
+    stick_omega: float = quantity("angular velocity over which Coulomb friction changes sign", "rad/s", gt=0)
+
+
+class Actuator(Section):
+    """What the drives can do."""
+
+    lag: float = quantity("time constant of the torques", "s", ge=0.001)
+    torque_limit: float = quantity("largest torque of one wheel", "N m", gt=0)
+    v_limit: float = quantity("largest linear velocity asked of the inner loop", "m/s", gt=0)
+    omega_limit: float = quantity("largest angular velocity asked of the inner loop", "rad/s", gt=0)
+
+
+class InnerLoop(Section):
+    """PD velocity loop, Eq. (75)."""
+
+    torque_reading: Literal["acceleration", "force"] = Field(
+        description="unit of the PD output: accelerations, multiplied by mass and inertia, or forces"
+    )
+    k_p_v: float = quantity("proportional gain, linear", "1/s or N s/m", ge=0)
+    k_p_omega: float = quantity("proportional gain, angular", "1/s or N m s/rad", ge=0)
+    k_d_v: float = quantity("derivative gain, linear", "1 or kg", ge=0)
+    k_d_omega: float = quantity("derivative gain, angular", "1 or kg m²", ge=0)
+    n_v: float = quantity("derivative filter, linear", "1/s", gt=0)
+    n_omega: float = quantity("derivative filter, angular", "1/s", gt=0)
+
+
+class Formation(Section):
+    """Place of a follower in the formation."""
+
+    leader: str = Field(description="name of the robot it follows")
+    separation: float = quantity("desired distance L_ijd from the leader's axle", "m", gt=0)
+    bearing: float = quantity("desired bearing Ψ_ijd", "rad", ge=-6.2832, le=6.2832)
+
+
+class Controllers(Section):
+    """Gains by control law; a law of one's own finds its table among the extra ones."""
+
+    model_config = ConfigDict(frozen=True, extra="allow", allow_inf_nan=False, strict=True)
+
+    smc: SmcSettings | None = None
+    aifqsmc: AifqsmcSettings | None = None
+    fcafsmc: FcafsmcSettings | None = None
+
+
+class Robot(Section):
+    """One robot: body, start, drives, inner loop, gains and its place in the formation."""
+
+    mass: float = quantity("mass", "kg", gt=0)
+    inertia: float = quantity("moment of inertia about the axle centre", "kg m²", gt=0)
+    com_offset: float = quantity("centre of mass ahead of the axle, negative behind", "m")
+    half_track: float = quantity("half the distance between the wheels b", "m", gt=0)
+    wheel_radius: float = quantity("wheel radius r", "m", gt=0)
+    radius: float = quantity("radius R_R that encloses the robot", "m", gt=0)
+    d: float = quantity("reference point of the control law ahead of the axle", "m", gt=0)
+    x_0: float = quantity("start, x of the reference point", "m")
+    y_0: float = quantity("start, y of the reference point", "m")
+    theta_0: float = quantity("start, orientation", "rad")
+    avoids_obstacles: bool = Field(description="whether it avoids obstacles")
+    friction: Friction
+    actuator: Actuator
+    inner_loop: InnerLoop
+    formation: Formation | None = Field(default=None, description="absent for a robot that follows the reference")
+    controllers: Controllers
+
+
+class Eight(Section):
+    """Figure eight along the y axis, Eq. (76)."""
+
+    kind: Literal["eight"]
+    amplitude_x: float = quantity("half the width along x, travelled twice per period", "m", gt=0)
+    amplitude_y: float = quantity("half the length along y", "m", gt=0)
+    period: float = quantity("time of one round", "s", gt=0)
+
+
+class Obstacle(Section):
+    """One round obstacle."""
+
+    x: float = quantity("centre, x", "m")
+    y: float = quantity("centre, y", "m")
+    radius: float = quantity("radius r_a", "m", gt=0)
+
+
+class AvoidanceSettings(Section):
+    """Variable avoidance radius and slowdown, Eqs. (57)-(63), (71)."""
+
+    margin: float = quantity("safety margin δ_Rd beyond obstacle and robot", "m", ge=0)
+    largest_radius: float = quantity("bound R̄_b of the avoidance radius", "m", gt=0)
+    kappa: float = quantity("gain κ of the expansion", "s", ge=0)
+    gamma: float = quantity("divisor γ of the expansion", "-", gt=0)
+    rho: float = quantity("decline ϱ of the expansion with distance", "1/m", ge=0)
+    slowdown: float = quantity("share ρ_v of the reference velocity kept", "-", gt=0, le=1)
+
+
+class DisturbanceSettings(Section):
+    """One disturbance in one window of time."""
+
+    kind: Literal["sinusoid", "constant"]
+    start: float = quantity("begin", "s", ge=0)
+    stop: float = quantity("end", "s", ge=0)
+    angular_frequency: float = quantity("of a sinusoid", "rad/s", gt=0, default=1.0)
+    v: float = quantity("velocity-equivalent amplitude, linear", "m/s")
+    omega: float = quantity("velocity-equivalent amplitude, angular", "rad/s")
+    force: float = quantity("force amplitude", "N")
+    torque: float = quantity("torque amplitude", "N m")
+    robots: Annotated[tuple[str, ...], Strict(False)] | None = Field(default=None, description="all when absent")
+
+    @model_validator(mode="after")
+    def _window(self) -> DisturbanceSettings:
+        if self.stop < self.start:
+            raise ValueError(f"stop = {self.stop:g} s lies before start = {self.start:g} s")
+        return self
+
+
+class LoadSettings(Section):
+    """Change of mass and inertia in a window of time."""
+
+    start: float = quantity("begin", "s", ge=0)
+    stop: float = quantity("end", "s", ge=0)
+    mass_factor: float = quantity("loaded over nominal mass", "-", gt=0)
+    inertia_factor: float = quantity("loaded over nominal inertia", "-", gt=0)
+
+
+class RuleFile(Section):
+    """A rule file and values for its params."""
+
+    model_config = ConfigDict(frozen=True, extra="allow", allow_inf_nan=False, strict=True)
+    __pydantic_extra__: dict[str, float] = Field(init=False)
+
+    file: str = Field(description="name of the rule file", min_length=1)
+
+    @property
+    def params(self) -> dict[str, float]:
+        """Values for params of the file, by name."""
+        return {name: float(value) for name, value in (self.__pydantic_extra__ or {}).items()}
+
+
+class Scenario(Section):
+    """Everything a run depends on, rule files aside."""
+
+    name: str
+    run: Run
+    reference: Eight
+    robots: dict[str, Robot] = Field(min_length=1)
+    obstacles: Annotated[tuple[Obstacle, ...], Strict(False)] = ()
+    avoidance: AvoidanceSettings
+    disturbances: Annotated[tuple[DisturbanceSettings, ...], Strict(False)] = ()
+    load: LoadSettings
+    rules: dict[str, RuleFile]

@@ -1,0 +1,247 @@
+"""Run a scenario under one control law: arrays in, compiled loop, named trajectory out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from time import perf_counter
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from fuzzyctl.errors import Diagnostic, DiagnosticError
+
+from dwmr import controllers, references
+from dwmr.compiled import first_class, first_class_functions
+from dwmr.contracts import FloatArray, Law, Signal
+from dwmr.disturbances import DISTURBANCE, Load
+from dwmr.fuzzy_gains import Rules
+from dwmr.loop import COLUMNS, NOT_FINITE, SIGNALS, Memory, World, run_periods
+from dwmr.obstacles import Avoidance
+from dwmr.robot import ROBOT
+from dwmr.scenario import Robot, Scenario
+from dwmr.scenario_file import Places, ScenarioFile
+
+#: The loop returns to Python this often, for the progress display and for Ctrl-C.
+PERIODS_AT_A_TIME = 4000
+
+
+@dataclass(frozen=True)
+class Stop:
+    """Why a run ended before its horizon."""
+
+    t: float
+    robot: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """What was recorded of a run, every control period.
+
+    Args:
+        controller: Name of the control law.
+        robots: Names in the order of the arrays' second axis.
+        t: Times, shape (samples,) [s].
+        values: Signals of `loop.SIGNALS`, shape (samples, robots, signals).
+        law_values: Signals of the control law, shape (samples, robots, signals).
+        law_signals: Names and units of those.
+        wall_s: Computing time of the loop [s].
+        stop: Why the run ended early, or None.
+    """
+
+    controller: str
+    robots: tuple[str, ...]
+    t: FloatArray
+    values: FloatArray
+    law_values: FloatArray
+    law_signals: tuple[Signal, ...]
+    wall_s: float
+    stop: Stop | None = None
+
+    def __getitem__(self, name: str) -> FloatArray:
+        """Return a signal by name, shape (samples, robots)."""
+        if name in COLUMNS:
+            return self.values[:, :, COLUMNS[name]]
+        return self.law_values[:, :, [s.name for s in self.law_signals].index(name)]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all signals."""
+        return tuple(s.name for s in (*SIGNALS, *self.law_signals))
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """A run made ready: checked, proved, its kernels compiled."""
+
+    name: str
+    scenario: Scenario
+    module: ModuleType
+    laws: dict[str, Law]
+
+
+def prepare(file: ScenarioFile, controller: str, rules: Rules) -> Simulation:
+    """Make a run ready.
+
+    Args:
+        file: The scenario.
+        controller: Name of the control law.
+        rules: Rule files of the scenario.
+
+    Raises:
+        DiagnosticError: With every mistake found for any robot: missing gains, rule files that do not fit, guarantees that
+            do not follow.
+    """
+    module = controllers.find(controller)
+    laws: dict[str, Law] = {}
+    mistakes: dict[Diagnostic, None] = {}
+    for name, robot in file.scenario.robots.items():
+        settings = getattr(robot.controllers, controller, None)
+        if settings is None:
+            mistakes[_no_gains(name, controller, file.places)] = None
+            continue
+        try:
+            laws[name] = module.init(settings, rules, name)
+        except DiagnosticError as error:
+            mistakes.update(dict.fromkeys(error.diagnostics))
+    if mistakes:
+        raise DiagnosticError(_first_of_each_place(mistakes))
+    return Simulation(controller, file.scenario, module, laws)
+
+
+def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> Trajectory:
+    """Run a simulation to its horizon, or to the sample at which it has to stop.
+
+    Args:
+        simulation: From `prepare`.
+        report: Called with the number of periods done, every `PERIODS_AT_A_TIME`; it may raise KeyboardInterrupt, which ends
+            the run and keeps what is done.
+    """
+    scenario, module = simulation.scenario, simulation.module
+    names = tuple(scenario.robots)
+    laws = [simulation.laws[n] for n in names]
+    world, memory = _world(scenario, laws), _memory(scenario, laws)
+    samples = scenario.run.steps + 1
+    record = np.zeros((samples, len(names), len(SIGNALS)))
+    law_record = np.zeros((samples, len(names), len(module.SIGNALS)))
+    path, step = first_class(references.eight), first_class(module.step)
+    kernels = tuple(tuple(first_class(k) for k in law.kernels) for law in laws)
+    reached, robot, fault, wall_s = 0, -1, 0, 0.0
+    interrupted = False
+    with first_class_functions():
+        run_periods(0, 0, path, step, kernels, world, memory, record, law_record)  # compiles, or loads from cache
+        while reached < samples and fault == 0 and not interrupted:
+            began = perf_counter()
+            last = min(reached + PERIODS_AT_A_TIME, samples)
+            reached, robot, fault = run_periods(reached, last, path, step, kernels, world, memory, record, law_record)
+            wall_s += perf_counter() - began
+            try:
+                if report is not None:
+                    report(reached)
+            except KeyboardInterrupt:
+                interrupted = True
+    kept = reached + 1 if fault else reached
+    t = np.arange(kept) * scenario.run.dt
+    stop = None
+    if fault:
+        stop = Stop(float(t[-1]), names[robot], _reason(fault, record[reached, robot], module))
+    elif interrupted and reached < samples:
+        stop = Stop(float(t[-1]), "", "interrupted")
+    return Trajectory(
+        simulation.name, names, t, record[:kept], law_record[:kept], module.SIGNALS, wall_s, stop
+    )
+
+
+def _reason(fault: int, row: FloatArray, module: ModuleType) -> str:
+    if fault != NOT_FINITE:
+        return str(module.FAULTS[fault])
+    bad = [s.name for s, value in zip(SIGNALS, row, strict=True) if not np.isfinite(value)]
+    return f"{', '.join(bad) or 'state'} is not finite: the run diverged"
+
+
+def _no_gains(robot: str, controller: str, places: Places) -> Diagnostic:
+    key = f"robots.{robot}.controllers.{controller}"
+    return places.diagnostic("FZ903", key, f"{key} is missing: robot {robot} has no gains for this control law")
+
+
+def _first_of_each_place(mistakes: dict[Diagnostic, None]) -> list[Diagnostic]:
+    """Keep one diagnostic per place: three robots with equal gains break a guarantee three times in the same way."""
+    kept: dict[tuple[str, str, str], Diagnostic] = {}
+    for one in mistakes:
+        kept.setdefault((one.code, one.place, one.message), one)
+    return list(kept.values())
+
+
+def _world(scenario: Scenario, laws: list[Law]) -> World:
+    robots = np.zeros(len(scenario.robots), dtype=ROBOT)
+    names = list(scenario.robots)
+    for row, robot in zip(robots, scenario.robots.values(), strict=True):
+        for name, value in _constants(robot, names).items():
+            row[name] = value
+    reference, settings = scenario.reference, scenario.avoidance
+    # Eq. (57); one robot radius for all, since the avoidance radius belongs to the obstacle
+    clearance = max(r.radius for r in scenario.robots.values()) + settings.margin
+    return World(
+        scenario.run.dt,
+        scenario.run.substeps,
+        np.array([reference.amplitude_x, reference.amplitude_y, reference.period]),
+        robots.view(np.recarray),
+        _acting(scenario).view(np.recarray),
+        Load(scenario.load.start, scenario.load.stop, scenario.load.mass_factor, scenario.load.inertia_factor),
+        np.array([(o.x, o.y, o.radius) for o in scenario.obstacles]).reshape(-1, 3),
+        Avoidance(
+            clearance, settings.largest_radius, settings.kappa, settings.gamma, settings.rho, settings.slowdown
+        ),
+        np.array([law.gains for law in laws]),
+    )
+
+
+def _constants(robot: Robot, names: list[str]) -> dict[str, float]:
+    """Return the fields of a `ROBOT` record."""
+    as_accelerations = robot.inner_loop.torque_reading == "acceleration"
+    formation = robot.formation
+    own = {
+        "pd_mass": robot.mass if as_accelerations else 1.0,
+        "pd_inertia": robot.inertia if as_accelerations else 1.0,
+        "separation": formation.separation if formation else 0.0,
+        "bearing": formation.bearing if formation else 0.0,
+        "leader": names.index(formation.leader) if formation else -1,
+        "avoids": int(robot.avoids_obstacles),
+    }
+    tables = (robot, robot.friction, robot.actuator, robot.inner_loop)
+    given = {name: getattr(t, name) for t in tables for name in type(t).model_fields if name in ROBOT.names}
+    return given | own
+
+
+def _acting(scenario: Scenario) -> Any:
+    """Return every disturbance for every robot, with zero amplitudes where a robot is spared."""
+    acting = np.zeros((len(scenario.robots), len(scenario.disturbances)), dtype=DISTURBANCE)
+    for i, name in enumerate(scenario.robots):
+        for k, one in enumerate(scenario.disturbances):
+            frequency = one.angular_frequency if one.kind == "sinusoid" else 0.0
+            share = 1.0 if one.robots is None or name in one.robots else 0.0
+            amplitudes = [share * a for a in (one.v, one.omega, one.force, one.torque)]
+            acting[i, k] = (one.start, one.stop, frequency, *amplitudes)
+    return acting
+
+
+def _memory(scenario: Scenario, laws: list[Law]) -> Memory:
+    robots = list(scenario.robots.values())
+    n = len(robots)
+    plant = np.zeros((n, 7))
+    plant[:, :3] = [(r.x_0, r.y_0, r.theta_0) for r in robots]
+    law = np.array([law.state for law in laws]).reshape(n, -1)
+    theta_star = np.array([_first_direction(scenario, r) for r in robots])
+    return Memory(
+        plant, theta_star, np.zeros((n, 2)), np.zeros((n, len(scenario.obstacles))), law, law.copy(), np.zeros((n, 2))
+    )
+
+
+def _first_direction(scenario: Scenario, robot: Robot) -> float:
+    """Return θ*_r(0): the reference's own direction, for a follower that of its leader [rad]."""
+    if robot.formation is not None:
+        return scenario.robots[robot.formation.leader].theta_0
+    shape = scenario.reference
+    start = references.eight(0.0, np.array([shape.amplitude_x, shape.amplitude_y, shape.period]))
+    return float(start.theta)
