@@ -1,0 +1,1 @@
+"""Proofs about a plan: what a system can return, and where it cannot return anything."""

@@ -1,0 +1,322 @@
+"""From a system to a kernel: plan it, write its programs, and let a backend print them."""
+
+from __future__ import annotations
+
+import weakref
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from numbers import Real
+from typing import TYPE_CHECKING, Any, Final
+
+from fuzzyctl.errors import (
+    ArgumentError,
+    BackendUnavailableError,
+    FuzzyctlError,
+    NoRuleFiresError,
+    UnknownNameError,
+)
+from fuzzyctl.kernels import inference, python_backend
+from fuzzyctl.kernels.plan import Plan, plan
+from fuzzyctl.kernels.program import Program, Refuse
+from fuzzyctl.model.system import FuzzySystem
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    FloatArray = npt.NDArray[np.float64]
+
+#: What `compile` takes as a backend.
+BACKENDS: Final = ("auto", "numba", "numpy", "python")
+
+
+class Kernel:
+    """A compiled system: numbers in, numbers out, and no state of its own.
+
+    `kernel(x0, x1, ...)` takes real numbers in the order of the inputs and gives a float, or a tuple for several
+    outputs. With adaptive outputs the state, one consequent for each rule, comes last: `kernel(x0, ..., C)`.
+
+    Where an input is NaN all outputs are NaN. Where no rule fires an output is what its `else` says; one without `else`
+    promises that this never happens, and is NaN where it happens all the same.
+
+    Args:
+        plan: What it computes.
+        backend: "numba", "numpy" or "python".
+    """
+
+    def __init__(self, plan: Plan, backend: str) -> None:
+        self.plan, self.backend = plan, backend
+        self.input_names = tuple(i.name for i in plan.inputs)
+        self.output_names = tuple(o.name for o in plan.outputs)
+        self.n_rules = len(plan.rules)
+        self.n_states = len(plan.states)
+        self._program = inference.evaluation(plan)
+        self._n_arguments = len(plan.inputs) + (1 if plan.states else 0)
+        #: The function itself: plain Python, or compiled for use inside other compiled code. numba's is
+        #: float64(float64, ...), with a last float64[::1] for the state; several outputs come as a tuple of float64.
+        #: It raises ArithmeticError where no rule fires for an output that says `else error`.
+        self.jit = self._evaluation()
+
+    def __repr__(self) -> str:
+        return f"Kernel({', '.join(self.input_names)} -> {', '.join(self.output_names)}; {self.backend})"
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Evaluate at one point.
+
+        Raises:
+            ArgumentError: For a wrong number of arguments, or one that is no real number.
+            NoRuleFiresError: Where no rule fires for an output that says `else error`.
+        """
+        try:
+            return self.jit(*arguments)
+        except NoRuleFiresError:
+            raise
+        except ArithmeticError as error:
+            if len(error.args) != 2:
+                raise
+            point = python_backend.point_text(self.input_names, arguments[: len(self.input_names)])
+            raise NoRuleFiresError(str(error.args[-1]), point) from None
+        except (TypeError, ValueError) as error:
+            raise self._argument_error(arguments, error) from error
+
+    def batch(self, points: Any, state: Any = None) -> FloatArray:
+        """Evaluate at many points.
+
+        Args:
+            points: Shape (..., inputs).
+            state: For adaptive outputs the consequents, shape (rules,) or (..., rules).
+
+        Returns:
+            Shape (...) for one output, (..., outputs) for several.
+
+        Raises:
+            ArgumentError: For arrays of another shape or not of numbers.
+            NoRuleFiresError: For the first point where no rule fires for an output that says `else error`.
+        """
+        import numpy as np
+
+        array = _float_array(points, "points")
+        if array.ndim == 0 or array.shape[-1] != len(self.input_names):
+            raise ArgumentError(
+                f"points must have the shape (..., {len(self.input_names)}) for {', '.join(self.input_names)}, "
+                f"got {array.shape}"
+            )
+        shape = array.shape[:-1]
+        flat = np.ascontiguousarray(array.reshape(-1, array.shape[-1]))
+        results: FloatArray = self._batch(flat, self._flat_state(state, shape))
+        return results.reshape(shape if len(self.output_names) == 1 else (*shape, len(self.output_names)))
+
+    def initial_state(self) -> FloatArray:
+        """Return the adaptive state to begin with: the peak of each rule's declared term."""
+        import numpy as np
+
+        return np.array(self.plan.initial_state, dtype=np.float64)
+
+    @cached_property
+    def jit_rates(self) -> Any:
+        """The function (x0, ..., C, C_dot) that writes dC_k/dt = rate · ξ_k into C_dot.
+
+        It is zero where C_k would leave the range; the rate takes the inputs as they are, ξ the clamped ones.
+        """
+        self._require_state()
+        return self._storing(inference.rates(self.plan))
+
+    @cached_property
+    def jit_strengths(self) -> Any:
+        """The function (x0, ..., xi) that writes the normalised firing strengths, 0 where no rule fires."""
+        self._require_state()
+        return self._storing(inference.strengths(self.plan))
+
+    @property
+    def source(self) -> str:
+        """The text of the function as this backend prints it."""
+        if self.backend == "numba":
+            from fuzzyctl.kernels import numba_backend
+
+            return numba_backend.evaluation_source(self._program)
+        return python_backend.evaluation_source(self._program)
+
+    def _evaluation(self) -> Any:
+        if self.backend == "numba":
+            from fuzzyctl.kernels import numba_backend
+
+            return numba_backend.compile_source(numba_backend.evaluation_source(self._program))
+        source = python_backend.evaluation_source(self._program)
+        return python_backend.compile_source(source, self._program, self.input_names)
+
+    def _storing(self, program: Program) -> Any:
+        if self.backend == "numba":
+            from fuzzyctl.kernels import numba_backend
+
+            return numba_backend.compile_source(numba_backend.storing_source(program))
+        return python_backend.compile_source(python_backend.storing_source(program), program, self.input_names)
+
+    @cached_property
+    def _batch(self) -> Any:
+        """The function (points (n, inputs), state (n, rules) or None) -> results (n, outputs)."""
+        if self.backend == "numba":
+            return self._numba_batch()
+        if self.backend == "numpy":
+            from fuzzyctl.kernels import numpy_backend
+
+            of_columns = numpy_backend.compile_batch(self._program, self.input_names)
+            return lambda points, state: of_columns(points, None if state is None else state.T)
+        return self._python_batch
+
+    def _numba_batch(self) -> Any:
+        import numpy as np
+
+        from fuzzyctl.kernels import numba_backend
+
+        loop = numba_backend.compile_source(numba_backend.batch_source(self._program))
+        refusals = [s.output for s in self._program.body if isinstance(s, Refuse)]
+
+        def batch(points: FloatArray, state: FloatArray | None) -> FloatArray:
+            results = np.empty((len(points), len(self.output_names)))
+            states = () if state is None else (np.ascontiguousarray(state),)
+            failed = loop(points, *states, results)
+            if failed >= 0:
+                index, which = divmod(failed, len(refusals))
+                raise NoRuleFiresError(refusals[which], python_backend.point_text(self.input_names, points[index]))
+            return results
+
+        return batch
+
+    def _python_batch(self, points: FloatArray, state: FloatArray | None) -> FloatArray:
+        import numpy as np
+
+        results = np.empty((len(points), len(self.output_names)))
+        for i, point in enumerate(points.tolist()):
+            results[i] = self.jit(*point) if state is None else self.jit(*point, state[i])
+        return results
+
+    def _flat_state(self, state: Any, shape: tuple[int, ...]) -> FloatArray | None:
+        import numpy as np
+
+        if not self.n_states:
+            if state is not None:
+                raise ArgumentError("the system has no adaptive output, so batch takes no state")
+            return None
+        if state is None:
+            raise ArgumentError(f"the state is missing: {self.n_states} adaptive consequents")
+        array = _float_array(state, "state")
+        if array.ndim == 0 or array.shape[-1] != self.n_states:
+            raise ArgumentError(f"the state must have the shape (..., {self.n_states}), got {array.shape}")
+        try:
+            return np.broadcast_to(array, (*shape, self.n_states)).reshape(-1, self.n_states)
+        except ValueError:
+            raise ArgumentError(f"a state of shape {array.shape} does not fit points of shape {shape}") from None
+
+    def _require_state(self) -> None:
+        if not self.n_states:
+            raise FuzzyctlError("the system has no adaptive output, so it has no rates and no state")
+
+    def _argument_error(self, arguments: Sequence[Any], error: Exception) -> ArgumentError:
+        if isinstance(error, ArgumentError):
+            return error
+        names = [*self.input_names, *(["state"] if self.n_states else [])]
+        if len(arguments) != self._n_arguments:
+            return ArgumentError(f"the kernel takes {len(names)} arguments ({', '.join(names)}), got {len(arguments)}")
+        kinds = ", ".join(f"{n}: {type(a).__name__}" for n, a in zip(names, arguments, strict=True))
+        return ArgumentError(f"inputs must be real numbers, got {kinds}; kernel.batch takes arrays")
+
+
+def _float_array(values: Any, what: str) -> FloatArray:
+    import numpy as np
+
+    try:
+        return np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise ArgumentError(f"{what} must be an array of real numbers: {error}") from None
+
+
+def compile(system: FuzzySystem, backend: str = "auto") -> Kernel:
+    """Compile a system.
+
+    Args:
+        system: A well-formed system.
+        backend: "numba"; "numpy", which evaluates arrays with numpy and single points with generated Python; "python",
+            which loops over the points of an array with the same Python; or "auto", which is numba where it can be
+            imported, else numpy.
+
+    Raises:
+        UnknownNameError: For another backend.
+        BackendUnavailableError: For a backend whose package cannot be imported.
+        DiagnosticError: For a defuzzifier that the terms do not suit.
+    """
+    if backend not in BACKENDS:
+        raise UnknownNameError("backend", backend, BACKENDS)
+    return Kernel(plan(system), _resolve(backend))
+
+
+def _resolve(backend: str) -> str:
+    if backend in ("numpy", "python"):
+        return backend
+    try:
+        import fuzzyctl.kernels.numba_backend  # noqa: F401 - whether it can be imported is the question
+    except ImportError as error:
+        if backend == "numba":
+            raise BackendUnavailableError(backend, str(error)) from error
+        return "numpy"
+    return "numba"
+
+
+#: Kernels for calls by name, by the identity of their system: hashing a system costs more than evaluating it.
+_CALLED: Final[dict[tuple[int, str], Kernel]] = {}
+
+
+def call_by_name(system: FuzzySystem, values: Mapping[str, Any]) -> Any:
+    """Evaluate a system for numbers or arrays given by name; what `FuzzySystem.__call__` does.
+
+    Numbers go through generated Python, so that neither numpy nor numba is imported; arrays through numpy. Adaptive
+    outputs are evaluated with their initial consequents.
+
+    Args:
+        system: The system.
+        values: A number or an array for every input; arrays broadcast against each other.
+
+    Returns:
+        A float, or an array of the broadcast shape; for several outputs a dict by name.
+
+    Raises:
+        UnknownNameError: For a name that is no input.
+        ArgumentError: When an input is missing or no number, or arrays do not broadcast.
+        NoRuleFiresError: Where no rule fires for an output that says `else error`.
+    """
+    names = [i.name for i in system.inputs]
+    for name in values:
+        if name not in names:
+            raise UnknownNameError("input", name, names)
+    missing = [name for name in names if name not in values]
+    if missing:
+        raise ArgumentError(f"a value is missing for: {', '.join(missing)}")
+    ordered = [values[name] for name in names]
+    if all(isinstance(value, Real) for value in ordered):
+        kernel = _called(system, "python")
+        state = (kernel.plan.initial_state,) if kernel.n_states else ()
+        result = kernel(*ordered, *state)
+        return result if len(kernel.output_names) == 1 else dict(zip(kernel.output_names, result, strict=True))
+    return _call_arrays(_called(system, "numpy"), ordered)
+
+
+def _call_arrays(kernel: Kernel, ordered: Sequence[Any]) -> Any:
+    import numpy as np
+
+    arrays = [_float_array(v, f"input {n!r}") for n, v in zip(kernel.input_names, ordered, strict=True)]
+    try:
+        points = np.stack(np.broadcast_arrays(*arrays), axis=-1)
+    except ValueError as error:
+        raise ArgumentError(f"the inputs do not broadcast: {error}") from None
+    results = kernel.batch(points, kernel.plan.initial_state if kernel.n_states else None)
+    if len(kernel.output_names) == 1:
+        return results
+    return {name: results[..., k] for k, name in enumerate(kernel.output_names)}
+
+
+def _called(system: FuzzySystem, backend: str) -> Kernel:
+    key = (id(system), backend)
+    if key not in _CALLED:
+        _CALLED[key] = compile(system, backend)
+        # The identity may be used again once the system is gone.
+        weakref.finalize(system, _CALLED.pop, key, None)
+    return _CALLED[key]

@@ -1,0 +1,83 @@
+"""Programs as numpy functions over blocks of points: for arrays where no compiler is at hand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from fuzzyctl.errors import NoRuleFiresError
+from fuzzyctl.kernels.printer import ARRAYS, INDENT, block, text
+from fuzzyctl.kernels.program import STATE, Program
+from fuzzyctl.kernels.python_backend import point_text
+
+FloatArray = npt.NDArray[np.float64]
+
+#: Points of a block: its temporaries stay in the processor's cache, which is 1.3 to 3 times faster than whole arrays.
+BLOCK: Final = 8192
+
+
+class _QuietError(Exception):
+    """Carries the first point of a block where no rule fires."""
+
+    def __init__(self, index: int, output: str) -> None:
+        super().__init__()
+        self.index, self.output = index, output
+
+
+def block_source(program: Program) -> str:
+    """Return the text of the function `block(x0, ..., C, result)` over arrays; `result` is (n, results)."""
+    arguments = [*program.arguments, *([STATE] if program.state else []), "result"]
+    lines = [f"def block({', '.join(arguments)}):"]
+    lines += block(program.body, ARRAYS, lambda condition, output: [f"refuse({condition}, {output!r})"])
+    lines += [f"{INDENT}result[:, {k}] = {text(r, ARRAYS)}" for k, r in enumerate(program.results)]
+    return "\n".join(lines) + "\n"
+
+
+def compile_batch(program: Program, input_names: Sequence[str]) -> Callable[..., FloatArray]:
+    """Return the function (points (n, inputs), state (rules, n) or None) -> results (n, outputs)."""
+    namespace: dict[str, Any] = {**_RUNTIME, **dict(program.tables)}
+    exec(compile(block_source(program), "<fuzzyctl kernel>", "exec"), namespace)  # noqa: S102 - printed from a plan
+    of_block: Callable[..., None] = namespace["block"]
+
+    def batch(points: FloatArray, state: FloatArray | None) -> FloatArray:
+        results = np.empty((len(points), len(program.results)))
+        with np.errstate(all="ignore"):
+            for start in range(0, len(points), BLOCK):
+                part = points[start : start + BLOCK]
+                arguments = [*np.ascontiguousarray(part.T)]
+                if state is not None:
+                    arguments.append(state[:, start : start + BLOCK])
+                try:
+                    of_block(*arguments, results[start : start + BLOCK])
+                except _QuietError as quiet:
+                    raise NoRuleFiresError(quiet.output, point_text(input_names, part[quiet.index])) from None
+        return results
+
+    return batch
+
+
+def _refuse(condition: Any, output: str) -> None:
+    if np.any(condition):
+        raise _QuietError(int(np.argmax(np.atleast_1d(condition))), output)
+
+
+_RUNTIME: Final[dict[str, Any]] = {
+    "__builtins__": {"range": range, "abs": abs},
+    "nan": np.nan,
+    "inf": np.inf,
+    "refuse": _refuse,
+    "where": np.where,
+    "minimum": np.minimum,
+    "maximum": np.maximum,
+    "power": np.power,
+    "sqrt": np.sqrt,
+    "exp": np.exp,
+    "log": np.log,
+    "sin": np.sin,
+    "cos": np.cos,
+    "tan": np.tan,
+    "atan2": np.arctan2,
+}

@@ -1,0 +1,224 @@
+"""Programs: straight-line assignments of expressions, which the backends print and do nothing else with."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import reduce
+from itertools import count
+from typing import Final
+
+from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, Expr, Logic, Name, Number, Where, replace
+
+#: One object, so that programs that hold it compare equal.
+NAN: Final = Number(math.nan)
+
+
+@dataclass(frozen=True, slots=True)
+class Item(Expr):
+    """One number of an array argument or of a constant table.
+
+    Args:
+        array: Name of the array.
+        index: A position, or the name of a loop's counter.
+    """
+
+    array: str
+    index: int | str
+
+
+@dataclass(frozen=True, slots=True)
+class Assign:
+    """Give a name to a value, once."""
+
+    name: str
+    value: Expr
+
+
+@dataclass(frozen=True, slots=True)
+class Accumulate:
+    """Add up over the entries of constant tables.
+
+    Args:
+        count: Number of entries.
+        counter: Name of the position.
+        body: Assignments for each entry.
+        sums: Names of the sums with what each entry adds; they begin at 0.
+    """
+
+    count: int
+    counter: str
+    body: tuple[Assign, ...]
+    sums: tuple[Assign, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Refuse:
+    """Stop where a condition holds: no rule fires for an output that says `else error`."""
+
+    condition: Expr
+    output: str
+
+
+Statement = Assign | Accumulate | Refuse
+
+
+@dataclass(frozen=True)
+class Program:
+    """A function as a list of statements.
+
+    Args:
+        arguments: Names of its scalar arguments, the raw inputs.
+        state: Length of the array argument `C` with the adaptive consequents; 0 for none.
+        tables: Constant arrays by name.
+        body: Statements; every name is assigned once.
+        results: What it returns, one expression for each output, or stores, one for each entry of the state.
+    """
+
+    arguments: tuple[str, ...]
+    state: int
+    tables: tuple[tuple[str, tuple[float, ...]], ...]
+    body: tuple[Statement, ...]
+    results: tuple[Expr, ...]
+
+
+#: Name of the array argument that holds the adaptive consequents.
+STATE: Final = "C"
+
+
+class Builder:
+    """Write a program: names for values, each value computed once."""
+
+    def __init__(self) -> None:
+        self.statements: list[Statement] = []
+        self.tables: dict[str, tuple[float, ...]] = {}
+        self._known: dict[Expr, Expr] = {}
+        self._fresh = count(1)
+
+    def inner(self) -> Builder:
+        """Return a builder for the body of a loop; it shares names and tables."""
+        builder = Builder()
+        builder.tables, builder._fresh = self.tables, self._fresh
+        return builder
+
+    def let(self, value: Expr) -> Expr:
+        """Return a name or a number that stands for a value."""
+        value = self.flat(value)
+        if is_atom(value):
+            return value
+        if value not in self._known:
+            name = self.fresh()
+            self.statements.append(Assign(name, value))
+            self._known[value] = Name(name)
+        return self._known[value]
+
+    def flat(self, value: Expr) -> Expr:
+        """Return a value in which `min` and `max` are pairs of atoms and `sign` is a choice.
+
+        Printers write those as comparisons, which name each operand twice.
+        """
+
+        def change(node: Expr) -> Expr:
+            match node:
+                case Call(function="min" | "max" as function, arguments=arguments):
+                    return reduce(lambda a, b: Call(function, (self.let(a), self.let(b))), arguments)
+                case Call(function="sign", arguments=(x,)):
+                    x = self.let(x)
+                    negative = Where(Compare("<", x, ZERO), Number(-1.0), times(x, ZERO))
+                    return Where(Compare(">", x, ZERO), ONE, negative)
+            return node
+
+        return replace(value, change)
+
+    def fresh(self) -> str:
+        """Return a name that is not taken."""
+        return f"v{next(self._fresh)}"
+
+    def table(self, values: Iterable[float]) -> str:
+        """Return the name of a constant array."""
+        content = tuple(values)
+        for name, known in self.tables.items():
+            if known == content:
+                return name
+        name = f"T{len(self.tables)}"
+        self.tables[name] = content
+        return name
+
+    def total(self, terms: Iterable[Expr]) -> Expr:
+        """Return the sum of some values, 0 for none."""
+        parts = [t for t in terms if t != ZERO]
+        return self.let(reduce(plus, parts)) if parts else ZERO
+
+    def largest(self, terms: Iterable[Expr]) -> Expr:
+        """Return the largest of some values that are not negative, 0 for none."""
+        parts = list(terms)
+        return self.let(Call("max", tuple(parts))) if parts else ZERO
+
+
+def speculated(program: Program) -> Program:
+    """Return the same program with both sides of every choice computed beforehand.
+
+    Compilers turn choices between values at hand into selections, and only loops without branches are vectorised. For
+    targets where a quotient by zero is harmless.
+    """
+    builder = Builder()
+    builder.tables = dict(program.tables)
+
+    def change(node: Expr) -> Expr:
+        if isinstance(node, Where):
+            return Where(node.condition, _named(builder, node.then), _named(builder, node.otherwise))
+        return node
+
+    for statement in program.body:
+        match statement:
+            case Assign(name=name, value=value):
+                builder.statements.append(Assign(name, replace(value, change)))
+            case _:
+                builder.statements.append(statement)
+    results = tuple(replace(r, change) for r in program.results)
+    return Program(program.arguments, program.state, program.tables, tuple(builder.statements), results)
+
+
+def _named(builder: Builder, value: Expr) -> Expr:
+    if is_atom(value):
+        return value
+    name = f"s{next(builder._fresh)}"
+    builder.statements.append(Assign(name, value))
+    return Name(name)
+
+
+def is_atom(value: Expr) -> bool:
+    """Return whether a value costs nothing to write twice."""
+    return isinstance(value, Name | Number | Item)
+
+
+def plus(a: Expr, b: Expr) -> Expr:
+    """Return a + b without what adds nothing."""
+    return b if a == ZERO else a if b == ZERO else Binary("+", a, b)
+
+
+def minus(a: Expr, b: Expr) -> Expr:
+    """Return a - b without what takes nothing."""
+    return a if b == ZERO else Binary("-", a, b)
+
+
+def times(a: Expr, b: Expr) -> Expr:
+    """Return a · b; a factor 1 is left out."""
+    if a == ONE:
+        return b
+    if b == ONE:
+        return a
+    return Binary("*", a, b)
+
+
+def clip(x: Expr, lower: float, upper: float) -> Expr:
+    """Return an atom held within a range; written so that NaN stays NaN."""
+    above = Where(Compare(">", x, Number(upper)), Number(upper), x)
+    return Where(Compare("<", x, Number(lower)), Number(lower), above)
+
+
+def any_nan(names: Iterable[Expr]) -> Expr:
+    """Return whether some value is NaN, the only number that differs from itself."""
+    tests = tuple(Compare("!=", x, x) for x in names)
+    return tests[0] if len(tests) == 1 else Logic("or", tests)

@@ -1,0 +1,138 @@
+"""Programs as plain Python functions: no compiler, no numpy, a light start.
+
+The only text that is ever executed is what the printer makes of a program, in which every name is a generated one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from numbers import Real
+from typing import Any, Final
+
+from fuzzyctl.errors import ArgumentError, NoRuleFiresError
+from fuzzyctl.expr import Expr, names_in
+from fuzzyctl.kernels.printer import IEEE_SCALAR, INDENT, SCALAR, Dialect, block, text
+from fuzzyctl.kernels.program import STATE, Program
+
+#: Name of the array argument that a storing function writes to.
+RESULT: Final = "result"
+
+
+def evaluation_source(program: Program) -> str:
+    """Return the text of the function `kernel(x0, ..., C)` that returns the outputs."""
+    results = ", ".join(text(r, SCALAR) for r in program.results)
+    end = f"return {results}" if len(program.results) == 1 else f"return ({results})"
+    return _function("kernel", program, [], [end], SCALAR)
+
+
+def storing_source(program: Program) -> str:
+    """Return the text of the function `store(x0, ..., C, result)` that writes its results into `result`."""
+    end = [f"{RESULT}[{k}] = {text(r, IEEE_SCALAR)}" for k, r in enumerate(program.results)]
+    return _function("store", program, [RESULT], end, IEEE_SCALAR)
+
+
+def _function(name: str, program: Program, extra: list[str], end: list[str], dialect: Dialect) -> str:
+    arguments = [*program.arguments, *([STATE] if program.state else []), *extra]
+    point = ", ".join(program.arguments)
+    lines = [f"def {name}({', '.join(arguments)}):"]
+    # The check is a tenth of the price of a conversion, and nearly all arguments are floats already.
+    lines += [f"{INDENT}if type({x}) is not float: {x} = as_number({x})" for x in program.arguments]
+    lines += block(
+        program.body, dialect, lambda condition, o: [f"if {condition}: raise no_rule_fires({o!r}, ({point},))"]
+    )
+    return "\n".join([*lines, *(INDENT + line for line in end)]) + "\n"
+
+
+def compile_source(source: str, program: Program, input_names: Sequence[str]) -> Callable[..., Any]:
+    """Turn the text of a function into the function."""
+    namespace: dict[str, Any] = {**RUNTIME, **dict(program.tables)}
+
+    def no_rule_fires(output: str, point: Sequence[float]) -> NoRuleFiresError:
+        return NoRuleFiresError(output, point_text(input_names, point))
+
+    namespace["no_rule_fires"] = no_rule_fires
+    return _execute(source, namespace)
+
+
+def scalar_function(expr: Expr) -> Callable[..., float]:
+    """Return the function of the names in an expression, in order of appearance."""
+    names = ", ".join(dict.fromkeys(n.name for n in names_in(expr))) or "_=0.0"
+    return _execute(f"def function({names}):\n{INDENT}return {text(expr, SCALAR)}\n", dict(RUNTIME))
+
+
+def _execute(source: str, namespace: dict[str, Any]) -> Callable[..., Any]:
+    before = set(namespace)
+    exec(compile(source, "<fuzzyctl kernel>", "exec"), namespace)  # noqa: S102 - printed from a plan, see above
+    (name,) = set(namespace) - before - {"__builtins__"}
+    function: Callable[..., Any] = namespace[name]
+    return function
+
+
+def point_text(names: Sequence[str], point: Sequence[float]) -> str:
+    """Return a point for people: `sigma = 0.1, dsigma = -2`."""
+    return ", ".join(f"{n} = {float(x):.6g}" for n, x in zip(names, point, strict=True))
+
+
+def as_number(value: object) -> float:
+    """Return a real number as a float.
+
+    Raises:
+        ArgumentError: For anything else, arrays included.
+    """
+    if isinstance(value, Real) or getattr(value, "shape", None) == ():
+        return float(value)  # type: ignore[arg-type]
+    raise ArgumentError(f"an input must be a real number, got {type(value).__name__}; kernel.batch takes arrays")
+
+
+def _ieee(function: Callable[..., float]) -> Callable[..., float]:
+    """Return a function of `math` that gives NaN and infinities where Python raises."""
+
+    def safe(*arguments: float) -> float:
+        try:
+            return function(*arguments)
+        except ValueError:
+            return math.nan
+        except OverflowError:
+            return math.inf
+
+    return safe
+
+
+def _divide(a: float, b: float) -> float:
+    if b != 0.0:
+        return a / b
+    if a == 0.0 or a != a or b != b:
+        return math.nan
+    return math.copysign(math.inf, a) * math.copysign(1.0, b)
+
+
+def _log(x: float) -> float:
+    return -math.inf if x == 0.0 else math.log(x) if x > 0.0 else math.nan
+
+
+def _power(a: float, b: float) -> float:
+    try:
+        return math.pow(a, b)
+    except OverflowError:
+        return math.copysign(math.inf, a) if b % 2.0 == 1.0 else math.inf
+    except ValueError:
+        return _divide(1.0, math.copysign(0.0, a) if b % 2.0 == 1.0 else 0.0) if a == 0.0 else math.nan
+
+
+#: What generated text may call, and nothing else: `__builtins__` holds only what its loops need.
+RUNTIME: Final[Mapping[str, Any]] = {
+    "__builtins__": {"range": range, "type": type, "float": float, "abs": abs},
+    "nan": math.nan,
+    "inf": math.inf,
+    "as_number": as_number,
+    "divide": _divide,
+    "power": _power,
+    "sqrt": _ieee(math.sqrt),
+    "exp": _ieee(math.exp),
+    "log": _log,
+    "sin": _ieee(math.sin),
+    "cos": _ieee(math.cos),
+    "tan": _ieee(math.tan),
+    "atan2": math.atan2,
+}
