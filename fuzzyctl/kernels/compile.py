@@ -173,8 +173,8 @@ class Kernel:
 
         def batch(points: FloatArray, state: FloatArray | None) -> FloatArray:
             results = np.empty((len(points), len(self.output_names)))
-            states = () if state is None else (np.ascontiguousarray(state),)
-            failed = loop(points, *states, results)
+            states = () if state is None else (np.ascontiguousarray(state).reshape(-1),)
+            failed = loop(points.reshape(-1), *states, results.reshape(-1))
             if failed >= 0:
                 index, which = divmod(failed, len(refusals))
                 raise NoRuleFiresError(refusals[which], python_backend.point_text(self.input_names, points[index]))
