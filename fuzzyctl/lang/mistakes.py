@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import unicodedata
-from typing import Final
+from typing import Any, Final
 
 from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
 
@@ -69,8 +69,8 @@ def describe(source: SourceText, line: LogicalLine, error: UnexpectedInput) -> D
     form = FORMS.get(line.word, "") if line.kind == "statement" else _BELOW.get(line.kind, "")
     help_text = f"the form is: {form}" if form else ""
     if isinstance(error, UnexpectedCharacters):
-        at = line.start + error.pos_in_stream
-        return _bad_character(source, line, at, help_text)
+        position: Any = error.pos_in_stream
+        return _bad_character(source, line, line.start + position, help_text)
     assert isinstance(error, UnexpectedToken)
     expected = _expected(error)
     facts = (f"expected {expected}",) if expected else ()

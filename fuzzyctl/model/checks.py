@@ -231,9 +231,7 @@ def unused_params(system: FuzzySystem) -> Iterator[Diagnostic]:
     for g in system.guarantees:
         for claim in (g.claim, g.when):
             if claim is not None:
-                used.update(
-                    n.name if isinstance(n, Name) else n.function for n in walk(claim) if isinstance(n, Name | Call)
-                )
+                used.update(n.name for n in names_in(claim))
     for o in system.outputs:
         if o.adaptive is not None:
             used.update(n.name for n in names_in(o.adaptive))

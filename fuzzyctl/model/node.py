@@ -20,7 +20,7 @@ class Node(BaseModel):
         return tuple(getattr(self, name) for name in type(self).model_fields if name not in _PLACES)
 
     def __eq__(self, other: object) -> bool:
-        return type(self) is type(other) and isinstance(other, Node) and self._meaning() == other._meaning()
+        return isinstance(other, Node) and type(self) is type(other) and self._meaning() == other._meaning()
 
     def __hash__(self) -> int:
         return hash((type(self).__name__, self._meaning()))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 from pydantic import Field, InstanceOf
 
@@ -120,7 +120,10 @@ class FuzzySystem(Node):
         return call_by_name(self, inputs)
 
 
-def _find(kind: str, name: str, among: tuple[Any, ...]) -> Any:
+_Variable = TypeVar("_Variable", Input, Output)
+
+
+def _find(kind: str, name: str, among: tuple[_Variable, ...]) -> _Variable:
     for variable in among:
         if variable.name == name:
             return variable

@@ -1,0 +1,142 @@
+"""What the commands share: diagnostics on the terminal, `name=value` arguments, exit codes."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from functools import wraps
+from typing import Any, Final, ParamSpec
+
+import click
+
+from fuzzyctl.errors import Diagnostic, DiagnosticError, FuzzyctlError, closest, render_all
+from fuzzyctl.model.system import FuzzySystem
+
+#: Exit codes: done; diagnostics, refuted or diverged; wrong usage; undecided.
+DONE: Final = 0
+FAILED: Final = 1
+USAGE: Final = 2
+UNDECIDED: Final = 3
+
+P = ParamSpec("P")
+
+FORMAT = click.option(
+    "--format", "form", type=click.Choice(["text", "json"]), default="text", show_default=True, help="How to print."
+)
+SET = click.option(
+    "--set", "settings", multiple=True, metavar="NAME=VALUE", help="Set a param of the system; may be repeated."
+)
+
+
+def use_color(stream: Any) -> bool:
+    """Whether a stream is a terminal that wants colour (https://no-color.org)."""
+    return bool(stream.isatty()) and "NO_COLOR" not in os.environ and os.environ.get("TERM") != "dumb"
+
+
+def show(diagnostics: Sequence[Diagnostic], form: str = "text") -> None:
+    """Print diagnostics: as text on standard error, as JSON on standard output."""
+    if form == "json":
+        click.echo(json.dumps({"diagnostics": [d.as_dict() for d in diagnostics]}, ensure_ascii=False, indent=2))
+    elif diagnostics:
+        click.echo(render_all(diagnostics, color=use_color(sys.stderr)), err=True)
+
+
+def answers_with_diagnostics(command: Callable[P, int | None]) -> Callable[P, None]:
+    """Turn what a command raises on purpose into a message and an exit code, never a traceback."""
+
+    @wraps(command)
+    def run(*args: P.args, **kwargs: P.kwargs) -> None:
+        try:
+            code = command(*args, **kwargs)
+        except DiagnosticError as error:
+            show(error.diagnostics, str(kwargs.get("form", "text")))
+            code = FAILED
+        except FuzzyctlError as error:
+            click.echo(f"error: {error}", err=True)
+            code = FAILED
+        except BrokenPipeError:
+            # The reader, such as `head`, has seen enough; Python would complain again when it closes the stream.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            code = DONE
+        sys.exit(code or DONE)
+
+    return run
+
+
+def load_checked(path: str, settings: Iterable[str] = ()) -> FuzzySystem:
+    """Load a rule file for use: all its checks must pass; warnings are printed.
+
+    Raises:
+        DiagnosticError: With all errors of the file.
+    """
+    from fuzzyctl.analysis import coverage
+    from fuzzyctl.load import examine, read_source
+
+    system, diagnostics = examine(read_source(path))
+    if system is None:
+        raise DiagnosticError(diagnostics)
+    values = assignments(settings, [p.name for p in system.params], "param")
+    if values:
+        system = system.with_params(**values)
+    diagnostics = [*diagnostics, *coverage.diagnostics(system)]
+    if any(d.severity == "error" for d in diagnostics):
+        raise DiagnosticError(diagnostics)
+    show(diagnostics)
+    return system
+
+
+def assignments(texts: Iterable[str], known: Sequence[str], kind: str) -> dict[str, float]:
+    """Read `name=value` arguments.
+
+    Raises:
+        DiagnosticError: With all unknown names, repeated names and values that are no numbers.
+    """
+    values: dict[str, float] = {}
+    mistakes: list[Diagnostic] = []
+    for text in texts:
+        name, equals, number = text.partition("=")
+        name = name.strip()
+        if not equals or not name:
+            mistakes.append(
+                Diagnostic("FZ503", f"'{text}' is not of the form NAME=VALUE", help=f"{kind}s: {_list(known)}")
+            )
+            continue
+        if name not in known:
+            near = closest(name, known)
+            help_text = f"did you mean '{near}'?" if near else ""
+            mistakes.append(
+                Diagnostic("FZ502", f"no {kind} '{name}'", facts=(f"{kind}s: {_list(known)}",), help=help_text)
+            )
+            continue
+        if name in values:
+            mistakes.append(Diagnostic("FZ502", f"{kind} '{name}' is given twice", help="give it once"))
+            continue
+        try:
+            values[name] = float(number)
+        except ValueError:
+            mistakes.append(Diagnostic("FZ503", f"{kind} '{name}' is no number: '{number}'", help=f"write {name}=0.5"))
+    if mistakes:
+        raise DiagnosticError(mistakes)
+    return values
+
+
+def _list(names: Sequence[str]) -> str:
+    return ", ".join(names) or "none"
+
+
+def outside_range(system: FuzzySystem, values: dict[str, float]) -> list[Diagnostic]:
+    """Warn of values that lie outside their input's range and are therefore clamped to it."""
+    found = []
+    for variable in system.inputs:
+        if variable.extrapolate or variable.name not in values:
+            continue
+        low, high, value = system.number(variable.lower), system.number(variable.upper), values[variable.name]
+        if value < low or value > high:
+            unit = f" {variable.unit}" if variable.unit else ""
+            taken = f"taken as {min(max(value, low), high):.6g}"
+            message = f"{variable.name} = {value:.6g}{unit} lies outside [{low:.6g}, {high:.6g}]; {taken}"
+            help_text = "widen the range in the file, or write 'extrapolate' behind it"
+            found.append(Diagnostic("FZ504", message, severity="warning", help=help_text))
+    return found

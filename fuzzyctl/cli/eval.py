@@ -1,0 +1,200 @@
+"""`fuzzyctl eval`: one point from the command line, or many from a CSV."""
+
+from __future__ import annotations
+
+import csv
+import itertools
+import json
+import math
+import sys
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, Final, TextIO
+
+import click
+
+from fuzzyctl.cli.common import (
+    DONE,
+    FORMAT,
+    SET,
+    answers_with_diagnostics,
+    assignments,
+    load_checked,
+    outside_range,
+    show,
+)
+from fuzzyctl.errors import Diagnostic, DiagnosticError, closest
+
+if TYPE_CHECKING:
+    from fuzzyctl.kernels.compile import Kernel
+    from fuzzyctl.model.system import FuzzySystem
+
+#: Rows of a CSV that are evaluated at once: bounded memory whatever the file's length.
+BLOCK: Final = 8192
+
+
+@click.command("eval")
+@click.argument("file")
+@click.argument("values", nargs=-1, metavar="[INPUT=VALUE]...")
+@click.option("--points", metavar="CSV", help="Evaluate every row of a CSV file ('-' is standard input).")
+@FORMAT
+@SET
+@answers_with_diagnostics
+def evaluate(file: str, values: tuple[str, ...], points: str | None, form: str, settings: tuple[str, ...]) -> int:
+    """Evaluate a rule file at a point, or at all points of a CSV.
+
+    \b
+    fuzzyctl eval rules/tipper.fz service=7 food=8
+    fuzzyctl eval rules/tipper.fz --points visits.csv > tips.csv
+
+    The CSV has a header with the names of the inputs, in any order; other columns are kept, the outputs are appended.
+    A value outside an input's range is clamped to it, with a warning. An adaptive output is evaluated at its initial
+    consequents.
+    """
+    from fuzzyctl.kernels.compile import compile as compile_system
+
+    system = load_checked(file, settings)
+    if points is not None:
+        if values:
+            raise click.UsageError("give INPUT=VALUE or --points, not both")
+        return _evaluate_csv(system, compile_system(system, backend="numpy"), points, form)
+    given = assignments(values, [v.name for v in system.inputs], "input")
+    missing = [v for v in system.inputs if v.name not in given]
+    if missing:
+        raise DiagnosticError([_missing(system, v.name) for v in missing])
+    warnings = outside_range(system, given)
+    results = _results(system, given)
+    if form == "json":
+        data: dict[str, Any] = {"system": system.name, "inputs": _plain(given), "outputs": _plain(results)}
+        data["diagnostics"] = [w.as_dict() for w in warnings]
+        click.echo(json.dumps(data, ensure_ascii=False, indent=2))
+        return DONE
+    show(warnings)
+    for output in system.outputs:
+        unit = f" {output.unit}" if output.unit else ""
+        click.echo(f"{output.name} = {results[output.name]!r}{unit}")
+    return DONE
+
+
+def _missing(system: FuzzySystem, name: str) -> Diagnostic:
+    variable = system.input(name)
+    low, high = system.number(variable.lower), system.number(variable.upper)
+    unit = f" {variable.unit}" if variable.unit else ""
+    form = " ".join(f"{v.name}=VALUE" for v in system.inputs)
+    return Diagnostic(
+        "FZ501",
+        f"input '{name}' has no value",
+        facts=(f"its range is [{low:.6g}, {high:.6g}]{unit}",),
+        help=f"write: fuzzyctl eval FILE {form}",
+    )
+
+
+def _results(system: FuzzySystem, given: dict[str, float]) -> dict[str, float]:
+    result = system(**given)
+    return dict(result) if isinstance(result, dict) else {system.outputs[0].name: result}
+
+
+def _plain(values: dict[str, float]) -> dict[str, float | None]:
+    """JSON has no NaN and no infinity; null stands for them."""
+    return {name: value if math.isfinite(value) else None for name, value in values.items()}
+
+
+def _evaluate_csv(system: FuzzySystem, kernel: Kernel, points: str, form: str) -> int:
+    if points == "-":
+        return _evaluate_rows(system, kernel, sys.stdin, "<stdin>", form)
+    try:
+        with open(points, encoding="utf-8-sig", newline="") as stream:
+            return _evaluate_rows(system, kernel, stream, points, form)
+    except UnicodeDecodeError:
+        raise DiagnosticError([Diagnostic("FZ002", "the file is not UTF-8 text", file=points)]) from None
+    except OSError as error:
+        raise DiagnosticError(
+            [Diagnostic("FZ001", f"the file cannot be read: {error.strerror}", file=points)]
+        ) from None
+
+
+def _evaluate_rows(system: FuzzySystem, kernel: Kernel, stream: TextIO, name: str, form: str) -> int:
+    reader = csv.reader(stream)
+    header = [cell.strip() for cell in next(reader, [])]
+    columns = _columns(system, header, name)
+    outputs = [o.name for o in system.outputs]
+    writer = csv.writer(sys.stdout, lineterminator="\n")
+    if form == "text":
+        writer.writerow([*header, *outputs])
+    first = True
+    for rows, results in _blocks(kernel, reader, columns, header, name):
+        if form == "text":
+            writer.writerows([*row, *map(repr, result)] for row, result in zip(rows, results, strict=True))
+            continue
+        for row, result in zip(rows, results, strict=True):
+            inputs = {v.name: float(row[c]) for v, c in zip(system.inputs, columns, strict=True)}
+            item = {"inputs": _plain(inputs), "outputs": _plain(dict(zip(outputs, result, strict=True)))}
+            click.echo(("[" if first else ",\n ") + json.dumps(item, ensure_ascii=False), nl=False)
+            first = False
+    if form == "json":
+        click.echo("[]" if first else "]")
+    return DONE
+
+
+def _columns(system: FuzzySystem, header: list[str], name: str) -> list[int]:
+    """Find the column of each input."""
+    mistakes = []
+    if not any(header):
+        raise DiagnosticError(
+            [Diagnostic("FZ505", "the file has no header line", file=name, help=_header_help(system))]
+        )
+    for variable in system.inputs:
+        count = header.count(variable.name)
+        if count == 1:
+            continue
+        near = closest(variable.name, header)
+        what = f"no column '{variable.name}'" if not count else f"{count} columns '{variable.name}'"
+        help_text = f"is '{near}' meant? {_header_help(system)}" if near and not count else _header_help(system)
+        mistakes.append(Diagnostic("FZ505", what, file=name, facts=(f"columns: {', '.join(header)}",), help=help_text))
+    for output in system.outputs:
+        if output.name in header:
+            message = f"the file already has a column '{output.name}', the name of an output"
+            mistakes.append(Diagnostic("FZ505", message, file=name, help="rename or remove it"))
+    if mistakes:
+        raise DiagnosticError(mistakes)
+    return [header.index(v.name) for v in system.inputs]
+
+
+def _header_help(system: FuzzySystem) -> str:
+    return f"the first line names the columns: {','.join(v.name for v in system.inputs)}"
+
+
+def _blocks(
+    kernel: Kernel, reader: Any, columns: list[int], header: list[str], name: str
+) -> Iterator[tuple[list[list[str]], list[list[float]]]]:
+    import numpy as np
+
+    width = len(header)
+    while rows := list(itertools.islice(reader, BLOCK)):
+        end = reader.line_num
+        rows = [row for row in rows if row]
+        points = np.empty((len(rows), len(columns)))
+        for i, row in enumerate(rows):
+            try:
+                points[i] = [float(row[c]) for c in columns]
+            except (ValueError, IndexError):
+                line = end - len(rows) + i + 1
+                raise DiagnosticError([_bad_row(row, columns, header, f"{name}:{line}")]) from None
+            if len(row) != width:
+                line = end - len(rows) + i + 1
+                raise DiagnosticError([_bad_row(row, columns, header, f"{name}:{line}")])
+        if rows:
+            state = kernel.initial_state() if kernel.n_states else None
+            results = kernel.batch(points, state).reshape(len(rows), -1)
+            yield rows, results.tolist()
+
+
+def _bad_row(row: list[str], columns: list[int], header: list[str], place: str) -> Diagnostic:
+    if len(row) != len(header):
+        return Diagnostic("FZ505", f"the row has {len(row)} cells for {len(header)} columns", file=place)
+    for c in columns:
+        try:
+            float(row[c])
+        except ValueError:
+            message = f"'{row[c]}' in column '{header[c]}' is no number"
+            return Diagnostic("FZ505", message, file=place, help="write numbers with a decimal point")
+    raise AssertionError("the row was refused without a reason")

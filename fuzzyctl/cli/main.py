@@ -1,0 +1,48 @@
+"""Registers the commands."""
+
+from __future__ import annotations
+
+import click
+
+import fuzzyctl
+from fuzzyctl.cli.check import check
+from fuzzyctl.cli.eval import evaluate
+from fuzzyctl.cli.fmt import fmt
+from fuzzyctl.cli.plot import plot_surface, plot_terms
+
+
+@click.group(
+    context_settings={"help_option_names": ["-h", "--help"]},
+    epilog="""\
+\b
+A rule file, tip.fz:
+    system tip "How much to tip"
+    input service in [0, 10]
+      terms poor good excellent
+    output tip in [0, 30] unit "%"
+      terms low fair high
+    defuzzifier center_average
+    table tip = service
+         poor  good  excellent
+      |  low   fair  high
+
+\b
+What to do with it:
+    fuzzyctl check tip.fz                   find mistakes, each with its place and repair
+    fuzzyctl eval tip.fz service=7          evaluate one point
+    fuzzyctl eval tip.fz --points in.csv    evaluate many: a CSV in, the same CSV with outputs out
+    fuzzyctl plot-terms tip.fz              draw the terms
+    fuzzyctl plot-surface tip.fz -o tip.png draw what it computes
+    fuzzyctl fmt tip.fz                     lay it out
+
+\b
+Exit codes: 0 done, 1 mistakes found, 2 wrong usage.
+""",
+)
+@click.version_option(fuzzyctl.__version__, prog_name="fuzzyctl")
+def main() -> None:
+    """Check, evaluate and draw fuzzy systems written in .fz rule files."""
+
+
+for command in (check, evaluate, plot_surface, plot_terms, fmt):
+    main.add_command(command)

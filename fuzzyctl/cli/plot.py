@@ -1,0 +1,113 @@
+"""`fuzzyctl plot-surface` and `fuzzyctl plot-terms`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from fuzzyctl.cli.common import SET, answers_with_diagnostics, assignments, load_checked
+from fuzzyctl.errors import Diagnostic, DiagnosticError, closest
+
+#: What matplotlib is asked to write.
+SUFFIXES = (".png", ".svg", ".pdf")
+
+
+@click.command("plot-surface")
+@click.argument("file")
+@click.option("-x", "x", metavar="VAR", help="Input along the first axis.  [default: the first]")
+@click.option("-y", "y", metavar="VAR", help="Input along the second axis.  [default: the next]")
+@click.option("--at", "at", multiple=True, metavar="VAR=VALUE", help="Value of another input.  [default: mid-range]")
+@click.option("--output", "output", metavar="VAR", help="Which output.  [default: the first]")
+@click.option(
+    "--resolution", type=click.IntRange(2, 2001), default=121, show_default=True, help="Points along an axis."
+)
+@click.option("-o", "--out", "out", metavar="FILE", help="PNG, SVG or PDF.  [default: SYSTEM-OUTPUT.png]")
+@SET
+@answers_with_diagnostics
+def plot_surface(
+    file: str,
+    x: str | None,
+    y: str | None,
+    at: tuple[str, ...],
+    output: str | None,
+    resolution: int,
+    out: str | None,
+    settings: tuple[str, ...],
+) -> None:
+    """Draw an output over one or two inputs.
+
+    \b
+    fuzzyctl plot-surface rules/ais_reaction.fz -o f.png
+    fuzzyctl plot-surface rules/tipper.fz -x food --at service=3 -o tip.svg
+
+    With -x alone, or a system of one input, the picture is a curve.
+    """
+    system = load_checked(file, settings)
+    inputs = [v.name for v in system.inputs]
+    chosen = output or system.outputs[0].name
+    _known(chosen, [o.name for o in system.outputs], "output")
+    for name in (x, y):
+        if name is not None:
+            _known(name, inputs, "input")
+    axes = _axes(inputs, x, y, assignments(at, inputs, "input"))
+    fixed = assignments(at, inputs, "input")
+    for name in axes:
+        if name in fixed:
+            raise DiagnosticError([Diagnostic("FZ214", f"'{name}' is an axis and has a value too", help="drop one")])
+    target = _target(out, f"{system.name}-{chosen}.png")
+    from fuzzyctl.plot.style import saved
+    from fuzzyctl.plot.surface import draw_surface
+
+    with saved(target) as figure:
+        draw_surface(figure, system, axes, fixed, chosen, resolution)
+    click.echo(f"wrote {target}")
+
+
+@click.command("plot-terms")
+@click.argument("file")
+@click.option("-o", "--out", "out", metavar="FILE", help="PNG, SVG or PDF.  [default: SYSTEM-terms.png]")
+@SET
+@answers_with_diagnostics
+def plot_terms(file: str, out: str | None, settings: tuple[str, ...]) -> None:
+    """Draw the terms of all inputs and outputs."""
+    system = load_checked(file, settings)
+    target = _target(out, f"{system.name}-terms.png")
+    from fuzzyctl.plot.style import saved
+    from fuzzyctl.plot.terms import draw_terms
+
+    with saved(target) as figure:
+        draw_terms(figure, system)
+    click.echo(f"wrote {target}")
+
+
+def _axes(inputs: list[str], x: str | None, y: str | None, fixed: dict[str, float]) -> list[str]:
+    """Choose the axes: those named, else the first inputs that have no value."""
+    free = [name for name in inputs if name not in fixed and name not in (x, y)]
+    if x is None and y is None:
+        return free[:2] if free else inputs[:1]
+    if y is None:
+        assert x is not None
+        # With one axis named, `--at` for another input asks for a curve.
+        return [x] if fixed or not free else [x, free[0]]
+    return [x, y] if x is not None else [free[0], y] if free else [y]
+
+
+def _known(name: str, names: list[str], kind: str) -> None:
+    if name not in names:
+        near = closest(name, names)
+        facts = (f"{kind}s: {', '.join(names)}",)
+        help_text = f"did you mean '{near}'?" if near else ""
+        raise DiagnosticError([Diagnostic("FZ502", f"no {kind} '{name}'", facts=facts, help=help_text)])
+
+
+def _target(out: str | None, default: str) -> Path:
+    target = Path(out or default)
+    if target.suffix.lower() not in SUFFIXES:
+        help_text = f"end the name with one of: {', '.join(SUFFIXES)}"
+        message = f"no picture format '{target.suffix or target.name}'"
+        raise DiagnosticError([Diagnostic("FZ005", message, file=str(target), help=help_text)])
+    if not target.parent.is_dir():
+        message = f"there is no folder '{target.parent}'"
+        raise DiagnosticError([Diagnostic("FZ005", message, file=str(target), help="make it, or name another file")])
+    return target

@@ -1,0 +1,223 @@
+"""Writes a rule file in its canonical layout: spacing, indentation and columns; never a token more or less.
+
+The layout is made of the tokens as typed, so that numbers, parentheses and comments stay what they were.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from typing import Final
+
+from fuzzyctl.lang.lines import LogicalLine, split
+from fuzzyctl.source import SourceText
+
+_TOKEN = re.compile(r'"[^"\n]*"|(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?|[^\W\d]\w*|<=|>=|==|!=|[^\s]')
+
+#: Words after which an opening parenthesis stands apart.
+_APART: Final = frozenset({"and", "or", "not", "if", "else", "then", "when", "within", "rate", "weight", "require"})
+_BINARY: Final = frozenset({"+", "-", "*", "/", "<=", ">=", "==", "!=", "<", ">", "="})
+_SETTINGS: Final = frozenset({"and", "or", "implication", "aggregation", "defuzzifier"})
+_INDENT: Final = "  "
+
+
+@dataclass(frozen=True)
+class _Laid:
+    """A line laid out: its code, its comment, and the run of neighbours it is aligned with."""
+
+    code: str
+    comment: str
+    run: str
+
+
+def format_source(source: SourceText) -> str:
+    """Return the canonical layout of a rule file.
+
+    Args:
+        source: A text whose lines can all be parsed; what cannot is left as it is.
+
+    Returns:
+        The text, ending with one line feed; formatting it again changes nothing.
+    """
+    lines = split(source)
+    laid: list[_Laid] = []
+    for block in _blocks(lines):
+        laid.extend(_lay_out(source, block))
+    return _joined(laid)
+
+
+def _blocks(lines: Sequence[LogicalLine]) -> Iterator[list[LogicalLine]]:
+    """Yield runs of lines that share columns: settings, params, the terms of a variable, a table; others alone."""
+    for _, group in groupby(_with_kinds(lines), key=lambda pair: pair[0]):
+        yield [line for _, line in group]
+
+
+def _with_kinds(lines: Sequence[LogicalLine]) -> Iterator[tuple[object, LogicalLine]]:
+    number = 0
+    for i, line in enumerate(lines):
+        kind = _column_kind(line)
+        previous = _column_kind(lines[i - 1]) if i else ""
+        if not kind or kind != previous:
+            number += 1
+        yield (number, kind), line
+
+
+def _column_kind(line: LogicalLine) -> str:
+    if line.kind in ("header", "row"):
+        return "table"
+    if line.kind == "term_line":
+        return "terms"
+    if line.kind == "statement" and line.word in _SETTINGS:
+        return "settings"
+    return "params" if line.kind == "statement" and line.word == "param" else ""
+
+
+def _lay_out(source: SourceText, block: list[LogicalLine]) -> Iterator[_Laid]:
+    kind = _column_kind(block[0])
+    texts = [source.text[line.start : line.end] for line in block]
+    if kind == "table":
+        codes = _table(block, texts)
+    elif kind == "settings":
+        width = max(len(line.word) for line in block)
+        codes = [_setting(text, width) for text in texts]
+    elif kind in ("terms", "params"):
+        codes = _equal_signs([_code(line, text) for line, text in zip(block, texts, strict=True)])
+    else:
+        codes = [_code(line, text) for line, text in zip(block, texts, strict=True)]
+    for line, text, code in zip(block, texts, codes, strict=True):
+        kept = _as_typed(text) if "\n" in text else code
+        yield _Laid(kept, line.comment, kind or line.word)
+
+
+def _as_typed(text: str) -> str:
+    """Keep the layout of a line that goes on inside parentheses: its author broke it with care."""
+    return "\n".join(part.rstrip() for part in text.strip("\n").split("\n"))
+
+
+def _code(line: LogicalLine, text: str) -> str:
+    tokens = _TOKEN.findall(text)
+    if line.kind == "statement" and line.word == "terms":
+        return _INDENT + _spaced(tokens, tight="=@", text=text)
+    if line.kind == "term_line":
+        head, rest = tokens[:2], tokens[2:]
+        return f"{_INDENT}{head[0]} = {_spaced(rest, tight='=', text=text)}"
+    return _spaced(tokens, tight="", text=text)
+
+
+def _setting(text: str, width: int) -> str:
+    keyword, *rest = _TOKEN.findall(text)
+    return f"{keyword:<{width}} {_spaced(rest, tight='=', text=text)}"
+
+
+def _equal_signs(codes: list[str]) -> list[str]:
+    """Align the first equals sign of each line."""
+    width = max((code.index("=") for code in codes if "\n" not in code), default=0)
+    return [f"{c[: c.index('=')]:<{width}}{c[c.index('=') :]}" for c in codes]
+
+
+def _table(block: list[LogicalLine], texts: list[str]) -> list[str]:
+    rows: list[tuple[str, list[str]]] = []
+    for line, text in zip(block, texts, strict=True):
+        label, bar, cells = text.rpartition("|") if line.kind == "row" else ("", "", text)
+        rows.append((label.strip() if bar else "", _cells(cells)))
+    label_width = max(len(label) for label, _ in rows)
+    count = max(len(cells) for _, cells in rows)
+    widths = [max((len(cells[k]) for _, cells in rows if k < len(cells)), default=0) for k in range(count)]
+    laid = []
+    for line, (label, cells) in zip(block, rows, strict=True):
+        bar = "|" if line.kind == "row" else " "
+        lead = f"{label:<{label_width}} {bar}" if label_width else bar
+        body = "  ".join(f"{cell:<{width}}" for cell, width in zip(cells, widths, strict=False))
+        laid.append(f"{_INDENT}{lead}  {body}".rstrip())
+    return laid
+
+
+def _cells(text: str) -> list[str]:
+    """Split a row into cells: blanks separate them, except around the `/` and `*` inside one."""
+    cells: list[str] = []
+    depth, join = 0, False
+    for token in _TOKEN.findall(text):
+        if cells and (token in "/*" or join or depth):
+            cells[-1] += token
+        else:
+            cells.append(token)
+        depth += (token == "(") - (token == ")")
+        join = token in "/*" or (join and token in "+-")
+    return cells
+
+
+def _spaced(tokens: Sequence[str], *, tight: str, text: str) -> str:
+    """Join tokens with canonical spacing; operators in `tight` have none around them inside this line."""
+    out: list[str] = []
+    before = ""
+    unary = False
+    for token in tokens:
+        glue = "" if not out or unary else _glue(before, token, tight)
+        unary = token in "+-" and _begins_operand(before, tight)
+        out.append(glue + token)
+        before = token
+    return "".join(out)
+
+
+def _begins_operand(before: str, tight: str) -> bool:
+    """Whether a sign after this token belongs to a number rather than standing between two."""
+    return before == "" or before in _BINARY or before in "([,^@" or before in _APART or before in tight
+
+
+def _glue(before: str, token: str, tight: str) -> str:
+    if before in "([^" or token in ")],^" or before in tight or token in tight:
+        return ""
+    if token == "(":
+        is_call = re.fullmatch(r"[^\W\d]\w*", before) is not None and before not in _APART
+        return "" if is_call else " "
+    return " "
+
+
+def _joined(laid: Sequence[_Laid]) -> str:
+    """Join the lines: comments of neighbours in one column, blank lines at most one at a time."""
+    out: list[str] = []
+    for i, line in enumerate(laid):
+        if not line.code:
+            if line.comment:
+                out.append(_below(laid, i) + line.comment)
+            elif out and out[-1]:
+                out.append("")
+            continue
+        if not line.comment:
+            out.append(line.code)
+            continue
+        width = max(_last_width(laid[k].code) for k in _neighbours(laid, i))
+        pad = width - _last_width(line.code)
+        out.append(f"{line.code}{' ' * pad}  {line.comment}")
+    text = "\n".join(out).strip("\n")
+    return text + "\n" if text else ""
+
+
+def _neighbours(laid: Sequence[_Laid], i: int) -> range:
+    """Lines of the same run around one, each with code and comment."""
+    first = last = i
+    while first > 0 and _aligned(laid[first - 1], laid[i]):
+        first -= 1
+    while last + 1 < len(laid) and _aligned(laid[last + 1], laid[i]):
+        last += 1
+    return range(first, last + 1)
+
+
+def _aligned(other: _Laid, line: _Laid) -> bool:
+    return bool(other.code and other.comment) and other.run == line.run
+
+
+def _last_width(code: str) -> int:
+    return len(code.rsplit("\n", 1)[-1])
+
+
+def _below(laid: Sequence[_Laid], i: int) -> str:
+    """Indent a comment line like the code that follows it."""
+    for line in laid[i + 1 :]:
+        if line.code:
+            return _INDENT if line.code.startswith(_INDENT) else ""
+        if not line.comment:
+            break
+    return ""

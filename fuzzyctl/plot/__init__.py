@@ -1,0 +1,1 @@
+"""Pictures of fuzzy systems: data and axes in, axes out."""

@@ -1,0 +1,61 @@
+"""Draws the terms of linguistic variables."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from fuzzyctl.expr import Name
+from fuzzyctl.formulas import MEMBERSHIP
+from fuzzyctl.kernels.numpy_backend import array_function
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import LinguisticVariable
+from fuzzyctl.plot.style import COLORS
+
+
+def draw_terms(figure: Any, system: FuzzySystem) -> None:
+    """Draw one panel for each variable: degrees of its terms over its universe.
+
+    Args:
+        figure: An empty matplotlib figure.
+        system: The system to draw.
+    """
+    variables = [*system.inputs, *system.outputs]
+    figure.set_size_inches(7.5, 2.2 * len(variables) + 0.4)
+    axes = figure.subplots(len(variables), 1, squeeze=False)[:, 0]
+    for ax, variable in zip(axes, variables, strict=True):
+        draw_variable(ax, system, variable)
+    figure.suptitle(system.title or system.name)
+
+
+def draw_variable(ax: Any, system: FuzzySystem, variable: LinguisticVariable) -> Any:
+    """Draw the terms of one variable into axes and return the axes."""
+    low, high = system.number(variable.lower), system.number(variable.upper)
+    x = _grid(system, variable, low, high)
+    for i, term in enumerate(variable.terms):
+        color = COLORS[i % len(COLORS)]
+        numbers = tuple(system.number(a) for a in term.membership.arguments)
+        middle = sum(MEMBERSHIP[term.membership.kind].core(numbers)) / 2
+        if term.membership.kind == "singleton":
+            ax.vlines(numbers[0], 0, 1, color=color, lw=2)
+        else:
+            y = array_function(MEMBERSHIP[term.membership.kind].degree(Name("x"), numbers))(x)
+            ax.plot(x, y, color=color)
+            ax.fill_between(x, y, color=color, alpha=0.08, lw=0)
+        ax.annotate(
+            term.name, (min(max(middle, low), high), 1.0), (0, 3), textcoords="offset points", ha="center", color=color
+        )
+    ax.set(xlim=(low, high), ylim=(0, 1.18), xlabel=variable.axis_label, ylabel="degree", yticks=[0, 0.5, 1])
+    return ax
+
+
+def _grid(system: FuzzySystem, variable: LinguisticVariable, low: float, high: float) -> Any:
+    """Return points that include every corner, so that peaks are drawn at their full height."""
+    corners = [low, high]
+    for term in variable.terms:
+        numbers = tuple(system.number(a) for a in term.membership.arguments)
+        corners.extend(x for x, _ in MEMBERSHIP[term.membership.kind].vertices(numbers) if low <= x <= high)
+    beside = [np.nextafter(c, d) for c in corners for d in (-np.inf, np.inf)]
+    points = np.unique(np.concatenate([np.linspace(low, high, 401), corners, beside]))
+    return points[(points >= low) & (points <= high)]
