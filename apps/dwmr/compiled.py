@@ -33,7 +33,7 @@ def compiled(function: Function) -> Function:
     """Compile a function for use inside the loop, at its first call."""
     if numba is None:
         return function
-    result: Function = numba.njit(cache=True)(function)
+    result: Function = numba.njit(cache=True, error_model="numpy")(function)
     return result
 
 
@@ -48,7 +48,7 @@ def compiled_as(signature: Callable[[Any], Any]) -> Callable[[Function], Functio
         if numba is None:
             return function
         with first_class_functions():
-            result: Function = numba.njit(signature(numba.types), cache=True)(function)
+            result: Function = numba.njit(signature(numba.types), cache=True, error_model="numpy")(function)
         return result
 
     return decorate

@@ -73,9 +73,57 @@ def velocity(state: State, acting: Disturbance) -> tuple[float, float]:
     return state.v + acting.v, state.omega + acting.omega
 
 
+class Body(NamedTuple):
+    """What the load and the drives make of a robot during one control period; divisions are done once.
+
+    Attributes:
+        inverse_mass: [1/kg].
+        inverse_inertia: About the axle centre [1/(kg m²)].
+        moment: Mass times offset of the centre of mass [kg m].
+        force_per_torque: Force of one wheel torque [1/m].
+        torque_per_torque: Turning torque of one wheel torque [-].
+        inverse_lag: [1/s].
+    """
+
+    inverse_mass: float
+    inverse_inertia: float
+    moment: float
+    force_per_torque: float
+    torque_per_torque: float
+    inverse_lag: float
+
+
+@compiled
+def body(t: float, robot: Any, load: Load) -> Body:
+    """Return the body of a robot at a time [s]; the load changes at the ends of control periods only.
+
+    Source:
+        Goto, Bertol, Martins, section 7: load on mass and inertia. The force map of the wheels [1/r 1/r; b/r −b/r] takes the
+        place of the printed velocity map in both plant and PD.
+    """
+    mass, inertia = robot.mass, robot.inertia
+    if load.start <= t < load.stop:
+        mass *= load.mass_factor
+        inertia *= load.inertia_factor
+    return Body(
+        1.0 / mass,
+        1.0 / inertia,
+        mass * robot.com_offset,
+        1.0 / robot.wheel_radius,
+        robot.half_track / robot.wheel_radius,
+        1.0 / robot.lag,
+    )
+
+
+@compiled
+def smooth_sign(value: float, width: float) -> float:
+    """Return value / (|value| + width): a sign that an explicit integrator can follow through standstill [-]."""
+    return value / (abs(value) + width)
+
+
 @compiled
 def derivative(
-    t: float, state: State, command_right: float, command_left: float, robot: Any, acting: Any, load: Load
+    t: float, state: State, command_right: float, command_left: float, robot: Any, shape: Body, acting: Any
 ) -> State:
     """Return the time derivative of a robot's state.
 
@@ -84,8 +132,8 @@ def derivative(
         state: State of the robot.
         command_right, command_left: Wheel torques asked of the actuators [N m].
         robot: Record of dtype `ROBOT`.
+        shape: Its body under the present load.
         acting: Disturbances on this robot, records of dtype `DISTURBANCE`.
-        load: Change of mass and inertia.
 
     Source:
         Goto, Bertol, Martins, Eq. (46) for the kinematics; Eqs. (1), (6) for the structure. The printed inertia I − m d² is
@@ -94,24 +142,19 @@ def derivative(
     now = disturbance(t, acting)
     v, omega = velocity(state, now)
     c, s = math.cos(state.theta), math.sin(state.theta)
-    mass, inertia = robot.mass, robot.inertia
-    if load.start <= t < load.stop:
-        mass *= load.mass_factor
-        inertia *= load.inertia_factor
-    force = (state.torque_right + state.torque_left) / robot.wheel_radius + now.force
-    torque = (state.torque_right - state.torque_left) * robot.half_track / robot.wheel_radius + now.torque
-    # tanh in place of the sign: Coulomb friction that an explicit integrator can follow through standstill
-    force -= robot.coulomb_force * math.tanh(state.v / robot.stick_v) + robot.viscous_force * state.v
-    torque -= robot.coulomb_torque * math.tanh(state.omega / robot.stick_omega) + robot.viscous_torque * state.omega
-    coupling = mass * robot.com_offset * state.omega
+    force = (state.torque_right + state.torque_left) * shape.force_per_torque + now.force
+    torque = (state.torque_right - state.torque_left) * shape.torque_per_torque + now.torque
+    force -= robot.coulomb_force * smooth_sign(state.v, robot.stick_v) + robot.viscous_force * state.v
+    torque -= robot.coulomb_torque * smooth_sign(state.omega, robot.stick_omega) + robot.viscous_torque * state.omega
+    coupling = shape.moment * state.omega
     return State(
         v * c - robot.d * omega * s,
         v * s + robot.d * omega * c,
         omega,
-        (force + coupling * state.omega) / mass,
-        (torque - coupling * state.v) / inertia,
-        (command_right - state.torque_right) / robot.lag,
-        (command_left - state.torque_left) / robot.lag,
+        (force + coupling * state.omega) * shape.inverse_mass,
+        (torque - coupling * state.v) * shape.inverse_inertia,
+        (command_right - state.torque_right) * shape.inverse_lag,
+        (command_left - state.torque_left) * shape.inverse_lag,
     )
 
 
@@ -151,12 +194,13 @@ def advance(
     Other arguments as `derivative`.
     """
     h = dt / substeps
+    shape = body(t, robot, load)
     for k in range(substeps):
         at = t + k * h
-        k1 = derivative(at, state, command_right, command_left, robot, acting, load)
-        k2 = derivative(at + 0.5 * h, add(state, k1, 0.5 * h), command_right, command_left, robot, acting, load)
-        k3 = derivative(at + 0.5 * h, add(state, k2, 0.5 * h), command_right, command_left, robot, acting, load)
-        k4 = derivative(at + h, add(state, k3, h), command_right, command_left, robot, acting, load)
+        k1 = derivative(at, state, command_right, command_left, robot, shape, acting)
+        k2 = derivative(at + 0.5 * h, add(state, k1, 0.5 * h), command_right, command_left, robot, shape, acting)
+        k3 = derivative(at + 0.5 * h, add(state, k2, 0.5 * h), command_right, command_left, robot, shape, acting)
+        k4 = derivative(at + h, add(state, k3, h), command_right, command_left, robot, shape, acting)
         state = add(add(add(add(state, k1, h / 6.0), k2, h / 3.0), k3, h / 3.0), k4, h / 6.0)
     return state
 

@@ -1,0 +1,137 @@
+"""Pictures of a run: where the robots went, and how far they were from where they should have been."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+
+from dwmr.metrics import errors, printed_frame
+from dwmr.scenario import Scenario
+from dwmr.simulate import Trajectory
+
+#: Okabe and Ito's colours, told apart with any colour vision; widths and dashes tell them apart without colour.
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+DASHES = ("-", (0, (5, 1.5)), (0, (1.5, 1)), (0, (6, 1.5, 1.5, 1.5)))
+
+STYLE = {
+    "font.size": 9,
+    "axes.titlesize": 10,
+    "axes.grid": True,
+    "grid.color": "#dddddd",
+    "grid.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.axisbelow": True,
+    "legend.frameon": False,
+    "savefig.dpi": 150,
+}
+
+TITLES = {"smc": "SMC", "aifqsmc": "AIFQSMC", "fcafsmc": "FCAFSMC"}
+
+
+def draw_path(path: Path, trajectories: Sequence[Trajectory], scenario: Scenario) -> None:
+    """Draw the paths of all robots around the obstacles, one panel per control law.
+
+    Args:
+        path: File to write, of any format matplotlib knows.
+        trajectories: One per control law.
+        scenario: What was run.
+    """
+    with mpl.rc_context(STYLE):
+        count = len(trajectories)
+        figure = Figure(figsize=(4.4 * count + 1.2, 6.4), layout="constrained")
+        panels = figure.subplots(1, count, sharex=True, sharey=True, squeeze=False)[0]
+        for axes, trajectory in zip(panels, trajectories, strict=True):
+            _path_panel(axes, trajectory, scenario)
+        panels[0].set_ylabel("y [m]")
+        handles, labels = panels[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 4 if count == 1 else 8))
+        figure.savefig(path, metadata={"Software": None})
+
+
+def draw_errors(path: Path, trajectories: Sequence[Trajectory], scenario: Scenario) -> None:
+    """Draw the tracking errors of all robots over time, one column per control law, disturbance windows shaded.
+
+    Args:
+        path: File to write.
+        trajectories: One per control law.
+        scenario: What was run.
+    """
+    rows = (("x_e", "m"), ("y_e", "m"), ("theta_e", "rad"))
+    with mpl.rc_context(STYLE):
+        count = len(trajectories)
+        figure = Figure(figsize=(4.6 * count + 2.4 * (count == 1) + 0.6, 7.0), layout="constrained")
+        panels = figure.subplots(len(rows), count, sharex=True, squeeze=False)
+        for column, trajectory in enumerate(trajectories):
+            _error_column(panels[:, column], trajectory, scenario, rows)
+        figure.legend(*_legend(panels[0, 0]), loc="outside lower center", ncols=6)
+        figure.savefig(path, metadata={"Software": None})
+
+
+def _path_panel(axes: Any, trajectory: Trajectory, scenario: Scenario) -> None:
+    axes.set_title(TITLES.get(trajectory.controller, trajectory.controller))
+    axes.set_aspect("equal")
+    axes.set_xlabel("x [m]")
+    reference = next(i for i, n in enumerate(trajectory.robots) if scenario.robots[n].formation is None)
+    axes.plot(
+        trajectory["x_r"][:, reference], trajectory["y_r"][:, reference], color="black", lw=0.9, ls=(0, (2, 2)), label="reference"
+    )
+    for i, name in enumerate(trajectory.robots):
+        x, y, colour = trajectory["x"][:, i], trajectory["y"][:, i], COLOURS[i % len(COLOURS)]
+        axes.plot(x, y, color=colour, lw=1.3, ls=DASHES[i % len(DASHES)], label=name)
+        axes.plot(x[0], y[0], marker="o", ms=5, color=colour, mec="white", mew=0.8, ls="", zorder=5)
+    axes.plot([], [], marker="o", ms=5, color="#555555", ls="", label="start")
+    for k, obstacle in enumerate(scenario.obstacles):
+        reach = obstacle.radius + scenario.avoidance.margin + max(r.radius for r in scenario.robots.values())
+        axes.add_patch(
+            Circle((obstacle.x, obstacle.y), obstacle.radius, color="#444444", label="obstacle" if k == 0 else None)
+        )
+        axes.add_patch(
+            Circle(
+                (obstacle.x, obstacle.y), reach, fill=False, ec="#444444", lw=0.8, ls="--",
+                label="avoidance radius, unexpanded" if k == 0 else None,
+            )
+        )  # fmt: skip
+
+
+def _error_column(
+    panels: Any, trajectory: Trajectory, scenario: Scenario, rows: Sequence[tuple[str, str]]
+) -> None:
+    panels[0].set_title(TITLES.get(trajectory.controller, trajectory.controller))
+    panels[-1].set_xlabel("t [s]")
+    # the leader last: its larger errors must not hide the followers'
+    series: Mapping[str, Any] = {n: errors(trajectory, n, printed_frame(scenario, n)) for n in trajectory.robots}
+    for axes, (name, unit) in zip(panels, rows, strict=True):
+        axes.set_ylabel(f"{_symbol(name)} [{unit}]")
+        for k, one in enumerate(scenario.disturbances):
+            axes.axvspan(one.start, one.stop, color="#f0e442", alpha=0.25, lw=0, label="disturbance" if k == 0 else None)
+        for i, robot in enumerate(trajectory.robots):
+            axes.plot(
+                trajectory.t, series[robot][name], color=COLOURS[i % len(COLOURS)], lw=1.1, ls=DASHES[i % len(DASHES)], label=robot
+            )
+        _mark_avoidance(axes, trajectory)
+        axes.margins(x=0)
+
+
+def _mark_avoidance(axes: Any, trajectory: Trajectory) -> None:
+    """Draw a bar at the foot of a panel while any robot avoids an obstacle."""
+    active = (trajectory["obstacle"] >= 0).any(axis=1)
+    axes.fill_between(
+        trajectory.t, 0.0, 0.025, where=active, transform=axes.get_xaxis_transform(), color="#444444", lw=0, label="avoidance"
+    )
+
+
+def _legend(axes: Any) -> tuple[list[Any], list[str]]:
+    handles, labels = axes.get_legend_handles_labels()
+    order = np.argsort([label in ("disturbance", "avoidance") for label in labels], kind="stable")
+    return [handles[k] for k in order], [labels[k] for k in order]
+
+
+def _symbol(name: str) -> str:
+    return {"x_e": "$x_e$", "y_e": "$y_e$", "theta_e": r"$\theta_e$"}[name]

@@ -1,0 +1,181 @@
+"""Measures of a run: tracking errors by several definitions, clearance, chattering, avoidance, gains, limits."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from dwmr.contracts import FloatArray
+from dwmr.scenario import Scenario
+from dwmr.simulate import Trajectory
+
+#: Goto, Bertol, Martins, Table 12: RMSE of x_e [m], y_e [m], theta_e [rad] with disturbances and obstacles.
+TABLE_12: dict[str, dict[str, dict[str, float]]] = {
+    controller: {
+        robot: dict(zip(("x_e", "y_e", "theta_e"), row, strict=True))
+        for robot, row in zip(("leader", "follower1", "follower2"), rows, strict=True)
+    }
+    for controller, rows in {
+        "smc": ((3.2309, 3.4591, 4.0197), (0.8302, 2.3546, 0.4170), (0.7973, 1.9537, 0.4404)),
+        "aifqsmc": ((0.5399, 0.6988, 0.2327), (0.1298, 0.1340, 0.0318), (0.1008, 0.1114, 0.0206)),
+        "fcafsmc": ((0.4519, 0.5694, 0.2546), (0.1806, 0.1883, 0.0528), (0.1456, 0.1693, 0.0427)),
+    }.items()
+}
+
+
+def wrap(angle: FloatArray) -> FloatArray:
+    """Bring angles into (−π, π], as `geometry.wrap` does for one [rad]."""
+    wrapped: FloatArray = angle - 2.0 * math.pi * np.ceil((angle - math.pi) / (2.0 * math.pi))
+    return wrapped
+
+
+def rmse(error: FloatArray) -> float:
+    """Return the root mean square of the samples of an error, in the error's unit.
+
+    Source:
+        Goto, Bertol, Martins, section 7.
+    """
+    return float(np.sqrt(np.mean(np.square(error))))
+
+
+def errors(trajectory: Trajectory, robot: str, frame: str) -> dict[str, FloatArray]:
+    """Return the tracking errors of a robot, each of shape (samples,).
+
+    Args:
+        trajectory: A run.
+        robot: Name of the robot.
+        frame: "body" for the robot's frame, Eqs. (4) and (49); "inertial" for x_r − x and y_r − y.
+
+    Returns:
+        x_e, y_e [m]; theta_e = θ_r − θ and theta_e_star = θ*_r − θ, wrapped [rad]; theta_e_unwrapped, which counts full
+        turns [rad].
+    """
+    i = trajectory.robots.index(robot)
+    theta, theta_r = trajectory["theta"][:, i], trajectory["theta_r"][:, i]
+    if frame == "body":
+        x_e, y_e = trajectory["x_e"][:, i], trajectory["y_e"][:, i]
+    else:
+        x_e = trajectory["x_r"][:, i] - trajectory["x"][:, i]
+        y_e = trajectory["y_r"][:, i] - trajectory["y"][:, i]
+    return {
+        "x_e": x_e,
+        "y_e": y_e,
+        "theta_e": wrap(theta_r - theta),
+        "theta_e_star": wrap(trajectory["theta_r_star"][:, i] - theta),
+        "theta_e_unwrapped": np.unwrap(theta_r) - theta,
+    }
+
+
+def printed_frame(scenario: Scenario, robot: str) -> str:
+    """Return the frame in which Table 12 measures a robot: inertial for one that follows the reference, else body."""
+    return "inertial" if scenario.robots[robot].formation is None else "body"
+
+
+def measure(trajectory: Trajectory, scenario: Scenario) -> dict[str, Any]:
+    """Return all measures of a run as plain data, ready for summary.json.
+
+    Args:
+        trajectory: A run.
+        scenario: What was run.
+    """
+    names = trajectory.robots
+    result: dict[str, Any] = {
+        "rmse": {n: _rmse(trajectory, n, printed_frame(scenario, n)) for n in names},
+        "rmse_body": {n: _rmse(trajectory, n, "body") for n in names},
+        "rmse_inertial": {n: _rmse(trajectory, n, "inertial") for n in names},
+        "clearance": {n: _clearance(trajectory, scenario, n) for n in names},
+        "collisions": [c for n in names for c in _collisions(trajectory, scenario, n)],
+        "chattering": {n: _chattering(trajectory, scenario.run.dt, n) for n in names},
+        "avoidance_s": {n: _share(trajectory["obstacle"][:, i] >= 0) * _span(trajectory) for i, n in enumerate(names)},
+        "saturation": {n: _saturation(trajectory, scenario, n) for n in names},
+        "condition_violated": {n: _condition_violated(trajectory, scenario, n) for n in names},
+    }
+    if "g_ais_v" in trajectory.names:
+        result["g_ais_min"] = float(min(trajectory["g_ais_v"].min(), trajectory["g_ais_omega"].min()))
+    result["steps"] = len(trajectory.t) - 1
+    result["t_end"] = float(trajectory.t[-1])
+    result["stopped"] = None
+    if trajectory.stop is not None:
+        stop = trajectory.stop
+        result["stopped"] = {"t": stop.t, "robot": stop.robot or None, "reason": stop.reason}
+    result["wall_s"] = trajectory.wall_s
+    return result
+
+
+def _rmse(trajectory: Trajectory, robot: str, frame: str) -> dict[str, float]:
+    return {name: rmse(error) for name, error in errors(trajectory, robot, frame).items()}
+
+
+def _span(trajectory: Trajectory) -> float:
+    return float(trajectory.t[-1] - trajectory.t[0])
+
+
+def _share(where: Any) -> float:
+    return float(np.mean(where))
+
+
+def distances(trajectory: Trajectory, scenario: Scenario, robot: str) -> FloatArray:
+    """Return the distance of a robot's reference point from every obstacle's centre, shape (samples, obstacles) [m].
+
+    Source:
+        Goto, Bertol, Martins, Eq. (56).
+    """
+    i = trajectory.robots.index(robot)
+    centres = np.array([(o.x, o.y) for o in scenario.obstacles]).reshape(-1, 2)
+    gap: FloatArray = np.hypot(
+        trajectory["x"][:, i, None] - centres[:, 0], trajectory["y"][:, i, None] - centres[:, 1]
+    )
+    return gap
+
+
+def _clearance(trajectory: Trajectory, scenario: Scenario, robot: str) -> float | None:
+    return float(distances(trajectory, scenario, robot).min()) if scenario.obstacles else None
+
+
+def _collisions(trajectory: Trajectory, scenario: Scenario, robot: str) -> list[dict[str, Any]]:
+    """Return the first time a robot's reference point is inside each obstacle, d_ia <= r_a."""
+    gap = distances(trajectory, scenario, robot)
+    hits = []
+    for a, obstacle in enumerate(scenario.obstacles):
+        inside = np.flatnonzero(gap[:, a] <= obstacle.radius)
+        if inside.size:
+            hits.append({"robot": robot, "obstacle": a, "t": float(trajectory.t[inside[0]])})
+    return hits
+
+
+def _chattering(trajectory: Trajectory, dt: float, robot: str) -> dict[str, float]:
+    """Return the mean of |Δv_c|/Δt per channel [m/s², rad/s²]."""
+    i = trajectory.robots.index(robot)
+    result = {}
+    for channel, signal in (("v", "v_c"), ("omega", "omega_c")):
+        change = np.abs(np.diff(trajectory[signal][:, i]))
+        result[channel] = float(change.mean() / dt) if change.size else 0.0
+    return result
+
+
+def _saturation(trajectory: Trajectory, scenario: Scenario, robot: str) -> dict[str, float]:
+    """Return the shares of time in which the velocities asked for and the torques reach their limits [-]."""
+    i, limits = trajectory.robots.index(robot), scenario.robots[robot].actuator
+    torque = np.maximum(np.abs(trajectory["torque_right"][:, i]), np.abs(trajectory["torque_left"][:, i]))
+    return {
+        "v": _share(np.abs(trajectory["v_c"][:, i]) > limits.v_limit),
+        "omega": _share(np.abs(trajectory["omega_c"][:, i]) > limits.omega_limit),
+        "torque": _share(torque >= limits.torque_limit),
+    }
+
+
+def _condition_violated(trajectory: Trajectory, scenario: Scenario, robot: str) -> float:
+    """Return the share of time in which λ2/λ3 <= 1/(|d + x_e| + 1) does not hold [-].
+
+    Source:
+        Goto, Bertol, Martins, the condition after Eq. (13).
+    """
+    settings = getattr(scenario.robots[robot].controllers, trajectory.controller)
+    lambda_2, lambda_3 = getattr(settings, "lambda_2", None), getattr(settings, "lambda_3", None)
+    if lambda_2 is None or lambda_3 is None:  # a law without these surfaces
+        return 0.0
+    i = trajectory.robots.index(robot)
+    reach = np.abs(scenario.robots[robot].d + trajectory["x_e"][:, i])
+    return _share(lambda_2 / lambda_3 > 1.0 / (reach + 1.0))

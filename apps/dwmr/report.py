@@ -1,0 +1,99 @@
+"""What a run says on the terminal: the tables beside the paper's and the warnings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from dwmr.metrics import TABLE_12
+
+_COLUMNS = (("x_e", "m"), ("y_e", "m"), ("theta_e", "rad"))
+
+
+def print_report(console: Console, summary: Mapping[str, Any], compare: bool) -> None:
+    """Print tracking errors, safety, effort and warnings of every control law.
+
+    Args:
+        console: Where to.
+        summary: Content of summary.json.
+        compare: Whether to show Table 12 of the paper beside the errors.
+    """
+    runs = summary["controllers"]
+    console.print(_errors(runs, compare))
+    console.print(_effort(runs))
+    for line in warnings(runs):
+        console.print(f"[yellow]warning:[/] {line}", highlight=False)
+
+
+def _errors(runs: Mapping[str, Any], compare: bool) -> Table:
+    title = "RMSE" + (": simulated, Table 12, ratio" if compare else "")
+    table = Table(title=title, title_justify="left")
+    table.add_column("controller")
+    table.add_column("robot")
+    for name, unit in _COLUMNS:
+        table.add_column(f"{name} [{unit}]", justify="right")
+        if compare:
+            table.add_column("paper", justify="right", style="dim")
+            table.add_column("ratio", justify="right")
+    for controller, run in runs.items():
+        for k, (robot, values) in enumerate(run["rmse"].items()):
+            printed = TABLE_12.get(controller, {}).get(robot, {})
+            cells = [c for name, _ in _COLUMNS for c in _cells(values[name], printed.get(name), compare)]
+            table.add_row(controller if k == 0 else "", robot, *cells, end_section=k == len(run["rmse"]) - 1)
+    return table
+
+
+def _cells(value: float, printed: float | None, compare: bool) -> list[str]:
+    shown = f"{value:.4f}"
+    if not compare:
+        return [shown]
+    return [shown, "" if printed is None else f"{printed:.4f}", "" if printed is None else f"{value / printed:.2f}"]
+
+
+def _effort(runs: Mapping[str, Any]) -> Table:
+    table = Table(title="Safety and effort", title_justify="left")
+    for name in ("controller", "robot"):
+        table.add_column(name)
+    for name in (
+        "clearance [m]", "avoidance [s]", "|dv_c/dt| [m/s²]", "|dω_c/dt| [rad/s²]", "v at limit", "ω at limit",
+        "torque at limit", "smallest G_AIS", "computed in [s]",
+    ):  # fmt: skip
+        table.add_column(name, justify="right")
+    for controller, run in runs.items():
+        for k, robot in enumerate(run["rmse"]):
+            first, chattering, limits = k == 0, run["chattering"][robot], run["saturation"][robot]
+            clearance = run["clearance"][robot]
+            g_ais = run.get("g_ais_min")
+            table.add_row(
+                controller if first else "",
+                robot,
+                "" if clearance is None else f"{clearance:.2f}",
+                f"{run['avoidance_s'][robot]:.1f}",
+                f"{chattering['v']:.3f}",
+                f"{chattering['omega']:.3f}",
+                *(f"{100 * limits[name]:.1f} %" for name in ("v", "omega", "torque")),
+                f"{g_ais:.4f}" if first and g_ais is not None else "",
+                f"{run['wall_s']:.3f}" if first else "",
+                end_section=k == len(run["rmse"]) - 1,
+            )
+    return table
+
+
+def warnings(runs: Mapping[str, Any]) -> list[str]:
+    """Return what a reader must know about the runs, one line each."""
+    lines = []
+    for controller, run in runs.items():
+        if run["stopped"]:
+            stop = run["stopped"]
+            where = f", robot {stop['robot']}" if stop["robot"] else ""
+            lines.append(f"{controller}: stopped at t = {stop['t']:.3f} s{where}: {stop['reason']}")
+        for hit in run["collisions"]:
+            lines.append(f"{controller}: {hit['robot']} is inside obstacle {hit['obstacle']} at t = {hit['t']:.2f} s")
+        shares = {robot: share for robot, share in run["condition_violated"].items() if share > 0}
+        if shares:
+            shown = ", ".join(f"{robot} {100 * share:.1f} %" for robot, share in shares.items())
+            lines.append(f"{controller}: λ2/λ3 <= 1/(|d + x_e| + 1), after Eq. (13), fails for part of the time: {shown}")
+    return lines
