@@ -10,7 +10,6 @@ import contextlib
 import hashlib
 import importlib.util
 import os
-import pickle
 import sys
 import tempfile
 from collections.abc import Callable
@@ -108,16 +107,19 @@ def _module(program: Program, signature: str, lines: list[str]) -> str:
 def compile_source(source: str) -> Callable[..., Any]:
     """Compile a generated module, or take it from the cache, and return its function.
 
-    Safe when several processes do the same at the same time. Where the cache folder cannot be used the function is
-    compiled anew.
+    Safe when several processes do the same at the same time. A damaged cache entry is thrown away; where the cache
+    folder cannot be used the function is compiled anew.
     """
     key = hashlib.sha256("\n".join([source, numba.__version__, _own_version()]).encode()).hexdigest()[:32]
     name = f"fuzzyctl_kernel_{key}"
     if name not in sys.modules:
-        try:
-            sys.modules[name] = _from_cache(name, source.replace("cache=CACHE", "cache=True"))
-        # numba reports a folder it cannot write as RuntimeError, broken cache entries as what pickle makes of them.
-        except (OSError, RuntimeError, EOFError, pickle.UnpicklingError, ImportError):
+        cached = source.replace("cache=CACHE", "cache=True")
+        for attempt in (_from_cache, _from_cleared_cache):
+            # Reading a damaged pickle may raise anything; a mistake in the text itself shows up below again.
+            with contextlib.suppress(Exception):
+                attempt(name, cached)
+                break
+        else:
             sys.modules[name] = _in_memory(name, source.replace("cache=CACHE", "cache=False"))
     function: Callable[..., Any] = sys.modules[name].kernel
     return function
@@ -143,7 +145,7 @@ def _own_version() -> str:
         return "unknown"
 
 
-def _from_cache(name: str, source: str) -> ModuleType:
+def _from_cache(name: str, source: str) -> None:
     folder = cache_folder() / "kernels"
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     path = folder / f"{name}.py"
@@ -153,8 +155,19 @@ def _from_cache(name: str, source: str) -> ModuleType:
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    # numba finds the module of a cached function under its name.
+    sys.modules[name] = module
+    try:
+        spec.loader.exec_module(module)
+    except BaseException:
+        del sys.modules[name]
+        raise
+
+
+def _from_cleared_cache(name: str, source: str) -> None:
+    for entry in (cache_folder() / "kernels" / "__pycache__").glob(f"{name}.*"):
+        entry.unlink(missing_ok=True)
+    _from_cache(name, source)
 
 
 def _write(path: Path, source: str) -> None:

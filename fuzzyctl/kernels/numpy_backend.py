@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from fuzzyctl.errors import NoRuleFiresError
+from fuzzyctl.expr import Expr, names_in
 from fuzzyctl.kernels.printer import ARRAYS, INDENT, block, text
 from fuzzyctl.kernels.program import STATE, Program
 from fuzzyctl.kernels.python_backend import point_text
@@ -57,6 +58,21 @@ def compile_batch(program: Program, input_names: Sequence[str]) -> Callable[...,
         return results
 
     return batch
+
+
+def array_function(expr: Expr) -> Callable[..., FloatArray]:
+    """Return the function of arrays that an expression is, its names in order of appearance as arguments."""
+    names = ", ".join(dict.fromkeys(n.name for n in names_in(expr)))
+    namespace: dict[str, Any] = dict(_RUNTIME)
+    source = f"def function({names}):\n{INDENT}return {text(expr, ARRAYS)}\n"
+    exec(compile(source, "<fuzzyctl expression>", "exec"), namespace)  # noqa: S102 - printed from a formula
+    function: Callable[..., FloatArray] = namespace["function"]
+
+    def quietly(*arrays: FloatArray) -> FloatArray:
+        with np.errstate(all="ignore"):
+            return function(*arrays)
+
+    return quietly
 
 
 def _refuse(condition: Any, output: str) -> None:
