@@ -82,7 +82,7 @@ def _ordered(names: tuple[str, ...]) -> Callable[[tuple[float, ...]], str | None
     def mistake(p: tuple[float, ...]) -> str | None:
         for i in range(len(p) - 1):
             if not p[i] <= p[i + 1]:
-                return f"{names[i]} = {p[i]:.6g} lies right of {names[i + 1]} = {p[i + 1]:.6g}"
+                return f"{names[i]} = {p[i]:.6g} is greater than {names[i + 1]} = {p[i + 1]:.6g}"
         return None
 
     return mistake
@@ -172,7 +172,8 @@ def _probabilistic_sum(a: Expr, b: Expr) -> Expr:
 
 
 def _bounded_difference(a: Expr, b: Expr) -> Expr:
-    return Call("max", (ZERO, Binary("-", Binary("+", a, b), ONE)))
+    """Compute a + b - 1 as a - (1 - b), which is exactly a for b = 1."""
+    return Call("max", (ZERO, Binary("-", a, one_minus(b))))
 
 
 def _bounded_sum(a: Expr, b: Expr) -> Expr:

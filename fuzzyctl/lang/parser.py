@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 import threading
 import unicodedata
 from functools import lru_cache
@@ -22,6 +23,7 @@ from fuzzyctl.source import SourceText, Span
 #: Longest name.
 MAX_NAME: Final = 200
 
+_WORDS = re.compile(r"[^\W\d]\w*")
 _Tree = TypeVar("_Tree", ex.Expr, sx.Truth)
 
 # Lark calls the builder while it parses, and the builder must know where the line stands; one parse at a time.
@@ -366,6 +368,8 @@ class _Assembler:
         self.block = ""
         self.lines: list[Any] = []
         self.incomplete = False
+        self.unread: set[str] = set()
+        self.lost_variable = False
 
     def take(self, line: LogicalLine) -> None:
         below = line.kind in ("term_line", "header", "row") or (line.kind == "statement" and line.word == "terms")
@@ -378,15 +382,21 @@ class _Assembler:
             self._take_statement(line)
 
     def _unknown(self, line: LogicalLine) -> None:
+        self._remember_words(line)
         if self.block == "broken":
             return
         self.incomplete = True
         self.diagnostics.append(line.mistake or describe_unknown_line(self.source, line, self.block))
+        if self.block == "":
+            # It may have been the head of the block that follows.
+            self.block = "broken"
 
     def _take_statement(self, line: LogicalLine) -> None:
         node = self._parse(line, "statement")
         if node is not None:
             self.statements.append(node)
+        else:
+            self._remember_words(line)
         if line.word in ("input", "output"):
             self.block = "variable" if node is not None else "broken"
         elif line.word == "table":
@@ -398,9 +408,13 @@ class _Assembler:
     def _take_below(self, line: LogicalLine) -> None:
         wanted = "variable" if line.kind in ("term_line", "statement") else "table"
         if self.block == "broken":
+            self._remember_words(line)
             return
         if self.block != wanted:
             self.diagnostics.append(line.mistake or orphan(self.source, line, wanted))
+            self._close_block()
+            self.block = "broken"
+            self.lost_variable = self.lost_variable or wanted == "variable"
             return
         node = self._parse(line, line.kind)
         if node is None:
@@ -415,6 +429,9 @@ class _Assembler:
         node, problems = parse_line(self.source, line, kind)
         self.diagnostics.extend(problems)
         return node
+
+    def _remember_words(self, line: LogicalLine) -> None:
+        self.unread.update(_WORDS.findall(self.source.text, line.start, line.end))
 
     def _close_block(self) -> None:
         if self.block in ("variable", "table"):
@@ -432,4 +449,5 @@ class _Assembler:
 
     def finish(self) -> tuple[sx.SyntaxTree, list[Diagnostic]]:
         self._close_block()
-        return sx.SyntaxTree(self.source, tuple(self.statements)), self.diagnostics
+        tree = sx.SyntaxTree(self.source, tuple(self.statements), frozenset(self.unread), self.lost_variable)
+        return tree, self.diagnostics

@@ -278,7 +278,16 @@ class Require(Statement):
 
 @dataclass(frozen=True, slots=True)
 class SyntaxTree:
-    """All statements of a file in the order written."""
+    """All statements of a file in the order written.
+
+    Args:
+        source: The text.
+        statements: What could be read.
+        unread: Words of lines that could not be read; a name among them may have been declared there.
+        lost_variable: Whether terms stood below no input or output: one declaration is missing.
+    """
 
     source: SourceText
     statements: tuple[Statement, ...]
+    unread: frozenset[str] = frozenset()
+    lost_variable: bool = False

@@ -17,7 +17,16 @@ CLAIM_FUNCTIONS: Final = ("total", "bounded", "increasing", "decreasing", "lipsc
 
 @dataclass
 class Context:
-    """Diagnostics and declared names; `where` holds the place of each declaration."""
+    """Diagnostics and declared names.
+
+    Args:
+        unread: Words of lines that could not be read; names among them are no mistake of who uses them.
+        lost_variable: Whether the declaration of some input or output is known to be missing.
+        where: The place of each declaration.
+    """
+
+    unread: frozenset[str] = frozenset()
+    lost_variable: bool = False
 
     diagnostics: list[Diagnostic] = field(default_factory=list)
     where: dict[str, Span] = field(default_factory=dict)
@@ -43,6 +52,8 @@ class Context:
             return False
         if word.text in self.where:
             first = self.where[word.text]
+            # Most likely the slip is in the name, so that another one is missing now.
+            self.lost_variable = True
             self.report(
                 "FZ201",
                 f"'{word.text}' is declared twice",
@@ -58,6 +69,8 @@ class Context:
         """Report a name that is not declared."""
         names = list(known)
         text = word.text if isinstance(word, sx.Word) else word.name
+        if text in self.unread or (self.lost_variable and kind in ("input", "output", "name")):
+            return
         near = closest(text, names)
         facts = (f"{kind}s: {', '.join(names)}",) if names else (f"there is no {kind}",)
         self.report(code, f"no {kind} '{text}'", word.span, facts=facts, help=f"did you mean '{near}'?" if near else "")

@@ -95,7 +95,7 @@ def known_term(context: Context, variable: sx.Variable, term: sx.Word) -> bool:
     names = terms_of(variable)
     if term.text in names:
         return True
-    if not variable.incomplete:
+    if names and not variable.incomplete:
         near = closest(term.text, names)
         context.report(
             "FZ203",
@@ -222,7 +222,7 @@ def _row(
         many = "too many" if len(row.cells) > len(header) else "too few"
         context.report(
             "FZ207",
-            f"the row has {len(row.cells)} cells, {many} for {len(header)} columns",
+            f"the row has {len(row.cells)} cell{'' if len(row.cells) == 1 else 's'}, {many} for {len(header)} columns",
             place,
             facts=(f"columns: {', '.join(w.text for w in header)}",),
             help="write '.' in a cell where there is to be no rule" if len(row.cells) < len(header) else "",

@@ -39,7 +39,7 @@ def resolve(tree: sx.SyntaxTree, broken: bool) -> tuple[FuzzySystem | None, list
     Returns:
         The system, or None when something has no meaning, and the diagnostics in order of their places.
     """
-    context = Context()
+    context = Context(unread=tree.unread, lost_variable=tree.lost_variable)
     heads = _declare(context, tree)
     system = None
     if _has_heads(context, tree, heads, broken):

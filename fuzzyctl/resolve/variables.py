@@ -182,7 +182,7 @@ def _arguments(context: Context, line: sx.TermLine, formula: MembershipFormula) 
         given[name] = argument.value
     missing = [p for p in formula.parameters if p not in given]
     if missing:
-        message = f"'{formula.name}' lacks {', '.join(missing)}"
+        message = f"'{formula.name}' lacks its parameter{'' if len(missing) == 1 else 's'} {', '.join(missing)}"
         context.report("FZ303", message, line.kind.span.to(line.span), facts=(f"the form is: {form}",))
         return None
     if not all([context.check_names(e, context.params, "param") for e in given.values()]):

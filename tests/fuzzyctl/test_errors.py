@@ -1,0 +1,79 @@
+import json
+
+import pytest
+
+from fuzzyctl.errors import (
+    Diagnostic,
+    DiagnosticError,
+    Note,
+    UnknownNameError,
+    ValueOutOfBoundsError,
+    closest,
+    render,
+)
+from fuzzyctl.source import SourceText, Span
+
+SOURCE = SourceText("a.fz", "one\nNS |  NM  NG  ZO\nthree\n")
+PLACE = Span(SOURCE, 14, 16)
+
+
+class TestRender:
+    def test_the_caret_stands_under_the_place(self):
+        lines = render(Diagnostic("FZ203", "no term 'NG'", PLACE)).split("\n")
+        assert lines[0] == "a.fz:2:11: error[FZ203]: no term 'NG'"
+        assert lines[2] == "2 | NS |  NM  NG  ZO"
+        assert lines[3].index("^^") == lines[2].index("NG")
+
+    def test_facts_notes_and_help_follow(self):
+        diagnostic = Diagnostic("FZ203", "m", PLACE, facts=("a fact",), help="do it", notes=(Note(PLACE, "first"),))
+        assert render(diagnostic).split("\n")[4:] == ["  = a fact", "  = first (line 2)", "  = help: do it"]
+
+    def test_wide_characters_take_two_columns(self):
+        source = SourceText("a.fz", "語 x")
+        lines = render(Diagnostic("FZ102", "m", Span(source, 2, 3))).split("\n")
+        assert lines[3].endswith("|    ^")
+
+    def test_a_long_line_is_cut_to_the_place(self):
+        source = SourceText("a.fz", "x" * 5000 + "!" + "y" * 5000)
+        lines = render(Diagnostic("FZ102", "m", Span(source, 5000, 5001))).split("\n")
+        assert len(lines[2]) < 200
+        assert lines[2][lines[3].index("^")] == "!"
+
+    def test_control_characters_do_not_reach_the_terminal(self):
+        source = SourceText("a.fz", "\x1b[31mred\tx")
+        text = render(Diagnostic("FZ105", "m", Span(source, 0, 1)))
+        assert "\x1b" not in text
+
+    def test_colour_only_on_request(self):
+        assert "\x1b[" in render(Diagnostic("FZ203", "m", PLACE), color=True)
+
+
+class TestDiagnostic:
+    def test_it_is_plain_data_for_json(self):
+        data = json.loads(json.dumps(Diagnostic("FZ203", "m", PLACE).as_dict()))
+        assert (data["file"], data["line"], data["column"], data["end_column"]) == ("a.fz", 2, 11, 13)
+
+    def test_an_unknown_code_is_refused(self):
+        with pytest.raises(KeyError):
+            Diagnostic("FZ999", "m")
+
+
+class TestClosest:
+    @pytest.mark.parametrize(("name", "best"), [("NG", "NB"), ("sytem", "system"), ("SYSTEM", "system"), ("qqq", None)])
+    def test_it_finds_what_was_meant(self, name, best):
+        assert closest(name, ["NB", "system", "table"]) == best
+
+
+class TestExceptions:
+    def test_a_diagnostic_error_shows_all_diagnostics(self):
+        error = DiagnosticError([Diagnostic("FZ203", "first", PLACE), Diagnostic("FZ202", "second", PLACE)])
+        assert "first" in str(error)
+        assert "second" in str(error)
+
+    def test_an_unknown_name_names_the_known_ones(self):
+        assert str(UnknownNameError("input", "sgma", ["sigma"])) == (
+            "no input 'sgma'; there are: sigma; did you mean 'sigma'?"
+        )
+
+    def test_a_bound_names_value_and_unit(self):
+        assert str(ValueOutOfBoundsError("mass", -1, "> 0", "kg")) == "mass must be > 0 kg, got -1"

@@ -1,0 +1,103 @@
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fuzzyctl import expr as ex
+from fuzzyctl.load import loads
+
+NAMES = {"a": 2.0, "b": -3.0}
+
+
+def number(value):
+    return ex.Number(value)
+
+
+class TestEvaluate:
+    @pytest.mark.parametrize(
+        ("expression", "value"),
+        [
+            (ex.Binary("+", ex.Name("a"), number(1.0)), 3.0),
+            (ex.Binary("-", number(1.0), ex.Name("b")), 4.0),
+            (ex.Binary("/", number(1.0), ex.Name("a")), 0.5),
+            (ex.Binary("^", ex.Name("a"), number(3.0)), 8.0),
+            (ex.Negate(ex.Name("a")), -2.0),
+            (ex.Call("max", (ex.Name("a"), ex.Name("b"))), 2.0),
+            (ex.Call("atan2", (number(1.0), number(0.0))), math.pi / 2),
+            (ex.Call("sign", (ex.Name("b"),)), -1.0),
+            (ex.Name("inf"), math.inf),
+        ],
+    )
+    def test_it_computes(self, expression, value):
+        assert ex.evaluate(expression, NAMES) == value
+
+    @pytest.mark.parametrize(
+        ("expression", "message"),
+        [
+            (ex.Binary("/", number(1.0), number(0.0)), "division by zero"),
+            (ex.Call("sqrt", (number(-1.0),)), "domain"),
+            (ex.Call("log", (number(0.0),)), "domain"),
+            (ex.Binary("^", number(-8.0), number(0.5)), "domain"),
+            (ex.Binary("^", number(10.0), number(1e6)), "too large"),
+            (ex.Call("exp", (number(1e6),)), "too large"),
+            (ex.Name("c"), "no param 'c'"),
+            (ex.Compare("<", number(1.0), number(2.0)), "truth value"),
+            (ex.Binary("-", ex.Name("inf"), ex.Name("inf")), "not a real number"),
+        ],
+    )
+    def test_what_has_no_value_is_refused(self, expression, message):
+        with pytest.raises(ex.ExprError, match=message):
+            ex.evaluate(expression, NAMES)
+
+
+class TestSign:
+    def test_it_is_odd_with_zero_at_zero(self):
+        assert [ex.sign(x) for x in (-2.0, -0.0, 0.0, 3.0)] == [-1.0, 0.0, 0.0, 1.0]
+        assert math.isnan(ex.sign(math.nan))
+
+
+class TestNumberText:
+    @given(st.floats(allow_nan=False))
+    def test_it_reads_back_bit_for_bit(self, value):
+        assert math.copysign(1, float(ex.number_text(value))) == math.copysign(1, value)
+        assert float(ex.number_text(value)) == value
+
+
+def expressions():
+    leaves = st.one_of(
+        st.floats(0, 1e6, allow_nan=False).map(ex.Number),
+        st.sampled_from(["a", "b"]).map(ex.Name),
+    )
+
+    def grow(inner):
+        return st.one_of(
+            st.builds(ex.Binary, st.sampled_from(["+", "-", "*", "/", "^"]), inner, inner),
+            st.builds(lambda e: ex.Negate(e) if not isinstance(e, ex.Number) else ex.Number(-e.value), inner),
+            st.builds(lambda a, b: ex.Call("min", (a, b)), inner, inner),
+        )
+
+    return st.recursive(leaves, grow, max_leaves=12)
+
+
+class TestToText:
+    @given(expressions())
+    def test_what_is_printed_parses_to_the_same_tree(self, expression):
+        text = (
+            f"system s\nparam a = 2\nparam b = 3\nparam c = {ex.to_text(expression)}\ninput x in [0, 1]\n"
+            "  terms A B\noutput u in [0, 1]\n  terms A B\ntable u = x\n  A B\n | A B\n"
+        )
+        from fuzzyctl.lang.parser import parse
+        from fuzzyctl.source import SourceText
+
+        tree, diagnostics = parse(SourceText("t", text))
+        assert diagnostics == []
+        parsed = next(s for s in tree.statements if getattr(getattr(s, "name", None), "text", "") == "c")
+        assert parsed.expression == expression
+
+    def test_a_power_binds_tighter_than_a_sign(self):
+        system = loads(
+            "system s\nparam c = -2^2\ninput x in [0, 1]\n  terms A B\noutput u in [c, 1]\n  A = singleton(0)\n"
+            "defuzzifier weighted_average\nif x is A or x is B then u is A\n"
+        )
+        assert system.values["c"] == -4.0

@@ -1,0 +1,40 @@
+"""Each diagnostic code has a rule file that provokes it and the text it gives.
+
+After an intended change of wording: FUZZYCTL_UPDATE_GOLDEN=1 python -m pytest tests/golden, then read the difference.
+"""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from fuzzyctl.check import check_source
+from fuzzyctl.errors import CODES, render_all
+from fuzzyctl.load import decode
+
+FOLDER = Path(__file__).parent / "diagnostics"
+FILES = sorted(FOLDER.glob("*.fz"))
+
+#: Codes that no rule file can provoke: they belong to files as such, to values given to commands, and to scenarios.
+ELSEWHERE = {"FZ001", "FZ002", "FZ003", "FZ005", "FZ112", "FZ402"} | {c for c in CODES if c[2] in "59"}
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda p: p.stem)
+def test_a_mistake_gives_its_message(path):
+    _, diagnostics = check_source(decode(path.read_bytes(), path.name))
+    text = render_all(diagnostics) + "\n"
+    golden = path.with_suffix(".txt")
+    if os.environ.get("FUZZYCTL_UPDATE_GOLDEN"):
+        golden.write_text(text, encoding="utf-8")
+    assert text == golden.read_text(encoding="utf-8")
+    assert path.stem in {d.code for d in diagnostics}
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda p: p.stem)
+def test_one_mistake_gives_one_error(path):
+    _, diagnostics = check_source(decode(path.read_bytes(), path.name))
+    assert len([d for d in diagnostics if d.severity == "error"]) <= 1
+
+
+def test_every_code_has_a_golden_file():
+    assert {p.stem for p in FILES} == set(CODES) - ELSEWHERE
