@@ -95,8 +95,6 @@ def _run(
     style: str,
 ) -> tuple[dict[str, Any], bool]:
     """Prepare, run and write; return the summary and whether every run came to its end."""
-    from rich.console import Console
-
     from dwmr import compiled, figures, outputs, report, simulate
     from dwmr.fuzzy_gains import Rules
     from dwmr.metrics import measure
@@ -116,7 +114,7 @@ def _run(
     outputs.write(folder, "errors.png", lambda p: figures.draw_errors(p, trajectories, file.scenario))
     outputs.write_summary(folder, summary)
     if style == "text":
-        report.print_report(Console(), summary, compare=file.scenario.name == "paper")
+        report.print_report(report.console_for(sys.stdout.isatty()), summary, compare=file.scenario.name == "paper")
         click.echo(f"results: {folder}{'' if str(folder).endswith('/') else '/'}  (summary.json, trajectory.npz, path.png, errors.png)")
     return summary, all(t.stop is None for t in trajectories)
 

@@ -1,13 +1,19 @@
 """Compile what runs inside the loop with numba; where numba is missing, the same source runs as plain Python.
 
-The only module of dwmr that knows numba. Compiled code is cached on disk between processes.
+The only module of dwmr that knows numba. Compiled code is cached on disk between processes, in a folder named after the
+sources of this package: numba looks only at the file of a function, so a change in robot.py would leave the loop as it was.
 """
 
 from __future__ import annotations
 
+import hashlib
+import os
+import sys
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
 from typing import Any, TypeVar
 
 try:
@@ -31,10 +37,7 @@ def first_class_functions() -> Iterator[None]:
 
 def compiled(function: Function) -> Function:
     """Compile a function for use inside the loop, at its first call."""
-    if numba is None:
-        return function
-    result: Function = numba.njit(cache=True, error_model="numpy")(function)
-    return result
+    return function if numba is None else _jit(function)
 
 
 def compiled_as(signature: Callable[[Any], Any]) -> Callable[[Function], Function]:
@@ -48,10 +51,42 @@ def compiled_as(signature: Callable[[Any], Any]) -> Callable[[Function], Functio
         if numba is None:
             return function
         with first_class_functions():
-            result: Function = numba.njit(signature(numba.types), cache=True, error_model="numpy")(function)
-        return result
+            return _jit(function, signature(numba.types))
 
     return decorate
+
+
+def _jit(function: Function, *signature: Any) -> Function:
+    before = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = str(_cache_folder())
+    try:
+        # divisions by zero give infinities, which the loop reports as divergence
+        result: Function = numba.njit(*signature, cache=True, error_model="numpy")(function)
+    except RuntimeError:  # no folder for the cache can be written: compile for this process only
+        result = numba.njit(*signature, error_model="numpy")(function)
+    finally:
+        numba.config.CACHE_DIR = before
+    return result
+
+
+@cache
+def _cache_folder() -> Path:
+    """Return the folder for compiled code of exactly these sources."""
+    digest = hashlib.sha256()
+    for source in sorted(Path(__file__).parent.rglob("*.py")):
+        digest.update(source.read_bytes())
+    return _cache_root() / "dwmr" / digest.hexdigest()[:16]
+
+
+def _cache_root() -> Path:
+    """Return $FUZZYCTL_CACHE_DIR, or the folder for caches that is usual on the platform."""
+    if named := os.environ.get("FUZZYCTL_CACHE_DIR") or numba.config.CACHE_DIR:
+        return Path(named)
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local") / "fuzzyctl" / "Cache"
+    if sys.platform == "darwin":
+        return Path.home() / "Library" / "Caches" / "fuzzyctl"
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "fuzzyctl"
 
 
 def function_type(signature: str) -> Any:

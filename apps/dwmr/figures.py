@@ -45,13 +45,13 @@ def draw_path(path: Path, trajectories: Sequence[Trajectory], scenario: Scenario
     """
     with mpl.rc_context(STYLE):
         count = len(trajectories)
-        figure = Figure(figsize=(4.4 * count + 1.2, 6.4), layout="constrained")
+        figure = Figure(figsize=(4.2 * count + (1.6 if count == 1 else 0.4), 5.6 + 0.8 * (count == 1)), layout="constrained")
         panels = figure.subplots(1, count, sharex=True, sharey=True, squeeze=False)[0]
         for axes, trajectory in zip(panels, trajectories, strict=True):
             _path_panel(axes, trajectory, scenario)
         panels[0].set_ylabel("y [m]")
         handles, labels = panels[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 4 if count == 1 else 8))
+        figure.legend(handles, labels, loc="outside lower center", ncols=4 if count == 1 else 8)
         figure.savefig(path, metadata={"Software": None})
 
 
@@ -70,6 +70,8 @@ def draw_errors(path: Path, trajectories: Sequence[Trajectory], scenario: Scenar
         panels = figure.subplots(len(rows), count, sharex=True, squeeze=False)
         for column, trajectory in enumerate(trajectories):
             _error_column(panels[:, column], trajectory, scenario, rows)
+        for row in panels:
+            _share_comparable_limits(row)
         figure.legend(*_legend(panels[0, 0]), loc="outside lower center", ncols=6)
         figure.savefig(path, metadata={"Software": None})
 
@@ -85,19 +87,15 @@ def _path_panel(axes: Any, trajectory: Trajectory, scenario: Scenario) -> None:
     for i, name in enumerate(trajectory.robots):
         x, y, colour = trajectory["x"][:, i], trajectory["y"][:, i], COLOURS[i % len(COLOURS)]
         axes.plot(x, y, color=colour, lw=1.3, ls=DASHES[i % len(DASHES)], label=name)
-        axes.plot(x[0], y[0], marker="o", ms=5, color=colour, mec="white", mew=0.8, ls="", zorder=5)
-    axes.plot([], [], marker="o", ms=5, color="#555555", ls="", label="start")
-    for k, obstacle in enumerate(scenario.obstacles):
+        axes.plot(x[0], y[0], marker="o", ms=5, color="white", mec=colour, mew=1.4, ls="", zorder=5)
+    axes.plot([], [], marker="o", ms=5, color="white", mec="#555555", ls="", label="start")
+    for obstacle in scenario.obstacles:
         reach = obstacle.radius + scenario.avoidance.margin + max(r.radius for r in scenario.robots.values())
-        axes.add_patch(
-            Circle((obstacle.x, obstacle.y), obstacle.radius, color="#444444", label="obstacle" if k == 0 else None)
-        )
-        axes.add_patch(
-            Circle(
-                (obstacle.x, obstacle.y), reach, fill=False, ec="#444444", lw=0.8, ls="--",
-                label="avoidance radius, unexpanded" if k == 0 else None,
-            )
-        )  # fmt: skip
+        axes.add_patch(Circle((obstacle.x, obstacle.y), obstacle.radius, color="#444444"))
+        axes.add_patch(Circle((obstacle.x, obstacle.y), reach, fill=False, ec="#444444", lw=0.8, ls="--"))
+    if scenario.obstacles:  # circles for the legend, which draws patches as boxes
+        axes.plot([], [], marker="o", ms=6, color="#444444", ls="", label="obstacle")
+        axes.plot([], [], marker="o", ms=11, mfc="none", mec="#444444", mew=0.8, ls="", label="avoidance radius, unexpanded")
 
 
 def _error_column(
@@ -117,6 +115,15 @@ def _error_column(
             )
         _mark_avoidance(axes, trajectory)
         axes.margins(x=0)
+
+
+def _share_comparable_limits(row: Any) -> None:
+    """Give panels of similar range the same limits; one that is more than twice as tall keeps its own."""
+    limits = [axes.get_ylim() for axes in row]
+    smallest = min(high - low for low, high in limits)
+    alike = [k for k, (low, high) in enumerate(limits) if high - low <= 2.0 * smallest]
+    for k in alike:
+        row[k].set_ylim(min(limits[a][0] for a in alike), max(limits[a][1] for a in alike))
 
 
 def _mark_avoidance(axes: Any, trajectory: Trajectory) -> None:

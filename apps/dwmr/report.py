@@ -5,12 +5,23 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from rich import box
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from dwmr.metrics import TABLE_12
 
 _COLUMNS = (("x_e", "m"), ("y_e", "m"), ("theta_e", "rad"))
+
+
+#: Width of the tables where no terminal gives one.
+_WIDTH = 110
+
+
+def console_for(terminal: bool) -> Console:
+    """Return a console on standard output; text that goes to a pipe or a file is never squeezed to 80 columns."""
+    return Console() if terminal else Console(width=_WIDTH)
 
 
 def print_report(console: Console, summary: Mapping[str, Any], compare: bool) -> None:
@@ -25,16 +36,14 @@ def print_report(console: Console, summary: Mapping[str, Any], compare: bool) ->
     console.print(_errors(runs, compare))
     console.print(_effort(runs))
     for line in warnings(runs):
-        console.print(f"[yellow]warning:[/] {line}", highlight=False)
+        console.print("[yellow]warning:[/] ", escape(line), sep="", highlight=False)
 
 
 def _errors(runs: Mapping[str, Any], compare: bool) -> Table:
-    title = "RMSE" + (": simulated, Table 12, ratio" if compare else "")
-    table = Table(title=title, title_justify="left")
-    table.add_column("controller")
-    table.add_column("robot")
+    title = "RMSE" + (" beside Table 12 of the paper" if compare else "")
+    table = _table(title)
     for name, unit in _COLUMNS:
-        table.add_column(f"{name} [{unit}]", justify="right")
+        table.add_column(f"{name} {unit}", justify="right")
         if compare:
             table.add_column("paper", justify="right", style="dim")
             table.add_column("ratio", justify="right")
@@ -54,19 +63,16 @@ def _cells(value: float, printed: float | None, compare: bool) -> list[str]:
 
 
 def _effort(runs: Mapping[str, Any]) -> Table:
-    table = Table(title="Safety and effort", title_justify="left")
-    for name in ("controller", "robot"):
-        table.add_column(name)
+    table = _table("Safety and effort")
     for name in (
-        "clearance [m]", "avoidance [s]", "|dv_c/dt| [m/s²]", "|dω_c/dt| [rad/s²]", "v at limit", "ω at limit",
-        "torque at limit", "smallest G_AIS", "computed in [s]",
+        "clearance\nm", "avoiding\ns", "|dv_c/dt|\nm/s²", "|dω_c/dt|\nrad/s²", "at limit, %\nv    ω    τ", "smallest\nG_AIS",
+        "computed\nin s",
     ):  # fmt: skip
         table.add_column(name, justify="right")
     for controller, run in runs.items():
         for k, robot in enumerate(run["rmse"]):
             first, chattering, limits = k == 0, run["chattering"][robot], run["saturation"][robot]
-            clearance = run["clearance"][robot]
-            g_ais = run.get("g_ais_min")
+            clearance, g_ais = run["clearance"][robot], run.get("g_ais_min")
             table.add_row(
                 controller if first else "",
                 robot,
@@ -74,11 +80,18 @@ def _effort(runs: Mapping[str, Any]) -> Table:
                 f"{run['avoidance_s'][robot]:.1f}",
                 f"{chattering['v']:.3f}",
                 f"{chattering['omega']:.3f}",
-                *(f"{100 * limits[name]:.1f} %" for name in ("v", "omega", "torque")),
+                " ".join(f"{100 * limits[name]:4.1f}" for name in ("v", "omega", "torque")),
                 f"{g_ais:.4f}" if first and g_ais is not None else "",
                 f"{run['wall_s']:.3f}" if first else "",
                 end_section=k == len(run["rmse"]) - 1,
             )
+    return table
+
+
+def _table(title: str) -> Table:
+    table = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("controller")
+    table.add_column("robot")
     return table
 
 
