@@ -12,9 +12,10 @@ from itertools import groupby
 from typing import Final
 
 from fuzzyctl.lang.lines import LogicalLine, split
+from fuzzyctl.lang.syntax import NAME
 from fuzzyctl.source import SourceText
 
-_TOKEN = re.compile(r'"[^"\n]*"|(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?|[^\W\d]\w*|<=|>=|==|!=|[^\s]')
+_TOKEN = re.compile(rf'"[^"\n]*"|(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?|{NAME}|<=|>=|==|!=|[^\s]')
 
 #: Words after which an opening parenthesis stands apart.
 _APART: Final = frozenset({"and", "or", "not", "if", "else", "then", "when", "within", "rate", "weight", "require"})
@@ -170,7 +171,7 @@ def _glue(before: str, token: str, tight: str) -> str:
     if before in "([^" or token in ")],^" or before in tight or token in tight:
         return ""
     if token == "(":
-        is_call = re.fullmatch(r"[^\W\d]\w*", before) is not None and before not in _APART
+        is_call = re.fullmatch(NAME, before) is not None and before not in _APART
         return "" if is_call else " "
     return " "
 

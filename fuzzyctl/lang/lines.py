@@ -12,7 +12,7 @@ from typing import Final, Literal
 
 from fuzzyctl.errors import Diagnostic
 from fuzzyctl.formulas import MEMBERSHIP
-from fuzzyctl.lang.syntax import STATEMENT_KEYWORDS
+from fuzzyctl.lang.syntax import NAME, STATEMENT_KEYWORDS
 from fuzzyctl.source import SourceText, Span
 
 #: Which start symbol of the grammar a line is parsed with; "unknown" is a mistake, "blank" has no code.
@@ -22,11 +22,11 @@ LineKind = Literal["statement", "term_line", "header", "row", "unknown", "blank"
 MAX_NESTING: Final = 100
 
 _PIECE = re.compile(r'"[^"\n]*"|"[^"\n]*|#[^\n]*|[()\[\]|\n]|[^"#()\[\]|\n]+')
-_WORD = re.compile(r"\s*([^\W\d]\w*)")
-_TERM = re.compile(r"\s*[^\W\d]\w*\s*=")
+_WORD = re.compile(rf"\s*({NAME})")
+_TERM = re.compile(rf"\s*{NAME}\s*=")
 _KEYWORD_LINE = re.compile(rf"\s*(?:{'|'.join(STATEMENT_KEYWORDS)})\b(?!\s*[=|])")
-_TERM_LINE = re.compile(rf"\s*[^\W\d]\w*\s*=\s*(?:{'|'.join(MEMBERSHIP)})\s*\(")
-_ROW_LINE = re.compile(r"\s*(?:[^\W\d]\w*\s*)?\|")
+_TERM_LINE = re.compile(rf"\s*{NAME}\s*=\s*(?:{'|'.join(MEMBERSHIP)})\s*\(")
+_ROW_LINE = re.compile(rf"\s*(?:{NAME}\s*)?\|")
 
 
 @dataclass(frozen=True, slots=True)

@@ -134,7 +134,7 @@ def describe_unknown_line(source: SourceText, line: LogicalLine, block: str) -> 
             place,
             facts=(_keywords(),),
         )
-    near = closest(line.word, STATEMENT_KEYWORDS)
+    near = closest(line.word, STATEMENT_KEYWORDS) if len(line.word) > 2 else None
     hint = f"did you mean '{near}'? the form is: {FORMS[near]}" if near else ""
     if not hint and block == "variable":
         hint = f"a term is written: {_BELOW['term_line']}"

@@ -14,16 +14,19 @@ from lark import Lark, Token, Transformer, v_args
 from lark.exceptions import UnexpectedInput
 
 from fuzzyctl import expr as ex
-from fuzzyctl.errors import Diagnostic
+from fuzzyctl.errors import Diagnostic, closest
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.lines import LineKind, LogicalLine, split
 from fuzzyctl.lang.mistakes import describe, describe_unknown_line, orphan
 from fuzzyctl.source import SourceText, Span
 
+#: What a name may be made of.
+NAME_RULE: Final = "a name begins with a letter or '_' and goes on with letters, digits and '_'"
+
 #: Longest name.
 MAX_NAME: Final = 200
 
-_WORDS = re.compile(r"[^\W\d]\w*")
+_WORDS = re.compile(sx.NAME)
 _Tree = TypeVar("_Tree", ex.Expr, sx.Truth)
 
 # Lark calls the builder while it parses, and the builder must know where the line stands; one parse at a time.
@@ -54,7 +57,11 @@ class _Builder(Transformer[Token, Any]):
         if len(token) > MAX_NAME:
             message = f"the name has {len(token)} characters, more than {MAX_NAME}"
             self.problems.append(Diagnostic("FZ107", message, self._at(token), help="shorten it"))
-        return sx.Word(unicodedata.normalize("NFC", str(token)), self._at(token))
+        text = unicodedata.normalize("NFC", str(token))
+        if token.type == "NAME" and not text.isidentifier():
+            # Such as ½ and ², which are letters to a regular expression but not to a reader.
+            self.problems.append(Diagnostic("FZ105", f"'{_short(text)}' is no name", self._at(token), help=NAME_RULE))
+        return sx.Word(text, self._at(token))
 
     def _float(self, token: Token) -> float:
         """Read a number; what a double cannot hold is a mistake, not an infinity or a zero."""
@@ -256,7 +263,7 @@ class _Builder(Transformer[Token, Any]):
         if operator == "+":
             return operand
         span = self._at(operator).to(ex.span_of(operand) or self._at(operator))
-        if isinstance(operand, ex.Number):
+        if isinstance(operand, ex.Number) and not operand.text.startswith("-"):
             return ex.Number(-operand.value, f"-{operand.text}", span)
         return ex.Negate(operand, span)
 
@@ -387,8 +394,9 @@ class _Assembler:
             return
         self.incomplete = True
         self.diagnostics.append(line.mistake or describe_unknown_line(self.source, line, self.block))
-        if self.block == "":
-            # It may have been the head of the block that follows.
+        if closest(line.word, sx.STATEMENT_KEYWORDS) in ("input", "output", "table"):
+            # It was the head of the block that follows.
+            self._close_block()
             self.block = "broken"
 
     def _take_statement(self, line: LogicalLine) -> None:

@@ -31,6 +31,10 @@ STATEMENT_KEYWORDS: Final = (
 RESERVED: Final = frozenset({"and", "or", "not", "then", "weight", "inf", "pi"})
 
 
+#: A name, as a regular expression; combining marks belong to it, since text may come in decomposed form.
+NAME: Final = r"[^\W\d][\w\u0300-\u036f]*"
+
+
 @dataclass(frozen=True, slots=True)
 class Word:
     """A name as typed, in normal form NFC."""

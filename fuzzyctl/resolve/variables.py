@@ -161,12 +161,13 @@ def _term(context: Context, line: sx.TermLine) -> Term | None:
 
 def _arguments(context: Context, line: sx.TermLine, formula: MembershipFormula) -> tuple[ex.Expr, ...] | None:
     given: dict[str, ex.Expr] = {}
+    named = False
     form = f"{formula.name}({', '.join(formula.parameters)})"
     for i, argument in enumerate(line.arguments):
-        if argument.keyword is None and len(given) == i < len(formula.parameters):
+        if argument.keyword is None and not named and i < len(formula.parameters):
             name = formula.parameters[i]
         elif argument.keyword is not None and argument.keyword.text in formula.parameters:
-            name = argument.keyword.text
+            name, named = argument.keyword.text, True
         elif argument.keyword is not None:
             context.unknown("parameter", argument.keyword, formula.parameters, "FZ303")
             return None

@@ -1,0 +1,108 @@
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fuzzyctl.lang.formatter import format_source
+from fuzzyctl.lang.parser import parse
+from fuzzyctl.shipped import rules_folder
+from fuzzyctl.source import SourceText
+
+
+def formatted(text):
+    return format_source(SourceText("t", text))
+
+
+class TestFormat:
+    def test_tables_are_aligned_by_column(self):
+        text = "table f=x x y\nA B\nNB|LONG .\nZERO | P*0.5 A/B\n"
+        assert formatted(text) == "table f = x x y\n          A      B\n  NB   |  LONG   .\n  ZERO |  P*0.5  A/B\n"
+
+    def test_a_one_way_table_has_no_label_column(self):
+        assert formatted("table f = x\nA BBB\n|C D\n") == "table f = x\n     A  BBB\n  |  C  D\n"
+
+    def test_settings_params_and_terms_are_aligned(self):
+        text = "and min\nimplication product\n\nparam a=1\nparam long=2\n\ninput x in[0,1]\nA=triangle(0,1,2)\nBC=gaussian( 0,1 )\n"
+        assert formatted(text) == (
+            "and         min\nimplication product\n\nparam a    = 1\nparam long = 2\n\n"
+            "input x in [0, 1]\n  A  = triangle(0, 1, 2)\n  BC = gaussian(0, 1)\n"
+        )
+
+    @pytest.mark.parametrize(
+        ("typed", "laid"),
+        [
+            ("param k=-a*( 3+-2 )^-2", "param k = -a * (3 + -2)^-2"),
+            ("param k = 1.50e+03", "param k = 1.50e+03"),
+            (
+                "require f( -x,-y )==f within 1e-12 when abs(x)>=.03",
+                "require f(-x, -y) == f within 1e-12 when abs(x) >= .03",
+            ),
+            ("if a is b and not(c is d)then u is v weight .5", "if a is b and not (c is d) then u is v weight .5"),
+            ("output u in [0,1] else-1", "output u in [0, 1] else -1"),
+            ("output u in [0,1] else(k)", "output u in [0, 1] else (k)"),
+            ("defuzzifier centroid( resolution = 100 )", "defuzzifier centroid(resolution=100)"),
+            ("terms A @ -1 B@( k+1 ) C=2", "  terms A@-1 B@(k + 1) C=2"),
+        ],
+    )
+    def test_spacing(self, typed, laid):
+        assert formatted(typed) == laid + "\n"
+
+    def test_comments_stay_and_stand_in_one_column(self):
+        text = "# head\nparam a = 1 # one\nparam bcd = 2     # two\n\n\n\n# own line\nsystem s\n"
+        assert formatted(text) == ("# head\nparam a   = 1  # one\nparam bcd = 2  # two\n\n# own line\nsystem s\n")
+
+    def test_a_line_broken_inside_parentheses_stays_as_typed(self):
+        text = "input x in [0, 1]\n    A = triangle(0,   # foot\n                1, 2)\n"
+        assert formatted(text) == text
+
+    def test_an_empty_file_stays_empty(self):
+        assert formatted("\n\n") == ""
+
+    @pytest.mark.parametrize("path", sorted(rules_folder().glob("*.fz")), ids=lambda p: p.name)
+    def test_shipped_files_are_laid_out(self, path):
+        text = path.read_text(encoding="utf-8")
+        assert formatted(text) == text
+
+
+LINES = st.sampled_from(
+    [
+        "system s 'x'",
+        'system  s  "t"  # c',
+        "param a=1+2*-k",
+        "param longer   =   (1)# c",
+        "and min",
+        "implication product  #  c",
+        "input x in[ 0,1 ]",
+        " A=triangle( 0,1,2 )  #c",
+        "terms A@0   B@1",
+        "table f = x x y",
+        "A   B",
+        "N|P .",
+        "  | P*0.5   Q/R",
+        "# comment",
+        "",
+        "if x is A and(y is B)then f is C",
+        "input x in [0,",
+        "1]",
+        "garbage !",
+    ]
+)
+
+
+class TestLaws:
+    @given(st.lists(LINES, max_size=25))
+    def test_formatting_twice_is_formatting_once(self, lines):
+        once = formatted("\n".join(lines))
+        assert formatted(once) == once
+
+    @given(st.lists(LINES, max_size=25))
+    def test_formatting_changes_white_space_only(self, lines):
+        text = "\n".join(lines)
+        assert "".join(formatted(text).split()) == "".join(text.split())
+
+    @given(st.lists(LINES, max_size=25))
+    def test_a_formatted_file_means_the_same(self, lines):
+        text = "\n".join(lines)
+        before, mistakes = parse(SourceText("t", text))
+        after, more = parse(SourceText("t", formatted(text)))
+        assert [d.code for d in mistakes] == [d.code for d in more]
+        assert [type(s) for s in before.statements] == [type(s) for s in after.statements]

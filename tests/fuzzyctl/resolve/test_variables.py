@@ -1,0 +1,98 @@
+import math
+
+import pytest
+
+from fuzzyctl.errors import DiagnosticError
+from fuzzyctl.load import loads
+
+
+def errors(text):
+    with pytest.raises(DiagnosticError) as error:
+        loads(text)
+    return [(d.code, d.span.line) for d in error.value.diagnostics]
+
+
+def parameters(system, variable, term):
+    return tuple(system.number(a) for a in variable.term(term).membership.arguments)
+
+
+class TestTerms:
+    def test_peaks_make_triangles_that_meet_at_each_other_with_shoulders_at_the_ends(self, changed):
+        rows = [("       N  P\n", "       N  Z  P\n"), ("N |  N  Z", "N |  N  Z  Z"), ("Z |  N  P", "Z |  N  P  P")]
+        system = loads(changed(("terms N@0 P@10", "terms N@0 Z@2 P@10"), *rows, ("P |  Z  P", "P |  Z  P  P")))
+        y = system.input("y")
+        assert [parameters(system, y, t) for t in "NZP"] == [(-math.inf, 0, 2), (0, 2, 10), (2, 10, math.inf)]
+
+    def test_bare_names_are_spread_over_the_range(self, changed):
+        system = loads(changed(("terms N@0 P@10", "terms N P")))
+        assert parameters(system, system.input("y"), "P") == (0, 10, math.inf)
+
+    def test_a_uniform_partition_of_a_symmetric_range_has_exactly_zero_in_the_middle(self):
+        system = loads(
+            "system s\ninput x in [-0.4, 0.4]\n  terms A B C D E F G\noutput u in [0, 1]\n  terms A=0 B=0 C=0 D=0 E=0 F=0 G=0\n"
+            "defuzzifier weighted_average\ntable u = x\n  A B C D E F G\n | A B C D E F G\n"
+        )
+        x = system.input("x")
+        peaks = [parameters(system, x, t)[1] for t in "ABCDEFG"]
+        assert peaks[3] == 0
+        assert peaks == [-p for p in reversed(peaks)]
+        assert peaks[0] == -0.4
+
+    def test_parameters_may_be_named_and_computed_from_params(self, changed):
+        text = changed(
+            ("Z = triangle(-1, 0, 1)", "Z = triangle(right=k, left=-k, peak=0)"),
+            ("\ninput x", "\nparam k = 2 / 2\ninput x"),
+        )
+        system = loads(text)
+        assert parameters(system, system.input("x"), "Z") == (-1, 0, 1)
+
+    @pytest.mark.parametrize(
+        ("old", "new", "code", "line"),
+        [
+            ("Z = triangle(-1, 0, 1)", "Z = trinagle(-1, 0, 1)", "FZ202", 5),
+            ("Z = triangle(-1, 0, 1)", "Z = triangle(-1, 0, 1, 2)", "FZ303", 5),
+            ("Z = triangle(-1, 0, 1)", "Z = triangle(-1, 0, top=1)", "FZ303", 5),
+            ("Z = triangle(-1, 0, 1)", "Z = triangle(left=-1, 0, 1)", "FZ303", 5),
+            ("Z = triangle(-1, 0, 1)", "Z = triangle(-1, 0, left=1)", "FZ303", 5),
+            ("Z = triangle(-1, 0, 1)", "Z = triangle(-1, 0, k)", "FZ202", 5),
+            ("Z = triangle(-1, 0, 1)", "Z = triangle(-1, 0, sine(1))", "FZ202", 5),
+            ("Z = triangle(-1, 0, 1)", "Z = triangle(-1, 0, atan2(1))", "FZ303", 5),
+            ("Z = triangle(-1, 0, 1)", "Z = triangle(-1, inf, inf)", "FZ302", 5),
+            ("Z = triangle(-1, 0, 1)", "N = triangle(-1, 0, 1)", "FZ201", 5),
+            ("Z = triangle(-1, 0, 1)", "not = triangle(-1, 0, 1)", "FZ201", 5),
+            ("terms N@0 P@10", "terms N@0 P", "FZ214", 9),
+            ("terms N@0 P@10", "terms N@10 P@0", "FZ301", 9),
+            ("input y in [0, 10]", "input min in [0, 10]", "FZ201", 8),
+        ],
+    )
+    def test_mistakes_are_found_at_their_line(self, changed, old, new, code, line):
+        assert (code, line) in errors(changed((old, new)))
+
+
+class TestClauses:
+    @pytest.mark.parametrize(
+        ("clause", "value"),
+        [("else 0.5", 0.5), ("else (1 / 4)", 0.25), ("else midpoint", "midpoint"), ("else nan", "nan")],
+    )
+    def test_an_output_says_what_it_is_where_no_rule_fires(self, changed, clause, value):
+        output = loads(changed(("[-2, 2]", f"[-2, 2] {clause}"))).outputs[0]
+        system = loads(changed(("[-2, 2]", f"[-2, 2] {clause}")))
+        found = output.otherwise if isinstance(value, str) else system.number(output.otherwise)
+        assert found == value
+
+    @pytest.mark.parametrize(
+        ("old", "new", "code"),
+        [
+            ('unit "m"', "else 3", "FZ214"),
+            ('unit "m"', "adaptive rate x", "FZ214"),
+            ("[-2, 2]", "[-2, 2] extrapolate", "FZ214"),
+            ("[-2, 2]", "[-2, 2] else hold", "FZ213"),
+            ("[-2, 2]", "[-2, 2] else k", "FZ213"),
+            ("[-2, 2]", "[-2, 2] else 1 else 2", "FZ215"),
+            ("[-2, 2]", "[2, -2]", "FZ304"),
+            ("[-2, 2]", "[-inf, 2]", "FZ302"),
+            ("[-2, 2]", "[-2, z]", "FZ202"),
+        ],
+    )
+    def test_misplaced_clauses_are_found(self, changed, old, new, code):
+        assert [c for c, _ in errors(changed((old, new)))] == [code]
