@@ -13,10 +13,9 @@ import click
 from dwmr import controllers
 
 if TYPE_CHECKING:
-    from fuzzyctl.errors import Diagnostic
-
     from dwmr.scenario_file import ScenarioFile
     from dwmr.simulate import Trajectory
+    from fuzzyctl.errors import Diagnostic
 
 ALL = "all"
 
@@ -49,10 +48,18 @@ def main() -> None:
     metavar="DIR",
     help="Folder whose rule files replace those of the same name.",
 )
-@click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Replace a value of the scenario; repeatable.")
 @click.option(
-    "-o", "--output", "folder", type=click.Path(path_type=Path), default=Path("dwmr-out"), metavar="DIR", help="Folder for the results."
-)  # fmt: skip
+    "--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Replace a value of the scenario; repeatable."
+)
+@click.option(
+    "-o",
+    "--output",
+    "folder",
+    type=click.Path(path_type=Path),
+    default=Path("dwmr-out"),
+    metavar="DIR",
+    help="Folder for the results.",
+)
 @click.option("--format", "style", type=click.Choice(["text", "json"]), default="text", help="What to print.")
 def run(
     scenario: str,
@@ -95,27 +102,35 @@ def _run(
     style: str,
 ) -> tuple[dict[str, Any], bool]:
     """Prepare, run and write; return the summary and whether every run came to its end."""
-    from dwmr import compiled, figures, outputs, report, simulate
+    from dwmr.checks import check
+    from dwmr.folder import prepare_folder, write
     from dwmr.fuzzy_gains import Rules
-    from dwmr.metrics import measure
-    from dwmr.summary import describe
 
     names = controllers.names() if controller == ALL else (controller or file.scenario.run.controller,)
     rules = Rules(file.scenario.rules, (*([rules_folder] if rules_folder else []), file.path.parent), file.places)
+    check(file, names, rules)
+    prepare_folder(folder)
+
+    # the compiler and the plots come only now, when nothing stands in the way of the run
+    from dwmr import compiled, figures, outputs, report, simulate
+    from dwmr.metrics import measure
+    from dwmr.summary import describe
+
     simulations = [simulate.prepare(file, name, rules) for name in names]
-    outputs.prepare_folder(folder)
     if not compiled.COMPILED:
-        click.echo("numba is not installed: the run is computed in plain Python, about a hundred times slower", err=True)
+        click.echo(
+            "numba is not installed: the run is computed in plain Python, about a hundred times slower", err=True
+        )
     trajectories = _simulate(simulations)
     summary = describe(file, rules, overrides)
     summary["controllers"] = {t.controller: measure(t, file.scenario) for t in trajectories}
     outputs.write_trajectories(folder, trajectories, file.scenario.run.save_every, summary | {"controllers": None})
-    outputs.write(folder, "path.png", lambda p: figures.draw_path(p, trajectories, file.scenario))
-    outputs.write(folder, "errors.png", lambda p: figures.draw_errors(p, trajectories, file.scenario))
+    write(folder, "path.png", lambda p: figures.draw_path(p, trajectories, file.scenario))
+    write(folder, "errors.png", lambda p: figures.draw_errors(p, trajectories, file.scenario))
     outputs.write_summary(folder, summary)
     if style == "text":
         report.print_report(report.console_for(sys.stdout.isatty()), summary, compare=file.scenario.name == "paper")
-        click.echo(f"results: {folder}{'' if str(folder).endswith('/') else '/'}  (summary.json, trajectory.npz, path.png, errors.png)")
+        click.echo(f"results in {folder}: summary.json, trajectory.npz, path.png, errors.png")
     return summary, all(t.stop is None for t in trajectories)
 
 
@@ -142,7 +157,12 @@ def _progress() -> Iterator[Callable[[str, int], Callable[[int], None]]]:
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:>3.0f} %"), TimeElapsedColumn())
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.percentage:>3.0f} %"),
+        TimeElapsedColumn(),
+    )
     with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
 
         def start(name: str, total: int) -> Callable[[int], None]:

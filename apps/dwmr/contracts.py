@@ -84,8 +84,8 @@ def control_law(*kernels: str) -> Callable[[Function], Function]:
 
     Returns:
         A decorator for `step(error, dt, gains, state, kernels, next_state, signals) -> (v_c, omega_c, fault)`: the
-        velocities asked for [m/s, rad/s] and 0 or a key of the module's FAULTS. It writes the state after the period into
-        `next_state` and what shall be recorded into `signals`, and nothing else.
+        velocities asked for [m/s, rad/s] and 0 or a key of the module's FAULTS. It writes the state after the period
+        into `next_state` and what shall be recorded into `signals`, and nothing else.
     """
 
     def signature(types: Any) -> Any:

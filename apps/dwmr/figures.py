@@ -45,7 +45,9 @@ def draw_path(path: Path, trajectories: Sequence[Trajectory], scenario: Scenario
     """
     with mpl.rc_context(STYLE):
         count = len(trajectories)
-        figure = Figure(figsize=(4.2 * count + (1.6 if count == 1 else 0.4), 5.6 + 0.8 * (count == 1)), layout="constrained")
+        figure = Figure(
+            figsize=(4.2 * count + (1.6 if count == 1 else 0.4), 5.6 + 0.8 * (count == 1)), layout="constrained"
+        )
         panels = figure.subplots(1, count, sharex=True, sharey=True, squeeze=False)[0]
         for axes, trajectory in zip(panels, trajectories, strict=True):
             _path_panel(axes, trajectory, scenario)
@@ -72,7 +74,9 @@ def draw_errors(path: Path, trajectories: Sequence[Trajectory], scenario: Scenar
             _error_column(panels[:, column], trajectory, scenario, rows)
         for row in panels:
             _share_comparable_limits(row)
-        figure.legend(*_legend(panels[0, 0]), loc="outside lower center", ncols=6)
+        frames = "errors as in Table 12: of the reference's follower in inertial axes, of the others in their own axes"
+        legend = figure.legend(*_legend(panels[0, 0]), loc="outside lower center", ncols=6, title=frames)
+        legend.get_title().set_fontsize("small")
         figure.savefig(path, metadata={"Software": None})
 
 
@@ -82,7 +86,12 @@ def _path_panel(axes: Any, trajectory: Trajectory, scenario: Scenario) -> None:
     axes.set_xlabel("x [m]")
     reference = next(i for i, n in enumerate(trajectory.robots) if scenario.robots[n].formation is None)
     axes.plot(
-        trajectory["x_r"][:, reference], trajectory["y_r"][:, reference], color="black", lw=0.9, ls=(0, (2, 2)), label="reference"
+        trajectory["x_r"][:, reference],
+        trajectory["y_r"][:, reference],
+        color="black",
+        lw=0.9,
+        ls=(0, (2, 2)),
+        label="reference",
     )
     for i, name in enumerate(trajectory.robots):
         x, y, colour = trajectory["x"][:, i], trajectory["y"][:, i], COLOURS[i % len(COLOURS)]
@@ -95,12 +104,12 @@ def _path_panel(axes: Any, trajectory: Trajectory, scenario: Scenario) -> None:
         axes.add_patch(Circle((obstacle.x, obstacle.y), reach, fill=False, ec="#444444", lw=0.8, ls="--"))
     if scenario.obstacles:  # circles for the legend, which draws patches as boxes
         axes.plot([], [], marker="o", ms=6, color="#444444", ls="", label="obstacle")
-        axes.plot([], [], marker="o", ms=11, mfc="none", mec="#444444", mew=0.8, ls="", label="avoidance radius, unexpanded")
+        axes.plot(
+            [], [], marker="o", ms=11, mfc="none", mec="#444444", mew=0.8, ls="", label=r"avoidance radius $\bar{R}_d$"
+        )
 
 
-def _error_column(
-    panels: Any, trajectory: Trajectory, scenario: Scenario, rows: Sequence[tuple[str, str]]
-) -> None:
+def _error_column(panels: Any, trajectory: Trajectory, scenario: Scenario, rows: Sequence[tuple[str, str]]) -> None:
     panels[0].set_title(TITLES.get(trajectory.controller, trajectory.controller))
     panels[-1].set_xlabel("t [s]")
     # the leader last: its larger errors must not hide the followers'
@@ -108,10 +117,17 @@ def _error_column(
     for axes, (name, unit) in zip(panels, rows, strict=True):
         axes.set_ylabel(f"{_symbol(name)} [{unit}]")
         for k, one in enumerate(scenario.disturbances):
-            axes.axvspan(one.start, one.stop, color="#f0e442", alpha=0.25, lw=0, label="disturbance" if k == 0 else None)
+            axes.axvspan(
+                one.start, one.stop, color="#f0e442", alpha=0.25, lw=0, label="disturbance" if k == 0 else None
+            )
         for i, robot in enumerate(trajectory.robots):
             axes.plot(
-                trajectory.t, series[robot][name], color=COLOURS[i % len(COLOURS)], lw=1.1, ls=DASHES[i % len(DASHES)], label=robot
+                trajectory.t,
+                series[robot][name],
+                color=COLOURS[i % len(COLOURS)],
+                lw=1.1,
+                ls=DASHES[i % len(DASHES)],
+                label=robot,
             )
         _mark_avoidance(axes, trajectory)
         axes.margins(x=0)
@@ -130,7 +146,14 @@ def _mark_avoidance(axes: Any, trajectory: Trajectory) -> None:
     """Draw a bar at the foot of a panel while any robot avoids an obstacle."""
     active = (trajectory["obstacle"] >= 0).any(axis=1)
     axes.fill_between(
-        trajectory.t, 0.0, 0.025, where=active, transform=axes.get_xaxis_transform(), color="#444444", lw=0, label="avoidance"
+        trajectory.t,
+        0.0,
+        0.025,
+        where=active,
+        transform=axes.get_xaxis_transform(),
+        color="#444444",
+        lw=0,
+        label="avoidance",
     )
 
 

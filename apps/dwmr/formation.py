@@ -107,8 +107,8 @@ def follower_error(
         separation, bearing: Desired L_ijd [m] and Ψ_ijd [rad].
 
     Source:
-        Goto, Bertol, Martins, Eqs. (49), (51); the second row of A_0 carries +ω_ai L_d cos(·), which differentiating Eq. (47)
-        gives and ω*_ajr confirms, where the print has a minus.
+        Goto, Bertol, Martins, Eqs. (49), (51); the second row of A_0 carries +ω_ai L_d cos(·), which differentiating
+        Eq. (47) gives and ω*_ajr confirms, where the print has a minus.
     """
     theta_ij = theta_i - theta_j
     measured, measured_bearing = separation_and_bearing(x_i, y_i, theta_i, d_i, x_j, y_j)

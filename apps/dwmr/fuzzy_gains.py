@@ -1,6 +1,7 @@
 """Rule files as gain kernels: load, check that a file fits its role, prove what the law relies on, compile.
 
-The only control module that imports fuzzyctl.
+The only control module that imports fuzzyctl's engine. Everything but compiling works without the compiler, so that a
+broken rule file is answered at once.
 """
 
 from __future__ import annotations
@@ -8,16 +9,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import fuzzyctl
 from fuzzyctl.errors import Diagnostic, DiagnosticError, UnknownNameError, ValueOutOfBoundsError, did_you_mean
 from fuzzyctl.shipped import rules_folder
 
-from dwmr.compiled import COMPILED
-from dwmr.contracts import FloatArray
-from dwmr.scenario import RuleFile
-from dwmr.scenario_file import Places
+if TYPE_CHECKING:
+    from dwmr.contracts import FloatArray
+    from dwmr.scenario import RuleFile
+    from dwmr.scenario_file import Places
 
 #: Rulings of the constraint G_AIS >= G_min: the claim is checked within this much [m/s or rad/s].
 TOLERANCE = 1e-12
@@ -70,8 +71,8 @@ class Rules:
         message = f"{key} = {name!r} names a rule file that does not exist"
         raise DiagnosticError([self.places.diagnostic("FZ904", key, message, facts=(f"looked in {places}",))])
 
-    def reaction(self, robot: str, channel: str, k_h_min: float | None, k_s: float | None) -> tuple[Any, float, float]:
-        """Return f(σ*, dσ*/dt) for one channel of a robot, with k̄_h and k_s, after proving k̄_h − k_s sup f >= G_min > 0.
+    def prove_reaction(self, robot: str, channel: str, k_h_min: float | None, k_s: float | None) -> Any:
+        """Prove k̄_h − k_s sup f >= G_min > 0 for one channel of a robot.
 
         Args:
             robot: Name of the robot.
@@ -79,7 +80,7 @@ class Rules:
             k_h_min, k_s: The robot's own gains, or None for those of the rule file's params.
 
         Returns:
-            The kernel, k̄_h and k_s.
+            The fuzzy system f(σ*, dσ*/dt) with these gains as its params.
 
         Raises:
             DiagnosticError: When the guarantee does not follow from the rule file.
@@ -89,37 +90,41 @@ class Rules:
         """
         role = "ais_reaction"
         own = {name: value for name, value in (("k_h_min", k_h_min), ("k_s", k_s)) if value is not None}
-        system = self.system(role, own)
-        values: Mapping[str, float] = system.values
-        missing = [name for name in ("k_h_min", "k_s", "G_min") if name not in values]
+        missing = [name for name in ("k_h_min", "k_s", "G_min") if name not in self.system(role, {}).values]
         if missing:
-            message = f"{self.path(role)} declares no param {', '.join(missing)}; {role} needs k_h_min, k_s and G_min"
-            raise DiagnosticError([Diagnostic("FZ905", message, file=str(self.path(role)))])
+            message = f"{self.path(role).name} declares no param {', '.join(missing)}"
+            facts = (f"{role} needs the params k_h_min, k_s and G_min",)
+            raise DiagnosticError([Diagnostic("FZ905", message, facts=facts, file=str(self.path(role)))])
+        system = self.system(role, own)
         _prove_gain(system, robot, channel)
-        return self.kernel(role, system).jit, values["k_h_min"], values["k_s"]
+        return system
 
-    def boundary_layer(self) -> Any:
-        """Return β(|σ*|) after proving β > 0.
+    def prove_boundary_layer(self) -> Any:
+        """Prove β > 0 and return the fuzzy system β(|σ*|).
 
         Raises:
             DiagnosticError: When β > 0 does not follow from the rule file.
         """
         system = self.system("boundary_layer", {})
         bound = fuzzyctl.output_bounds(system)["beta"]
-        if not bound.lo > 0.0:
-            raise DiagnosticError(
-                [
-                    Diagnostic(
-                        "FZ907",
-                        f"the boundary layer is not guaranteed to be positive: inf β = {bound.lo:.6g}",
-                        span=bound.lo_span,
-                        facts=("Eq. (19) divides by β, so every value β can take must be > 0",),
-                        help="raise the peak of this term above 0",
-                        file=str(self.path("boundary_layer")),
-                    )
-                ]
-            )
-        return self.kernel("boundary_layer", system).jit
+        if bound.lo > 0.0:
+            return system
+        message = f"the boundary layer is not guaranteed to be positive: β comes down to {bound.lo:.6g}"
+        facts = ("Eq. (19) divides by β, so every value β can take must be > 0",)
+        help_text = "raise the peak of this term above 0"
+        path = str(self.path("boundary_layer"))
+        raise DiagnosticError(
+            [Diagnostic("FZ907", message, span=bound.lo_span, facts=facts, help=help_text, file=path)]
+        )
+
+    def reaction(self, robot: str, channel: str, k_h_min: float | None, k_s: float | None) -> tuple[Any, float, float]:
+        """Return the proved and compiled f(σ*, dσ*/dt) of one channel of a robot, with k̄_h and k_s."""
+        system = self.prove_reaction(robot, channel, k_h_min, k_s)
+        return self.kernel("ais_reaction", system).jit, system.values["k_h_min"], system.values["k_s"]
+
+    def boundary_layer(self) -> Any:
+        """Return the proved and compiled β(|σ*|)."""
+        return self.kernel("boundary_layer", self.prove_boundary_layer()).jit
 
     def adaptive_gain(self) -> tuple[Any, Any, FloatArray, float, float]:
         """Return F = C·ξ(σ*), the rates of C, C(0), and the bounds every consequent is kept in."""
@@ -151,7 +156,7 @@ class Rules:
         """Return the compiled kernel of a system; equal params are compiled once."""
         key = (role, tuple(sorted(system.values.items())))
         if key not in self._kernels:
-            self._kernels[key] = fuzzyctl.compile(system, backend="numba" if COMPILED else "python")
+            self._kernels[key] = fuzzyctl.compile(system)
         return self._kernels[key]
 
     @cached_property
@@ -210,5 +215,3 @@ def _prove_gain(system: Any, robot: str, channel: str) -> None:
             )
         ]
     )
-
-

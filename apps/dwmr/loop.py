@@ -175,9 +175,7 @@ def _aim(t: float, i: int, s: State, path: Any, world: World, memory: Memory) ->
             )
             if obstacle >= 0:
                 theta_r, v_r = direction, world.avoidance.slowdown * v_r
-        error = trajectory_error(
-            s.x, s.y, s.theta, reference.x, reference.y, theta_r, theta_star, v_r, robot.d
-        )
+        error = trajectory_error(s.x, s.y, s.theta, reference.x, reference.y, theta_r, theta_star, v_r, robot.d)
         return Target(reference.x, reference.y, theta_r, v_r, float(obstacle), reach), error
     lead, d_i = _state(memory, j), world.robots[j].d
     v_i, omega_i = velocity(lead, disturbance(t, world.acting[j]))

@@ -124,9 +124,7 @@ def distances(trajectory: Trajectory, scenario: Scenario, robot: str) -> FloatAr
     """
     i = trajectory.robots.index(robot)
     centres = np.array([(o.x, o.y) for o in scenario.obstacles]).reshape(-1, 2)
-    gap: FloatArray = np.hypot(
-        trajectory["x"][:, i, None] - centres[:, 0], trajectory["y"][:, i, None] - centres[:, 1]
-    )
+    gap: FloatArray = np.hypot(trajectory["x"][:, i, None] - centres[:, 0], trajectory["y"][:, i, None] - centres[:, 1])
     return gap
 
 

@@ -1,54 +1,17 @@
-"""The folder of results: checked before the run, written under temporary names, then renamed."""
+"""What a run leaves behind in numbers: summary.json and trajectory.npz."""
 
 from __future__ import annotations
 
 import json
-import os
-import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from fuzzyctl.errors import Diagnostic, DiagnosticError
 
-from dwmr.simulate import SIGNALS, Trajectory
-
-
-def prepare_folder(folder: Path) -> None:
-    """Create the folder of results and make sure that files can be written into it.
-
-    Raises:
-        DiagnosticError: When this cannot be done.
-    """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=folder, prefix=".dwmr-"):
-            pass
-    except OSError as error:
-        raise _refused(folder, error) from error
-
-
-def write(folder: Path, name: str, fill: Callable[[Path], None]) -> Path:
-    """Write a file under a temporary name and rename it when it is whole.
-
-    Args:
-        folder: Where it goes.
-        name: Its name; the temporary one keeps the suffix.
-        fill: Writes the content to a path.
-
-    Raises:
-        DiagnosticError: When it cannot be written; nothing half-written stays.
-    """
-    part = folder / f".{os.getpid()}-{name}"
-    try:
-        fill(part)
-        part.replace(folder / name)
-    except OSError as error:
-        raise _refused(folder / name, error) from error
-    finally:
-        part.unlink(missing_ok=True)
-    return folder / name
+from dwmr.folder import write
+from dwmr.loop import SIGNALS
+from dwmr.simulate import Trajectory
 
 
 def write_summary(folder: Path, summary: Mapping[str, Any]) -> Path:
@@ -62,11 +25,13 @@ def to_json(data: Any) -> str:
     return json.dumps(_finite(data), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def write_trajectories(folder: Path, trajectories: Sequence[Trajectory], every: int, metadata: Mapping[str, Any]) -> Path:
+def write_trajectories(
+    folder: Path, trajectories: Sequence[Trajectory], every: int, metadata: Mapping[str, Any]
+) -> Path:
     """Write trajectory.npz.
 
-    Arrays are named CONTROLLER/SIGNAL, shape (samples, robots), with CONTROLLER/t, shape (samples,); `metadata` is JSON text
-    with units, meanings and the robots' names.
+    Arrays are named CONTROLLER/SIGNAL, shape (samples, robots), with CONTROLLER/t, shape (samples,); `metadata` is
+    JSON text with units, meanings and the robots' names.
 
     Args:
         folder: Where it goes.
@@ -103,8 +68,3 @@ def _finite(data: Any) -> Any:
     if isinstance(data, float) and not np.isfinite(data):
         return None
     return data
-
-
-def _refused(path: Path, error: OSError) -> DiagnosticError:
-    message = f"{path} cannot be written: {error.strerror or error}"
-    return DiagnosticError([Diagnostic("FZ909", message, file=str(path), help="name another folder with -o DIR")])

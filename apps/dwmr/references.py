@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+
 from dwmr.compiled import compiled
 from dwmr.contracts import FloatArray, Reference, reference_path
 
@@ -19,8 +20,8 @@ def eight(t: float, shape: FloatArray) -> Reference:
         The virtual robot's posture and linear velocity; its orientation is the direction of travel.
 
     Source:
-        Goto, Bertol, Martins, Eq. (76) with x and y exchanged: only so do the obstacles of Table 11 lie on the path in the
-        middle of the disturbance windows, as section 7.2 says.
+        Goto, Bertol, Martins, Eq. (76) with x and y exchanged: only so do the obstacles of Table 11 lie on the path in
+        the middle of the disturbance windows, as section 7.2 says.
     """
     w, a_x, a_y = 2.0 * math.pi / shape[2], shape[0], shape[1]
     x_dot = 2.0 * w * a_x * math.cos(2.0 * w * t)
@@ -42,4 +43,5 @@ def eight_turn_rate(t: float, shape: FloatArray) -> float:
     y_dot = w * a_y * math.cos(w * t)
     x_ddot = -4.0 * w * w * a_x * math.sin(2.0 * w * t)
     y_ddot = -w * w * a_y * math.sin(w * t)
-    return (y_ddot * x_dot - x_ddot * y_dot) / (x_dot * x_dot + y_dot * y_dot)
+    rate: float = (y_ddot * x_dot - x_ddot * y_dot) / (x_dot * x_dot + y_dot * y_dot)
+    return rate

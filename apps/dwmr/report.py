@@ -65,8 +65,8 @@ def _cells(value: float, printed: float | None, compare: bool) -> list[str]:
 def _effort(runs: Mapping[str, Any]) -> Table:
     table = _table("Safety and effort")
     for name in (
-        "clearance\nm", "avoiding\ns", "|dv_c/dt|\nm/s²", "|dω_c/dt|\nrad/s²", "at limit, %\nv    ω    τ", "smallest\nG_AIS",
-        "computed\nin s",
+        "clearance\nm", "avoiding\ns", "|dv_c/dt|\nm/s²", "|dω_c/dt|\nrad/s²", "at limit, %\nv    ω    τ",
+        "smallest\nG_AIS", "computed\nin s",
     ):  # fmt: skip
         table.add_column(name, justify="right")
     for controller, run in runs.items():
@@ -108,5 +108,7 @@ def warnings(runs: Mapping[str, Any]) -> list[str]:
         shares = {robot: share for robot, share in run["condition_violated"].items() if share > 0}
         if shares:
             shown = ", ".join(f"{robot} {100 * share:.1f} %" for robot, share in shares.items())
-            lines.append(f"{controller}: λ2/λ3 <= 1/(|d + x_e| + 1), after Eq. (13), fails for part of the time: {shown}")
+            lines.append(
+                f"{controller}: λ2/λ3 <= 1/(|d + x_e| + 1), after Eq. (13), fails for part of the time: {shown}"
+            )
     return lines

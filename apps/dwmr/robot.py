@@ -98,8 +98,8 @@ def body(t: float, robot: Any, load: Load) -> Body:
     """Return the body of a robot at a time [s]; the load changes at the ends of control periods only.
 
     Source:
-        Goto, Bertol, Martins, section 7: load on mass and inertia. The force map of the wheels [1/r 1/r; b/r −b/r] takes the
-        place of the printed velocity map in both plant and PD.
+        Goto, Bertol, Martins, section 7: load on mass and inertia. The force map of the wheels [1/r 1/r; b/r −b/r]
+        takes the place of the printed velocity map in both plant and PD.
     """
     mass, inertia = robot.mass, robot.inertia
     if load.start <= t < load.stop:
@@ -136,8 +136,8 @@ def derivative(
         acting: Disturbances on this robot, records of dtype `DISTURBANCE`.
 
     Source:
-        Goto, Bertol, Martins, Eq. (46) for the kinematics; Eqs. (1), (6) for the structure. The printed inertia I − m d² is
-        negative for the followers' d, so the plant has an inertia about the axle and a Coriolis term of its own.
+        Goto, Bertol, Martins, Eq. (46) for the kinematics; Eqs. (1), (6) for the structure. The printed inertia I − m
+        d² is negative for the followers' d, so the plant has an inertia about the axle and a Coriolis term of its own.
     """
     now = disturbance(t, acting)
     v, omega = velocity(state, now)
@@ -221,8 +221,8 @@ def pd_torques(
         Right and left wheel torque [N m] within the limit, and the filter states after the period.
 
     Source:
-        Goto, Bertol, Martins, Eqs. (2), (75) with C(s) = k_p + k_d N / (1 + N/s). The force map of the wheels takes the place
-        of the printed velocity map; plant and PD use the same one, so it cancels except at the torque limit.
+        Goto, Bertol, Martins, Eqs. (2), (75) with C(s) = k_p + k_d N / (1 + N/s). The force map of the wheels takes the
+        place of the printed velocity map; plant and PD use the same one, so it cancels except at the torque limit.
     """
     u_v = robot.k_p_v * e_v + robot.k_d_v * robot.n_v * (e_v - filter_v)
     u_omega = robot.k_p_omega * e_omega + robot.k_d_omega * robot.n_omega * (e_omega - filter_omega)

@@ -9,6 +9,7 @@ from pydantic import ConfigDict, Field, Strict, model_validator
 from dwmr.controllers.settings import AifqsmcSettings, FcafsmcSettings, SmcSettings
 from dwmr.quantities import Section, quantity
 
+
 class Run(Section):
     """Length and resolution of the run."""
 

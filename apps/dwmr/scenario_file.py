@@ -11,13 +11,13 @@ from pathlib import Path
 from types import UnionType
 from typing import Any, Union, get_args, get_origin
 
-from fuzzyctl.errors import Diagnostic, DiagnosticError, did_you_mean
-from fuzzyctl.source import SourceText, Span
 from pydantic import BaseModel, ValidationError
 
 from dwmr import controllers
 from dwmr.scenario import Scenario
 from dwmr.toml_places import key_places
+from fuzzyctl.errors import Diagnostic, DiagnosticError, did_you_mean
+from fuzzyctl.source import SourceText, Span
 
 #: Scenario files are small; a larger one is refused before it is read.
 LARGEST_FILE = 1 << 20
@@ -56,8 +56,8 @@ class Places:
     def resolve(self, path: tuple[str, ...]) -> tuple[str, Span | None, str]:
         """Return the key as its author wrote it, its place in the file, and its argument of the command line.
 
-        A key that a robot takes over from the common [robot] table is found there. A key that stands nowhere has the place
-        of its nearest parent.
+        A key that a robot takes over from the common [robot] table is found there. A key that stands nowhere has the
+        place of its nearest parent.
         """
         common = (_COMMON, *path[2:]) if path[:1] == ("robots",) and len(path) > 2 else None
         for candidate in (path, common):
@@ -71,9 +71,7 @@ class Places:
                     return ".".join(path), span, ""
         return ".".join(path), None, ""
 
-    def diagnostic(
-        self, code: str, key: str, message: str, *, facts: Sequence[str] = (), help: str = ""
-    ) -> Diagnostic:
+    def diagnostic(self, code: str, key: str, message: str, *, facts: Sequence[str] = (), help: str = "") -> Diagnostic:
         """Return a diagnostic about a key; its message stays as given."""
         _, span, argument = self.resolve(tuple(key.split(".")))
         file = f"--set {argument}" if argument else self.source.name
@@ -250,39 +248,55 @@ def _validate(data: Mapping[str, Any], places: Places) -> Scenario:
     try:
         return Scenario.model_validate(data)
     except ValidationError as error:
-        # a mistake in the common table shows once, not once per robot
-        found = dict.fromkeys(_diagnose(e, places) for e in error.errors(include_url=False))
-        ordered = sorted(found, key=lambda d: d.span.start if d.span else -1)
-        raise DiagnosticError(ordered) from None
+        raise DiagnosticError(diagnose(error, places)) from None
 
 
-def _diagnose(error: Any, places: Places) -> Diagnostic:
+def diagnose(error: ValidationError, places: Places, prefix: tuple[str, ...] = ()) -> list[Diagnostic]:
+    """Turn pydantic's errors into diagnostics in the order of their places.
+
+    Args:
+        error: What pydantic found.
+        places: Where the keys stand.
+        prefix: Key of the table that was validated.
+    """
+    # a mistake in the common table shows once, not once per robot
+    found = dict.fromkeys(_diagnose(e, places, prefix) for e in error.errors(include_url=False))
+    return sorted(found, key=lambda d: d.span.start if d.span else -1)
+
+
+def _diagnose(error: Any, places: Places, prefix: tuple[str, ...]) -> Diagnostic:
     """Turn one of pydantic's errors into a diagnostic with key, value, bound and unit."""
-    path = tuple(str(p) for p in error["loc"])
+    path = (*prefix, *(str(p) for p in error["loc"]))
     key, span, argument = places.resolve(path)
     file = f"--set {argument}" if argument else places.source.name
-    info = _field(Scenario, path)
+    info = _field(path)
     unit = f" {info.json_schema_extra['unit']}" if info and isinstance(info.json_schema_extra, dict) else ""
     unit = "" if unit == " -" else unit
-    meaning = (f"{path[-1]}: {info.description}{f' [{unit.strip()}]' if unit else ''}",) if info and info.description else ()
-    given = error["input"]
+    meaning: tuple[str, ...] = ()
+    if info and info.description and info.description != path[-1]:
+        meaning = (f"{path[-1]} is: {info.description}{f' [{unit.strip()}]' if unit else ''}",)
     match error["type"]:
         case "extra_forbidden":
             known = _known_keys(path[:-1])
-            parent = ".".join(path[:-1]) or "a scenario"
+            parent = key.rpartition(".")[0] or "a scenario"
             facts = (f"{parent} has the keys {', '.join(known)}",)
-            return Diagnostic("FZ902", f"unknown key {key}", span, facts=facts, help=did_you_mean(path[-1], known), file=file)
+            hint = did_you_mean(path[-1], known)
+            return Diagnostic("FZ902", f"unknown key {key}", span, facts=facts, help=hint, file=file)
         case "missing":
             return Diagnostic("FZ903", f"{key} is missing", span, facts=meaning, file=file)
         case "value_error":
             message = str(error["ctx"]["error"])
             return Diagnostic("FZ904", f"{key}: {message}", span, file=file)
-    must = _requirement(error)
-    shown = _show(given)
-    return Diagnostic("FZ904", f"{key} must be {must}{unit if _is_bound(error) else ''}, got {shown}", span, facts=meaning, file=file)
+    must = _requirement(error) + (unit if error["type"] in _BOUNDS else "")
+    return Diagnostic("FZ904", f"{key} must be {must}, got {_show(error['input'])}", span, facts=meaning, file=file)
 
 
-_BOUNDS = {"greater_than": ("gt", ">"), "greater_than_equal": ("ge", ">="), "less_than": ("lt", "<"), "less_than_equal": ("le", "<=")}  # fmt: skip
+_BOUNDS = {
+    "greater_than": ("gt", ">"),
+    "greater_than_equal": ("ge", ">="),
+    "less_than": ("lt", "<"),
+    "less_than_equal": ("le", "<="),
+}
 _KINDS = {
     "float_type": "a number",
     "int_type": "a whole number",
@@ -295,10 +309,6 @@ _KINDS = {
     "model_type": "a table",
     "model_attributes_type": "a table",
 }
-
-
-def _is_bound(error: Any) -> bool:
-    return error["type"] in _BOUNDS
 
 
 def _requirement(error: Any) -> str:
@@ -324,37 +334,35 @@ def _show(value: Any) -> str:
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
-def _models(annotation: Any) -> tuple[Any, ...]:
-    """Return the types an annotation may hold below unions, tuples and dicts."""
-    origin = get_origin(annotation)
-    if origin in (Union, UnionType):
-        return tuple(m for a in get_args(annotation) for m in _models(a))
-    return (annotation,)
-
-
-def _field(model: type[BaseModel], path: tuple[str, ...]) -> Any:
-    """Return pydantic's description of the field at a path, or None."""
-    found: Any = None
-    current: Any = model
-    for part in path:
-        if isinstance(current, type) and issubclass(current, BaseModel):
-            found = current.model_fields.get(part)
-            annotation = found.annotation if found else None
-        else:
-            found, annotation = None, next((a for a in reversed(get_args(current)) if a is not Ellipsis), None)
-        current = next((m for m in _models(annotation) if m is not type(None)), None)
-    return found
+def _field(path: tuple[str, ...]) -> Any:
+    """Return pydantic's description of the field at a path of a scenario, or None."""
+    owner = _type_at(path[:-1])
+    return owner.model_fields.get(path[-1]) if owner is not None and path else None
 
 
 def _known_keys(path: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the keys that the table at a path may have."""
+    owner = _type_at(path)
+    keys = tuple(owner.model_fields) if owner is not None else ()
+    return keys if path else (_COMMON, *keys)
+
+
+def _type_at(path: tuple[str, ...]) -> type[BaseModel] | None:
+    """Return the model of the table at a path of a scenario."""
     current: Any = Scenario
     for part in path:
-        if isinstance(current, type) and issubclass(current, BaseModel):
-            annotation = current.model_fields[part].annotation if part in current.model_fields else None
+        if _is_model(current):
+            field_there = current.model_fields.get(part)
+            current = field_there.annotation if field_there else None
         else:
-            annotation = next((a for a in reversed(get_args(current)) if a is not Ellipsis), None)
-        current = next((m for m in _models(annotation) if m is not type(None)), None)
-    return tuple(current.model_fields) if isinstance(current, type) and issubclass(current, BaseModel) else ()
+            current = next((a for a in reversed(get_args(current)) if a is not Ellipsis), None)
+        if get_origin(current) in (Union, UnionType):
+            current = next((a for a in get_args(current) if a is not type(None)), None)
+    return current if _is_model(current) else None
+
+
+def _is_model(kind: Any) -> bool:
+    return isinstance(kind, type) and issubclass(kind, BaseModel)
 
 
 def _cross_checks(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
@@ -378,7 +386,9 @@ def _cross_checks(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
                 yield _unknown(places, f"disturbances.{k}.robots", robot_name, "robot", names)
     samples = scenario.run.steps * len(names)
     if samples > MOST_SAMPLES:
-        message = f"run.horizon = {scenario.run.horizon:g} s makes {samples:,} samples; at most {MOST_SAMPLES:,} are kept"
+        message = (
+            f"run.horizon = {scenario.run.horizon:g} s makes {samples:,} samples; at most {MOST_SAMPLES:,} are kept"
+        )
         yield places.diagnostic("FZ904", "run.horizon", message, help="shorten run.horizon or lengthen run.dt")
 
 
@@ -395,4 +405,6 @@ def _follows_itself(scenario: Scenario, name: str) -> bool:
 
 def _unknown(places: Places, key: str, name: str, kind: str, known: tuple[str, ...]) -> Diagnostic:
     message = f"{key} names an unknown {kind} {name!r}"
-    return places.diagnostic("FZ904", key, message, facts=(f"there are {', '.join(known)}",), help=did_you_mean(name, known))
+    return places.diagnostic(
+        "FZ904", key, message, facts=(f"there are {', '.join(known)}",), help=did_you_mean(name, known)
+    )

@@ -9,9 +9,9 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
-from fuzzyctl.errors import Diagnostic, DiagnosticError
 
 from dwmr import controllers, references
+from dwmr.checks import settings_of
 from dwmr.compiled import first_class, first_class_functions
 from dwmr.contracts import FloatArray, Law, Signal
 from dwmr.disturbances import DISTURBANCE, Load
@@ -20,7 +20,7 @@ from dwmr.loop import COLUMNS, NOT_FINITE, SIGNALS, Memory, World, run_periods
 from dwmr.obstacles import Avoidance
 from dwmr.robot import ROBOT
 from dwmr.scenario import Robot, Scenario
-from dwmr.scenario_file import Places, ScenarioFile
+from dwmr.scenario_file import ScenarioFile
 
 #: The loop returns to Python this often, for the progress display and for Ctrl-C.
 PERIODS_AT_A_TIME = 4000
@@ -90,23 +90,10 @@ def prepare(file: ScenarioFile, controller: str, rules: Rules) -> Simulation:
         rules: Rule files of the scenario.
 
     Raises:
-        DiagnosticError: With every mistake found for any robot: missing gains, rule files that do not fit, guarantees that
-            do not follow.
+        DiagnosticError: At the first mistake; `checks.check` finds all of them, and faster.
     """
     module = controllers.find(controller)
-    laws: dict[str, Law] = {}
-    mistakes: dict[Diagnostic, None] = {}
-    for name, robot in file.scenario.robots.items():
-        settings = getattr(robot.controllers, controller, None)
-        if settings is None:
-            mistakes[_no_gains(name, controller, file.places)] = None
-            continue
-        try:
-            laws[name] = module.init(settings, rules, name)
-        except DiagnosticError as error:
-            mistakes.update(dict.fromkeys(error.diagnostics))
-    if mistakes:
-        raise DiagnosticError(_first_of_each_place(mistakes))
+    laws = {robot: module.init(settings_of(file, robot, controller), rules, robot) for robot in file.scenario.robots}
     return Simulation(controller, file.scenario, module, laws)
 
 
@@ -115,7 +102,8 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
 
     Args:
         simulation: From `prepare`.
-        report: Called with the number of periods done, every `PERIODS_AT_A_TIME`; it may raise KeyboardInterrupt, which ends
+        report: Called with the number of periods done, every `PERIODS_AT_A_TIME`; it may raise KeyboardInterrupt,
+        which ends
             the run and keeps what is done.
     """
     scenario, module = simulation.scenario, simulation.module
@@ -142,15 +130,13 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
             except KeyboardInterrupt:
                 interrupted = True
     kept = reached + 1 if fault else reached
-    t = np.arange(kept) * scenario.run.dt
+    t: FloatArray = np.arange(kept, dtype=np.float64) * scenario.run.dt
     stop = None
     if fault:
         stop = Stop(float(t[-1]), names[robot], _reason(fault, record[reached, robot], module))
     elif interrupted and reached < samples:
         stop = Stop(float(t[-1]), "", "interrupted")
-    return Trajectory(
-        simulation.name, names, t, record[:kept], law_record[:kept], module.SIGNALS, wall_s, stop
-    )
+    return Trajectory(simulation.name, names, t, record[:kept], law_record[:kept], module.SIGNALS, wall_s, stop)
 
 
 def _reason(fault: int, row: FloatArray, module: ModuleType) -> str:
@@ -158,19 +144,6 @@ def _reason(fault: int, row: FloatArray, module: ModuleType) -> str:
         return str(module.FAULTS[fault])
     bad = [s.name for s, value in zip(SIGNALS, row, strict=True) if not np.isfinite(value)]
     return f"{', '.join(bad) or 'state'} is not finite: the run diverged"
-
-
-def _no_gains(robot: str, controller: str, places: Places) -> Diagnostic:
-    key = f"robots.{robot}.controllers.{controller}"
-    return places.diagnostic("FZ903", key, f"{key} is missing: robot {robot} has no gains for this control law")
-
-
-def _first_of_each_place(mistakes: dict[Diagnostic, None]) -> list[Diagnostic]:
-    """Keep one diagnostic per place: three robots with equal gains break a guarantee three times in the same way."""
-    kept: dict[tuple[str, str, str], Diagnostic] = {}
-    for one in mistakes:
-        kept.setdefault((one.code, one.place, one.message), one)
-    return list(kept.values())
 
 
 def _world(scenario: Scenario, laws: list[Law]) -> World:
@@ -190,9 +163,7 @@ def _world(scenario: Scenario, laws: list[Law]) -> World:
         _acting(scenario).view(np.recarray),
         Load(scenario.load.start, scenario.load.stop, scenario.load.mass_factor, scenario.load.inertia_factor),
         np.array([(o.x, o.y, o.radius) for o in scenario.obstacles]).reshape(-1, 3),
-        Avoidance(
-            clearance, settings.largest_radius, settings.kappa, settings.gamma, settings.rho, settings.slowdown
-        ),
+        Avoidance(clearance, settings.largest_radius, settings.kappa, settings.gamma, settings.rho, settings.slowdown),
         np.array([law.gains for law in laws]),
     )
 
@@ -210,7 +181,8 @@ def _constants(robot: Robot, names: list[str]) -> dict[str, float]:
         "avoids": int(robot.avoids_obstacles),
     }
     tables = (robot, robot.friction, robot.actuator, robot.inner_loop)
-    given = {name: getattr(t, name) for t in tables for name in type(t).model_fields if name in ROBOT.names}
+    wanted = set(ROBOT.names or ())
+    given = {name: getattr(t, name) for t in tables for name in type(t).model_fields if name in wanted}
     return given | own
 
 

@@ -6,7 +6,8 @@ from dwmr.compiled import compiled
 from dwmr.contracts import TrackingError
 from dwmr.geometry import sign
 
-#: Eq. (13) divides by D = λ2 (d + x_e) + λ3, which is zero at x_e = −2.43 m for the leader. D keeps its sign and at least
+#: Eq. (13) divides by D = λ2 (d + x_e) + λ3, which is zero at x_e = −2.43 m for the leader. D keeps its sign and at
+#: least
 #: this magnitude.
 SMALLEST_D = 0.05
 
@@ -21,9 +22,7 @@ def denominator(x_e: float, d: float, lambda_2: float, lambda_3: float) -> float
 
 
 @compiled
-def sliding_variables(
-    error: TrackingError, lambda_1: float, lambda_2: float, lambda_3: float
-) -> tuple[float, float]:
+def sliding_variables(error: TrackingError, lambda_1: float, lambda_2: float, lambda_3: float) -> tuple[float, float]:
     """Return σ* = B_0σᵀ σ, the sliding variables that stay regular where B_0σ does not.
 
     Args:
@@ -43,9 +42,7 @@ def sliding_variables(
 
 
 @compiled
-def equivalent_control(
-    error: TrackingError, lambda_1: float, lambda_2: float, lambda_3: float
-) -> tuple[float, float]:
+def equivalent_control(error: TrackingError, lambda_1: float, lambda_2: float, lambda_3: float) -> tuple[float, float]:
     """Return −B_0σ⁻¹ A_0σ, the velocities that keep an undisturbed robot on the surface.
 
     Args:

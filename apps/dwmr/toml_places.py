@@ -16,8 +16,8 @@ _PAIR = re.compile(rf"^\s*({_DOTTED})\s*=")
 def key_places(text: str) -> Mapping[Path, tuple[int, int]]:
     """Return the character range of every key that begins a line, by its full path.
 
-    Keys inside inline tables and arrays have no line of their own; look up their parent. The text must be valid TOML, so a
-    line inside a multi-line string that looks like a key can only mislead a diagnostic's line, never its content.
+    Keys inside inline tables and arrays have no line of their own; look up their parent. The text must be valid TOML,
+    so a line inside a multi-line string that looks like a key can only mislead a diagnostic's line, never its content.
 
     Args:
         text: A TOML document.

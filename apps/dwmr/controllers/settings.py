@@ -1,14 +1,30 @@
-"""Gains of the control laws as a scenario gives them.
+"""Gains of the control laws as a scenario gives them, and what each law wants proved about its rule files.
 
-They stand apart from the laws, so that a mistake in a scenario is answered without loading the compiler.
+They stand apart from the laws, so that a mistake in a scenario or a rule file is answered without loading the compiler.
 """
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from dwmr.quantities import Section, quantity
 
+if TYPE_CHECKING:
+    from dwmr.fuzzy_gains import Rules
 
-class SurfaceSettings(Section):
+
+class LawSettings(Section):
+    """Gains of a control law for one robot."""
+
+    def prove(self, rules: Rules, robot: str) -> None:
+        """Prove what the law relies on; a law without gain kernels relies on nothing.
+
+        Raises:
+            DiagnosticError: When a rule file has mistakes, does not fit its role, or breaks a guarantee.
+        """
+
+
+class SurfaceSettings(LawSettings):
     """What all laws on the sliding variables of Eq. (9) share, section 7."""
 
     lambda_1: float = quantity("slope of the longitudinal surface", "-", gt=0)
@@ -37,6 +53,16 @@ class AifqsmcSettings(SurfaceSettings):
     k_s_v: float | None = quantity("suppression gain, linear channel", "m/s", gt=0, default=None)
     k_s_omega: float | None = quantity("suppression gain, angular channel", "rad/s", gt=0, default=None)
 
+    def prove(self, rules: Rules, robot: str) -> None:
+        """Prove G_AIS >= G_min > 0 for both channels, and β > 0."""
+        rules.prove_reaction(robot, "v", self.k_h_min_v, self.k_s_v)
+        rules.prove_reaction(robot, "omega", self.k_h_min_omega, self.k_s_omega)
+        rules.prove_boundary_layer()
+
 
 class FcafsmcSettings(SurfaceSettings):
     """Gains of FCAFSMC, Eqs. (77), (78); its adaptation gain is a param of the rule file."""
+
+    def prove(self, rules: Rules, robot: str) -> None:
+        """Check that the rule file fits its role; the consequents are bounded by construction."""
+        rules.system("fcafsmc", {})
