@@ -86,6 +86,8 @@ _RUNTIME: Final[dict[str, Any]] = {
     "inf": np.inf,
     "refuse": _refuse,
     "where": np.where,
+    "logical_not": np.logical_not,
+    "divide": np.divide,
     "minimum": np.minimum,
     "maximum": np.maximum,
     "power": np.power,

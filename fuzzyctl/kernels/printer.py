@@ -47,7 +47,9 @@ ARRAYS = Dialect(
     where=lambda c, a, b: f"where({c}, {a}, {b})",
     smaller=lambda a, b: f"minimum({a}, {b})",
     larger=lambda a, b: f"maximum({a}, {b})",
-    logic=(" & ", " | ", "~"),
+    logic=(" & ", " | ", "logical_not"),
+    # Constants stay plain Python numbers, and Python refuses to divide those by zero.
+    divide=lambda a, b: f"divide({a}, {b})",
 )
 
 
@@ -77,7 +79,7 @@ class _Writer:
             case Binary(op=op, left=left, right=right) | Compare(op=op, left=left, right=right):
                 return f"({self.text(left)} {op} {self.text(right)})"
             case Logic(op="not", operands=(operand,)):
-                return f"({self.dialect.logic[2]}{self.text(operand)})"
+                return f"({self.dialect.logic[2]}({self.text(operand)}))"
             case Logic(op=logic, operands=operands):
                 return f"({self.dialect.logic[logic == 'or'].join(self.text(o) for o in operands)})"
             case Where(condition=condition, then=then, otherwise=otherwise):
