@@ -208,11 +208,11 @@ def evaluate(expr: Expr, names: Mapping[str, float]) -> float:
         case Negate(operand=operand):
             return -evaluate(operand, names)
         case Binary(op=op, left=left, right=right, span=span):
-            return _checked(lambda: _BINARY[op](evaluate(left, names), evaluate(right, names)), span)
+            return _checked(_BINARY[op], (evaluate(left, names), evaluate(right, names)), span)
         case Call(function=function, arguments=arguments, span=span):
             if function not in FUNCTIONS:
                 raise ExprError(f"no function {function!r}", span)
-            return _checked(lambda: _SCALAR[function](*[evaluate(a, names) for a in arguments]), span)
+            return _checked(_SCALAR[function], tuple(evaluate(a, names) for a in arguments), span)
     raise ExprError("a number is due here, not a truth value", span_of(expr))
 
 
@@ -224,19 +224,20 @@ def _look_up(name: str, names: Mapping[str, float], span: Span | None) -> float:
     raise ExprError(f"no param {name!r}", span)
 
 
-def _checked(compute: Callable[[], float], span: Span | None) -> float:
+def _checked(compute: Callable[..., float], arguments: tuple[float, ...], span: Span | None) -> float:
     try:
-        value = compute()
+        value = compute(*arguments)
     except ZeroDivisionError:
         raise ExprError("division by zero", span) from None
     except OverflowError:
         raise ExprError("the value is too large", span) from None
-    except ExprError:
-        raise
     except ValueError:
         raise ExprError("an argument lies outside the function's domain", span) from None
-    if not isinstance(value, float) or math.isnan(value):
+    if math.isnan(value):
         raise ExprError("the value is not a real number", span)
+    # Python's products and sums overflow to infinity without a word.
+    if math.isinf(value) and not any(map(math.isinf, arguments)):
+        raise ExprError("the value is too large", span)
     return value
 
 

@@ -190,7 +190,9 @@ def _blocks(
 
 def _bad_row(row: list[str], columns: list[int], header: list[str], place: str) -> Diagnostic:
     if len(row) != len(header):
-        return Diagnostic("FZ505", f"the row has {len(row)} cells for {len(header)} columns", file=place)
+        return Diagnostic(
+            "FZ505", f"the row has {len(row)} cell{'' if len(row) == 1 else 's'} for {len(header)} columns", file=place
+        )
     for c in columns:
         try:
             float(row[c])

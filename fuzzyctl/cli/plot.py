@@ -50,8 +50,10 @@ def plot_surface(
     for name in (x, y):
         if name is not None:
             _known(name, inputs, "input")
-    axes = _axes(inputs, x, y, assignments(at, inputs, "input"))
+    if x is not None and x == y:
+        raise DiagnosticError([Diagnostic("FZ214", f"'{x}' is named for both axes", help="drop one for a curve")])
     fixed = assignments(at, inputs, "input")
+    axes = _axes(inputs, x, y, fixed)
     for name in axes:
         if name in fixed:
             raise DiagnosticError([Diagnostic("FZ214", f"'{name}' is an axis and has a value too", help="drop one")])

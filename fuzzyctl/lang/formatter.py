@@ -121,8 +121,8 @@ def _equal_signs(codes: list[str]) -> list[str]:
 def _table(block: list[LogicalLine], texts: list[str]) -> list[str]:
     rows: list[tuple[str, list[str]]] = []
     for line, text in zip(block, texts, strict=True):
-        label, bar, cells = text.rpartition("|") if line.kind == "row" else ("", "", text)
-        rows.append((label.strip() if bar else "", _cells(cells)))
+        before, _, after = text.rpartition("|") if line.kind == "row" else ("", "", text)
+        rows.append((before.strip(), _cells(after)))
     label_width = max(len(label) for label, _ in rows)
     count = max(len(cells) for _, cells in rows)
     widths = [max((len(cells[k]) for _, cells in rows if k < len(cells)), default=0) for k in range(count)]

@@ -88,7 +88,10 @@ def _resumes(text: str, at: int) -> bool:
 def _take(source: SourceText, current: _Open, piece: str, at: int) -> None:
     if piece.startswith("#"):
         # A comment inside parentheses is part of the code's extent; only one at the end stands apart.
-        current.comment = piece.rstrip() if not current.opened else current.comment
+        if current.opened:
+            current.end = at + len(piece.rstrip())
+        else:
+            current.comment = piece.rstrip()
         return
     if not piece.isspace():
         current.end = at + len(piece.rstrip())

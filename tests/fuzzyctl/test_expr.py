@@ -40,6 +40,7 @@ class TestEvaluate:
             (ex.Call("log", (number(0.0),)), "domain"),
             (ex.Binary("^", number(-8.0), number(0.5)), "domain"),
             (ex.Binary("^", number(10.0), number(1e6)), "too large"),
+            (ex.Binary("*", number(1e200), number(1e200)), "too large"),
             (ex.Call("exp", (number(1e6),)), "too large"),
             (ex.Name("c"), "no param 'c'"),
             (ex.Compare("<", number(1.0), number(2.0)), "truth value"),

@@ -1,3 +1,5 @@
+import contextlib
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -6,6 +8,10 @@ from fuzzyctl.errors import DiagnosticError
 from fuzzyctl.load import decode, examine, load, loads
 from fuzzyctl.shipped import rules_folder
 from fuzzyctl.source import SourceText
+
+WORDS = "system input output param table if then is and or not in x u N P triangle terms unit else rate adaptive weight"
+SIGNS = '[ ] ( ) , = | @ * / + - ^ . 1 0.5 -1 inf require within when # σ ½ ∞ \\ $ "'
+TOKENS = [*WORDS.split(), *SIGNS.split(), "\n", "\n"]
 
 
 def codes(error):
@@ -70,20 +76,10 @@ class TestExamine:
 class TestHostileInput:
     @given(st.binary(max_size=200))
     def test_bytes_give_a_system_or_diagnostics(self, data):
-        try:
+        with contextlib.suppress(DiagnosticError):
             examine(decode(data, "t"))
-        except DiagnosticError as error:
-            assert error.diagnostics
 
-    @given(
-        st.lists(
-            st.sampled_from(
-                "system input output param table if then is and or not in [ ] ( ) , = | @ * / + - ^ . 1 0.5 -1 inf x u N P "
-                'triangle terms unit else rate adaptive weight require within when \n " # σ ½ ∞ \\ $'.split(" ")
-            ),
-            max_size=60,
-        )
-    )
+    @given(st.lists(st.sampled_from(TOKENS), max_size=60))
     def test_token_soup_gives_a_system_or_diagnostics(self, tokens):
         system, diagnostics = examine(SourceText("t", " ".join(tokens)))
         assert system is not None or diagnostics

@@ -21,7 +21,10 @@ class TestFormat:
         assert formatted("table f = x\nA BBB\n|C D\n") == "table f = x\n     A  BBB\n  |  C  D\n"
 
     def test_settings_params_and_terms_are_aligned(self):
-        text = "and min\nimplication product\n\nparam a=1\nparam long=2\n\ninput x in[0,1]\nA=triangle(0,1,2)\nBC=gaussian( 0,1 )\n"
+        text = (
+            "and min\nimplication product\n\nparam a=1\nparam long=2\n\n"
+            "input x in[0,1]\nA=triangle(0,1,2)\nBC=gaussian( 0,1 )\n"
+        )
         assert formatted(text) == (
             "and         min\nimplication product\n\nparam a    = 1\nparam long = 2\n\n"
             "input x in [0, 1]\n  A  = triangle(0, 1, 2)\n  BC = gaussian(0, 1)\n"

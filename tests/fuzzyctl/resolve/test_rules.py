@@ -53,7 +53,7 @@ class TestTables:
             ("Z |  N  P", "Z |  N  P*1.5", "FZ302", 19),
             ("table u = x x y", "table u = x x x", "FZ214", 16),
             ("table u = x x y", "table u = x x u", "FZ214", 16),
-            ("table u = x x y", "table u = x", "FZ214", 19),
+            ("table u = x x y", "table u = x", "FZ214", 18),
             ("table u = x x y", "table w = x x y", "FZ202", 16),
             ("       N  P\n", "", "FZ212", 16),
             ("       N  P\n", "       N  N\n", "FZ206", 17),

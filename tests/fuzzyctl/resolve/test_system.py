@@ -23,7 +23,8 @@ class TestMethod:
         assert (method.defuzzifier.kind, method.defuzzifier.resolution) == ("centroid", None)
 
     def test_settings_are_read(self, changed):
-        text = "and product\nor probabilistic_sum\nimplication product\naggregation sum\ndefuzzifier centroid(resolution=50)\n"
+        text = "and product\nor probabilistic_sum\nimplication product\naggregation sum\n"
+        text += "defuzzifier centroid(resolution=50)\n"
         method = loads(changed(("\ninput x", f"\n{text}input x"))).method
         assert (method.conjunction, method.aggregation, method.defuzzifier.resolution) == ("product", "sum", 50)
 

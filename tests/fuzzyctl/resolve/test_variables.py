@@ -29,7 +29,8 @@ class TestTerms:
 
     def test_a_uniform_partition_of_a_symmetric_range_has_exactly_zero_in_the_middle(self):
         system = loads(
-            "system s\ninput x in [-0.4, 0.4]\n  terms A B C D E F G\noutput u in [0, 1]\n  terms A=0 B=0 C=0 D=0 E=0 F=0 G=0\n"
+            "system s\ninput x in [-0.4, 0.4]\n  terms A B C D E F G\n"
+            "output u in [0, 1]\n  terms A=0 B=0 C=0 D=0 E=0 F=0 G=0\n"
             "defuzzifier weighted_average\ntable u = x\n  A B C D E F G\n | A B C D E F G\n"
         )
         x = system.input("x")

@@ -1,0 +1,78 @@
+import json
+
+import pytest
+from click.testing import CliRunner
+
+from fuzzyctl.cli.main import main
+
+
+@pytest.fixture
+def run():
+    return lambda *arguments: CliRunner().invoke(main, ["check", *map(str, arguments)])
+
+
+@pytest.fixture
+def write(tmp_path):
+    def write(name, content):
+        path = tmp_path / name
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+        return path
+
+    return write
+
+
+class TestCheck:
+    def test_a_clean_file_says_what_it_holds(self, run, write, base):
+        result = run(write("a.fz", base))
+        assert result.exit_code == 0
+        assert "a.fz: base: 6 rules, no errors" in result.output
+
+    def test_all_mistakes_of_all_files_are_printed(self, run, write, base, changed):
+        a = write("a.fz", changed(("Z |  N  P", "Z |  N  Q"), ("[0, 10]", "[0, q]")))
+        b = write("b.fz", "sytem b\n")
+        result = run(a, b, write("c.fz", base))
+        assert result.exit_code == 1
+        for part in (
+            "a.fz:8:16: error[FZ202]",
+            "a.fz:19:11: error[FZ203]",
+            "b.fz:1:1: error[FZ101]",
+            "3 errors",
+            "c.fz: base",
+        ):
+            assert part in result.output
+
+    def test_warnings_pass(self, run, write, changed):
+        result = run(write("a.fz", changed(("\ninput x", "\nparam k = 1\ninput x"))))
+        assert result.exit_code == 0
+        assert "warning[FZ216]" in result.output
+        assert "0 errors, 1 warning" in result.output
+
+    def test_json_is_json(self, run, write, changed):
+        result = run(write("a.fz", changed(("Z |  N  P", "Z |  N  Q"))), "--format", "json")
+        (diagnostic,) = json.loads(result.output)["diagnostics"]
+        assert (diagnostic["code"], diagnostic["line"], diagnostic["column"]) == ("FZ203", 19, 11)
+        assert result.exit_code == 1
+
+    @pytest.mark.parametrize(
+        ("content", "code"),
+        [(b"", "FZ004"), (bytes(range(256)), "FZ002"), (b"x" * 10_000_000, "FZ003"), (b"\xff\xfe", "FZ002")],
+    )
+    def test_what_is_no_rule_file_is_refused_without_traceback(self, run, write, content, code):
+        result = run(write("a.fz", content))
+        assert result.exit_code == 1
+        assert code in result.output
+        assert "Traceback" not in result.output
+
+    def test_a_missing_file_and_a_directory_are_refused(self, run, tmp_path):
+        result = run(tmp_path / "no.fz", tmp_path)
+        assert result.exit_code == 1
+        assert result.output.count("FZ001") == 2
+
+    def test_a_hole_in_the_rules_is_found_with_a_point_in_it(self, run, write, changed):
+        result = run(write("a.fz", changed(("N |  N  Z", "N |  .  Z"))))
+        assert result.exit_code == 1
+        assert "FZ401" in result.output
+        assert "x = -1, y = 0" in result.output
+
+    def test_no_file_is_wrong_usage(self, run):
+        assert run().exit_code == 2

@@ -1,0 +1,140 @@
+import csv
+import io
+import json
+import math
+
+import pytest
+from click.testing import CliRunner
+
+from fuzzyctl.cli.main import main
+from fuzzyctl.shipped import rules_folder
+
+AIS = str(rules_folder() / "ais_reaction.fz")
+TIPPER = str(rules_folder() / "tipper.fz")
+
+
+def run(*arguments, stdin=None):
+    return CliRunner().invoke(main, ["eval", *map(str, arguments)], input=stdin)
+
+
+class TestPoint:
+    def test_it_prints_every_digit(self):
+        result = run(TIPPER, "service=2", "food=1")
+        assert result.exit_code == 0
+        assert result.output.startswith("tip = 7.0150623200")
+        assert result.output.endswith(" %\n")
+
+    def test_negative_values_are_no_options(self):
+        assert run(AIS, "sigma=-0.06", "dsigma=-1").output == "f = -1.0\n"
+
+    def test_json_gives_inputs_and_outputs(self):
+        data = json.loads(run(AIS, "sigma=0", "dsigma=0", "--format", "json").output)
+        assert data["outputs"] == {"f": 0.18}
+
+    def test_a_value_outside_the_range_is_clamped_with_a_warning(self):
+        result = run(AIS, "sigma=5", "dsigma=1")
+        assert result.exit_code == 0
+        assert "sigma = 5 lies outside [-0.06, 0.06]; taken as 0.06" in result.output
+        assert "f = -1.0" in result.output
+
+    def test_nan_in_gives_nan_out(self):
+        assert run(AIS, "sigma=nan", "dsigma=1").output == "f = nan\n"
+        assert json.loads(run(AIS, "sigma=nan", "dsigma=1", "--format", "json").output)["outputs"] == {"f": None}
+
+    def test_all_mistakes_are_named(self):
+        result = run(AIS, "sgma=1", "dsigma=a", "x")
+        assert result.exit_code == 1
+        for part in ("no input 'sgma'", "did you mean 'sigma'", "'dsigma' is no number: 'a'", "'x' is not of the form"):
+            assert part in result.output
+
+    def test_a_missing_value_is_named_with_its_range(self):
+        result = run(AIS, "sigma=1")
+        assert result.exit_code == 1
+        assert "input 'dsigma' has no value" in result.output
+        assert "[-1, 1] 1/s" in result.output
+
+    def test_params_can_be_set(self):
+        result = run(AIS, "sigma=0", "dsigma=0", "--set", "k_x=1")
+        assert result.exit_code == 1
+        assert "no param 'k_x'" in result.output
+        assert run(AIS, "sigma=0", "dsigma=0", "--set", "k_s=0.5").exit_code == 0
+
+    def test_an_adaptive_system_is_evaluated_at_its_initial_consequents(self):
+        assert run(rules_folder() / "fcafsmc.fz", "sigma=0.1").output == "F = 0.0\n"
+
+    def test_a_file_with_a_hole_is_refused(self, tmp_path, changed):
+        path = tmp_path / "a.fz"
+        path.write_text(changed(("N |  N  Z", "N |  .  Z")))
+        result = run(path, "x=-1", "y=0")
+        assert result.exit_code == 1
+        assert "FZ401" in result.output
+
+    def test_where_no_rule_fires_else_error_is_said_plainly(self, tmp_path, changed):
+        path = tmp_path / "a.fz"
+        path.write_text(changed(("N |  N  Z", "N |  .  Z"), ("[-2, 2]", "[-2, 2] else error")))
+        result = run(path, "x=-1", "y=0")
+        assert (result.exit_code, result.output.count("Traceback")) == (1, 0)
+        assert "no rule fires for output 'u' at x = -1, y = 0" in result.output
+
+
+class TestPoints:
+    def test_outputs_are_appended_and_other_columns_kept(self):
+        result = run(TIPPER, "--points", "-", stdin="food,service,who\n1,2,ann\n5,4,bob\n")
+        rows = list(csv.reader(io.StringIO(result.output)))
+        assert rows[0] == ["food", "service", "who", "tip"]
+        assert rows[2][:3] == ["5", "4", "bob"]
+        assert float(rows[2][3]) == pytest.approx(14.4530101086, rel=1e-11)
+
+    def test_a_file_gives_what_single_points_give(self, tmp_path):
+        points = [(s / 100, d / 10) for s in range(-7, 8) for d in range(-11, 12)]
+        path = tmp_path / "in.csv"
+        path.write_text("sigma,dsigma\n" + "".join(f"{s},{d}\n" for s, d in points))
+        rows = list(csv.DictReader(io.StringIO(run(AIS, "--points", path).output)))
+        from fuzzyctl.load import load
+
+        system = load(AIS)
+        assert len(rows) == len(points)
+        for (s, d), row in zip(points, rows, strict=True):
+            assert float(row["f"]) == pytest.approx(system(sigma=s, dsigma=d), abs=1e-12)
+
+    def test_json_is_a_list(self):
+        data = json.loads(run(TIPPER, "--points", "-", "--format", "json", stdin="food,service\n1,2\nnan,2\n").output)
+        assert data[0]["inputs"] == {"food": 1.0, "service": 2.0}
+        assert data[1]["outputs"] == {"tip": None}
+
+    def test_a_header_alone_gives_a_header(self):
+        assert run(TIPPER, "--points", "-", stdin="food,service\n").output == "food,service,tip\n"
+        assert json.loads(run(TIPPER, "--points", "-", "--format", "json", stdin="food,service\n").output) == []
+
+    @pytest.mark.parametrize(
+        ("stdin", "part"),
+        [
+            ("", "no header line"),
+            ("food\n1\n", "no column 'service'"),
+            ("food,servce\n1,2\n", "is 'servce' meant?"),
+            ("food,food,service\n1,2,3\n", "2 columns 'food'"),
+            ("food,service,tip\n1,2,3\n", "already has a column 'tip'"),
+            ("food,service\n1,2\n\n1,x\n", "<stdin>:4: error[FZ505]: 'x' in column 'service' is no number"),
+            ("food,service\n1\n", "the row has 1 cell for 2 columns"),
+        ],
+    )
+    def test_malformed_points_are_named(self, stdin, part):
+        result = run(TIPPER, "--points", "-", stdin=stdin)
+        assert result.exit_code == 1
+        assert part in result.output
+        assert "Traceback" not in result.output
+
+    def test_a_missing_points_file_is_named(self, tmp_path):
+        result = run(TIPPER, "--points", tmp_path / "no.csv")
+        assert result.exit_code == 1
+        assert "FZ001" in result.output
+
+    def test_points_and_values_together_are_wrong_usage(self):
+        assert run(TIPPER, "service=1", "--points", "-").exit_code == 2
+
+    def test_many_rows_stream(self):
+        text = "sigma,dsigma\n" + "0.01,0.1\n" * 20_000
+        lines = run(AIS, "--points", "-", stdin=text).output.split("\n")
+        assert len(lines) == 20_002
+        assert len(set(lines[1:-1])) == 1
+        assert not math.isnan(float(lines[1].rsplit(",", 1)[1]))

@@ -1,0 +1,73 @@
+import pytest
+from click.testing import CliRunner
+
+from fuzzyctl.cli.main import main
+from fuzzyctl.cli.plot import _axes
+from fuzzyctl.shipped import rules_folder
+
+TIPPER = str(rules_folder() / "tipper.fz")
+
+
+def run(*arguments):
+    return CliRunner().invoke(main, list(map(str, arguments)))
+
+
+class TestPlotSurface:
+    @pytest.mark.parametrize(("suffix", "magic"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")])
+    def test_it_writes_the_format_that_the_name_asks_for(self, tmp_path, suffix, magic):
+        path = tmp_path / f"a.{suffix}"
+        result = run("plot-surface", TIPPER, "-o", path, "--resolution", 11)
+        assert result.exit_code == 0, result.output
+        assert path.read_bytes().startswith(magic)
+        assert [p.name for p in tmp_path.iterdir()] == [path.name]
+
+    def test_the_same_picture_has_the_same_bytes(self, tmp_path):
+        for name in ("a.svg", "b.svg"):
+            run("plot-surface", TIPPER, "-x", "food", "--at", "service=3", "-o", tmp_path / name)
+        assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
+
+    def test_the_default_name_comes_from_system_and_output(self, tmp_path, monkeypatch):
+        monkeypatch.chdir(tmp_path)
+        assert run("plot-surface", TIPPER, "--resolution", 5).output == "wrote tipper-tip.png\n"
+        assert (tmp_path / "tipper-tip.png").exists()
+
+    @pytest.mark.parametrize(
+        ("arguments", "part"),
+        [
+            (["-x", "fod"], "did you mean 'food'"),
+            (["--output", "tp"], "did you mean 'tip'"),
+            (["--at", "food"], "not of the form"),
+            (["--at", "food=1", "-x", "food"], "is an axis and has a value too"),
+            (["-o", "a.jpg"], "no picture format '.jpg'"),
+            (["-o", "no/such/folder/a.png"], "there is no folder"),
+            (["-x", "food", "-y", "food"], "both axes"),
+        ],
+    )
+    def test_mistakes_are_named(self, arguments, part):
+        result = run("plot-surface", TIPPER, *arguments)
+        assert result.exit_code == 1
+        assert part in result.output
+        assert "Traceback" not in result.output
+
+
+class TestAxes:
+    @pytest.mark.parametrize(
+        ("inputs", "x", "y", "fixed", "axes"),
+        [
+            (["a"], None, None, {}, ["a"]),
+            (["a", "b", "c"], None, None, {}, ["a", "b"]),
+            (["a", "b"], "b", None, {}, ["b", "a"]),
+            (["a", "b"], "b", None, {"a": 1}, ["b"]),
+            (["a", "b"], None, None, {"a": 1}, ["b"]),
+            (["a", "b", "c"], "c", "a", {}, ["c", "a"]),
+            (["a", "b", "c"], None, "a", {}, ["b", "a"]),
+        ],
+    )
+    def test_those_named_come_first(self, inputs, x, y, fixed, axes):
+        assert _axes(inputs, x, y, fixed) == axes
+
+
+class TestPlotTerms:
+    @pytest.mark.parametrize("path", sorted(rules_folder().glob("*.fz")), ids=lambda p: p.name)
+    def test_every_shipped_file_can_be_drawn(self, tmp_path, path):
+        assert run("plot-terms", path, "-o", tmp_path / "a.png").exit_code == 0

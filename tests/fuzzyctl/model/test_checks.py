@@ -1,0 +1,64 @@
+import pytest
+
+from fuzzyctl.load import examine, loads
+from fuzzyctl.model.checks import CHECKS, check_model
+from fuzzyctl.shipped import rules_folder
+from fuzzyctl.source import SourceText
+
+
+def found(text):
+    return [(d.code, d.severity) for d in examine(SourceText("t", text))[1]]
+
+
+class TestChecks:
+    def test_the_base_text_is_clean(self, base):
+        assert check_model(loads(base)) == []
+
+    @pytest.mark.parametrize("path", sorted(rules_folder().glob("*.fz")), ids=lambda p: p.name)
+    def test_shipped_files_are_clean(self, path):
+        assert found(path.read_text(encoding="utf-8")) == []
+
+    def test_every_check_is_named_once(self):
+        assert len({c.__name__ for c in CHECKS}) == len(CHECKS)
+
+    def test_a_curved_term_has_no_exact_centroid(self, changed):
+        curved = ("Z = triangle(-2, 0, 2)", "Z = gaussian(0, 1)")
+        assert found(changed(curved)) == [("FZ214", "error")]
+        assert found(changed(curved, ("\ninput x", "\ndefuzzifier centroid(resolution=100)\ninput x"))) == []
+        assert found(changed(curved, ("\ninput x", "\ndefuzzifier center_average\ninput x"))) == []
+
+    def test_a_singleton_has_no_centroid(self, changed):
+        assert found(changed(("Z = triangle(-2, 0, 2)", "Z = singleton(0)"))) == [("FZ214", "error")]
+
+    def test_an_adaptive_output_needs_an_average_and_stands_alone(self, changed):
+        adaptive = ("[-2, 2]", "[-2, 2] adaptive rate x")
+        assert found(changed(adaptive)) == [("FZ214", "error")]
+        average = ("\ninput x", "\ndefuzzifier weighted_average\ninput x")
+        assert found(changed(adaptive, average)) == []
+        other = ("table u", "output v in [0, 1] else 0\n  A = singleton(0)\n\ntable u")
+        assert found(changed(adaptive, average, other, after="if x is N then v is A\n")) == [("FZ214", "error")]
+
+    def test_initial_consequents_lie_in_the_range(self, changed):
+        text = changed(("[-2, 2]", "[-1, 2] adaptive rate x"), ("\ninput x", "\ndefuzzifier weighted_average\ninput x"))
+        assert found(text) == [("FZ302", "error")]
+
+    def test_the_order_of_operands_does_not_hide_a_second_rule(self, changed):
+        assert found(changed(after="if y is N and x is N then u is N\n")) == [("FZ209", "warning")]
+
+    def test_terms_from_high_to_low_are_no_slip(self, changed):
+        text = changed(
+            (
+                "  N = triangle(-inf, -1, 0)\n  Z = triangle(-1, 0, 1)\n  P = triangle(0, 1, inf)\n",
+                "  P = triangle(0, 1, inf)\n  Z = triangle(-1, 0, 1)\n  N = triangle(-inf, -1, 0)\n",
+            )
+        )
+        assert found(text) == []
+
+    def test_one_bad_number_gives_one_diagnostic(self, changed):
+        assert found(changed(("Z = triangle(-2, 0, 2)", "Z = triangle(-2, 1 / 0, 2)"))) == [("FZ307", "error")]
+
+    @pytest.mark.parametrize("peaks", ["triangle(-inf, -inf, 0)", "trapezoid(-1, 0, inf, inf)", "triangle(inf, 0, 1)"])
+    def test_infinite_peaks_are_refused(self, changed, peaks):
+        codes = [c for c, _ in found(changed(("Z = triangle(-1, 0, 1)", f"Z = {peaks}")))]
+        assert len(codes) == 1
+        assert codes[0] in ("FZ301", "FZ302")

@@ -1,0 +1,78 @@
+import math
+
+import pytest
+
+from fuzzyctl.errors import ArgumentError, DiagnosticError, UnknownNameError, ValueOutOfBoundsError
+from fuzzyctl.load import load, loads
+from fuzzyctl.shipped import rules_folder
+
+
+@pytest.fixture(scope="module")
+def ais():
+    return load(rules_folder() / "ais_reaction.fz")
+
+
+class TestEquality:
+    def test_places_take_no_part(self, base):
+        assert loads(base) == loads("\n\n# comment\n" + base.replace("  N |", "N|"))
+        assert hash(loads(base)) == hash(loads("\n" + base))
+
+    def test_meaning_does(self, base, changed):
+        assert loads(base) != loads(changed(("triangle(-1, 0, 1)", "triangle(-1, 0.1, 1)")))
+        assert loads(base) != loads(changed(("Z |  N  P", "Z |  N  Z")))
+
+
+class TestParams:
+    def test_values_follow_their_expressions(self, ais):
+        assert ais.values["f_max"] == (0.1 - 0.001) / 0.55
+
+    def test_setting_one_moves_what_is_computed_from_it(self, ais):
+        changed = ais.with_params(k_s=0.6)
+        assert changed.values["f_max"] == (0.1 - 0.001) / 0.6
+        assert changed.number(changed.output("f").upper) == changed.values["f_max"]
+        assert ais.values["k_s"] == 0.55
+
+    def test_unknown_names_and_values_are_refused(self, ais):
+        with pytest.raises(UnknownNameError, match="did you mean 'k_s'"):
+            ais.with_params(ks=1)
+        with pytest.raises(ValueOutOfBoundsError, match="finite"):
+            ais.with_params(k_s=math.nan)
+
+    def test_a_system_that_is_not_well_formed_with_them_is_refused(self, ais):
+        with pytest.raises(DiagnosticError, match="FZ307"):
+            ais.with_params(k_s=0.0)
+
+    def test_a_long_chain_of_params_is_computed_without_recursion(self, changed):
+        chain = "".join(f"param p{i} = p{i + 1}\n" for i in range(3000)) + "param p3000 = 2\n"
+        assert loads(changed(("\ninput x", f"\n{chain}input x"))).values["p0"] == 2
+
+
+class TestCall:
+    def test_numbers_give_a_number(self, ais):
+        assert ais(sigma=0.0, dsigma=0.0) == 0.18
+
+    def test_arrays_broadcast(self, ais):
+        import numpy as np
+
+        sigma, dsigma = np.linspace(-0.05, 0.05, 5)[:, None], np.linspace(-1, 1, 3)
+        values = ais(sigma=sigma, dsigma=dsigma)
+        assert values.shape == (5, 3)
+        assert values[3, 1] == pytest.approx(ais(sigma=sigma[3, 0], dsigma=dsigma[1]), rel=1e-12)
+
+    def test_names_are_checked(self, ais):
+        with pytest.raises(UnknownNameError, match="sigma"):
+            ais(sgma=0.0, dsigma=0.0)
+        with pytest.raises(ArgumentError, match="dsigma"):
+            ais(sigma=0.0)
+
+    def test_several_outputs_come_by_name(self, changed):
+        system = loads(
+            changed(
+                ("table u", "output v in [0, 1]\n  A = triangle(0, 0.5, 1)\n\ntable u"),
+                after="if x is N or x is Z then v is A\n",
+            ).replace("output v in [0, 1]", "output v in [0, 1] else 0.25")
+        )
+        result = system(x=1.0, y=10.0)
+        assert set(result) == {"u", "v"}
+        assert result["v"] == 0.25
+        assert system(x=-1.0, y=0.0)["v"] == 0.5
