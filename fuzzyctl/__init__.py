@@ -1,6 +1,7 @@
 """Declarative fuzzy control: rule files in, compiled kernels out.
 
 Nothing heavy is imported before it is used: `import fuzzyctl` loads neither numpy nor a parser.
+No submodule is named like a function here: importing it would put the module in the function's place.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from fuzzyctl.analysis.bounds import OutputBound, output_bounds
-    from fuzzyctl.check import check
+    from fuzzyctl.checking import check
     from fuzzyctl.errors import (
         ArgumentError,
         Diagnostic,
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
         ValueOutOfBoundsError,
     )
     from fuzzyctl.kernels.compile import Kernel, compile
-    from fuzzyctl.load import load, loads
+    from fuzzyctl.loading import load, loads
     from fuzzyctl.model.system import FuzzySystem
 
 __version__ = "0.1.0"
@@ -37,10 +38,10 @@ _HOMES = {
     "OutputBound": "fuzzyctl.analysis.bounds",
     "UnknownNameError": "fuzzyctl.errors",
     "ValueOutOfBoundsError": "fuzzyctl.errors",
-    "check": "fuzzyctl.check",
+    "check": "fuzzyctl.checking",
     "compile": "fuzzyctl.kernels.compile",
-    "load": "fuzzyctl.load",
-    "loads": "fuzzyctl.load",
+    "load": "fuzzyctl.loading",
+    "loads": "fuzzyctl.loading",
     "output_bounds": "fuzzyctl.analysis.bounds",
 }
 

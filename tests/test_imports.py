@@ -18,10 +18,10 @@ ORDER = [
     ["formulas"],
     ["lang", "model"],
     ["resolve"],
-    ["load"],
+    ["loading"],
     ["kernels"],
     ["analysis", "plot"],
-    ["check"],
+    ["checking"],
     ["cli"],
 ]
 RANK = {part: i for i, parts in enumerate(ORDER) for part in parts}
@@ -136,3 +136,10 @@ def test_every_name_of_the_facade_exists_and_stands_in_order():
         assert getattr(fuzzyctl, name) is not None
     with pytest.raises(AttributeError, match="no attribute 'nope'"):
         _ = fuzzyctl.nope
+
+
+def test_no_submodule_takes_the_place_of_a_function():
+    import fuzzyctl
+
+    submodules = {p.stem for p in (ROOT / "fuzzyctl").iterdir()}
+    assert submodules & set(fuzzyctl.__all__) == set()

@@ -18,7 +18,7 @@ def check(files: tuple[str, ...], form: str) -> int:
     Prints every mistake with file, line, column and repair. A system without 'else' must have a rule for every
     point of its inputs' ranges; this is proved, not sampled. Exit code 1 if there is an error; warnings pass.
     """
-    from fuzzyctl.check import check as check_file
+    from fuzzyctl.checking import check as check_file
 
     found: list[Diagnostic] = []
     clean = []

@@ -72,7 +72,7 @@ def load_checked(path: str, settings: Iterable[str] = ()) -> FuzzySystem:
         DiagnosticError: With all errors of the file.
     """
     from fuzzyctl.analysis import coverage
-    from fuzzyctl.load import examine, read_source
+    from fuzzyctl.loading import examine, read_source
 
     system, diagnostics = examine(read_source(path))
     if system is None:

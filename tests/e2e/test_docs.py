@@ -37,7 +37,7 @@ from pydantic import BaseModel
 
 import fuzzyctl
 from fuzzyctl import errors, expr, formulas
-from fuzzyctl.check import check_source
+from fuzzyctl.checking import check_source
 from fuzzyctl.cli.main import main as fuzzyctl_commands
 from fuzzyctl.lang import syntax
 from fuzzyctl.lang.parser import parse

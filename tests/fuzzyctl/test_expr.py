@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fuzzyctl import expr as ex
-from fuzzyctl.load import loads
+from fuzzyctl.loading import loads
 
 NAMES = {"a": 2.0, "b": -3.0}
 

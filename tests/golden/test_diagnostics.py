@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from fuzzyctl.check import check_source
+from fuzzyctl.checking import check_source
 from fuzzyctl.errors import CODES, render_all
-from fuzzyctl.load import decode
+from fuzzyctl.loading import decode
 
 FOLDER = Path(__file__).parent / "diagnostics"
 FILES = sorted(FOLDER.glob("*.fz"))

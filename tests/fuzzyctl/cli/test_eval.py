@@ -90,7 +90,7 @@ class TestPoints:
         path = tmp_path / "in.csv"
         path.write_text("sigma,dsigma\n" + "".join(f"{s},{d}\n" for s, d in points))
         rows = list(csv.DictReader(io.StringIO(run(AIS, "--points", path).output)))
-        from fuzzyctl.load import load
+        from fuzzyctl.loading import load
 
         system = load(AIS)
         assert len(rows) == len(points)

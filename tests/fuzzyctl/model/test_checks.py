@@ -1,6 +1,6 @@
 import pytest
 
-from fuzzyctl.load import examine, loads
+from fuzzyctl.loading import examine, loads
 from fuzzyctl.model.checks import CHECKS, check_model
 from fuzzyctl.shipped import rules_folder
 from fuzzyctl.source import SourceText

@@ -3,7 +3,7 @@ import math
 import pytest
 
 from fuzzyctl.errors import ArgumentError, DiagnosticError, UnknownNameError, ValueOutOfBoundsError
-from fuzzyctl.load import load, loads
+from fuzzyctl.loading import load, loads
 from fuzzyctl.shipped import rules_folder
 
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from fuzzyctl.load import load, loads
+from fuzzyctl.loading import load, loads
 from fuzzyctl.plot.surface import draw_surface, sample
 from fuzzyctl.shipped import rules_folder
 

@@ -1,7 +1,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from fuzzyctl.load import load, loads
+from fuzzyctl.loading import load, loads
 from fuzzyctl.plot.terms import draw_terms, draw_variable
 from fuzzyctl.shipped import rules_folder
 

@@ -2,7 +2,7 @@ import pytest
 
 from fuzzyctl.errors import DiagnosticError
 from fuzzyctl.expr import Number
-from fuzzyctl.load import loads
+from fuzzyctl.loading import loads
 from fuzzyctl.model.rule import And, Is, Not, Or
 
 

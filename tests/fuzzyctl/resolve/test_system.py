@@ -1,7 +1,7 @@
 import pytest
 
 from fuzzyctl.errors import DiagnosticError
-from fuzzyctl.load import examine, loads
+from fuzzyctl.loading import examine, loads
 from fuzzyctl.source import SourceText
 
 

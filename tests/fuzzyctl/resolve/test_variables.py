@@ -3,7 +3,7 @@ import math
 import pytest
 
 from fuzzyctl.errors import DiagnosticError
-from fuzzyctl.load import loads
+from fuzzyctl.loading import loads
 
 
 def errors(text):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 
 from fuzzyctl.errors import Diagnostic
-from fuzzyctl.load import MAX_BYTES, examine, read_source
+from fuzzyctl.loading import MAX_BYTES, examine, read_source
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.source import SourceText
 

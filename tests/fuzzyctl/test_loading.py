@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fuzzyctl.errors import DiagnosticError
-from fuzzyctl.load import decode, examine, load, loads
+from fuzzyctl.loading import decode, examine, load, loads
 from fuzzyctl.shipped import rules_folder
 from fuzzyctl.source import SourceText
 
