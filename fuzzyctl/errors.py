@@ -275,11 +275,11 @@ class ArgumentError(FuzzyctlError, TypeError):
 
 
 class NoRuleFiresError(FuzzyctlError, ArithmeticError):
-    """Raised at evaluation when no rule fires and the output says `else error`."""
+    """Raised at evaluation when no rule fires and the output says `else error`, or has no `else` at all."""
 
     def __init__(self, output: str, point: str) -> None:
         self.output, self.point = output, point
-        super().__init__(f"no rule fires for output {output!r} at {point}, and the output says 'else error'")
+        super().__init__(f"no rule fires for output {output!r} at {point}; 'else VALUE' would say what it is there")
 
 
 class BackendUnavailableError(FuzzyctlError, ImportError):

@@ -37,7 +37,8 @@ class Kernel:
     outputs. With adaptive outputs the state, one consequent for each rule, comes last: `kernel(x0, ..., C)`.
 
     Where an input is NaN all outputs are NaN. Where no rule fires an output is what its `else` says; one without `else`
-    promises that this never happens, and is NaN where it happens all the same.
+    promises that this never happens. Where it happens all the same, calls from Python raise `NoRuleFiresError`, and
+    `jit`, which has no room for the test, gives NaN: check such a system before (`fuzzyctl.check` proves the promise).
 
     Args:
         plan: What it computes.
@@ -51,6 +52,9 @@ class Kernel:
         self.n_rules = len(plan.rules)
         self.n_states = len(plan.states)
         self._program = inference.evaluation(plan)
+        self._refusals = {s.message: s.output for s in self._program.body if isinstance(s, Refuse)}
+        #: Outputs that promise to have a value everywhere.
+        self._promised = tuple(k for k, o in enumerate(plan.outputs) if o.otherwise is None)
         self._n_arguments = len(plan.inputs) + (1 if plan.states else 0)
         #: The function itself: plain Python, or compiled for use inside other compiled code. numba's is
         #: float64(float64, ...), with a last float64[::1] for the state; several outputs come as a tuple of float64.
@@ -65,18 +69,22 @@ class Kernel:
 
         Raises:
             ArgumentError: For a wrong number of arguments, or one that is no real number.
-            NoRuleFiresError: Where no rule fires for an output that says `else error`.
+            NoRuleFiresError: Where no rule fires for an output that says `else error` or has no `else`.
         """
         try:
-            return self.jit(*arguments)
+            result = self.jit(*arguments)
+            if result != result or type(result) is tuple:
+                self._keep_promises(arguments, result)
+            return result
         except NoRuleFiresError:
             raise
         except ArithmeticError as error:
-            if len(error.args) != 2:
+            output = self._refusals.get(str(error))
+            if output is None:
                 raise
             point = python_backend.point_text(self.input_names, arguments[: len(self.input_names)])
-            raise NoRuleFiresError(str(error.args[-1]), point) from None
-        except (TypeError, ValueError) as error:
+            raise NoRuleFiresError(output, point) from None
+        except (TypeError, ValueError, IndexError) as error:
             raise self._argument_error(arguments, error) from error
 
     def batch(self, points: Any, state: Any = None) -> FloatArray:
@@ -91,7 +99,8 @@ class Kernel:
 
         Raises:
             ArgumentError: For arrays of another shape or not of numbers.
-            NoRuleFiresError: For the first point where no rule fires for an output that says `else error`.
+            NoRuleFiresError: For the first point where no rule fires for an output that says `else error` or has no
+                `else`.
         """
         import numpy as np
 
@@ -102,9 +111,27 @@ class Kernel:
                 f"got {array.shape}"
             )
         shape = array.shape[:-1]
-        flat = np.ascontiguousarray(array.reshape(-1, array.shape[-1]))
+        # Compiled loops take arrays that could be written to, though they only read these.
+        flat = np.require(array.reshape(-1, array.shape[-1]), requirements=["C", "W"])
         results: FloatArray = self._batch(flat, self._flat_state(state, shape))
+        # A sum is NaN if any part is, and takes no memory; only then is it worth looking closer.
+        if self._promised and np.isnan(np.sum(results)):
+            bad = np.isnan(results[:, self._promised]).any(axis=1) & ~np.isnan(flat).any(axis=1)
+            if bad.any():
+                first = int(np.argmax(bad))
+                self._keep_promises(flat[first].tolist(), tuple(results[first].tolist()))
         return results.reshape(shape if len(self.output_names) == 1 else (*shape, len(self.output_names)))
+
+    def _keep_promises(self, arguments: Sequence[float], result: float | tuple[float, ...]) -> None:
+        """Raise where an output without `else` is NaN though no input is."""
+        values = result if isinstance(result, tuple) else (result,)
+        point = [float(a) for a in arguments[: len(self.input_names)]]
+        if any(x != x for x in point):
+            return
+        for k in self._promised:
+            if values[k] != values[k]:
+                text = python_backend.point_text(self.input_names, point)
+                raise NoRuleFiresError(self.output_names[k], text)
 
     def initial_state(self) -> FloatArray:
         """Return the adaptive state to begin with: the peak of each rule's declared term."""
@@ -169,11 +196,11 @@ class Kernel:
         from fuzzyctl.kernels import numba_backend
 
         loop = numba_backend.compile_source(numba_backend.batch_source(self._program))
-        refusals = [s.output for s in self._program.body if isinstance(s, Refuse)]
+        refusals = list(self._refusals.values())
 
         def batch(points: FloatArray, state: FloatArray | None) -> FloatArray:
             results = np.empty((len(points), len(self.output_names)))
-            states = () if state is None else (np.ascontiguousarray(state).reshape(-1),)
+            states = () if state is None else (np.require(state, requirements=["C", "W"]).reshape(-1),)
             failed = loop(points.reshape(-1), *states, results.reshape(-1))
             if failed >= 0:
                 index, which = divmod(failed, len(refusals))
@@ -218,7 +245,8 @@ class Kernel:
         if len(arguments) != self._n_arguments:
             return ArgumentError(f"the kernel takes {len(names)} arguments ({', '.join(names)}), got {len(arguments)}")
         kinds = ", ".join(f"{n}: {type(a).__name__}" for n, a in zip(names, arguments, strict=True))
-        return ArgumentError(f"inputs must be real numbers, got {kinds}; kernel.batch takes arrays")
+        state = f", and the state a contiguous, writable array of {self.n_states} floats" if self.n_states else ""
+        return ArgumentError(f"each input must be a real number{state}; got {kinds}; kernel.batch takes arrays")
 
 
 def _float_array(values: Any, what: str) -> FloatArray:

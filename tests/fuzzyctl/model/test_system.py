@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from fuzzyctl.errors import ArgumentError, DiagnosticError, UnknownNameError, ValueOutOfBoundsError
+from fuzzyctl.errors import ArgumentError, DiagnosticError, NoRuleFiresError, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.loading import load, loads
 from fuzzyctl.shipped import rules_folder
 
@@ -64,6 +64,17 @@ class TestCall:
             ais(sgma=0.0, dsigma=0.0)
         with pytest.raises(ArgumentError, match="dsigma"):
             ais(sigma=0.0)
+
+    def test_a_broken_promise_is_an_error_not_a_nan(self, changed):
+        system = loads(changed(("N |  N  Z", "N |  .  Z")))
+        with pytest.raises(NoRuleFiresError, match="output 'u' at x = -1, y = 0"):
+            system(x=-1.0, y=0.0)
+        with pytest.raises(NoRuleFiresError, match="output 'u' at x = -1, y = 0"):
+            system(x=[math.nan, 1.0, -1.0], y=0.0)
+        values = system(x=[math.nan, 1.0], y=0.0)
+        assert math.isnan(values[0])
+        assert math.isnan(system(x=math.nan, y=0.0))
+        assert values[1] == system(x=1.0, y=0.0)
 
     def test_several_outputs_come_by_name(self, changed):
         system = loads(
