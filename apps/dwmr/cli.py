@@ -129,7 +129,7 @@ def _run(
     write(folder, "errors.png", lambda p: figures.draw_errors(p, trajectories, file.scenario))
     outputs.write_summary(folder, summary)
     if style == "text":
-        report.print_report(report.console_for(sys.stdout.isatty()), summary, compare=file.scenario.name == "paper")
+        report.print_report(report.console(), summary, compare=file.scenario.name == "paper")
         click.echo(f"results in {folder}: summary.json, trajectory.npz, path.png, errors.png")
     return summary, all(t.stop is None for t in trajectories)
 

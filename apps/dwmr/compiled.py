@@ -1,8 +1,8 @@
 """Compile what runs inside the loop with numba; where numba is missing, the same source runs as plain Python.
 
 The only module of dwmr that knows numba. Compiled code is cached on disk between processes, in a folder named after the
-sources of this package: numba looks only at the file of a function, so a change in robot.py would leave the loop as it
-was.
+sources of this package: numba looks only at the file of a function, so a change in robot.py would leave the loop
+as it was.
 """
 
 from __future__ import annotations

@@ -80,6 +80,12 @@ def measure(trajectory: Trajectory, scenario: Scenario) -> dict[str, Any]:
         trajectory: A run.
         scenario: What was run.
     """
+    # numbers of a run that diverged may overflow; what is not finite shows as null
+    with np.errstate(over="ignore", invalid="ignore"):
+        return _measure(trajectory, scenario)
+
+
+def _measure(trajectory: Trajectory, scenario: Scenario) -> dict[str, Any]:
     names = trajectory.robots
     result: dict[str, Any] = {
         "rmse": {n: _rmse(trajectory, n, printed_frame(scenario, n)) for n in names},

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from rich import box
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
@@ -13,40 +12,43 @@ from rich.table import Table
 from dwmr.metrics import TABLE_12
 
 _COLUMNS = (("x_e", "m"), ("y_e", "m"), ("theta_e", "rad"))
+_SYMBOLS = {"x_e": "x_e", "y_e": "y_e", "theta_e": "θ_e"}
 
 
-#: Width of the tables where no terminal gives one.
-_WIDTH = 110
+#: Least width of the tables; text for a pipe or a file is not squeezed further.
+_WIDTH = 80
 
 
-def console_for(terminal: bool) -> Console:
-    """Return a console on standard output; text that goes to a pipe or a file is never squeezed to 80 columns."""
-    return Console() if terminal else Console(width=_WIDTH)
+def console() -> Console:
+    """Return a console on standard output that is never too narrow for the tables."""
+    found = Console()
+    return found if found.width >= _WIDTH else Console(width=_WIDTH)
 
 
-def print_report(console: Console, summary: Mapping[str, Any], compare: bool) -> None:
+def print_report(out: Console, summary: Mapping[str, Any], compare: bool) -> None:
     """Print tracking errors, safety, effort and warnings of every control law.
 
     Args:
-        console: Where to.
+        out: Where to.
         summary: Content of summary.json.
         compare: Whether to show Table 12 of the paper beside the errors.
     """
     runs = summary["controllers"]
-    console.print(_errors(runs, compare))
-    console.print(_effort(runs))
+    out.print(_errors(runs, compare))
+    out.print()
+    out.print(_effort(runs))
     for line in warnings(runs):
-        console.print("[yellow]warning:[/] ", escape(line), sep="", highlight=False)
+        out.print("[yellow]warning:[/] ", escape(line), sep="", highlight=False)
 
 
 def _errors(runs: Mapping[str, Any], compare: bool) -> Table:
-    title = "RMSE" + (" beside Table 12 of the paper" if compare else "")
+    title = "Root mean square errors" + (" beside Table 12 of the paper" if compare else "")
     table = _table(title)
     for name, unit in _COLUMNS:
-        table.add_column(f"{name} {unit}", justify="right")
+        table.add_column(f"{_SYMBOLS[name]}\n{unit}", justify="right")
         if compare:
-            table.add_column("paper", justify="right", style="dim")
-            table.add_column("ratio", justify="right")
+            table.add_column("Table\n12", justify="right", style="dim")
+            table.add_column("\nratio", justify="right")
     for controller, run in runs.items():
         for k, (robot, values) in enumerate(run["rmse"].items()):
             printed = TABLE_12.get(controller, {}).get(robot, {})
@@ -63,11 +65,16 @@ def _cells(value: float, printed: float | None, compare: bool) -> list[str]:
 
 
 def _effort(runs: Mapping[str, Any]) -> Table:
-    table = _table("Safety and effort")
+    table = _table("Safety and effort; |dv_c|, |dω_c| are the chattering")
     for name in (
-        "clearance\nm", "avoiding\ns", "|dv_c/dt|\nm/s²", "|dω_c/dt|\nrad/s²", "at limit, %\nv    ω    τ",
-        "smallest\nG_AIS", "computed\nin s",
-    ):  # fmt: skip
+        "clear-\nance m",
+        "avoids\ns",
+        "|dv_c|\nm/s²",
+        "|dω_c|\nrad/s²",
+        "% at limit of\nv    ω    τ",
+        "least\nG_AIS",
+        "took\ns",
+    ):
         table.add_column(name, justify="right")
     for controller, run in runs.items():
         for k, robot in enumerate(run["rmse"]):
@@ -89,9 +96,17 @@ def _effort(runs: Mapping[str, Any]) -> Table:
 
 
 def _table(title: str) -> Table:
-    table = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
-    table.add_column("controller")
-    table.add_column("robot")
+    table = Table(
+        title=title,
+        title_justify="left",
+        title_style="bold",
+        header_style="bold dim",
+        box=None,
+        pad_edge=False,
+        collapse_padding=True,
+    )
+    table.add_column("\nlaw")
+    table.add_column("\nrobot")
     return table
 
 

@@ -102,9 +102,11 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
 
     Args:
         simulation: From `prepare`.
-        report: Called with the number of periods done, every `PERIODS_AT_A_TIME`; it may raise KeyboardInterrupt,
-        which ends
-            the run and keeps what is done.
+        report: Called with the number of periods done, every `PERIODS_AT_A_TIME`. A KeyboardInterrupt ends the run and
+            keeps what is done.
+
+    Raises:
+        KeyboardInterrupt: When it comes before anything is done.
     """
     scenario, module = simulation.scenario, simulation.module
     names = tuple(scenario.robots)
@@ -118,23 +120,27 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
     reached, robot, fault, wall_s = 0, -1, 0, 0.0
     interrupted = False
     with first_class_functions():
-        run_periods(0, 0, path, step, kernels, world, memory, record, law_record)  # compiles, or loads from cache
-        while reached < samples and fault == 0 and not interrupted:
-            began = perf_counter()
-            last = min(reached + PERIODS_AT_A_TIME, samples)
-            reached, robot, fault = run_periods(reached, last, path, step, kernels, world, memory, record, law_record)
-            wall_s += perf_counter() - began
-            try:
+        try:
+            run_periods(0, 0, path, step, kernels, world, memory, record, law_record)  # compiles, or loads from cache
+            while reached < samples and fault == 0:
+                began = perf_counter()
+                last = min(reached + PERIODS_AT_A_TIME, samples)
+                reached, robot, fault = run_periods(
+                    reached, last, path, step, kernels, world, memory, record, law_record
+                )
+                wall_s += perf_counter() - began
                 if report is not None:
                     report(reached)
-            except KeyboardInterrupt:
-                interrupted = True
+        except KeyboardInterrupt:
+            if reached == 0:
+                raise
+            interrupted = reached < samples
     kept = reached + 1 if fault else reached
     t: FloatArray = np.arange(kept, dtype=np.float64) * scenario.run.dt
     stop = None
     if fault:
         stop = Stop(float(t[-1]), names[robot], _reason(fault, record[reached, robot], module))
-    elif interrupted and reached < samples:
+    elif interrupted:
         stop = Stop(float(t[-1]), "", "interrupted")
     return Trajectory(simulation.name, names, t, record[:kept], law_record[:kept], module.SIGNALS, wall_s, stop)
 

@@ -7,8 +7,7 @@ from dwmr.contracts import TrackingError
 from dwmr.geometry import sign
 
 #: Eq. (13) divides by D = λ2 (d + x_e) + λ3, which is zero at x_e = −2.43 m for the leader. D keeps its sign and at
-#: least
-#: this magnitude.
+#: least this magnitude.
 SMALLEST_D = 0.05
 
 

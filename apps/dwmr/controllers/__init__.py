@@ -5,7 +5,7 @@ A control law is a module with
 - `Settings`, a frozen pydantic model of its gains;
 - `SIGNALS`, a tuple of `Signal`: what `step` records;
 - `FAULTS`, messages by the fault numbers that `step` may return;
-- `init(settings, rules) -> Law`, the flat gains, the initial state and the gain kernels of one robot;
+- `init(settings, rules, robot) -> Law`, the flat gains, the initial state and the gain kernels of one robot;
 - `step`, decorated with `control_law`.
 
 `names` and `find` look at the files of this folder, so that a new law is a new file and nothing else.

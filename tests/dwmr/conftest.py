@@ -1,0 +1,42 @@
+"""Runs shared by the tests: the paper's scenario under each control law, once per session."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from functools import cache
+from typing import Any
+
+import pytest
+
+from dwmr import simulate
+from dwmr.fuzzy_gains import Rules
+from dwmr.metrics import measure
+from dwmr.scenario_file import ScenarioFile, find, read
+
+
+@cache
+def _run(law: str, overrides: tuple[str, ...]) -> tuple[ScenarioFile, simulate.Trajectory]:
+    file = read(find("paper"), overrides)
+    rules = Rules(file.scenario.rules, (), file.places)
+    return file, simulate.run(simulate.prepare(file, law, rules))
+
+
+@pytest.fixture(scope="session")
+def run_paper() -> Callable[..., tuple[ScenarioFile, simulate.Trajectory]]:
+    """A function (law, *overrides) -> (file, trajectory) of the paper's scenario; equal calls share one run."""
+
+    def run(law: str, *overrides: str) -> tuple[ScenarioFile, simulate.Trajectory]:
+        return _run(law, tuple(overrides))
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def measured(run_paper: Callable[..., Any]) -> Callable[..., dict[str, Any]]:
+    """A function (law, *overrides) -> measures of the paper's scenario."""
+
+    def run(law: str, *overrides: Iterable[str]) -> dict[str, Any]:
+        file, trajectory = run_paper(law, *overrides)
+        return measure(trajectory, file.scenario)
+
+    return run

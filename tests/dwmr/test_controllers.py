@@ -1,0 +1,156 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from dwmr import controllers
+from dwmr.compiled import first_class, first_class_functions
+from dwmr.contracts import TrackingError
+from dwmr.fuzzy_gains import Rules
+from dwmr.scenario_file import find, read
+from dwmr.sliding import equivalent_control, sliding_variables
+
+FILE = read(find("paper"))
+RULES = Rules(FILE.scenario.rules, (), FILE.places)
+SLOPES = (0.5, 0.3, 0.7)
+DT = 0.005
+
+
+def error(x_e=0.1, y_e=-0.2, theta=0.3):
+    return TrackingError(x_e, y_e, theta, 0.6, 0.05, 0.1, 0.4)
+
+
+class Bench:
+    """A control law of one robot, stepped by hand."""
+
+    def __init__(self, name):
+        self.module = controllers.find(name)
+        own = getattr(FILE.scenario.robots["leader"].controllers, name)
+        law = self.module.init(own, RULES, "leader")
+        self.gains, self.state, self.kernels = law
+        self.signals = np.zeros(len(self.module.SIGNALS))
+
+    def step(self, tracking):
+        after = self.state.copy()
+        kernels = tuple(first_class(k) for k in self.kernels)
+        with first_class_functions():
+            command = self.module.step(tracking, DT, self.gains, self.state, kernels, after, self.signals)
+        before, self.state = self.state, after
+        return command, before
+
+    def __getitem__(self, name):
+        return self.signals[[s.name for s in self.module.SIGNALS].index(name)]
+
+
+class TestNames:
+    def test_are_the_files_of_the_folder(self):
+        assert controllers.names() == ("aifqsmc", "fcafsmc", "smc")
+
+
+class TestSmc:
+    def test_adds_constant_switching_and_reaching_to_the_equivalent_control(self):
+        (v, omega, fault), _ = Bench("smc").step(error())
+        sigma_v, sigma_omega = sliding_variables(error(), *SLOPES)
+        v_eq, omega_eq = equivalent_control(error(), *SLOPES)
+        assert v == pytest.approx(v_eq - 0.1 * np.sign(sigma_v) - 0.1 * sigma_v)
+        assert omega == pytest.approx(omega_eq - 0.1 * np.sign(sigma_omega) - 0.1 * sigma_omega)
+        assert fault == 0
+
+    def test_rests_on_the_surface(self):
+        (v, omega, _), _ = Bench("smc").step(error(0.0, 0.0, 0.0))
+        assert (v, omega) == pytest.approx(equivalent_control(error(0.0, 0.0, 0.0), *SLOPES))
+
+
+class TestAifqsmc:
+    def test_starts_with_the_floor_gain_and_no_rate(self):
+        bench = Bench("aifqsmc")
+        bench.step(error())
+        assert bench["k_h_v"] == bench["k_h_omega"] == 0.1
+        assert bench["sigma_dot_v"] == bench["sigma_dot_omega"] == 0.0
+
+    def test_takes_the_backward_difference_afterwards(self):
+        bench = Bench("aifqsmc")
+        bench.step(error(x_e=0.1))
+        bench.step(error(x_e=0.11))
+        assert bench["sigma_dot_v"] == pytest.approx(-0.25 * 0.01 / DT)
+
+    def test_follows_its_law(self):
+        bench = Bench("aifqsmc")
+        (v, omega, _), _ = bench.step(error(x_e=0.01))
+        v_eq, omega_eq = equivalent_control(error(x_e=0.01), *SLOPES)
+        for command, equivalent, channel in ((v, v_eq, "v"), (omega, omega_eq, "omega")):
+            sigma, beta = bench[f"sigma_{channel}"], bench[f"beta_{channel}"]
+            gain = bench[f"k_h_{channel}"] - 0.55 * bench[f"f_{channel}"]
+            assert bench[f"g_ais_{channel}"] == pytest.approx(gain)
+            assert command == pytest.approx(equivalent - gain * np.clip(sigma / beta, -1, 1) - 0.1 * sigma)
+
+    def test_channels_have_their_own_adaptation(self):
+        bench = Bench("aifqsmc")
+        for _ in range(3):
+            bench.step(error(x_e=1.0, y_e=1.0))
+        assert bench["k_h_v"] == pytest.approx(0.1 + DT * 0.1 + DT * 0.15 * 0.25)
+        assert bench["k_h_omega"] == pytest.approx(0.1 + DT * 0.1 + DT * 0.40 * abs(bench["sigma_omega"]))
+
+    @settings(max_examples=50, deadline=None)
+    @given(st.lists(st.tuples(*[st.floats(-3.0, 3.0)] * 3), min_size=1, max_size=30))
+    def test_gain_and_layer_stay_positive_whatever_the_errors_do(self, sequence):
+        bench = Bench("aifqsmc")
+        for values in sequence:
+            (_, _, fault), _ = bench.step(error(*values))
+            assert fault == 0
+            for channel in ("v", "omega"):
+                assert bench[f"g_ais_{channel}"] >= 0.001 - 1e-12
+                assert 0.005 <= bench[f"beta_{channel}"] <= 0.05
+                assert -1.0 <= bench[f"f_{channel}"] <= 0.18
+                assert bench[f"k_h_{channel}"] >= 0.1
+
+    @pytest.mark.parametrize(("index", "channel"), [(4, "linear"), (9, "angular")])
+    def test_reports_a_gain_that_is_not_positive(self, index, channel):
+        bench = Bench("aifqsmc")
+        bench.gains[index] = 10.0  # a suppression gain that no proof would have let through
+        (_, _, fault), _ = bench.step(error(0.0, 0.0, 0.0))
+        assert bench.module.FAULTS[fault] == f"G_AIS of the {channel} channel is not positive"
+
+    def test_reports_undefined_errors(self):
+        (_, _, fault), _ = Bench("aifqsmc").step(error(x_e=float("nan")))
+        assert fault > 0
+
+
+class TestFcafsmc:
+    def test_begins_without_fuzzy_gain(self):
+        (v, omega, _), _ = Bench("fcafsmc").step(error())
+        sigma_v, sigma_omega = sliding_variables(error(), *SLOPES)
+        v_eq, omega_eq = equivalent_control(error(), *SLOPES)
+        assert (v, omega) == pytest.approx((v_eq - 0.1 * sigma_v, omega_eq - 0.1 * sigma_omega))
+
+    def test_consequents_grow_with_sigma_in_proportion_to_their_rules(self):
+        bench = Bench("fcafsmc")
+        bench.step(error())
+        sigma_v, sigma_omega = sliding_variables(error(), *SLOPES)
+        assert bench.state[:7].sum() == pytest.approx(DT * sigma_v)
+        assert bench.state[7:].sum() == pytest.approx(DT * sigma_omega)
+
+    @settings(max_examples=20, deadline=None)
+    @given(st.lists(st.tuples(*[st.floats(-20.0, 20.0)] * 3), min_size=1, max_size=30))
+    def test_consequents_and_gain_stay_in_their_range(self, sequence):
+        bench = Bench("fcafsmc")
+        bench.state[:] = 1.99
+        for values in sequence:
+            bench.step(error(*values))
+            assert np.abs(bench.state).max() <= 2.0
+            assert max(abs(bench["f_v"]), abs(bench["f_omega"])) <= 2.0
+
+
+@pytest.mark.parametrize("name", controllers.names())
+class TestEveryLaw:
+    def test_step_changes_nothing_but_its_results(self, name):
+        bench = Bench(name)
+        gains, state = bench.gains.copy(), bench.state.copy()
+        _, before = bench.step(error())
+        assert np.array_equal(before, state)
+        assert np.array_equal(bench.gains, gains)
+
+    def test_same_inputs_give_same_results(self, name):
+        first, second = Bench(name), Bench(name)
+        assert first.step(error())[0] == second.step(error())[0]
+        assert np.array_equal(first.state, second.state)

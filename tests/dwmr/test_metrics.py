@@ -1,0 +1,89 @@
+import math
+
+import numpy as np
+import pytest
+
+from dwmr.metrics import errors, measure, rmse, wrap
+from dwmr.scenario_file import find, read
+from dwmr.simulate import COLUMNS, SIGNALS, Stop, Trajectory
+
+
+def trajectory(law="smc", stop=None, **columns):
+    """Three samples of the paper's robots, zero but for the columns given per robot."""
+    robots = ("leader", "follower1", "follower2")
+    values = np.zeros((3, 3, len(SIGNALS)))
+    values[:, :, COLUMNS["obstacle"]] = -1
+    for name, column in columns.items():
+        values[:, :, COLUMNS[name]] = column
+    return Trajectory(law, robots, np.array([0.0, 0.005, 0.01]), values, np.zeros((3, 3, 0)), (), 0.1, stop)
+
+
+SCENARIO = read(find("paper")).scenario
+
+
+class TestRmse:
+    def test_is_the_root_of_the_mean_square(self):
+        assert rmse(np.array([3.0, -4.0])) == pytest.approx(math.sqrt(12.5))
+
+
+class TestWrap:
+    def test_agrees_with_the_scalar_one(self):
+        assert wrap(np.array([3.5, -math.pi, 7.0])) == pytest.approx([3.5 - 2 * math.pi, math.pi, 7.0 - 2 * math.pi])
+
+
+class TestErrors:
+    def test_distinguish_the_frames(self):
+        run = trajectory(x_r=[1.0, 0, 0], y_r=[2.0, 0, 0], x_e=[3.0, 0, 0], y_e=[4.0, 0, 0])
+        assert [errors(run, "leader", "inertial")[k][0] for k in ("x_e", "y_e")] == [1.0, 2.0]
+        assert [errors(run, "leader", "body")[k][0] for k in ("x_e", "y_e")] == [3.0, 4.0]
+
+    def test_count_full_turns_only_where_they_say_so(self):
+        theta = np.array([[0.0], [3.0], [6.0]]) * [1, 0, 0]
+        found = errors(trajectory(theta=theta), "leader", "body")
+        assert found["theta_e"][-1] == pytest.approx(2 * math.pi - 6.0)
+        assert found["theta_e_unwrapped"][-1] == pytest.approx(-6.0)
+
+    def test_distinguish_the_reference_from_the_auxiliary_one(self):
+        found = errors(trajectory(theta_r=[0.5, 0, 0], theta_r_star=[0.25, 0, 0]), "leader", "body")
+        assert (found["theta_e"][0], found["theta_e_star"][0]) == (0.5, 0.25)
+
+
+class TestMeasure:
+    def test_takes_inertial_axes_for_the_leader_and_body_axes_for_followers(self):
+        result = measure(trajectory(x_r=[1.0, 5.0, 0], x_e=[3.0, 4.0, 0]), SCENARIO)
+        assert result["rmse"]["leader"]["x_e"] == 1.0
+        assert result["rmse"]["follower1"]["x_e"] == 4.0
+        assert result["rmse_body"]["leader"]["x_e"] == 3.0
+        assert result["rmse_inertial"]["follower1"]["x_e"] == 5.0
+
+    def test_chattering_is_the_mean_change_of_the_command(self):
+        v_c = np.array([[0.0], [0.1], [0.0]]) * [1, 2, 0]
+        result = measure(trajectory(v_c=v_c), SCENARIO)
+        assert result["chattering"]["leader"]["v"] == pytest.approx(20.0)
+        assert result["chattering"]["follower1"] == pytest.approx({"v": 40.0, "omega": 0.0})
+
+    def test_clearance_and_collisions_count_from_the_centre(self):
+        result = measure(trajectory(x=[8.0, 0, 0], y=[-4.0, 0, 0]), SCENARIO)
+        assert result["clearance"]["leader"] == pytest.approx(0.25)
+        assert result["collisions"] == [{"robot": "leader", "obstacle": 1, "t": 0.0}]
+
+    def test_says_how_long_the_condition_of_the_surfaces_fails(self):
+        x_e = np.array([[1.2], [1.3], [-1.5]]) * [1, 0, 0]
+        result = measure(trajectory(x_e=x_e), SCENARIO)
+        # |d + x_e| = 1.3, 1.4, 1.4 against 0.7/0.3 − 1 = 1.333
+        assert result["condition_violated"] == pytest.approx({"leader": 2 / 3, "follower1": 0.0, "follower2": 0.0})
+
+    def test_says_how_long_limits_and_avoidance_last(self):
+        v_c = np.array([[2.1], [-2.1], [0.0]]) * [1, 0, 0]
+        obstacle = np.array([[-1], [0], [2]]) * [1, 0, 0] + [0, -1, -1]
+        result = measure(trajectory(v_c=v_c, obstacle=obstacle), SCENARIO)
+        assert result["saturation"]["leader"]["v"] == pytest.approx(2 / 3)
+        assert result["avoidance_s"]["leader"] == pytest.approx(0.01 * 2 / 3)
+
+    def test_names_the_least_gain_of_aifqsmc_only(self, measured):
+        assert measured("aifqsmc", "run.horizon=1")["g_ais_min"] > 0.0
+        assert "g_ais_min" not in measured("smc", "run.horizon=1")
+
+    def test_tells_where_a_run_stopped(self):
+        result = measure(trajectory(stop=Stop(0.01, "leader", "it fell over")), SCENARIO)
+        assert result["stopped"] == {"t": 0.01, "robot": "leader", "reason": "it fell over"}

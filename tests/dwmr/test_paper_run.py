@@ -1,0 +1,60 @@
+"""The measures of the paper's run: Table 12 as docs and summary define it, safety, determinism."""
+
+import numpy as np
+import pytest
+
+from dwmr.metrics import TABLE_12
+
+CLOSE = ("aifqsmc", "fcafsmc")
+
+
+@pytest.mark.parametrize("law", CLOSE)
+@pytest.mark.parametrize("robot", ["leader", "follower1", "follower2"])
+@pytest.mark.parametrize("name", ["x_e", "y_e", "theta_e"])
+def test_error_is_within_a_quarter_of_table_12(measured, law, robot, name):
+    assert measured(law)["rmse"][robot][name] == pytest.approx(TABLE_12[law][robot][name], rel=0.25)
+
+
+@pytest.mark.parametrize("name", ["x_e", "y_e"])
+def test_smc_loses_the_leader(measured, name):
+    assert measured("smc")["rmse"]["leader"][name] >= 3.0 * measured("aifqsmc")["rmse"]["leader"][name]
+
+
+@pytest.mark.parametrize("law", CLOSE)
+def test_leader_keeps_clear_of_the_obstacles(measured, law):
+    result = measured(law)
+    assert result["clearance"]["leader"] >= 1.06
+    assert result["collisions"] == []
+    assert 15.0 < result["avoidance_s"]["leader"] < 30.0
+
+
+def test_aifqsmc_keeps_a_positive_gain(measured):
+    assert measured("aifqsmc")["g_ais_min"] >= 0.001 - 1e-12
+
+
+def test_aifqsmc_chatters_less_than_smc(measured):
+    for robot in ("leader", "follower1", "follower2"):
+        for channel in ("v", "omega"):
+            assert measured("aifqsmc")["chattering"][robot][channel] < measured("smc")["chattering"][robot][channel]
+
+
+@pytest.mark.parametrize("law", [*CLOSE, "smc"])
+def test_run_reaches_its_end_with_finite_numbers(run_paper, law):
+    _, trajectory = run_paper(law)
+    assert trajectory.stop is None
+    assert trajectory.t[-1] == pytest.approx(200.0)
+    assert np.isfinite(trajectory.values).all()
+    assert np.isfinite(trajectory.law_values).all()
+
+
+def test_gains_read_as_forces_lag_behind(measured):
+    slow = measured("aifqsmc", "robot.inner_loop.torque_reading=force")["rmse"]["follower1"]["x_e"]
+    assert slow > 1.5 * measured("aifqsmc")["rmse"]["follower1"]["x_e"]
+
+
+@pytest.mark.parametrize("law", CLOSE)
+def test_the_step_of_the_integration_is_fine_enough(measured, law):
+    usual, finer = (measured(law, f"run.substeps={n}", "run.horizon=45")["rmse"] for n in (4, 8))
+    for robot, values in usual.items():
+        for name in ("x_e", "y_e", "theta_e"):
+            assert values[name] == pytest.approx(finer[robot][name], rel=0.01), (robot, name)

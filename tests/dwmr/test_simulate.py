@@ -1,0 +1,150 @@
+import numpy as np
+import pytest
+
+from dwmr import controllers, simulate
+from dwmr.fuzzy_gains import Rules
+from dwmr.scenario_file import find, read
+
+PAPER = find("paper")
+
+
+def ready(law="aifqsmc", *overrides):
+    file = read(PAPER, overrides)
+    return simulate.prepare(file, law, Rules(file.scenario.rules, (), file.places))
+
+
+class TestRun:
+    def test_records_every_period_and_the_last_state(self, run_paper):
+        _, trajectory = run_paper("smc", "run.horizon=1")
+        assert len(trajectory.t) == 201
+        assert trajectory.t[-1] == pytest.approx(1.0)
+        assert trajectory["x"].shape == (201, 3)
+        assert trajectory["x"][0].tolist() == [-1.0, -3.5, -3.0]
+
+    def test_begins_with_auxiliary_orientations_of_reference_and_leader(self, run_paper):
+        _, trajectory = run_paper("smc", "run.horizon=1")
+        assert trajectory["theta_r_star"][0] == pytest.approx([np.arctan2(1, 2), 0.0, 0.0])
+
+    def test_does_not_depend_on_how_often_it_reports(self, monkeypatch, run_paper):
+        _, whole = run_paper("aifqsmc", "run.horizon=5")
+        monkeypatch.setattr(simulate, "PERIODS_AT_A_TIME", 37)
+        pieces = simulate.run(ready("aifqsmc", "run.horizon=5"))
+        assert np.array_equal(whole.values, pieces.values)
+        assert np.array_equal(whole.law_values, pieces.law_values)
+
+    def test_does_not_depend_on_the_order_of_the_robots(self, tmp_path, run_paper):
+        text = PAPER.read_text(encoding="utf-8")
+        head, leader, rest = text.partition("[robots.leader]")
+        first, follower, tail = rest.partition("[robots.follower1]")
+        middle, obstacles, end = tail.partition("# ---- obstacles")
+        swapped = tmp_path / "swapped.toml"
+        swapped.write_text(head + follower + middle + leader + first + obstacles + end, encoding="utf-8")
+        file = read(swapped, ["run.horizon=5"])
+        trajectory = simulate.run(simulate.prepare(file, "smc", Rules(file.scenario.rules, (), file.places)))
+        _, usual = run_paper("smc", "run.horizon=5")
+        assert trajectory.robots == ("follower1", "follower2", "leader")
+        assert np.array_equal(trajectory["x"][:, [2, 0, 1]], usual["x"])
+
+    def test_stops_where_a_number_is_not_finite_and_keeps_what_was(self):
+        run = ready("smc", "run.horizon=20", "load.start=1", "load.mass_factor=1e-310")
+        trajectory = simulate.run(run)
+        assert trajectory.stop is not None
+        assert trajectory.stop.robot == "leader"
+        assert "is not finite" in trajectory.stop.reason
+        assert trajectory.t[-1] == trajectory.stop.t
+        assert 1.0 < trajectory.stop.t < 1.1
+        assert np.isfinite(trajectory.values[:-1]).all()
+
+    def test_stops_where_the_guard_of_the_law_says_so(self):
+        run = ready("aifqsmc", "run.horizon=20")
+        run.laws["follower1"].gains[9] = 10.0
+        stop = simulate.run(run).stop
+        assert stop is not None
+        assert (stop.robot, stop.reason) == ("follower1", "G_AIS of the angular channel is not positive")
+
+    def test_keeps_what_is_done_when_interrupted(self):
+        def interrupt(done):
+            raise KeyboardInterrupt
+
+        trajectory = simulate.run(ready("smc", "run.horizon=60"), interrupt)
+        assert trajectory.stop is not None
+        assert trajectory.stop.reason == "interrupted"
+        assert len(trajectory.t) == simulate.PERIODS_AT_A_TIME
+
+    def test_runs_as_plain_python_to_the_same_numbers(self, run_paper):
+        import subprocess
+        import sys
+
+        code = (
+            "import sys; sys.modules['numba'] = None\n"
+            "from dwmr import simulate\nfrom dwmr.fuzzy_gains import Rules\nfrom dwmr.scenario_file import find, read\n"
+            "file = read(find('paper'), ['run.horizon=0.25'])\n"
+            "rules = Rules(file.scenario.rules, (), file.places)\n"
+            "for law in ('aifqsmc', 'fcafsmc', 'smc'):\n"
+            "    print(repr(simulate.run(simulate.prepare(file, law, rules)).values.tolist()))\n"
+        )
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
+        for law, line in zip(controllers.names(), done.stdout.splitlines(), strict=True):
+            plain = np.array(eval(line, {"__builtins__": {}}))
+            assert plain == pytest.approx(run_paper(law, "run.horizon=0.25")[1].values, abs=1e-9)
+
+
+class TestFormationTree:
+    def test_a_follower_may_lead_another(self, tmp_path):
+        chain = """
+[robots.follower3]
+x_0 = -5.0
+y_0 = -1.0
+theta_0 = 0.0
+d = 0.4
+formation = { leader = "follower2", separation = 1.25, bearing = 3.0 }
+
+"""
+        head, mark, tail = PAPER.read_text(encoding="utf-8").partition("# ---- obstacles")
+        path = tmp_path / "four.toml"
+        path.write_text(head + chain + mark + tail, encoding="utf-8")
+        file = read(path, ["run.horizon=40"])
+        trajectory = simulate.run(simulate.prepare(file, "aifqsmc", Rules(file.scenario.rules, (), file.places)))
+        assert trajectory.stop is None
+        assert np.abs(trajectory["x_e"][-1]).max() < 0.05
+
+
+class TestDisturbedRobots:
+    def test_only_the_named_ones_feel_a_disturbance(self, run_paper):
+        _, trajectory = run_paper("smc", "run.horizon=6", 'disturbances.0.robots=["follower2"]')
+        assert not trajectory["d_v"][:, :2].any()
+        assert trajectory["d_v"][:, 2].any()
+
+
+class TestOwnLaw:
+    LAW = """
+from dwmr.contracts import Law, Signal, control_law
+from dwmr.controllers.settings import LawSettings
+from dwmr.quantities import quantity
+import numpy as np
+
+SIGNALS = (Signal("twice", "m", "twice the error"),)
+FAULTS = {}
+
+class Settings(LawSettings):
+    k: float = quantity("gain", "1/s", gt=0)
+
+def init(settings, rules, robot):
+    return Law(np.array([settings.k]), np.zeros(1), ())
+
+@control_law()
+def step(error, dt, gains, state, kernels, next_state, signals):
+    signals[0] = 2.0 * error.x_e
+    return error.drift_x + gains[0] * error.x_e, error.drift_theta + error.theta_e_star, 0
+"""
+
+    def test_is_one_file_and_one_table(self, tmp_path, monkeypatch):
+        import importlib
+
+        (tmp_path / "mine.py").write_text(self.LAW, encoding="utf-8")
+        monkeypatch.setattr(controllers, "__path__", [*controllers.__path__, str(tmp_path)])
+        importlib.invalidate_caches()
+        assert "mine" in controllers.names()
+        trajectory = simulate.run(ready("mine", "run.horizon=5", "robot.controllers.mine.k=0.5"))
+        assert trajectory.stop is None
+        assert trajectory["twice"] == pytest.approx(2.0 * trajectory["x_e"])
