@@ -9,6 +9,7 @@ How an example is written:
 - `<!-- file: NAME -->` before a block of any kind: the block is a file that the commands find, and is not run.
 - ```fz without a file name: a whole system must pass `fuzzyctl check`; a fragment is completed first (`completed`).
 - ```toml without a file name must be TOML; ```text and ```json are read by people only.
+- ``` without a language is ```fz where it begins with `system`.
 
 Each page begins in an empty folder with a copy of the shipped rules/.
 """
@@ -31,11 +32,11 @@ from typing import Any
 
 import click
 import pytest
-from dwmr.cli import main as dwmr_commands
-from dwmr.scenario import Scenario
 from pydantic import BaseModel
 
 import fuzzyctl
+from dwmr.cli import main as dwmr_commands
+from dwmr.scenario import Scenario
 from fuzzyctl import errors, expr, formulas
 from fuzzyctl.checking import check_source
 from fuzzyctl.cli.main import main as fuzzyctl_commands
@@ -113,6 +114,11 @@ class Session:
         """Leave what is for people only."""
 
     run_json = run_text
+
+    def run_(self, block: Block) -> None:
+        """Run a block without a language, as README has them for its first lines."""
+        if block.text.startswith("system "):
+            self.run_fz(block)
 
     def run_toml(self, block: Block) -> None:
         """Read it."""
@@ -303,7 +309,7 @@ class TestReference:
     """The reference pages name what there is, and nothing else."""
 
     def test_the_index_links_every_page(self) -> None:
-        linked = {(DOCS / t).resolve() for t in re.findall(r"\]\(([^)#]+)", (DOCS / "index.md").read_text())}
+        linked = {(DOCS / t).resolve() for t in re.findall(r"\]\(([^)#]+)", (DOCS / "index.md").read_text(encoding="utf-8"))}
         assert {p for p in DOCS.rglob("*.md") if p.name != "index.md"} <= linked
 
     def test_every_diagnostic_code_is_listed_with_its_title(self) -> None:
