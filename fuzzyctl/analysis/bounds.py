@@ -108,7 +108,7 @@ def _ends(
     # Kernels hold their results within the hull of all rules.
     held = hull_of(output, planned)
     wanted = hull_of(output, terms) if terms else held
-    margin = _rounding(output)
+    margin = _rounding(output, terms)
     ends: list[_End] = []
     for k, sign in enumerate((-1.0, 1.0)):
         value = wanted[k]
@@ -120,10 +120,17 @@ def _ends(
     return ends[0], ends[1]
 
 
-def _rounding(output: OutputPlan) -> float:
-    """Bound the rounding error of a quotient of sums: two sums of `count` products, relative to the values summed."""
-    count = len(output.implied) + (output.resolution or 16 * (len(output.terms) + 1) ** 2)
-    values = [abs(t.peak) for t in output.terms] if output.averages else [abs(output.lower), abs(output.upper)]
+def _rounding(output: OutputPlan, terms: Sequence[int]) -> float:
+    """Bound the rounding error of a quotient of two sums, relative to the largest value in them.
+
+    A sum of n products of numbers that are not negative is off by n ulp at most; the centroid has as many summands as
+    sample points, or as pieces of the range, which are fewer than (2 corners + 1) · terms squared.
+    """
+    if output.averages:
+        count, values = len(output.implied), [abs(output.terms[t].peak) for t in terms]
+    else:
+        count = output.resolution or 64 * (len(output.terms) + 1) ** 2
+        values = [abs(output.lower), abs(output.upper)]
     return 4.0 * (count + 4) * 2.0**-53 * max(values, default=0.0)
 
 

@@ -15,14 +15,16 @@ from typing import Final
 from fuzzyctl.analysis.intervals import Interval, enclose
 from fuzzyctl.errors import Diagnostic
 from fuzzyctl.expr import Name, names_in
-from fuzzyctl.kernels.defuzzify import support
+from fuzzyctl.kernels.defuzzify import sample_points, sampled_degrees, support
 from fuzzyctl.kernels.plan import InputPlan, OutputPlan, Plan, SetPlan, degree_name, plan
 from fuzzyctl.model.system import FuzzySystem
 
 #: A rule whose activation is at least this counts as firing: far above where sums and areas of activations lose digits.
 CERTAIN: Final = 1e-200
+#: A consequent set narrower than this part of the range, or lower than this at all samples, does not count.
+NARROW: Final = 1e-12
 #: Evaluations of firing strengths spent on one output before it is left undecided: about a second.
-BUDGET: Final = 300_000
+BUDGET: Final = 150_000
 #: Boxes that are halved where cells alone do not decide.
 SPLITS: Final = 4000
 
@@ -45,8 +47,10 @@ class Side:
     @property
     def middle(self) -> float:
         """A value inside."""
-        if math.isinf(self.lower) or math.isinf(self.upper):
-            return self.upper if math.isinf(self.lower) else self.lower
+        if math.isinf(self.lower):
+            return 0.0 if math.isinf(self.upper) else self.upper - max(1.0, abs(self.upper))
+        if math.isinf(self.upper):
+            return self.lower + max(1.0, abs(self.lower))
         middle = 0.5 * self.lower + 0.5 * self.upper
         return min(max(middle, self.lower), self.upper)
 
@@ -291,8 +295,16 @@ class _SpentError(Exception):
 
 
 def _counts(output: OutputPlan, term: SetPlan) -> bool:
-    """Return whether a consequent can move the output: a set without area in the range has no centroid there."""
-    return output.averages or output.resolution is not None or bool(support(output, term))
+    """Return whether a consequent can move the output: a set without area in the range has no centroid there.
+
+    A sampled set counts if some sample meets it; an exact one if its area is far from rounding to 0.
+    """
+    if output.averages:
+        return True
+    if output.resolution is not None:
+        return max(sampled_degrees(term, sample_points(output))) >= NARROW
+    ends = support(output, term)
+    return bool(ends) and ends[1] - ends[0] > NARROW * (output.upper - output.lower)
 
 
 def _halved(box: tuple[Interval, ...]) -> list[tuple[Interval, ...]]:

@@ -58,7 +58,8 @@ class Kernel:
         self._n_arguments = len(plan.inputs) + (1 if plan.states else 0)
         #: The function itself: plain Python, or compiled for use inside other compiled code. numba's is
         #: float64(float64, ...), with a last float64[::1] for the state; several outputs come as a tuple of float64.
-        #: It raises ArithmeticError where no rule fires for an output that says `else error`.
+        #: It raises ArithmeticError where no rule fires for an output that says `else error`, and does not check the
+        #: length of the state.
         self.jit = self._evaluation()
 
     def __repr__(self) -> str:
@@ -71,6 +72,8 @@ class Kernel:
             ArgumentError: For a wrong number of arguments, or one that is no real number.
             NoRuleFiresError: Where no rule fires for an output that says `else error` or has no `else`.
         """
+        if self.n_states:
+            self._check_state(arguments)
         try:
             result = self.jit(*arguments)
             if result != result or type(result) is tuple:
@@ -84,7 +87,7 @@ class Kernel:
                 raise
             point = python_backend.point_text(self.input_names, arguments[: len(self.input_names)])
             raise NoRuleFiresError(output, point) from None
-        except (TypeError, ValueError, IndexError) as error:
+        except (TypeError, ValueError) as error:
             raise self._argument_error(arguments, error) from error
 
     def batch(self, points: Any, state: Any = None) -> FloatArray:
@@ -237,6 +240,12 @@ class Kernel:
     def _require_state(self) -> None:
         if not self.n_states:
             raise FuzzyctlError("the system has no adaptive output, so it has no rates and no state")
+
+    def _check_state(self, arguments: Sequence[Any]) -> None:
+        """Refuse a state of another length: compiled code would read beyond its end."""
+        found = getattr(arguments[-1], "__len__", int)() if len(arguments) == self._n_arguments else self.n_states
+        if found != self.n_states:
+            raise ArgumentError(f"the state must have {self.n_states} entries, got {found}")
 
     def _argument_error(self, arguments: Sequence[Any], error: Exception) -> ArgumentError:
         if isinstance(error, ArgumentError):

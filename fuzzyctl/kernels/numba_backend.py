@@ -92,7 +92,8 @@ def _argument_types(program: Program) -> list[str]:
 
 def _body(program: Program) -> list[str]:
     def refuse(condition: str, output: str) -> list[str]:
-        return [f"if {condition}:", f'{INDENT}raise ArithmeticError("no rule fires for output {output}", {output!r})']
+        message = next(s.message for s in program.body if isinstance(s, Refuse) and s.output == output)
+        return [f"if {condition}:", f"{INDENT}raise ArithmeticError({message!r})"]
 
     return list(block(program.body, SCALAR, refuse))
 

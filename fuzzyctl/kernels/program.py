@@ -60,6 +60,11 @@ class Refuse:
     condition: Expr
     output: str
 
+    @property
+    def message(self) -> str:
+        """What compiled code, whose exceptions are constants, can say."""
+        return f"no rule fires for output '{self.output}'"
+
 
 Statement = Assign | Accumulate | Refuse
 

@@ -1,0 +1,148 @@
+import math
+
+import pytest
+
+from fuzzyctl import loads
+from fuzzyctl.analysis.coverage import Hole, Side, Undecided, diagnostics, uncovered
+from fuzzyctl.analysis.coverage import cells as cells_of
+from fuzzyctl.kernels.plan import InputPlan, SetPlan
+
+TWO = """
+system two
+and {conjunction}
+defuzzifier weighted_average
+input x in [0, 10]
+  low = triangle(-inf, 2, {end})
+  high = triangle({start}, 8, inf)
+input y in [-1, 1]
+  low = triangle(-inf, -0.5, 0.5)
+  high = triangle(-0.5, 0.5, inf)
+output u in [0, 1] {otherwise}
+  a = singleton(0)
+  b = singleton(1)
+if x is low and y is low then u is a
+if x is low and y is high then u is b
+if x is high and y is low then u is b
+if x is high and y is high then u is {last}
+"""
+
+
+def two(start=2, end=8, conjunction="product", otherwise="", last="a"):
+    return loads(TWO.format(start=start, end=end, conjunction=conjunction, otherwise=otherwise, last=last))
+
+
+class TestUncovered:
+    def test_shipped_rule_files_are_covered(self, shipped):
+        for system in shipped.values():
+            assert set(uncovered(system).values()) == {None}
+
+    def test_table_8_as_printed_has_a_hole_at_zero(self, rules):
+        text = (rules / "boundary_layer.fz").read_text(encoding="utf-8")
+        printed = text.replace("VS = triangle(-inf, 0.0050, 0.0162)", "VS = triangle(1e-6, 0.0050, 0.0162)")
+        assert printed != text
+        hole = uncovered(loads(printed))["beta"]
+        assert isinstance(hole, Hole)
+        assert hole.region == {"abs_sigma": Side(0.0, 1e-6)}
+        assert 0 <= hole.witness["abs_sigma"] <= 1e-6
+
+    def test_a_gap_between_two_terms_is_closed_at_their_feet(self):
+        hole = uncovered(two(start=7, end=4))["u"]
+        assert hole.region == {"x": Side(4, 7), "y": Side(-1, 1)}
+        assert str(hole) == "x in [4, 7], y in [-1, 1]"
+
+    def test_terms_that_touch_leave_a_hole_of_one_point(self):
+        hole = uncovered(two(start=5, end=5))["u"]
+        assert hole.region["x"] == Side(5, 5)
+        assert hole.witness["x"] == 5
+
+    def test_terms_that_overlap_by_one_ulp_leave_none(self):
+        assert uncovered(two(start=math.nextafter(5, 0), end=math.nextafter(5, 9)))["u"] is None
+
+    def test_an_empty_corner_of_a_table_is_open_where_others_begin(self):
+        text = TWO.replace("if x is high and y is high then u is {last}\n", "").format(
+            start=2, end=8, conjunction="product", otherwise=""
+        )
+        hole = uncovered(loads(text))["u"]
+        assert hole.region == {"x": Side(8, 10), "y": Side(0.5, 1)}
+
+    def test_a_rule_of_weight_zero_never_fires(self):
+        assert isinstance(uncovered(two(last="a weight 0"))["u"], Hole)
+
+    def test_a_bounded_difference_is_decided_by_halving(self):
+        hole = uncovered(two(conjunction="bounded_difference"))["u"]
+        assert isinstance(hole, Hole)
+        system = two(conjunction="bounded_difference", otherwise="else nan")
+        assert math.isnan(system(**hole.witness))
+
+    def test_an_extrapolated_input_is_covered_to_infinity_or_not(self):
+        system = two()
+        free = tuple(i.model_copy(update={"extrapolate": True}) for i in system.inputs)
+        assert uncovered(system.model_copy(update={"inputs": free}))["u"] is None
+        text = TWO.replace("8, inf", "8, 12").format(start=2, end=8, conjunction="min", otherwise="", last="a")
+        system = loads(text)
+        free = tuple(i.model_copy(update={"extrapolate": True}) for i in system.inputs)
+        assert uncovered(system)["u"] is None
+        hole = uncovered(system.model_copy(update={"inputs": free}))["u"]
+        assert hole.region["x"] == Side(12, math.inf, True, False)
+        assert 12 <= hole.witness["x"] < math.inf
+
+    def test_gaussians_cover_until_they_vanish(self):
+        text = """
+system bump
+defuzzifier weighted_average
+input x in [0, 1]
+  mid = gaussian(0.5, {sigma})
+output u in [0, 1]
+  a = singleton(1)
+if x is mid then u is a
+"""
+        assert uncovered(loads(text.format(sigma=0.1)))["u"] is None
+        hole = uncovered(loads(text.format(sigma=0.005)))["u"]
+        assert isinstance(hole, Hole)
+        assert abs(hole.witness["x"] - 0.5) > 0.15
+
+    def test_too_many_cells_leave_it_undecided(self):
+        terms = "\n".join(f"  t{i} = triangle({i - 1}, {i}, {i + 1})" for i in range(12))
+        inputs = "\n".join(f"input {n} in [0, 11]\n{terms}" for n in "abcde")
+        rules = "\n".join(
+            f"if a is t{i} and b is t{j} and c is t{(i + j) % 12} and d is t{i} and e is t{j} then u is z"
+            for i in range(12)
+            for j in range(12)
+        )
+        rules = f"if not ({' or '.join(f'{n} is t{i}' for n in 'abcde' for i in range(12))}) then u is z\n{rules}"
+        text = f"system big\nor max\ndefuzzifier weighted_average\n{inputs}\noutput u in [0, 1]\n  z = singleton(1)\n"
+        verdict = uncovered(loads(text + rules))["u"]
+        assert isinstance(verdict, Hole | Undecided)
+
+
+class TestDiagnostics:
+    def test_a_hole_without_else_is_an_error_at_the_output(self):
+        (found,) = diagnostics(two(start=7, end=4))
+        assert (found.code, found.severity) == ("FZ401", "error")
+        assert found.message == "no rule fires for output 'u' where x in [4, 7], y in [-1, 1]"
+        assert found.facts[0] == "for example at x = 5.5, y = 0"
+        assert found.span is not None
+        assert found.span.line == 11
+        assert "else" in found.help
+
+    @pytest.mark.parametrize("otherwise", ["else nan", "else 0.5", "else error", "else midpoint"])
+    def test_else_answers_it(self, otherwise):
+        assert diagnostics(two(start=7, end=4, otherwise=otherwise)) == []
+
+    def test_what_is_covered_needs_no_else(self):
+        assert diagnostics(two()) == []
+
+
+class TestCells:
+    def test_are_points_and_the_floats_between_them(self):
+        variable = InputPlan("x", 0.0, 1.0, False)
+        found = cells_of(variable, [SetPlan("triangle", (0.0, 0.5, 2.0))])
+        assert [c.ends for c in found] == [(0, 0), (0, 0.5), (0.5, 0.5), (0.5, 1), (1, 1)]
+        assert found[1].floats == (math.nextafter(0, 1), math.nextafter(0.5, 0))
+
+    def test_reach_to_infinity_where_the_input_extrapolates(self):
+        variable = InputPlan("x", 0.0, 1.0, True)
+        found = cells_of(variable, [SetPlan("triangle", (-1.0, 0.5, math.inf))])
+        assert found[0].floats[0] == -math.inf
+        assert found[-1].floats[1] == math.inf
+        assert (-1.0, -1.0) in [c.ends for c in found]

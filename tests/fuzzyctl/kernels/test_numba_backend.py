@@ -1,0 +1,149 @@
+import os
+import stat
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+
+import numba
+import numpy as np
+import pytest
+
+from fuzzyctl import loads
+from fuzzyctl.kernels import numba_backend
+from fuzzyctl.kernels.compile import compile as compile_system
+
+TEXT = """
+system s
+defuzzifier weighted_average
+input x in [0, 1]
+  lo = triangle(-inf, 0, {peak})
+  hi = triangle(0, {peak}, inf)
+output u in [0, 1]
+  a = singleton(0)
+  b = singleton(1)
+if x is lo then u is a
+if x is hi then u is b
+"""
+
+CODE = f"""
+from fuzzyctl import loads
+from fuzzyctl.kernels.compile import compile
+kernel = compile(loads('''{TEXT.format(peak=0.75)}'''), "numba")
+assert abs(kernel(0.375) - 0.5) < 1e-15
+print(sum(kernel.jit.stats.cache_hits.values()))
+"""
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("FUZZYCTL_CACHE_DIR", str(tmp_path / "cache"))
+    return tmp_path / "cache" / "kernels"
+
+
+@pytest.fixture
+def forget(monkeypatch):
+    """Let modules be loaded again, as a new process would."""
+
+    def drop():
+        for name in [n for n in sys.modules if n.startswith("fuzzyctl_kernel_")]:
+            monkeypatch.delitem(sys.modules, name)
+
+    drop()
+    return drop
+
+
+def run():
+    return subprocess.run([sys.executable, "-c", CODE], capture_output=True, text=True, check=False, env=os.environ)
+
+
+class TestCache:
+    def test_is_where_the_variable_says_and_private(self, folder, forget):
+        compile_system(loads(TEXT.format(peak=0.5)), "numba")
+        assert [p.suffix for p in folder.iterdir() if p.is_file()] == [".py"]
+        assert list((folder / "__pycache__").glob("*.nbi"))
+        if os.name == "posix":
+            assert stat.S_IMODE(folder.stat().st_mode) == 0o700
+
+    def test_a_second_process_compiles_nothing(self, folder):
+        first, second = run(), run()
+        assert (first.stdout.strip(), second.stdout.strip()) == ("0", "1"), first.stderr + second.stderr
+
+    def test_processes_may_compile_the_same_at_the_same_time(self, folder):
+        with ThreadPoolExecutor(3) as pool:
+            done = list(pool.map(lambda _: run(), range(3)))
+        assert [d.returncode for d in done] == [0, 0, 0], done
+        assert not list(folder.glob("*.tmp"))
+        assert run().stdout.strip() == "1"
+
+    def test_damaged_entries_are_thrown_away(self, folder, forget):
+        system = loads(TEXT.format(peak=0.5))
+        compile_system(system, "numba")
+        for entry in (folder / "__pycache__").glob("*.nb*"):
+            entry.write_bytes(b"garbage")
+        forget()
+        kernel = compile_system(system, "numba")
+        assert kernel(0.25) == 0.5
+        forget()
+        assert sum(compile_system(system, "numba").jit.stats.cache_hits.values()) == 1
+
+    def test_a_changed_module_is_written_anew(self, folder, forget):
+        system = loads(TEXT.format(peak=0.5))
+        compile_system(system, "numba")
+        (module,) = folder.glob("*.py")
+        module.write_text("raise SystemExit('not what was generated')")
+        forget()
+        assert compile_system(system, "numba")(0.25) == 0.5
+
+    def test_a_folder_that_cannot_be_made_costs_only_time(self, tmp_path, monkeypatch, forget):
+        (tmp_path / "file").write_text("")
+        monkeypatch.setenv("FUZZYCTL_CACHE_DIR", str(tmp_path / "file"))
+        assert compile_system(loads(TEXT.format(peak=0.25)), "numba")(0.125) == 0.5
+
+    @pytest.mark.parametrize(
+        ("platform", "variable", "expected"),
+        [
+            ("linux", {"XDG_CACHE_HOME": "/x"}, "/x/fuzzyctl"),
+            ("linux", {"XDG_CACHE_HOME": ""}, "/home/me/.cache/fuzzyctl"),
+            ("darwin", {}, "/home/me/Library/Caches/fuzzyctl"),
+            ("win32", {"LOCALAPPDATA": "/local"}, "/local/fuzzyctl/Cache"),
+        ],
+    )
+    def test_follows_the_platform(self, monkeypatch, platform, variable, expected):
+        monkeypatch.delenv("FUZZYCTL_CACHE_DIR", raising=False)
+        monkeypatch.setattr(numba_backend.sys, "platform", platform)
+        monkeypatch.setattr(numba_backend.Path, "home", lambda: numba_backend.Path("/home/me"))
+        for name, value in variable.items():
+            monkeypatch.setenv(name, value)
+        assert numba_backend.cache_folder().as_posix() == expected
+
+
+class TestJit:
+    def test_can_be_called_in_other_compiled_code(self, ais):
+        function = compile_system(ais, "numba").jit
+
+        @numba.njit
+        def total(points):
+            sum_ = 0.0
+            for i in range(points.shape[0]):
+                sum_ += function(points[i, 0], points[i, 1])
+            return sum_
+
+        points = np.random.default_rng(3).uniform(-0.5, 0.5, (100, 2))
+        assert total(points) == pytest.approx(compile_system(ais, "python").batch(points).sum())
+
+    def test_is_compiled_for_floats_and_nothing_else(self, ais):
+        function = compile_system(ais, "numba").jit
+        assert [str(s) for s in function.signatures] == ["(float64, float64)"]
+        assert not function._can_compile
+
+    def test_gives_a_tuple_for_several_outputs(self, gappy):
+        assert compile_system(gappy(), "numba").jit(1.0, -0.5) == (10.0, 2.0)
+
+    def test_passes_as_a_function_pointer_so_that_callers_need_not_be_recompiled(self, ais):
+        kind = numba.types.FunctionType(numba.types.float64(numba.types.float64, numba.types.float64))
+
+        @numba.njit(numba.types.float64(kind, numba.types.float64))
+        def apply(function, x):
+            return function(x, x)
+
+        assert apply(compile_system(ais, "numba").jit, 0.01) == compile_system(ais, "python")(0.01, 0.01)
