@@ -305,11 +305,17 @@ def _reference(name: str) -> str:
     return (DOCS / "reference" / name).read_text(encoding="utf-8")
 
 
+def _options(text: str) -> set[str]:
+    return set(re.findall(r"(?<![\w-])--?[a-z][\w-]*", text))
+
+
 class TestReference:
     """The reference pages name what there is, and nothing else."""
 
     def test_the_index_links_every_page(self) -> None:
-        linked = {(DOCS / t).resolve() for t in re.findall(r"\]\(([^)#]+)", (DOCS / "index.md").read_text(encoding="utf-8"))}
+        linked = {
+            (DOCS / t).resolve() for t in re.findall(r"\]\(([^)#]+)", (DOCS / "index.md").read_text(encoding="utf-8"))
+        }
         assert {p for p in DOCS.rglob("*.md") if p.name != "index.md"} <= linked
 
     def test_every_diagnostic_code_is_listed_with_its_title(self) -> None:
@@ -326,7 +332,9 @@ class TestReference:
         for name, command in group.commands.items():
             text = re.sub(r"^```.*?^```$", "", sections[f"`{program} {name}`"], flags=re.M | re.S)
             has = {o for p in command.params if isinstance(p, click.Option) for o in p.opts}
-            assert set(re.findall(r"(?<![\w-])--?[a-z][\w-]*", text)) == has, f"{program} {name}"
+            rows = "\n".join(re.findall(r"^\| (`-.*?) \|", text, flags=re.MULTILINE))
+            assert _options(rows) == has, f"{program} {name}"
+            assert _options(text) == has, f"{program} {name}"
 
     def test_every_public_name_is_described(self) -> None:
         text = _reference("api.md")
