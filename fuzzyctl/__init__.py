@@ -21,6 +21,7 @@ if TYPE_CHECKING:
         UnknownNameError,
         ValueOutOfBoundsError,
     )
+    from fuzzyctl.formats.fz import dump, dumps
     from fuzzyctl.kernels.compile import Kernel, compile
     from fuzzyctl.loading import load, loads
     from fuzzyctl.model.system import FuzzySystem
@@ -40,6 +41,8 @@ _HOMES = {
     "ValueOutOfBoundsError": "fuzzyctl.errors",
     "check": "fuzzyctl.checking",
     "compile": "fuzzyctl.kernels.compile",
+    "dump": "fuzzyctl.formats.fz",
+    "dumps": "fuzzyctl.formats.fz",
     "load": "fuzzyctl.loading",
     "loads": "fuzzyctl.loading",
     "output_bounds": "fuzzyctl.analysis.bounds",
@@ -58,6 +61,8 @@ __all__ = [
     "ValueOutOfBoundsError",
     "check",
     "compile",
+    "dump",
+    "dumps",
     "load",
     "loads",
     "output_bounds",

@@ -17,7 +17,7 @@ ORDER = [
     ["expr"],
     ["formulas"],
     ["lang", "model"],
-    ["resolve"],
+    ["resolve", "formats"],
     ["loading"],
     ["kernels"],
     ["analysis", "plot"],

@@ -1,0 +1,1 @@
+"""Formats that a fuzzy system is written in; each file has `dumps`, from model to text."""

@@ -1,0 +1,160 @@
+"""Writes a fuzzy system as a `.fz` text that reads back as the same system, bit for bit."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+
+from fuzzyctl.errors import ValueOutOfBoundsError
+from fuzzyctl.expr import ONE, Expr, Number, number_text, to_text
+from fuzzyctl.files import written_whole
+from fuzzyctl.lang.formatter import format_source
+from fuzzyctl.model.method import Method
+from fuzzyctl.model.rule import And, Antecedent, Cell, Is, Not, Or, Rule, RuleTable
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import LinguisticVariable, Output
+from fuzzyctl.source import SourceText
+
+
+def dumps(system: FuzzySystem) -> str:
+    """Return a system as the text of a rule file in its canonical layout.
+
+    Args:
+        system: A well-formed system.
+
+    Returns:
+        A text with `loads(dumps(system)) == system`; comments of a file it came from are not part of a system.
+
+    Raises:
+        ValueOutOfBoundsError: For a title, label, unit or citation that a `.fz` string cannot hold.
+    """
+    raw = "\n".join(_lines(system)) + "\n"
+    return format_source(SourceText(system.name, raw))
+
+
+def dump(system: FuzzySystem, path: str | os.PathLike[str]) -> None:
+    """Write a system to a rule file, whole or not at all; see `dumps`.
+
+    Raises:
+        DiagnosticError: When the file cannot be written.
+        ValueOutOfBoundsError: As `dumps`.
+    """
+    text = dumps(system)
+    with written_whole(path) as temporary:
+        temporary.write_text(text, encoding="utf-8", newline="\n")
+
+
+def _lines(system: FuzzySystem) -> Iterator[str]:
+    yield f"system {system.name}{_string(' ', system.title, 'title')}"
+    if system.citation:
+        yield f"source{_string(' ', system.citation, 'citation')}"
+    yield from _section(list(_method(system.method)))
+    yield from _section(
+        [f"param {p.name} = {to_text(p.expression)}{_string(' unit ', p.unit, 'unit')}" for p in system.params]
+    )
+    for variable in (*system.inputs, *system.outputs):
+        yield from _section(list(_variable(variable)))
+    loose = False
+    for block in system.blocks:
+        if isinstance(block, RuleTable):
+            yield from _section(list(_table(block)))
+            loose = False
+            continue
+        if not loose:
+            yield ""
+        yield _rule(block)
+        loose = True
+    yield from _section(
+        [
+            f"require {to_text(g.claim)}"
+            + (f" within {to_text(g.within)}" if g.within is not None else "")
+            + (f" when {to_text(g.when)}" if g.when is not None else "")
+            for g in system.guarantees
+        ]
+    )
+
+
+def _section(lines: list[str]) -> list[str]:
+    return ["", *lines] if lines else []
+
+
+def _string(before: str, text: str, what: str) -> str:
+    """Return a quoted string after what introduces it; nothing for an empty one."""
+    if any(c in text for c in '"\n\r'):
+        raise ValueOutOfBoundsError(what, text, "a text without double quotes and line ends")
+    return f'{before}"{text}"' if text else ""
+
+
+def _method(method: Method) -> Iterator[str]:
+    """Yield what differs from the defaults of the language version."""
+    usual = Method()
+    for keyword, field in (
+        ("and", "conjunction"),
+        ("or", "disjunction"),
+        ("implication", "implication"),
+        ("aggregation", "aggregation"),
+    ):
+        if getattr(method, field) != getattr(usual, field):
+            yield f"{keyword} {getattr(method, field)}"
+    d = method.defuzzifier
+    if d != usual.defuzzifier:
+        options = f"(resolution={d.resolution}, grid={d.grid})" if d.resolution is not None else ""
+        yield f"defuzzifier {d.kind}{options}"
+
+
+def _variable(variable: LinguisticVariable) -> Iterator[str]:
+    keyword = "output" if isinstance(variable, Output) else "input"
+    head = f"{keyword} {variable.name}{_string(' ', variable.label, 'label')}"
+    head += f" in [{to_text(variable.lower)}, {to_text(variable.upper)}]{_string(' unit ', variable.unit, 'unit')}"
+    if isinstance(variable, Output):
+        if variable.otherwise is not None:
+            word = variable.otherwise if isinstance(variable.otherwise, str) else _value(variable.otherwise)
+            head += f" else {word}"
+        if variable.adaptive is not None:
+            head += f" adaptive rate {to_text(variable.adaptive)}"
+    elif getattr(variable, "extrapolate", False):
+        head += " extrapolate"
+    yield head
+    for term in variable.terms:
+        arguments = ", ".join(to_text(a) for a in term.membership.arguments)
+        yield f"{term.name} = {term.membership.kind}({arguments})"
+
+
+def _value(expr: Expr) -> str:
+    """Return an expression where only a number or parentheses may stand."""
+    return number_text(expr.value) if isinstance(expr, Number) else f"({to_text(expr)})"
+
+
+def _table(table: RuleTable) -> Iterator[str]:
+    across = f"{table.rows} x {table.columns}" if table.rows is not None else table.columns
+    yield f"table {', '.join(table.outputs)} = {across}"
+    yield " ".join(table.column_terms)
+    for i, row in enumerate(table.cells):
+        label = table.row_terms[i] if table.rows is not None else ""
+        yield f"{label} | {' '.join(_cell(c) for c in row)}"
+
+
+def _cell(cell: Cell) -> str:
+    if not cell.terms:
+        return "."
+    weight = f"*{_value(cell.weight)}" if cell.weight != ONE else ""
+    return "/".join(cell.terms) + weight
+
+
+def _rule(rule: Rule) -> str:
+    consequents = ", ".join(f"{c.output} is {c.term}" for c in rule.consequents)
+    weight = f" weight {_value(rule.weight)}" if rule.weight != ONE else ""
+    return f"if {_truth(rule.antecedent, top=True)} then {consequents}{weight}"
+
+
+def _truth(antecedent: Antecedent, *, top: bool = False) -> str:
+    match antecedent:
+        case Is(variable=variable, term=term):
+            return f"{variable} is {term}"
+        case Not(operand=operand):
+            return f"not {_truth(operand)}"
+        case And(operands=operands) | Or(operands=operands):
+            word = " and " if isinstance(antecedent, And) else " or "
+            text = word.join(_truth(o) for o in operands)
+            return text if top else f"({text})"
+    raise TypeError(type(antecedent).__name__)

@@ -1,0 +1,62 @@
+import pytest
+
+from fuzzyctl.errors import ValueOutOfBoundsError
+from fuzzyctl.formats.fz import dump, dumps
+from fuzzyctl.loading import load, loads
+from fuzzyctl.shipped import rules_folder
+from fuzzyctl.source import SourceText
+
+
+class TestDumps:
+    @pytest.mark.parametrize("path", sorted(rules_folder().glob("*.fz")), ids=lambda p: p.name)
+    def test_shipped_files_come_back_as_they_were(self, path):
+        system = load(path)
+        assert loads(dumps(system)) == system
+
+    @pytest.mark.parametrize(
+        "after",
+        [
+            "if not (x is N or x is P) and (y is N and x is Z) then u is Z weight (1 / 3)\n",
+            "if x is N then u is P weight 0.1\nrequire (u > 0 or u < 1) and not u == 2 when abs(x) >= 0.1\n",
+            "require u(-x, 10 - y) == -u within 1e-12\nrequire lipschitz(u, x) <= 3\n",
+        ],
+    )
+    def test_rules_and_guarantees_come_back(self, changed, after):
+        system = loads(changed(after=after))
+        assert loads(dumps(system)) == system
+
+    def test_settings_params_and_clauses_come_back(self, changed):
+        text = changed(
+            (
+                "\ninput x",
+                '\nsource "s"\nand product\ndefuzzifier centroid(resolution=7, grid=endpoints)\n'
+                'param a = -(1 - 2)^-2 / 3 unit "m"\nparam b = a - (1 - a)\ninput x "X"',
+            ),
+            ("[0, 10]", "[0 * a, 10]"),
+            ('unit "m"\n  terms', 'unit "m" extrapolate\n  terms'),
+            ("[-2, 2]", "[-2, 2] else (b)"),
+            ("N |  N  Z", "N |  .  Z*0.1"),
+        )
+        system = loads(text)
+        assert loads(dumps(system)) == system
+        assert loads(dumps(loads(dumps(system)))) == system
+
+    def test_every_digit_is_kept(self, changed):
+        system = loads(changed(("triangle(-1, 0, 1)", "triangle(-1, 0.1, 1)"))).with_params()
+        moved = loads(changed(("triangle(-1, 0, 1)", "triangle(-1, 0.10000000000000002, 1)")))
+        assert loads(dumps(moved)) == moved != system
+
+    def test_a_file_is_written_whole(self, tmp_path, base):
+        dump(loads(base), tmp_path / "a.fz")
+        assert load(tmp_path / "a.fz") == loads(base)
+
+    def test_it_is_laid_out(self, base):
+        from fuzzyctl.lang.formatter import format_source
+
+        text = dumps(loads(base))
+        assert format_source(SourceText("t", text)) == text
+
+    def test_a_title_that_no_string_can_hold_is_refused(self, base):
+        system = loads(base)
+        with pytest.raises(ValueOutOfBoundsError, match="title"):
+            dumps(system.model_copy(update={"title": 'a "quoted" title'}))
