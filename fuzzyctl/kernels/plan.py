@@ -250,6 +250,7 @@ def _output(system: FuzzySystem, output: Output) -> OutputPlan:
                 if consequent.term not in positions:
                     raise UnknownNameError("term", consequent.term, positions)
                 implied.append(ImpliedPlan(r, positions[consequent.term]))
+    rate = _rate(system, output)
     _require_area(output, terms, method, {entry.term for entry in implied})
     lower, upper = _number(system, output.lower), _number(system, output.upper)
     return OutputPlan(
@@ -264,7 +265,7 @@ def _output(system: FuzzySystem, output: Output) -> OutputPlan:
         terms=terms,
         implied=tuple(implied),
         otherwise=_otherwise(system, output, lower, upper),
-        rate=_rate(system, output),
+        rate=rate,
     )
 
 

@@ -3,6 +3,7 @@ import math
 import pytest
 
 from fuzzyctl import loads
+from fuzzyctl.analysis import coverage
 from fuzzyctl.analysis.coverage import Hole, Side, Undecided, diagnostics, uncovered
 from fuzzyctl.analysis.coverage import cells as cells_of
 from fuzzyctl.kernels.plan import InputPlan, SetPlan
@@ -101,18 +102,25 @@ if x is mid then u is a
         assert isinstance(hole, Hole)
         assert abs(hole.witness["x"] - 0.5) > 0.15
 
-    def test_too_many_cells_leave_it_undecided(self):
-        terms = "\n".join(f"  t{i} = triangle({i - 1}, {i}, {i + 1})" for i in range(12))
-        inputs = "\n".join(f"input {n} in [0, 11]\n{terms}" for n in "abcde")
-        rules = "\n".join(
-            f"if a is t{i} and b is t{j} and c is t{(i + j) % 12} and d is t{i} and e is t{j} then u is z"
-            for i in range(12)
-            for j in range(12)
-        )
-        rules = f"if not ({' or '.join(f'{n} is t{i}' for n in 'abcde' for i in range(12))}) then u is z\n{rules}"
-        text = f"system big\nor max\ndefuzzifier weighted_average\n{inputs}\noutput u in [0, 1]\n  z = singleton(1)\n"
-        verdict = uncovered(loads(text + rules))["u"]
-        assert isinstance(verdict, Hole | Undecided)
+    def test_too_many_cells_leave_it_undecided(self, monkeypatch):
+        monkeypatch.setattr(coverage, "BUDGET", 10)
+        verdict = uncovered(two())["u"]
+        assert isinstance(verdict, Undecided)
+        assert "2 inputs" in verdict.reason
+
+    def test_a_strength_close_to_zero_leaves_it_undecided(self):
+        text = """
+system s
+defuzzifier weighted_average
+input x in [0, 1]
+  zero = singleton(0)
+  rest = triangle(0, 1, inf)
+output u in [0, 1]
+  a = singleton(1)
+if x is zero then u is a
+if x is rest then u is a
+"""
+        assert isinstance(uncovered(loads(text))["u"], Undecided)
 
 
 class TestDiagnostics:
@@ -124,6 +132,13 @@ class TestDiagnostics:
         assert found.span is not None
         assert found.span.line == 11
         assert "else" in found.help
+
+    def test_what_is_undecided_asks_for_an_else(self, monkeypatch):
+        monkeypatch.setattr(coverage, "BUDGET", 10)
+        (found,) = diagnostics(two())
+        assert (found.code, found.severity) == ("FZ401", "error")
+        assert found.message == "it cannot be decided whether some rule always fires for output 'u'"
+        assert "else VALUE" in found.help
 
     @pytest.mark.parametrize("otherwise", ["else nan", "else 0.5", "else error", "else midpoint"])
     def test_else_answers_it(self, otherwise):
