@@ -126,12 +126,23 @@ class AvoidanceSettings(Section):
     slowdown: float = quantity("share ρ_v of the reference velocity kept", "-", gt=0, le=1)
 
 
-class DisturbanceSettings(Section):
+class Window(Section):
+    """A window of time, its begin included, its end not."""
+
+    start: float = quantity("begin", "s", ge=0)
+    stop: float = quantity("end", "s", ge=0)
+
+    @model_validator(mode="after")
+    def _order(self) -> Window:
+        if self.stop < self.start:
+            raise ValueError(f"stop = {self.stop:g} s lies before start = {self.start:g} s")
+        return self
+
+
+class DisturbanceSettings(Window):
     """One disturbance in one window of time."""
 
     kind: Literal["sinusoid", "constant"]
-    start: float = quantity("begin", "s", ge=0)
-    stop: float = quantity("end", "s", ge=0)
     angular_frequency: float = quantity("of a sinusoid", "rad/s", gt=0, default=1.0)
     v: float = quantity("velocity-equivalent amplitude, linear", "m/s")
     omega: float = quantity("velocity-equivalent amplitude, angular", "rad/s")
@@ -139,18 +150,10 @@ class DisturbanceSettings(Section):
     torque: float = quantity("torque amplitude", "N m")
     robots: Annotated[tuple[str, ...], Strict(False)] | None = Field(default=None, description="all when absent")
 
-    @model_validator(mode="after")
-    def _window(self) -> DisturbanceSettings:
-        if self.stop < self.start:
-            raise ValueError(f"stop = {self.stop:g} s lies before start = {self.start:g} s")
-        return self
 
-
-class LoadSettings(Section):
+class LoadSettings(Window):
     """Change of mass and inertia in a window of time."""
 
-    start: float = quantity("begin", "s", ge=0)
-    stop: float = quantity("end", "s", ge=0)
     mass_factor: float = quantity("loaded over nominal mass", "-", gt=0)
     inertia_factor: float = quantity("loaded over nominal inertia", "-", gt=0)
 

@@ -377,6 +377,10 @@ def _cross_checks(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
                 yield _unknown(places, f"robots.{name}.controllers.{law}", law, "controller", laws)
         if robot.formation is not None and robot.formation.leader not in names:
             yield _unknown(places, f"robots.{name}.formation.leader", robot.formation.leader, "robot", names)
+        elif robot.formation is not None and robot.avoids_obstacles:
+            key = f"robots.{name}.avoids_obstacles"
+            message = f"{key} = true, but {name} follows {robot.formation.leader}: only a robot on the reference avoids"
+            yield places.diagnostic("FZ904", key, message)
         elif _follows_itself(scenario, name):
             message = f"robots.{name}.formation.leader leads back to {name}; some robot must follow the reference"
             yield places.diagnostic("FZ904", f"robots.{name}.formation.leader", message)

@@ -49,11 +49,13 @@ class TestNames:
 
 class TestSmc:
     def test_adds_constant_switching_and_reaching_to_the_equivalent_control(self):
-        (v, omega, fault), _ = Bench("smc").step(error())
-        sigma_v, sigma_omega = sliding_variables(error(), *SLOPES)
-        v_eq, omega_eq = equivalent_control(error(), *SLOPES)
-        assert v == pytest.approx(v_eq - 0.1 * np.sign(sigma_v) - 0.1 * sigma_v)
-        assert omega == pytest.approx(omega_eq - 0.1 * np.sign(sigma_omega) - 0.1 * sigma_omega)
+        bench = Bench("smc")
+        bench.gains[3:] = 0.1, 0.2, 0.3, 0.4
+        (v, omega, fault), _ = bench.step(error(y_e=0.4))
+        sigma_v, sigma_omega = sliding_variables(error(y_e=0.4), *SLOPES)
+        v_eq, omega_eq = equivalent_control(error(y_e=0.4), *SLOPES)
+        assert v == pytest.approx(v_eq - 0.3 * np.sign(sigma_v) - 0.1 * sigma_v)
+        assert omega == pytest.approx(omega_eq - 0.4 * np.sign(sigma_omega) - 0.2 * sigma_omega)
         assert fault == 0
 
     def test_rests_on_the_surface(self):

@@ -52,13 +52,15 @@ class TestAvoid:
         assert avoid(50.0, 50.0, 0.0, 1.0, self.OBSTACLES, sides, AVOIDANCE)[0] == -1
         assert not sides.any()
 
-    def test_takes_the_nearest_of_two_active_ones(self):
+    @pytest.mark.parametrize(("x", "expected"), [(1.3, 2), (4.8, 1)])
+    def test_takes_the_nearest_of_two_active_ones(self, x, expected):
         sides = np.zeros(3)
-        nearest, _, radius = avoid(1.3, 0.1, 0.0, 0.5, self.OBSTACLES, sides, AVOIDANCE)
-        assert nearest == 2
+        nearest, _, radius = avoid(x, 0.1, 0.0, 0.5, self.OBSTACLES, sides, AVOIDANCE)
+        assert nearest == expected
         assert radius > 2.76
         assert sides[0] == 0.0
         assert sides[1] != 0.0
+        assert sides[2] != 0.0
 
     def test_keeps_the_side_it_began_with(self):
         sides = np.zeros(3)

@@ -124,6 +124,10 @@ class TestMistakes:
         (one,) = mistakes(edited(("stop = 20.0", "stop = 2.0")))
         assert "stop = 2 s lies before start = 3 s" in one.message
 
+    def test_include_a_follower_that_should_avoid_obstacles(self):
+        (one,) = mistakes(PAPER, "robots.follower1.avoids_obstacles=true")
+        assert "only a robot on the reference avoids" in one.message
+
     def test_include_runs_too_long_to_keep(self):
         (one,) = mistakes(PAPER, "run.horizon=90000")
         assert "at most 5,000,000 are kept" in one.message
