@@ -9,7 +9,8 @@ from pydantic import ValidationError
 from dwmr import controllers
 from dwmr.controllers.settings import LawSettings
 from dwmr.fuzzy_gains import Rules
-from dwmr.scenario_file import ScenarioFile, diagnose
+from dwmr.scenario_file import ScenarioFile
+from dwmr.scenario_mistakes import diagnose
 from fuzzyctl.errors import Diagnostic, DiagnosticError
 
 

@@ -85,11 +85,12 @@ def run(
 
 
 def _read(scenario: str, overrides: Sequence[str]) -> ScenarioFile:
+    from dwmr import overrides as values
     from dwmr import scenario_file
 
     try:
         return scenario_file.read(scenario_file.find(scenario), overrides)
-    except (scenario_file.UnknownScenarioError, scenario_file.OverrideError) as error:
+    except (scenario_file.UnknownScenarioError, values.OverrideError) as error:
         raise click.UsageError(str(error)) from error
 
 

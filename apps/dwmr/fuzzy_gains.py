@@ -17,8 +17,8 @@ from fuzzyctl.shipped import rules_folder
 
 if TYPE_CHECKING:
     from dwmr.contracts import FloatArray
+    from dwmr.places import Places
     from dwmr.scenario import RuleFile
-    from dwmr.scenario_file import Places
 
 #: Rulings of the constraint G_AIS >= G_min: the claim is checked within this much [m/s or rad/s].
 TOLERANCE = 1e-12

@@ -1,7 +1,8 @@
 import pytest
 from pydantic import ValidationError
 
-from dwmr.scenario_file import LARGEST_FILE, OverrideError, UnknownScenarioError, find, read, shipped_names
+from dwmr.overrides import OverrideError
+from dwmr.scenario_file import LARGEST_FILE, UnknownScenarioError, find, read, shipped_names
 from fuzzyctl.errors import DiagnosticError
 
 PAPER = find("paper")

@@ -2,8 +2,11 @@ import numpy as np
 import pytest
 
 from dwmr import controllers, simulate
+from dwmr.compiled import COMPILED
 from dwmr.fuzzy_gains import Rules
+from dwmr.loop import run_periods
 from dwmr.scenario_file import find, read
+from fuzzyctl.shipped import rules_folder
 
 PAPER = find("paper")
 
@@ -87,6 +90,22 @@ class TestRun:
         for law, line in zip(controllers.names(), done.stdout.splitlines(), strict=True):
             plain = np.array(eval(line, {"__builtins__": {}}))
             assert plain == pytest.approx(run_paper(law, "run.horizon=0.25")[1].values, abs=1e-9)
+
+
+class TestLoop:
+    @pytest.mark.skipif(not COMPILED, reason="needs numba")
+    def test_is_not_compiled_again_for_another_rule_file(self, tmp_path, run_paper):
+        run_paper("aifqsmc", "run.horizon=1")
+        before = len(run_periods.nopython_signatures)
+        text = (rules_folder() / "ais_reaction.fz").read_text(encoding="utf-8")
+        edited = text.replace("ZO |  ZO  PS  PM  PS  ZO", "ZO |  ZO  PS  NS  PS  ZO")
+        assert edited != text
+        (tmp_path / "ais_reaction.fz").write_text(edited, encoding="utf-8")
+        file = read(PAPER, ["run.horizon=1"])
+        run = simulate.prepare(file, "aifqsmc", Rules(file.scenario.rules, (tmp_path,), file.places))
+        changed = simulate.run(run)
+        assert not np.array_equal(changed.values, run_paper("aifqsmc", "run.horizon=1")[1].values)
+        assert len(run_periods.nopython_signatures) == before
 
 
 class TestFormationTree:

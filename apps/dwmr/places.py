@@ -1,0 +1,54 @@
+"""Where the keys of a scenario stand: a line of its file, or an argument of the command line."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from dwmr.toml_places import key_places
+from fuzzyctl.errors import Diagnostic
+from fuzzyctl.source import SourceText, Span
+
+#: Table whose values every robot takes over unless it has its own.
+COMMON = "robot"
+
+
+@dataclass(frozen=True)
+class Places:
+    """Where the keys of a scenario stand: a line of its file, or an argument of the command line."""
+
+    source: SourceText
+    overrides: Mapping[str, str] = field(default_factory=dict)
+
+    @cached_property
+    def _keys(self) -> Mapping[tuple[str, ...], tuple[int, int]]:
+        return key_places(self.source.text)
+
+    def _exact(self, path: tuple[str, ...]) -> Span | None:
+        found = self._keys.get(path)
+        return Span(self.source, *found) if found else None
+
+    def resolve(self, path: tuple[str, ...]) -> tuple[str, Span | None, str]:
+        """Return the key as its author wrote it, its place in the file, and its argument of the command line.
+
+        A key that a robot takes over from the common [robot] table is found there. A key that stands nowhere has the
+        place of its nearest parent.
+        """
+        common = (COMMON, *path[2:]) if path[:1] == ("robots",) and len(path) > 2 else None
+        for candidate in (path, common):
+            if candidate and ".".join(candidate) in self.overrides:
+                return ".".join(candidate), None, self.overrides[".".join(candidate)]
+            if candidate and (span := self._exact(candidate)):
+                return ".".join(candidate), span, ""
+        for length in range(len(path) - 1, 0, -1):
+            for candidate in (path[:length], (COMMON, *path[2:length]) if common and length >= 2 else None):
+                if candidate and (span := self._exact(candidate)):
+                    return ".".join(path), span, ""
+        return ".".join(path), None, ""
+
+    def diagnostic(self, code: str, key: str, message: str, *, facts: Sequence[str] = (), help: str = "") -> Diagnostic:
+        """Return a diagnostic about a key; its message stays as given."""
+        _, span, argument = self.resolve(tuple(key.split(".")))
+        file = f"--set {argument}" if argument else self.source.name
+        return Diagnostic(code, message, span=span, facts=tuple(facts), help=help, file=file)
