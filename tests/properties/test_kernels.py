@@ -344,6 +344,52 @@ def test_generated_python_and_numpy_agree_with_the_reference(data):
             assert alike(found, "error" if "error" in expected else expected, tolerances)
 
 
+@st.composite
+def joined_sets(draw):
+    """Two to five overlapping sets whose activations are the inputs themselves."""
+    lower, upper = draw(st.sampled_from(RANGES))
+    sets = draw(st.lists(linear_terms(lower, upper), min_size=2, max_size=5))
+    ramp = Membership(kind="triangle", arguments=(Number(0.0), Number(1.0), Number(math.inf)))
+    inputs = tuple(
+        Input(name=f"x{i}", lower=Number(0.0), upper=Number(1.0), terms=(Term(name="on", membership=ramp),))
+        for i in range(len(sets))
+    )
+    output = Output(
+        name="u",
+        lower=Number(lower),
+        upper=Number(upper),
+        terms=tuple(Term(name=f"t{i}", membership=m) for i, m in enumerate(sets)),
+        otherwise="nan",
+    )
+    rules = tuple(
+        Rule(antecedent=Is(variable=f"x{i}", term="on"), consequents=(Consequent(output="u", term=f"t{i}"),))
+        for i in range(len(sets))
+    )
+    method = Method(
+        implication=draw(st.sampled_from(["min", "product"])), aggregation=draw(st.sampled_from(["max", "sum"]))
+    )
+    return FuzzySystem(name="s", method=method, inputs=inputs, outputs=(output,), blocks=rules)
+
+
+@quick(150)
+@given(st.data())
+def test_exact_centroids_are_exact(data):
+    system = data.draw(joined_sets())
+    kernel = compile_system(system, "python")
+    output = system.outputs[0]
+    lower, upper = output.lower.value, output.upper.value
+    degrees = st.integers(0, 4).map(lambda i: i / 4) | st.floats(1e-9, 1.0)
+    for _ in range(4):
+        point = tuple(data.draw(degrees) for _ in system.inputs)
+        expected = rational_centroid(system, output, [(f"t{i}", a) for i, a in enumerate(point)])
+        found = kernel(*point)
+        if expected is None:
+            assert math.isnan(found)
+        else:
+            # 1e-14 of the range, and the last digit that a result near the ends of the range can have.
+            assert abs(Fraction(found) - expected) <= 1e-14 * (upper - lower) + math.ulp(max(abs(lower), abs(upper)))
+
+
 @pytest.fixture(scope="module")
 def _kernel_folder(tmp_path_factory):
     """Keep the kernels of generated systems out of the user's cache."""

@@ -84,6 +84,22 @@ if x is p then u is p
         rates = stored(kernel.jit_rates, x, np.zeros(2), size=2)
         np.testing.assert_allclose(rates, expected * np.array([(1 - x) / 2, (1 + x) / 2]))
 
+    def test_a_rate_may_use_any_input_by_its_name(self, backend):
+        system = loads(
+            """
+system s
+defuzzifier weighted_average
+input x in [0, 1]
+  on = triangle(-inf, 0, inf)
+input y in [0, 10]
+  on = triangle(-inf, 0, inf)
+output u in [-99, 99] adaptive rate 2 * y - x
+  a = singleton(0)
+if x is on and y is on then u is a
+"""
+        )
+        assert stored(compile_system(system, backend).jit_rates, 1.0, 7.0, np.zeros(1), size=1) == [13]
+
     def test_a_missing_state_is_named(self, adaptive, backend):
         kernel = compile_system(adaptive, backend)
         with pytest.raises(ArgumentError, match=r"2 arguments \(sigma, state\), got 1"):
