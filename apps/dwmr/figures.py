@@ -74,7 +74,7 @@ def draw_errors(path: Path, trajectories: Sequence[Trajectory], scenario: Scenar
             _error_column(panels[:, column], trajectory, scenario, rows)
         for row in panels:
             _share_comparable_limits(row)
-        frames = "errors as in Table 12: of the reference's follower in inertial axes, of the others in their own axes"
+        frames = "errors as in Table 12: in inertial axes for a robot on the reference, in its own axes for a follower"
         legend = figure.legend(*_legend(panels[0, 0]), loc="outside lower center", ncols=6, title=frames)
         legend.get_title().set_fontsize("small")
         figure.savefig(path, metadata={"Software": None})
