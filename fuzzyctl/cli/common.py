@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import sys
 from collections.abc import Callable, Iterable, Sequence
@@ -114,12 +115,27 @@ def assignments(texts: Iterable[str], known: Sequence[str], kind: str) -> dict[s
             mistakes.append(Diagnostic("FZ502", f"{kind} '{name}' is given twice", help="give it once"))
             continue
         try:
-            values[name] = float(number)
+            values[name] = to_number(number)
+        except OverflowError:
+            mistakes.append(Diagnostic("FZ503", f"{kind} '{name}' = {number} is larger than 1.8e308"))
         except ValueError:
             mistakes.append(Diagnostic("FZ503", f"{kind} '{name}' is no number: '{number}'", help=f"write {name}=0.5"))
     if mistakes:
         raise DiagnosticError(mistakes)
     return values
+
+
+def to_number(text: str) -> float:
+    """Read a number; `inf` and `nan` are numbers, what overflows is not.
+
+    Raises:
+        OverflowError: For a number that a double cannot hold.
+        ValueError: For a text that is no number.
+    """
+    value = float(text)
+    if math.isinf(value) and any(c.isdigit() for c in text):
+        raise OverflowError
+    return value
 
 
 def _list(names: Sequence[str]) -> str:

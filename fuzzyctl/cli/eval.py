@@ -21,6 +21,7 @@ from fuzzyctl.cli.common import (
     load_checked,
     outside_range,
     show,
+    to_number,
 )
 from fuzzyctl.errors import Diagnostic, DiagnosticError, closest
 
@@ -118,21 +119,57 @@ def _evaluate_rows(system: FuzzySystem, kernel: Kernel, stream: TextIO, name: st
     columns = _columns(system, header, name)
     outputs = [o.name for o in system.outputs]
     writer = csv.writer(sys.stdout, lineterminator="\n")
-    if form == "text":
-        writer.writerow([*header, *outputs])
+    clamped = _Clamped(system)
     first = True
-    for rows, results in _blocks(kernel, reader, columns, header, name):
+    for rows, points, results in _blocks(kernel, reader, columns, header, name):
+        clamped.count(points)
         if form == "text":
+            # The header waits for the first block, so that a malformed file prints nothing else.
+            writer.writerows([[*header, *outputs]] if first else [])
             writer.writerows([*row, *map(repr, result)] for row, result in zip(rows, results, strict=True))
+            first = False
             continue
-        for row, result in zip(rows, results, strict=True):
-            inputs = {v.name: float(row[c]) for v, c in zip(system.inputs, columns, strict=True)}
+        for point, result in zip(points.tolist(), results, strict=True):
+            inputs = dict(zip([v.name for v in system.inputs], point, strict=True))
             item = {"inputs": _plain(inputs), "outputs": _plain(dict(zip(outputs, result, strict=True)))}
             click.echo(("[" if first else ",\n ") + json.dumps(item, ensure_ascii=False), nl=False)
             first = False
     if form == "json":
         click.echo("[]" if first else "]")
+    elif first:
+        writer.writerow([*header, *outputs])
+    show(clamped.warnings())
     return DONE
+
+
+class _Clamped:
+    """Counts the values that lie outside their input's range."""
+
+    def __init__(self, system: FuzzySystem) -> None:
+        self.names = [v.name for v in system.inputs]
+        free = [v.extrapolate for v in system.inputs]
+        self.low = [-math.inf if f else system.number(v.lower) for v, f in zip(system.inputs, free, strict=True)]
+        self.high = [math.inf if f else system.number(v.upper) for v, f in zip(system.inputs, free, strict=True)]
+        self.outside = [0] * len(self.names)
+        self.total = 0
+
+    def count(self, points: Any) -> None:
+        outside = ((points < self.low) | (points > self.high)).sum(axis=0)
+        self.outside = [a + int(b) for a, b in zip(self.outside, outside, strict=True)]
+        self.total += len(points)
+
+    def warnings(self) -> list[Diagnostic]:
+        help_text = "widen the range in the file, or write 'extrapolate' behind it"
+        return [
+            Diagnostic(
+                "FZ504",
+                f"{count} of {self.total} values of '{name}' lie outside [{low:.6g}, {high:.6g}] and are clamped to it",
+                severity="warning",
+                help=help_text,
+            )
+            for name, low, high, count in zip(self.names, self.low, self.high, self.outside, strict=True)
+            if count
+        ]
 
 
 def _columns(system: FuzzySystem, header: list[str], name: str) -> list[int]:
@@ -142,6 +179,10 @@ def _columns(system: FuzzySystem, header: list[str], name: str) -> list[int]:
         raise DiagnosticError(
             [Diagnostic("FZ505", "the file has no header line", file=name, help=_header_help(system))]
         )
+    if len(header) == 1 and any(c in header[0] for c in ";\t") and len(system.inputs) > 1:
+        facts = (f"the first line is: {header[0]!r}",)
+        message = "the columns are not separated by commas"
+        raise DiagnosticError([Diagnostic("FZ505", message, file=name, facts=facts, help=_header_help(system))])
     for variable in system.inputs:
         count = header.count(variable.name)
         if count == 1:
@@ -165,7 +206,8 @@ def _header_help(system: FuzzySystem) -> str:
 
 def _blocks(
     kernel: Kernel, reader: Any, columns: list[int], header: list[str], name: str
-) -> Iterator[tuple[list[list[str]], list[list[float]]]]:
+) -> Iterator[tuple[list[list[str]], Any, list[list[float]]]]:
+    """Yield rows, their points as an array (rows, inputs), and their results."""
     import numpy as np
 
     width = len(header)
@@ -175,8 +217,8 @@ def _blocks(
         points = np.empty((len(rows), len(columns)))
         for i, row in enumerate(rows):
             try:
-                points[i] = [float(row[c]) for c in columns]
-            except (ValueError, IndexError):
+                points[i] = [to_number(row[c]) for c in columns]
+            except (ValueError, OverflowError, IndexError):
                 line = end - len(rows) + i + 1
                 raise DiagnosticError([_bad_row(row, columns, header, f"{name}:{line}")]) from None
             if len(row) != width:
@@ -185,7 +227,7 @@ def _blocks(
         if rows:
             state = kernel.initial_state() if kernel.n_states else None
             results = kernel.batch(points, state).reshape(len(rows), -1)
-            yield rows, results.tolist()
+            yield rows, points, results.tolist()
 
 
 def _bad_row(row: list[str], columns: list[int], header: list[str], place: str) -> Diagnostic:
@@ -195,8 +237,8 @@ def _bad_row(row: list[str], columns: list[int], header: list[str], place: str) 
         )
     for c in columns:
         try:
-            float(row[c])
-        except ValueError:
+            to_number(row[c])
+        except (ValueError, OverflowError):
             message = f"'{row[c]}' in column '{header[c]}' is no number"
             return Diagnostic("FZ505", message, file=place, help="write numbers with a decimal point")
     raise AssertionError("the row was refused without a reason")

@@ -56,7 +56,8 @@ def plot_surface(
     axes = _axes(inputs, x, y, fixed)
     for name in axes:
         if name in fixed:
-            raise DiagnosticError([Diagnostic("FZ214", f"'{name}' is an axis and has a value too", help="drop one")])
+            message, help_text = f"'{name}' is an axis and has a value too", f"drop '--at {name}=...' or the axis"
+            raise DiagnosticError([Diagnostic("FZ214", message, help=help_text)])
     target = _target(out, f"{system.name}-{chosen}.png")
     from fuzzyctl.plot.style import saved
     from fuzzyctl.plot.surface import draw_surface

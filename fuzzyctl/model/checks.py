@@ -90,13 +90,20 @@ def empty_ranges(system: FuzzySystem) -> Iterator[Diagnostic]:
 
 def bad_parameters(system: FuzzySystem) -> Iterator[Diagnostic]:
     """Find feet out of order, infinite feet of the wrong sign and widths that are not positive."""
+    seen: set[tuple[str, int]] = set()
     for v, term, numbers in _terms(system):
+        # The peaks of one `terms` line share their mistakes: one of them is enough. Those of a bare `terms` line come
+        # from the range, which has its own check.
+        line = (v.name, term.span.line if term.span is not None else id(term))
+        if line in seen or system.number(v.lower) >= system.number(v.upper):
+            continue
         formula = MEMBERSHIP[term.membership.kind]
         mistake = formula.mistake(numbers)
         if mistake is None and any(math.isinf(n) for n in MEMBERSHIP[term.membership.kind].core(numbers)):
             mistake = "its peak is infinite"
         if mistake is None:
             continue
+        seen.add(line)
         order = "" if formula.name == "gaussian" else f"; the order is {', '.join(formula.parameters)}"
         code = "FZ302" if formula.name == "gaussian" else "FZ301"
         yield Diagnostic(code, f"term '{term.name}' of '{v.name}': {mistake}{order}", term.membership.span or term.span)
@@ -122,7 +129,7 @@ def misfitting_defuzzifier(system: FuzzySystem) -> Iterator[Diagnostic]:
                 output.span,
                 help="write: defuzzifier weighted_average",
             )
-        if method.averages:
+        if method.averages or output.adaptive is not None:
             continue
         for term in output.terms:
             kind = term.membership.kind

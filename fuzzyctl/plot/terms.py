@@ -43,9 +43,10 @@ def draw_variable(ax: Any, system: FuzzySystem, variable: LinguisticVariable) ->
             y = array_function(MEMBERSHIP[term.membership.kind].degree(Name("x"), numbers))(x)
             ax.plot(x, y, color=color)
             ax.fill_between(x, y, color=color, alpha=0.08, lw=0)
-        ax.annotate(
-            term.name, (min(max(middle, low), high), 1.0), (0, 3), textcoords="offset points", ha="center", color=color
-        )
+        at = min(max(middle, low), high)
+        # At the ends of the axis a centred name would stand on the tick labels or outside.
+        side = "left" if at == low else "right" if at == high else "center"
+        ax.annotate(term.name, (at, 1.0), (0, 3), textcoords="offset points", ha=side, color=color)
     ax.set(xlim=(low, high), ylim=(0, 1.18), xlabel=variable.axis_label, ylabel="degree", yticks=[0, 0.5, 1])
     return ax
 

@@ -10,7 +10,7 @@ from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.kernels.python_backend import scalar_function
 
 X = Name("x")
-BOX = {"x": (1.0, 2.0), "y": (-1.0, 3.0)}
+BOX = {"x": (1.0, 2.0), "y": (-1.0, 3.0), "far": (2.0, math.inf), "zero": (0.0, 1.0)}
 
 
 @pytest.mark.parametrize(
@@ -20,6 +20,7 @@ BOX = {"x": (1.0, 2.0), "y": (-1.0, 3.0)}
         (Binary("-", X, Name("y")), (-2.0, 3.0)),
         (Binary("*", X, Name("y")), (-2.0, 6.0)),
         (Binary("*", Name("y"), Name("y")), (0.0, 9.0)),
+        (Binary("*", Name("zero"), Name("far")), (0.0, math.inf)),
         (Binary("/", Name("y"), X), (-1.0, 3.0)),
         (Binary("/", X, Name("y")), (-math.inf, math.inf)),
         (Negate(X), (-2.0, -1.0)),

@@ -47,6 +47,11 @@ class TestPoint:
         for part in ("no input 'sgma'", "did you mean 'sigma'", "'dsigma' is no number: 'a'", "'x' is not of the form"):
             assert part in result.output
 
+    def test_a_value_that_overflows_is_no_infinity(self):
+        result = run(AIS, "sigma=1e400", "dsigma=inf")
+        assert result.exit_code == 1
+        assert "input 'sigma' = 1e400 is larger than 1.8e308" in result.output
+
     def test_a_missing_value_is_named_with_its_range(self):
         result = run(AIS, "sigma=1")
         assert result.exit_code == 1
@@ -89,7 +94,7 @@ class TestPoints:
         points = [(s / 100, d / 10) for s in range(-7, 8) for d in range(-11, 12)]
         path = tmp_path / "in.csv"
         path.write_text("sigma,dsigma\n" + "".join(f"{s},{d}\n" for s, d in points))
-        rows = list(csv.DictReader(io.StringIO(run(AIS, "--points", path).output)))
+        rows = list(csv.DictReader(io.StringIO(run(AIS, "--points", path).stdout)))
         from fuzzyctl.loading import load
 
         system = load(AIS)
@@ -106,9 +111,21 @@ class TestPoints:
         assert run(TIPPER, "--points", "-", stdin="food,service\n").output == "food,service,tip\n"
         assert json.loads(run(TIPPER, "--points", "-", "--format", "json", stdin="food,service\n").output) == []
 
+    def test_clamped_values_are_counted(self):
+        result = run(AIS, "--points", "-", stdin="sigma,dsigma\n0.5,0\n0.01,0\n-inf,3\n")
+        assert result.exit_code == 0
+        assert "2 of 3 values of 'sigma' lie outside [-0.06, 0.06]" in result.stderr
+        assert "1 of 3 values of 'dsigma' lie outside [-1, 1]" in result.stderr
+        assert result.stdout.count("\n") == 4
+
+    def test_a_malformed_first_block_prints_no_header(self):
+        assert run(TIPPER, "--points", "-", stdin="food,service\n1,x\n").stdout == ""
+
     @pytest.mark.parametrize(
         ("stdin", "part"),
         [
+            ("food;service\n1;2\n", "not separated by commas"),
+            ("food,service\n1,1e400\n", "'1e400' in column 'service' is no number"),
             ("", "no header line"),
             ("food\n1\n", "no column 'service'"),
             ("food,servce\n1,2\n", "is 'servce' meant?"),

@@ -33,6 +33,7 @@ class TestChecks:
     def test_an_adaptive_output_needs_an_average_and_stands_alone(self, changed):
         adaptive = ("[-2, 2]", "[-2, 2] adaptive rate x")
         assert found(changed(adaptive)) == [("FZ214", "error")]
+        assert found(changed(adaptive, ("Z = triangle(-2, 0, 2)", "Z = singleton(0)"))) == [("FZ214", "error")]
         average = ("\ninput x", "\ndefuzzifier weighted_average\ninput x")
         assert found(changed(adaptive, average)) == []
         other = ("table u", "output v in [0, 1] else 0\n  A = singleton(0)\n\ntable u")
@@ -56,6 +57,16 @@ class TestChecks:
 
     def test_one_bad_number_gives_one_diagnostic(self, changed):
         assert found(changed(("Z = triangle(-2, 0, 2)", "Z = triangle(-2, 1 / 0, 2)"))) == [("FZ307", "error")]
+
+    @pytest.mark.parametrize(
+        ("old", "new", "code"),
+        [
+            ("terms N@0 P@10", "terms N@10 P@0", "FZ301"),
+            ('[0, 10] unit "m"\n  terms N@0 P@10', "[9, 1]\n  terms N P", "FZ304"),
+        ],
+    )
+    def test_one_slip_in_a_partition_gives_one_diagnostic(self, changed, old, new, code):
+        assert found(changed((old, new))) == [(code, "error")]
 
     @pytest.mark.parametrize("peaks", ["triangle(-inf, -inf, 0)", "trapezoid(-1, 0, inf, inf)", "triangle(inf, 0, 1)"])
     def test_infinite_peaks_are_refused(self, changed, peaks):
