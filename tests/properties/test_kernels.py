@@ -371,7 +371,7 @@ def joined_sets(draw):
     return FuzzySystem(name="s", method=method, inputs=inputs, outputs=(output,), blocks=rules)
 
 
-@quick(150)
+@quick(100)
 @given(st.data())
 def test_exact_centroids_are_exact(data):
     system = data.draw(joined_sets())
@@ -399,7 +399,7 @@ def _kernel_folder(tmp_path_factory):
 
 
 @pytest.mark.usefixtures("_kernel_folder")
-@quick(10)
+@quick(8)
 @given(st.data())
 def test_compiled_kernels_agree_with_generated_python(data):
     system = data.draw(systems())
@@ -411,7 +411,7 @@ def test_compiled_kernels_agree_with_generated_python(data):
         assert alike(found, evaluate_batch(compiled, point), tolerances)
 
 
-@quick(150)
+@quick(100)
 @given(st.data())
 def test_every_sample_lies_within_the_proved_bounds(data):
     system = data.draw(systems())
