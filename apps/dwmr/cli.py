@@ -114,7 +114,7 @@ def _run(
 
     # the compiler and the plots come only now, when nothing stands in the way of the run
     from dwmr import compiled, figures, outputs, report, simulate
-    from dwmr.metrics import measure
+    from dwmr.metrics import TABLE_12_HORIZON, measure
     from dwmr.summary import describe
 
     simulations = [simulate.prepare(file, name, rules) for name in names]
@@ -130,7 +130,8 @@ def _run(
     write(folder, "errors.png", lambda p: figures.draw_errors(p, trajectories, file.scenario))
     outputs.write_summary(folder, summary)
     if style == "text":
-        report.print_report(report.console(), summary, compare=file.scenario.name == "paper")
+        whole = file.scenario.run.horizon >= TABLE_12_HORIZON
+        report.print_report(report.console(), summary, compare=file.scenario.name == "paper" and whole)
         click.echo(f"results in {folder}: summary.json, trajectory.npz, path.png, errors.png")
     return summary, all(t.stop is None for t in trajectories)
 

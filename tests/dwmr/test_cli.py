@@ -37,11 +37,19 @@ class TestHelp:
 
 
 class TestRun:
-    def test_shows_the_errors_beside_the_paper(self, short):
+    def test_shows_the_errors_of_all_robots(self, short):
         _, done = short
-        for word in ("Table 12", "aifqsmc", "fcafsmc", "smc", "0.5399", "follower2", "ratio", "G_AIS"):
+        for word in ("aifqsmc", "fcafsmc", "smc", "follower2", "G_AIS"):
             assert word in done.stdout
         assert done.stderr == ""
+
+    def test_a_short_run_is_not_compared_with_the_paper(self, short):
+        assert "Table 12" not in short[1].stdout
+
+    def test_a_whole_run_is_compared_with_the_paper(self, tmp_path):
+        done = dwmr("run", "paper", "-o", str(tmp_path))
+        for word in ("Table 12", "0.5399", "ratio"):
+            assert word in done.stdout
 
     def test_writes_the_four_files_and_nothing_else(self, short):
         folder, _ = short
