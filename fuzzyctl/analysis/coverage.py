@@ -68,7 +68,9 @@ class Hole:
     witness: dict[str, float]
 
     def __str__(self) -> str:
-        return ", ".join(f"{name} in {side}" for name, side in self.region.items())
+        return ", ".join(
+            f"{name} {'=' if side.lower == side.upper else 'in'} {side}" for name, side in self.region.items()
+        )
 
 
 @dataclass(frozen=True)
@@ -109,7 +111,9 @@ def diagnostics(system: FuzzySystem) -> list[Diagnostic]:
         if isinstance(verdict, Hole):
             witness = ", ".join(f"{n} = {v:.6g}" for n, v in verdict.witness.items())
             message = f"no rule fires for output '{output.name}' where {verdict}"
-            facts = [f"for example at {witness}", "without 'else' some rule must fire everywhere"]
+            is_point = all(side.lower == side.upper for side in verdict.region.values())
+            facts = [] if is_point else [f"for example at {witness}"]
+            facts.append("without 'else' some rule must fire everywhere")
             help_text = f"let a term of the inputs reach there, or say 'output {output.name} ... else VALUE'"
         else:
             message = f"it cannot be decided whether some rule always fires for output '{output.name}'"

@@ -116,20 +116,24 @@ class Kernel:
         shape = array.shape[:-1]
         # Compiled loops take arrays that could be written to, though they only read these.
         flat = np.require(array.reshape(-1, array.shape[-1]), requirements=["C", "W"])
-        results: FloatArray = self._batch(flat, self._flat_state(state, shape))
+        states = self._flat_state(state, shape)
+        results: FloatArray = self._batch(flat, states)
         # A sum is NaN if any part is, and takes no memory; only then is it worth looking closer.
         if self._promised and np.isnan(np.sum(results)):
             bad = np.isnan(results[:, self._promised]).any(axis=1) & ~np.isnan(flat).any(axis=1)
+            if states is not None:
+                bad &= ~np.isnan(states).any(axis=1)
             if bad.any():
                 first = int(np.argmax(bad))
                 self._keep_promises(flat[first].tolist(), tuple(results[first].tolist()))
         return results.reshape(shape if len(self.output_names) == 1 else (*shape, len(self.output_names)))
 
-    def _keep_promises(self, arguments: Sequence[float], result: float | tuple[float, ...]) -> None:
+    def _keep_promises(self, arguments: Sequence[Any], result: float | tuple[float, ...]) -> None:
         """Raise where an output without `else` is NaN though no input is."""
         values = result if isinstance(result, tuple) else (result,)
         point = [float(a) for a in arguments[: len(self.input_names)]]
-        if any(x != x for x in point):
+        consequents = arguments[len(point)] if self.n_states and len(arguments) > len(point) else ()
+        if any(x != x for x in point) or any(c != c for c in consequents):
             return
         for k in self._promised:
             if values[k] != values[k]:

@@ -151,7 +151,7 @@ def degree(membership, x):
     return (x - a) / (b - a) if x < b else (d - x) / (d - c)
 
 
-CONJUNCTION = {"min": min, "product": lambda a, b: a * b, "bounded_difference": lambda a, b: max(0.0, a + b - 1.0)}
+CONJUNCTION = {"min": min, "product": lambda a, b: a * b, "bounded_difference": lambda a, b: max(0.0, a - (1.0 - b))}
 # With the same rounding as the kernels, since whether a bounded difference fires may hang on the last digit.
 DISJUNCTION = {
     "max": max,

@@ -1,4 +1,4 @@
-"""Every shipped rule file is clean, laid out, documented, compiles on each backend, and keeps what its header promises."""
+"""Every shipped rule file is clean, laid out, documented, compiles everywhere, and keeps what its header promises."""
 
 import numpy as np
 import pytest
