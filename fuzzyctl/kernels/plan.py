@@ -13,7 +13,7 @@ from fuzzyctl.formulas import CONJUNCTIONS, DISJUNCTIONS, MEMBERSHIP, Norm, Vert
 from fuzzyctl.model.method import AVERAGES, Method
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Input, Output, Term
+from fuzzyctl.model.variable import Input, Membership, Output
 
 #: What a planned output is where no rule fires: a number (NaN for `else nan`), an exception, or nothing, since it has
 #: been promised that some rule always fires.
@@ -220,7 +220,7 @@ class _Antecedents:
             if found is None:
                 raise UnknownNameError("term", term, [t.name for t in declared.terms])
             self.names[key] = Name(degree_name(len(self.degrees)))
-            self.degrees[key] = DegreePlan(key[0], term, _set(self.system, found))
+            self.degrees[key] = DegreePlan(key[0], term, _set(self.system, found.membership))
         return self.names[key]
 
 
@@ -235,21 +235,26 @@ def _input(system: FuzzySystem, variable: Input) -> InputPlan:
     )
 
 
-def _set(system: FuzzySystem, term: Term) -> SetPlan:
-    return SetPlan(term.membership.kind, tuple(_number(system, a) for a in term.membership.arguments))
+def _set(system: FuzzySystem, membership: Membership) -> SetPlan:
+    return SetPlan(membership.kind, tuple(_number(system, a) for a in membership.arguments))
 
 
 def _output(system: FuzzySystem, output: Output) -> OutputPlan:
     method = system.method
-    terms = tuple(_set(system, term) for term in output.terms)
+    terms = tuple(_set(system, term.membership) for term in output.terms)
     positions = {term.name: i for i, term in enumerate(output.terms)}
     implied: list[ImpliedPlan] = []
     for r, rule in enumerate(system.rules):
         for consequent in rule.consequents:
             if consequent.output == output.name:
-                if consequent.term not in positions:
-                    raise UnknownNameError("term", consequent.term, positions)
-                implied.append(ImpliedPlan(r, positions[consequent.term]))
+                term = consequent.term
+                if isinstance(term, Membership):
+                    terms = (*terms, _set(system, term))
+                    implied.append(ImpliedPlan(r, len(terms) - 1))
+                    continue
+                if term not in positions:
+                    raise UnknownNameError("term", term, positions)
+                implied.append(ImpliedPlan(r, positions[term]))
     rate = _rate(system, output)
     _require_area(output, terms, method, {entry.term for entry in implied})
     lower, upper = _number(system, output.lower), _number(system, output.upper)
@@ -301,7 +306,8 @@ def _require_area(output: Output, terms: tuple[SetPlan, ...], method: Method, us
     if method.defuzzifier.averages:
         return
     for i in sorted(used):
-        term, vertices = output.terms[i], terms[i].vertices
+        name = f"term '{output.terms[i].name}'" if i < len(output.terms) else "a consequent"
+        span, vertices = output.terms[i].span if i < len(output.terms) else output.span, terms[i].vertices
         if terms[i].kind == "singleton":
             problem = "a singleton has no area, so it has no centroid"
             way_out = "use 'defuzzifier weighted_average'"
@@ -310,5 +316,5 @@ def _require_area(output: Output, terms: tuple[SetPlan, ...], method: Method, us
             way_out = "sample it, such as 'defuzzifier centroid(resolution=1000)'"
         else:
             continue
-        message = f"term '{term.name}' of output '{output.name}' does not suit the defuzzifier: {problem}"
-        raise DiagnosticError([Diagnostic("FZ214", message, term.span, help=way_out)])
+        message = f"{name} of output '{output.name}' does not suit the defuzzifier: {problem}"
+        raise DiagnosticError([Diagnostic("FZ214", message, span, help=way_out)])
