@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import os
+from pathlib import Path
 
 from fuzzyctl.errors import Diagnostic
-from fuzzyctl.loading import MAX_BYTES, examine, read_source
+from fuzzyctl.loading import choose, examine_all, in_order
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.reading import MAX_BYTES, read_source
 from fuzzyctl.source import SourceText
 
 
-def check(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES) -> tuple[FuzzySystem | None, list[Diagnostic]]:
+def check(
+    path: str | os.PathLike[str], *, system: str | None = None, max_bytes: int = MAX_BYTES
+) -> tuple[FuzzySystem | None, list[Diagnostic]]:
     """Read and check a rule file.
 
     Args:
         path: The `.fz` file.
+        system: Name of the system, where the file holds several.
         max_bytes: Largest size that is read.
 
     Returns:
@@ -23,17 +28,29 @@ def check(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES) -> tuple[
     Raises:
         DiagnosticError: When the file cannot be read as text at all.
     """
-    return check_source(read_source(path, max_bytes=max_bytes))
+    source = read_source(path, max_bytes=max_bytes)
+    return choose(source, *check_source(source, folder=Path(path).parent), system)
 
 
-def check_source(source: SourceText) -> tuple[FuzzySystem | None, list[Diagnostic]]:
-    """Check a source text; see `check`."""
-    system, diagnostics = examine(source)
-    if system is None:
-        return None, diagnostics
+def check_source(source: SourceText, *, folder: Path | None = None) -> tuple[tuple[FuzzySystem, ...], list[Diagnostic]]:
+    """Check all systems of a source text.
+
+    Args:
+        source: The text.
+        folder: Where the files stand that it uses; None for a text that may use none.
+
+    Returns:
+        The systems without errors, and all diagnostics in the order of their places.
+    """
+    systems, diagnostics = examine_all(source, folder=folder)
+    if not systems:
+        return (), diagnostics
     from fuzzyctl.analysis import coverage
 
-    diagnostics = sorted(
-        [*diagnostics, *coverage.diagnostics(system)], key=lambda d: d.span.start if d.span is not None else -1
-    )
-    return (None if any(d.severity == "error" for d in diagnostics) else system), diagnostics
+    sound = []
+    for system in systems:
+        found = coverage.diagnostics(system)
+        diagnostics = [*diagnostics, *found]
+        if not any(d.severity == "error" for d in found):
+            sound.append(system)
+    return tuple(sound), in_order(source, diagnostics)

@@ -48,6 +48,9 @@ CODES: dict[str, str] = {
     "FZ214": "statements do not fit together",
     "FZ215": "a statement is given twice",
     "FZ216": "a param is used by nothing",
+    "FZ217": "outputs depend on each other in a circle",
+    "FZ218": "a file cannot be used",
+    "FZ219": "a hedge is used by nothing",
     "FZ301": "feet and peaks are out of order",
     "FZ302": "a parameter has a bad value",
     "FZ303": "wrong number of parameters",
@@ -152,7 +155,7 @@ def render(diagnostic: Diagnostic, *, color: bool = False) -> str:
         lines.extend(_excerpt(diagnostic.span, margin, paint, tone))
     pad = " " * margin
     lines.extend(f"{pad}= {fact}" for fact in diagnostic.facts)
-    lines.extend(f"{pad}= {note.message} (line {note.span.line})" for note in diagnostic.notes)
+    lines.extend(f"{pad}= {note.message} ({_other_place(note.span, diagnostic)})" for note in diagnostic.notes)
     if diagnostic.help:
         lines.append(f"{pad}= {paint('help', 'cyan')}: {diagnostic.help}")
     return "\n".join(lines)
@@ -161,6 +164,11 @@ def render(diagnostic: Diagnostic, *, color: bool = False) -> str:
 def render_all(diagnostics: Iterable[Diagnostic], *, color: bool = False) -> str:
     """Return several diagnostics as text, one blank line between them."""
     return "\n\n".join(render(d, color=color) for d in diagnostics)
+
+
+def _other_place(span: Span, diagnostic: Diagnostic) -> str:
+    same = diagnostic.span is not None and diagnostic.span.source.name == span.source.name
+    return f"line {span.line}" if same else f"{span.source.name}:{span.line}"
 
 
 def _excerpt(span: Span, margin: int, paint: Any, tone: str) -> list[str]:

@@ -1,27 +1,31 @@
-"""From a file to a fuzzy system, read like a table of contents: read → parse → resolve → check."""
+"""From a file to fuzzy systems, read like a table of contents: read → parse → assemble → resolve → check."""
 
 from __future__ import annotations
 
+import dataclasses
 import os
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Final
 
-from fuzzyctl.errors import Diagnostic, DiagnosticError
+from fuzzyctl.assembly import Part, bring_in, split
+from fuzzyctl.errors import CODES, Diagnostic, DiagnosticError, closest
+from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.parser import parse
 from fuzzyctl.model.checks import check_model
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.reading import MAX_BYTES, decode, read_source
 from fuzzyctl.resolve import resolve
 from fuzzyctl.source import SourceText
 
-#: Largest rule file that is read, in bytes, unless the caller says otherwise.
-MAX_BYTES: Final = 1 << 20
+__all__ = ["MAX_BYTES", "decode", "examine", "examine_all", "load", "load_all", "loads", "read_source"]
 
 
-def load(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES) -> FuzzySystem:
+def load(path: str | os.PathLike[str], *, system: str | None = None, max_bytes: int = MAX_BYTES) -> FuzzySystem:
     """Read a fuzzy system from a rule file.
 
     Args:
         path: The `.fz` file.
+        system: Name of the system, where the file holds several.
         max_bytes: Largest size that is read.
 
     Returns:
@@ -30,79 +34,124 @@ def load(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES) -> FuzzySy
     Raises:
         DiagnosticError: With all mistakes of the file, each with line, column and help.
     """
-    return _required(examine(read_source(path, max_bytes=max_bytes)))
+    source = read_source(path, max_bytes=max_bytes)
+    return _required(examine(source, folder=Path(path).parent, system=system))
 
 
-def loads(text: str, name: str = "<text>") -> FuzzySystem:
+def load_all(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES) -> tuple[FuzzySystem, ...]:
+    """Read all fuzzy systems of a rule file, in the order written; see `load`."""
+    systems, diagnostics = examine_all(read_source(path, max_bytes=max_bytes), folder=Path(path).parent)
+    errors = [d for d in diagnostics if d.severity == "error"]
+    if errors:
+        raise DiagnosticError(errors)
+    return systems
+
+
+def loads(text: str, name: str = "<text>", *, system: str | None = None) -> FuzzySystem:
     """Read a fuzzy system from a text; `name` is shown in diagnostics."""
-    return _required(examine(SourceText(name, text)))
+    return _required(examine(SourceText(name, text), system=system))
 
 
-def examine(source: SourceText) -> tuple[FuzzySystem | None, list[Diagnostic]]:
-    """Parse, resolve and check a source.
+def examine(
+    source: SourceText, *, folder: Path | None = None, system: str | None = None
+) -> tuple[FuzzySystem | None, list[Diagnostic]]:
+    """Parse, assemble, resolve and check a source that holds one system, or several of which one is named.
+
+    Args:
+        source: The text.
+        folder: Where the files stand that it uses; None for a text that may use none.
+        system: Name of the system, where there are several.
 
     Returns:
         The system, None when there are errors, and all diagnostics, warnings included, in the order of their places.
     """
-    tree, diagnostics = parse(source)
-    system, found = resolve(tree, broken=bool(diagnostics))
-    diagnostics = [*diagnostics, *found]
+    return choose(source, *examine_all(source, folder=folder), system)
+
+
+def choose(
+    source: SourceText, systems: Sequence[FuzzySystem], diagnostics: list[Diagnostic], system: str | None
+) -> tuple[FuzzySystem | None, list[Diagnostic]]:
+    """Pick the one system of a file, or the one named; None when there are errors."""
+    if any(d.severity == "error" for d in diagnostics):
+        return None, diagnostics
+    names = [s.name for s in systems]
+    if system is None and len(systems) == 1:
+        return systems[0], diagnostics
+    if system in names:
+        return systems[names.index(system)], diagnostics
+    if system is None:
+        message, help_text = "the file holds several systems, and none is chosen", f"name one, such as '{names[0]}'"
+    else:
+        near = closest(system, names)
+        message, help_text = f"the file holds no system '{system}'", f"did you mean '{near}'?" if near else ""
+    facts = (f"systems: {', '.join(names)}",)
+    return None, [*diagnostics, Diagnostic("FZ502", message, facts=facts, help=help_text, file=source.name)]
+
+
+def examine_all(source: SourceText, *, folder: Path | None = None) -> tuple[tuple[FuzzySystem, ...], list[Diagnostic]]:
+    """Do the same for all systems of a source; those with errors are left out."""
+    tree, mistakes = parse(source)
+    tree, more = bring_in(tree, folder)
+    diagnostics = [*mistakes, *more]
+    broken = bool(diagnostics)
+    systems: list[FuzzySystem] = []
+    for part in split(tree):
+        system, found = _examine_part(part, broken)
+        diagnostics.extend(found)
+        systems.extend([system] if system is not None else [])
+    diagnostics.extend(_same_names(systems))
+    diagnostics = in_order(source, diagnostics)
+    return tuple(systems), apply_policy(diagnostics, [s for s in tree.statements if isinstance(s, sx.Allow)])
+
+
+def _examine_part(part: Part, broken: bool) -> tuple[FuzzySystem | None, list[Diagnostic]]:
+    system, diagnostics = resolve(part.tree, part.shared, broken)
     if system is not None:
-        diagnostics.extend(check_model(system))
-    diagnostics.sort(key=lambda d: d.span.start if d.span is not None else -1)
+        diagnostics = [*diagnostics, *check_model(system)]
+        # What is written once for several systems need not be used by each.
+        diagnostics = [d for d in diagnostics if not (d.code in ("FZ208", "FZ216", "FZ219") and part.is_shared(d.span))]
     return (None if any(d.severity == "error" for d in diagnostics) else system), diagnostics
 
 
-def read_source(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES) -> SourceText:
-    """Read a file as text.
-
-    A byte order mark is dropped; lines may end with LF or CRLF.
-
-    Raises:
-        DiagnosticError: When the file is missing, a directory, unreadable, too large or not UTF-8 text.
-    """
-    name = os.fspath(path)
-    try:
-        with Path(name).open("rb") as file:
-            data = file.read(max_bytes + 1)
-    except OSError as error:
-        raise DiagnosticError([_unreadable(name, error)]) from None
-    if len(data) > max_bytes:
-        message = f"the file is larger than {max_bytes:,} bytes"
-        raise DiagnosticError([Diagnostic("FZ003", message, file=name, help="a rule file has a few kilobytes")])
-    return decode(data, name)
+def _same_names(systems: list[FuzzySystem]) -> list[Diagnostic]:
+    names = [s.name for s in systems]
+    return [
+        Diagnostic("FZ201", f"system '{s.name}' is declared twice", s.span, help="rename one of them")
+        for i, s in enumerate(systems)
+        if s.name in names[:i]
+    ]
 
 
-def decode(data: bytes, name: str) -> SourceText:
-    """Return bytes as a source text; raises `DiagnosticError` when they are not UTF-8 text."""
-    nul = data.find(b"\x00")
-    try:
-        if nul >= 0:
-            message = f"the file is no text: byte {nul} is NUL"
-            raise DiagnosticError([Diagnostic("FZ002", message, file=name, help="give a text file in UTF-8")])
-        return SourceText(name, data.decode("utf-8-sig"))
-    except UnicodeDecodeError as error:
-        line = data[: error.start].count(b"\n") + 1
-        message = f"the file is not UTF-8: byte 0x{data[error.start]:02x} in line {line}"
-        raise DiagnosticError([Diagnostic("FZ002", message, file=name, help="save it as UTF-8")]) from None
+def in_order(source: SourceText, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
+    """Sort by place, those of used files last, and drop what shared lines give once for each system."""
+
+    def place(d: Diagnostic) -> tuple[bool, str, int]:
+        if d.span is None:
+            return (False, "", -1)
+        return (d.span.source.name != source.name, d.span.source.name, d.span.start)
+
+    unique = {(d.code, d.message, place(d)): d for d in diagnostics}
+    return sorted(unique.values(), key=place)
 
 
-def _unreadable(name: str, error: OSError) -> Diagnostic:
-    if isinstance(error, FileNotFoundError):
-        return Diagnostic("FZ001", "there is no such file", file=name, help=_neighbours(name))
-    if isinstance(error, IsADirectoryError):
-        return Diagnostic("FZ001", "this is a directory, not a rule file", file=name, help="name the files in it")
-    return Diagnostic("FZ001", f"the file cannot be read: {error.strerror}", file=name)
-
-
-def _neighbours(name: str) -> str:
-    """Name the rule file that was most likely meant."""
-    from fuzzyctl.errors import closest
-
-    folder = Path(name).parent
-    names = sorted(p.name for p in folder.glob("*.fz")) if folder.is_dir() else []
-    near = closest(Path(name).name, names)
-    return f"did you mean '{folder / near}'?" if near else ""
+def apply_policy(diagnostics: list[Diagnostic], lines: list[sx.Allow]) -> list[Diagnostic]:
+    """Drop warnings that the file allows, and turn those that it denies into errors."""
+    allowed: set[str] = set()
+    denied: set[str] = set()
+    found: list[Diagnostic] = []
+    for line in lines:
+        for word in line.codes:
+            if word.text not in CODES:
+                near = closest(word.text, CODES)
+                help_text = f"did you mean '{near}'?" if near else "'fuzzyctl explain' lists the codes"
+                found.append(Diagnostic("FZ213", f"no diagnostic code '{word.text}'", word.span, help=help_text))
+            (allowed if line.keyword.text == "allow" else denied).add(word.text)
+    for d in diagnostics:
+        if d.severity == "warning" and d.code in denied:
+            found.append(dataclasses.replace(d, severity="error"))
+        elif d.severity == "error" or d.code not in allowed:
+            found.append(d)
+    return found
 
 
 def _required(examined: tuple[FuzzySystem | None, list[Diagnostic]]) -> FuzzySystem:

@@ -13,11 +13,11 @@ ROOT = Path(__file__).parent.parent
 ORDER = [
     ["source"],
     ["errors"],
-    ["files", "shipped"],
+    ["files", "shipped", "reading"],
     ["expr"],
     ["formulas"],
     ["lang", "model"],
-    ["resolve", "formats"],
+    ["resolve", "formats", "assembly"],
     ["loading"],
     ["kernels"],
     ["analysis", "plot"],

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import TYPE_CHECKING
+
 import click
 
 from fuzzyctl.cli.common import DONE, FAILED, FORMAT, answers_with_diagnostics, show
 from fuzzyctl.errors import Diagnostic, DiagnosticError
+
+if TYPE_CHECKING:
+    from fuzzyctl.model.system import FuzzySystem
 
 
 @click.command()
@@ -18,18 +24,20 @@ def check(files: tuple[str, ...], form: str) -> int:
     Prints every mistake with file, line, column and repair. A system without 'else' must have a rule for every
     point of its inputs' ranges; this is proved, not sampled. Exit code 1 if there is an error; warnings pass.
     """
-    from fuzzyctl.checking import check as check_file
+    from fuzzyctl.checking import check_source
+    from fuzzyctl.reading import read_source
 
     found: list[Diagnostic] = []
-    clean = []
+    clean: list[str] = []
     for file in files:
+        systems: tuple[FuzzySystem, ...] = ()
         try:
-            system, diagnostics = check_file(file)
+            systems, diagnostics = check_source(read_source(file), folder=Path(file).parent)
         except DiagnosticError as error:
-            system, diagnostics = None, list(error.diagnostics)
+            diagnostics = list(error.diagnostics)
         found.extend(diagnostics)
-        if system is not None:
-            clean.append(f"{file}: {system.name}: {len(system.rules)} rules, no errors")
+        if not any(d.severity == "error" for d in diagnostics):
+            clean.extend(f"{file}: {s.name}: {len(s.rules)} rules, no errors" for s in systems)
     errors = sum(d.severity == "error" for d in found)
     show(found, form)
     if form == "text":

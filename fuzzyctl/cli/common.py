@@ -8,6 +8,7 @@ import os
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from functools import wraps
+from pathlib import Path
 from typing import Any, Final, ParamSpec
 
 import click
@@ -29,6 +30,7 @@ FORMAT = click.option(
 SET = click.option(
     "--set", "settings", multiple=True, metavar="NAME=VALUE", help="Set a param of the system; may be repeated."
 )
+SYSTEM = click.option("--system", "name", metavar="NAME", help="Which system, where the file holds several.")
 
 
 def use_color(stream: Any) -> bool:
@@ -66,16 +68,22 @@ def answers_with_diagnostics(command: Callable[P, int | None]) -> Callable[P, No
     return run
 
 
-def load_checked(path: str, settings: Iterable[str] = ()) -> FuzzySystem:
+def load_checked(path: str, settings: Iterable[str] = (), name: str | None = None) -> FuzzySystem:
     """Load a rule file for use: all its checks must pass; warnings are printed.
+
+    Args:
+        path: The file.
+        settings: `NAME=VALUE` for params.
+        name: The system, where the file holds several.
 
     Raises:
         DiagnosticError: With all errors of the file.
     """
     from fuzzyctl.analysis import coverage
-    from fuzzyctl.loading import examine, read_source
+    from fuzzyctl.loading import examine
+    from fuzzyctl.reading import read_source
 
-    system, diagnostics = examine(read_source(path))
+    system, diagnostics = examine(read_source(path), folder=Path(path).parent, system=name)
     if system is None:
         raise DiagnosticError(diagnostics)
     values = assignments(settings, [p.name for p in system.params], "param")

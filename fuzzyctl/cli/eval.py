@@ -16,6 +16,7 @@ from fuzzyctl.cli.common import (
     DONE,
     FORMAT,
     SET,
+    SYSTEM,
     answers_with_diagnostics,
     assignments,
     load_checked,
@@ -39,8 +40,11 @@ BLOCK: Final = 8192
 @click.option("--points", metavar="CSV", help="Evaluate every row of a CSV file ('-' is standard input).")
 @FORMAT
 @SET
+@SYSTEM
 @answers_with_diagnostics
-def evaluate(file: str, values: tuple[str, ...], points: str | None, form: str, settings: tuple[str, ...]) -> int:
+def evaluate(
+    file: str, values: tuple[str, ...], points: str | None, form: str, settings: tuple[str, ...], name: str | None
+) -> int:
     """Evaluate a rule file at a point, or at all points of a CSV.
 
     \b
@@ -53,7 +57,7 @@ def evaluate(file: str, values: tuple[str, ...], points: str | None, form: str, 
     """
     from fuzzyctl.kernels.compile import compile as compile_system
 
-    system = load_checked(file, settings)
+    system = load_checked(file, settings, name)
     if points is not None:
         if values:
             raise click.UsageError("give INPUT=VALUE or --points, not both")

@@ -36,7 +36,7 @@ def _format_file(file: str, only_check: bool) -> bool:
     """Format one file; returns whether that is a failure."""
     from fuzzyctl.lang.formatter import format_source
     from fuzzyctl.lang.parser import parse
-    from fuzzyctl.loading import decode, read_source
+    from fuzzyctl.reading import decode, read_source
 
     source = decode(sys.stdin.buffer.read(), "<stdin>") if file == "-" else read_source(file)
     _, mistakes = parse(source)

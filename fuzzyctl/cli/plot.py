@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from fuzzyctl.cli.common import SET, answers_with_diagnostics, assignments, load_checked
+from fuzzyctl.cli.common import SET, SYSTEM, answers_with_diagnostics, assignments, load_checked
 from fuzzyctl.errors import Diagnostic, DiagnosticError, closest
 
 #: What matplotlib is asked to write.
@@ -24,6 +24,7 @@ SUFFIXES = (".png", ".svg", ".pdf")
 )
 @click.option("-o", "--out", "out", metavar="FILE", help="PNG, SVG or PDF.  [default: SYSTEM-OUTPUT.png]")
 @SET
+@SYSTEM
 @answers_with_diagnostics
 def plot_surface(
     file: str,
@@ -34,6 +35,7 @@ def plot_surface(
     resolution: int,
     out: str | None,
     settings: tuple[str, ...],
+    name: str | None,
 ) -> None:
     """Draw an output over one or two inputs.
 
@@ -43,20 +45,20 @@ def plot_surface(
 
     With -x alone, or a system of one input, the picture is a curve.
     """
-    system = load_checked(file, settings)
+    system = load_checked(file, settings, name)
     inputs = [v.name for v in system.inputs]
     chosen = output or system.outputs[0].name
     _known(chosen, [o.name for o in system.outputs], "output")
-    for name in (x, y):
-        if name is not None:
-            _known(name, inputs, "input")
+    for axis in (x, y):
+        if axis is not None:
+            _known(axis, inputs, "input")
     if x is not None and x == y:
         raise DiagnosticError([Diagnostic("FZ214", f"'{x}' is named for both axes", help="drop one for a curve")])
     fixed = assignments(at, inputs, "input")
     axes = _axes(inputs, x, y, fixed)
-    for name in axes:
-        if name in fixed:
-            message, help_text = f"'{name}' is an axis and has a value too", f"drop '--at {name}=...' or the axis"
+    for axis in axes:
+        if axis in fixed:
+            message, help_text = f"'{axis}' is an axis and has a value too", f"drop '--at {axis}=...' or the axis"
             raise DiagnosticError([Diagnostic("FZ214", message, help=help_text)])
     target = _target(out, f"{system.name}-{chosen}.png")
     from fuzzyctl.plot.style import saved
@@ -71,10 +73,11 @@ def plot_surface(
 @click.argument("file")
 @click.option("-o", "--out", "out", metavar="FILE", help="PNG, SVG or PDF.  [default: SYSTEM-terms.png]")
 @SET
+@SYSTEM
 @answers_with_diagnostics
-def plot_terms(file: str, out: str | None, settings: tuple[str, ...]) -> None:
+def plot_terms(file: str, out: str | None, settings: tuple[str, ...], name: str | None) -> None:
     """Draw the terms of all inputs and outputs."""
-    system = load_checked(file, settings)
+    system = load_checked(file, settings, name)
     target = _target(out, f"{system.name}-terms.png")
     from fuzzyctl.plot.style import saved
     from fuzzyctl.plot.terms import draw_terms

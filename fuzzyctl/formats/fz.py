@@ -9,10 +9,10 @@ from fuzzyctl.errors import ValueOutOfBoundsError
 from fuzzyctl.expr import ONE, Expr, Number, number_text, to_text
 from fuzzyctl.files import written_whole
 from fuzzyctl.lang.formatter import format_source
-from fuzzyctl.model.method import Method
+from fuzzyctl.model.method import Activation, Defuzzifier, Method
 from fuzzyctl.model.rule import And, Antecedent, Cell, Is, Not, Or, Rule, RuleTable
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import LinguisticVariable, Output
+from fuzzyctl.model.variable import LinguisticVariable, Membership, Output
 from fuzzyctl.source import SourceText
 
 
@@ -49,6 +49,7 @@ def _lines(system: FuzzySystem) -> Iterator[str]:
     if system.citation:
         yield f"source{_string(' ', system.citation, 'citation')}"
     yield from _section(list(_method(system.method)))
+    yield from _section([f"hedge {h.name}({h.parameter}) = {to_text(h.expression)}" for h in system.hedges])
     yield from _section(
         [f"param {p.name} = {to_text(p.expression)}{_string(' unit ', p.unit, 'unit')}" for p in system.params]
     )
@@ -96,10 +97,24 @@ def _method(method: Method) -> Iterator[str]:
     ):
         if getattr(method, field) != getattr(usual, field):
             yield f"{keyword} {getattr(method, field)}"
-    d = method.defuzzifier
-    if d != usual.defuzzifier:
-        options = f"(resolution={d.resolution}, grid={d.grid})" if d.resolution is not None else ""
-        yield f"defuzzifier {d.kind}{options}"
+    if method.activation != usual.activation:
+        yield f"activation {_activation(method.activation)}"
+    if method.defuzzifier != usual.defuzzifier:
+        yield _defuzzifier(method.defuzzifier)
+
+
+def _defuzzifier(d: Defuzzifier) -> str:
+    options = f"(resolution={d.resolution}, grid={d.grid})" if d.resolution is not None else ""
+    return f"defuzzifier {d.kind}{options}"
+
+
+def _activation(a: Activation) -> str:
+    options = []
+    if a.count is not None:
+        options.append(f"count={a.count}")
+    if a.threshold is not None:
+        options.append(f"{a.comparison} {_value(a.threshold)}" if a.comparison else f"threshold={_value(a.threshold)}")
+    return f"{a.kind}({', '.join(options)})" if options else a.kind
 
 
 def _variable(variable: LinguisticVariable) -> Iterator[str]:
@@ -112,12 +127,16 @@ def _variable(variable: LinguisticVariable) -> Iterator[str]:
             head += f" else {word}"
         if variable.adaptive is not None:
             head += f" adaptive rate {to_text(variable.adaptive)}"
+        for keyword in ("implication", "aggregation"):
+            if getattr(variable, keyword) is not None:
+                head += f" {keyword} {getattr(variable, keyword)}"
+        if variable.defuzzifier is not None:
+            head += f" {_defuzzifier(variable.defuzzifier)}"
     elif getattr(variable, "extrapolate", False):
         head += " extrapolate"
     yield head
     for term in variable.terms:
-        arguments = ", ".join(to_text(a) for a in term.membership.arguments)
-        yield f"{term.name} = {term.membership.kind}({arguments})"
+        yield f"{term.name} = {_call(term.membership)}"
 
 
 def _value(expr: Expr) -> str:
@@ -126,6 +145,8 @@ def _value(expr: Expr) -> str:
 
 
 def _table(table: RuleTable) -> Iterator[str]:
+    if table.condition is not None:
+        yield f"with {_truth(table.condition, top=True)}"
     across = f"{table.rows} x {table.columns}" if table.rows is not None else table.columns
     yield f"table {', '.join(table.outputs)} = {across}"
     yield " ".join(table.column_terms)
@@ -138,19 +159,35 @@ def _cell(cell: Cell) -> str:
     if not cell.terms:
         return "."
     weight = f"*{_value(cell.weight)}" if cell.weight != ONE else ""
-    return "/".join(cell.terms) + weight
+    return "/".join(_cell_term(t) for t in cell.terms) + weight
+
+
+def _cell_term(term: str | Membership) -> str:
+    if isinstance(term, str):
+        return term
+    return _value(term.arguments[0]) if term.kind == "constant" else _call(term).replace(", ", ",")
+
+
+def _call(membership: Membership) -> str:
+    """Return a membership function or a consequent with its parameters."""
+    arguments = [to_text(a) for a in membership.arguments]
+    if membership.height != ONE:
+        arguments.append(f"height={to_text(membership.height)}")
+    return f"{membership.kind}({', '.join(arguments)})"
 
 
 def _rule(rule: Rule) -> str:
-    consequents = ", ".join(f"{c.output} is {c.term}" for c in rule.consequents)
+    consequents = ", ".join(
+        f"{c.output} is {c.term if isinstance(c.term, str) else _call(c.term)}" for c in rule.consequents
+    )
     weight = f" weight {_value(rule.weight)}" if rule.weight != ONE else ""
     return f"if {_truth(rule.antecedent, top=True)} then {consequents}{weight}"
 
 
 def _truth(antecedent: Antecedent, *, top: bool = False) -> str:
     match antecedent:
-        case Is(variable=variable, term=term):
-            return f"{variable} is {term}"
+        case Is(variable=variable, term=term, hedges=hedges):
+            return f"{variable} is {' '.join([*hedges, term])}"
         case Not(operand=operand):
             return f"not {_truth(operand)}"
         case And(operands=operands) | Or(operands=operands):

@@ -136,16 +136,18 @@ def _table(block: list[LogicalLine], texts: list[str]) -> list[str]:
 
 
 def _cells(text: str) -> list[str]:
-    """Split a row into cells: blanks separate them, except around the `/` and `*` inside one."""
+    """Split a row into cells: blanks separate them, except inside parentheses and around `/`, `*` and signs."""
     cells: list[str] = []
-    depth, join = 0, False
+    depth, before = 0, ""
     for token in _TOKEN.findall(text):
-        if cells and (token in "/*" or join or depth):
+        is_call = token == "(" and before in ("linear", "function", "constant")
+        inside = depth > 0 or token in ("/", "*") or before in ("/", "*", "+", "-")
+        if cells and (is_call or inside):
             cells[-1] += token
         else:
             cells.append(token)
         depth += (token == "(") - (token == ")")
-        join = token in "/*" or (join and token in "+-")
+        before = token
     return cells
 
 

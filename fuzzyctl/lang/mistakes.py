@@ -17,18 +17,25 @@ FORMS: Final[dict[str, str]] = {
     "fz": "fz 1",
     "system": 'system NAME "title"',
     "source": 'source "where it comes from"',
-    "and": "and min | product | bounded_difference",
-    "or": "or max | probabilistic_sum | bounded_sum",
-    "implication": "implication min | product",
-    "aggregation": "aggregation max | sum",
-    "defuzzifier": "defuzzifier centroid | centroid(resolution=1000) | center_average | weighted_average",
+    "use": 'use "file.fz"',
+    "semantics": "semantics exact",
+    "and": "and min | product | ...",
+    "or": "or max | probabilistic_sum | ...",
+    "implication": "implication min | product | ...",
+    "aggregation": "aggregation max | sum | ...",
+    "activation": "activation general | first(count=2, threshold=0.1) | highest(count=1) | threshold(>= 0.5) | ...",
+    "defuzzifier": "defuzzifier centroid | centroid(resolution=1000) | center_average | weighted_average | ...",
     "param": 'param NAME = expression unit "..."',
+    "hedge": "hedge NAME(x) = expression over x",
     "input": 'input NAME "label" in [low, high] unit "..."',
     "output": 'output NAME "label" in [low, high] unit "..." else VALUE',
     "terms": "terms NB@-1 ZO@0 PB@1, or terms NB ZO PB, or terms NB=0 ZO=0 PB=0",
+    "with": "with INPUT is TERM (above a table)",
     "table": "table OUTPUT = ROW_INPUT x COLUMN_INPUT, or table OUTPUT = INPUT",
     "if": "if INPUT is TERM and INPUT is TERM then OUTPUT is TERM weight 0.5",
     "require": "require EXPRESSION >= EXPRESSION within 1e-12 when CONDITION",
+    "allow": 'allow FZ208 "reason"',
+    "deny": 'deny FZ208 "reason"',
 }
 
 _BELOW: Final[dict[str, str]] = {
@@ -60,8 +67,8 @@ _TERMINALS: Final[dict[str, str]] = {
     "$END": "the end of the line",
 }
 
-#: Statements that the language is to have, so that their names are no misspelling.
-_PLANNED: Final = frozenset({"semantics", "activation", "hedge", "use", "include", "with"})
+#: Words that other tools use, with what they are called here.
+_OTHER_WORDS: Final = {"include": "use", "rule": "if", "rules": "table", "variable": "input", "constant": "param"}
 
 
 def describe(source: SourceText, line: LogicalLine, error: UnexpectedInput) -> Diagnostic:
@@ -95,6 +102,9 @@ def _expected(error: UnexpectedToken) -> str:
 
 
 def _repair(error: UnexpectedToken, help_text: str) -> str:
+    if error.token.type == "IS" and "then" in help_text:
+        # A word in the place of `then` was taken for a hedge.
+        return f"is 'then' missing or misspelt? {help_text}"
     accepted = set(error.accepts or error.expected or ())
     keywords = [t.removeprefix("K_").lower() for t in accepted if t not in _TERMINALS and t.isalpha()]
     near = closest(str(error.token), keywords) if error.token.type == "NAME" else None
@@ -127,14 +137,7 @@ def describe_unknown_line(source: SourceText, line: LogicalLine, block: str) -> 
             "FZ101", f"a line cannot begin with '{char}'", Span(source, start, start + 1), facts=(_keywords(),)
         )
     place = Span(source, start, start + len(line.word))
-    if line.word in _PLANNED:
-        return Diagnostic(
-            "FZ101",
-            f"the statement '{line.word}' is not part of this version of the language",
-            place,
-            facts=(_keywords(),),
-        )
-    near = closest(line.word, STATEMENT_KEYWORDS) if len(line.word) > 2 else None
+    near = _OTHER_WORDS.get(line.word) or (closest(line.word, STATEMENT_KEYWORDS) if len(line.word) > 2 else None)
     hint = f"did you mean '{near}'? the form is: {FORMS[near]}" if near else ""
     if not hint and block == "variable":
         hint = f"a term is written: {_BELOW['term_line']}"

@@ -115,6 +115,36 @@ class _Builder(Transformer[Token, Any]):
         given = tuple(o for o in options if o is not None)
         return sx.Setting(self.line, self._word(keyword), self._word(value), given)
 
+    def own_setting(self, keyword: Token, value: Token, *options: sx.Option | None) -> sx.SettingClause:
+        setting = self.setting(keyword, value, *options)
+        end = setting.options[-1].value.span if setting.options else setting.value.span
+        return sx.SettingClause(setting, setting.keyword.span.to(end))
+
+    def semantics(self, _keyword: Token, profile: Token) -> sx.Semantics:
+        return sx.Semantics(self.line, self._word(profile))
+
+    def activation(self, keyword: Token, kind: Token, *options: sx.ActivationOption | None) -> sx.Activation:
+        given = tuple(o for o in options if o is not None)
+        return sx.Activation(self.line, self._word(keyword), self._word(kind), given)
+
+    def activation_option(self, name: Token, value: ex.Expr) -> sx.ActivationOption:
+        return sx.ActivationOption(self._word(name), value)
+
+    comparison_option = activation_option
+
+    def hedge(self, _keyword: Token, name: Token, parameter: Token, value: ex.Expr) -> sx.Hedge:
+        return sx.Hedge(self.line, self._word(name), self._word(parameter), value)
+
+    def use(self, _keyword: Token, path: Token) -> sx.Use:
+        return sx.Use(self.line, self._string(path), self._at(path))
+
+    def allow(self, keyword: Token, *rest: Token | None) -> sx.Allow:
+        *codes, reason = rest
+        return sx.Allow(self.line, self._word(keyword), self._words(tuple(c for c in codes if c)), self._string(reason))
+
+    def with_(self, _keyword: Token, condition: sx.Truth) -> sx.With:
+        return sx.With(self.line, condition)
+
     def option(self, name: Token, value: Token) -> sx.Option:
         return sx.Option(self._word(name), self._word(value))
 
@@ -156,9 +186,18 @@ class _Builder(Transformer[Token, Any]):
         return sx.PartitionItem(self._word(name), None, value)
 
     def table(
-        self, _keyword: Token, outputs: tuple[sx.Word, ...], first: Token, _x: Token | None, second: Token | None
+        self,
+        _keyword: Token,
+        outputs: tuple[sx.Word, ...],
+        first: Token,
+        _x: Token | None,
+        second: Token | None,
+        _from: Token | None,
+        csv: Token | None,
     ) -> sx.Table:
-        return sx.Table(self.line, outputs, self._word(first), self._word(second) if second is not None else None)
+        word = self._word(second) if second is not None else None
+        place = self._at(csv) if csv is not None else None
+        return sx.Table(self.line, outputs, self._word(first), word, self._string(csv), place)
 
     def names(self, *names: Token) -> tuple[sx.Word, ...]:
         return self._words(names)
@@ -167,8 +206,14 @@ class _Builder(Transformer[Token, Any]):
         *consequents, _weight, weight = rest
         return sx.Rule(self.line, antecedent, tuple(consequents), weight)
 
-    def consequent(self, output: Token, _is: Token, term: Token) -> sx.ConsequentText:
-        return sx.ConsequentText(self._word(output), self._word(term))
+    def consequent(self, output: Token, _is: Token, term: Token | sx.FunctionTerm) -> sx.ConsequentText:
+        return sx.ConsequentText(self._word(output), self._word(term) if isinstance(term, Token) else term)
+
+    def function_term(self, kind: Token, *arguments: ex.Expr | None) -> sx.FunctionTerm:
+        given = tuple(a for a in arguments if a is not None)
+        end = ex.span_of(given[-1]) if given else None
+        span = self._at(kind)
+        return sx.FunctionTerm(self._word(kind), given, span.to(end) if end else span)
 
     def require(
         self, _keyword: Token, claim: ex.Expr, _w: Token | None, within: ex.Expr | None, _when: Token | None, when: Any
@@ -195,9 +240,10 @@ class _Builder(Transformer[Token, Any]):
         return sx.RowLine(self.line, self._word(label) if label is not None else None, cells)
 
     def cell(self, *parts: Any) -> sx.CellText:
-        *names, weight = parts
-        words = self._words(tuple(names))
-        return sx.CellText(words, weight, words[0].span.to(words[-1].span))
+        *given, weight = parts
+        terms = tuple(self._word(t) if isinstance(t, Token) else t for t in given if not _is_slash(t))
+        first, last = _place(terms[0]) or self.line, _place(terms[-1]) or self.line
+        return sx.CellText(terms, weight, first.to(last))
 
     def empty_cell(self, dot: Token) -> sx.CellText:
         return sx.CellText((), None, self._at(dot))
@@ -207,8 +253,11 @@ class _Builder(Transformer[Token, Any]):
     def truth(self, inner: sx.Truth) -> sx.Truth:
         return self._bounded(inner)
 
-    def literal(self, variable: Token, _is: Token, term: Token) -> sx.Literal:
-        return sx.Literal(self._at(variable).to(self._at(term)), self._word(variable), self._word(term))
+    def literal(self, variable: Token, _is: Token, *words: Token) -> sx.Literal:
+        *hedges, term = self._words(words)
+        if words[-1].type == "NOT":
+            self.problems.append(Diagnostic("FZ102", "'not' needs a term behind it", self._at(words[-1])))
+        return sx.Literal(self._at(variable).to(self._at(words[-1])), self._word(variable), tuple(hedges), term)
 
     def negation(self, keyword: Token, operand: sx.Truth) -> sx.Negation:
         return sx.Negation(self._at(keyword).to(operand.span), operand)
@@ -303,6 +352,14 @@ class _Builder(Transformer[Token, Any]):
         return first.to(last) if first is not None and last is not None else first or last
 
 
+def _is_slash(part: Any) -> bool:
+    return isinstance(part, Token) and part.type != "NAME"
+
+
+def _place(term: sx.ConsequentTerm) -> Span | None:
+    return term.span if isinstance(term, sx.Word | sx.FunctionTerm) else ex.span_of(term)
+
+
 def _parts(node: Any) -> tuple[Any, ...]:
     if isinstance(node, ex.Expr):
         return ex.children(node)
@@ -336,6 +393,36 @@ def _machine() -> tuple[Lark, _Builder]:
     return lark, builder
 
 
+def parse_csv_table(table: sx.Table, source: SourceText) -> tuple[sx.Table, list[Diagnostic]]:
+    """Read header and rows of a table from comma-separated text.
+
+    The first line names the terms of the columns behind an empty cell, each further line begins with its term; a
+    one-way table has one line of cells behind an empty one. Cells are written as in a table of a rule file.
+    """
+    diagnostics: list[Diagnostic] = []
+    header: sx.HeaderLine | None = None
+    rows: list[sx.RowLine] = []
+    with _LOCK:
+        start = 0
+        for text in source.text.split("\n"):
+            line = LogicalLine(start, start + len(text.rstrip()), "", "header" if header is None else "row", "")
+            start += len(text) + 1
+            if not text.strip(" \t\r,"):
+                continue
+            # Same length, so that places stay true: commas separate like blanks, the first one like the bar.
+            plain = source.text[line.start : line.end].replace("|", "\0")
+            plain = plain.replace(",", " ") if header is None else plain.replace(",", "|", 1).replace(",", " ")
+            node, problems = parse_line(source, line, line.kind, plain)
+            diagnostics.extend(problems)
+            if isinstance(node, sx.HeaderLine):
+                header = node
+            elif isinstance(node, sx.RowLine):
+                rows.append(node)
+            elif header is None:
+                break
+    return dataclasses.replace(table, header=header, rows=tuple(rows), incomplete=bool(diagnostics)), diagnostics
+
+
 def parse(source: SourceText) -> tuple[sx.SyntaxTree, list[Diagnostic]]:
     """Parse a rule file.
 
@@ -353,12 +440,17 @@ def parse(source: SourceText) -> tuple[sx.SyntaxTree, list[Diagnostic]]:
         return assembler.finish()
 
 
-def parse_line(source: SourceText, line: LogicalLine, kind: LineKind) -> tuple[Any, list[Diagnostic]]:
-    """Parse one logical line as one kind; the node is None when it could not be read."""
+def parse_line(
+    source: SourceText, line: LogicalLine, kind: LineKind, text: str | None = None
+) -> tuple[Any, list[Diagnostic]]:
+    """Parse one logical line as one kind; the node is None when it could not be read.
+
+    `text` stands for the line's own text where that has other separators; it must be as long.
+    """
     lark, builder = _machine()
     builder.begin(source, line)
     try:
-        node = lark.parse(source.text[line.start : line.end], start=kind)
+        node = lark.parse(source.text[line.start : line.end] if text is None else text, start=kind)
     except UnexpectedInput as error:
         return None, [describe(source, line, error)]
     return (None if builder.problems else node), builder.problems
@@ -377,6 +469,8 @@ class _Assembler:
         self.incomplete = False
         self.unread: set[str] = set()
         self.lost_variable = False
+        #: A `with` line that waits for its table.
+        self.condition: sx.With | None = None
 
     def take(self, line: LogicalLine) -> None:
         below = line.kind in ("term_line", "header", "row") or (line.kind == "statement" and line.word == "terms")
@@ -401,7 +495,14 @@ class _Assembler:
 
     def _take_statement(self, line: LogicalLine) -> None:
         node = self._parse(line, "statement")
-        if node is not None:
+        if line.word != "table":
+            self._drop_condition()
+        if isinstance(node, sx.With):
+            self.condition = node
+        elif isinstance(node, sx.Table) and self.condition is not None:
+            self.statements.append(dataclasses.replace(node, condition=self.condition.condition))
+            self.condition = None
+        elif node is not None:
             self.statements.append(node)
         else:
             self._remember_words(line)
@@ -438,6 +539,13 @@ class _Assembler:
         self.diagnostics.extend(problems)
         return node
 
+    def _drop_condition(self) -> None:
+        """Report a `with` line that no table follows."""
+        if self.condition is not None:
+            message = "a 'with' line stands above no table"
+            self.diagnostics.append(Diagnostic("FZ110", message, self.condition.span, help="put a table below it"))
+        self.condition = None
+
     def _remember_words(self, line: LogicalLine) -> None:
         self.unread.update(_WORDS.findall(self.source.text, line.start, line.end))
 
@@ -457,5 +565,11 @@ class _Assembler:
 
     def finish(self) -> tuple[sx.SyntaxTree, list[Diagnostic]]:
         self._close_block()
-        tree = sx.SyntaxTree(self.source, tuple(self.statements), frozenset(self.unread), self.lost_variable)
+        self._drop_condition()
+        tree = sx.SyntaxTree(
+            self.source,
+            tuple(self.statements),
+            unread=frozenset(self.unread),
+            lost_variable=self.lost_variable,
+        )
         return tree, self.diagnostics

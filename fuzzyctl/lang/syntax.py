@@ -13,18 +13,25 @@ STATEMENT_KEYWORDS: Final = (
     "fz",
     "system",
     "source",
+    "use",
+    "semantics",
     "and",
     "or",
     "implication",
     "aggregation",
+    "activation",
     "defuzzifier",
     "param",
+    "hedge",
     "input",
     "output",
     "terms",
+    "with",
     "table",
     "if",
     "require",
+    "allow",
+    "deny",
 )
 
 #: Words that cannot name anything, since rules and expressions could not tell them from their own words.
@@ -87,6 +94,56 @@ class Setting(Statement):
     keyword: Word
     value: Word
     options: tuple[Option, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Semantics(Statement):
+    """`semantics PROFILE`."""
+
+    profile: Word
+
+
+@dataclass(frozen=True, slots=True)
+class ActivationOption:
+    """`name=value`, or a comparison with a value, inside the parentheses of an activation method."""
+
+    name: Word
+    value: Expr
+
+
+@dataclass(frozen=True, slots=True)
+class Activation(Statement):
+    """`activation KIND(...)`."""
+
+    keyword: Word
+    kind: Word
+    options: tuple[ActivationOption, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Hedge(Statement):
+    """`hedge NAME(x) = expression`."""
+
+    name: Word
+    parameter: Word
+    expression: Expr
+
+
+@dataclass(frozen=True, slots=True)
+class Use(Statement):
+    """`use "file.fz"`."""
+
+    path: str
+    path_span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Allow(Statement):
+    """`allow CODES "reason"` and `deny CODES "reason"`."""
+
+    keyword: Word
+    codes: tuple[Word, ...]
+    reason: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,7 +220,28 @@ class ExtrapolateClause:
     span: Span
 
 
-Clause = UnitClause | FallbackClause | AdaptiveClause | ExtrapolateClause
+@dataclass(frozen=True, slots=True)
+class SettingClause:
+    """`implication`, `aggregation` or `defuzzifier` of one output."""
+
+    setting: Setting
+    span: Span
+
+
+Clause = UnitClause | FallbackClause | AdaptiveClause | ExtrapolateClause | SettingClause
+
+
+@dataclass(frozen=True, slots=True)
+class FunctionTerm:
+    """A consequent without a name: `linear(...)`, `function(...)`, `constant(...)`."""
+
+    kind: Word
+    arguments: tuple[Expr, ...]
+    span: Span
+
+
+#: What stands for a term in a cell or a consequent; an expression is a constant.
+ConsequentTerm = Word | Expr | FunctionTerm
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,9 +263,23 @@ class Variable(Statement):
 class CellText:
     """One cell of a table row; no terms means no rule."""
 
-    terms: tuple[Word, ...]
+    terms: tuple[ConsequentTerm, ...]
     weight: Expr | None
     span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """Base of what stands between `if` and `then`."""
+
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class With(Statement):
+    """`with CONDITION` above a table."""
+
+    condition: Truth
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,28 +299,28 @@ class RowLine(Statement):
 
 @dataclass(frozen=True, slots=True)
 class Table(Statement):
-    """`table OUT = ROWS x COLUMNS` with header and rows; `columns` is None for `table OUT = INPUT`."""
+    """`table OUT = ROWS x COLUMNS` with header and rows; `second` is None for `table OUT = INPUT`.
+
+    `csv` names a file that holds header and rows; `condition` is what a `with` line above the table says.
+    """
 
     outputs: tuple[Word, ...]
     first: Word
     second: Word | None
+    csv: str = ""
+    csv_span: Span | None = None
+    condition: Truth | None = None
     header: HeaderLine | None = None
     rows: tuple[RowLine, ...] = ()
     incomplete: bool = False
 
 
 @dataclass(frozen=True, slots=True)
-class Truth:
-    """Base of what stands between `if` and `then`."""
-
-    span: Span
-
-
-@dataclass(frozen=True, slots=True)
 class Literal(Truth):
-    """`variable is term`."""
+    """`variable is [hedges] term`."""
 
     variable: Word
+    hedges: tuple[Word, ...]
     term: Word
 
 
@@ -259,7 +351,7 @@ class ConsequentText:
     """`output is term`."""
 
     output: Word
-    term: Word
+    term: Word | FunctionTerm
 
 
 @dataclass(frozen=True, slots=True)
@@ -287,6 +379,7 @@ class SyntaxTree:
     Args:
         source: The text.
         statements: What could be read.
+        used: Declarations of the files that it uses.
         unread: Words of lines that could not be read; a name among them may have been declared there.
         lost_variable: Whether terms stood below no input or output: one declaration is missing.
     """
@@ -294,4 +387,5 @@ class SyntaxTree:
     source: SourceText
     statements: tuple[Statement, ...]
     unread: frozenset[str] = frozenset()
+    used: tuple[Statement, ...] = ()
     lost_variable: bool = False

@@ -10,9 +10,10 @@ from typing import Final
 from fuzzyctl.errors import Diagnostic, DiagnosticError, Note
 from fuzzyctl.expr import Expr, ExprError, evaluate, names_in, span_of
 from fuzzyctl.formulas import MEMBERSHIP
-from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, RuleTable, literals
+from fuzzyctl.model.method import Defuzzifier
+from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, literals
 from fuzzyctl.model.system import FuzzySystem, ParamCycleError
-from fuzzyctl.model.variable import LinguisticVariable, Term
+from fuzzyctl.model.variable import LinguisticVariable, Membership, Output, Term
 from fuzzyctl.source import Span
 
 Check = Callable[[FuzzySystem], Iterator[Diagnostic]]
@@ -62,19 +63,31 @@ def _numbers(system: FuzzySystem) -> Iterator[tuple[Expr, bool, str]]:
         yield variable.lower, False, f"the lower end of '{variable.name}'"
         yield variable.upper, False, f"the upper end of '{variable.name}'"
         for term in variable.terms:
-            formula = MEMBERSHIP[term.membership.kind]
-            for name, argument in zip(formula.parameters, term.membership.arguments, strict=True):
-                yield argument, name in formula.infinite, f"{name} of '{term.name}'"
+            yield from _parameters(term.membership, term.name)
+            yield term.membership.height, False, f"the height of '{term.name}'"
     for output in system.outputs:
         if isinstance(output.otherwise, Expr):
             yield output.otherwise, False, f"the 'else' value of '{output.name}'"
-    for block in system.blocks:
-        cells = [c for row in block.cells for c in row] if isinstance(block, RuleTable) else [block]
-        for cell in cells:
-            yield cell.weight, False, "the weight"
+    for rule in system.rules:
+        yield rule.weight, False, "the weight"
+        for c in rule.consequents:
+            if isinstance(c.term, Membership):
+                yield from _parameters(c.term, c.output)
+    if system.method.activation.threshold is not None:
+        yield system.method.activation.threshold, False, "the threshold"
     for guarantee in system.guarantees:
         if guarantee.within is not None:
             yield guarantee.within, False, "the tolerance"
+
+
+def _parameters(membership: Membership, name: str) -> Iterator[tuple[Expr, bool, str]]:
+    if membership.kind == "function":
+        return  # an expression over variables has no value of its own
+    formula = MEMBERSHIP.get(membership.kind)
+    for i, argument in enumerate(membership.arguments):
+        named = formula is not None and i < len(formula.parameters)
+        parameter = formula.parameters[i] if formula is not None and named else f"parameter {i + 1}"
+        yield argument, formula is not None and parameter in formula.infinite, f"{parameter} of '{name}'"
 
 
 def empty_ranges(system: FuzzySystem) -> Iterator[Diagnostic]:
@@ -109,6 +122,15 @@ def bad_parameters(system: FuzzySystem) -> Iterator[Diagnostic]:
         yield Diagnostic(code, f"term '{term.name}' of '{v.name}': {mistake}{order}", term.membership.span or term.span)
 
 
+def bad_heights(system: FuzzySystem) -> Iterator[Diagnostic]:
+    """Find heights outside (0, 1]."""
+    for variable, term, _ in _terms(system):
+        height = system.number(term.membership.height)
+        if not 0 < height <= 1:
+            message = f"the height {height:.6g} of '{term.name}' of '{variable.name}' lies outside (0, 1]"
+            yield Diagnostic("FZ302", message, span_of(term.membership.height) or term.span)
+
+
 def bad_weights(system: FuzzySystem) -> Iterator[Diagnostic]:
     """Find weights outside [0, 1]."""
     for rule in system.rules:
@@ -120,8 +142,8 @@ def bad_weights(system: FuzzySystem) -> Iterator[Diagnostic]:
 
 def misfitting_defuzzifier(system: FuzzySystem) -> Iterator[Diagnostic]:
     """Find output terms that the defuzzifier cannot handle."""
-    method = system.method.defuzzifier
     for output in system.outputs:
+        method = output.defuzzifier or system.method.defuzzifier
         if output.adaptive is not None and not method.averages:
             yield Diagnostic(
                 "FZ214",
@@ -129,19 +151,76 @@ def misfitting_defuzzifier(system: FuzzySystem) -> Iterator[Diagnostic]:
                 output.span,
                 help="write: defuzzifier weighted_average",
             )
-        if method.averages or output.adaptive is not None:
+        if method.over_rules or output.adaptive is not None:
             continue
+        yield from _without_names(system, output, method)
         for term in output.terms:
             kind = term.membership.kind
-            if kind == "singleton":
+            if kind in ("linear", "function", "constant"):
+                message = f"term '{term.name}' of '{output.name}' is a function of the inputs, not a set"
+                help_text = "write: defuzzifier weighted_average"
+            elif kind == "singleton":
                 message = f"term '{term.name}' of '{output.name}' has no area, so it has no centroid"
                 help_text = "write: defuzzifier weighted_average"
-            elif kind == "gaussian" and method.resolution is None:
+            elif method.resolution is None and not _is_straight(system, term):
                 message = f"term '{term.name}' of '{output.name}' is curved; the exact centroid needs straight sides"
                 help_text = "write: defuzzifier centroid(resolution=1000), or use triangles and trapezoids"
             else:
                 continue
             yield Diagnostic("FZ214", message, term.membership.span or term.span, help=help_text)
+
+
+def _is_straight(system: FuzzySystem, term: Term) -> bool:
+    return bool(MEMBERSHIP[term.membership.kind].vertices(_values(system, term)))
+
+
+def _without_names(system: FuzzySystem, output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:
+    """Find consequents without a name where sets are due."""
+    for rule in system.rules:
+        for c in rule.consequents:
+            if c.output == output.name and isinstance(c.term, Membership):
+                message = f"'{method.kind}' takes terms of '{output.name}', not numbers or functions"
+                yield Diagnostic("FZ214", message, c.term.span or c.span, help="write: defuzzifier weighted_average")
+
+
+def circular_outputs(system: FuzzySystem) -> Iterator[Diagnostic]:
+    """Find outputs whose values depend on themselves through antecedents."""
+    names = {o.name for o in system.outputs}
+    needs: dict[str, dict[str, Span | None]] = {name: {} for name in names}
+    for rule in system.rules:
+        read = {i.variable: i.span for i in literals(rule.antecedent) if i.variable in names}
+        for c in rule.consequents:
+            needs[c.output].update(read)
+    for output in system.outputs:
+        path = _circle(output.name, needs)
+        if path and output.name == min(path):
+            span = needs[path[0]][path[1]] or output.span
+            message = f"outputs depend on each other in a circle: {' → '.join(path)}"
+            yield Diagnostic("FZ217", message, span, help="let one of these rules read inputs only")
+
+
+def _circle(start: str, needs: dict[str, dict[str, Span | None]]) -> list[str]:
+    """Return a way from an output back to itself, or nothing."""
+    ways = [[start]]
+    seen: set[str] = set()
+    while ways:
+        way = ways.pop()
+        for name in needs[way[-1]]:
+            if name == start:
+                return [*way, name]
+            if name not in seen:
+                seen.add(name)
+                ways.append([*way, name])
+    return []
+
+
+def unused_hedges(system: FuzzySystem) -> Iterator[Diagnostic]:
+    """Find hedges of the system's own that no rule uses."""
+    used = {h for rule in system.rules for i in literals(rule.antecedent) for h in i.hedges}
+    for hedge in system.hedges:
+        if hedge.name not in used:
+            message = f"no rule uses hedge '{hedge.name}'"
+            yield Diagnostic("FZ219", message, hedge.span, "warning", help="remove it, or use it in a rule")
 
 
 def several_adaptive_outputs(system: FuzzySystem) -> Iterator[Diagnostic]:
@@ -157,6 +236,10 @@ def several_adaptive_outputs(system: FuzzySystem) -> Iterator[Diagnostic]:
     for output in adaptive:
         low, high = system.number(output.lower), system.number(output.upper)
         for term in output.terms:
+            if term.membership.kind not in MEMBERSHIP:
+                message = f"term '{term.name}' of adaptive output '{output.name}' must be a number"
+                yield Diagnostic("FZ214", message, term.span, help="write, for example: terms NB=0 ZO=0 PB=0")
+                continue
             a, b = MEMBERSHIP[term.membership.kind].core(_values(system, term))
             if not low <= (a + b) / 2 <= high:
                 message = f"the initial consequent {term.name} = {(a + b) / 2:.6g} lies outside [{low:.6g}, {high:.6g}]"
@@ -175,14 +258,14 @@ def outputs_without_rules(system: FuzzySystem) -> Iterator[Diagnostic]:
 
 def contradictory_rules(system: FuzzySystem) -> Iterator[Diagnostic]:
     """Find rules with the same antecedent for the same output."""
-    first: dict[tuple[object, str], tuple[Rule, str]] = {}
+    first: dict[tuple[object, str], tuple[Rule, str | Membership]] = {}
     for rule in system.rules:
         key = _canonical(rule.antecedent)
         for c in rule.consequents:
             earlier = first.setdefault((key, c.output), (rule, c.term))
             if earlier[0] is rule:
                 continue
-            again = "the same" if earlier[1] == c.term else f"'{earlier[1]}' there, '{c.term}' here"
+            again = "the same" if earlier[1] == c.term else f"{_named(earlier[1])} there, {_named(c.term)} here"
             note = (Note(earlier[0].span, "first given here"),) if earlier[0].span is not None else ()
             yield Diagnostic(
                 "FZ209",
@@ -194,11 +277,15 @@ def contradictory_rules(system: FuzzySystem) -> Iterator[Diagnostic]:
             )
 
 
+def _named(term: str | Membership) -> str:
+    return f"'{term}'" if isinstance(term, str) else f"a '{term.kind}' consequent"
+
+
 def _canonical(antecedent: Antecedent) -> object:
     """Return a key that does not depend on the order of operands."""
     match antecedent:
-        case Is(variable=variable, term=term):
-            return (variable, term)
+        case Is(variable=variable, term=term, hedges=hedges):
+            return (variable, hedges, term)
         case Not(operand=operand):
             return ("not", _canonical(operand))
         case And(operands=operands) | Or(operands=operands):
@@ -219,10 +306,11 @@ def unused_inputs(system: FuzzySystem) -> Iterator[Diagnostic]:
 def unused_terms(system: FuzzySystem) -> Iterator[Diagnostic]:
     """Find terms that no rule names, of variables that some rule names."""
     read = {(i.variable, i.term) for rule in system.rules for i in literals(rule.antecedent)}
-    written = {(c.output, c.term) for rule in system.rules for c in rule.consequents}
+    written = {(c.output, c.term) for rule in system.rules for c in rule.consequents if isinstance(c.term, str)}
     used = read | written
     touched = {name for name, _ in used}
-    for variable, term, _ in _terms(system):
+    everything = [(v, t) for v in (*system.inputs, *system.outputs) for t in v.terms]
+    for variable, term in everything:
         if variable.name in touched and (variable.name, term.name) not in used:
             message = f"no rule uses term '{term.name}' of '{variable.name}'"
             yield Diagnostic("FZ208", message, term.span, "warning", help="remove it, or use it in a rule")
@@ -233,6 +321,8 @@ def unused_params(system: FuzzySystem) -> Iterator[Diagnostic]:
     used: set[str] = set()
     for expr, _, _ in _numbers(system):
         used.update(n.name for n in names_in(expr))
+    for function in _functions(system):
+        used.update(n.name for n in names_in(function))
     for p in system.params:
         used.update(n.name for n in names_in(p.expression))
     for g in system.guarantees:
@@ -247,10 +337,19 @@ def unused_params(system: FuzzySystem) -> Iterator[Diagnostic]:
             yield Diagnostic("FZ216", f"nothing uses param '{p.name}'", p.span, "warning", help="remove it, or use it")
 
 
+def _functions(system: FuzzySystem) -> Iterator[Expr]:
+    """Yield the expressions over variables: of hedges, and of terms and consequents that are functions."""
+    yield from (h.expression for h in system.hedges)
+    memberships = [t.membership for v in (*system.inputs, *system.outputs) for t in v.terms]
+    memberships += [c.term for r in system.rules for c in r.consequents if isinstance(c.term, Membership)]
+    yield from (m.arguments[0] for m in memberships if m.kind == "function")
+
+
 def terms_out_of_order(system: FuzzySystem) -> Iterator[Diagnostic]:
     """Find neighbouring terms whose cores are in descending order: mostly a slip in a number."""
     for variable in system.inputs:
-        cores = [(t, MEMBERSHIP[t.membership.kind].core(_values(system, t))) for t in variable.terms]
+        planned = [t for t in variable.terms if t.membership.kind in MEMBERSHIP]
+        cores = [(t, MEMBERSHIP[t.membership.kind].core(_values(system, t))) for t in planned]
         middles = [(t, (a + b) / 2) for t, (a, b) in cores]
         rising = sum(b[1] >= a[1] for a, b in pairwise(middles))
         if rising * 2 < len(middles) - 1:
@@ -271,6 +370,8 @@ def peaks_outside_range(system: FuzzySystem) -> Iterator[Diagnostic]:
         # A peak computed like the end of the range may differ from it by rounding.
         slack = 1e-9 * (high - low)
         for term in output.terms:
+            if term.membership.kind not in MEMBERSHIP:
+                continue
             a, b = MEMBERSHIP[term.membership.kind].core(_values(system, term))
             peak = (a + b) / 2
             if not low - slack <= peak <= high + slack:
@@ -282,7 +383,8 @@ def peaks_outside_range(system: FuzzySystem) -> Iterator[Diagnostic]:
 def _terms(system: FuzzySystem) -> Iterator[tuple[LinguisticVariable, Term, tuple[float, ...]]]:
     for variable in (*system.inputs, *system.outputs):
         for term in variable.terms:
-            yield variable, term, _values(system, term)
+            if term.membership.kind in MEMBERSHIP:
+                yield variable, term, _values(system, term)
 
 
 def _values(system: FuzzySystem, term: Term) -> tuple[float, ...]:
@@ -297,7 +399,9 @@ def _join(first: Span | None, last: Span | None) -> Span | None:
 CHECKS: Final[tuple[Check, ...]] = (
     empty_ranges,
     bad_parameters,
+    bad_heights,
     bad_weights,
+    circular_outputs,
     misfitting_defuzzifier,
     several_adaptive_outputs,
     outputs_without_rules,
@@ -305,6 +409,7 @@ CHECKS: Final[tuple[Check, ...]] = (
     unused_inputs,
     unused_terms,
     unused_params,
+    unused_hedges,
     terms_out_of_order,
     peaks_outside_range,
 )

@@ -1,4 +1,4 @@
-"""Params and guarantees: the named constants of a system and the claims it makes."""
+"""Params, hedges and guarantees: what a system names besides its variables, and the claims it makes."""
 
 from __future__ import annotations
 
@@ -14,6 +14,14 @@ class Param(Node):
     name: str
     expression: InstanceOf[Expr]
     unit: str = ""
+
+
+class Hedge(Node):
+    """A hedge of the user's own: `hedge NAME(x) = expression`, over its parameter and params."""
+
+    name: str
+    parameter: str
+    expression: InstanceOf[Expr]
 
 
 class Guarantee(Node):

@@ -8,6 +8,7 @@ from pydantic import InstanceOf
 
 from fuzzyctl.expr import ONE, Expr
 from fuzzyctl.model.node import Node
+from fuzzyctl.model.variable import Membership
 
 
 class Antecedent(Node):
@@ -15,10 +16,17 @@ class Antecedent(Node):
 
 
 class Is(Antecedent):
-    """The degree of one term of one input."""
+    """The degree of one term of one variable, changed by hedges.
+
+    Args:
+        variable: An input, or an output, which counts with its crisp value of the same evaluation.
+        term: One of its terms.
+        hedges: Names of hedges as written; the one nearest to the term, the last, applies first.
+    """
 
     variable: str
     term: str
+    hedges: tuple[str, ...] = ()
 
 
 class Not(Antecedent):
@@ -40,10 +48,10 @@ class Or(Antecedent):
 
 
 class Consequent(Node):
-    """`output is term`."""
+    """`output is term`; in tables of Takagi-Sugeno systems a consequent without a name may stand for the term."""
 
     output: str
-    term: str
+    term: str | InstanceOf[Membership]
 
 
 class Rule(Node):
@@ -57,7 +65,7 @@ class Rule(Node):
 class Cell(Node):
     """One cell of a rule table: a term for each output of the table, or none at all where there is no rule."""
 
-    terms: tuple[str, ...]
+    terms: tuple[str | InstanceOf[Membership], ...]
     weight: InstanceOf[Expr] = ONE
 
 
@@ -71,6 +79,7 @@ class RuleTable(Node):
         row_terms: Terms of the rows in the order written; empty for a one-way table.
         column_terms: Terms of the columns in the order written.
         cells: One tuple a row.
+        condition: What must hold besides, joined to each rule by the conjunction; None for nothing.
     """
 
     outputs: tuple[str, ...]
@@ -79,6 +88,7 @@ class RuleTable(Node):
     row_terms: tuple[str, ...]
     column_terms: tuple[str, ...]
     cells: tuple[tuple[Cell, ...], ...]
+    condition: InstanceOf[Antecedent] | None = None
 
     def rules(self) -> Iterator[Rule]:
         """Yield the rules row by row; each has the span of its cell."""
@@ -90,6 +100,9 @@ class RuleTable(Node):
                 antecedent: Antecedent = column
                 if self.rows is not None:
                     antecedent = And(operands=(Is(variable=self.rows, term=self.row_terms[i]), column))
+                if self.condition is not None:
+                    parts = antecedent.operands if isinstance(antecedent, And) else (antecedent,)
+                    antecedent = And(operands=(self.condition, *parts))
                 consequents = tuple(
                     Consequent(output=o, term=t, span=cell.span) for o, t in zip(self.outputs, cell.terms, strict=True)
                 )

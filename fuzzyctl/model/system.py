@@ -9,7 +9,7 @@ from pydantic import Field, InstanceOf
 
 from fuzzyctl.errors import UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.expr import Expr, ExprError, Number, evaluate, names_in
-from fuzzyctl.model.guarantee import Guarantee, Param
+from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
 from fuzzyctl.model.method import Method
 from fuzzyctl.model.node import Node
 from fuzzyctl.model.rule import Rule, RuleTable
@@ -25,6 +25,7 @@ class FuzzySystem(Node):
         title: What it is, for people.
         citation: Where it comes from.
         params: Named constants, as expressions.
+        hedges: Hedges of its own, besides those of `formulas.HEDGES`.
         method: Norms, implication, aggregation, defuzzifier.
         inputs: In the order of declaration, which is the order of a kernel's arguments.
         outputs: In the order of declaration, which is the order of a kernel's results.
@@ -37,6 +38,7 @@ class FuzzySystem(Node):
     title: str = ""
     citation: str = ""
     params: tuple[Param, ...] = ()
+    hedges: tuple[Hedge, ...] = ()
     method: Method = Method()
     inputs: tuple[Input, ...]
     outputs: tuple[Output, ...]

@@ -6,7 +6,8 @@ from typing import Literal
 
 from pydantic import InstanceOf
 
-from fuzzyctl.expr import Expr
+from fuzzyctl.expr import ONE, Expr
+from fuzzyctl.model.method import Defuzzifier
 from fuzzyctl.model.node import Node
 
 #: What an output is where no rule fires, besides a value: the previous output, the middle of the range, NaN, or an
@@ -15,10 +16,19 @@ Fallback = Literal["midpoint", "nan", "error"]
 
 
 class Membership(Node):
-    """A kind of membership function with its parameters, in the order of `formulas.MEMBERSHIP[kind].parameters`."""
+    """A kind of membership function, or of Takagi-Sugeno consequent, with its parameters.
+
+    Args:
+        kind: A key of `formulas.MEMBERSHIP`; for terms of outputs also `linear`, whose parameters are a coefficient for
+            each input and a constant; `function` has one parameter, an expression over the variable itself in a term
+            of an input, over the inputs in a term of an output.
+        arguments: In the order of `formulas.MEMBERSHIP[kind].parameters`.
+        height: The largest degree, which multiplies the function; in (0, 1].
+    """
 
     kind: str
     arguments: tuple[InstanceOf[Expr], ...]
+    height: InstanceOf[Expr] = ONE
 
 
 class Term(Node):
@@ -66,7 +76,13 @@ class Output(LinguisticVariable):
         otherwise: What it is where no rule fires; None promises that some rule always fires.
         adaptive: For adaptive consequents the rate dC_k/dt divided by ξ_k, an expression over params and inputs;
             None for fixed ones. The terms then give the initial consequents and the range bounds them.
+        implication: Its own implication, None for the system's.
+        aggregation: Its own aggregation, None for the system's.
+        defuzzifier: Its own defuzzifier, None for the system's.
     """
 
     otherwise: InstanceOf[Expr] | Fallback | None = None
     adaptive: InstanceOf[Expr] | None = None
+    implication: str | None = None
+    aggregation: str | None = None
+    defuzzifier: Defuzzifier | None = None

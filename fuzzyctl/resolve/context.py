@@ -33,6 +33,7 @@ class Context:
     params: dict[str, sx.Param] = field(default_factory=dict)
     inputs: dict[str, sx.Variable] = field(default_factory=dict)
     outputs: dict[str, sx.Variable] = field(default_factory=dict)
+    hedges: dict[str, sx.Hedge] = field(default_factory=dict)
 
     def report(
         self, code: str, message: str, span: Span | None, *, facts: Iterable[str] = (), help: str = "", **rest: object

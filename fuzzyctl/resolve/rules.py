@@ -7,13 +7,32 @@ from typing import Final
 
 from fuzzyctl import expr as ex
 from fuzzyctl.errors import closest
+from fuzzyctl.formulas import HEDGES
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.rule import And, Antecedent, Cell, Consequent, Is, Not, Or, Rule, RuleTable
+from fuzzyctl.model.variable import Membership
 from fuzzyctl.resolve.context import CLAIM_FUNCTIONS, Context
 
 #: Most rules of one system, tables included.
 MAX_RULES: Final = 20_000
+
+
+def resolve_function(context: Context, term: sx.FunctionTerm) -> Membership | None:
+    """Resolve a Takagi-Sugeno consequent: `constant(c)`, `linear(a, b, ..., c)`, `function(expression)`."""
+    kind = term.kind.text
+    due = {"constant": 1, "function": 1}.get(kind, len(context.inputs) + 1)
+    if len(term.arguments) != due:
+        form = f"linear({', '.join([*(f'per {name}' for name in context.inputs), 'constant'])})"
+        facts = (f"the form is: {form if kind == 'linear' else kind + '(expression)'}",)
+        message = f"'{kind}' takes {due} parameter{'' if due == 1 else 's'}, not {len(term.arguments)}"
+        context.report("FZ303", message, term.span, facts=facts)
+        return None
+    names = [*context.params, *context.inputs] if kind == "function" else list(context.params)
+    what = "param or input" if kind == "function" else "param"
+    if not all([context.check_names(a, names, what) for a in term.arguments]):
+        return None
+    return Membership(kind=kind, arguments=term.arguments, span=term.span)
 
 
 def terms_of(variable: sx.Variable) -> list[str]:
@@ -46,14 +65,12 @@ def resolve_rule(context: Context, statement: sx.Rule) -> Rule | None:
 
 def _antecedent(context: Context, truth: sx.Truth) -> Antecedent | None:
     match truth:
-        case sx.Literal(variable=variable, term=term, span=span):
-            if variable.text in context.outputs:
-                message = f"'{variable.text}' is an output; an antecedent takes inputs"
-                context.report("FZ214", message, variable.span, facts=(f"inputs: {', '.join(context.inputs)}",))
+        case sx.Literal(variable=variable, hedges=hedges, term=term, span=span):
+            hedged = all([_known_hedge(context, h) for h in hedges])
+            among = context.outputs if variable.text in context.outputs else context.inputs
+            if not _known_term(context, variable, term, among, "input") or not hedged:
                 return None
-            if not _known_term(context, variable, term, context.inputs, "input"):
-                return None
-            return Is(variable=variable.text, term=term.text, span=span)
+            return Is(variable=variable.text, term=term.text, hedges=tuple(h.text for h in hedges), span=span)
         case sx.Negation(operand=operand, span=span):
             inner = _antecedent(context, operand)
             return None if inner is None else Not(operand=inner, span=span)
@@ -68,14 +85,30 @@ def _antecedent(context: Context, truth: sx.Truth) -> Antecedent | None:
     raise TypeError(type(truth).__name__)
 
 
+def _known_hedge(context: Context, hedge: sx.Word) -> bool:
+    names = [*HEDGES, *context.hedges]
+    if hedge.text not in names:
+        context.unknown("hedge", hedge, names)
+    return hedge.text in names
+
+
 def _consequent(context: Context, text: sx.ConsequentText) -> Consequent | None:
     if text.output.text in context.inputs:
         message = f"'{text.output.text}' is an input; a consequent sets an output"
         context.report("FZ214", message, text.output.span, facts=(f"outputs: {', '.join(context.outputs)}",))
         return None
-    if not _known_term(context, text.output, text.term, context.outputs, "output"):
+    term: str | Membership | None
+    if isinstance(text.term, sx.Word):
+        known = _known_term(context, text.output, text.term, context.outputs, "output")
+        term = text.term.text if known else None
+    else:
+        declared = context.outputs.get(text.output.text)
+        if declared is None and text.output.text not in context.where:
+            context.unknown("output", text.output, context.outputs)
+        term = resolve_function(context, text.term) if declared is not None else None
+    if term is None:
         return None
-    return Consequent(output=text.output.text, term=text.term.text, span=text.output.span.to(text.term.span))
+    return Consequent(output=text.output.text, term=term, span=text.output.span.to(text.term.span))
 
 
 def _known_term(context: Context, variable: sx.Word, term: sx.Word, among: dict[str, sx.Variable], kind: str) -> bool:
@@ -118,6 +151,9 @@ def resolve_table(context: Context, statement: sx.Table) -> RuleTable | None:
             context.report("FZ214", f"the table crosses '{statement.first.text}' with itself", statement.second.span)
             return None
     one_way = statement.second is None
+    condition = _antecedent(context, statement.condition) if statement.condition is not None else None
+    if statement.condition is not None and condition is None:
+        return None
     if statement.incomplete or columns is None or rows is None or any(o is None for o in outputs):
         return None
     if statement.header is None or not statement.rows:
@@ -140,6 +176,7 @@ def resolve_table(context: Context, statement: sx.Table) -> RuleTable | None:
         row_terms=() if one_way else tuple(r.label.text for r in statement.rows if r.label is not None),
         column_terms=tuple(w.text for w in statement.header.terms),
         cells=tuple(c for c in cells if c is not None),
+        condition=condition,
         span=statement.span,
     )
 
@@ -239,12 +276,24 @@ def _cell(context: Context, outputs: Sequence[sx.Variable], cell: sx.CellText) -
         message = f"the cell names {len(cell.terms)} terms for {len(outputs)} outputs"
         context.report("FZ207", message, cell.span, help="join the terms of a cell with '/', one an output")
         return None
-    ok = all([known_term(context, o, w) for o, w in zip(outputs, cell.terms, strict=True)])
+    terms = [_cell_term(context, o, t) for o, t in zip(outputs, cell.terms, strict=True)]
+    ok = all(t is not None for t in terms)
     if cell.weight is not None:
         ok = context.check_names(cell.weight, context.params, "param") and ok
     if not ok:
         return None
-    return Cell(terms=tuple(w.text for w in cell.terms), weight=cell.weight or ex.ONE, span=cell.span)
+    return Cell(terms=tuple(t for t in terms if t is not None), weight=cell.weight or ex.ONE, span=cell.span)
+
+
+def _cell_term(context: Context, output: sx.Variable, term: sx.ConsequentTerm) -> str | Membership | None:
+    match term:
+        case sx.Word():
+            return term.text if known_term(context, output, term) else None
+        case sx.FunctionTerm():
+            return resolve_function(context, term)
+    if not context.check_names(term, context.params, "param"):
+        return None
+    return Membership(kind="constant", arguments=(term,), span=ex.span_of(term))
 
 
 def resolve_require(context: Context, statement: sx.Require) -> Guarantee | None:

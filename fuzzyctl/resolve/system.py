@@ -2,48 +2,46 @@
 
 from __future__ import annotations
 
-from typing import Final
+import dataclasses
+from collections.abc import Sequence
 
-from fuzzyctl.errors import Diagnostic, closest
-from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, DISJUNCTIONS, IMPLICATIONS
+from fuzzyctl.errors import Diagnostic
+from fuzzyctl.expr import names_in
+from fuzzyctl.formulas import HEDGES
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.model.guarantee import Guarantee, Param
-from fuzzyctl.model.method import DEFUZZIFIERS, Defuzzifier, Method
-from fuzzyctl.model.rule import Rule, RuleTable
+from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
+from fuzzyctl.model.rule import Rule, RuleTable, literals
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, Output
 from fuzzyctl.resolve.context import Context
 from fuzzyctl.resolve.rules import MAX_RULES, resolve_require, resolve_rule, resolve_table
+from fuzzyctl.resolve.settings import resolve_method
 from fuzzyctl.resolve.variables import resolve_param, resolve_variable
 from fuzzyctl.source import Span
 
-_SETTINGS: Final[dict[str, tuple[str, tuple[str, ...]]]] = {
-    "and": ("conjunction", tuple(CONJUNCTIONS)),
-    "or": ("disjunction", tuple(DISJUNCTIONS)),
-    "implication": ("implication", IMPLICATIONS),
-    "aggregation": ("aggregation", AGGREGATIONS),
-    "defuzzifier": ("defuzzifier", DEFUZZIFIERS),
-}
 
-#: Bounds of the number of samples of a sampled centroid.
-RESOLUTIONS: Final = (2, 1_000_000)
-
-
-def resolve(tree: sx.SyntaxTree, broken: bool) -> tuple[FuzzySystem | None, list[Diagnostic]]:
+def resolve(
+    tree: sx.SyntaxTree, shared: Sequence[sx.Statement], broken: bool
+) -> tuple[FuzzySystem | None, list[Diagnostic]]:
     """Give a syntax tree its meaning.
 
     Args:
-        tree: The statements that could be read.
+        tree: The statements of one system that could be read.
+        shared: Statements that belong to other systems as well; inputs and outputs among them that no rule of this
+            system names are left out.
         broken: Whether some lines could not be read; what is missing is then no mistake of its own.
 
     Returns:
         The system, or None when something has no meaning, and the diagnostics in order of their places.
     """
     context = Context(unread=tree.unread, lost_variable=tree.lost_variable)
-    heads = _declare(context, tree)
+    whole = dataclasses.replace(tree, statements=(*shared, *tree.statements))
+    heads = _declare(context, whole)
     system = None
-    if _has_heads(context, tree, heads, broken):
-        system = _build(context, tree)
+    if _has_heads(context, whole, heads, broken):
+        system = _build(context, whole)
+    if system is not None and shared:
+        system = _without_idle(system, {s.name.text for s in shared if isinstance(s, sx.Variable)})
     context.diagnostics.sort(key=lambda d: d.span.start if d.span is not None else -1)
     failed = broken or any(d.severity == "error" for d in context.diagnostics)
     return (None if failed else system), context.diagnostics
@@ -61,6 +59,10 @@ def _declare(context: Context, tree: sx.SyntaxTree) -> list[sx.System]:
                 context.report("FZ111", f"language version {number.text} is not supported", number.span, help=help_text)
             case sx.Param(name=name) if context.declare(name, "a param"):
                 context.params[name.text] = statement
+            case sx.Hedge(name=name):
+                if name.text in HEDGES or name.text in context.hedges:
+                    context.report("FZ201", f"there is a hedge '{name.text}' already", name.span, help="rename it")
+                context.hedges.setdefault(name.text, statement)
             case sx.Variable(keyword=keyword, name=name) if context.declare(name, f"an {keyword.text}"):
                 (context.inputs if keyword.text == "input" else context.outputs)[name.text] = statement
     return heads
@@ -74,14 +76,6 @@ def _has_heads(context: Context, tree: sx.SyntaxTree, heads: list[sx.System], br
             help_text = "begin with: system NAME \"title\"; 'docs/reference/language.md' shows a whole file"
             context.report("FZ004", message, start, help=help_text)
         return False
-    if len(heads) > 1:
-        context.report(
-            "FZ215",
-            "a second system begins here",
-            heads[1].name.span,
-            note=(heads[0].name.span, "the first one begins here"),
-            help="this version reads one system a file; put it into a file of its own",
-        )
     if not broken:
         for kind, among in (("input", context.inputs), ("output", context.outputs)):
             if not among:
@@ -98,10 +92,13 @@ def _build(context: Context, tree: sx.SyntaxTree) -> FuzzySystem | None:
     outputs: list[Output | None] = []
     blocks: list[RuleTable | Rule | None] = []
     guarantees: list[Guarantee | None] = []
+    hedges: list[Hedge | None] = []
     for s in tree.statements:
         match s:
             case sx.Param(name=name) if context.params.get(name.text) is s:
                 params.append(resolve_param(context, s))
+            case sx.Hedge(name=name) if context.hedges.get(name.text) is s:
+                hedges.append(_hedge(context, s))
             case sx.Variable():
                 variable = resolve_variable(context, s)
                 if isinstance(variable, Output):
@@ -114,9 +111,9 @@ def _build(context: Context, tree: sx.SyntaxTree) -> FuzzySystem | None:
                 blocks.append(resolve_table(context, s))
             case sx.Require():
                 guarantees.append(resolve_require(context, s))
-    method = _method(context, tree)
+    method = resolve_method(context, tree.statements)
     citation = _citation(context, tree)
-    if any(part is None for parts in (params, inputs, outputs, blocks, guarantees) for part in parts):
+    if any(part is None for parts in (params, hedges, inputs, outputs, blocks, guarantees) for part in parts):
         return None
     if not _few_enough(context, [b for b in blocks if b is not None], head):
         return None
@@ -125,6 +122,7 @@ def _build(context: Context, tree: sx.SyntaxTree) -> FuzzySystem | None:
         title=head.title,
         citation=citation,
         params=tuple(p for p in params if p is not None),
+        hedges=tuple(h for h in hedges if h is not None),
         method=method,
         inputs=tuple(i for i in inputs if i is not None),
         outputs=tuple(o for o in outputs if o is not None),
@@ -133,6 +131,35 @@ def _build(context: Context, tree: sx.SyntaxTree) -> FuzzySystem | None:
         path=tree.source.name,
         span=head.name.span,
     )
+
+
+def _without_idle(system: FuzzySystem, shared: set[str]) -> FuzzySystem:
+    """Leave out shared variables that the rules of this system do not name."""
+    named = {i.variable for rule in system.rules for i in literals(rule.antecedent)}
+    named |= {c.output for rule in system.rules for c in rule.consequents}
+    functions = [c.term for rule in system.rules for c in rule.consequents if not isinstance(c.term, str)]
+    functions += [t.membership for o in system.outputs if o.name in named for t in o.terms]
+    expressions = [a for m in functions for a in m.arguments]
+    expressions += [o.adaptive for o in system.outputs if o.adaptive is not None]
+    expressions += [e for g in system.guarantees for e in (g.claim, g.when) if e is not None]
+    named |= {n.name for e in expressions for n in names_in(e)}
+
+    def keep(name: str) -> bool:
+        return name in named or name not in shared
+
+    return system.model_copy(
+        update={
+            "inputs": tuple(v for v in system.inputs if keep(v.name)),
+            "outputs": tuple(v for v in system.outputs if keep(v.name)),
+        }
+    )
+
+
+def _hedge(context: Context, s: sx.Hedge) -> Hedge | None:
+    names = [*context.params, s.parameter.text]
+    if not context.check_names(s.expression, names, f"param, nor '{s.parameter.text}',"):
+        return None
+    return Hedge(name=s.name.text, parameter=s.parameter.text, expression=s.expression, span=s.name.span)
 
 
 def _few_enough(context: Context, blocks: list[RuleTable | Rule], head: sx.System) -> bool:
@@ -145,81 +172,3 @@ def _few_enough(context: Context, blocks: list[RuleTable | Rule], head: sx.Syste
 def _citation(context: Context, tree: sx.SyntaxTree) -> str:
     citations = [s for s in tree.statements if isinstance(s, sx.Citation)]
     return "; ".join(c.text for c in citations)
-
-
-def _method(context: Context, tree: sx.SyntaxTree) -> Method:
-    chosen: dict[str, sx.Setting] = {}
-    values: dict[str, str] = {}
-    defuzzifier = Defuzzifier()
-    for s in tree.statements:
-        if not isinstance(s, sx.Setting):
-            continue
-        field, known = _SETTINGS[s.keyword.text]
-        if s.keyword.text in chosen:
-            context.report(
-                "FZ215",
-                f"'{s.keyword.text}' is given twice",
-                s.keyword.span,
-                note=(chosen[s.keyword.text].keyword.span, "first given here"),
-                help="remove one of them",
-            )
-        chosen[s.keyword.text] = s
-        if s.value.text not in known:
-            near = closest(s.value.text, known)
-            context.report(
-                "FZ213",
-                f"'{s.keyword.text}' knows no '{s.value.text}'",
-                s.value.span,
-                facts=(f"one of: {', '.join(known)}",),
-                help=f"did you mean '{near}'?" if near else "",
-            )
-        elif field == "defuzzifier":
-            defuzzifier = _defuzzifier(context, s)
-        else:
-            _no_options(context, s)
-            values[field] = s.value.text
-    if defuzzifier.averages:
-        for keyword in ("implication", "aggregation"):
-            if keyword in chosen:
-                context.report(
-                    "FZ214",
-                    f"'{keyword}' has no effect: '{defuzzifier.kind}' sums over rules",
-                    chosen[keyword].span,
-                    help="remove it, or take 'defuzzifier centroid'",
-                    warning=True,
-                )
-    return Method.model_validate({**values, "defuzzifier": defuzzifier})
-
-
-def _no_options(context: Context, setting: sx.Setting) -> None:
-    for option in setting.options:
-        context.report("FZ213", f"'{setting.value.text}' takes no options", option.name.span, help="remove it")
-
-
-def _defuzzifier(context: Context, setting: sx.Setting) -> Defuzzifier:
-    fields: dict[str, int | str] = {}
-    if setting.value.text != "centroid":
-        _no_options(context, setting)
-        return Defuzzifier(kind=setting.value.text)
-    for option in setting.options:
-        value = option.value.text
-        if option.name.text == "resolution":
-            low, high = RESOLUTIONS
-            if not value.isdigit() or not low <= int(value) <= high:
-                message = f"resolution = {value} is no whole number from {low} to {high}"
-                context.report("FZ302", message, option.value.span)
-            else:
-                fields["resolution"] = int(value)
-        elif option.name.text == "grid":
-            if value not in ("midpoint", "endpoints"):
-                context.report("FZ213", f"no grid '{value}'", option.value.span, facts=("one of: midpoint, endpoints",))
-            else:
-                fields["grid"] = value
-        else:
-            context.unknown("option", option.name, ("resolution", "grid"), "FZ213")
-    if "grid" in fields and "resolution" not in fields:
-        message = "'grid' needs 'resolution': the exact centroid has no grid"
-        context.report(
-            "FZ214", message, setting.span, help="write, for example, centroid(resolution=1000, grid=midpoint)"
-        )
-    return Defuzzifier.model_validate({"kind": "centroid", **fields})

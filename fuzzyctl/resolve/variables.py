@@ -11,6 +11,8 @@ from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.variable import Fallback, Input, Membership, Output, Term
 from fuzzyctl.resolve.context import Context
+from fuzzyctl.resolve.rules import resolve_function
+from fuzzyctl.resolve.settings import resolve_own_setting
 
 #: Most terms of one variable; more are no linguistic variable but a mistake of a generator.
 MAX_TERMS: Final = 1000
@@ -48,13 +50,14 @@ def resolve_variable(context: Context, statement: sx.Variable) -> Input | Output
 
 def _clauses(context: Context, statement: sx.Variable, fields: dict[str, Any]) -> bool:
     is_input = statement.keyword.text == "input"
-    seen: set[type] = set()
+    seen: set[str] = set()
     ok = True
     for clause in statement.clauses:
-        if type(clause) in seen:
+        what = clause.setting.keyword.text if isinstance(clause, sx.SettingClause) else type(clause).__name__
+        if what in seen:
             context.report("FZ215", "a clause is given twice", clause.span, help="remove one of them")
             ok = False
-        seen.add(type(clause))
+        seen.add(what)
         match clause:
             case sx.UnitClause(text=text):
                 fields["unit"] = text
@@ -64,6 +67,9 @@ def _clauses(context: Context, statement: sx.Variable, fields: dict[str, Any]) -
             case sx.FallbackClause(value=value, span=span):
                 fields["otherwise"] = _fallback(context, value)
                 ok = _only(context, not is_input, "else", "an output", span) and fields["otherwise"] is not None and ok
+            case sx.SettingClause(setting=setting, span=span):
+                ok = _only(context, not is_input, setting.keyword.text, "an output", span) and ok
+                ok = resolve_own_setting(context, setting, fields) and ok
             case sx.AdaptiveClause(rate=rate, span=span):
                 fields["adaptive"] = rate
                 ok = _only(context, not is_input, "adaptive", "an output", span) and ok
@@ -106,7 +112,7 @@ def _terms(context: Context, statement: sx.Variable) -> list[Term] | None:
             new = _partition(context, statement, line)
             words = [item.name for item in line.items]
         else:
-            new = [_term(context, line)]
+            new = [_term(context, statement, line)]
             words = [line.name]
         for word, term in zip(words, new, strict=True):
             ok = _is_new_term(context, word, seen) and term is not None and ok
@@ -140,55 +146,91 @@ def _is_new_term(context: Context, word: sx.Word, seen: dict[str, sx.Word]) -> b
     return True
 
 
-def _term(context: Context, line: sx.TermLine) -> Term | None:
+def _term(context: Context, statement: sx.Variable, line: sx.TermLine) -> Term | None:
+    is_input = statement.keyword.text == "input"
+    if line.kind.text in ("linear", "function"):
+        membership = _function(context, statement, line)
+        return Term(name=line.name.text, membership=membership, span=line.span) if membership is not None else None
     formula = MEMBERSHIP.get(line.kind.text)
     if formula is None:
-        near = closest(line.kind.text, MEMBERSHIP)
+        known = [*MEMBERSHIP, "function", *([] if is_input else ["linear"])]
+        near = closest(line.kind.text, known)
         context.report(
             "FZ202",
             f"no membership function '{line.kind.text}'",
             line.kind.span,
-            facts=(f"membership functions: {', '.join(MEMBERSHIP)}",),
+            facts=(f"membership functions: {', '.join(known)}",),
             help=f"did you mean '{near}'?" if near else "",
         )
         return None
     arguments = _arguments(context, line, formula)
     if arguments is None:
         return None
-    membership = Membership(kind=formula.name, arguments=arguments, span=line.kind.span)
+    given, height = arguments
+    membership = Membership(kind=formula.name, arguments=given, height=height, span=line.kind.span)
     return Term(name=line.name.text, membership=membership, span=line.span)
 
 
-def _arguments(context: Context, line: sx.TermLine, formula: MembershipFormula) -> tuple[ex.Expr, ...] | None:
+def _function(context: Context, statement: sx.Variable, line: sx.TermLine) -> Membership | None:
+    """Resolve `function(...)` of an input or an output, and `linear(...)` of an output."""
+    named = [a for a in line.arguments if a.keyword is not None]
+    if named:
+        context.report("FZ303", f"'{line.kind.text}' takes no named parameters", named[0].span, help="drop the name")
+        return None
+    if statement.keyword.text == "output":
+        return resolve_function(context, sx.FunctionTerm(line.kind, tuple(a.value for a in line.arguments), line.span))
+    name = statement.name.text
+    if line.kind.text == "linear":
+        context.report("FZ214", "'linear' is a consequent, for terms of an output", line.kind.span)
+        return None
+    if len(line.arguments) != 1:
+        form = f"function(expression over {name})"
+        context.report("FZ303", "'function' takes one expression", line.kind.span, facts=(f"the form is: {form}",))
+        return None
+    expression = line.arguments[0].value
+    if not context.check_names(expression, [*context.params, name], f"param, nor the variable '{name}' itself,"):
+        return None
+    return Membership(kind="function", arguments=(expression,), span=line.kind.span)
+
+
+def _arguments(
+    context: Context, line: sx.TermLine, formula: MembershipFormula
+) -> tuple[tuple[ex.Expr, ...], ex.Expr] | None:
+    """Return the parameters of a term in order, and its height."""
+    form = f"{formula.name}({', '.join(formula.parameters)}{', ...' if formula.variadic else ''})"
     given: dict[str, ex.Expr] = {}
+    rest: list[ex.Expr] = []
+    height: ex.Expr = ex.ONE
     named = False
-    form = f"{formula.name}({', '.join(formula.parameters)})"
     for i, argument in enumerate(line.arguments):
-        if argument.keyword is None and not named and i < len(formula.parameters):
+        if argument.keyword is None and not named and (i < len(formula.parameters) or formula.variadic):
+            if i >= len(formula.parameters):
+                rest.append(argument.value)
+                continue
             name = formula.parameters[i]
-        elif argument.keyword is not None and argument.keyword.text in formula.parameters:
+        elif argument.keyword is not None and argument.keyword.text in (*formula.parameters, "height"):
             name, named = argument.keyword.text, True
         elif argument.keyword is not None:
-            context.unknown("parameter", argument.keyword, formula.parameters, "FZ303")
+            context.unknown("parameter", argument.keyword, (*formula.parameters, "height"), "FZ303")
             return None
         else:
             what = "surplus" if i >= len(formula.parameters) else "positional after a named one"
             context.report("FZ303", f"a parameter is {what}", argument.span, facts=(f"the form is: {form}",))
             return None
         if name in given:
-            context.report(
-                "FZ303", f"parameter '{name}' is given twice", argument.span, facts=(f"the form is: {form}",)
-            )
+            message = f"parameter '{name}' is given twice"
+            context.report("FZ303", message, argument.span, facts=(f"the form is: {form}",))
             return None
         given[name] = argument.value
+    if not all([context.check_names(e, context.params, "param") for e in (*given.values(), *rest)]):
+        return None
+    height = given.pop("height", height)
     missing = [p for p in formula.parameters if p not in given]
     if missing:
         message = f"'{formula.name}' lacks its parameter{'' if len(missing) == 1 else 's'} {', '.join(missing)}"
         context.report("FZ303", message, line.kind.span.to(line.span), facts=(f"the form is: {form}",))
         return None
-    if not all([context.check_names(e, context.params, "param") for e in given.values()]):
-        return None
-    return tuple(given[p] for p in formula.parameters)
+    return (*(given[p] for p in formula.parameters), *rest), height
 
 
 def _partition(context: Context, statement: sx.Variable, line: sx.TermsLine) -> list[Term | None]:

@@ -21,7 +21,7 @@ ELSEWHERE = {"FZ001", "FZ002", "FZ003", "FZ005", "FZ112", "FZ402"} | {c for c in
 
 @pytest.mark.parametrize("path", FILES, ids=lambda p: p.stem)
 def test_a_mistake_gives_its_message(path):
-    _, diagnostics = check_source(decode(path.read_bytes(), path.name))
+    _, diagnostics = check_source(decode(path.read_bytes(), path.name), folder=FOLDER)
     text = render_all(diagnostics) + "\n"
     golden = path.with_suffix(".txt")
     if os.environ.get("FUZZYCTL_UPDATE_GOLDEN"):
@@ -32,7 +32,7 @@ def test_a_mistake_gives_its_message(path):
 
 @pytest.mark.parametrize("path", FILES, ids=lambda p: p.stem)
 def test_one_mistake_gives_one_error(path):
-    _, diagnostics = check_source(decode(path.read_bytes(), path.name))
+    _, diagnostics = check_source(decode(path.read_bytes(), path.name), folder=FOLDER)
     assert len([d for d in diagnostics if d.severity == "error"]) <= 1
 
 

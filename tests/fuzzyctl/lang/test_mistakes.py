@@ -26,7 +26,6 @@ class TestDescribe:
         [
             ("param k = 1 ∗ 2", "U+2217, ASTERISK OPERATOR"),
             ("param k = 1\x07", "U+0007 (a control character)"),
-            ("semantics matlab", "not part of this version"),
             ("param k = 3 'm'", "double quotes"),
             ("param k = 12abc", "runs into letters"),
         ],

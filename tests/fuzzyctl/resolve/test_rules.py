@@ -79,7 +79,8 @@ class TestRules:
         [
             ("if x is Q then u is N", "FZ203"),
             ("if z is N then u is N", "FZ202"),
-            ("if u is N then u is N", "FZ214"),
+            ("if u is N then u is N", "FZ217"),
+            ("if x is vry N then u is N", "FZ202"),
             ("if x is N then y is N", "FZ214"),
             ("if x is N then u is N, u is P", "FZ215"),
             ("if x is N then u is N weight 2", "FZ302"),

@@ -51,8 +51,13 @@ class TestMethod:
 
 
 class TestWhole:
-    def test_two_systems_in_a_file_are_refused(self, base):
-        assert errors(base + "system other\n") == ["FZ215"]
+    def test_one_of_several_systems_must_be_named(self, base):
+        text = base + base.replace("system base", "system other")
+        with pytest.raises(DiagnosticError, match="systems: base, other"):
+            loads(text)
+        assert loads(text, system="other").name == "other"
+        with pytest.raises(DiagnosticError, match="did you mean 'other'"):
+            loads(text, system="othr")
 
     def test_a_file_without_rules_says_so(self):
         assert errors("system s\ninput x in [0, 1]\n  terms A B\noutput u in [0, 1]\n  terms A B\n") == ["FZ212"]

@@ -1,0 +1,147 @@
+"""Brings in what a file names, used files and tables in CSV files, and splits a file into its systems."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from fuzzyctl.errors import Diagnostic, DiagnosticError
+from fuzzyctl.lang import syntax as sx
+from fuzzyctl.lang.parser import parse, parse_csv_table
+from fuzzyctl.reading import read_source
+from fuzzyctl.source import SourceText, Span
+
+#: Most files that one file may use, directly and through others.
+MAX_FILES: Final = 64
+
+#: What `use` takes from a file.
+_DECLARATIONS = (sx.Param, sx.Hedge, sx.Variable)
+
+
+@dataclass(frozen=True)
+class Part:
+    """The statements of one system.
+
+    Args:
+        tree: Its own statements.
+        shared: Statements that it has in common with other systems: those before the first of several systems, and
+            those of used files.
+    """
+
+    tree: sx.SyntaxTree
+    shared: tuple[sx.Statement, ...]
+
+    def is_shared(self, span: Span | None) -> bool:
+        """Whether a place lies in a shared statement or in the lines below it."""
+        return span is not None and any(
+            span.source == s.span.source and s.span.start <= span.start <= _end(s) for s in self.shared
+        )
+
+
+def _end(statement: sx.Statement) -> int:
+    below = statement.terms if isinstance(statement, sx.Variable) else ()
+    return max([statement.span.end, *(line.span.end for line in below)])
+
+
+def split(tree: sx.SyntaxTree) -> list[Part]:
+    """Split a file into its systems; what stands before the first of several belongs to all of them."""
+    heads = [i for i, s in enumerate(tree.statements) if isinstance(s, sx.System)]
+    if len(heads) < 2:
+        return [Part(tree, tree.used)]
+    common = tree.statements[: heads[0]]
+    ends = [*heads[1:], len(tree.statements)]
+    return [
+        Part(dataclasses.replace(tree, statements=tree.statements[a:b]), (*tree.used, *common))
+        for a, b in zip(heads, ends, strict=True)
+    ]
+
+
+def bring_in(tree: sx.SyntaxTree, folder: Path | None) -> tuple[sx.SyntaxTree, list[Diagnostic]]:
+    """Read the files that a tree uses, and the tables that stand in CSV files.
+
+    Args:
+        tree: What was parsed.
+        folder: Where the file stands; only files there and below can be used. None for a text without a file.
+
+    Returns:
+        The tree with `used` statements and filled tables, and the mistakes of all files read.
+    """
+    reader = _Reader(folder)
+    statements = tuple(reader.fill(s) for s in tree.statements)
+    used = reader.use(tree.statements, (tree.source.name,))
+    return dataclasses.replace(tree, statements=statements, used=tuple(used)), reader.diagnostics
+
+
+class _Reader:
+    """Reads files of one folder, each once."""
+
+    def __init__(self, folder: Path | None) -> None:
+        self.folder = folder
+        self.diagnostics: list[Diagnostic] = []
+        self.seen: set[Path] = set()
+
+    def use(self, statements: tuple[sx.Statement, ...], chain: tuple[str, ...]) -> list[sx.Statement]:
+        found: list[sx.Statement] = []
+        for s in statements:
+            if not isinstance(s, sx.Use):
+                continue
+            path = self._path(s.path, s.path_span)
+            if path is None:
+                continue
+            if str(path) in chain or path.name in {Path(c).name for c in chain if Path(c).parent == path.parent}:
+                way = " → ".join(Path(c).name for c in (*chain, str(path)))
+                self._report("a file uses itself", s.path_span, facts=(way,), help="remove one 'use'")
+            elif path not in self.seen:
+                self.seen.add(path)
+                found.extend(self._declarations(path, s.path_span, (*chain, str(path))))
+        return found
+
+    def _declarations(self, path: Path, place: Span, chain: tuple[str, ...]) -> list[sx.Statement]:
+        source = self._read(path, place)
+        if source is None or len(self.seen) > MAX_FILES:
+            if source is not None:
+                self._report(f"more than {MAX_FILES} files are used", place)
+            return []
+        tree, mistakes = parse(source)
+        self.diagnostics.extend(mistakes)
+        heads = [i for i, s in enumerate(tree.statements) if isinstance(s, sx.System)]
+        common = tree.statements[: heads[0]] if heads else tree.statements
+        return [*self.use(common, chain), *(s for s in common if isinstance(s, _DECLARATIONS))]
+
+    def fill(self, statement: sx.Statement) -> sx.Statement:
+        if not isinstance(statement, sx.Table) or not statement.csv or statement.csv_span is None:
+            return statement
+        if statement.header is not None or statement.rows:
+            self._report("the table has rows here and in a file", statement.csv_span, help="keep one of them")
+            return statement
+        path = self._path(statement.csv, statement.csv_span)
+        source = self._read(path, statement.csv_span) if path is not None else None
+        if source is None:
+            return dataclasses.replace(statement, incomplete=True)
+        table, mistakes = parse_csv_table(statement, source)
+        self.diagnostics.extend(mistakes)
+        return table
+
+    def _path(self, name: str, place: Span) -> Path | None:
+        if self.folder is None:
+            self._report("a text that is no file can use no files", place, help="write it to a file and load that")
+            return None
+        path = self.folder / name
+        # A rule file from elsewhere must not be able to show what stands in other folders.
+        if Path(name).is_absolute() or not path.resolve().is_relative_to(self.folder.resolve()):
+            self._report(f"'{name}' lies outside the folder of this file", place, help="move it there or below")
+            return None
+        return path
+
+    def _read(self, path: Path, place: Span) -> SourceText | None:
+        try:
+            return read_source(path)
+        except DiagnosticError as error:
+            (why,) = error.diagnostics
+            self._report(f"{place.text} cannot be used: {why.message}", place, facts=why.facts, help=why.help)
+            return None
+
+    def _report(self, message: str, place: Span, *, facts: tuple[str, ...] = (), help: str = "") -> None:
+        self.diagnostics.append(Diagnostic("FZ218", message, place, facts=facts, help=help))

@@ -1,0 +1,63 @@
+"""Reads files as text: missing, unreadable, too large or binary ones give a diagnostic."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Final
+
+from fuzzyctl.errors import Diagnostic, DiagnosticError, closest
+from fuzzyctl.source import SourceText
+
+#: Largest file that is read, in bytes, unless the caller says otherwise.
+MAX_BYTES: Final = 1 << 20
+
+
+def read_source(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES) -> SourceText:
+    """Read a file as text.
+
+    A byte order mark is dropped; lines may end with LF or CRLF.
+
+    Raises:
+        DiagnosticError: When the file is missing, a directory, unreadable, too large or not UTF-8 text.
+    """
+    name = os.fspath(path)
+    try:
+        with Path(name).open("rb") as file:
+            data = file.read(max_bytes + 1)
+    except OSError as error:
+        raise DiagnosticError([_unreadable(name, error)]) from None
+    if len(data) > max_bytes:
+        message = f"the file is larger than {max_bytes:,} bytes"
+        raise DiagnosticError([Diagnostic("FZ003", message, file=name, help="a rule file has a few kilobytes")])
+    return decode(data, name)
+
+
+def decode(data: bytes, name: str) -> SourceText:
+    """Return bytes as a source text; raises `DiagnosticError` when they are not UTF-8 text."""
+    nul = data.find(b"\x00")
+    try:
+        if nul >= 0:
+            message = f"the file is no text: byte {nul} is NUL"
+            raise DiagnosticError([Diagnostic("FZ002", message, file=name, help="give a text file in UTF-8")])
+        return SourceText(name, data.decode("utf-8-sig"))
+    except UnicodeDecodeError as error:
+        line = data[: error.start].count(b"\n") + 1
+        message = f"the file is not UTF-8: byte 0x{data[error.start]:02x} in line {line}"
+        raise DiagnosticError([Diagnostic("FZ002", message, file=name, help="save it as UTF-8")]) from None
+
+
+def _unreadable(name: str, error: OSError) -> Diagnostic:
+    if isinstance(error, FileNotFoundError):
+        return Diagnostic("FZ001", "there is no such file", file=name, help=_neighbours(name))
+    if isinstance(error, IsADirectoryError):
+        return Diagnostic("FZ001", "this is a directory, not a rule file", file=name, help="name the files in it")
+    return Diagnostic("FZ001", f"the file cannot be read: {error.strerror}", file=name)
+
+
+def _neighbours(name: str) -> str:
+    """Name the rule file that was most likely meant."""
+    folder = Path(name).parent
+    names = sorted(p.name for p in folder.glob("*.fz")) if folder.is_dir() else []
+    near = closest(Path(name).name, names)
+    return f"did you mean '{folder / near}'?" if near else ""

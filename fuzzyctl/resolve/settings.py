@@ -1,0 +1,179 @@
+"""Resolves the settings: norms, implication, aggregation, activation, defuzzifier, semantics."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Final
+
+from fuzzyctl import expr as ex
+from fuzzyctl.errors import closest
+from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, DISJUNCTIONS, IMPLICATIONS
+from fuzzyctl.lang import syntax as sx
+from fuzzyctl.model.method import ACTIVATIONS, DEFUZZIFIERS, Activation, Defuzzifier, Method
+from fuzzyctl.resolve.context import Context
+
+_FIELDS: Final[dict[str, tuple[str, tuple[str, ...]]]] = {
+    "and": ("conjunction", tuple(CONJUNCTIONS)),
+    "or": ("disjunction", tuple(DISJUNCTIONS)),
+    "implication": ("implication", tuple(IMPLICATIONS)),
+    "aggregation": ("aggregation", tuple(AGGREGATIONS)),
+    "defuzzifier": ("defuzzifier", DEFUZZIFIERS),
+}
+
+#: Profiles of semantics that this version has; the others wait for the formats they belong to.
+PROFILES: Final = ("exact",)
+
+#: Bounds of the number of samples of a sampled centroid.
+RESOLUTIONS: Final = (2, 1_000_000)
+
+#: Options of the activation methods.
+_OPTIONS: Final[dict[str, tuple[str, ...]]] = {
+    "general": (),
+    "first": ("count", "threshold"),
+    "last": ("count", "threshold"),
+    "highest": ("count",),
+    "lowest": ("count",),
+    "proportional": (),
+    "threshold": ("<", "<=", "==", "!=", ">=", ">"),
+}
+
+
+def resolve_method(context: Context, statements: Sequence[sx.Statement]) -> Method:
+    """Resolve all settings of a system."""
+    chosen: dict[str, sx.Word] = {}
+    values: dict[str, Any] = {}
+    for s in statements:
+        match s:
+            case sx.Setting(keyword=keyword) if _is_first(context, keyword, chosen):
+                resolve_own_setting(context, s, values)
+            case sx.Activation(keyword=keyword) if _is_first(context, keyword, chosen):
+                values["activation"] = _activation(context, s)
+            case sx.Semantics(profile=profile) if profile.text not in PROFILES:
+                context.unknown("profile", profile, PROFILES, "FZ213")
+    method = Method.model_validate(values)
+    if method.defuzzifier.over_rules:
+        for setting in ("implication", "aggregation"):
+            if setting in chosen:
+                context.report(
+                    "FZ214",
+                    f"'{setting}' has no effect: '{method.defuzzifier.kind}' sums over rules",
+                    chosen[setting].span,
+                    help="remove it, or take 'defuzzifier centroid'",
+                    warning=True,
+                )
+    return method
+
+
+def _is_first(context: Context, keyword: sx.Word, chosen: dict[str, sx.Word]) -> bool:
+    if keyword.text not in chosen:
+        chosen[keyword.text] = keyword
+        return True
+    note = (chosen[keyword.text].span, "first given here")
+    context.report("FZ215", f"'{keyword.text}' is given twice", keyword.span, note=note, help="remove one of them")
+    return False
+
+
+def resolve_own_setting(context: Context, s: sx.Setting, values: dict[str, Any]) -> bool:
+    """Resolve one setting of a system or of an output into the field it sets; False when it has no meaning."""
+    field, known = _FIELDS[s.keyword.text]
+    if s.value.text not in known:
+        near = closest(s.value.text, known)
+        context.report(
+            "FZ213",
+            f"'{s.keyword.text}' knows no '{s.value.text}'",
+            s.value.span,
+            facts=(f"one of: {', '.join(known)}",),
+            help=f"did you mean '{near}'?" if near else "",
+        )
+        return False
+    before = len(context.diagnostics)
+    if field == "defuzzifier":
+        values[field] = _defuzzifier(context, s)
+    else:
+        _no_options(context, s)
+        values[field] = s.value.text
+    return len(context.diagnostics) == before
+
+
+def _no_options(context: Context, setting: sx.Setting) -> None:
+    for option in setting.options:
+        context.report("FZ213", f"'{setting.value.text}' takes no options", option.name.span, help="remove it")
+
+
+def _defuzzifier(context: Context, setting: sx.Setting) -> Defuzzifier:
+    fields: dict[str, int | str] = {}
+    if setting.value.text != "centroid":
+        _no_options(context, setting)
+        return Defuzzifier(kind=setting.value.text)
+    for option in setting.options:
+        value = option.value.text
+        if option.name.text == "resolution":
+            low, high = RESOLUTIONS
+            if not value.isdigit() or not low <= int(value) <= high:
+                message = f"resolution = {value} is no whole number from {low} to {high}"
+                context.report("FZ302", message, option.value.span)
+            else:
+                fields["resolution"] = int(value)
+        elif option.name.text == "grid":
+            if value not in ("midpoint", "endpoints"):
+                context.report("FZ213", f"no grid '{value}'", option.value.span, facts=("one of: midpoint, endpoints",))
+            else:
+                fields["grid"] = value
+        else:
+            context.unknown("option", option.name, ("resolution", "grid"), "FZ213")
+    if "grid" in fields and "resolution" not in fields:
+        message = "'grid' needs 'resolution': the exact centroid has no grid"
+        help_text = "write, for example, centroid(resolution=1000, grid=midpoint)"
+        context.report("FZ214", message, setting.span, help=help_text)
+    return Defuzzifier.model_validate({"kind": "centroid", **fields})
+
+
+def _activation(context: Context, s: sx.Activation) -> Activation:
+    kind = s.kind.text
+    if kind not in ACTIVATIONS:
+        context.unknown("activation method", s.kind, ACTIVATIONS, "FZ213")
+        return Activation()
+    fields: dict[str, Any] = {"kind": kind}
+    for option in s.options:
+        name = option.name.text
+        if name not in _OPTIONS[kind]:
+            context.unknown("option", option.name, _OPTIONS[kind], "FZ213")
+        elif not context.check_names(option.value, context.params, "param"):
+            continue
+        elif name == "count":
+            fields["count"] = _count(context, option)
+        elif name == "threshold":
+            fields["threshold"] = option.value
+        else:
+            fields |= {"comparison": name, "threshold": option.value}
+    missing = _missing(kind, fields)
+    if missing and len(s.options) < 2:
+        context.report(
+            "FZ303", f"activation '{kind}' needs {missing}", s.kind.span, help=f"write, for example: {_FORM[kind]}"
+        )
+        return Activation()
+    return Activation.model_validate(fields)
+
+
+_FORM: Final = {
+    "first": "activation first(count=1, threshold=0)",
+    "last": "activation last(count=1, threshold=0)",
+    "highest": "activation highest(count=1)",
+    "lowest": "activation lowest(count=1)",
+    "threshold": "activation threshold(>= 0.1)",
+}
+
+
+def _missing(kind: str, fields: dict[str, Any]) -> str:
+    if kind in ("first", "last", "highest", "lowest") and "count" not in fields:
+        return "a count"
+    return "a comparison" if kind == "threshold" and "comparison" not in fields else ""
+
+
+def _count(context: Context, option: sx.ActivationOption) -> int:
+    value = option.value
+    if isinstance(value, ex.Number) and value.value == int(value.value) and 1 <= value.value <= 100_000:
+        return int(value.value)
+    message = f"count = {ex.to_text(value)} is no whole number from 1 to 100000"
+    context.report("FZ302", message, ex.span_of(value) or option.name.span)
+    return 1
