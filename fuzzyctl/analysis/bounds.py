@@ -13,7 +13,7 @@ from fuzzyctl.analysis.intervals import Interval, enclose, hull
 from fuzzyctl.errors import NoRuleFiresError
 from fuzzyctl.expr import Expr, Name, span_of
 from fuzzyctl.kernels import inference, python_backend
-from fuzzyctl.kernels.defuzzify import average_hull, support_hull
+from fuzzyctl.kernels.defuzzify import consequent_hull, support_hull
 from fuzzyctl.kernels.plan import OutputPlan, Plan, degree_name, plan
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Output
@@ -91,7 +91,7 @@ def _terms_that_fire(flat: Plan, output: OutputPlan) -> list[int]:
     """Return the consequent terms of the rules whose firing strength is above 0 somewhere."""
     reach: dict[str, Interval] = {}
     for i, degree in enumerate(flat.degrees):
-        own = cells(flat.inputs[degree.input], [degree.set])
+        own = cells(flat.variable(degree.variable), [degree.set])
         formula = degree.set.degree(Name("x"))
         reach[degree_name(i)] = hull(enclose(formula, {"x": cell.floats}) for cell in own)
     possible = [enclose(strength, reach)[1] > 0.0 for strength in flat.strengths]
@@ -104,7 +104,7 @@ def _ends(
 ) -> tuple[_End, _End]:
     """Bound the output where some rule fires."""
     planned = [e.term for e in output.implied if flat.rules[e.rule].weight > 0.0]
-    hull_of = average_hull if output.averages else support_hull
+    hull_of = consequent_hull if output.averages else support_hull
     # Kernels hold their results within the hull of all rules.
     held = hull_of(output, planned)
     wanted = hull_of(output, terms) if terms else held
@@ -153,7 +153,8 @@ def _locate(flat: Plan, output: OutputPlan, ends: tuple[_End, _End]) -> tuple[_E
     kernel = python_backend.compile_source(python_backend.evaluation_source(program), program, names)
     position = flat.outputs.index(output)
     axes = [
-        breakpoints(variable, [d.set for d in flat.degrees if d.input == i]) for i, variable in enumerate(flat.inputs)
+        breakpoints(variable, [d.set for d in flat.degrees if d.variable == i])
+        for i, variable in enumerate(flat.inputs)
     ]
     found: list[dict[str, float] | None] = [None, None]
     for point in islice(product(*axes), TRIES):

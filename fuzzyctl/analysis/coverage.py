@@ -193,13 +193,15 @@ class _Search:
                 self.weights[rule.strength] = max(rule.weight, self.weights.get(rule.strength, 0.0))
         names = {n.name for s in self.weights for n in names_in(self.plan.strengths[s])}
         self.degrees = {degree_name(i): d for i, d in enumerate(self.plan.degrees) if degree_name(i) in names}
-        self.used = sorted({d.input for d in self.degrees.values()})
-        self.cells = [cells(self.plan.inputs[i], [d.set for d in self.plan.degrees if d.input == i]) for i in self.used]
+        self.used = sorted({d.variable for d in self.degrees.values()})
+        self.cells = [
+            cells(self.plan.inputs[i], [d.set for d in self.plan.degrees if d.variable == i]) for i in self.used
+        ]
         self.known = [[self._degrees_in(k, cell.floats) for cell in own] for k, own in enumerate(self.cells)]
 
     def _degrees_in(self, position: int, floats: Interval) -> dict[str, Interval]:
         here = {"x": floats}
-        own = {n: d for n, d in self.degrees.items() if d.input == self.used[position]}
+        own = {n: d for n, d in self.degrees.items() if d.variable == self.used[position]}
         return {n: enclose(d.set.degree(Name("x")), here) for n, d in own.items()}
 
     def _activation(self, strength: int, box: dict[str, Interval]) -> Interval:
@@ -224,7 +226,7 @@ class _Search:
         self, depth: int, position: tuple[int, ...], box: dict[str, Interval], alive: list[int]
     ) -> Iterator[tuple[int, ...]]:
         """Yield cells without a firing rule; collect those where it is not clear."""
-        later = {n: (0.0, 1.0) for n, d in self.degrees.items() if self.used.index(d.input) >= depth}
+        later = {n: (0.0, 1.0) for n, d in self.degrees.items() if self.used.index(d.variable) >= depth}
         kept = self._remaining(alive, box | later)
         if kept is None:
             return

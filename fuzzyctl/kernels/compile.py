@@ -120,7 +120,11 @@ class Kernel:
         results: FloatArray = self._batch(flat, states)
         # A sum is NaN if any part is, and takes no memory; only then is it worth looking closer.
         if self._promised and np.isnan(np.sum(results)):
-            bad = np.isnan(results[:, self._promised]).any(axis=1) & ~np.isnan(flat).any(axis=1)
+            missing = np.isnan(results)
+            bad = np.zeros(len(flat), dtype=bool)
+            for k in self._promised:
+                bad |= missing[:, k] & ~missing[:, list(self.plan.outputs[k].reads)].any(axis=1)
+            bad &= ~np.isnan(flat).any(axis=1)
             if states is not None:
                 bad &= ~np.isnan(states).any(axis=1)
             if bad.any():
@@ -129,14 +133,14 @@ class Kernel:
         return results.reshape(shape if len(self.output_names) == 1 else (*shape, len(self.output_names)))
 
     def _keep_promises(self, arguments: Sequence[Any], result: float | tuple[float, ...]) -> None:
-        """Raise where an output without `else` is NaN though no input is."""
+        """Raise where an output without `else` is NaN though nothing that it reads is."""
         values = result if isinstance(result, tuple) else (result,)
         point = [float(a) for a in arguments[: len(self.input_names)]]
         consequents = arguments[len(point)] if self.n_states and len(arguments) > len(point) else ()
         if any(x != x for x in point) or any(c != c for c in consequents):
             return
         for k in self._promised:
-            if values[k] != values[k]:
+            if values[k] != values[k] and all(values[r] == values[r] for r in self.plan.outputs[k].reads):
                 text = python_backend.point_text(self.input_names, point)
                 raise NoRuleFiresError(self.output_names[k], text)
 

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import reduce
+from itertools import pairwise
 
-from fuzzyctl.expr import ZERO, Binary, Call, Compare, Expr, Name, Number, Where
+from fuzzyctl.expr import ZERO, Binary, Compare, Expr, Name, Number, Where, replace_names
+from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, Vertex
 from fuzzyctl.kernels.centroid import exact_moments
 from fuzzyctl.kernels.plan import OutputPlan, SetPlan
 from fuzzyctl.kernels.program import NAN, STATE, Accumulate, Assign, Builder, Item, clip, times
@@ -30,15 +33,31 @@ class Activation:
     weight: float
 
 
-def defuzzify(builder: Builder, output: OutputPlan, active: Sequence[Activation]) -> tuple[Expr, Expr]:
+Hull = tuple[float | Expr, float | Expr]
+
+
+def defuzzify(
+    builder: Builder, output: OutputPlan, active: Sequence[Activation], inputs: Mapping[str, Expr]
+) -> tuple[Expr, Expr]:
     """Write the assignments for one output.
+
+    Args:
+        builder: The program to write into.
+        output: The output.
+        active: The rules that name it, without those of activation 0.
+        inputs: The clamped inputs by name, for consequents that are functions of them.
 
     Returns:
         Its value as an atom, and the condition that some rule fires.
     """
-    if output.averages:
-        numerator, denominator, hull = _average(builder, output, active)
-        offset = 0.0
+    otherwise = NAN if output.otherwise in (None, "error") else Number(float(output.otherwise))
+    offset = 0.0
+    hull: Hull
+    if output.over_rules:
+        numerator, denominator, hull = _over_rules(builder, output, active, inputs)
+        if output.kind == "weighted_sum":
+            fires = Compare(">", denominator, ZERO)
+            return builder.let(Where(fires, numerator, otherwise)), fires
     elif output.resolution is None:
         numerator, denominator = _exact(builder, output, active)
         offset, hull = middle(output), support_hull(output, [a.term for a in active])
@@ -49,13 +68,17 @@ def defuzzify(builder: Builder, output: OutputPlan, active: Sequence[Activation]
     quotient: Expr = Binary("/", numerator, denominator)
     if offset != 0.0:
         quotient = Binary("+", Number(offset), quotient)
-    otherwise = NAN if output.otherwise in (None, "error") else Number(float(output.otherwise))
     # Quotients of rounded (or denormal) sums may leave the hull of what is averaged; proved bounds are bounds of the
     # numbers returned, so the value is held within the hull. NaN stays NaN.
     value = builder.let(clip(builder.let(Where(fires, quotient, otherwise)), *hull))
-    if not (math.isnan(otherwise.value) or hull[0] <= otherwise.value <= hull[1]):
+    if not (math.isnan(otherwise.value) or _holds(hull, otherwise.value)):
         value = builder.let(Where(fires, value, otherwise))
     return value, fires
+
+
+def _holds(hull: Hull, value: float) -> bool:
+    low, high = hull
+    return isinstance(low, float) and isinstance(high, float) and low <= value <= high
 
 
 def middle(output: OutputPlan) -> float:
@@ -63,12 +86,23 @@ def middle(output: OutputPlan) -> float:
     return 0.5 * output.lower + 0.5 * output.upper
 
 
-def average_hull(output: OutputPlan, terms: Sequence[int]) -> tuple[float, float]:
-    """Return the least and the largest value that an average over these terms can have."""
+def consequent_hull(output: OutputPlan, terms: Sequence[int]) -> tuple[float, float]:
+    """Return the least and the largest value that an average over these terms, fixed or adaptive, can have."""
     if output.rate is not None:
         return output.lower, output.upper
-    peaks = [output.terms[t].peak for t in terms] or [0.0]
-    return min(peaks), max(peaks)
+    ends = [end for t in terms for end in _values(output, output.terms[t])] or [0.0]
+    return min(ends), max(ends)
+
+
+def _values(output: OutputPlan, term: SetPlan) -> tuple[float, float]:
+    """Return the ends of what a rule with this consequent can contribute; a function of the inputs is bounded later."""
+    if term.expression is not None:
+        return -math.inf, math.inf
+    if output.kind != "tsukamoto":
+        return term.peak, term.peak
+    value = scalar_function(term.inverse(Name("w")))
+    ends = sorted(min(max(value(w), output.lower), output.upper) for w in (0.0, 1.0))
+    return ends[0], ends[1]
 
 
 def support_hull(output: OutputPlan, terms: Sequence[int]) -> tuple[float, float]:
@@ -84,11 +118,17 @@ def support_hull(output: OutputPlan, terms: Sequence[int]) -> tuple[float, float
 
 def support(output: OutputPlan, term: SetPlan) -> tuple[float, ...]:
     """Return the ends of the support of a piecewise-linear term within the output range, nothing where it has none."""
-    vertices = term.vertices
-    left = vertices[0][0] if vertices[0][1] == 0.0 else -math.inf
-    right = vertices[-1][0] if vertices[-1][1] == 0.0 else math.inf
-    ends = (max(left, output.lower), min(right, output.upper))
-    return ends if ends[0] < ends[1] else ()
+    ends: list[float] = []
+    for (x0, y0), (x1, y1) in pairwise(_whole(term.vertices)):
+        left, right = max(x0, output.lower), min(x1, output.upper)
+        if left < right and max(y0, y1) > 0.0:
+            ends += [left, right]
+    return (min(ends), max(ends)) if ends else ()
+
+
+def _whole(vertices: tuple[Vertex, ...]) -> tuple[Vertex, ...]:
+    """Return corners with the stretches beyond the outer ones."""
+    return ((-math.inf, vertices[0][1]), *vertices, (math.inf, vertices[-1][1]))
 
 
 def sample_points(output: OutputPlan) -> tuple[float, ...]:
@@ -106,19 +146,47 @@ def sampled_degrees(term: SetPlan, points: Sequence[float]) -> tuple[float, ...]
     return tuple(degree(x) for x in points)
 
 
-def _average(
-    builder: Builder, output: OutputPlan, active: Sequence[Activation]
-) -> tuple[Expr, Expr, tuple[float, float]]:
-    """Sum over rules: activation · consequent over activation; rules of equal consequents are summed first."""
+def _over_rules(
+    builder: Builder, output: OutputPlan, active: Sequence[Activation], inputs: Mapping[str, Expr]
+) -> tuple[Expr, Expr, Hull]:
+    """Sum activation · consequent, and activation, over rules; rules of equal consequents are summed first."""
     if output.rate is not None:
         numerator = builder.total(times(a.strength, Item(STATE, a.state or 0)) for a in active)
-        return numerator, builder.total(a.strength for a in active), average_hull(output, ())
-    by_peak: dict[float, list[Expr]] = {}
+        return numerator, builder.total(a.strength for a in active), consequent_hull(output, ())
+    by_value: dict[Expr, list[Expr]] = {}
     for a in active:
-        by_peak.setdefault(output.terms[a.term].peak, []).append(a.strength)
-    sums = {peak: builder.total(parts) for peak, parts in by_peak.items()}
-    numerator = builder.total(times(s, Number(peak)) for peak, s in sums.items() if peak != 0.0)
-    return numerator, builder.total(sums.values()), average_hull(output, [a.term for a in active])
+        value = _consequent(builder, output, output.terms[a.term], a.strength, inputs)
+        by_value.setdefault(value, []).append(a.strength)
+    sums = {value: builder.total(parts) for value, parts in by_value.items()}
+    numerator = builder.total(_part(builder, s, value) for value, s in sums.items() if value != ZERO)
+    denominator = builder.total(sums.values())
+    if all(output.terms[a.term].expression is None for a in active):
+        return numerator, denominator, consequent_hull(output, [a.term for a in active])
+    least = builder.smallest(_if_firing(builder, s, value, math.inf) for value, s in sums.items())
+    most = builder.largest(_if_firing(builder, s, value, -math.inf) for value, s in sums.items())
+    return numerator, denominator, (least, most)
+
+
+def _consequent(
+    builder: Builder, output: OutputPlan, term: SetPlan, strength: Expr, inputs: Mapping[str, Expr]
+) -> Expr:
+    """Return the value of a rule's consequent as an atom."""
+    if term.expression is not None:
+        return builder.let(replace_names(term.expression, inputs))
+    if output.kind == "tsukamoto":
+        place = builder.let(term.inverse(builder.let(term.share(strength))))
+        return builder.let(clip(place, output.lower, output.upper))
+    return Number(term.peak)
+
+
+def _part(builder: Builder, strength: Expr, value: Expr) -> Expr:
+    """Return activation · consequent; a function without a value, or an infinite one, counts only if its rule fires."""
+    product = times(strength, value)
+    return product if isinstance(value, Number) else builder.let(Where(Compare(">", strength, ZERO), product, ZERO))
+
+
+def _if_firing(builder: Builder, strength: Expr, value: Expr, otherwise: float) -> Expr:
+    return builder.let(Where(Compare(">", strength, ZERO), value, Number(otherwise)))
 
 
 def _heights(builder: Builder, output: OutputPlan, active: Sequence[Activation]) -> list[tuple[int, Expr, float]]:
@@ -126,7 +194,7 @@ def _heights(builder: Builder, output: OutputPlan, active: Sequence[Activation])
 
     Under `max`, and under `sum` of scaled sets, rules of one term act as one rule.
     """
-    if output.aggregation == "sum" and output.implication == "min":
+    if output.aggregation != "max" and (output.aggregation, output.implication) != ("sum", "product"):
         return [(a.term, a.strength, a.weight) for a in active]
     merged: list[tuple[int, Expr, float]] = []
     for term in dict.fromkeys(a.term for a in active):
@@ -151,9 +219,9 @@ def _sampled(builder: Builder, output: OutputPlan, active: Sequence[Activation])
     parts: list[Expr] = []
     for term, height, _ in _heights(builder, output, active):
         degree = Item(builder.table(sampled_degrees(output.terms[term], points)), counter)
-        cut = Call("min", (height, degree)) if output.implication == "min" else times(height, degree)
-        parts.append(inner.let(cut))
-    joined = inner.largest(parts) if output.aggregation == "max" else inner.total(parts)
+        parts.append(inner.let(CONJUNCTIONS[output.implication](height, inner.let(degree))))
+    join = AGGREGATIONS[output.aggregation]
+    joined = reduce(lambda a, b: inner.let(join(a, b)), parts) if parts else ZERO
     x = Item(builder.table(p - middle(output) for p in points), counter)
     area, moment = inner.fresh(), inner.fresh()
     body = tuple(s for s in inner.statements if isinstance(s, Assign))

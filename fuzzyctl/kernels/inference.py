@@ -2,43 +2,35 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
-from fuzzyctl.expr import ZERO, Binary, Compare, Expr, Logic, Name, Number, Where, replace_names
+from fuzzyctl.expr import ZERO, Binary, Compare, Expr, Logic, Name, Number, Where, names_in, replace_names
+from fuzzyctl.kernels.activation import acting
 from fuzzyctl.kernels.defuzzify import Activation, defuzzify
-from fuzzyctl.kernels.plan import InputPlan, OutputPlan, Plan, degree_name
+from fuzzyctl.kernels.plan import InputPlan, OutputPlan, Plan, SetPlan, degree_name, step_name
 from fuzzyctl.kernels.program import NAN, STATE, Builder, Item, Program, Refuse, any_nan, clip, times
-
-
-@dataclass(frozen=True)
-class _Front:
-    """What all programs of a plan begin with: raw inputs and the activation of each rule."""
-
-    builder: Builder
-    raw: tuple[Name, ...]
-    activations: tuple[Expr, ...]
-
-    @property
-    def nan(self) -> Expr:
-        return any_nan(self.raw)
 
 
 def evaluation(plan: Plan) -> Program:
     """Write the program that computes all outputs.
 
-    Its results are NaN where an input is NaN.
+    Its results are NaN where an input is NaN, and where an output is NaN that they depend on.
     """
-    front = _front(plan)
+    front = _Front(plan)
+    for position in plan.order:
+        front.write_output(position)
     builder = front.builder
-    results = [_output(plan, front, o) for o in range(len(plan.outputs))]
-    return _program(plan, builder, [Where(front.nan, NAN, builder.let(r)) for r in results])
+    results: list[Expr] = []
+    for position in range(len(plan.outputs)):
+        value = builder.let(front.outputs[position])
+        results.append(Where(front.nan(position), NAN, value))
+    return _program(plan, builder, results)
 
 
 def strengths(plan: Plan) -> Program:
     """Write the program that computes the normalised activation ξ_k of each entry of the adaptive state."""
-    front = _front(plan)
+    front = _adaptive_front(plan)
     normalised = _normalised(plan, front)
-    return _program(plan, front.builder, [Where(front.nan, NAN, xi) for xi in normalised], with_state=False)
+    results: list[Expr] = [Where(front.nan(o), NAN, xi) for (o, _), xi in zip(plan.states, normalised, strict=True)]
+    return _program(plan, front.builder, results, with_state=False)
 
 
 def rates(plan: Plan) -> Program:
@@ -46,7 +38,7 @@ def rates(plan: Plan) -> Program:
 
     The rate takes the raw inputs, ξ the clamped ones.
     """
-    front = _front(plan)
+    front = _adaptive_front(plan)
     builder = front.builder
     raw = {i.name: x for i, x in zip(plan.inputs, front.raw, strict=True)}
     results: list[Expr] = []
@@ -56,8 +48,18 @@ def rates(plan: Plan) -> Program:
         rate = builder.let(replace_names(output.rate, dict(raw)))
         # An infinite input times a rule that does not fire would be NaN.
         change = builder.let(Where(Compare(">", xi, ZERO), times(rate, xi), ZERO))
-        results.append(Where(front.nan, NAN, Where(_leaves(output, Item(STATE, s), change), ZERO, change)))
+        results.append(Where(front.nan(o), NAN, Where(_leaves(output, Item(STATE, s), change), ZERO, change)))
     return _program(plan, builder, results)
+
+
+def term_degree(term: SetPlan) -> Program:
+    """Write the program that computes the degree of one term."""
+    builder = Builder()
+    x = Name(_raw_name(0))
+    value = builder.let(term.degree(x))
+    return Program(
+        (x.name,), 0, tuple(builder.tables.items()), tuple(builder.statements), (Where(any_nan([x]), NAN, value),)
+    )
 
 
 def _leaves(output: OutputPlan, state: Expr, change: Expr) -> Expr:
@@ -80,34 +82,98 @@ def _raw_name(position: int) -> str:
     return f"x{position}"
 
 
-def _front(plan: Plan) -> _Front:
-    builder = Builder()
-    raw = tuple(Name(_raw_name(i)) for i in range(len(plan.inputs)))
-    clamped = [_clamped(builder, i, x) for i, x in zip(plan.inputs, raw, strict=True)]
-    degrees = {degree_name(i): builder.let(d.set.degree(clamped[d.input])) for i, d in enumerate(plan.degrees)}
-    fired = [builder.let(replace_names(s, degrees)) for s in plan.strengths]
-    activations = tuple(
-        builder.let(times(fired[r.strength], Number(r.weight))) if r.weight != 0.0 else ZERO for r in plan.rules
-    )
-    return _Front(builder, raw, activations)
-
-
 def _clamped(builder: Builder, variable: InputPlan, x: Expr) -> Expr:
     return x if variable.extrapolate else builder.let(clip(x, variable.lower, variable.upper))
 
 
-def _output(plan: Plan, front: _Front, position: int) -> Expr:
-    output = plan.outputs[position]
-    states = {k: s for s, (o, k) in enumerate(plan.states) if o == position}
-    active = [
-        Activation(front.activations[entry.rule], entry.term, states.get(k), plan.rules[entry.rule].weight)
-        for k, entry in enumerate(output.implied)
-    ]
-    value, fires = defuzzify(front.builder, output, [a for a in active if a.strength != ZERO])
-    if output.otherwise == "error":
-        quiet = Logic("and", (Logic("not", (fires,)), Logic("not", (front.nan,))))
-        front.builder.statements.append(Refuse(quiet, output.name))
-    return value
+class _Front:
+    """What all programs of a plan begin with: raw inputs and the activation of each rule.
+
+    Rules that read an output are written once that output is.
+    """
+
+    def __init__(self, plan: Plan) -> None:
+        self.plan, self.builder = plan, Builder()
+        self.raw = tuple(Name(_raw_name(i)) for i in range(len(plan.inputs)))
+        self.clamped = [_clamped(self.builder, i, x) for i, x in zip(plan.inputs, self.raw, strict=True)]
+        self.outputs: dict[int, Expr] = {}
+        self.activations: dict[int, Expr] = {}
+        self._known: dict[str, Expr] = {}
+        self._fired: dict[int, Expr] = {}
+        for i, x in enumerate(self.clamped):
+            self._write_degrees(i, x)
+        self._write_rules()
+
+    def nan(self, position: int) -> Expr:
+        """Return whether an output has no value because what it depends on has none."""
+        return any_nan([*self.raw, *(self.outputs[k] for k in self.plan.outputs[position].reads)])
+
+    def write_output(self, position: int) -> None:
+        """Write an output, and the rules that read it."""
+        output = self.plan.outputs[position]
+        value = self._output(position)
+        self.outputs[position] = value
+        variable = len(self.plan.inputs) + position
+        if any(d.variable == variable for d in self.plan.degrees):
+            self._write_degrees(variable, self.builder.let(clip(value, output.lower, output.upper)))
+            self._write_rules()
+
+    def _write_degrees(self, variable: int, x: Expr) -> None:
+        for i, d in enumerate(self.plan.degrees):
+            if d.variable == variable:
+                self._known[degree_name(i)] = self.builder.let(d.set.degree(x))
+
+    def _write_rules(self) -> None:
+        """Write the steps, strengths and activations that can be computed by now."""
+        for i, step in enumerate(self.plan.steps):
+            if step_name(i) not in self._known and self._computable(step):
+                self._known[step_name(i)] = self.builder.let(replace_names(step, self._known))
+        for i, strength in enumerate(self.plan.strengths):
+            if i not in self._fired and self._computable(strength):
+                self._fired[i] = self.builder.let(replace_names(strength, self._known))
+        rules = [
+            r for r, rule in enumerate(self.plan.rules) if r not in self.activations and rule.strength in self._fired
+        ]
+        written = [self._activation(r) for r in rules]
+        self.activations |= dict(zip(rules, acting(self.builder, self.plan.activation, written), strict=True))
+
+    def _computable(self, expr: Expr) -> bool:
+        return all(n.name in self._known for n in names_in(expr))
+
+    def _activation(self, position: int) -> Expr:
+        rule = self.plan.rules[position]
+        if rule.weight == 0.0:
+            return ZERO
+        return self.builder.let(times(self._fired[rule.strength], Number(rule.weight)))
+
+    def _output(self, position: int) -> Expr:
+        plan, output = self.plan, self.plan.outputs[position]
+        states = {k: s for s, (o, k) in enumerate(plan.states) if o == position}
+        active = [
+            Activation(self.activations[entry.rule], entry.term, states.get(k), _most(plan, entry.rule))
+            for k, entry in enumerate(output.implied)
+        ]
+        inputs = {i.name: x for i, x in zip(plan.inputs, self.clamped, strict=True)}
+        value, fires = defuzzify(self.builder, output, [a for a in active if a.strength != ZERO], inputs)
+        if output.otherwise == "error":
+            quiet = Logic("and", (Logic("not", (fires,)), Logic("not", (self.nan(position),))))
+            self.builder.statements.append(Refuse(quiet, output.name))
+        return value
+
+
+def _most(plan: Plan, rule: int) -> float:
+    """Return the largest activation a rule can have."""
+    return 1.0 if plan.activation.kind == "proportional" else plan.rules[rule].weight
+
+
+def _adaptive_front(plan: Plan) -> _Front:
+    """Write what adaptive outputs need: the outputs that they read."""
+    front = _Front(plan)
+    needed = {r for o, _ in plan.states for r in plan.outputs[o].reads}
+    for position in plan.order:
+        if position in needed:
+            front.write_output(position)
+    return front
 
 
 def _normalised(plan: Plan, front: _Front) -> list[Expr]:

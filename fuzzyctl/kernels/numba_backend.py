@@ -12,7 +12,7 @@ import importlib.util
 import os
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -34,6 +34,14 @@ from numba import njit
 
 power = np.power
 '''
+
+#: What expressions of the user may call, each written only into modules that do.
+_HELPERS: Final = {
+    "divide": ("a, b", "a / b"),
+    "smaller": ("a, b", "a if a < b else b"),
+    "larger": ("a, b", "a if a > b else b"),
+    "held": ("x", "(x if x < 1.0 else 1.0) if x > 0.0 else 0.0"),
+}
 
 
 def evaluation_source(program: Program) -> str:
@@ -102,7 +110,13 @@ def _module(program: Program, signature: str, lines: list[str]) -> str:
     tables = [f"{name} = np.array({list(values)!r})" for name, values in program.tables]
     # error_model: 0/0 is NaN without a test; fastmath would delete the NaN that an input may bring.
     decorator = f'@njit("{signature}", cache=CACHE, error_model="numpy")'
-    return "\n".join([_HEADER, *tables, "", decorator, *lines]) + "\n"
+    return "\n".join([_HEADER, *tables, *_helpers(lines), "", decorator, *lines]) + "\n"
+
+
+def _helpers(lines: list[str]) -> Iterator[str]:
+    for name, (arguments, value) in _HELPERS.items():
+        if any(f"{name}(" in line for line in lines):
+            yield f'\n\n@njit(error_model="numpy")\ndef {name}({arguments}):\n{INDENT}return {value}\n'
 
 
 def compile_source(source: str) -> Callable[..., Any]:

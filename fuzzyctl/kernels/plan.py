@@ -5,42 +5,100 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import reduce
-from typing import Literal
+from typing import Final, Literal
 
-from fuzzyctl.errors import Diagnostic, DiagnosticError, UnknownNameError
-from fuzzyctl.expr import CONSTANTS, Expr, Name, Number, names_in, replace_names
-from fuzzyctl.formulas import CONJUNCTIONS, DISJUNCTIONS, MEMBERSHIP, Norm, Vertex, one_minus
-from fuzzyctl.model.method import AVERAGES, Method
-from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or
+from fuzzyctl.errors import Diagnostic, DiagnosticError, FuzzyctlError, UnknownNameError
+from fuzzyctl.expr import CONSTANTS, ONE, ZERO, Binary, Call, Expr, Name, Number, names_in, replace, replace_names
+from fuzzyctl.formulas import (
+    CONJUNCTIONS,
+    DISJUNCTIONS,
+    HEDGES,
+    MEMBERSHIP,
+    Norm,
+    Vertex,
+    exact_centroid_possible,
+    held,
+    is_monotone,
+    one_minus,
+)
+from fuzzyctl.model.method import AVERAGES, OVER_RULES
+from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, literals
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Input, Membership, Output
+from fuzzyctl.model.variable import Input, Membership, Output, Term
 
 #: What a planned output is where no rule fires: a number (NaN for `else nan`), an exception, or nothing, since it has
 #: been promised that some rule always fires.
 Otherwise = float | Literal["error"] | None
 
+#: The name of the variable itself in the expression of a `function` term of an input.
+ITSELF: Final = "x"
+
+
+class OutputCycleError(FuzzyctlError):
+    """Raised when outputs read each other in a circle, so that none can be computed first."""
+
+    def __init__(self, names: list[str]) -> None:
+        super().__init__(f"outputs depend on each other: {' → '.join(names)}")
+
 
 @dataclass(frozen=True)
 class SetPlan:
-    """A fuzzy set with its parameters as numbers."""
+    """A fuzzy set, or a consequent of Takagi-Sugeno, with its parameters as numbers.
+
+    Args:
+        kind: A key of `formulas.MEMBERSHIP`, `linear` or `function`.
+        parameters: Its parameters, none for `linear` and `function`.
+        height: The largest degree.
+        expression: For `linear` and `function` consequents over the names of the inputs, for a `function` term of an
+            input over `ITSELF`.
+    """
 
     kind: str
     parameters: tuple[float, ...]
+    height: float = 1.0
+    expression: Expr | None = None
 
     def degree(self, x: Expr) -> Expr:
         """Return the degree of x."""
-        return MEMBERSHIP[self.kind].degree(x, self.parameters)
+        if self.expression is not None:
+            own = held(replace_names(self.expression, {ITSELF: x}))
+        else:
+            own = MEMBERSHIP[self.kind].degree(x, self.parameters)
+        return own if self.height == 1.0 else Binary("*", Number(self.height), own)
 
     @property
     def vertices(self) -> tuple[Vertex, ...]:
         """Corners of a piecewise-linear set, empty for a curved one."""
-        return MEMBERSHIP[self.kind].vertices(self.parameters)
+        if self.expression is not None:
+            return ()
+        return tuple((x, self.height * y) for x, y in MEMBERSHIP[self.kind].vertices(self.parameters))
+
+    @property
+    def pieces(self) -> tuple[float, ...]:
+        """Finite places where the formula changes, such as corners."""
+        if self.expression is not None:
+            return ()
+        formula = MEMBERSHIP[self.kind]
+        places = [*formula.core(self.parameters), *formula.pieces(self.parameters)]
+        return tuple(sorted({x for x in places if not math.isinf(x)}))
 
     @property
     def peak(self) -> float:
         """The middle of the core: what the averages take (Eq. (18) of Goto, Bertol, Martins)."""
         left, right = MEMBERSHIP[self.kind].core(self.parameters)
         return left if left == right else 0.5 * left + 0.5 * right
+
+    def share(self, activation: Expr) -> Expr:
+        """Return an activation relative to the height, at most 1."""
+        if self.height == 1.0:
+            return activation
+        return Call("min", (ONE, Binary("/", activation, Number(self.height))))
+
+    def inverse(self, share: Expr) -> Expr:
+        """Return where a monotone set has a share, which must be a name, of its height."""
+        found = MEMBERSHIP[self.kind].inverse(share, self.parameters)
+        assert found is not None, "tsukamoto takes monotone sets only"
+        return found
 
 
 @dataclass(frozen=True)
@@ -55,9 +113,12 @@ class InputPlan:
 
 @dataclass(frozen=True)
 class DegreePlan:
-    """The degree of one term of one input; it appears once, however many rules name it."""
+    """The degree of one term of one variable; it appears once, however many rules name it.
 
-    input: int
+    Variables are counted through: first the inputs, then the outputs, which count with their crisp values.
+    """
+
+    variable: int
     term: str
     set: SetPlan
 
@@ -91,10 +152,11 @@ class OutputPlan:
         grid: Where the sample points stand.
         implication: One of `formulas.IMPLICATIONS`.
         aggregation: One of `formulas.AGGREGATIONS`.
-        terms: The fuzzy sets of the terms, in order of declaration.
+        terms: The consequents: the terms in order of declaration, then those without a name.
         implied: One entry for each rule that names the output, in order of the rules.
         otherwise: What it is where no rule fires.
         rate: For an adaptive output dC_k/dt divided by ξ_k over the names of the inputs, else None.
+        reads: Positions of the outputs it depends on, directly or through others.
     """
 
     name: str
@@ -109,11 +171,27 @@ class OutputPlan:
     implied: tuple[ImpliedPlan, ...]
     otherwise: Otherwise
     rate: Expr | None
+    reads: tuple[int, ...] = ()
 
     @property
     def averages(self) -> bool:
-        """Whether it sums over rules rather than over a fuzzy set."""
+        """Whether it is an average over rules of fixed or adaptive numbers."""
         return self.kind in AVERAGES
+
+    @property
+    def over_rules(self) -> bool:
+        """Whether it sums over rules rather than over a fuzzy set."""
+        return self.kind in OVER_RULES
+
+
+@dataclass(frozen=True)
+class ActivationPlan:
+    """The activation method; see `model.method.Activation`."""
+
+    kind: str = "general"
+    count: int = 1
+    threshold: float = 0.0
+    comparison: str = ">="
 
 
 @dataclass(frozen=True)
@@ -123,16 +201,30 @@ class Plan:
     Args:
         inputs: In order of a kernel's arguments.
         degrees: Each degree that some rule uses, once.
-        strengths: Each distinct firing strength, an expression over `d0`, `d1`, ... of the degrees.
+        steps: Parts of firing strengths that are mentioned more than once, each an expression over degrees and earlier
+            steps.
+        strengths: Each distinct firing strength, an expression over the names of degrees and steps.
         rules: In the order written.
+        activation: Which rules act.
         outputs: In order of a kernel's results.
+        order: Positions of the outputs, each after those it reads.
     """
 
     inputs: tuple[InputPlan, ...]
     degrees: tuple[DegreePlan, ...]
+    steps: tuple[Expr, ...]
     strengths: tuple[Expr, ...]
     rules: tuple[RulePlan, ...]
+    activation: ActivationPlan
     outputs: tuple[OutputPlan, ...]
+    order: tuple[int, ...]
+
+    def variable(self, position: int) -> InputPlan:
+        """Return an input, or an output as what antecedents read: its value within its range."""
+        if position < len(self.inputs):
+            return self.inputs[position]
+        output = self.outputs[position - len(self.inputs)]
+        return InputPlan(output.name, output.lower, output.upper, extrapolate=False)
 
     @property
     def states(self) -> tuple[tuple[int, int], ...]:
@@ -159,11 +251,18 @@ def degree_name(index: int) -> str:
     return f"d{index}"
 
 
+def step_name(index: int) -> str:
+    """Return the name that a step has inside firing strengths."""
+    return f"t{index}"
+
+
 def plan(system: FuzzySystem) -> Plan:
     """Flatten a well-formed system.
 
     Raises:
-        DiagnosticError: For an exact centroid of curved terms, which has no closed form, and of terms without area.
+        DiagnosticError: For terms that do not suit the defuzzifier, such as an exact centroid of curved terms, and for
+            activation methods that compare rules of which some read an output of the same evaluation.
+        OutputCycleError: For outputs that read each other in a circle.
         UnknownNameError: For an antecedent or consequent that names what is not declared.
         ExprError: For an expression without a value; a loaded system has none such.
     """
@@ -171,13 +270,21 @@ def plan(system: FuzzySystem) -> Plan:
     rules = tuple(
         RulePlan(antecedents.strength(rule.antecedent), _number(system, rule.weight)) for rule in system.rules
     )
+    order, reads = _order(system)
     return Plan(
         inputs=tuple(_input(system, i) for i in system.inputs),
         degrees=tuple(antecedents.degrees.values()),
+        steps=tuple(antecedents.steps),
         strengths=tuple(antecedents.strengths),
         rules=rules,
-        outputs=tuple(_output(system, output) for output in system.outputs),
+        activation=_activation(system, chained=any(reads)),
+        outputs=tuple(_output(system, output, r) for output, r in zip(system.outputs, reads, strict=True)),
+        order=order,
     )
+
+
+#: Norms whose formulas mention each operand once, so that operands need no name of their own.
+_ONCE: Final = ("min", "product", "bounded_difference", "max", "bounded_sum")
 
 
 class _Antecedents:
@@ -185,11 +292,12 @@ class _Antecedents:
 
     def __init__(self, system: FuzzySystem) -> None:
         self.system = system
-        self.conjunction = CONJUNCTIONS[system.method.conjunction]
-        self.disjunction = DISJUNCTIONS[system.method.disjunction]
-        self.positions = {v.name: i for i, v in enumerate(system.inputs)}
+        self.variables = (*system.inputs, *system.outputs)
+        self.positions = {v.name: i for i, v in enumerate(self.variables)}
+        self.hedges = {h.name: h for h in system.hedges}
         self.degrees: dict[tuple[int, str], DegreePlan] = {}
         self.names: dict[tuple[int, str], Name] = {}
+        self.steps: dict[Expr, Name] = {}
         self.strengths: dict[Expr, int] = {}
 
     def strength(self, antecedent: Antecedent) -> int:
@@ -197,36 +305,94 @@ class _Antecedents:
 
     def truth(self, antecedent: Antecedent) -> Expr:
         match antecedent:
-            case Is(variable=variable, term=term):
-                return self.degree(variable, term)
+            case Is(variable=variable, term=term, hedges=hedges):
+                return reduce(self.hedged, reversed(hedges), self.degree(variable, term))
             case Not(operand=operand):
                 return one_minus(self.truth(operand))
             case And(operands=operands):
-                return self.join(self.conjunction, operands)
+                return self.join(CONJUNCTIONS, self.system.method.conjunction, operands)
             case Or(operands=operands):
-                return self.join(self.disjunction, operands)
+                return self.join(DISJUNCTIONS, self.system.method.disjunction, operands)
         raise TypeError(f"{type(antecedent).__name__} is no antecedent")
 
-    def join(self, norm: Norm, operands: tuple[Antecedent, ...]) -> Expr:
-        return reduce(norm, [self.truth(operand) for operand in operands])
+    def join(self, norms: dict[str, Norm], name: str, operands: tuple[Antecedent, ...]) -> Expr:
+        norm, truths = norms[name], [self.truth(operand) for operand in operands]
+        if name in _ONCE:
+            return reduce(norm, truths)
+        return reduce(lambda a, b: norm(self.named(a), self.named(b)), truths)
 
-    def degree(self, variable: str, term: str) -> Name:
+    def hedged(self, truth: Expr, hedge: str) -> Expr:
+        if hedge in self.hedges:
+            own = self.hedges[hedge]
+            numbers = _constants(self.system, {own.parameter})
+            _require_known(own.expression, {own.parameter}, numbers)
+            inside: dict[str, Expr] = {**numbers, own.parameter: self.named(truth)}
+            return held(guarded(replace_names(own.expression, inside)))
+        if hedge not in HEDGES:
+            raise UnknownNameError("hedge", hedge, [*HEDGES, *self.hedges])
+        return HEDGES[hedge](self.named(truth))
+
+    def named(self, truth: Expr) -> Expr:
+        """Return a name for what a formula mentions several times."""
+        if isinstance(truth, Name | Number):
+            return truth
+        return self.steps.setdefault(truth, Name(step_name(len(self.steps))))
+
+    def degree(self, variable: str, term: str) -> Expr:
         if variable not in self.positions:
             raise UnknownNameError("input", variable, self.positions)
         key = (self.positions[variable], term)
         if key not in self.degrees:
-            declared = self.system.inputs[key[0]]
+            declared = self.variables[key[0]]
             found = declared.term(term)
             if found is None:
                 raise UnknownNameError("term", term, [t.name for t in declared.terms])
+            degrees = _term_of_input if isinstance(declared, Input) else _term_of_output
             self.names[key] = Name(degree_name(len(self.degrees)))
-            self.degrees[key] = DegreePlan(key[0], term, _set(self.system, found.membership))
+            self.degrees[key] = DegreePlan(key[0], term, degrees(self.system, declared.name, found))
         return self.names[key]
+
+
+def guarded(expr: Expr) -> Expr:
+    """Return an expression that a user wrote so that every target computes the same, and none raises.
+
+    Quotients follow IEEE 754, and `min` and `max` compare, so that all targets agree where an operand has no value.
+    """
+
+    def change(node: Expr) -> Expr:
+        match node:
+            case Binary(op="/", left=left, right=right):
+                return Call("divide", (left, right))
+            case Call(function="min" | "max" as function, arguments=arguments):
+                pair = "smaller" if function == "min" else "larger"
+                return reduce(lambda a, b: Call(pair, (a, b)), arguments)
+        return node
+
+    return replace(expr, change)
 
 
 def _number(system: FuzzySystem, expr: Expr) -> float:
     # + 0.0 makes -0.0 a plain zero, so that equal systems have equal plans.
     return float(system.number(expr)) + 0.0
+
+
+def _constants(system: FuzzySystem, hidden: set[str]) -> dict[str, Expr]:
+    """Return params and named constants as numbers, without those that a variable of the same name hides."""
+    return {n: Number(v) for n, v in (CONSTANTS | system.values).items() if n not in hidden}
+
+
+def _require_known(expr: Expr, variables: set[str], numbers: dict[str, Expr]) -> None:
+    for name in names_in(expr):
+        if name.name not in variables and name.name not in numbers:
+            raise UnknownNameError("input", name.name, sorted(variables))
+
+
+def _of_inputs(system: FuzzySystem, expr: Expr) -> Expr:
+    """Return an expression over the names of the inputs, params replaced by numbers."""
+    inputs = {i.name for i in system.inputs}
+    numbers = _constants(system, inputs)
+    _require_known(expr, inputs, numbers)
+    return replace_names(expr, numbers)
 
 
 def _input(system: FuzzySystem, variable: Input) -> InputPlan:
@@ -235,43 +401,124 @@ def _input(system: FuzzySystem, variable: Input) -> InputPlan:
     )
 
 
+def _term_of_input(system: FuzzySystem, variable: str, term: Term) -> SetPlan:
+    membership = term.membership
+    if membership.kind != "function":
+        return _set(system, membership)
+    numbers = _constants(system, {variable})
+    _require_known(membership.arguments[0], {variable}, numbers)
+    inside: dict[str, Expr] = {**numbers, variable: Name(ITSELF)}
+    expression = guarded(replace_names(membership.arguments[0], inside))
+    return SetPlan("function", (), _number(system, membership.height), expression)
+
+
+def _term_of_output(system: FuzzySystem, variable: str, term: Term) -> SetPlan:
+    if term.membership.kind not in MEMBERSHIP:
+        message = f"term '{term.name}' of output '{variable}' is a function of the inputs, so nothing can be it"
+        raise DiagnosticError([Diagnostic("FZ214", message, term.span, help="give the output fuzzy sets as terms")])
+    return _set(system, term.membership)
+
+
 def _set(system: FuzzySystem, membership: Membership) -> SetPlan:
-    return SetPlan(membership.kind, tuple(_number(system, a) for a in membership.arguments))
+    height = _number(system, membership.height)
+    return SetPlan(membership.kind, tuple(_number(system, a) for a in membership.arguments), height)
 
 
-def _output(system: FuzzySystem, output: Output) -> OutputPlan:
+def _consequent(system: FuzzySystem, membership: Membership) -> SetPlan:
+    match membership.kind:
+        case "linear":
+            *factors, constant = (_number(system, a) for a in membership.arguments)
+            names = [i.name for i in system.inputs]
+            parts = [Binary("*", Number(c), Name(n)) for c, n in zip(factors, names, strict=True) if c != 0.0]
+            return SetPlan("linear", (), expression=_sum([*parts, Number(constant)]))
+        case "function":
+            return SetPlan("function", (), expression=guarded(_of_inputs(system, membership.arguments[0])))
+    return _set(system, membership)
+
+
+def _sum(parts: list[Expr]) -> Expr:
+    return reduce(lambda a, b: Binary("+", a, b), [p for p in parts if p != ZERO] or [ZERO])
+
+
+def _order(system: FuzzySystem) -> tuple[tuple[int, ...], list[tuple[int, ...]]]:
+    """Return the outputs each after those it reads, and for each all it depends on."""
+    names = [o.name for o in system.outputs]
+    direct: dict[str, set[str]] = {name: set() for name in names}
+    for rule in system.rules:
+        read = {i.variable for i in literals(rule.antecedent)} & set(names)
+        for consequent in rule.consequents:
+            direct.get(consequent.output, set()).update(read)
+    reads: dict[str, set[str]] = {}
+    order: list[str] = []
+    while len(order) < len(names):
+        ready = [n for n in names if n not in reads and direct[n] <= set(order)]
+        if not ready:
+            raise OutputCycleError(_cycle(direct, [n for n in names if n not in reads]))
+        for name in ready:
+            reads[name] = direct[name].union(*(reads[n] for n in direct[name]))
+            order.append(name)
+    return tuple(names.index(n) for n in order), [tuple(sorted(names.index(r) for r in reads[n])) for n in names]
+
+
+def _cycle(direct: dict[str, set[str]], left: list[str]) -> list[str]:
+    """Return outputs that read each other in a circle, the first one again at the end."""
+    path = [left[0]]
+    while path[-1] not in path[:-1]:
+        path.append(min(direct[path[-1]] & set(left)))
+    return path[path.index(path[-1]) :]
+
+
+def _activation(system: FuzzySystem, *, chained: bool) -> ActivationPlan:
+    method = system.method.activation
+    if chained and method.kind not in ("general", "threshold"):
+        message = f"activation '{method.kind}' compares all rules, and some of them read an output of the system"
+        raise DiagnosticError([Diagnostic("FZ214", message, method.span, help="use 'activation general'")])
+    return ActivationPlan(
+        kind=method.kind,
+        count=1 if method.count is None else method.count,
+        threshold=0.0 if method.threshold is None else _number(system, method.threshold),
+        comparison=method.comparison or ">=",
+    )
+
+
+def _output(system: FuzzySystem, output: Output, reads: tuple[int, ...]) -> OutputPlan:
     method = system.method
-    terms = tuple(_set(system, term.membership) for term in output.terms)
+    defuzzifier = output.defuzzifier or method.defuzzifier
+    terms = [_consequent(system, term.membership) for term in output.terms]
     positions = {term.name: i for i, term in enumerate(output.terms)}
     implied: list[ImpliedPlan] = []
     for r, rule in enumerate(system.rules):
         for consequent in rule.consequents:
-            if consequent.output == output.name:
-                term = consequent.term
-                if isinstance(term, Membership):
-                    terms = (*terms, _set(system, term))
-                    implied.append(ImpliedPlan(r, len(terms) - 1))
-                    continue
-                if term not in positions:
-                    raise UnknownNameError("term", term, positions)
+            if consequent.output != output.name:
+                continue
+            term = consequent.term
+            if isinstance(term, Membership):
+                own = _consequent(system, term)
+                if own not in terms[len(output.terms) :]:
+                    terms.append(own)
+                implied.append(ImpliedPlan(r, terms.index(own, len(output.terms))))
+            elif term in positions:
                 implied.append(ImpliedPlan(r, positions[term]))
-    rate = _rate(system, output)
-    _require_area(output, terms, method, {entry.term for entry in implied})
+            else:
+                raise UnknownNameError("term", term, positions)
     lower, upper = _number(system, output.lower), _number(system, output.upper)
-    return OutputPlan(
+    planned = OutputPlan(
         name=output.name,
         lower=lower,
         upper=upper,
-        kind=method.defuzzifier.kind,
-        resolution=method.defuzzifier.resolution,
-        grid=method.defuzzifier.grid,
-        implication=method.implication,
-        aggregation=method.aggregation,
-        terms=terms,
+        kind=defuzzifier.kind,
+        resolution=defuzzifier.resolution,
+        grid=defuzzifier.grid,
+        implication=output.implication or method.implication,
+        aggregation=output.aggregation or method.aggregation,
+        terms=tuple(terms),
         implied=tuple(implied),
         otherwise=_otherwise(system, output, lower, upper),
-        rate=rate,
+        rate=None if output.adaptive is None else _of_inputs(system, output.adaptive),
+        reads=reads,
     )
+    _require_suited(output, planned)
+    return planned
 
 
 def _otherwise(system: FuzzySystem, output: Output, lower: float, upper: float) -> Otherwise:
@@ -287,34 +534,42 @@ def _otherwise(system: FuzzySystem, output: Output, lower: float, upper: float) 
     return _number(system, output.otherwise)
 
 
-def _rate(system: FuzzySystem, output: Output) -> Expr | None:
-    if output.adaptive is None:
-        return None
-    if not system.method.defuzzifier.averages:
+def _require_suited(output: Output, planned: OutputPlan) -> None:
+    """Refuse consequents that the defuzzifier cannot take."""
+    if planned.rate is not None and not planned.averages:
         message = f"output '{output.name}' is adaptive, and only averages know adaptive consequents"
         raise DiagnosticError([Diagnostic("FZ214", message, output.span, help="use 'defuzzifier weighted_average'")])
-    inputs = {i.name for i in system.inputs}
-    numbers: dict[str, Expr] = {n: Number(v) for n, v in (CONSTANTS | system.values).items() if n not in inputs}
-    for name in names_in(output.adaptive):
-        if name.name not in inputs and name.name not in numbers:
-            raise UnknownNameError("input", name.name, sorted(inputs))
-    return replace_names(output.adaptive, numbers)
-
-
-def _require_area(output: Output, terms: tuple[SetPlan, ...], method: Method, used: set[int]) -> None:
-    """Refuse a centroid that has no closed form or no area to take it of."""
-    if method.defuzzifier.averages:
-        return
-    for i in sorted(used):
-        name = f"term '{output.terms[i].name}'" if i < len(output.terms) else "a consequent"
-        span, vertices = output.terms[i].span if i < len(output.terms) else output.span, terms[i].vertices
-        if terms[i].kind == "singleton":
-            problem = "a singleton has no area, so it has no centroid"
-            way_out = "use 'defuzzifier weighted_average'"
-        elif not vertices and method.defuzzifier.resolution is None:
-            problem = f"the exact centroid needs piecewise-linear terms, and '{terms[i].kind}' is curved"
-            way_out = "sample it, such as 'defuzzifier centroid(resolution=1000)'"
-        else:
+    for i in sorted({entry.term for entry in planned.implied}):
+        found = _misfit(planned, planned.terms[i])
+        if found is None:
             continue
-        message = f"{name} of output '{output.name}' does not suit the defuzzifier: {problem}"
+        problem, way_out = found
+        named = i < len(output.terms)
+        who = f"term '{output.terms[i].name}'" if named else f"the consequent '{planned.terms[i].kind}'"
+        message = f"{who} of output '{output.name}' does not suit the defuzzifier: {problem}"
+        span = output.terms[i].span if named else output.span
         raise DiagnosticError([Diagnostic("FZ214", message, span, help=way_out)])
+
+
+def _misfit(output: OutputPlan, term: SetPlan) -> tuple[str, str] | None:
+    """Return what is wrong with a consequent under the defuzzifier of its output, and the way out."""
+    average = "use 'defuzzifier weighted_average'"
+    if output.kind == "tsukamoto":
+        if is_monotone(term.kind, term.parameters):
+            return None
+        return f"'{term.kind}' is not monotone with these parameters", "use a ramp, or an infinite foot on one side"
+    if output.over_rules:
+        if term.expression is not None:
+            return (f"a '{term.kind}' cannot adapt", "use constants") if output.rate is not None else None
+        if math.isinf(term.peak):
+            return f"a '{term.kind}' has no finite peak", "use 'defuzzifier tsukamoto'"
+        return None
+    if term.expression is not None or not MEMBERSHIP[term.kind].fuzzy:
+        return f"a {term.kind} has no area, so it has no centroid", average
+    if output.resolution is not None or exact_centroid_possible(term.kind, output.implication, output.aggregation):
+        return None
+    if not term.vertices:
+        problem = f"the exact centroid needs piecewise-linear terms, and '{term.kind}' is curved"
+    else:
+        problem = f"there is no exact centroid for '{output.implication}' and '{output.aggregation}'"
+    return problem, "sample it, such as 'defuzzifier centroid(resolution=1000)'"

@@ -156,9 +156,14 @@ class Builder:
         return self.let(reduce(plus, parts)) if parts else ZERO
 
     def largest(self, terms: Iterable[Expr]) -> Expr:
-        """Return the largest of some values that are not negative, 0 for none."""
+        """Return the largest of some values, 0 for none."""
         parts = list(terms)
         return self.let(Call("max", tuple(parts))) if parts else ZERO
+
+    def smallest(self, terms: Iterable[Expr]) -> Expr:
+        """Return the smallest of some values, 0 for none."""
+        parts = list(terms)
+        return self.let(Call("min", tuple(parts))) if parts else ZERO
 
 
 def speculated(program: Program) -> Program:
@@ -217,10 +222,10 @@ def times(a: Expr, b: Expr) -> Expr:
     return Binary("*", a, b)
 
 
-def clip(x: Expr, lower: float, upper: float) -> Expr:
-    """Return an atom held within a range; written so that NaN stays NaN."""
-    above = Where(Compare(">", x, Number(upper)), Number(upper), x)
-    return Where(Compare("<", x, Number(lower)), Number(lower), above)
+def clip(x: Expr, lower: float | Expr, upper: float | Expr) -> Expr:
+    """Return an atom held within a range of numbers or atoms; written so that NaN stays NaN."""
+    low, high = (end if isinstance(end, Expr) else Number(end) for end in (lower, upper))
+    return Where(Compare("<", x, low), low, Where(Compare(">", x, high), high, x))
 
 
 def any_nan(names: Iterable[Expr]) -> Expr:

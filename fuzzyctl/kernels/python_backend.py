@@ -120,6 +120,11 @@ def _power(a: float, b: float) -> float:
         return _divide(1.0, math.copysign(0.0, a) if b % 2.0 == 1.0 else 0.0) if a == 0.0 else math.nan
 
 
+def held(x: float) -> float:
+    """Return a number held within [0, 1], 0 for NaN."""
+    return (x if x < 1.0 else 1.0) if x > 0.0 else 0.0
+
+
 #: What generated text may call, and nothing else: `__builtins__` holds only what its loops need.
 RUNTIME: Final[Mapping[str, Any]] = {
     "__builtins__": {"range": range, "type": type, "float": float, "abs": abs},
@@ -127,6 +132,9 @@ RUNTIME: Final[Mapping[str, Any]] = {
     "inf": math.inf,
     "as_number": as_number,
     "divide": _divide,
+    "smaller": lambda a, b: a if a < b else b,
+    "larger": lambda a, b: a if a > b else b,
+    "held": held,
     "power": _power,
     "sqrt": _ieee(math.sqrt),
     "exp": _ieee(math.exp),

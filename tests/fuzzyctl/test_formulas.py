@@ -80,8 +80,8 @@ class TestNorms:
     @given(a=UNIT, b=UNIT, c=UNIT)
     def test_a_t_norm_is_commutative_monotone_and_has_one_as_unit(self, name, a, b, c):
         t = norm(CONJUNCTIONS, name)
-        # Two roundings of numbers up to 1, each at most 2^-53.
-        assert t(a, b) == pytest.approx(t(b, a), abs=2.3e-16)
+        # A few roundings of numbers up to 1, each at most 2^-53.
+        assert t(a, b) == pytest.approx(t(b, a), abs=4.5e-16)
         assert t(a, 1.0) == a
         assert t(a, 0.0) == 0
         low, high = sorted((b, c))
@@ -92,7 +92,7 @@ class TestNorms:
     @given(a=UNIT, b=UNIT, c=UNIT)
     def test_an_s_norm_is_commutative_monotone_and_has_zero_as_unit(self, name, a, b, c):
         s = norm(DISJUNCTIONS, name)
-        assert s(a, b) == pytest.approx(s(b, a), abs=2e-16)
+        assert s(a, b) == pytest.approx(s(b, a), abs=4.5e-16)
         assert s(a, 0.0) == a
         assert s(a, 1.0) == 1
         low, high = sorted((b, c))

@@ -445,7 +445,7 @@ def critical_points(system):
     flat = plan(system)
     axes = []
     for i, variable in enumerate(flat.inputs):
-        own = breakpoints(variable, [d.set for d in flat.degrees if d.input == i])
+        own = breakpoints(variable, [d.set for d in flat.degrees if d.variable == i])
         between = [(a + b) / 2 for a, b in pairwise(own)]
         near = [math.nextafter(x, side) for x in own for side in (-math.inf, math.inf)]
         axes.append(sorted({*own, *between, *(x for x in near if variable.lower <= x <= variable.upper)})[::2])

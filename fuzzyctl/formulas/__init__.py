@@ -1,0 +1,71 @@
+"""Every membership function, norm and hedge, each written once as an expression.
+
+`kernels` prints these expressions for numpy, numba and plain Python; analysis reads the same ones.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+from fuzzyctl.formulas.memberships import MEMBERSHIP, MembershipFormula, Parameters, Vertex
+from fuzzyctl.formulas.norms import (
+    AGGREGATIONS,
+    CONJUNCTIONS,
+    DISJUNCTIONS,
+    HEDGE_SUMMARIES,
+    HEDGES,
+    IMPLICATIONS,
+    Hedge,
+    Norm,
+    held,
+    one_minus,
+)
+
+__all__ = [
+    "AGGREGATIONS",
+    "CONJUNCTIONS",
+    "DISJUNCTIONS",
+    "EXACT_AGGREGATIONS",
+    "EXACT_IMPLICATIONS",
+    "HEDGES",
+    "HEDGE_SUMMARIES",
+    "IMPLICATIONS",
+    "MEMBERSHIP",
+    "Hedge",
+    "MembershipFormula",
+    "Norm",
+    "Parameters",
+    "Vertex",
+    "exact_centroid_possible",
+    "held",
+    "is_monotone",
+    "one_minus",
+    "piecewise_linear",
+]
+
+#: Implications and aggregations for which the centroid of piecewise-linear sets has a closed form.
+EXACT_IMPLICATIONS: Final = ("min", "product")
+EXACT_AGGREGATIONS: Final = ("max", "sum")
+
+
+def piecewise_linear(kind: str) -> bool:
+    """Return whether terms of a kind have straight sides and an area, so that they may have an exact centroid."""
+    formula = MEMBERSHIP.get(kind)
+    return formula is not None and formula.fuzzy and kind in _STRAIGHT
+
+
+_STRAIGHT: Final = ("triangle", "trapezoid", "rectangle", "ramp", "piecewise")
+
+
+def exact_centroid_possible(kind: str, implication: str, aggregation: str) -> bool:
+    """Return whether the exact centroid exists for terms of a kind; any height is possible.
+
+    Elsewhere a centroid needs a resolution.
+    """
+    return piecewise_linear(kind) and implication in EXACT_IMPLICATIONS and aggregation in EXACT_AGGREGATIONS
+
+
+def is_monotone(kind: str, parameters: Parameters) -> bool:
+    """Return whether `tsukamoto` can invert a term."""
+    formula = MEMBERSHIP.get(kind)
+    return formula is not None and formula.monotone(parameters)

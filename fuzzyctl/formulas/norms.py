@@ -1,0 +1,176 @@
+"""Every norm and hedge, written once as an expression.
+
+Operands may be mentioned several times, so callers pass names. Formulas are arranged so that results stay within
+[0, 1], the laws of the unit hold exactly in floating point, and quotients of the form 0/0 have their limits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Final
+
+from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, Expr, Logic, Number, Where
+
+Norm = Callable[[Expr, Expr], Expr]
+Hedge = Callable[[Expr], Expr]
+
+
+def one_minus(a: Expr) -> Expr:
+    """Complement of a degree: the truth of `not`."""
+    return Binary("-", ONE, a)
+
+
+def _minimum(a: Expr, b: Expr) -> Expr:
+    return Call("min", (a, b))
+
+
+def _maximum(a: Expr, b: Expr) -> Expr:
+    return Call("max", (a, b))
+
+
+def _product(a: Expr, b: Expr) -> Expr:
+    return Binary("*", a, b)
+
+
+def _bounded_difference(a: Expr, b: Expr) -> Expr:
+    """Compute a + b - 1 as a - (1 - b), which is exactly a for b = 1."""
+    return Call("max", (ZERO, Binary("-", a, one_minus(b))))
+
+
+def _drastic_product(a: Expr, b: Expr) -> Expr:
+    return Where(Compare("==", a, ONE), b, Where(Compare("==", b, ONE), a, ZERO))
+
+
+def _einstein_product(a: Expr, b: Expr) -> Expr:
+    """Compute ab / (2 - (a + b - ab)); the denominator is 1 + (1 - a)(1 - b)."""
+    return Binary("/", Binary("*", a, b), Binary("+", ONE, Binary("*", one_minus(a), one_minus(b))))
+
+
+def _hamacher_product(a: Expr, b: Expr) -> Expr:
+    """Compute ab / (a + b - ab), 0 for a = b = 0."""
+    whole = Binary("+", a, Binary("*", b, one_minus(a)))
+    return Call("min", (b, Where(Compare(">", whole, ZERO), Binary("*", a, Binary("/", b, whole)), ZERO)))
+
+
+def _nilpotent_minimum(a: Expr, b: Expr) -> Expr:
+    """Return min(a, b) where a + b > 1, else 0; two comparisons, so that rounding of 1 - b does not lose a tiny b."""
+    beyond = Logic("or", (Compare(">", a, one_minus(b)), Compare(">", b, one_minus(a))))
+    return Where(beyond, Where(Compare("<", a, b), a, b), ZERO)
+
+
+def _probabilistic_sum(a: Expr, b: Expr) -> Expr:
+    """Compute a + b - ab as a + b(1 - a), which stays within [0, 1] in floating point."""
+    return Binary("+", a, Binary("*", b, one_minus(a)))
+
+
+def _bounded_sum(a: Expr, b: Expr) -> Expr:
+    return Call("min", (ONE, Binary("+", a, b)))
+
+
+def _drastic_sum(a: Expr, b: Expr) -> Expr:
+    return Where(Compare("==", a, ZERO), b, Where(Compare("==", b, ZERO), a, ONE))
+
+
+def _einstein_sum(a: Expr, b: Expr) -> Expr:
+    return Call("min", (ONE, Binary("/", Binary("+", a, b), Binary("+", ONE, Binary("*", a, b)))))
+
+
+def _hamacher_sum(a: Expr, b: Expr) -> Expr:
+    """Compute (a + b - 2ab) / (1 - ab), 1 for a = b = 1; the denominator is (1 - a) + a(1 - b)."""
+    whole = Binary("+", one_minus(a), Binary("*", a, one_minus(b)))
+    part = Binary("+", Binary("*", a, one_minus(b)), Binary("*", b, one_minus(a)))
+    return Call("min", (ONE, Where(Compare(">", whole, ZERO), Binary("/", part, whole), ONE)))
+
+
+def _nilpotent_maximum(a: Expr, b: Expr) -> Expr:
+    """Return max(a, b) where a + b < 1, else 1."""
+    below = Logic("and", (Compare("<", a, one_minus(b)), Compare("<", b, one_minus(a))))
+    return Where(below, Where(Compare(">", a, b), a, b), ONE)
+
+
+#: Triangular norms: what `and` may name.
+CONJUNCTIONS: Final[dict[str, Norm]] = {
+    "min": _minimum,
+    "product": _product,
+    "bounded_difference": _bounded_difference,
+    "drastic_product": _drastic_product,
+    "einstein_product": _einstein_product,
+    "hamacher_product": _hamacher_product,
+    "nilpotent_minimum": _nilpotent_minimum,
+}
+
+#: Triangular conorms: what `or` may name.
+DISJUNCTIONS: Final[dict[str, Norm]] = {
+    "max": _maximum,
+    "probabilistic_sum": _probabilistic_sum,
+    "bounded_sum": _bounded_sum,
+    "drastic_sum": _drastic_sum,
+    "einstein_sum": _einstein_sum,
+    "hamacher_sum": _hamacher_sum,
+    "nilpotent_maximum": _nilpotent_maximum,
+}
+
+#: How an activation cuts or scales a consequent set: any triangular norm.
+IMPLICATIONS: Final = CONJUNCTIONS
+
+#: How the implied sets of all rules are joined: the plain sum, which may exceed 1, or any triangular conorm.
+AGGREGATIONS: Final[dict[str, Norm]] = {"sum": lambda a, b: Binary("+", a, b), **DISJUNCTIONS}
+
+
+def _very(x: Expr) -> Expr:
+    return Binary("*", x, x)
+
+
+def _somewhat(x: Expr) -> Expr:
+    return Call("sqrt", (x,))
+
+
+def _extremely(x: Expr) -> Expr:
+    """Intensify the contrast: 2x² up to ½, 1 - 2(1 - x)² above."""
+    rest = one_minus(x)
+    top = Binary("-", ONE, Binary("*", Number(2.0), Binary("*", rest, rest)))
+    return Where(Compare("<=", x, Number(0.5)), Binary("*", Number(2.0), Binary("*", x, x)), top)
+
+
+def _seldom(x: Expr) -> Expr:
+    """Undo `extremely`: √(x/2) up to ½, 1 - √((1 - x)/2) above."""
+    half = Number(0.5)
+    top = Binary("-", ONE, Call("sqrt", (Binary("*", half, one_minus(x)),)))
+    return Where(Compare("<=", x, half), Call("sqrt", (Binary("*", half, x),)), top)
+
+
+def _slightly(x: Expr) -> Expr:
+    """Dilate more than `somewhat`: the cube root, 0 for 0."""
+    return Where(Compare(">", x, ZERO), Binary("^", x, Number(1.0 / 3.0)), ZERO)
+
+
+def _any(x: Expr) -> Expr:
+    return ONE
+
+
+#: Hedges by name; of several in a row the one nearest to the term applies first.
+HEDGES: Final[dict[str, Hedge]] = {
+    "very": _very,
+    "somewhat": _somewhat,
+    "extremely": _extremely,
+    "slightly": _slightly,
+    "seldom": _seldom,
+    "any": _any,
+    "not": one_minus,
+}
+
+#: What each hedge makes of a degree x, for the reference.
+HEDGE_SUMMARIES: Final[dict[str, str]] = {
+    "very": "x²",
+    "somewhat": "√x",
+    "extremely": "2x² for x ≤ ½, else 1 - 2(1 - x)²",
+    "slightly": "x^(1/3)",
+    "seldom": "√(x/2) for x ≤ ½, else 1 - √((1 - x)/2)",
+    "any": "1",
+    "not": "1 - x",
+}
+
+
+def held(x: Expr) -> Expr:
+    """Return an expression of the user's own held within [0, 1]; 0 where it has no value, such as 0/0."""
+    return Call("held", (x,))

@@ -1,0 +1,81 @@
+"""Activation methods: which rules act, written as assignments over the activations of all rules."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations
+
+from fuzzyctl.expr import ONE, ZERO, Binary, Compare, Expr, Logic, Number, Where
+from fuzzyctl.kernels.plan import ActivationPlan
+from fuzzyctl.kernels.program import Builder, minus, plus
+
+
+def acting(builder: Builder, method: ActivationPlan, activations: Sequence[Expr]) -> list[Expr]:
+    """Write how far each rule acts.
+
+    Args:
+        builder: The program to write into.
+        method: The activation method.
+        activations: Weight times firing strength of each rule as atoms, in the order the rules are written.
+
+    Returns:
+        As many atoms: the activation of a rule that acts, 0 of the others; shares of the sum for `proportional`.
+    """
+    own = [k for k, a in enumerate(activations) if a != ZERO]
+    chosen = list(activations)
+    for k, value in zip(own, _acting(builder, method, [activations[k] for k in own]), strict=True):
+        chosen[k] = value
+    return chosen
+
+
+def _acting(builder: Builder, method: ActivationPlan, activations: list[Expr]) -> list[Expr]:
+    match method.kind:
+        case "threshold":
+            bound = Number(method.threshold)
+            return [builder.let(Where(Compare(method.comparison, a, bound), a, ZERO)) for a in activations]  # type: ignore[arg-type]
+        case "proportional":
+            total = builder.total(activations)
+            fires = Compare(">", total, ZERO)
+            return [builder.let(Where(fires, Binary("/", a, total), ZERO)) for a in activations]
+        case "first":
+            return _first(builder, method, activations)
+        case "last":
+            return _first(builder, method, activations[::-1])[::-1]
+        case "highest":
+            return _best(builder, method.count, activations, activations)
+        case "lowest":
+            keys = [builder.let(Where(Compare(">", a, ZERO), a, Number(float("inf")))) for a in activations]
+            negated = [builder.let(minus(ZERO, key)) for key in keys]
+            return _best(builder, method.count, activations, negated)
+    return activations
+
+
+def _first(builder: Builder, method: ActivationPlan, activations: list[Expr]) -> list[Expr]:
+    """Count the rules that qualify from the first one on; those act that have less than `count` before them."""
+    chosen: list[Expr] = []
+    before: Expr = ZERO
+    for a in activations:
+        qualifies: Expr = Compare(">", a, ZERO)
+        if method.threshold > 0.0:
+            qualifies = Compare(">=", a, Number(method.threshold))
+        if len(chosen) < method.count:
+            chosen.append(builder.let(Where(qualifies, a, ZERO)))
+        else:
+            room = Compare("<", before, Number(float(method.count)))
+            chosen.append(builder.let(Where(Logic("and", (qualifies, room)), a, ZERO)))
+        before = builder.let(plus(before, Where(qualifies, ONE, ZERO)))
+    return chosen
+
+
+def _best(builder: Builder, count: int, activations: list[Expr], keys: list[Expr]) -> list[Expr]:
+    """Count for each rule those ahead of it: of larger key, or of equal key and written earlier."""
+    if count >= len(activations):
+        return activations
+    ahead: list[list[Expr]] = [[] for _ in activations]
+    for earlier, later in combinations(range(len(activations)), 2):
+        wins = builder.let(Where(Compare(">=", keys[earlier], keys[later]), ONE, ZERO))
+        ahead[later].append(wins)
+        ahead[earlier].append(builder.let(minus(ONE, wins)))
+    ranks = [builder.total(others) for others in ahead]
+    room = Number(float(count))
+    return [builder.let(Where(Compare("<", rank, room), a, ZERO)) for rank, a in zip(ranks, activations, strict=True)]
