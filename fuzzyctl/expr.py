@@ -302,7 +302,10 @@ def _text(expr: Expr, outer: int) -> str:
         case Call(function=function, arguments=arguments):
             return f"{function}({', '.join(_text(a, 0) for a in arguments)})"
         case Negate(operand=operand):
-            return _wrap(f"-{_text(operand, _PRECEDENCE['neg'])}", _PRECEDENCE["neg"], outer)
+            inner = _text(operand, _PRECEDENCE["neg"])
+            if isinstance(operand, Number) and inner[0] not in "-(":
+                inner = f"({inner})"  # else it would read back as a negative number
+            return _wrap(f"-{inner}", _PRECEDENCE["neg"], outer)
         case Binary(op="^", left=left, right=right):
             own = _PRECEDENCE["^"]
             return _wrap(f"{_text(left, own + 1)}^{_text(right, _PRECEDENCE['neg'])}", own, outer)

@@ -24,6 +24,7 @@ MAX_NESTING: Final = 100
 _PIECE = re.compile(r'"[^"\n]*"|"[^"\n]*|#[^\n]*|[()\[\]|\n]|[^"#()\[\]|\n]+')
 _WORD = re.compile(rf"\s*({NAME})")
 _TERM = re.compile(rf"\s*{NAME}\s*=")
+_NAMES = re.compile(rf"\s*{NAME}(?:\s+{NAME})*\s*")
 _KEYWORD_LINE = re.compile(rf"\s*(?:{'|'.join(STATEMENT_KEYWORDS)})\b(?!\s*[=|])")
 _TERM_LINE = re.compile(rf"\s*{NAME}\s*=\s*(?:{'|'.join(MEMBERSHIP)})\s*\(")
 _ROW_LINE = re.compile(rf"\s*(?:{NAME}\s*)?\|")
@@ -40,6 +41,7 @@ class LogicalLine:
         kind: How to parse it.
         word: Its first word, or an empty string.
         mistake: What is wrong with its parentheses or strings, found while splitting.
+        closed: Whether it is a statement that ends with a string, such as a table from a file: no header follows.
     """
 
     start: int
@@ -48,6 +50,7 @@ class LogicalLine:
     kind: LineKind
     word: str
     mistake: Diagnostic | None = None
+    closed: bool = False
 
 
 @dataclass
@@ -140,17 +143,21 @@ def _close(source: SourceText, current: _Open, before: list[LogicalLine]) -> Log
     code = source.text[current.start : current.end]
     word = _WORD.match(code)
     kind = _kind(code, current.bar, before)
-    return LogicalLine(current.start, current.end, current.comment, kind, word[1] if word else "", mistake)
+    return LogicalLine(current.start, current.end, current.comment, kind, word[1] if word else "", mistake, code.endswith('"'))
 
 
 def _kind(code: str, bar: bool, before: list[LogicalLine]) -> LineKind:
     if not code.strip():
         return "blank"
+    last = next((line for line in reversed(before) if line.kind != "blank"), None)
+    headless = last is not None and last.kind == "statement" and last.word == "table" and not last.closed
+    if headless and _NAMES.fullmatch(code):
+        # Terms may be named like keywords, and below a table there must be a header.
+        return "header"
     if _KEYWORD_LINE.match(code):
         return "statement"
     if bar:
         return "row"
     if _TERM.match(code):
         return "term_line"
-    last = next((line for line in reversed(before) if line.kind != "blank"), None)
-    return "header" if last is not None and last.kind == "statement" and last.word == "table" else "unknown"
+    return "header" if headless else "unknown"

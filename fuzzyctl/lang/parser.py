@@ -300,7 +300,8 @@ class _Builder(Transformer[Token, Any]):
         return self._bounded(inner)
 
     def parenthesis(self, inner: ex.Expr) -> ex.Expr:
-        return inner
+        # A number in parentheses is no literal that a sign could belong to: -(1) negates, -1 is a number.
+        return dataclasses.replace(inner, text=f"({inner.text})") if isinstance(inner, ex.Number) else inner
 
     def call(self, function: Token, *arguments: ex.Expr | None) -> ex.Call:
         given = tuple(a for a in arguments if a is not None)
@@ -312,7 +313,7 @@ class _Builder(Transformer[Token, Any]):
         if operator == "+":
             return operand
         span = self._at(operator).to(ex.span_of(operand) or self._at(operator))
-        if isinstance(operand, ex.Number) and not operand.text.startswith("-"):
+        if isinstance(operand, ex.Number) and not operand.text.startswith(("-", "(")):
             return ex.Number(-operand.value, f"-{operand.text}", span)
         return ex.Negate(operand, span)
 
