@@ -9,7 +9,7 @@ from typing import Final
 
 from fuzzyctl.errors import Diagnostic, DiagnosticError, Note
 from fuzzyctl.expr import Expr, ExprError, evaluate, names_in, span_of
-from fuzzyctl.formulas import MEMBERSHIP
+from fuzzyctl.formulas import MEMBERSHIP, exact_centroid_possible, is_monotone
 from fuzzyctl.model.method import Defuzzifier
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, literals
 from fuzzyctl.model.system import FuzzySystem, ParamCycleError
@@ -117,8 +117,9 @@ def bad_parameters(system: FuzzySystem) -> Iterator[Diagnostic]:
         if mistake is None:
             continue
         seen.add(line)
-        order = "" if formula.name == "gaussian" else f"; the order is {', '.join(formula.parameters)}"
-        code = "FZ302" if formula.name == "gaussian" else "FZ301"
+        unordered = "greater than" in mistake
+        order = f"; the order is {', '.join(formula.parameters)}" if unordered else ""
+        code = "FZ301" if unordered else "FZ302"
         yield Diagnostic(code, f"term '{term.name}' of '{v.name}': {mistake}{order}", term.membership.span or term.span)
 
 
@@ -151,27 +152,51 @@ def misfitting_defuzzifier(system: FuzzySystem) -> Iterator[Diagnostic]:
                 output.span,
                 help="write: defuzzifier weighted_average",
             )
-        if method.over_rules or output.adaptive is not None:
+        if output.adaptive is not None:
             continue
-        yield from _without_names(system, output, method)
-        for term in output.terms:
-            kind = term.membership.kind
-            if kind in ("linear", "function", "constant"):
-                message = f"term '{term.name}' of '{output.name}' is a function of the inputs, not a set"
-                help_text = "write: defuzzifier weighted_average"
-            elif kind == "singleton":
-                message = f"term '{term.name}' of '{output.name}' has no area, so it has no centroid"
-                help_text = "write: defuzzifier weighted_average"
-            elif method.resolution is None and not _is_straight(system, term):
-                message = f"term '{term.name}' of '{output.name}' is curved; the exact centroid needs straight sides"
-                help_text = "write: defuzzifier centroid(resolution=1000), or use triangles and trapezoids"
-            else:
-                continue
+        if method.kind == "tsukamoto":
+            yield from _not_monotone(system, output)
+        elif not method.over_rules:
+            yield from _without_names(system, output, method)
+            yield from _without_centroid(system, output, method)
+
+
+def _without_centroid(system: FuzzySystem, output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:
+    """Find terms of which no centroid, or no exact one, can be taken."""
+    implication = output.implication or system.method.implication
+    aggregation = output.aggregation or system.method.aggregation
+    for term in output.terms:
+        kind = term.membership.kind
+        average = "write: defuzzifier weighted_average"
+        sampled = "write: defuzzifier centroid(resolution=1000)"
+        if kind in ("linear", "function", "constant"):
+            message, help_text = (
+                f"term '{term.name}' of '{output.name}' is no set but a function of the inputs",
+                average,
+            )
+        elif kind == "singleton":
+            message, help_text = f"term '{term.name}' of '{output.name}' has no area, so it has no centroid", average
+        elif method.resolution is not None or exact_centroid_possible(kind, implication, aggregation):
+            continue
+        elif not exact_centroid_possible(kind, "min", "max"):
+            message = f"term '{term.name}' of '{output.name}' is curved; the exact centroid needs straight sides"
+            help_text = f"{sampled}, or use triangles and trapezoids"
+        else:
+            message = f"there is no exact centroid for implication '{implication}' and aggregation '{aggregation}'"
+            yield Diagnostic("FZ214", f"output '{output.name}': {message}", output.span, help=sampled)
+            return
+        yield Diagnostic("FZ214", message, term.membership.span or term.span, help=help_text)
+
+
+def _not_monotone(system: FuzzySystem, output: Output) -> Iterator[Diagnostic]:
+    """Find consequents that Tsukamoto's method cannot invert."""
+    for term in output.terms:
+        kind = term.membership.kind
+        if kind not in MEMBERSHIP or not is_monotone(kind, _values(system, term)):
+            message = f"term '{term.name}' of '{output.name}' is not monotone, so 'tsukamoto' cannot invert it"
+            help_text = "use ramp, sigmoid, s_shape, z_shape, concave, or a triangle with one infinite foot"
             yield Diagnostic("FZ214", message, term.membership.span or term.span, help=help_text)
-
-
-def _is_straight(system: FuzzySystem, term: Term) -> bool:
-    return bool(MEMBERSHIP[term.membership.kind].vertices(_values(system, term)))
+    yield from _without_names(system, output, Defuzzifier(kind="tsukamoto"))
 
 
 def _without_names(system: FuzzySystem, output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:

@@ -1,0 +1,160 @@
+import pytest
+
+from fuzzyctl.errors import DiagnosticError
+from fuzzyctl.expr import Name, Number
+from fuzzyctl.loading import loads
+from fuzzyctl.model.method import Activation, Defuzzifier
+
+
+def errors(text):
+    with pytest.raises(DiagnosticError) as error:
+        loads(text)
+    return [d.code for d in error.value.diagnostics]
+
+
+def with_settings(changed, *lines):
+    return changed(("\ninput x", "\n" + "\n".join(lines) + "\ninput x"))
+
+
+class TestActivation:
+    @pytest.mark.parametrize(
+        ("line", "activation"),
+        [
+            ("activation general", Activation()),
+            ("activation first(count=2, threshold=0.1)", Activation(kind="first", count=2, threshold=Number(0.1))),
+            ("activation highest(count=1)", Activation(kind="highest", count=1)),
+            ("activation proportional", Activation(kind="proportional")),
+            ("activation threshold(>= 0.5)", Activation(kind="threshold", comparison=">=", threshold=Number(0.5))),
+        ],
+    )
+    def test_methods_are_read(self, changed, line, activation):
+        text = with_settings(changed, line).replace("[-2, 2]", "[-2, 2] else 0")
+        assert loads(text).method.activation == activation
+
+    @pytest.mark.parametrize(
+        ("line", "code"),
+        [
+            ("activation hihgest(count=1)", "FZ213"),
+            ("activation highest", "FZ303"),
+            ("activation highest(threshold=1)", "FZ213"),
+            ("activation highest(count=0)", "FZ302"),
+            ("activation highest(count=1.5)", "FZ302"),
+            ("activation threshold(0.5)", "FZ102"),
+            ("activation threshold(>= q)", "FZ102"),
+            ("activation general\nactivation general", "FZ215"),
+        ],
+    )
+    def test_mistakes_are_found(self, changed, line, code):
+        assert code in errors(with_settings(changed, line))
+
+
+class TestSemantics:
+    def test_exact_is_the_profile_of_this_version(self, changed):
+        assert loads(with_settings(changed, "semantics exact")) is not None
+        assert errors(with_settings(changed, "semantics matlab")) == ["FZ213"]
+
+
+class TestOwnSettings:
+    def test_an_output_may_have_its_own_method(self, changed):
+        output = loads(changed(("[-2, 2]", "[-2, 2] aggregation sum defuzzifier centroid(resolution=50)"))).outputs[0]
+        assert output.aggregation == "sum"
+        assert output.defuzzifier == Defuzzifier(kind="centroid", resolution=50)
+
+    def test_only_an_output(self, changed):
+        assert errors(changed(('unit "m"', "implication min"))) == ["FZ214"]
+        assert errors(changed(("[-2, 2]", "[-2, 2] aggregation max aggregation sum"))) == ["FZ215"]
+        assert errors(changed(("[-2, 2]", "[-2, 2] defuzzifier centriod"))) == ["FZ213"]
+
+    def test_the_exact_centroid_needs_norms_that_have_one(self, changed):
+        assert errors(changed(("[-2, 2]", "[-2, 2] aggregation probabilistic_sum"))) == ["FZ214"]
+        sampled = "[-2, 2] aggregation probabilistic_sum defuzzifier centroid(resolution=50)"
+        assert loads(changed(("[-2, 2]", sampled))) is not None
+
+
+class TestHedges:
+    def test_a_hedge_of_ones_own_changes_a_degree(self, changed):
+        text = with_settings(changed, "defuzzifier center_average", "param p = 3", "hedge cubed(z) = z^p")
+        text += "if x is cubed Z then u is P\nif x is not very Z then u is N\n"
+        system = loads(text)
+        rule = system.rules[-1]
+        assert rule.antecedent.hedges == ("not", "very")
+        assert system.hedges[0].expression.right == Name("p")
+
+    @pytest.mark.parametrize(
+        ("lines", "after", "code"),
+        [
+            (["hedge very(x) = x^2"], "", "FZ201"),
+            (["hedge h(z) = z", "hedge h(z) = z"], "if x is h Z then u is P\n", "FZ201"),
+            (["hedge h(z) = z + q"], "if x is h Z then u is P\n", "FZ202"),
+            ([], "if x is vry Z then u is P\n", "FZ202"),
+            ([], "if x is very not then u is P\n", "FZ102"),
+        ],
+    )
+    def test_mistakes_are_found(self, changed, lines, after, code):
+        assert code in errors(with_settings(changed, *lines, "and min") + after)
+
+
+class TestTakagiSugeno:
+    BASE = (
+        "system s\ndefuzzifier weighted_average\ninput x in [0, 1]\n  terms L H\ninput y in [0, 10]\n  terms L H\n"
+        "output u in [-9, 99]\n  A = linear(1, 2, 3)\n  B = function(x * y - 1)\n  C = constant(5)\n"
+    )
+
+    def test_consequents_are_functions_of_the_inputs(self):
+        system = loads(
+            self.BASE
+            + "table u = x x y\n     L  H\n L | A  B\n H | C  0.5\nif x is L and y is L then u is linear(0, 1, 0)\n"
+        )
+        x, y = 0.25, 4.0
+        w = {"LL": 0.75 * 0.6, "LH": 0.75 * 0.4, "HL": 0.25 * 0.6, "HH": 0.25 * 0.4}
+        w = {k: min(0.75 if k[0] == "L" else 0.25, 0.6 if k[1] == "L" else 0.4) for k in w}
+        values = [(w["LL"], x + 2 * y + 3), (w["LH"], x * y - 1), (w["HL"], 5), (w["HH"], 0.5), (w["LL"], y)]
+        expected = sum(a * z for a, z in values) / sum(a for a, _ in values)
+        assert system(x=x, y=y) == pytest.approx(expected, rel=1e-14)
+
+    @pytest.mark.parametrize(
+        ("old", "new", "code"),
+        [
+            ("linear(1, 2, 3)", "linear(1, 2)", "FZ303"),
+            ("function(x * y - 1)", "function(x * z)", "FZ202"),
+            ("function(x * y - 1)", "function(x, y)", "FZ303"),
+            ("defuzzifier weighted_average\n", "", "FZ214"),
+            ("weighted_average", "tsukamoto", "FZ214"),
+        ],
+    )
+    def test_mistakes_are_found(self, old, new, code):
+        text = self.BASE.replace(old, new) + "if x is L then u is A\nif x is H then u is B\nif y is L then u is C\n"
+        assert code in errors(text)
+
+
+class TestOutputsInAntecedents:
+    def test_a_later_rule_reads_the_crisp_value(self):
+        system = loads(
+            "system s\ndefuzzifier weighted_average\ninput x in [0, 1]\n  terms L H\n"
+            "output mid in [0, 2]\n  L = triangle(-inf, 0, 2)\n  H = triangle(0, 2, inf)\n"
+            "output u in [0, 10]\n  terms A=0 B=10\n"
+            "if x is L then mid is L\nif x is H then mid is H\nif mid is L then u is A\nif mid is H then u is B\n"
+        )
+        result = system(x=0.25)
+        assert result == {"mid": 0.5, "u": 2.5}
+
+
+class TestTsukamoto:
+    def test_monotone_consequents_are_inverted(self):
+        system = loads(
+            "system s\ndefuzzifier tsukamoto\ninput x in [0, 1]\n  terms L H\n"
+            "output u in [0, 10]\n  A = ramp(10, 0)\n  B = ramp(0, 10)\nif x is L then u is A\nif x is H then u is B\n"
+        )
+        # At x = 0.3: A fires with 0.7, inverse 3; B with 0.3, inverse 3.
+        assert system(x=0.3) == pytest.approx(3.0, rel=1e-14)
+
+
+class TestSlicedTables:
+    def test_a_condition_joins_each_rule(self):
+        system = loads(
+            "system s\ndefuzzifier weighted_average\n"
+            "input m in [0, 1]\n  terms slow fast\ninput x in [0, 1]\n  terms L H\n"
+            "output u in [0, 10]\n  terms A=0 B=10\n"
+            "with m is slow\ntable u = x\n  L H\n | A B\nwith m is fast\ntable u = x\n  L H\n | B A\n"
+        )
+        assert [system(m=0.0, x=1.0), system(m=1.0, x=1.0)] == [10.0, 0.0]
