@@ -8,13 +8,23 @@ from dataclasses import dataclass
 from itertools import islice, product
 from typing import Any, Final
 
-from fuzzyctl.analysis.coverage import Hole, Verdict, breakpoints, cells, uncovered_of
-from fuzzyctl.analysis.intervals import Interval, enclose, hull
+from fuzzyctl.analysis.coverage import (
+    CERTAIN,
+    Hole,
+    Truths,
+    Verdict,
+    activation_in,
+    breakpoints,
+    cells,
+    degree_in,
+    uncovered_of,
+)
+from fuzzyctl.analysis.intervals import ANYTHING, Interval, enclose, hull
 from fuzzyctl.errors import NoRuleFiresError
-from fuzzyctl.expr import Expr, Name, span_of
+from fuzzyctl.expr import Binary, Expr, Name, span_of
 from fuzzyctl.kernels import inference, python_backend
 from fuzzyctl.kernels.defuzzify import consequent_hull, support_hull
-from fuzzyctl.kernels.plan import OutputPlan, Plan, degree_name, plan
+from fuzzyctl.kernels.plan import OutputPlan, Plan, SetPlan, degree_name, plan
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Output
 from fuzzyctl.source import Span
@@ -51,9 +61,9 @@ class OutputBound:
 def output_bounds(system: FuzzySystem) -> dict[str, OutputBound]:
     """Bound every output over all inputs.
 
-    An average lies between the consequents of the rules that can fire, a centroid between the ends of their supports,
-    an adaptive output within its range. Where it is not proved that some rule always fires, `else` counts
-    too. NaN, for `else nan` and for inputs that are NaN, is not bounded.
+    An average lies between the consequents of the rules that can fire, a weighted sum within the sum of what each rule
+    can add, a centroid between the ends of their supports, an adaptive output within its range. Where it is not proved
+    that some rule always fires, `else` counts too. NaN, for `else nan` and for inputs that are NaN, is not bounded.
 
     Returns:
         A bound for each output by name.
@@ -87,27 +97,68 @@ def _bound(system: FuzzySystem, flat: Plan, output: OutputPlan, verdict: Verdict
     return OutputBound(output.name, low.value, high.value, exact, low.span, high.span, low.at, high.at)
 
 
-def _terms_that_fire(flat: Plan, output: OutputPlan) -> list[int]:
-    """Return the consequent terms of the rules whose firing strength is above 0 somewhere."""
+def _activations(flat: Plan) -> list[Interval]:
+    """Enclose the activation of each rule over all inputs."""
     reach: dict[str, Interval] = {}
     for i, degree in enumerate(flat.degrees):
         own = cells(flat.variable(degree.variable), [degree.set])
-        formula = degree.set.degree(Name("x"))
-        reach[degree_name(i)] = hull(enclose(formula, {"x": cell.floats}) for cell in own)
-    possible = [enclose(strength, reach)[1] > 0.0 for strength in flat.strengths]
-    rules = [flat.rules[entry.rule] for entry in output.implied]
-    return [e.term for e, r in zip(output.implied, rules, strict=True) if r.weight > 0.0 and possible[r.strength]]
+        reach[degree_name(i)] = hull(degree_in(degree.set, cell.floats) for cell in own)
+    truths = Truths(flat, reach)
+    fired = [enclose(strength, truths) for strength in flat.strengths]
+    return [activation_in(flat, rule, fired[rule.strength]) for rule in flat.rules]
+
+
+def _terms_that_fire(flat: Plan, output: OutputPlan) -> list[int]:
+    """Return the consequent terms of the rules whose activation is above 0 somewhere."""
+    activations = _activations(flat)
+    return [e.term for e in output.implied if activations[e.rule][1] > 0.0]
+
+
+def _hull(flat: Plan, output: OutputPlan, terms: Sequence[int]) -> Interval:
+    """Enclose what an output can be while the rules of some terms act."""
+    if not output.over_rules:
+        return support_hull(output, terms)
+    functions = [t for t in terms if output.terms[t].expression is not None]
+    others = [t for t in terms if t not in functions]
+    values = [_values(flat, output.terms[t]) for t in functions]
+    return hull([*values, *([consequent_hull(output, others)] if others or not values else [])])
+
+
+def _values(flat: Plan, term: SetPlan) -> Interval:
+    """Enclose a consequent that is a function of the inputs."""
+    assert term.expression is not None
+    box = {i.name: ANYTHING if i.extrapolate else (i.lower, i.upper) for i in flat.inputs}
+    return enclose(term.expression, box)
+
+
+def _sum_ends(flat: Plan, output: OutputPlan) -> tuple[_End, _End]:
+    """Bound a weighted sum rule by rule."""
+    activations = _activations(flat)
+    names = {"w": ANYTHING, "z": ANYTHING}
+    low = high = size = 0.0
+    for entry in output.implied:
+        names |= {"w": activations[entry.rule], "z": _hull(flat, output, [entry.term])}
+        least, most = (0.0, 0.0) if names["w"] == (0.0, 0.0) else enclose(_PRODUCT, names)
+        low, high, size = low + least, high + most, size + max(abs(least), abs(most))
+    margin = 4.0 * (len(output.implied) + 4) * 2.0**-53 * size
+    return _End(low - margin if margin else low), _End(high + margin if margin else high)
+
+
+_PRODUCT: Final = Binary("*", Name("w"), Name("z"))
 
 
 def _ends(
     declared: Output, flat: Plan, output: OutputPlan, terms: Sequence[int], *, covered: bool
 ) -> tuple[_End, _End]:
     """Bound the output where some rule fires."""
+    if output.kind == "weighted_sum":
+        return _sum_ends(flat, output)
     planned = [e.term for e in output.implied if flat.rules[e.rule].weight > 0.0]
-    hull_of = consequent_hull if output.averages else support_hull
-    # Kernels hold their results within the hull of all rules.
-    held = hull_of(output, planned)
-    wanted = hull_of(output, terms) if terms else held
+    # Kernels hold their results within the hull of all rules; with functions of the inputs, of the rules that fire.
+    held = _hull(flat, output, planned)
+    wanted = _hull(flat, output, terms) if terms else held
+    if any(output.terms[t].expression is not None for t in planned):
+        held = wanted
     margin = _rounding(output, terms)
     ends: list[_End] = []
     for k, sign in enumerate((-1.0, 1.0)):
@@ -115,9 +166,16 @@ def _ends(
         if value != held[k]:
             # Within the hull of the rules that can fire the quotient is only held by rounding errors, which are small
             # where activations are not tiny, that is where coverage is proved.
-            value = sign * min(sign * value + margin, sign * held[k]) if covered else held[k]
+            sure = covered and not _may_choose_tiny(flat)
+            value = sign * min(sign * value + margin, sign * held[k]) if sure else held[k]
         ends.append(_End(value, _span_of_end(declared, output, terms, wanted[k])))
     return ends[0], ends[1]
+
+
+def _may_choose_tiny(flat: Plan) -> bool:
+    """Return whether the activation method may choose a rule of tiny activation where another fires."""
+    method = flat.activation
+    return method.kind == "lowest" or (method.kind in ("first", "last") and method.threshold < CERTAIN)
 
 
 def _rounding(output: OutputPlan, terms: Sequence[int]) -> float:
@@ -126,8 +184,8 @@ def _rounding(output: OutputPlan, terms: Sequence[int]) -> float:
     A sum of n products of numbers that are not negative is off by n ulp at most; the centroid has as many summands as
     sample points, or as pieces of the range, which are fewer than (2 corners + 1) · terms squared.
     """
-    if output.averages:
-        count, values = len(output.implied), [abs(output.terms[t].peak) for t in terms]
+    if output.over_rules:
+        count, values = len(output.implied), [abs(end) for end in consequent_hull(output, terms)]
     else:
         count = output.resolution or 64 * (len(output.terms) + 1) ** 2
         values = [abs(output.lower), abs(output.upper)]
@@ -138,8 +196,8 @@ def _span_of_end(declared: Output, output: OutputPlan, terms: Sequence[int], val
     if output.rate is not None:
         return None
     for t in terms:
-        at = (output.terms[t].peak,) * 2 if output.averages else support_hull(output, [t])
-        if value in at:
+        at = consequent_hull(output, [t]) if output.over_rules else support_hull(output, [t])
+        if value in at and t < len(declared.terms):
             return declared.terms[t].span
     return None
 

@@ -7,16 +7,18 @@ exact; cells are single points and the floats strictly between two neighbouring 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise, product
 from typing import Final
 
-from fuzzyctl.analysis.intervals import Interval, enclose
+from fuzzyctl.analysis.intervals import Interval, decide, enclose
 from fuzzyctl.errors import Diagnostic
-from fuzzyctl.expr import Name, names_in
+from fuzzyctl.expr import Compare, Expr, Name, Number, names_in
+from fuzzyctl.formulas import CONJUNCTIONS, EXACT_IMPLICATIONS
 from fuzzyctl.kernels.defuzzify import sample_points, sampled_degrees, support
-from fuzzyctl.kernels.plan import InputPlan, OutputPlan, Plan, SetPlan, degree_name, plan
+from fuzzyctl.kernels.plan import InputPlan, OutputPlan, Plan, RulePlan, SetPlan, degree_name, plan, step_name
+from fuzzyctl.kernels.python_backend import scalar_function
 from fuzzyctl.model.system import FuzzySystem
 
 #: A rule whose activation is at least this counts as firing: far above where sums and areas of activations lose digits.
@@ -95,7 +97,39 @@ def uncovered(system: FuzzySystem) -> dict[str, Verdict]:
 
 def uncovered_of(flat: Plan) -> dict[str, Verdict]:
     """Do the same for a plan."""
-    return {output.name: _Search(flat, output).verdict() for output in flat.outputs}
+    verdicts: dict[int, Verdict] = {}
+    for position in flat.order:
+        verdicts[position] = _verdict(flat, flat.outputs[position], verdicts)
+    return {output.name: verdicts[k] for k, output in enumerate(flat.outputs)}
+
+
+def _verdict(flat: Plan, output: OutputPlan, earlier: Mapping[int, Verdict]) -> Verdict:
+    found = _Search(flat, output).verdict()
+    if found is not None:
+        return found
+    if not _some_rule_acts(flat, output):
+        return Undecided(f"activation '{flat.activation.kind}' may leave out the rules that fire for it")
+    for k in output.reads:
+        read = flat.outputs[k]
+        has_value = read.otherwise is not None and read.otherwise == read.otherwise
+        if not has_value and earlier[k] is not None:
+            return Undecided(f"it reads '{read.name}', which may have no value")
+    return None
+
+
+def _some_rule_acts(flat: Plan, output: OutputPlan) -> bool:
+    """Return whether, where some rule has an activation, one that moves this output acts."""
+    method = flat.activation
+    if method.kind in ("general", "threshold"):
+        return True
+    own = {entry.rule for entry in output.implied if _counts(output, output.terms[entry.term])}
+    if method.kind == "proportional":
+        return output.over_rules or output.implication in EXACT_IMPLICATIONS
+    if not all(r in own or rule.weight == 0.0 for r, rule in enumerate(flat.rules)):
+        return False
+    # The rule chosen may be one of the smallest activations there are, whose area is 0.
+    strict = output.implication in EXACT_IMPLICATIONS and (method.kind == "highest" or method.threshold >= CERTAIN)
+    return output.over_rules or strict
 
 
 def diagnostics(system: FuzzySystem) -> list[Diagnostic]:
@@ -132,17 +166,71 @@ class Cell:
     is_point: bool
 
 
+class Truths(Mapping[str, Interval]):
+    """Intervals of degrees, and of the steps of firing strengths, each computed when it is asked for."""
+
+    def __init__(self, flat: Plan, degrees: Mapping[str, Interval]) -> None:
+        self._steps = {step_name(i): step for i, step in enumerate(flat.steps)}
+        self._known = dict(degrees)
+
+    def __getitem__(self, name: str) -> Interval:
+        if name not in self._known:
+            self._known[name] = _degrees(enclose(self._steps[name], self), 1.0)
+        return self._known[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._known)
+
+    def __len__(self) -> int:
+        return len(self._known)
+
+
+def degree_in(term: SetPlan, x: Interval) -> Interval:
+    """Enclose the degrees of a term over an interval."""
+    if term.expression is not None and math.inf in map(abs, x):
+        return 0.0, term.height
+    return _degrees(enclose(term.degree(Name("x")), {"x": x}), term.height)
+
+
+def _degrees(values: Interval, most: float) -> Interval:
+    return min(max(values[0], 0.0), most), min(max(values[1], 0.0), most)
+
+
+def degrees_read(flat: Plan, strength: Expr) -> set[str]:
+    """Return the names of the degrees that a firing strength depends on."""
+    steps = {step_name(i): step for i, step in enumerate(flat.steps)}
+    found: set[str] = set()
+    waiting = [strength]
+    while waiting:
+        for name in {n.name for n in names_in(waiting.pop())} - found:
+            found.add(name)
+            if name in steps:
+                waiting.append(steps[name])
+    return found - steps.keys()
+
+
+def activation_in(flat: Plan, rule: RulePlan, strength: Interval) -> Interval:
+    """Enclose how far a rule acts: 0 where the activation method may leave it out."""
+    low, high = strength[0] * rule.weight, strength[1] * rule.weight
+    method = flat.activation
+    match method.kind:
+        case "threshold":
+            truth = decide(Compare(method.comparison, Name("a"), Number(method.threshold)), {"a": (low, high)})  # type: ignore[arg-type]
+            return (low, high) if truth else (0.0, 0.0 if truth is False else high)
+        case "first" | "last" if high < method.threshold:
+            return 0.0, 0.0
+        case "proportional":
+            return 0.0, 1.0 if high > 0.0 else 0.0
+    return (low if method.kind == "general" else 0.0), high
+
+
 def breakpoints(variable: InputPlan, sets: Sequence[SetPlan]) -> list[float]:
-    """Return the corners of some terms of an input, and its range, as far as its values reach."""
+    """Return the places where the formulas of some terms of an input change, and its range, as far as it reaches."""
     found = {variable.lower, variable.upper}
     for term in sets:
-        corners = [x for x, _ in term.vertices] or list(_core(term))
+        corners = [x for x, _ in term.vertices] or term.pieces
         found |= {x for x in corners if variable.extrapolate or variable.lower <= x <= variable.upper}
     return sorted(found)
-
-
-def _core(term: SetPlan) -> tuple[float, ...]:
-    return (term.peak,)
 
 
 def cells(variable: InputPlan, sets: Sequence[SetPlan]) -> list[Cell]:
@@ -178,7 +266,7 @@ class _Search:
     def verdict(self) -> Verdict:
         self._prepare()
         try:
-            for position in self._holes(0, (), {}, list(self.weights)):
+            for position in self._holes(0, (), {}, list(self.rules)):
                 return self._grown(position)
             return self._split_open_boxes()
         except _SpentError:
@@ -186,13 +274,21 @@ class _Search:
 
     def _prepare(self) -> None:
         """Find the rules that count, their strengths, and the inputs they look at."""
-        self.weights: dict[int, float] = {}
+        self.rules: dict[int, list[tuple[RulePlan, float]]] = {}
+        self.implication = scalar_function(CONJUNCTIONS[self.output.implication](Name("a"), Name("b")))
         for entry in self.output.implied:
-            rule = self.plan.rules[entry.rule]
-            if rule.weight > 0.0 and _counts(self.output, self.output.terms[entry.term]):
-                self.weights[rule.strength] = max(rule.weight, self.weights.get(rule.strength, 0.0))
-        names = {n.name for s in self.weights for n in names_in(self.plan.strengths[s])}
-        self.degrees = {degree_name(i): d for i, d in enumerate(self.plan.degrees) if degree_name(i) in names}
+            rule, term = self.plan.rules[entry.rule], self.output.terms[entry.term]
+            if rule.weight > 0.0 and _counts(self.output, term):
+                self.rules.setdefault(rule.strength, []).append((rule, _top(self.output, term)))
+        names = {n for s in self.rules for n in degrees_read(self.plan, self.plan.strengths[s])}
+        named = {degree_name(i): d for i, d in enumerate(self.plan.degrees) if degree_name(i) in names}
+        self.degrees = {n: d for n, d in named.items() if d.variable < len(self.plan.inputs)}
+        # Outputs in antecedents can be anything in their range.
+        self.fixed: dict[str, Interval] = {}
+        for n, d in named.items():
+            if n not in self.degrees:
+                variable = self.plan.variable(d.variable)
+                self.fixed[n] = degree_in(d.set, (variable.lower, variable.upper))
         self.used = sorted({d.variable for d in self.degrees.values()})
         self.cells = [
             cells(self.plan.inputs[i], [d.set for d in self.plan.degrees if d.variable == i]) for i in self.used
@@ -200,22 +296,35 @@ class _Search:
         self.known = [[self._degrees_in(k, cell.floats) for cell in own] for k, own in enumerate(self.cells)]
 
     def _degrees_in(self, position: int, floats: Interval) -> dict[str, Interval]:
-        here = {"x": floats}
         own = {n: d for n, d in self.degrees.items() if d.variable == self.used[position]}
-        return {n: enclose(d.set.degree(Name("x")), here) for n, d in own.items()}
+        return {n: degree_in(d.set, floats) for n, d in own.items()}
 
-    def _activation(self, strength: int, box: dict[str, Interval]) -> Interval:
+    def _activation(self, strength: int, truths: Truths) -> Interval:
+        """Enclose how far the rules of a firing strength move the output."""
         self.spent += 1
         if self.spent > BUDGET:
             raise _SpentError
-        low, high = enclose(self.plan.strengths[strength], box)
-        return low * self.weights[strength], high * self.weights[strength]
+        fired = enclose(self.plan.strengths[strength], truths)
+        moved = [self._moved(rule, top, fired) for rule, top in self.rules[strength]]
+        return max(low for low, _ in moved), max(high for _, high in moved)
+
+    def _moved(self, rule: RulePlan, top: float, fired: Interval) -> Interval:
+        low, high = activation_in(self.plan, rule, fired)
+        if self.plan.activation.kind not in ("general", "threshold"):
+            # Which rules act is settled for all of them together.
+            least = self.plan.activation.threshold if self.plan.activation.kind in ("first", "last") else 0.0
+            low = fired[0] * rule.weight
+            low = low if low >= least else 0.0
+        if self.output.over_rules or self.output.implication in EXACT_IMPLICATIONS:
+            return low, high
+        return self.implication(low, top), self.implication(high, top)
 
     def _remaining(self, alive: list[int], box: dict[str, Interval]) -> list[int] | None:
         """Return the rules that may still fire in a box, None if one must."""
+        truths = Truths(self.plan, self.fixed | box)
         kept: list[int] = []
         for strength in alive:
-            low, high = self._activation(strength, box)
+            low, high = self._activation(strength, truths)
             if low >= CERTAIN:
                 return None
             if high > 0.0:
@@ -242,7 +351,8 @@ class _Search:
         box: dict[str, Interval] = {}
         for k, c in enumerate(position):
             box |= self.known[k][c]
-        return all(self._activation(s, box)[1] <= 0.0 for s in self.weights)
+        truths = Truths(self.plan, self.fixed | box)
+        return all(self._activation(s, truths)[1] <= 0.0 for s in self.rules)
 
     def _grown(self, position: tuple[int, ...]) -> Hole:
         """Extend a hole of one cell to a box of cells, input by input."""
@@ -279,21 +389,25 @@ class _Search:
         while boxes:
             budget -= 1
             if budget < 0:
-                return Undecided("firing strengths come too close to 0")
+                return Undecided(self._doubt("firing strengths come too close to 0"))
             box = boxes.pop()
             degrees: dict[str, Interval] = {}
             for k, floats in enumerate(box):
                 degrees |= self._degrees_in(k, floats)
-            kept = self._remaining(list(self.weights), degrees)
+            kept = self._remaining(list(self.rules), degrees)
             if kept is None:
                 continue
             if not kept:
                 return self._hole({self.used[k]: Side(*floats) for k, floats in enumerate(box)})
             halves = _halved(box)
             if not halves:
-                return Undecided("at some points the only rule fires with a strength close to 0")
+                return Undecided(self._doubt("at some points the only rule fires with a strength close to 0"))
             boxes.extend(halves)
         return None
+
+    def _doubt(self, reason: str) -> str:
+        names = {o.name for k, o in enumerate(self.plan.outputs) if k in self.output.reads}
+        return f"all that is known of {', '.join(sorted(names))} is the range" if self.fixed else reason
 
 
 class _SpentError(Exception):
@@ -305,7 +419,7 @@ def _counts(output: OutputPlan, term: SetPlan) -> bool:
 
     A sampled set counts if some sample meets it; an exact one if its area is far from rounding to 0.
     """
-    if output.averages:
+    if output.over_rules:
         return True
     if output.resolution is not None:
         return max(sampled_degrees(term, sample_points(output))) >= NARROW
@@ -313,8 +427,17 @@ def _counts(output: OutputPlan, term: SetPlan) -> bool:
     return bool(ends) and ends[1] - ends[0] > NARROW * (output.upper - output.lower)
 
 
+def _top(output: OutputPlan, term: SetPlan) -> float:
+    """Return the largest degree of a consequent set that a sampled centroid sees."""
+    if output.over_rules or output.resolution is None:
+        return 1.0
+    return max(sampled_degrees(term, sample_points(output)))
+
+
 def _halved(box: tuple[Interval, ...]) -> list[tuple[Interval, ...]]:
     """Cut a box in two across its longest side, none if it is a point."""
+    if not box:
+        return []
     k = max(range(len(box)), key=lambda i: box[i][1] - box[i][0])
     low, high = box[k]
     if low == high:

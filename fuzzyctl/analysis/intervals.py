@@ -10,26 +10,31 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import Final
 
-from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where
+from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where, sign
+from fuzzyctl.kernels.python_backend import power
 
 #: The least and the largest value.
 Interval = tuple[float, float]
 
-#: Relative error of `exp` in the libraries that kernels may call, generously.
-_EXP_ERROR: Final = 16 * 2.0**-53
+#: Any number, or none at all (NaN): what is computed from it may again be anything.
+ANYTHING: Final = (-math.inf, math.inf)
+#: Relative error of functions in the libraries that kernels may call, generously.
+_ERROR: Final = 16 * 2.0**-53
+#: Angles beyond this are not reduced.
+_FAR: Final = 1e6
 #: Below this, libraries may round to 0 instead of to the nearest tiny number.
 _TINY: Final = 1e-300
 
 
 def enclose(expr: Expr, box: Mapping[str, Interval]) -> Interval:
-    """Enclose the values of a membership function or a firing strength.
+    """Enclose the values of an expression.
 
     Args:
-        expr: An expression without functions other than `min`, `max`, `exp` and `abs`.
+        expr: An expression.
         box: An interval for every name.
 
     Returns:
-        An interval that holds every value.
+        An interval that holds every value; `ANYTHING` where some may be NaN.
     """
     match expr:
         case Number(value=value):
@@ -95,42 +100,126 @@ def _binary(op: str, a: Interval, b: Interval) -> Interval:
         case "-":
             return _checked([a[0] - b[1], a[1] - b[0]])
         case "*":
-            return _checked([_times(x, y) for x in a for y in b])
+            return _checked([x * y for x in a for y in b])
         case "/":
-            if b[0] <= 0.0 <= b[1]:
-                return -math.inf, math.inf
-            return _checked([x / y for x in a for y in b])
+            return _quotient(a, b)
+        case "^":
+            return _power(a, b)
     raise TypeError(f"{op!r} has no interval")
 
 
-def _times(x: float, y: float) -> float:
-    # An infinite end stands for all large numbers, and those times zero are zero.
-    return 0.0 if x == 0.0 or y == 0.0 else x * y
+def _quotient(a: Interval, b: Interval) -> Interval:
+    return ANYTHING if b[0] <= 0.0 <= b[1] else _checked([x / y for x in a for y in b])
 
 
 def _checked(values: list[float]) -> Interval:
     if any(v != v for v in values):
-        return -math.inf, math.inf
+        return ANYTHING
     return min(values), max(values)
 
 
 def _square(a: Interval) -> Interval:
+    if a == ANYTHING:
+        return ANYTHING
     ends = [a[0] * a[0], a[1] * a[1]]
     return (0.0 if a[0] <= 0.0 <= a[1] else min(ends)), max(ends)
 
 
 def _call(function: str, a: list[Interval]) -> Interval:
     match function:
-        case "min":
+        case "min" | "smaller" if a[-1] != ANYTHING:
             return min(x[0] for x in a), min(x[1] for x in a)
-        case "max":
+        case "max" | "larger" if a[-1] != ANYTHING:
             return max(x[0] for x in a), max(x[1] for x in a)
+        case "held":
+            return (0.0, 1.0) if a[0] == ANYTHING else (_held(a[0][0]), _held(a[0][1]))
+    if ANYTHING in a:
+        return ANYTHING
+    low, high = a[0]
+    match function:
+        case "divide":
+            return _quotient(a[0], a[1])
         case "abs":
-            (low, high) = a[0]
             return (0.0 if low <= 0.0 <= high else min(abs(low), abs(high))), max(abs(low), abs(high))
         case "exp":
-            return _exp(a[0][0])[0], _exp(a[0][1])[1]
+            return _exp(low)[0], _exp(high)[1]
+        case "sqrt":
+            return ANYTHING if low < 0.0 else (math.sqrt(low), math.sqrt(high))
+        case "log":
+            return ANYTHING if low < 0.0 else _widened([_log(low), _log(high)])
+        case "sin":
+            return _cosine((low - 0.5 * math.pi, high - 0.5 * math.pi))
+        case "cos":
+            return _cosine(a[0])
+        case "tan":
+            return _tangent(low, high)
+        case "atan2":
+            return _angle(a[0], a[1])
+        case "sign":
+            return sign(low), sign(high)
     raise TypeError(f"function {function!r} has no interval")
+
+
+def _held(x: float) -> float:
+    return min(max(x, 0.0), 1.0)
+
+
+def _log(x: float) -> float:
+    return math.log(x) if x > 0.0 else -math.inf
+
+
+def _widened(values: list[float]) -> Interval:
+    """Return the hull of values that libraries compute with a relative error."""
+    low, high = _checked(values)
+    below = 0.0 if 0.0 <= low < _TINY else low - abs(low) * _ERROR
+    return below, (_TINY if 0.0 < high < _TINY else high + abs(high) * _ERROR)
+
+
+def _cosine(a: Interval) -> Interval:
+    """Enclose cosines; a little slack covers the rounding of the angle and of the libraries."""
+    low, high = a
+    if math.isinf(low) or math.isinf(high):
+        return ANYTHING
+    if max(abs(low), abs(high)) > _FAR or high - low >= 2.0 * math.pi:
+        return -1.0, 1.0
+    slack = 1e-9
+    turns = range(math.floor((low - slack) / math.pi), math.ceil((high + slack) / math.pi) + 1)
+    tops = {n % 2 for n in turns if low - slack <= n * math.pi <= high + slack}
+    ends = [math.cos(low), math.cos(high)]
+    return (
+        -1.0 if 1 in tops else max(-1.0, min(ends) - 1e-15),
+        1.0 if 0 in tops else min(1.0, max(ends) + 1e-15),
+    )
+
+
+def _tangent(low: float, high: float) -> Interval:
+    """Enclose tangents between two poles."""
+    if max(abs(low), abs(high)) > _FAR:
+        return ANYTHING
+    branches = {math.floor((x + side) / math.pi + 0.5) for x in (low, high) for side in (-1e-9, 1e-9)}
+    return _widened([math.tan(low), math.tan(high)]) if len(branches) == 1 else ANYTHING
+
+
+def _angle(y: Interval, x: Interval) -> Interval:
+    """Enclose atan2, which is monotone in both arguments away from its cut."""
+    if x[0] > 0.0 or y[0] > 0.0 or y[1] < 0.0:
+        return _widened([math.atan2(v, u) for v in y for u in x])
+    return -math.pi, math.pi
+
+
+def _power(a: Interval, b: Interval) -> Interval:
+    """Enclose powers; monotone in base and exponent where the base is not negative."""
+    if ANYTHING in (a, b):
+        return ANYTHING
+    if a[0] >= 0.0:
+        return _widened([power(x, y) for x in a for y in b])
+    if b[0] != b[1] or b[0] % 1.0 != 0.0:
+        return ANYTHING
+    if b[0] % 2.0 == 0.0:
+        return _power(_call("abs", [a]), b)
+    if b[0] < 0.0 and a[1] >= 0.0:
+        return ANYTHING
+    return _widened([power(x, b[0]) for x in a])
 
 
 def _exp(x: float) -> Interval:
@@ -140,4 +229,4 @@ def _exp(x: float) -> Interval:
         return 1e308, math.inf
     if value < _TINY:
         return 0.0, 0.0 if x < -800.0 else _TINY
-    return (value, value) if x == 0.0 else (value * (1.0 - _EXP_ERROR), value * (1.0 + _EXP_ERROR))
+    return (value, value) if x == 0.0 else (value * (1.0 - _ERROR), value * (1.0 + _ERROR))

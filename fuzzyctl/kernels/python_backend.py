@@ -111,7 +111,8 @@ def _log(x: float) -> float:
     return -math.inf if x == 0.0 else math.log(x) if x > 0.0 else math.nan
 
 
-def _power(a: float, b: float) -> float:
+def power(a: float, b: float) -> float:
+    """Return a^b as IEEE 754 has it: infinities and NaN where Python raises."""
     try:
         return math.pow(a, b)
     except OverflowError:
@@ -135,7 +136,7 @@ RUNTIME: Final[Mapping[str, Any]] = {
     "smaller": lambda a, b: a if a < b else b,
     "larger": lambda a, b: a if a > b else b,
     "held": held,
-    "power": _power,
+    "power": power,
     "sqrt": _ieee(math.sqrt),
     "exp": _ieee(math.exp),
     "log": _log,
