@@ -18,7 +18,7 @@ ORDER = [
     ["formulas"],
     ["lang", "model"],
     ["resolve", "formats", "assembly"],
-    ["loading"],
+    ["loading", "build"],
     ["kernels"],
     ["analysis", "plot"],
     ["checking"],
