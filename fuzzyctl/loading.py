@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Sequence
+from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
 
 from fuzzyctl.assembly import Part, bring_in, split
@@ -146,6 +146,12 @@ def apply_policy(diagnostics: list[Diagnostic], lines: list[sx.Allow]) -> list[D
                 help_text = f"did you mean '{near}'?" if near else "'fuzzyctl explain' lists the codes"
                 found.append(Diagnostic("FZ213", f"no diagnostic code '{word.text}'", word.span, help=help_text))
             (allowed if line.keyword.text == "allow" else denied).add(word.text)
+    return [*found, *enforce(diagnostics, allowed, denied)]
+
+
+def enforce(diagnostics: Iterable[Diagnostic], allowed: Collection[str], denied: Collection[str]) -> list[Diagnostic]:
+    """Drop the warnings whose codes are allowed, and turn those into errors whose codes are denied, which counts more."""
+    found = []
     for d in diagnostics:
         if d.severity == "warning" and d.code in denied:
             found.append(dataclasses.replace(d, severity="error"))

@@ -18,6 +18,13 @@ def rules_folder() -> Path:
     raise FileNotFoundError(f"the rule files are missing from the installation at {package}")
 
 
+def explanations_folder() -> Path | None:
+    """Return the folder of the pages that explain diagnostic codes, or None when the installation has none."""
+    package = Path(__file__).resolve().parent
+    folders = (package / "explanations", package.parent / "docs" / "reference" / "diagnostics")
+    return next((folder for folder in folders if folder.is_dir()), None)
+
+
 def find_rules(name: str, overlay: Path | None = None) -> Path:
     """Return the path of a rule file by its file name.
 

@@ -3,38 +3,55 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import click
 
-from fuzzyctl.cli.common import DONE, FAILED, FORMAT, answers_with_diagnostics, show
-from fuzzyctl.errors import Diagnostic, DiagnosticError
+from fuzzyctl.cli.common import DIAGNOSTICS_FORMAT, DONE, FAILED, answers_with_diagnostics, show
+from fuzzyctl.errors import CODES, Diagnostic, DiagnosticError, did_you_mean
 
 if TYPE_CHECKING:
     from fuzzyctl.model.system import FuzzySystem
 
+#: What `--deny` takes besides codes.
+WARNINGS: Final = "warnings"
+
+
+def _codes(ctx: click.Context, param: click.Parameter, values: tuple[str, ...]) -> tuple[str, ...]:
+    """Refuse what is no diagnostic code."""
+    known = [*CODES, *([WARNINGS] if param.name == "denied" else [])]
+    for value in values:
+        if value not in known:
+            hint = did_you_mean(value, known) or "see: fuzzyctl explain"
+            raise click.BadParameter(f"no diagnostic code '{value}'; {hint}")
+    return values
+
 
 @click.command()
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
-@FORMAT
+@click.option(
+    "--deny", "denied", multiple=True, callback=_codes, metavar="CODE", help="Make a warning, or all 'warnings', fail."
+)
+@click.option("--allow", "allowed", multiple=True, callback=_codes, metavar="CODE", help="Leave out a warning.")
+@DIAGNOSTICS_FORMAT
 @answers_with_diagnostics
-def check(files: tuple[str, ...], form: str) -> int:
+def check(files: tuple[str, ...], denied: tuple[str, ...], allowed: tuple[str, ...], form: str) -> int:
     """Find the mistakes of rule files.
 
     Prints every mistake with file, line, column and repair. A system without 'else' must have a rule for every
-    point of its inputs' ranges; this is proved, not sampled. Exit code 1 if there is an error; warnings pass.
-    """
-    from fuzzyctl.checking import check_source
-    from fuzzyctl.reading import read_source
+    point of its inputs' ranges; this is proved, not sampled. Exit code 1 if there is an error; warnings pass unless
+    they are denied.
 
+    \b
+    fuzzyctl check --deny warnings --allow FZ208 rules/*.fz
+
+    'allow' and 'deny' lines of a file come first: what it allows is not seen here.
+    """
     found: list[Diagnostic] = []
     clean: list[str] = []
     for file in files:
-        systems: tuple[FuzzySystem, ...] = ()
-        try:
-            systems, diagnostics = check_source(read_source(file), folder=Path(file).parent)
-        except DiagnosticError as error:
-            diagnostics = list(error.diagnostics)
+        systems, diagnostics = _check_file(file)
+        diagnostics = _enforced(diagnostics, denied, allowed)
         found.extend(diagnostics)
         if not any(d.severity == "error" for d in diagnostics):
             clean.extend(f"{file}: {s.name}: {len(s.rules)} rules, no errors" for s in systems)
@@ -46,6 +63,24 @@ def check(files: tuple[str, ...], form: str) -> int:
         if found:
             click.echo(f"\n{_count(errors, 'error')}, {_count(len(found) - errors, 'warning')}", err=True)
     return FAILED if errors else DONE
+
+
+def _check_file(file: str) -> tuple[tuple[FuzzySystem, ...], list[Diagnostic]]:
+    from fuzzyctl.checking import check_source
+    from fuzzyctl.reading import read_source
+
+    try:
+        return check_source(read_source(file), folder=Path(file).parent)
+    except DiagnosticError as error:
+        return (), list(error.diagnostics)
+
+
+def _enforced(found: list[Diagnostic], denied: tuple[str, ...], allowed: tuple[str, ...]) -> list[Diagnostic]:
+    """Apply `--deny` and `--allow`; a code said alone counts more than `warnings`."""
+    from fuzzyctl.loading import enforce
+
+    every = set(CODES) - set(allowed) if WARNINGS in denied else set()
+    return enforce(found, allowed, every | set(denied))
 
 
 def _count(number: int, what: str) -> str:

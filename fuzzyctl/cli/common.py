@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
 import sys
@@ -27,6 +26,14 @@ P = ParamSpec("P")
 FORMAT = click.option(
     "--format", "form", type=click.Choice(["text", "json"]), default="text", show_default=True, help="How to print."
 )
+DIAGNOSTICS_FORMAT = click.option(
+    "--format",
+    "form",
+    type=click.Choice(["text", "json", "sarif", "github"]),
+    default="text",
+    show_default=True,
+    help="How to print diagnostics: for people, as data, for code scanning, or as annotations of a GitHub workflow.",
+)
 SET = click.option(
     "--set", "settings", multiple=True, metavar="NAME=VALUE", help="Set a param of the system; may be repeated."
 )
@@ -39,11 +46,16 @@ def use_color(stream: Any) -> bool:
 
 
 def show(diagnostics: Sequence[Diagnostic], form: str = "text") -> None:
-    """Print diagnostics: as text on standard error, as JSON on standard output."""
-    if form == "json":
-        click.echo(json.dumps({"diagnostics": [d.as_dict() for d in diagnostics]}, ensure_ascii=False, indent=2))
-    elif diagnostics:
-        click.echo(render_all(diagnostics, color=use_color(sys.stderr)), err=True)
+    """Print diagnostics: as text on standard error, for machines on standard output."""
+    if form == "text":
+        if diagnostics:
+            click.echo(render_all(diagnostics, color=use_color(sys.stderr)), err=True)
+        return
+    from fuzzyctl.cli import reports
+
+    text = {"json": reports.as_json, "sarif": reports.as_sarif, "github": reports.as_github}[form](diagnostics)
+    if text:
+        click.echo(text)
 
 
 def answers_with_diagnostics(command: Callable[P, int | None]) -> Callable[P, None]:

@@ -2,64 +2,131 @@
 
 from __future__ import annotations
 
+import difflib
+import re
 import sys
+from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 
 import click
 
-from fuzzyctl.cli.common import DONE, FAILED, answers_with_diagnostics, show
+from fuzzyctl.cli.common import DIAGNOSTICS_FORMAT, DONE, FAILED, answers_with_diagnostics, show, use_color
 from fuzzyctl.errors import Diagnostic, DiagnosticError
 from fuzzyctl.files import written_whole
+from fuzzyctl.source import SourceText, Span
+
+
+@dataclass(frozen=True)
+class _Laid:
+    """A file and its canonical layout.
+
+    Args:
+        source: The file as read, without a byte order mark.
+        stored: Its text as it stands on disk, line ends included.
+        text: Its canonical layout.
+    """
+
+    source: SourceText
+    stored: str
+    text: str
 
 
 @click.command()
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
 @click.option("--check", "only_check", is_flag=True, help="Change nothing; exit 1 if a file is laid out otherwise.")
+@click.option("--diff", "only_diff", is_flag=True, help="Print what would change; change nothing; exit 1 if anything.")
+@DIAGNOSTICS_FORMAT
 @answers_with_diagnostics
-def fmt(files: tuple[str, ...], only_check: bool) -> int:
+def fmt(files: tuple[str, ...], only_check: bool, only_diff: bool, form: str) -> int:
     """Lay rule files out: spacing, indentation, columns of tables.
 
     Comments and numbers stay as typed. '-' reads standard input and writes standard output.
     A file with syntax errors is left alone.
     """
-    failed = False
+    if form != "text" and (not only_check or only_diff):
+        raise click.UsageError("'--format' belongs to '--check'")
+    found: list[Diagnostic] = []
     for file in files:
         try:
-            failed = _format_file(file, only_check) or failed
+            laid = _laid_out(file)
+            if only_check or only_diff:
+                found.extend(_differences(laid, only_check, only_diff, form))
+            elif file == "-":
+                click.echo(laid.text, nl=False)
+            elif laid.text != laid.stored:
+                with written_whole(file) as temporary:
+                    temporary.write_text(laid.text, encoding="utf-8", newline="\n")
+                click.echo(f"{file}: laid out")
         except DiagnosticError as error:
-            show(error.diagnostics)
-            failed = True
-    return FAILED if failed else DONE
+            if form == "text":
+                show(error.diagnostics)
+            found.extend(error.diagnostics)
+    if form != "text":
+        show(found, form)
+    return FAILED if found else DONE
 
 
-def _format_file(file: str, only_check: bool) -> bool:
-    """Format one file; returns whether that is a failure."""
+def _laid_out(file: str) -> _Laid:
+    """Read a file and lay it out.
+
+    Raises:
+        DiagnosticError: When it cannot be read, or has syntax errors.
+    """
     from fuzzyctl.lang.formatter import format_source
     from fuzzyctl.lang.parser import parse
     from fuzzyctl.reading import decode, read_source
 
-    source = decode(sys.stdin.buffer.read(), "<stdin>") if file == "-" else read_source(file)
+    data = sys.stdin.buffer.read() if file == "-" else b""
+    source = decode(data, "<stdin>") if file == "-" else read_source(file)
     _, mistakes = parse(source)
     if mistakes:
         raise DiagnosticError(mistakes)
     text = format_source(source)
     if "".join(text.split()) != "".join(source.text.split()):
         message = "the layout would change more than white space; the file is left alone"
-        raise DiagnosticError([Diagnostic("FZ005", message, file=source.name, help="please report this file")])
-    if file == "-":
-        click.echo(text, nl=False)
-        return False
-    if text == _as_stored(file):
-        return False
-    if only_check:
-        click.echo(f"{file}: would be laid out otherwise")
-        return True
-    with written_whole(file) as temporary:
-        temporary.write_text(text, encoding="utf-8", newline="\n")
-    click.echo(f"{file}: laid out")
-    return False
+        raise DiagnosticError([Diagnostic("FZ006", message, file=source.name, help="please report this file")])
+    # With line ends and byte order mark as they are, so that CRLF counts as another layout.
+    stored = (data if file == "-" else Path(file).read_bytes()).decode("utf-8")
+    return _Laid(source, stored, text)
 
 
-def _as_stored(file: str) -> str:
-    """Return the file with its line ends as they are, so that CRLF counts as another layout."""
-    return Path(file).read_bytes().decode("utf-8")
+def _differences(laid: _Laid, only_check: bool, only_diff: bool, form: str) -> list[Diagnostic]:
+    """Print what is laid out otherwise, and return it."""
+    if laid.text == laid.stored:
+        return []
+    name = laid.source.name
+    if only_diff:
+        lines = _diff(laid)
+        click.echo("".join(map(_colored, lines) if use_color(sys.stdout) else lines), nl=False)
+    elif form == "text":
+        click.echo(f"{name}: would be laid out otherwise")
+    help_text = f"run: fuzzyctl fmt {name}"
+    return [Diagnostic("FZ006", "the line would be laid out otherwise", _first_difference(laid), help=help_text)]
+
+
+def _diff(laid: _Laid) -> list[str]:
+    """Return the lines of a unified diff that `patch` can apply."""
+    name = laid.source.name
+    lines = difflib.unified_diff(_lines(laid.stored), _lines(laid.text), name, name)
+    return [line if line.endswith("\n") else f"{line}\n\\ No newline at end of file\n" for line in lines]
+
+
+def _lines(text: str) -> list[str]:
+    """Split a text at line feeds alone, which stay."""
+    return re.findall(r"[^\n]*\n|[^\n]+", text)
+
+
+def _colored(line: str) -> str:
+    tone = {"-": "31", "+": "32", "@": "36"}.get(line[:1])
+    return f"\x1b[{tone}m{line[:-1]}\x1b[0m\n" if tone else line
+
+
+def _first_difference(laid: _Laid) -> Span:
+    """Return the first line that is laid out otherwise; the first of all where only line ends differ."""
+    offset = 0
+    for line, wanted in zip_longest(laid.source.text.split("\n"), laid.text.split("\n"), fillvalue=""):
+        if line.rstrip("\r") != wanted:
+            return Span(laid.source, offset, offset + len(line))
+        offset += len(line) + 1
+    return Span(laid.source, 0, len(laid.source.line_text(1)))

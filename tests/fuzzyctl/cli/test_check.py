@@ -76,3 +76,60 @@ class TestCheck:
 
     def test_no_file_is_wrong_usage(self, run):
         assert run().exit_code == 2
+
+
+WARNING = ("\ninput x", "\nparam k = 1\nparam j = 2\ninput x")
+
+
+class TestPolicy:
+    def test_warnings_can_be_made_to_fail(self, run, write, changed):
+        path = write("a.fz", changed(WARNING))
+        result = run(path, "--deny", "warnings")
+        assert result.exit_code == 1
+        assert "2 errors, 0 warnings" in result.output
+        assert "no errors" not in result.output
+
+    def test_one_code_can_be_denied(self, run, write, changed):
+        path = write("a.fz", changed(WARNING))
+        assert run(path, "--deny", "FZ208").exit_code == 0
+        assert run(path, "--deny", "FZ208", "--deny", "FZ216").exit_code == 1
+
+    def test_one_code_can_be_allowed(self, run, write, changed):
+        result = run(write("a.fz", changed(WARNING)), "--allow", "FZ216")
+        assert result.exit_code == 0
+        assert "FZ216" not in result.output
+
+    def test_an_allowed_code_is_no_warning_that_fails(self, run, write, changed):
+        path = write("a.fz", changed(WARNING))
+        assert run(path, "--deny", "warnings", "--allow", "FZ216").exit_code == 0
+        assert run(path, "--deny", "FZ216", "--allow", "FZ216").exit_code == 1
+
+    def test_errors_cannot_be_allowed(self, run, write, changed):
+        assert run(write("a.fz", changed(("Z |  N  P", "Z |  N  Q"))), "--allow", "FZ203").exit_code == 1
+
+    def test_lines_of_the_file_come_first(self, run, write, changed):
+        allowed = write("a.fz", changed(WARNING, after='allow FZ216 "kept for later"\n'))
+        assert run(allowed, "--deny", "warnings").exit_code == 0
+        denied = write("b.fz", changed(WARNING, after="deny FZ216\n"))
+        assert run(denied, "--allow", "FZ216").exit_code == 1
+
+    def test_an_unknown_code_is_wrong_usage(self, run, write, base):
+        result = run(write("a.fz", base), "--deny", "FZ2160")
+        assert result.exit_code == 2
+        assert "did you mean 'FZ216'?" in result.output
+        assert run(write("a.fz", base), "--allow", "warnings").exit_code == 2
+
+
+class TestFormats:
+    def test_sarif_is_one_log_for_all_files(self, run, write, changed, base):
+        a = write("a.fz", changed(("Z |  N  P", "Z |  N  Q")))
+        result = run(a, write("b.fz", base), write("c.fz", "sytem c\n"), "--format", "sarif")
+        assert result.exit_code == 1
+        (log,) = json.loads(result.stdout)["runs"]
+        assert [r["ruleId"] for r in log["results"]] == ["FZ203", "FZ101"]
+
+    def test_github_prints_commands_and_nothing_else(self, run, write, changed, base):
+        a = write("a.fz", changed(WARNING))
+        lines = run(a, write("b.fz", base), "--format", "github").output.splitlines()
+        assert [line.split(" ")[0] for line in lines] == ["::warning", "::warning"]
+        assert run(write("b.fz", base), "--format", "github").output == ""

@@ -1,0 +1,136 @@
+"""Diagnostics for machines: SARIF 2.1.0 for code scanning, workflow commands for GitHub's annotations, plain JSON."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Final
+
+import fuzzyctl
+from fuzzyctl.cli.pages import Page, read_page
+from fuzzyctl.errors import CODES, Diagnostic
+from fuzzyctl.source import Span
+
+#: Where SARIF 2.1.0 is defined; viewers tell versions apart by it.
+SARIF_SCHEMA: Final = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
+
+
+def as_json(diagnostics: Sequence[Diagnostic]) -> str:
+    """Return diagnostics as a JSON document."""
+    return _dumped({"diagnostics": [d.as_dict() for d in diagnostics]})
+
+
+def as_sarif(diagnostics: Sequence[Diagnostic]) -> str:
+    """Return diagnostics as a SARIF log with one run; columns count UTF-16 units, files are relative to this folder."""
+    codes = sorted({d.code for d in diagnostics})
+    driver = {
+        "name": "fuzzyctl",
+        "semanticVersion": fuzzyctl.__version__,
+        "rules": [_rule(code) for code in codes],
+    }
+    run = {
+        "tool": {"driver": driver},
+        "columnKind": "utf16CodeUnits",
+        "results": [_result(d, codes.index(d.code)) for d in diagnostics],
+    }
+    return _dumped({"$schema": SARIF_SCHEMA, "version": "2.1.0", "runs": [run]})
+
+
+def as_github(diagnostics: Sequence[Diagnostic]) -> str:
+    """Return diagnostics as GitHub workflow commands, one a line."""
+    return "\n".join(_command(d) for d in diagnostics)
+
+
+def _dumped(data: dict[str, Any]) -> str:
+    return json.dumps(data, ensure_ascii=False, indent=2)
+
+
+def _rule(code: str) -> dict[str, Any]:
+    rule: dict[str, Any] = {"id": code, "shortDescription": {"text": CODES[code]}}
+    page: Page | None = read_page(code)
+    if page is not None:
+        rule["fullDescription"] = {"text": page.meaning}
+        rule["help"] = {"text": page.plain(), "markdown": page.markdown}
+    return rule
+
+
+def _result(d: Diagnostic, index: int) -> dict[str, Any]:
+    result: dict[str, Any] = {
+        "ruleId": d.code,
+        "ruleIndex": index,
+        "level": d.severity,
+        "message": {"text": _text(d)},
+    }
+    if d.span is not None:
+        result["locations"] = [{"physicalLocation": _location(d.span)}]
+    elif d.file:
+        result["locations"] = [{"physicalLocation": {"artifactLocation": {"uri": _uri(d.file)}}}]
+    if d.notes:
+        result["relatedLocations"] = [
+            {"id": i, "physicalLocation": _location(n.span), "message": {"text": n.message}}
+            for i, n in enumerate(d.notes)
+        ]
+    return result
+
+
+def _location(span: Span) -> dict[str, Any]:
+    line, column, end_line, end_column = _region(span)
+    region = {"startLine": line, "startColumn": column, "endLine": end_line, "endColumn": end_column}
+    return {"artifactLocation": {"uri": _uri(span.source.name)}, "region": region}
+
+
+def _region(span: Span) -> tuple[int, int, int, int]:
+    """Return first line and column and last line and column behind it, in UTF-16 units from 1."""
+    source, end = span.source, max(span.start, span.end)
+    return (
+        span.line,
+        source.utf16_column_of(span.start) + 1,
+        source.line_of(end),
+        source.utf16_column_of(end) + 1,
+    )
+
+
+def _text(d: Diagnostic) -> str:
+    return "\n".join([d.message, *d.facts, *([f"help: {d.help}"] if d.help else [])])
+
+
+def _uri(name: str) -> str:
+    """Return a file's name as a URI, relative to the current folder where it lies below it."""
+    from urllib.parse import quote
+
+    if not name or name.startswith("<"):
+        return quote(name.strip("<>"))
+    path = Path(os.path.abspath(name))
+    here = Path.cwd()
+    return quote(path.relative_to(here).as_posix()) if path.is_relative_to(here) else path.as_uri()
+
+
+def _command(d: Diagnostic) -> str:
+    properties: dict[str, object] = {}
+    if d.span is not None:
+        line, column, end_line, end_column = _region(d.span)
+        properties = {"file": _shown_file(d.span.source.name), "line": line, "endLine": end_line, "col": column}
+        if line == end_line:
+            # GitHub refuses columns of ranges that span lines; endColumn is the last column, not the one behind it.
+            properties["endColumn"] = max(column, end_column - 1)
+    elif d.file:
+        properties["file"] = _shown_file(d.file)
+    properties["title"] = f"{d.code}: {CODES[d.code]}"
+    listed = ",".join(f"{key}={_escaped_property(str(value))}" for key, value in properties.items())
+    return f"::{d.severity} {listed}::{_escaped(_text(d))}"
+
+
+def _shown_file(name: str) -> str:
+    """Return a path relative to the current folder, as GitHub wants it, where the file lies below it."""
+    path, here = Path(os.path.abspath(name)), Path.cwd()
+    return path.relative_to(here).as_posix() if not name.startswith("<") and path.is_relative_to(here) else name
+
+
+def _escaped(text: str) -> str:
+    return text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
+
+
+def _escaped_property(text: str) -> str:
+    return _escaped(text).replace(":", "%3A").replace(",", "%2C")
