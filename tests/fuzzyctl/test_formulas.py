@@ -1,11 +1,25 @@
 import math
+from itertools import pairwise
 
+import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from fuzzyctl.expr import Name, Number
-from fuzzyctl.formulas import CONJUNCTIONS, DISJUNCTIONS, MEMBERSHIP
+from fuzzyctl.formulas import (
+    AGGREGATIONS,
+    CONJUNCTIONS,
+    DISJUNCTIONS,
+    HEDGE_SUMMARIES,
+    HEDGES,
+    IMPLICATIONS,
+    MEMBERSHIP,
+    exact_centroid_possible,
+    is_monotone,
+    piecewise_linear,
+)
+from fuzzyctl.kernels.numpy_backend import array_function
 from fuzzyctl.kernels.python_backend import scalar_function
 
 UNIT = st.floats(0, 1)
@@ -18,6 +32,98 @@ def degree(kind, *parameters):
 
 def norm(among, name):
     return scalar_function(among[name](Name("a"), Name("b")))
+
+
+#: One example of each kind, and for some the mirrored one or one with an infinite foot.
+EXAMPLES = [
+    ("triangle", (0, 1, 3)),
+    ("triangle", (-math.inf, 1, 3)),
+    ("triangle", (0, 1, math.inf)),
+    ("trapezoid", (0, 1, 2, 4)),
+    ("trapezoid", (0, 1, 2, math.inf)),
+    ("rectangle", (1, 3)),
+    ("ramp", (0, 2)),
+    ("ramp", (2, -1)),
+    ("piecewise", (0, 0.25, 1, 1, 1, 0.5, 3, 0.75)),
+    ("piecewise", (2, 0.25, 2, 1, 2, 0.5)),
+    ("gaussian", (1, 0.5)),
+    ("gaussian2", (0, 0.5, 2, 1)),
+    ("gaussian2", (2, 1, 0, 0.5)),
+    ("bell", (1, 2, 3)),
+    ("bell", (1, 0.1, 0.25)),
+    ("sigmoid", (1, 4)),
+    ("sigmoid", (1, -4)),
+    ("sigmoid_difference", (0, 5, 5, 3)),
+    ("sigmoid_difference", (3, 5, 2, 0)),
+    ("sigmoid_product", (0, 5, -5, 3)),
+    ("s_shape", (0, 3)),
+    ("z_shape", (0, 3)),
+    ("pi_shape", (0, 1, 2, 4)),
+    ("pi_shape", (-math.inf, 1, 2, 4)),
+    ("pi_shape", (0, 1, 2, math.inf)),
+    ("pi_shape", (1, 1, 2, 2)),
+    ("cosine", (1, 2)),
+    ("spike", (1, 2)),
+    ("concave", (0, 2)),
+    ("concave", (2, 0)),
+    ("arc", (0, 2)),
+    ("arc", (2, 0)),
+    ("semi_ellipse", (0, 3)),
+    ("singleton", (2,)),
+    ("constant", (2,)),
+]
+MONOTONE = [(kind, p) for kind, p in EXAMPLES if is_monotone(kind, p)]
+SPREAD = np.unique(
+    np.concatenate([np.linspace(-3, 6, 361), np.geomspace(1e-9, 1e300, 50), -np.geomspace(1e-9, 1e300, 50)])
+)
+
+
+class TestEveryKind:
+    def test_has_an_example_here(self):
+        assert {kind for kind, _ in EXAMPLES} == MEMBERSHIP.keys()
+
+    @pytest.mark.parametrize(("kind", "p"), EXAMPLES)
+    def test_has_good_parameters_here_and_a_summary(self, kind, p):
+        formula = MEMBERSHIP[kind]
+        assert formula.mistake(p) is None
+        assert formula.summary
+        assert formula.variadic or len(p) == len(formula.parameters)
+
+    @pytest.mark.parametrize(("kind", "p"), EXAMPLES)
+    def test_has_degrees_between_zero_and_one_everywhere(self, kind, p):
+        f = degree(kind, *p)
+        for x in [*SPREAD, math.inf, -math.inf]:
+            assert 0 <= f(float(x)) <= 1
+
+    @pytest.mark.filterwarnings("error")
+    @pytest.mark.parametrize(("kind", "p"), EXAMPLES)
+    def test_gives_arrays_what_it_gives_numbers(self, kind, p):
+        f, xs = degree(kind, *p), np.array([*SPREAD, math.inf, -math.inf])
+        found = array_function(MEMBERSHIP[kind].degree(Name("x"), p))(xs)
+        np.testing.assert_allclose(found, [f(float(x)) for x in xs], rtol=1e-12, atol=1e-300)
+
+    @pytest.mark.parametrize(("kind", "p"), EXAMPLES)
+    def test_is_nowhere_larger_than_in_its_core(self, kind, p):
+        left, right = MEMBERSHIP[kind].core(p)
+        if math.isinf(left) or kind.startswith("sigmoid_"):
+            return
+        f = degree(kind, *p)
+        assert f(left) == f(right) == pytest.approx(max(f(float(x)) for x in SPREAD), abs=2e-5)
+        if kind not in ("piecewise", "gaussian2"):
+            assert f(left) == f(0.5 * left + 0.5 * right) == 1
+
+    @pytest.mark.parametrize(("kind", "p"), EXAMPLES)
+    def test_has_at_its_corners_the_larger_degree_and_between_them_straight_lines(self, kind, p):
+        f, corners = degree(kind, *p), MEMBERSHIP[kind].vertices(p)
+        assert piecewise_linear(kind) == (bool(corners) and kind not in ("singleton", "constant"))
+        for x, _ in corners:
+            assert f(x) == max(v for u, v in corners if u == x)
+        for (x0, y0), (x1, y1) in pairwise(corners):
+            if x0 < x1:
+                assert f(x0 + 0.25 * (x1 - x0)) == pytest.approx(0.75 * y0 + 0.25 * y1, abs=1e-15)
+        if corners:
+            assert f(corners[0][0] - 1) == corners[0][1]
+            assert f(corners[-1][0] + 1) == corners[-1][1]
 
 
 class TestMembership:
@@ -35,22 +141,75 @@ class TestMembership:
         f = degree("triangle", *parameters)
         assert {x: f(x) for x in points} == points
 
-    def test_a_trapezoid_is_flat_between_its_tops(self):
-        f = degree("trapezoid", 0, 1, 2, 4)
-        assert [f(x) for x in (0, 0.5, 1, 1.5, 2, 3, 4)] == [0, 0.5, 1, 1, 1, 0.5, 0]
+    @pytest.mark.parametrize(
+        ("kind", "p", "points"),
+        [
+            ("trapezoid", (0, 1, 2, 4), {0: 0, 0.5: 0.5, 1: 1, 1.5: 1, 2: 1, 3: 0.5, 4: 0}),
+            ("singleton", (2,), {1.999: 0, 2: 1, 2.001: 0}),
+            ("rectangle", (1, 3), {0.999: 0, 1: 1, 3: 1, 3.001: 0}),
+            ("ramp", (0, 2), {-1: 0, 0.5: 0.25, 2: 1, 9: 1}),
+            ("ramp", (2, 0), {3: 0, 0.5: 0.75, 0: 1, -9: 1}),
+            ("piecewise", (0, 0.25, 1, 1, 1, 0.5, 3, 0), {-9: 0.25, 0.5: 0.625, 1: 1, 2: 0.25, 3: 0, 9: 0}),
+            ("gaussian2", (0, 1, 2, 3), {-1: math.exp(-0.5), 0: 1, 1: 1, 2: 1, 5: math.exp(-0.5)}),
+            ("bell", (1, 2, 3), {1: 1, 3: 0.5, -1: 0.5, 5: 1 / 65}),
+            ("sigmoid", (1, 2), {1: 0.5, 2: 1 / (1 + math.exp(-2)), -1e6: 0, 1e6: 1}),
+            ("s_shape", (0, 4), {0: 0, 1: 0.125, 2: 0.5, 3: 0.875, 4: 1}),
+            ("z_shape", (0, 4), {0: 1, 1: 0.875, 2: 0.5, 3: 0.125, 4: 0}),
+            ("pi_shape", (0, 4, 5, 9), {1: 0.125, 4: 1, 4.5: 1, 6: 0.875, 8: 0.125, 9: 0}),
+            ("pi_shape", (1, 1, 2, 2), {0.999: 0, 1: 1, 2: 1, 2.001: 0}),
+            ("cosine", (1, 4), {-1.1: 0, 0: 0.5, 1: 1, 2: 0.5, 3.1: 0}),
+            ("spike", (1, 10), {1: 1, 2: math.exp(-1), 0: math.exp(-1)}),
+            ("concave", (0, 2), {0: 0.5, 1: 2 / 3, 2: 1, 9: 1, -2: 1 / 3}),
+            ("concave", (2, 0), {2: 0.5, 1: 2 / 3, 0: 1, -9: 1, 4: 1 / 3}),
+            ("arc", (0, 5), {-1: 0, 0: 0, 1: 0.6, 2: 0.8, 5: 1, 9: 1}),
+            ("arc", (5, 0), {6: 0, 5: 0, 4: 0.6, 3: 0.8, 0: 1, -9: 1}),
+            ("semi_ellipse", (0, 10), {0: 0, 1: 0.6, 5: 1, 8: 0.8, 10: 0, 11: 0}),
+        ],
+    )
+    def test_each_kind_has_the_degrees_of_its_formula(self, kind, p, points):
+        f = degree(kind, *p)
+        assert {x: f(x) for x in points} == pytest.approx(points, rel=1e-15)
+
+    def test_sigmoids_are_joined_by_their_difference_or_product(self):
+        def sigmoid(x, inflection, slope):
+            return 1 / (1 + math.exp(-slope * (x - inflection)))
+
+        difference, reverse = degree("sigmoid_difference", 0, 5, 4, 3), degree("sigmoid_difference", 3, 4, 5, 0)
+        hill = degree("sigmoid_product", 0, 5, -4, 3)
+        for x in (-1, 0, 1.5, 3, 4):
+            expected = sigmoid(x, 0, 5) - sigmoid(x, 3, 4)
+            assert difference(x) == pytest.approx(abs(expected), abs=1e-15)
+            assert reverse(x) == difference(x)
+            assert hill(x) == pytest.approx(sigmoid(x, 0, 5) * sigmoid(x, 3, -4), rel=1e-14)
+
+    def test_crossing_gaussians_are_multiplied(self):
+        f = degree("gaussian2", 2, 1, 0, 0.5)
+        assert f(1) == pytest.approx(math.exp(-0.5) * math.exp(-2))
+        left, right = MEMBERSHIP["gaussian2"].core((2, 1, 0, 0.5))
+        assert left == right == pytest.approx(0.4)
 
     def test_a_gaussian_is_e_to_the_minus_half_at_one_sigma(self):
         f = degree("gaussian", 5, 1.5)
         assert f(5) == 1
         assert f(6.5) == f(3.5) == pytest.approx(math.exp(-0.5), rel=1e-15)
 
-    def test_a_singleton_is_one_at_its_value_only(self):
-        f = degree("singleton", 2)
-        assert [f(x) for x in (1.999, 2, 2.001)] == [0, 1, 0]
+    def test_many_corners_are_searched_by_halves(self):
+        p = [v for i in range(1000) for v in (float(i), i % 7 / 7)]
+        f = degree("piecewise", *p)
+        assert [f(x) for x in (6.0, 13.0, 13.5, 999.0)] == pytest.approx([6 / 7, 6 / 7, 3 / 7, 5 / 7])
 
     @given(st.lists(FINITE, min_size=4, max_size=4).map(sorted), st.floats(allow_nan=False))
-    def test_a_trapezoid_stays_between_zero_and_one(self, p, x):
+    def test_trapezoids_and_pi_shapes_stay_between_zero_and_one(self, p, x):
         assert 0 <= degree("trapezoid", *p)(x) <= 1
+        assert 0 <= degree("pi_shape", *p)(x) <= 1
+
+    @given(st.lists(st.tuples(FINITE, UNIT), min_size=2, max_size=6), st.floats(-101, 101))
+    def test_piecewise_degrees_stay_between_zero_and_one(self, corners, x):
+        p = tuple(v for corner in sorted(corners, key=lambda c: c[0]) for v in corner)
+        f = degree("piecewise", *p)
+        assert 0 <= f(x) <= 1
+        for u, _ in corners:
+            assert f(u) == max(y for v, y in corners if v == u)
 
     @given(st.lists(FINITE, min_size=4, max_size=4).map(sorted))
     def test_the_core_has_degree_one_and_the_vertices_their_degrees(self, p):
@@ -69,10 +228,60 @@ class TestMembership:
             ("triangle", (0, -1, 2), "left = 0 is greater than peak = -1"),
             ("trapezoid", (0, 1, 0.5, 2), "left_top = 1 is greater than right_top = 0.5"),
             ("gaussian", (0, 0), "must be > 0"),
+            ("gaussian2", (0, 1, 2, -1), "sigma_right = -1 must be > 0"),
+            ("rectangle", (1, 1), "left = 1 must be less than right = 1"),
+            ("ramp", (1, 1), "start and end are both 1"),
+            ("bell", (0, 1, 0), "slope = 0 must be > 0"),
+            ("sigmoid", (0, 0), "slope must not be 0"),
+            ("sigmoid_product", (0, 1, 0, 1), "falling must not be 0"),
+            ("s_shape", (1, 0), "start = 1 must be less than end = 0"),
+            ("cosine", (1, 0), "width = 0 must be > 0"),
+            ("piecewise", (1, 0), "pairs"),
+            ("piecewise", (1, 0, 2), "pairs"),
+            ("piecewise", (1, 0, 0, 1), "x = 1 is greater than the next x = 0"),
+            ("piecewise", (0, 0, 1, 1.5), "the degree 1.5 lies outside"),
+            ("piecewise", (0, 0, 1, 0), "0 everywhere"),
         ],
     )
     def test_bad_parameters_are_named(self, kind, parameters, part):
         assert part in MEMBERSHIP[kind].mistake(parameters)
+
+
+class TestInverse:
+    def test_belongs_to_the_monotone_kinds(self):
+        kinds = {"ramp", "sigmoid", "s_shape", "z_shape", "concave", "arc", "triangle", "trapezoid", "pi_shape"}
+        assert {kind for kind, _ in MONOTONE} == kinds
+        assert not is_monotone("triangle", (0, 1, 2))
+        assert not is_monotone("trapezoid", (-math.inf, 1, 2, math.inf))
+        assert not is_monotone("linear", ())
+
+    @pytest.mark.parametrize(("kind", "p"), MONOTONE)
+    def test_monotone_kinds_are_monotone(self, kind, p):
+        degrees = [degree(kind, *p)(float(x)) for x in SPREAD]
+        assert degrees in (sorted(degrees), sorted(degrees, reverse=True))
+
+    @pytest.mark.parametrize(("kind", "p"), MONOTONE)
+    @settings(max_examples=40)
+    @given(w=st.floats(1e-6, 1 - 1e-6))
+    def test_has_the_degree_it_was_asked_for(self, kind, p, w):
+        place = scalar_function(MEMBERSHIP[kind].inverse(Name("w"), p))(w)
+        assert degree(kind, *p)(place) == pytest.approx(w, abs=1e-9)
+
+    @pytest.mark.parametrize(("kind", "p"), MONOTONE)
+    @settings(max_examples=40)
+    @given(x=st.floats(-1, 4))
+    def test_undoes_the_degree(self, kind, p, x):
+        w = degree(kind, *p)(x)
+        assume(0 < w < 1)
+        place = scalar_function(MEMBERSHIP[kind].inverse(Name("w"), p))(w)
+        # Near a flat end the degree holds few digits of the place.
+        assert place == pytest.approx(x, abs=1e-7)
+
+    @pytest.mark.parametrize(("kind", "p"), MONOTONE)
+    def test_exists_at_zero_and_one(self, kind, p):
+        f = scalar_function(MEMBERSHIP[kind].inverse(Name("w"), p))
+        assert f(1.0) == MEMBERSHIP[kind].core(p)[0] or f(1.0) == MEMBERSHIP[kind].core(p)[1]
+        assert not math.isnan(f(0.0))
 
 
 class TestNorms:
@@ -83,10 +292,12 @@ class TestNorms:
         # A few roundings of numbers up to 1, each at most 2^-53.
         assert t(a, b) == pytest.approx(t(b, a), abs=4.5e-16)
         assert t(a, 1.0) == a
+        assert t(1.0, a) == pytest.approx(a, abs=2.3e-16)
         assert t(a, 0.0) == 0
         low, high = sorted((b, c))
-        assert t(a, low) <= t(a, high)
+        assert t(a, low) <= t(a, high) + 2.3e-16
         assert 0 <= t(a, b) <= min(a, b) + 2.3e-16
+        assert t(a, b) <= 1
 
     @pytest.mark.parametrize("name", DISJUNCTIONS)
     @given(a=UNIT, b=UNIT, c=UNIT)
@@ -94,11 +305,93 @@ class TestNorms:
         s = norm(DISJUNCTIONS, name)
         assert s(a, b) == pytest.approx(s(b, a), abs=4.5e-16)
         assert s(a, 0.0) == a
+        assert s(0.0, a) == a
         assert s(a, 1.0) == 1
         low, high = sorted((b, c))
         # Rounding of a + b(1 - a) is at most one unit in the last place of 1.
-        assert s(a, low) <= s(a, high) + 2.3e-16
+        assert s(a, low) <= s(a, high) + 4.5e-16
         assert max(a, b) - 2.3e-16 <= s(a, b) <= 1
 
-    def test_the_probabilistic_sum_is_a_plus_b_minus_ab(self):
-        assert scalar_function(DISJUNCTIONS["probabilistic_sum"](Number(0.5), Number(0.5)))() == 0.75
+    @pytest.mark.parametrize("name", CONJUNCTIONS)
+    @given(a=st.integers(0, 16), b=st.integers(0, 16), c=st.integers(0, 16))
+    def test_a_t_norm_is_associative(self, name, a, b, c):
+        t, (a, b, c) = norm(CONJUNCTIONS, name), (a / 16, b / 16, c / 16)
+        assert t(t(a, b), c) == pytest.approx(t(a, t(b, c)), abs=1e-15)
+
+    @pytest.mark.parametrize(("t", "s"), list(zip(CONJUNCTIONS, DISJUNCTIONS, strict=True)))
+    @given(a=st.integers(0, 16), b=st.integers(0, 16))
+    def test_each_s_norm_is_the_dual_of_the_t_norm_on_its_place(self, t, s, a, b):
+        a, b = a / 16, b / 16
+        assert norm(DISJUNCTIONS, s)(a, b) == pytest.approx(1 - norm(CONJUNCTIONS, t)(1 - a, 1 - b), abs=1e-15)
+
+    @pytest.mark.parametrize(
+        ("among", "name", "expected"),
+        [
+            (CONJUNCTIONS, "drastic_product", 0),
+            (CONJUNCTIONS, "einstein_product", 0.375 / (2 - 0.875)),
+            (CONJUNCTIONS, "hamacher_product", 0.375 / 0.875),
+            (CONJUNCTIONS, "nilpotent_minimum", 0.5),
+            (CONJUNCTIONS, "bounded_difference", 0.25),
+            (DISJUNCTIONS, "probabilistic_sum", 0.875),
+            (DISJUNCTIONS, "drastic_sum", 1),
+            (DISJUNCTIONS, "einstein_sum", 1.25 / 1.375),
+            (DISJUNCTIONS, "hamacher_sum", 0.5 / 0.625),
+            (DISJUNCTIONS, "nilpotent_maximum", 1),
+        ],
+    )
+    def test_each_norm_is_its_formula(self, among, name, expected):
+        assert norm(among, name)(0.5, 0.75) == pytest.approx(expected, rel=1e-15)
+
+    def test_quotients_have_their_limits(self):
+        assert norm(CONJUNCTIONS, "hamacher_product")(0.0, 0.0) == 0
+        assert norm(DISJUNCTIONS, "hamacher_sum")(1.0, 1.0) == 1
+        assert norm(CONJUNCTIONS, "hamacher_product")(1e-200, 1e-200) == pytest.approx(5e-201)
+        assert norm(CONJUNCTIONS, "nilpotent_minimum")(1e-30, 1.0) == 1e-30
+
+    def test_implications_are_t_norms_and_aggregations_a_plain_sum_too(self):
+        assert IMPLICATIONS.keys() == CONJUNCTIONS.keys()
+        assert AGGREGATIONS.keys() == {"sum", *DISJUNCTIONS}
+        assert norm(AGGREGATIONS, "sum")(0.75, 0.75) == 1.5
+
+    def test_the_exact_centroid_needs_straight_sides_and_plain_norms(self):
+        assert exact_centroid_possible("piecewise", "product", "sum")
+        assert not exact_centroid_possible("gaussian", "min", "max")
+        assert not exact_centroid_possible("singleton", "min", "max")
+        assert not exact_centroid_possible("triangle", "hamacher_product", "max")
+        assert not exact_centroid_possible("triangle", "min", "probabilistic_sum")
+        assert not exact_centroid_possible("linear", "min", "max")
+
+
+class TestHedges:
+    @pytest.mark.parametrize("name", HEDGES)
+    @given(x=UNIT)
+    def test_keep_degrees_between_zero_and_one(self, name, x):
+        assert (
+            0 <= scalar_function(HEDGES[name](Name("x")))(x) <= 1
+            if name != "any"
+            else HEDGES[name](Name("x")) == Number(1.0)
+        )
+
+    @pytest.mark.parametrize(
+        ("name", "points"),
+        [
+            ("very", {0.5: 0.25}),
+            ("somewhat", {0.25: 0.5}),
+            ("extremely", {0.25: 0.125, 0.5: 0.5, 0.75: 0.875}),
+            ("slightly", {0: 0, 0.125: 0.5}),
+            ("seldom", {0.125: 0.25, 0.5: 0.5, 0.875: 0.75}),
+            ("not", {0.25: 0.75}),
+        ],
+    )
+    def test_are_their_formulas(self, name, points):
+        f = scalar_function(HEDGES[name](Name("x")))
+        assert {x: f(x) for x in points} == pytest.approx(points, rel=1e-15)
+
+    @given(x=UNIT)
+    def test_seldom_undoes_extremely(self, x):
+        assert scalar_function(
+            HEDGES["seldom"](Number(scalar_function(HEDGES["extremely"](Name("x")))(x)))
+        )() == pytest.approx(x, abs=1e-7)
+
+    def test_are_all_explained(self):
+        assert HEDGE_SUMMARIES.keys() == HEDGES.keys()
