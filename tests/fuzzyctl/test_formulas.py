@@ -22,6 +22,8 @@ from fuzzyctl.formulas import (
 from fuzzyctl.kernels.numpy_backend import array_function
 from fuzzyctl.kernels.python_backend import scalar_function
 
+#: Other processes may slow a test down at any time.
+QUICK = settings(max_examples=60, deadline=None, derandomize=True)
 UNIT = st.floats(0, 1)
 FINITE = st.floats(-100, 100, allow_subnormal=False)
 
@@ -198,11 +200,13 @@ class TestMembership:
         f = degree("piecewise", *p)
         assert [f(x) for x in (6.0, 13.0, 13.5, 999.0)] == pytest.approx([6 / 7, 6 / 7, 3 / 7, 5 / 7])
 
+    @QUICK
     @given(st.lists(FINITE, min_size=4, max_size=4).map(sorted), st.floats(allow_nan=False))
     def test_trapezoids_and_pi_shapes_stay_between_zero_and_one(self, p, x):
         assert 0 <= degree("trapezoid", *p)(x) <= 1
         assert 0 <= degree("pi_shape", *p)(x) <= 1
 
+    @QUICK
     @given(st.lists(st.tuples(FINITE, UNIT), min_size=2, max_size=6), st.floats(-101, 101))
     def test_piecewise_degrees_stay_between_zero_and_one(self, corners, x):
         p = tuple(v for corner in sorted(corners, key=lambda c: c[0]) for v in corner)
@@ -211,6 +215,7 @@ class TestMembership:
         for u, _ in corners:
             assert f(u) == max(y for v, y in corners if v == u)
 
+    @QUICK
     @given(st.lists(FINITE, min_size=4, max_size=4).map(sorted))
     def test_the_core_has_degree_one_and_the_vertices_their_degrees(self, p):
         formula = MEMBERSHIP["trapezoid"]
@@ -261,14 +266,14 @@ class TestInverse:
         assert degrees in (sorted(degrees), sorted(degrees, reverse=True))
 
     @pytest.mark.parametrize(("kind", "p"), MONOTONE)
-    @settings(max_examples=40)
+    @QUICK
     @given(w=st.floats(1e-6, 1 - 1e-6))
     def test_has_the_degree_it_was_asked_for(self, kind, p, w):
         place = scalar_function(MEMBERSHIP[kind].inverse(Name("w"), p))(w)
         assert degree(kind, *p)(place) == pytest.approx(w, abs=1e-9)
 
     @pytest.mark.parametrize(("kind", "p"), MONOTONE)
-    @settings(max_examples=40)
+    @QUICK
     @given(x=st.floats(-1, 4))
     def test_undoes_the_degree(self, kind, p, x):
         w = degree(kind, *p)(x)
@@ -286,6 +291,7 @@ class TestInverse:
 
 class TestNorms:
     @pytest.mark.parametrize("name", CONJUNCTIONS)
+    @QUICK
     @given(a=UNIT, b=UNIT, c=UNIT)
     def test_a_t_norm_is_commutative_monotone_and_has_one_as_unit(self, name, a, b, c):
         t = norm(CONJUNCTIONS, name)
@@ -300,6 +306,7 @@ class TestNorms:
         assert t(a, b) <= 1
 
     @pytest.mark.parametrize("name", DISJUNCTIONS)
+    @QUICK
     @given(a=UNIT, b=UNIT, c=UNIT)
     def test_an_s_norm_is_commutative_monotone_and_has_zero_as_unit(self, name, a, b, c):
         s = norm(DISJUNCTIONS, name)
@@ -313,12 +320,14 @@ class TestNorms:
         assert max(a, b) - 2.3e-16 <= s(a, b) <= 1
 
     @pytest.mark.parametrize("name", CONJUNCTIONS)
+    @QUICK
     @given(a=st.integers(0, 16), b=st.integers(0, 16), c=st.integers(0, 16))
     def test_a_t_norm_is_associative(self, name, a, b, c):
         t, (a, b, c) = norm(CONJUNCTIONS, name), (a / 16, b / 16, c / 16)
         assert t(t(a, b), c) == pytest.approx(t(a, t(b, c)), abs=1e-15)
 
     @pytest.mark.parametrize(("t", "s"), list(zip(CONJUNCTIONS, DISJUNCTIONS, strict=True)))
+    @QUICK
     @given(a=st.integers(0, 16), b=st.integers(0, 16))
     def test_each_s_norm_is_the_dual_of_the_t_norm_on_its_place(self, t, s, a, b):
         a, b = a / 16, b / 16
@@ -364,6 +373,7 @@ class TestNorms:
 
 class TestHedges:
     @pytest.mark.parametrize("name", HEDGES)
+    @QUICK
     @given(x=UNIT)
     def test_keep_degrees_between_zero_and_one(self, name, x):
         assert (
@@ -387,6 +397,7 @@ class TestHedges:
         f = scalar_function(HEDGES[name](Name("x")))
         assert {x: f(x) for x in points} == pytest.approx(points, rel=1e-15)
 
+    @QUICK
     @given(x=UNIT)
     def test_seldom_undoes_extremely(self, x):
         assert scalar_function(
