@@ -166,8 +166,11 @@ def resolve_table(context: Context, statement: sx.Table) -> RuleTable | None:
         ok = _check_one_way(context, statement) and ok
     else:
         ok = _check_rows(context, rows, statement) and ok
+    if not ok:
+        # Cells cannot be told apart while headers or labels are wrong.
+        return None
     cells = [_row(context, known_outputs, row, statement.header.terms) for row in statement.rows]
-    if not ok or any(c is None for c in cells):
+    if any(c is None for c in cells):
         return None
     return RuleTable(
         outputs=tuple(w.text for w in statement.outputs),
@@ -239,12 +242,12 @@ def _check_labels(
     missing = [t for t in terms_of(variable) if t not in seen]
     if missing and ok and not variable.incomplete:
         code = "FZ204" if what == "row" else "FZ205"
-        first = statement.first.span if what == "row" or statement.second is None else statement.second.span
+        place = statement.first.span if what == "row" or statement.header is None else statement.header.span
         names = ", ".join(f"'{m}'" for m in missing)
         context.report(
             code,
             f"the table has no {what} for {names} of '{variable.name.text}'",
-            first,
+            place,
             help=f"add the {what}; write '.' in a cell where there is to be no rule",
         )
         return False
