@@ -215,16 +215,33 @@ def _plain(text: str, style: str) -> str:
     return text
 
 
+#: With more names than this only those with the same first letter are compared.
+_MOST_COMPARED = 200
+
+#: How alike two names must be to be taken for a slip: in names of two letters one may differ.
+_LIKE = 0.5
+
+
+def listed(names: Iterable[str], most: int = 20) -> str:
+    """Return names separated by commas, cut where there are very many."""
+    known = list(names)
+    rest = len(known) - most
+    return ", ".join(known) if rest <= 0 else f"{', '.join(known[:most])} and {rest} more"
+
+
 def closest(name: str, known: Iterable[str]) -> str | None:
     """Return the known name that a misspelt one most likely means, or None."""
     names = list(known)
+    if len(names) > _MOST_COMPARED:
+        # Comparing letter by letter with thousands of names, for each of many mistakes, would take minutes.
+        names = [n for n in names if n[:1].casefold() == name[:1].casefold()][:_MOST_COMPARED]
     folded = {n.casefold(): n for n in reversed(names)}
     if name.casefold() in folded:
         return folded[name.casefold()]
-    found = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
+    found = difflib.get_close_matches(name, names, n=1, cutoff=_LIKE)
     if found:
         return found[0]
-    near = difflib.get_close_matches(name.casefold(), list(folded), n=1, cutoff=0.5)
+    near = difflib.get_close_matches(name.casefold(), list(folded), n=1, cutoff=_LIKE)
     return folded[near[0]] if near else None
 
 

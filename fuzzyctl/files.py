@@ -24,7 +24,8 @@ def written_whole(path: str | os.PathLike[str]) -> Iterator[Path]:
     Raises:
         DiagnosticError: When the folder does not exist or cannot be written to.
     """
-    target = Path(path)
+    # Through a link its target is written; replacing the link itself would leave the target as it was.
+    target = Path(path).resolve() if Path(path).is_symlink() else Path(path)
     try:
         handle, name = tempfile.mkstemp(prefix=f".{target.stem}-", suffix=target.suffix, dir=target.parent)
     except OSError as error:
@@ -49,7 +50,7 @@ def _umask() -> int:
 
 
 def _unwritable(target: Path, error: OSError) -> Diagnostic:
-    if isinstance(error, FileNotFoundError):
+    if isinstance(error, FileNotFoundError) and not target.parent.is_dir():
         message = f"there is no folder '{target.parent}'"
         return Diagnostic("FZ005", message, file=str(target), help="make it, or name another file")
     return Diagnostic("FZ005", f"the file cannot be written: {error.strerror}", file=str(target))

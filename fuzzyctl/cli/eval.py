@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import csv
-import itertools
+import io
 import json
 import math
+import shutil
 import sys
+import tempfile
+import unicodedata
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Final, TextIO
 
@@ -104,25 +107,38 @@ def _plain(values: dict[str, float]) -> dict[str, float | None]:
 
 
 def _evaluate_csv(system: FuzzySystem, kernel: Kernel, points: str, form: str) -> int:
-    if points == "-":
-        return _evaluate_rows(system, kernel, sys.stdin, "<stdin>", form)
+    name = "<stdin>" if points == "-" else points
     try:
-        with open(points, encoding="utf-8-sig", newline="") as stream:
-            return _evaluate_rows(system, kernel, stream, points, form)
+        # Results wait in a file until all rows are done, so that a malformed one prints nothing half-written.
+        with tempfile.TemporaryFile("w+", encoding="utf-8", newline="") as results:
+            if points == "-":
+                stream = io.TextIOWrapper(sys.stdin.buffer, encoding="utf-8-sig", newline="")
+                warnings = _evaluate_rows(system, kernel, stream, name, form, results)
+                stream.detach()
+            else:
+                with open(points, encoding="utf-8-sig", newline="") as stream:
+                    warnings = _evaluate_rows(system, kernel, stream, name, form, results)
+            results.seek(0)
+            shutil.copyfileobj(results, sys.stdout)
+        show(warnings)
+        return DONE
     except UnicodeDecodeError:
-        raise DiagnosticError([Diagnostic("FZ002", "the file is not UTF-8 text", file=points)]) from None
+        raise DiagnosticError([Diagnostic("FZ002", "the points are not UTF-8 text", file=name)]) from None
     except OSError as error:
         raise DiagnosticError(
             [Diagnostic("FZ001", f"the file cannot be read: {error.strerror}", file=points)]
         ) from None
 
 
-def _evaluate_rows(system: FuzzySystem, kernel: Kernel, stream: TextIO, name: str, form: str) -> int:
+def _evaluate_rows(
+    system: FuzzySystem, kernel: Kernel, stream: TextIO, name: str, form: str, results_file: TextIO
+) -> list[Diagnostic]:
+    """Evaluate all rows into a file; return warnings of clamped values."""
     reader = csv.reader(stream)
-    header = [cell.strip() for cell in next(reader, [])]
+    header = [unicodedata.normalize("NFC", cell.strip()) for cell in _next(reader, name) or []]
     columns = _columns(system, header, name)
     outputs = [o.name for o in system.outputs]
-    writer = csv.writer(sys.stdout, lineterminator="\n")
+    writer = csv.writer(results_file, lineterminator="\n")
     clamped = _Clamped(system)
     first = True
     for rows, points, results in _blocks(kernel, reader, columns, header, name):
@@ -136,14 +152,23 @@ def _evaluate_rows(system: FuzzySystem, kernel: Kernel, stream: TextIO, name: st
         for point, result in zip(points.tolist(), results, strict=True):
             inputs = dict(zip([v.name for v in system.inputs], point, strict=True))
             item = {"inputs": _plain(inputs), "outputs": _plain(dict(zip(outputs, result, strict=True)))}
-            click.echo(("[" if first else ",\n ") + json.dumps(item, ensure_ascii=False), nl=False)
+            results_file.write(("[" if first else ",\n ") + json.dumps(item, ensure_ascii=False))
             first = False
     if form == "json":
-        click.echo("[]" if first else "]")
+        results_file.write("[]\n" if first else "]\n")
     elif first:
         writer.writerow([*header, *outputs])
-    show(clamped.warnings())
-    return DONE
+    return clamped.warnings()
+
+
+def _next(reader: Any, name: str) -> list[str] | None:
+    """Return the next row, None at the end."""
+    try:
+        row: list[str] | None = next(reader, None)
+    except csv.Error as error:
+        place = f"{name}:{reader.line_num}"
+        raise DiagnosticError([Diagnostic("FZ505", f"the row cannot be read: {error}", file=place)]) from None
+    return row
 
 
 class _Clamped:
@@ -214,35 +239,38 @@ def _blocks(
     """Yield rows, their points as an array (rows, inputs), and their results."""
     import numpy as np
 
-    width = len(header)
-    while rows := list(itertools.islice(reader, BLOCK)):
-        end = reader.line_num
-        rows = [row for row in rows if row]
-        points = np.empty((len(rows), len(columns)))
-        for i, row in enumerate(rows):
-            try:
-                points[i] = [to_number(row[c]) for c in columns]
-            except (ValueError, OverflowError, IndexError):
-                line = end - len(rows) + i + 1
-                raise DiagnosticError([_bad_row(row, columns, header, f"{name}:{line}")]) from None
-            if len(row) != width:
-                line = end - len(rows) + i + 1
-                raise DiagnosticError([_bad_row(row, columns, header, f"{name}:{line}")])
+    done = False
+    while not done:
+        rows: list[list[str]] = []
+        points = np.empty((BLOCK, len(columns)))
+        while len(rows) < BLOCK:
+            row = _next(reader, name)
+            if row is None:
+                done = True
+                break
+            if not row:
+                continue
+            points[len(rows)] = _point(row, columns, header, f"{name}:{reader.line_num}")
+            rows.append(row)
+        points = points[: len(rows)]
         if rows:
             state = kernel.initial_state() if kernel.n_states else None
             results = kernel.batch(points, state).reshape(len(rows), -1)
             yield rows, points, results.tolist()
 
 
-def _bad_row(row: list[str], columns: list[int], header: list[str], place: str) -> Diagnostic:
+def _point(row: list[str], columns: list[int], header: list[str], place: str) -> list[float]:
+    """Return the values of the inputs in a row."""
     if len(row) != len(header):
-        return Diagnostic(
-            "FZ505", f"the row has {len(row)} cell{'' if len(row) == 1 else 's'} for {len(header)} columns", file=place
-        )
+        message = f"the row has {len(row)} cell{'' if len(row) == 1 else 's'} for {len(header)} columns"
+        raise DiagnosticError([Diagnostic("FZ505", message, file=place)])
+    values = []
     for c in columns:
         try:
-            to_number(row[c])
+            values.append(to_number(row[c]))
         except (ValueError, OverflowError):
-            message = f"'{row[c]}' in column '{header[c]}' is no number"
-            return Diagnostic("FZ505", message, file=place, help="write numbers with a decimal point")
-    raise AssertionError("the row was refused without a reason")
+            shown = row[c] if len(row[c]) <= 40 else f"{row[c][:40]}…"
+            message = f"'{shown}' in column '{header[c]}' is no number"
+            help_text = "write numbers with a decimal point"
+            raise DiagnosticError([Diagnostic("FZ505", message, file=place, help=help_text)]) from None
+    return values

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
+import os
 from pathlib import Path
 
 import click
 
-from fuzzyctl.cli.common import SET, SYSTEM, answers_with_diagnostics, assignments, load_checked
+from fuzzyctl.cli.common import SET, SYSTEM, answers_with_diagnostics, assignments, load_checked, outside_range, show
 from fuzzyctl.errors import Diagnostic, DiagnosticError, closest
 
 #: What matplotlib is asked to write.
@@ -56,6 +58,10 @@ def plot_surface(
         raise DiagnosticError([Diagnostic("FZ214", f"'{x}' is named for both axes", help="drop one for a curve")])
     fixed = assignments(at, inputs, "input")
     axes = _axes(inputs, x, y, fixed)
+    for axis, value in fixed.items():
+        if math.isnan(value):
+            raise DiagnosticError([Diagnostic("FZ503", f"'{axis}' is no number to draw at", help="give a value")])
+    show(outside_range(system, fixed))
     for axis in axes:
         if axis in fixed:
             message, help_text = f"'{axis}' is an axis and has a value too", f"drop '--at {axis}=...' or the axis"
@@ -113,7 +119,7 @@ def _target(out: str | None, default: str) -> Path:
         help_text = f"end the name with one of: {', '.join(SUFFIXES)}"
         message = f"no picture format '{target.suffix or target.name}'"
         raise DiagnosticError([Diagnostic("FZ005", message, file=str(target), help=help_text)])
-    if not target.parent.is_dir():
+    if len(target.name) > 200 or not os.path.isdir(target.parent):
         message = f"there is no folder '{target.parent}'"
         raise DiagnosticError([Diagnostic("FZ005", message, file=str(target), help="make it, or name another file")])
     return target

@@ -181,46 +181,43 @@ def _glue(before: str, token: str, tight: str) -> str:
 def _joined(laid: Sequence[_Laid]) -> str:
     """Join the lines: comments of neighbours in one column, blank lines at most one at a time."""
     out: list[str] = []
-    for i, line in enumerate(laid):
+    columns = _comment_columns(laid)
+    indents = _comment_indents(laid)
+    for line, column, indent in zip(laid, columns, indents, strict=True):
         if not line.code:
             if line.comment:
-                out.append(_below(laid, i) + line.comment)
+                out.append(indent + line.comment)
             elif out and out[-1]:
                 out.append("")
-            continue
-        if not line.comment:
+        elif line.comment:
+            out.append(f"{line.code}{' ' * (column - _last_width(line.code))}  {line.comment}")
+        else:
             out.append(line.code)
-            continue
-        width = max(_last_width(laid[k].code) for k in _neighbours(laid, i))
-        pad = width - _last_width(line.code)
-        out.append(f"{line.code}{' ' * pad}  {line.comment}")
     text = "\n".join(out).strip("\n")
     return text + "\n" if text else ""
 
 
-def _neighbours(laid: Sequence[_Laid], i: int) -> range:
-    """Lines of the same run around one, each with code and comment."""
-    first = last = i
-    while first > 0 and _aligned(laid[first - 1], laid[i]):
-        first -= 1
-    while last + 1 < len(laid) and _aligned(laid[last + 1], laid[i]):
-        last += 1
-    return range(first, last + 1)
+def _comment_columns(laid: Sequence[_Laid]) -> list[int]:
+    """Return for each line the width of code before its comment: the same for neighbours of one run with comments."""
+    columns: list[int] = []
+    for _, group in groupby(laid, key=lambda line: (bool(line.code and line.comment), line.run)):
+        run = list(group)
+        columns.extend([max(_last_width(line.code) for line in run)] * len(run))
+    return columns
 
 
-def _aligned(other: _Laid, line: _Laid) -> bool:
-    return bool(other.code and other.comment) and other.run == line.run
+def _comment_indents(laid: Sequence[_Laid]) -> list[str]:
+    """Return for each line how a comment in its place is indented: like the code that follows without a blank line."""
+    indents: list[str] = []
+    indent = ""
+    for line in reversed(laid):
+        if line.code:
+            indent = _INDENT if line.code.startswith(_INDENT) else ""
+        elif not line.comment:
+            indent = ""
+        indents.append(indent)
+    return indents[::-1]
 
 
 def _last_width(code: str) -> int:
     return len(code.rsplit("\n", 1)[-1])
-
-
-def _below(laid: Sequence[_Laid], i: int) -> str:
-    """Indent a comment line like the code that follows it."""
-    for line in laid[i + 1 :]:
-        if line.code:
-            return _INDENT if line.code.startswith(_INDENT) else ""
-        if not line.comment:
-            break
-    return ""

@@ -26,6 +26,8 @@ _WORD = re.compile(rf"\s*({NAME})")
 _TERM = re.compile(rf"\s*{NAME}\s*=")
 _NAMES = re.compile(rf"\s*{NAME}(?:\s+{NAME})*\s*")
 _KEYWORD_LINE = re.compile(rf"\s*(?:{'|'.join(STATEMENT_KEYWORDS)})\b(?!\s*[=|])")
+# A rule may be broken before `and` and `or`, so these do not end an open parenthesis.
+_NEW_STATEMENT = re.compile(rf"\s*(?!(?:and|or)\b)(?:{'|'.join(STATEMENT_KEYWORDS)})\b(?!\s*[=|])")
 _TERM_LINE = re.compile(rf"\s*{NAME}\s*=\s*(?:{'|'.join(MEMBERSHIP)})\s*\(")
 _ROW_LINE = re.compile(rf"\s*(?:{NAME}\s*)?\|")
 
@@ -85,7 +87,7 @@ def split(source: SourceText) -> list[LogicalLine]:
 
 def _resumes(text: str, at: int) -> bool:
     """Whether the line that begins here cannot be the rest of an open parenthesis."""
-    return bool(_KEYWORD_LINE.match(text, at) or _TERM_LINE.match(text, at) or _ROW_LINE.match(text, at))
+    return bool(_NEW_STATEMENT.match(text, at) or _TERM_LINE.match(text, at) or _ROW_LINE.match(text, at))
 
 
 def _take(source: SourceText, current: _Open, piece: str, at: int) -> None:
@@ -143,7 +145,9 @@ def _close(source: SourceText, current: _Open, before: list[LogicalLine]) -> Log
     code = source.text[current.start : current.end]
     word = _WORD.match(code)
     kind = _kind(code, current.bar, before)
-    return LogicalLine(current.start, current.end, current.comment, kind, word[1] if word else "", mistake, code.endswith('"'))
+    return LogicalLine(
+        current.start, current.end, current.comment, kind, word[1] if word else "", mistake, code.endswith('"')
+    )
 
 
 def _kind(code: str, bar: bool, before: list[LogicalLine]) -> LineKind:

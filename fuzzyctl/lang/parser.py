@@ -23,6 +23,9 @@ from fuzzyctl.source import SourceText, Span
 #: What a name may be made of.
 NAME_RULE: Final = "a name begins with a letter or '_' and goes on with letters, digits and '_'"
 
+#: So many lines that cannot be read are reported.
+MAX_MISTAKES: Final = 500
+
 #: Longest name.
 MAX_NAME: Final = 200
 
@@ -84,6 +87,9 @@ class _Builder(Transformer[Token, Any]):
         stack = [(root, 1)]
         while stack:
             node, depth = stack.pop()
+            if isinstance(node, sx.Chain):
+                # A chain is computed from left to right: each operand is one level.
+                depth += len(node.operands)
             if depth > ex.MAX_DEPTH:
                 message = f"the expression nests deeper than {ex.MAX_DEPTH} levels"
                 self.problems.append(
@@ -533,6 +539,9 @@ class _Assembler:
             self.lines.append(node)
 
     def _parse(self, line: LogicalLine, kind: LineKind) -> Any:
+        if len(self.diagnostics) > MAX_MISTAKES:
+            # Such a text is no rule file; more messages would help nobody.
+            return None
         if line.mistake is not None:
             self.diagnostics.append(line.mistake)
             return None

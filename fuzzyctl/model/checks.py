@@ -132,6 +132,15 @@ def bad_heights(system: FuzzySystem) -> Iterator[Diagnostic]:
             yield Diagnostic("FZ302", message, span_of(term.membership.height) or term.span)
 
 
+def bad_tolerances(system: FuzzySystem) -> Iterator[Diagnostic]:
+    """Find tolerances below 0."""
+    for guarantee in system.guarantees:
+        if guarantee.within is not None and system.number(guarantee.within) < 0:
+            value = system.number(guarantee.within)
+            place = span_of(guarantee.within) or guarantee.span
+            yield Diagnostic("FZ302", f"the tolerance {value:.6g} is below 0", place, help="write a small number >= 0")
+
+
 def bad_weights(system: FuzzySystem) -> Iterator[Diagnostic]:
     """Find weights outside [0, 1]."""
     for rule in system.rules:
@@ -426,6 +435,7 @@ CHECKS: Final[tuple[Check, ...]] = (
     bad_parameters,
     bad_heights,
     bad_weights,
+    bad_tolerances,
     circular_outputs,
     misfitting_defuzzifier,
     several_adaptive_outputs,

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Mapping
 from functools import cached_property
+from numbers import Real
 from typing import Any, TypeVar
 
 from pydantic import Field, InstanceOf
@@ -45,6 +48,13 @@ class FuzzySystem(Node):
     blocks: tuple[InstanceOf[RuleTable] | InstanceOf[Rule], ...]
     guarantees: tuple[Guarantee, ...] = ()
     path: str = Field(default="", repr=False)
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> FuzzySystem:
+        """Return a copy with some fields changed; what was computed from the old ones is not copied."""
+        copied = super().model_copy(update=update, deep=deep)
+        for computed in ("rules", "values"):
+            copied.__dict__.pop(computed, None)
+        return copied
 
     @cached_property
     def rules(self) -> tuple[Rule, ...]:
@@ -90,8 +100,8 @@ class FuzzySystem(Node):
         for name, value in values.items():
             if name not in known:
                 raise UnknownNameError("param", name, known)
-            if not abs(float(value)) < float("inf"):
-                raise ValueOutOfBoundsError(f"param {name!r}", value, "finite")
+            if not isinstance(value, Real) or not abs(value) <= sys.float_info.max:
+                raise ValueOutOfBoundsError(f"param {name!r}", value, "a finite number")
         params = tuple(
             p.model_copy(update={"expression": Number(float(values[p.name]))}) if p.name in values else p
             for p in self.params
@@ -155,6 +165,7 @@ def param_values(params: tuple[Param, ...]) -> dict[str, float]:
 def _compute(start: Param, by_name: dict[str, Param], values: dict[str, float]) -> None:
     """Compute a param and what it needs, without recursion: chains of params may be long."""
     open_names: list[str] = [start.name]
+    is_open = {start.name}
     while open_names:
         param = by_name[open_names[-1]]
         if param.name in values:
@@ -165,9 +176,11 @@ def _compute(start: Param, by_name: dict[str, Param], values: dict[str, float]) 
             value = evaluate(param.expression, values)
             if abs(value) == float("inf"):
                 raise ExprError(f"param '{param.name}' is infinite", param.span)
+            is_open.discard(open_names[-1])
             values[open_names.pop()] = value
-        elif needed.name in open_names:
+        elif needed.name in is_open:
             cycle = [*open_names[open_names.index(needed.name) :], needed.name]
             raise ParamCycleError(cycle, needed.span)
         else:
             open_names.append(needed.name)
+            is_open.add(needed.name)

@@ -20,6 +20,8 @@ STYLE: Final[dict[str, Any]] = {
     "grid.alpha": 0.3,
     "savefig.dpi": 150,
     "svg.hashsalt": "fuzzyctl",
+    # Labels are texts of the user's, in which a dollar sign is a dollar sign.
+    "text.parse_math": False,
 }
 
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
 from typing import Final
 
 from fuzzyctl import expr as ex
-from fuzzyctl.errors import Diagnostic, Note, closest
+from fuzzyctl.errors import Diagnostic, Note, closest, listed
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.source import Span
 
@@ -68,29 +68,30 @@ class Context:
 
     def unknown(self, kind: str, word: sx.Word | ex.Name, known: Iterable[str], code: str = "FZ202") -> None:
         """Report a name that is not declared."""
-        names = list(known)
         text = word.text if isinstance(word, sx.Word) else word.name
         if text in self.unread or (self.lost_variable and kind in ("input", "output", "name")):
             return
+        names = list(known)
         near = closest(text, names)
-        facts = (f"{kind}s: {', '.join(names)}",) if names else (f"there is no {kind}",)
+        facts = (f"{kind}s: {listed(names)}",) if names else (f"there is no {kind}",)
         self.report(code, f"no {kind} '{text}'", word.span, facts=facts, help=f"did you mean '{near}'?" if near else "")
 
-    def check_names(self, expr: ex.Expr, known: Iterable[str], kind: str) -> bool:
+    def check_names(self, expr: ex.Expr, known: Collection[str], kind: str) -> bool:
         """Check that an expression uses only known names and functions, each with the right number of arguments."""
-        names, ok = list(known), True
+        names, ok = set(known), True
         for node in ex.walk(expr):
             if isinstance(node, ex.Name) and node.name not in names and node.name not in ex.CONSTANTS:
-                self.unknown(kind, node, names)
+                self.unknown(kind, node, known)
                 ok = False
-            elif isinstance(node, ex.Call) and not self._check_call(node):
+            elif isinstance(node, ex.Call) and not self.check_call(node):
                 ok = False
             elif isinstance(node, ex.Compare | ex.Logic):
                 self.report("FZ307", "a number is due here, not a truth value", ex.span_of(node))
                 ok = False
         return ok
 
-    def _check_call(self, call: ex.Call) -> bool:
+    def check_call(self, call: ex.Call) -> bool:
+        """Check the name of a function and the number of its arguments."""
         if call.function not in ex.FUNCTIONS:
             near = closest(call.function, ex.FUNCTIONS)
             self.report(

@@ -6,13 +6,14 @@ from collections.abc import Sequence
 from typing import Final
 
 from fuzzyctl import expr as ex
-from fuzzyctl.errors import closest
+from fuzzyctl.errors import closest, listed
 from fuzzyctl.formulas import HEDGES
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.rule import And, Antecedent, Cell, Consequent, Is, Not, Or, Rule, RuleTable
 from fuzzyctl.model.variable import Membership
-from fuzzyctl.resolve.context import CLAIM_FUNCTIONS, Context
+from fuzzyctl.resolve.claims import check_claim
+from fuzzyctl.resolve.context import Context
 
 #: Most rules of one system, tables included.
 MAX_RULES: Final = 20_000
@@ -134,7 +135,7 @@ def known_term(context: Context, variable: sx.Variable, term: sx.Word) -> bool:
             "FZ203",
             f"{variable.keyword.text} '{variable.name.text}' has no term '{term.text}'",
             term.span,
-            facts=(f"terms of '{variable.name.text}': {', '.join(names)} (line {variable.name.span.line})",),
+            facts=(f"terms of '{variable.name.text}': {listed(names)} (line {variable.name.span.line})",),
             help=f"did you mean '{near}'?" if near else "",
         )
     return False
@@ -301,48 +302,11 @@ def _cell_term(context: Context, output: sx.Variable, term: sx.ConsequentTerm) -
 
 def resolve_require(context: Context, statement: sx.Require) -> Guarantee | None:
     """Resolve a `require`: its form and its names are checked here, its truth is for the proof."""
-    names = [*context.params, *context.inputs, *context.outputs]
-    ok = _check_claim(context, statement.claim, names)
-    if ok and not _is_truth(statement.claim):
-        context.report(
-            "FZ307", "the claim is a number, not a comparison", ex.span_of(statement.claim) or statement.span
-        )
-        ok = False
+    ok = check_claim(context, statement.claim, truth=True)
+    if statement.when is not None:
+        ok = check_claim(context, statement.when, truth=True) and ok
     if statement.within is not None:
         ok = context.check_names(statement.within, context.params, "param") and ok
-    if statement.when is not None:
-        ok = _check_claim(context, statement.when, names) and ok
     if not ok:
         return None
     return Guarantee(claim=statement.claim, within=statement.within, when=statement.when, span=statement.span)
-
-
-def _is_truth(claim: ex.Expr) -> bool:
-    if isinstance(claim, ex.Call):
-        return claim.function in CLAIM_FUNCTIONS and claim.function != "lipschitz"
-    return isinstance(claim, ex.Compare | ex.Logic)
-
-
-def _check_claim(context: Context, claim: ex.Expr, names: Sequence[str]) -> bool:
-    callable_names = [*ex.FUNCTIONS, *CLAIM_FUNCTIONS, *context.outputs]
-    ok = True
-    for node in ex.walk(claim):
-        if isinstance(node, ex.Name) and node.name not in names and node.name not in ex.CONSTANTS:
-            context.unknown("name", node, names)
-            ok = False
-        elif isinstance(node, ex.Call) and node.function in context.outputs:
-            if len(node.arguments) != len(context.inputs):
-                message = f"'{node.function}' takes {len(context.inputs)} arguments, not {len(node.arguments)}"
-                context.report("FZ303", message, node.span, facts=(f"inputs: {', '.join(context.inputs)}",))
-                ok = False
-        elif isinstance(node, ex.Call) and node.function not in callable_names:
-            near = closest(node.function, callable_names)
-            context.report(
-                "FZ202",
-                f"no function or output '{node.function}'",
-                node.span,
-                facts=(f"functions: {', '.join(callable_names)}",),
-                help=f"did you mean '{near}'?" if near else "",
-            )
-            ok = False
-    return ok

@@ -141,6 +141,29 @@ class TestPoints:
         assert part in result.output
         assert "Traceback" not in result.output
 
+    @pytest.mark.parametrize(
+        ("text", "line"), [("1,x\n\n\n1,2\n", 2), ('1,2\n"a\nb",2\n', 4), ("\n\n1,2\n\n,2\n", 6)]
+    )
+    def test_the_line_of_a_bad_row_is_that_of_the_file(self, text, line):
+        result = run(TIPPER, "--points", "-", stdin="food,service\n" + text)
+        assert f"<stdin>:{line}: error[FZ505]" in result.output
+
+    def test_standard_input_may_begin_with_a_byte_order_mark(self):
+        assert run(TIPPER, "--points", "-", stdin=b"\xef\xbb\xbffood,service\n1,2\n").exit_code == 0
+
+    def test_standard_input_must_be_utf8(self):
+        result = run(TIPPER, "--points", "-", stdin=b"food,service\n1,\xff\n")
+        assert (result.exit_code, "FZ002" in result.output) == (1, True)
+
+    @pytest.mark.parametrize("form", ["text", "json"])
+    def test_a_bad_row_far_down_leaves_nothing_half_written(self, form):
+        text = "food,service\n" + "1,2\n" * 9000 + "1,x\n"
+        assert run(TIPPER, "--points", "-", "--format", form, stdin=text).stdout.strip()[:1] in ("", "{")
+
+    def test_an_endless_cell_is_refused(self):
+        result = run(TIPPER, "--points", "-", stdin="food,service\n1," + "2" * 200_000 + "\n")
+        assert (result.exit_code, "FZ505" in result.output) == (1, True)
+
     def test_a_missing_points_file_is_named(self, tmp_path):
         result = run(TIPPER, "--points", tmp_path / "no.csv")
         assert result.exit_code == 1

@@ -40,6 +40,8 @@ class TestPlotSurface:
             (["--at", "food=1", "-x", "food"], "is an axis and has a value too"),
             (["-o", "a.jpg"], "no picture format '.jpg'"),
             (["-o", "no/such/folder/a.png"], "there is no folder"),
+            (["-o", "a" * 300 + "/x.png"], "there is no folder"),
+            (["-x", "food", "--at", "service=nan"], "no number to draw at"),
             (["-x", "food", "-y", "food"], "both axes"),
         ],
     )
@@ -48,6 +50,17 @@ class TestPlotSurface:
         assert result.exit_code == 1
         assert part in result.output
         assert "Traceback" not in result.output
+
+
+    def test_a_value_outside_its_range_is_clamped_with_a_warning(self, tmp_path):
+        result = run("plot-surface", TIPPER, "-x", "food", "--at", "service=99", "-o", tmp_path / "a.png")
+        assert "service = 99 lies outside [0, 10]; taken as 10" in result.output
+
+    def test_a_dollar_sign_in_a_label_is_a_dollar_sign(self, tmp_path, changed):
+        path = tmp_path / "a.fz"
+        path.write_text(changed(("input x", 'input x "$\\frac$"'), ("input y", 'input y "a_$^{"')))
+        for command in ("plot-surface", "plot-terms"):
+            assert run(command, path, "-o", tmp_path / "a.png").exit_code == 0
 
 
 class TestAxes:

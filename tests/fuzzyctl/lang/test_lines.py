@@ -46,6 +46,10 @@ class TestSplit:
         assert len(split(SourceText("t", "A = triangle(0, 1, 2\nB = triangle(1, 2, 3)"))) == 2
         assert len(split(SourceText("t", "input x in [0, 1\n NB | A B"))) == 2
 
+    def test_a_rule_may_be_broken_before_a_connective(self):
+        lines = split(SourceText("t", "if (x is a\n    or x is b\n    and y is c) then z is d\nor max"))
+        assert [(line.word, line.mistake) for line in lines] == [("if", None), ("or", None)]
+
     def test_brackets_must_match(self):
         mistakes = [split(SourceText("t", text))[0].mistake.message for text in ("x = (1]", "x = 1)")]
         assert mistakes == ["'(' is closed by ']'", "')' closes nothing"]
