@@ -327,7 +327,7 @@ def alike(a, b, tolerances):
 # --- properties ------------------------------------------------------------------------------------------------------
 
 
-@quick(200)
+@quick(120)
 @given(st.data())
 def test_generated_python_and_numpy_agree_with_the_reference(data):
     system = data.draw(systems())
@@ -371,7 +371,7 @@ def joined_sets(draw):
     return FuzzySystem(name="s", method=method, inputs=inputs, outputs=(output,), blocks=rules)
 
 
-@quick(100)
+@quick(80)
 @given(st.data())
 def test_exact_centroids_are_exact(data):
     system = data.draw(joined_sets())
@@ -399,7 +399,7 @@ def _kernel_folder(tmp_path_factory):
 
 
 @pytest.mark.usefixtures("_kernel_folder")
-@quick(8)
+@quick(6)
 @given(st.data())
 def test_compiled_kernels_agree_with_generated_python(data):
     system = data.draw(systems())
@@ -411,7 +411,7 @@ def test_compiled_kernels_agree_with_generated_python(data):
         assert alike(found, evaluate_batch(compiled, point), tolerances)
 
 
-@quick(100)
+@quick(80)
 @given(st.data())
 def test_every_sample_lies_within_the_proved_bounds(data):
     system = data.draw(systems())
@@ -424,7 +424,7 @@ def test_every_sample_lies_within_the_proved_bounds(data):
                 assert math.isnan(value) or bound.lo <= value <= bound.hi
 
 
-@quick(100)
+@quick(80)
 @given(st.data())
 def test_exact_bounds_are_attained_where_they_say(data):
     system = data.draw(systems(averages=True))
@@ -452,7 +452,7 @@ def critical_points(system):
     return list(product(*axes))[:400]
 
 
-@quick(100)
+@quick(80)
 @given(st.data())
 def test_coverage_agrees_with_sampling_at_corners_and_beside_them(data):
     system = data.draw(systems(averages=True, extrapolate=False))
