@@ -115,7 +115,14 @@ def test_importing_fuzzyctl_loads_nothing_heavy():
 
 @pytest.mark.parametrize(
     "arguments",
-    [["--help"], ["check", "{rules}/ais_reaction.fz"], ["eval", "{rules}/ais_reaction.fz", "sigma=0", "dsigma=0"]],
+    [
+        ["--help"],
+        ["check", "{rules}/ais_reaction.fz"],
+        ["check", "--format", "sarif", "{rules}/ais_reaction.fz"],
+        ["eval", "{rules}/ais_reaction.fz", "sigma=0", "dsigma=0"],
+        ["explain", "FZ203"],
+        ["fmt", "--diff", "{rules}/ais_reaction.fz"],
+    ],
 )
 def test_a_light_command_loads_nothing_heavy(arguments):
     arguments = [a.format(rules=ROOT / "rules") for a in arguments]

@@ -7,6 +7,7 @@ import click
 import fuzzyctl
 from fuzzyctl.cli.check import check
 from fuzzyctl.cli.eval import evaluate
+from fuzzyctl.cli.explain import explain
 from fuzzyctl.cli.fmt import fmt
 from fuzzyctl.cli.plot import plot_surface, plot_terms
 
@@ -44,5 +45,5 @@ def main() -> None:
     """Check, evaluate and draw fuzzy systems written in .fz rule files."""
 
 
-for command in (check, evaluate, plot_surface, plot_terms, fmt):
+for command in (check, explain, evaluate, plot_surface, plot_terms, fmt):
     main.add_command(command)

@@ -30,7 +30,9 @@ class Page:
     def lines(self) -> Iterator[tuple[str, str]]:
         """Yield each line with what it is: `heading`, `text` or `code`; fences and comments are left out."""
         inside = False
-        for line in self.markdown.rstrip("\n").split("\n"):
+        # A link may go on in the next line.
+        text = re.sub(r"\[([^\]]+)\]\([^)\s]+\.md[^)\s]*\)", r"\1", self.markdown)
+        for line in text.rstrip("\n").split("\n"):
             if line.startswith("```"):
                 inside = not inside
             elif inside:
@@ -38,11 +40,13 @@ class Page:
             elif line.startswith("#"):
                 yield "heading", line.lstrip("# ")
             elif not line.startswith("<!--"):
-                yield "text", re.sub(r"\[([^\]]+)\]\([^)]+\)", r"\1", line)
+                yield "text", line
 
-    def plain(self) -> str:
-        """Return the page without its marks: code is indented, links are their words."""
-        text = "\n".join(line for _, line in self.lines())
+    def laid_out(self, *, color: bool = False) -> str:
+        """Return the page without its marks: code is indented, links are their words; headings are bold in colour."""
+        text = "\n".join(
+            f"\x1b[1m{line}\x1b[0m" if color and kind == "heading" else line for kind, line in self.lines()
+        )
         return re.sub(r"\n{3,}", "\n\n", text) + "\n"
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import fuzzyctl
-from fuzzyctl.cli.pages import Page, read_page
+from fuzzyctl.cli.pages import read_page
 from fuzzyctl.errors import CODES, Diagnostic
 from fuzzyctl.source import Span
 
@@ -49,10 +49,10 @@ def _dumped(data: dict[str, Any]) -> str:
 
 def _rule(code: str) -> dict[str, Any]:
     rule: dict[str, Any] = {"id": code, "shortDescription": {"text": CODES[code]}}
-    page: Page | None = read_page(code)
+    page = read_page(code)
     if page is not None:
         rule["fullDescription"] = {"text": page.meaning}
-        rule["help"] = {"text": page.plain(), "markdown": page.markdown}
+        rule["help"] = {"text": page.laid_out(), "markdown": page.markdown}
     return rule
 
 

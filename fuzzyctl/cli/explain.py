@@ -1,0 +1,49 @@
+"""`fuzzyctl explain`: what a diagnostic code means, with a mistake, its message and the repair."""
+
+from __future__ import annotations
+
+import json
+import sys
+
+import click
+
+from fuzzyctl.cli.common import DONE, FORMAT, answers_with_diagnostics, use_color
+from fuzzyctl.cli.pages import read_page
+from fuzzyctl.errors import CODES, did_you_mean
+
+
+@click.command()
+@click.argument("code", required=False)
+@FORMAT
+@answers_with_diagnostics
+def explain(code: str | None, form: str) -> int:
+    """Explain a diagnostic code, or list all of them.
+
+    \b
+    fuzzyctl explain FZ203
+    """
+    if code is None:
+        _list(form)
+        return DONE
+    name = code.upper()
+    if name not in CODES:
+        hint = did_you_mean(name, CODES) or "'fuzzyctl explain' lists the codes"
+        raise click.BadParameter(f"no diagnostic code '{code}'; {hint}", param_hint="CODE")
+    page = read_page(name)
+    if form == "json":
+        data = {"code": name, "title": CODES[name], "page": page.markdown if page else None}
+        click.echo(json.dumps(data, ensure_ascii=False, indent=2))
+    elif page is None:
+        click.echo(f"{name}: {CODES[name]}\n\nThe pages that explain the codes are missing from this installation.")
+    else:
+        click.echo(page.laid_out(color=use_color(sys.stdout)), nl=False)
+    return DONE
+
+
+def _list(form: str) -> None:
+    if form == "json":
+        codes = [{"code": code, "title": title} for code, title in CODES.items()]
+        click.echo(json.dumps({"codes": codes}, ensure_ascii=False, indent=2))
+        return
+    for code, title in CODES.items():
+        click.echo(f"{code}  {title}")

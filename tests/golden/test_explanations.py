@@ -1,0 +1,99 @@
+"""Each diagnostic code has a page whose mistake gives the message it shows, and whose repair does not.
+
+Pages whose mistake is made on a command line are run by tests/e2e/test_docs.py, like all pages.
+After an intended change of wording: FUZZYCTL_UPDATE_GOLDEN=1 python -m pytest tests/golden, then read the difference.
+"""
+
+import os
+import re
+from pathlib import Path
+
+import pytest
+
+from fuzzyctl.checking import check_source
+from fuzzyctl.errors import CODES, render_all
+from fuzzyctl.shipped import explanations_folder
+from fuzzyctl.source import SourceText
+
+ROOT = Path(__file__).parent.parent.parent
+FOLDER = ROOT / "docs" / "reference" / "diagnostics"
+PAGES = {p.stem: p.read_text(encoding="utf-8") for p in sorted(FOLDER.glob("*.md"))}
+
+#: A mistake in a rule file, its message, and the repair.
+SHAPE = re.compile(
+    r"""\#\ (?P<code>FZ\d{3}):\ (?P<title>[^\n]+)\n\n
+    (?P<meaning>.+?)\n\n
+    \#\#\ The\ mistake\n\n (?:[^`#<]+\n\n)?
+    <!--\ file:\ (?P<file>\S+)\ -->\n ```fz\n (?P<mistake>.*?) ```\n\n
+    ```text\n (?P<message>.*?) ```\n\n
+    \#\#\ The\ repair\n\n (?:[^#]+?\n\n)?
+    ```fz\n (?P<repair>.*?) ```\n""",
+    re.VERBOSE | re.DOTALL,
+)
+WITH_FILE = [code for code, page in PAGES.items() if "```fz" in page]
+WITH_COMMAND = [code for code, page in PAGES.items() if "```console" in page]
+
+
+def _parts(code):
+    match = SHAPE.fullmatch(PAGES[code])
+    assert match, f"{code}.md has another shape than its fellows"
+    return match
+
+
+def test_every_code_has_a_page_and_every_page_a_code():
+    assert list(PAGES) == list(CODES)
+
+
+@pytest.mark.parametrize("code", PAGES)
+def test_a_page_begins_with_code_and_title_and_says_what_it_means(code):
+    title, meaning, *_ = PAGES[code].split("\n\n")
+    assert title == f"# {code}: {CODES[code]}"
+    assert meaning.strip()
+    assert not meaning.startswith("#")
+
+
+@pytest.mark.parametrize("code", WITH_FILE)
+def test_the_mistake_gives_the_code_with_exactly_this_message(code, tmp_path):
+    page = _parts(code)
+    _, diagnostics = check_source(SourceText(page["file"], page["mistake"]), folder=tmp_path)
+    message = render_all(diagnostics) + "\n"
+    if os.environ.get("FUZZYCTL_UPDATE_GOLDEN"):
+        first, last = page.span("message")
+        (FOLDER / f"{code}.md").write_text(PAGES[code][:first] + message + PAGES[code][last:], encoding="utf-8")
+        return
+    assert message == page["message"]
+    assert {d.code for d in diagnostics} == {code}
+
+
+@pytest.mark.parametrize("code", WITH_FILE)
+def test_the_repair_leaves_nothing_to_say(code, tmp_path):
+    page = _parts(code)
+    systems, diagnostics = check_source(SourceText(page["file"], page["repair"]), folder=tmp_path)
+    assert render_all(diagnostics) == ""
+    assert systems
+
+
+@pytest.mark.parametrize("code", WITH_FILE)
+def test_a_warning_is_called_one(code):
+    page = _parts(code)
+    severities = set(re.findall(rf"(error|warning)\[{code}\]", page["message"]))
+    assert severities == {"warning" if page["meaning"].startswith("A warning: ") else "error"}
+
+
+@pytest.mark.parametrize("code", WITH_COMMAND)
+def test_a_command_shows_the_code(code):
+    mistake = PAGES[code].split("## The repair")[0]
+    assert f"[{code}]" in mistake or f"title={code}%3A" in mistake
+    assert f"[{code}]" not in PAGES[code].removeprefix(mistake)
+
+
+def test_codes_without_an_example_are_given_by_nothing():
+    modules = [*(ROOT / "fuzzyctl").rglob("*.py"), *(ROOT / "apps").rglob("*.py")]
+    texts = [p.read_text(encoding="utf-8") for p in modules if p.name != "errors.py"]
+    silent = {code for code in CODES if not any(f'"{code}"' in text for text in texts)}
+    assert set(PAGES) - set(WITH_FILE) - set(WITH_COMMAND) == silent
+    assert [code for code in silent if "Nothing says this in this version" not in PAGES[code]] == []
+
+
+def test_the_pages_are_found_as_they_are_in_a_checkout():
+    assert explanations_folder() == FOLDER
