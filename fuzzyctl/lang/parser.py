@@ -90,6 +90,8 @@ class _Builder(Transformer[Token, Any]):
             if isinstance(node, sx.Chain):
                 # A chain is computed from left to right: each operand is one level.
                 depth += len(node.operands)
+            elif isinstance(node, sx.Literal):
+                depth += len(node.hedges)
             if depth > ex.MAX_DEPTH:
                 message = f"the expression nests deeper than {ex.MAX_DEPTH} levels"
                 self.problems.append(

@@ -110,6 +110,7 @@ class TestMistakes:
             ("param k = " + "-" * 101 + "1", "FZ106"),
             ("param k = " + "1+" * 101 + "1", "FZ106"),
             ("param k = " + "2^" * 50_000 + "1", "FZ106"),
+            ("if a is " + "very " * 101 + "b then c is d", "FZ106"),
             ("if " + "a is b and " * 101 + "a is b then c is d", "FZ106"),
             ("if " + "not " * 101 + "a is b then c is d", "FZ106"),
             ("param " + "k" * 201 + " = 1", "FZ107"),
