@@ -162,9 +162,17 @@ def render(diagnostic: Diagnostic, *, color: bool = False) -> str:
     return "\n".join(lines)
 
 
+#: So many diagnostics are shown as text; a file with more of them is no rule file.
+MOST_SHOWN = 200
+
+
 def render_all(diagnostics: Iterable[Diagnostic], *, color: bool = False) -> str:
-    """Return several diagnostics as text, one blank line between them."""
-    return "\n\n".join(render(d, color=color) for d in diagnostics)
+    """Return several diagnostics as text, one blank line between them; of very many only the first."""
+    found = list(diagnostics)
+    shown = [render(d, color=color) for d in found[:MOST_SHOWN]]
+    if len(found) > MOST_SHOWN:
+        shown.append(f"... and {len(found) - MOST_SHOWN} more")
+    return "\n\n".join(shown)
 
 
 def _other_place(span: Span, diagnostic: Diagnostic) -> str:

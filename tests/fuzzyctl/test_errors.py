@@ -10,6 +10,7 @@ from fuzzyctl.errors import (
     ValueOutOfBoundsError,
     closest,
     render,
+    render_all,
 )
 from fuzzyctl.source import SourceText, Span
 
@@ -46,6 +47,13 @@ class TestRender:
 
     def test_colour_only_on_request(self):
         assert "\x1b[" in render(Diagnostic("FZ203", "m", PLACE), color=True)
+
+
+class TestRenderAll:
+    def test_of_very_many_only_the_first_are_shown(self):
+        text = render_all([Diagnostic("FZ203", f"no {i}", PLACE) for i in range(1000)])
+        assert text.count("error[FZ203]") == 200
+        assert text.endswith("... and 800 more")
 
 
 class TestDiagnostic:
