@@ -104,7 +104,7 @@ def _activations(flat: Plan) -> list[Interval]:
         own = cells(flat.variable(degree.variable), [degree.set])
         reach[degree_name(i)] = hull(degree_in(degree.set, cell.floats) for cell in own)
     truths = Truths(flat, reach)
-    fired = [enclose(strength, truths) for strength in flat.strengths]
+    fired = [truths.strength(strength) for strength in flat.strengths]
     return [activation_in(flat, rule, fired[rule.strength]) for rule in flat.rules]
 
 

@@ -175,8 +175,12 @@ class Truths(Mapping[str, Interval]):
 
     def __getitem__(self, name: str) -> Interval:
         if name not in self._known:
-            self._known[name] = _degrees(enclose(self._steps[name], self), 1.0)
+            self._known[name] = self.strength(self._steps[name])
         return self._known[name]
+
+    def strength(self, expr: Expr) -> Interval:
+        """Return the interval of a firing strength, which is a degree too."""
+        return _degrees(enclose(expr, self), 1.0)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._known)
@@ -304,7 +308,7 @@ class _Search:
         self.spent += 1
         if self.spent > BUDGET:
             raise _SpentError
-        fired = enclose(self.plan.strengths[strength], truths)
+        fired = truths.strength(self.plan.strengths[strength])
         moved = [self._moved(rule, top, fired) for rule, top in self.rules[strength]]
         return max(low for low, _ in moved), max(high for _, high in moved)
 
