@@ -25,7 +25,7 @@ def written_whole(path: str | os.PathLike[str]) -> Iterator[Path]:
         DiagnosticError: When the folder does not exist or cannot be written to.
     """
     # Through a link its target is written; replacing the link itself would leave the target as it was.
-    target = Path(path).resolve() if Path(path).is_symlink() else Path(path)
+    target = Path(path).resolve() if os.path.islink(path) else Path(path)
     try:
         handle, name = tempfile.mkstemp(prefix=f".{target.stem}-", suffix=target.suffix, dir=target.parent)
     except OSError as error:

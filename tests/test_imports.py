@@ -121,11 +121,12 @@ def test_importing_fuzzyctl_loads_nothing_heavy():
         ["check", "--format", "sarif", "{rules}/ais_reaction.fz"],
         ["eval", "{rules}/ais_reaction.fz", "sigma=0", "dsigma=0"],
         ["explain", "FZ203"],
+        ["new", "heater", "-o", "{folder}/heater.fz"],
         ["fmt", "--diff", "{rules}/ais_reaction.fz"],
     ],
 )
-def test_a_light_command_loads_nothing_heavy(arguments):
-    arguments = [a.format(rules=ROOT / "rules") for a in arguments]
+def test_a_light_command_loads_nothing_heavy(arguments, tmp_path):
+    arguments = [a.format(rules=ROOT / "rules", folder=tmp_path) for a in arguments]
     code = (
         "from click.testing import CliRunner\nfrom fuzzyctl.cli.main import main\n"
         f"result = CliRunner().invoke(main, {arguments!r})\nassert result.exit_code == 0, result.output"

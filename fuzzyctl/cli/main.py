@@ -9,6 +9,7 @@ from fuzzyctl.cli.check import check
 from fuzzyctl.cli.eval import evaluate
 from fuzzyctl.cli.explain import explain
 from fuzzyctl.cli.fmt import fmt
+from fuzzyctl.cli.new import new
 from fuzzyctl.cli.plot import plot_surface, plot_terms
 
 
@@ -45,5 +46,5 @@ def main() -> None:
     """Check, evaluate and draw fuzzy systems written in .fz rule files."""
 
 
-for command in (check, explain, evaluate, plot_surface, plot_terms, fmt):
+for command in (new, check, explain, evaluate, plot_surface, plot_terms, fmt):
     main.add_command(command)
