@@ -9,6 +9,7 @@ from fuzzyctl.errors import ValueOutOfBoundsError
 from fuzzyctl.expr import ONE, Expr, Number, number_text, to_text
 from fuzzyctl.files import written_whole
 from fuzzyctl.lang.formatter import format_source
+from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.method import Activation, Defuzzifier, Method
 from fuzzyctl.model.rule import And, Antecedent, Cell, Is, Not, Or, Rule, RuleTable
 from fuzzyctl.model.system import FuzzySystem
@@ -63,16 +64,16 @@ def _lines(system: FuzzySystem) -> Iterator[str]:
             continue
         if not loose:
             yield ""
-        yield _rule(block)
+        yield rule_text(block)
         loose = True
-    yield from _section(
-        [
-            f"require {to_text(g.claim)}"
-            + (f" within {to_text(g.within)}" if g.within is not None else "")
-            + (f" when {to_text(g.when)}" if g.when is not None else "")
-            for g in system.guarantees
-        ]
-    )
+    yield from _section([f"require {guarantee_text(g)}" for g in system.guarantees])
+
+
+def guarantee_text(g: Guarantee) -> str:
+    """Return a guarantee without its keyword."""
+    within = f" within {to_text(g.within)}" if g.within is not None else ""
+    when = f" when {to_text(g.when)}" if g.when is not None else ""
+    return f"{to_text(g.claim)}{within}{when}"
 
 
 def _section(lines: list[str]) -> list[str]:
@@ -98,17 +99,19 @@ def _method(method: Method) -> Iterator[str]:
         if getattr(method, field) != getattr(usual, field):
             yield f"{keyword} {getattr(method, field)}"
     if method.activation != usual.activation:
-        yield f"activation {_activation(method.activation)}"
+        yield f"activation {activation_text(method.activation)}"
     if method.defuzzifier != usual.defuzzifier:
-        yield _defuzzifier(method.defuzzifier)
+        yield f"defuzzifier {defuzzifier_text(method.defuzzifier)}"
 
 
-def _defuzzifier(d: Defuzzifier) -> str:
+def defuzzifier_text(d: Defuzzifier) -> str:
+    """Return a defuzzifier with its options."""
     options = f"(resolution={d.resolution}, grid={d.grid})" if d.resolution is not None else ""
-    return f"defuzzifier {d.kind}{options}"
+    return f"{d.kind}{options}"
 
 
-def _activation(a: Activation) -> str:
+def activation_text(a: Activation) -> str:
+    """Return an activation method with its options."""
     options = []
     if a.count is not None:
         options.append(f"count={a.count}")
@@ -131,12 +134,12 @@ def _variable(variable: LinguisticVariable) -> Iterator[str]:
             if getattr(variable, keyword) is not None:
                 head += f" {keyword} {getattr(variable, keyword)}"
         if variable.defuzzifier is not None:
-            head += f" {_defuzzifier(variable.defuzzifier)}"
+            head += f" defuzzifier {defuzzifier_text(variable.defuzzifier)}"
     elif getattr(variable, "extrapolate", False):
         head += " extrapolate"
     yield head
     for term in variable.terms:
-        yield f"{term.name} = {_call(term.membership)}"
+        yield f"{term.name} = {membership_text(term.membership)}"
 
 
 def _value(expr: Expr) -> str:
@@ -146,16 +149,17 @@ def _value(expr: Expr) -> str:
 
 def _table(table: RuleTable) -> Iterator[str]:
     if table.condition is not None:
-        yield f"with {_truth(table.condition, top=True)}"
+        yield f"with {antecedent_text(table.condition, top=True)}"
     across = f"{table.rows} x {table.columns}" if table.rows is not None else table.columns
     yield f"table {', '.join(table.outputs)} = {across}"
     yield " ".join(table.column_terms)
     for i, row in enumerate(table.cells):
         label = table.row_terms[i] if table.rows is not None else ""
-        yield f"{label} | {' '.join(_cell(c) for c in row)}"
+        yield f"{label} | {' '.join(cell_text(c) for c in row)}"
 
 
-def _cell(cell: Cell) -> str:
+def cell_text(cell: Cell) -> str:
+    """Return a cell of a table."""
     if not cell.terms:
         return "."
     weight = f"*{_value(cell.weight)}" if cell.weight != ONE else ""
@@ -165,10 +169,10 @@ def _cell(cell: Cell) -> str:
 def _cell_term(term: str | Membership) -> str:
     if isinstance(term, str):
         return term
-    return _value(term.arguments[0]) if term.kind == "constant" else _call(term).replace(", ", ",")
+    return _value(term.arguments[0]) if term.kind == "constant" else membership_text(term).replace(", ", ",")
 
 
-def _call(membership: Membership) -> str:
+def membership_text(membership: Membership) -> str:
     """Return a membership function or a consequent with its parameters."""
     arguments = [to_text(a) for a in membership.arguments]
     if membership.height != ONE:
@@ -176,22 +180,24 @@ def _call(membership: Membership) -> str:
     return f"{membership.kind}({', '.join(arguments)})"
 
 
-def _rule(rule: Rule) -> str:
+def rule_text(rule: Rule) -> str:
+    """Return a single rule as a line."""
     consequents = ", ".join(
-        f"{c.output} is {c.term if isinstance(c.term, str) else _call(c.term)}" for c in rule.consequents
+        f"{c.output} is {c.term if isinstance(c.term, str) else membership_text(c.term)}" for c in rule.consequents
     )
     weight = f" weight {_value(rule.weight)}" if rule.weight != ONE else ""
-    return f"if {_truth(rule.antecedent, top=True)} then {consequents}{weight}"
+    return f"if {antecedent_text(rule.antecedent, top=True)} then {consequents}{weight}"
 
 
-def _truth(antecedent: Antecedent, *, top: bool = False) -> str:
+def antecedent_text(antecedent: Antecedent, *, top: bool = False) -> str:
+    """Return an antecedent; only the outermost goes without parentheses."""
     match antecedent:
         case Is(variable=variable, term=term, hedges=hedges):
             return f"{variable} is {' '.join([*hedges, term])}"
         case Not(operand=operand):
-            return f"not {_truth(operand)}"
+            return f"not {antecedent_text(operand)}"
         case And(operands=operands) | Or(operands=operands):
             word = " and " if isinstance(antecedent, And) else " or "
-            text = word.join(_truth(o) for o in operands)
+            text = word.join(antecedent_text(o) for o in operands)
             return text if top else f"({text})"
     raise TypeError(type(antecedent).__name__)
