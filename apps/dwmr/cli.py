@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import io
+import os
+import signal
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +16,8 @@ import click
 from dwmr import controllers
 
 if TYPE_CHECKING:
+    from dwmr.folder import Results
+    from dwmr.scenario import Scenario
     from dwmr.scenario_file import ScenarioFile
     from dwmr.simulate import Trajectory
     from fuzzyctl.errors import Diagnostic
@@ -20,7 +25,28 @@ if TYPE_CHECKING:
 ALL = "all"
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+class Program(click.Group):
+    """The command line program; a standard output that cannot be written to is a message, no traceback."""
+
+    def main(self, *args: Any, **kwargs: Any) -> Any:
+        """Run the command that the arguments name."""
+        for stream in (sys.stdout, sys.stderr):
+            if isinstance(stream, io.TextIOWrapper):  # a terminal or a file that has no Greek shows question marks
+                stream.reconfigure(errors="replace")
+        try:
+            try:
+                return super().main(*args, **kwargs)
+            finally:
+                sys.stdout.flush()
+        except OSError as error:
+            with suppress(OSError, ValueError):  # Python would complain again when it closes the stream
+                os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            if not isinstance(error, BrokenPipeError):
+                click.echo(f"error: {error}", err=True)
+            sys.exit(1)
+
+
+@click.group(cls=Program, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(package_name="fuzzyctl")
 def main() -> None:
     """Simulate formations of mobile robots under sliding mode control.
@@ -73,7 +99,7 @@ def run(
 
     The folder receives summary.json, trajectory.npz, path.png and errors.png.
     """
-    with _mistakes_as_diagnostics(style):
+    with _mistakes_as_diagnostics(style), _terminated_as_interrupted():
         file = _read(scenario, overrides)
         summary, finished = _run(file, controller, rules_folder, overrides, folder, style)
     if style == "json":
@@ -104,50 +130,117 @@ def _run(
 ) -> tuple[dict[str, Any], bool]:
     """Prepare, run and write; return the summary and whether every run came to its end."""
     from dwmr.checks import check
-    from dwmr.folder import prepare_folder, write
+    from dwmr.folder import results
     from dwmr.fuzzy_gains import Rules
 
     names = controllers.names() if controller == ALL else (controller or file.scenario.run.controller,)
     rules = Rules(file.scenario.rules, (*([rules_folder] if rules_folder else []), file.path.parent), file.places)
+    if rules_folder:
+        rules.require_use_of(rules_folder)
+        rules.warnings += rules.near_misses(rules_folder)
     check(file, names, rules)
-    prepare_folder(folder)
+    _warn([*file.warnings, *rules.warnings])
+    with results(folder, ("summary.json", "trajectory.npz", "path.png", "errors.png")) as files:
+        # the compiler comes only now, when nothing stands in the way of the run
+        from dwmr import compiled, simulate
+        from dwmr.metrics import TABLE_12_HORIZON, measure
+        from dwmr.summary import describe
 
-    # the compiler and the plots come only now, when nothing stands in the way of the run
-    from dwmr import compiled, figures, outputs, report, simulate
-    from dwmr.metrics import TABLE_12_HORIZON, measure
-    from dwmr.summary import describe
-
-    simulations = [simulate.prepare(file, name, rules) for name in names]
-    if not compiled.COMPILED:
-        click.echo(
-            "numba is not installed: the run is computed in plain Python, about a hundred times slower", err=True
-        )
-    trajectories = _simulate(simulations)
-    summary = describe(file, rules, overrides)
-    summary["controllers"] = {t.controller: measure(t, file.scenario) for t in trajectories}
-    outputs.write_trajectories(folder, trajectories, file.scenario.run.save_every, summary | {"controllers": None})
-    write(folder, "path.png", lambda p: figures.draw_path(p, trajectories, file.scenario))
-    write(folder, "errors.png", lambda p: figures.draw_errors(p, trajectories, file.scenario))
-    outputs.write_summary(folder, summary)
+        simulations = [simulate.prepare(file, name, rules) for name in names]
+        simulate.require_memory(simulations, file.places)
+        summary = describe(file, rules, overrides)
+        if not compiled.COMPILED:
+            click.echo(
+                "numba is not installed: the run is computed in plain Python, about a hundred times slower", err=True
+            )
+        trajectories = _simulate(simulations)
+        with _interrupts_wait():
+            summary["controllers"] = {t.controller: measure(t, file.scenario) for t in trajectories}
+            _write(files, summary, trajectories, file.scenario)
+    done = len(trajectories) == len(names) and all(t.stop is None for t in trajectories)
+    for name in names[len(trajectories) :]:
+        click.echo(f"warning: {name} was not run: interrupted", err=True)
     if style == "text":
+        from dwmr import report
+
         whole = file.scenario.run.horizon >= TABLE_12_HORIZON
         report.print_report(report.console(), summary, compare=file.scenario.name == "paper" and whole)
-        click.echo(f"results in {folder}: summary.json, trajectory.npz, path.png, errors.png")
-    return summary, all(t.stop is None for t in trajectories)
+        click.echo(f"results in {folder}: {', '.join(n for n in files.names if (folder / n).exists())}")
+    return summary, done
+
+
+def _write(files: Results, summary: Mapping[str, Any], trajectories: Sequence[Trajectory], scenario: Scenario) -> None:
+    """Write all files of a run; a picture that cannot be drawn is left out with a warning, and costs nothing else."""
+    from dwmr import figures, outputs
+
+    outputs.write_summary(files, summary)
+    outputs.write_trajectories(files, trajectories, scenario.run.save_every, {**summary, "controllers": None})
+    for name, draw in (("path.png", figures.draw_path), ("errors.png", figures.draw_errors)):
+        try:
+            with figures.large_numbers():
+                files.write(name, lambda path, draw=draw: draw(path, trajectories, scenario))  # type: ignore[misc]
+        except figures.CANNOT_DRAW as error:
+            click.echo(f"warning: {name} could not be drawn: {str(error) or type(error).__name__}", err=True)
+            files.drop(name)
+    files.publish()
+
+
+def _warn(diagnostics: Sequence[Diagnostic]) -> None:
+    from fuzzyctl.errors import render_all
+
+    if diagnostics:
+        click.echo(render_all(diagnostics, color=sys.stderr.isatty()), err=True)
 
 
 def _simulate(simulations: Sequence[Any]) -> list[Trajectory]:
-    """Run the simulations one after another with a progress display on a terminal; Ctrl-C keeps what is done."""
+    """Run the simulations one after another with a progress display on a terminal.
+
+    An interruption keeps what is done: the laws that are finished, and what the present one has computed.
+    """
     from dwmr.simulate import run as run_simulation
 
     trajectories: list[Trajectory] = []
-    with _progress() as start:
-        for simulation in simulations:
-            trajectory = run_simulation(simulation, start(simulation.name, simulation.scenario.run.steps + 1))
-            trajectories.append(trajectory)
-            if trajectory.stop is not None and trajectory.stop.reason == "interrupted":
-                break
+    try:
+        with _progress() as start:
+            for simulation in simulations:
+                trajectory = run_simulation(simulation, start(simulation.name, simulation.scenario.run.steps + 1))
+                trajectories.append(trajectory)
+                if trajectory.stop is not None and trajectory.stop.reason == "interrupted":
+                    break
+    except KeyboardInterrupt:
+        if not trajectories:
+            raise
     return trajectories
+
+
+@contextmanager
+def _interrupts_wait() -> Iterator[None]:
+    """Let Ctrl-C wait while results are written, which takes a second or two."""
+    asked: list[int] = []
+    before = {}
+    for number in (signal.SIGINT, signal.SIGTERM):
+        with suppress(ValueError):  # signals belong to the main thread
+            before[number] = signal.signal(number, lambda n, _: asked.append(n))
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        if asked:
+            click.echo("interrupted while the results were written; they are whole", err=True)
+
+
+@contextmanager
+def _terminated_as_interrupted() -> Iterator[None]:
+    """Take SIGTERM for Ctrl-C, so that it keeps what is done."""
+    before = None
+    with suppress(ValueError):
+        before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        if before is not None:
+            signal.signal(signal.SIGTERM, before)
 
 
 @contextmanager

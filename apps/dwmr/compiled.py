@@ -7,6 +7,7 @@ as it was.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import os
 import sys
@@ -57,17 +58,42 @@ def compiled_as(signature: Callable[[Any], Any]) -> Callable[[Function], Functio
     return decorate
 
 
-def _jit(function: Function, *signature: Any) -> Function:
+def _jit(function: Function, *signatures: Any) -> Function:
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(_cache_folder())
     try:
         # divisions by zero give infinities, which the loop reports as divergence
-        result: Function = numba.njit(*signature, cache=True, error_model="numpy")(function)
+        result = numba.njit(cache=True, error_model="numpy")(function)
+        _survive_damage(result._cache)
     except RuntimeError:  # no folder for the cache can be written: compile for this process only
-        result = numba.njit(*signature, error_model="numpy")(function)
+        result = numba.njit(error_model="numpy")(function)
     finally:
         numba.config.CACHE_DIR = before
-    return result
+    for signature in signatures:
+        result.compile(signature)
+    if signatures:
+        result.disable_compile()
+    compiled_function: Function = result
+    return compiled_function
+
+
+def _survive_damage(stored: Any) -> None:
+    """Have a function compiled anew where its cache on disk is damaged, such as cut short by a full disk."""
+    load, save = stored.load_overload, stored.save_overload
+
+    def load_overload(signature: Any, context: Any) -> Any:
+        # reading a damaged pickle may raise anything
+        with contextlib.suppress(Exception):
+            return load(signature, context)
+        with contextlib.suppress(OSError):
+            stored.flush()
+        return None
+
+    def save_overload(signature: Any, data: Any) -> None:
+        with contextlib.suppress(OSError):  # a cache that cannot be written is no reason to stop
+            save(signature, data)
+
+    stored.load_overload, stored.save_overload = load_overload, save_overload
 
 
 @cache

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from dwmr.metrics import errors, printed_frame
+from dwmr.obstacles import constant_radius
 from dwmr.scenario import Scenario
 from dwmr.simulate import Trajectory
 
@@ -33,6 +36,19 @@ STYLE = {
 }
 
 TITLES = {"smc": "SMC", "aifqsmc": "AIFQSMC", "fcafsmc": "FCAFSMC"}
+
+
+#: What matplotlib raises for numbers that no axis can hold, such as those of a run that diverged.
+CANNOT_DRAW = (ArithmeticError, ValueError, IndexError, np.linalg.LinAlgError, MemoryError)
+
+
+@contextmanager
+def large_numbers() -> Iterator[None]:
+    """Keep overflows on the way to a picture quiet: the picture comes out, or one of `CANNOT_DRAW` does."""
+    with warnings.catch_warnings(), np.errstate(all="ignore"):
+        warnings.simplefilter("ignore", RuntimeWarning)
+        warnings.simplefilter("ignore", UserWarning)
+        yield
 
 
 def draw_path(path: Path, trajectories: Sequence[Trajectory], scenario: Scenario) -> None:
@@ -98,12 +114,15 @@ def _path_panel(axes: Any, trajectory: Trajectory, scenario: Scenario) -> None:
         axes.plot(x, y, color=colour, lw=1.3, ls=DASHES[i % len(DASHES)], label=name)
         axes.plot(x[0], y[0], marker="o", ms=5, color="white", mec=colour, mew=1.4, ls="", zorder=5)
     axes.plot([], [], marker="o", ms=5, color="white", mec="#555555", ls="", label="start")
+    avoiding = [r.radius for r in scenario.robots.values() if r.avoids_obstacles]
     for obstacle in scenario.obstacles:
-        reach = obstacle.radius + scenario.avoidance.margin + max(r.radius for r in scenario.robots.values())
+        reach = constant_radius(obstacle.radius, max(avoiding, default=0.0), scenario.avoidance.margin)
         axes.add_patch(Circle((obstacle.x, obstacle.y), obstacle.radius, color="#444444"))
-        axes.add_patch(Circle((obstacle.x, obstacle.y), reach, fill=False, ec="#444444", lw=0.8, ls="--"))
+        if avoiding:
+            axes.add_patch(Circle((obstacle.x, obstacle.y), reach, fill=False, ec="#444444", lw=0.8, ls="--"))
     if scenario.obstacles:  # circles for the legend, which draws patches as boxes
         axes.plot([], [], marker="o", ms=6, color="#444444", ls="", label="obstacle")
+    if scenario.obstacles and avoiding:
         axes.plot(
             [], [], marker="o", ms=11, mfc="none", mec="#444444", mew=0.8, ls="", label=r"avoidance radius $\bar{R}_d$"
         )
@@ -113,12 +132,18 @@ def _error_column(panels: Any, trajectory: Trajectory, scenario: Scenario, rows:
     panels[0].set_title(TITLES.get(trajectory.controller, trajectory.controller))
     panels[-1].set_xlabel("t [s]")
     # the leader last: its larger errors must not hide the followers'
+    end = float(trajectory.t[-1])
     series: Mapping[str, Any] = {n: errors(trajectory, n, printed_frame(scenario, n)) for n in trajectory.robots}
     for axes, (name, unit) in zip(panels, rows, strict=True):
         axes.set_ylabel(f"{_symbol(name)} [{unit}]")
         for k, one in enumerate(scenario.disturbances):
             axes.axvspan(
-                one.start, one.stop, color="#f0e442", alpha=0.25, lw=0, label="disturbance" if k == 0 else None
+                min(one.start, end),
+                min(one.stop, end),
+                color="#f0e442",
+                alpha=0.25,
+                lw=0,
+                label="disturbance" if k == 0 else None,
             )
         for i, robot in enumerate(trajectory.robots):
             axes.plot(
@@ -130,7 +155,8 @@ def _error_column(panels: Any, trajectory: Trajectory, scenario: Scenario, rows:
                 label=robot,
             )
         _mark_avoidance(axes, trajectory)
-        axes.margins(x=0)
+        if end > 0.0:
+            axes.set_xlim(0.0, end)
 
 
 def _share_comparable_limits(row: Any) -> None:

@@ -6,19 +6,21 @@ broken rule file is answered at once.
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping
-from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import fuzzyctl
-from fuzzyctl.errors import Diagnostic, DiagnosticError, UnknownNameError, ValueOutOfBoundsError, did_you_mean
+from fuzzyctl.errors import Diagnostic, DiagnosticError, UnknownNameError, ValueOutOfBoundsError, closest, did_you_mean
+from fuzzyctl.expr import names_in
 from fuzzyctl.shipped import rules_folder
 
 if TYPE_CHECKING:
     from dwmr.contracts import FloatArray
     from dwmr.places import Places
     from dwmr.scenario import RuleFile
+    from fuzzyctl.source import Span
 
 #: Rulings of the constraint G_AIS >= G_min: the claim is checked within this much [m/s or rad/s].
 TOLERANCE = 1e-12
@@ -39,6 +41,13 @@ ROLES = {
 }
 
 
+class Used(NamedTuple):
+    """A rule file that serves in a role: where it is and what it holds."""
+
+    path: Path
+    sha256: str
+
+
 class Rules:
     """The rule files of a run.
 
@@ -46,11 +55,18 @@ class Rules:
         files: File and params by role, as the scenario gives them.
         folders: Where to look for a file, first match wins; the shipped rules come last.
         places: Where the scenario's keys stand, for diagnostics.
+
+    Attributes:
+        used: The files read so far, by role.
+        warnings: What the checks of those files warn of.
     """
 
     def __init__(self, files: Mapping[str, RuleFile], folders: tuple[Path, ...], places: Places) -> None:
         self.files, self.folders, self.places = files, folders, places
+        self.used: dict[str, Used] = {}
+        self.warnings: list[Diagnostic] = []
         self._systems: dict[str, Any] = {}
+        self._sound: set[tuple[str, tuple[tuple[str, float], ...]]] = set()
         self._kernels: dict[tuple[str, tuple[tuple[str, float], ...]], Any] = {}
 
     def path(self, role: str) -> Path:
@@ -64,12 +80,43 @@ class Rules:
         name = self.files[role].file
         folders = (*self.folders, rules_folder())
         for folder in folders:
-            if (folder / name).exists():
+            if _exists(folder / name):
                 return folder / name
         places = ", ".join(str(f) for f in folders)
         key = f"rules.{role}.file"
         message = f"{key} = {name!r} names a rule file that does not exist"
         raise DiagnosticError([self.places.diagnostic("FZ904", key, message, facts=(f"looked in {places}",))])
+
+    def require_use_of(self, folder: Path) -> None:
+        """Refuse a folder of rule files that holds none of the files the scenario names.
+
+        Raises:
+            DiagnosticError: Naming the files that were looked for.
+        """
+        wanted = [rule.file for rule in self.files.values()]
+        if not wanted or any(_exists(folder / name) for name in wanted):
+            return
+        present = sorted(p.name for p in folder.glob("*.fz"))
+        near = next((n for n in (closest(p, wanted) for p in present) if n is not None), None)
+        facts = [f"looked for {', '.join(wanted)}"]
+        facts.append(f"the folder holds {', '.join(present)}" if present else "the folder holds no rule files")
+        help_text = f"did you mean '{near}'?" if near else "copy the files to change from the folder rules"
+        message = f"--rules {folder} holds no rule file of this scenario"
+        raise DiagnosticError([Diagnostic("FZ905", message, facts=tuple(facts), help=help_text, file=str(folder))])
+
+    def near_misses(self, folder: Path) -> list[Diagnostic]:
+        """Warn of rule files in a folder that are named almost like one that the scenario takes from elsewhere."""
+        wanted = [rule.file for rule in self.files.values()]
+        missing = [name for name in wanted if not _exists(folder / name)]
+        found = []
+        for path in sorted(folder.glob("*.fz")):
+            near = closest(path.name, missing) if path.name not in wanted else None
+            if near is not None:
+                message = f"{path.name} is not used: the scenario names no such file"
+                found.append(
+                    Diagnostic("FZ905", message, severity="warning", help=f"did you mean '{near}'?", file=str(path))
+                )
+        return found
 
     def prove_reaction(self, robot: str, channel: str, k_h_min: float | None, k_s: float | None) -> Any:
         """Prove k̄_h − k_s sup f >= G_min > 0 for one channel of a robot.
@@ -90,12 +137,19 @@ class Rules:
         """
         role = "ais_reaction"
         own = {name: value for name, value in (("k_h_min", k_h_min), ("k_s", k_s)) if value is not None}
+        given = {**(self.files[role].params if role in self.files else {}), **own}
+        for name in ("k_h_min", "k_s"):
+            if not given.get(name, 1.0) > 0.0:
+                raise DiagnosticError([self._not_positive(role, name, given[name], robot, channel, own)])
         missing = [name for name in ("k_h_min", "k_s", "G_min") if name not in self.system(role, {}).values]
         if missing:
             message = f"{self.path(role).name} declares no param {', '.join(missing)}"
             facts = (f"{role} needs the params k_h_min, k_s and G_min",)
             raise DiagnosticError([Diagnostic("FZ905", message, facts=facts, file=str(self.path(role)))])
         system = self.system(role, own)
+        for name in ("k_h_min", "k_s"):
+            if not system.values[name] > 0.0:
+                raise DiagnosticError([self._not_positive(role, name, system.values[name], robot, channel, own)])
         _prove_gain(system, robot, channel)
         return system
 
@@ -140,17 +194,84 @@ class Rules:
             DiagnosticError: When the file has mistakes, does not fit the role, or has no such param.
         """
         if role not in self._systems:
-            system = fuzzyctl.load(self.path(role))
-            _check_role(system, role, self.path(role))
-            self._systems[role] = system
+            self._systems[role] = self._load(role)
         system, params = self._systems[role], self.files[role].params
         unknown = sorted(set(params) - set(system.values))
         if unknown:
             raise DiagnosticError([self._unknown_param(role, name, tuple(system.values)) for name in unknown])
+        derived = [d for p in system.params if p.name in params for d in self._derived(role, p)]
+        if derived:
+            raise DiagnosticError(derived)
         try:
-            return system.with_params(**{**params, **own}) if params or own else system
+            changed = system.with_params(**{**params, **own}) if params or own else system
         except (UnknownNameError, ValueOutOfBoundsError) as error:
-            raise DiagnosticError([Diagnostic("FZ905", str(error), file=str(self.path(role)))]) from error
+            raise DiagnosticError([Diagnostic("FZ905", str(error), file=str(self.used[role].path))]) from error
+        self._require_coverage(role, changed)
+        return changed
+
+    def _load(self, role: str) -> Any:
+        """Read and check the file of a role, and remember its warnings."""
+        path = self.path(role)
+        system, diagnostics = fuzzyctl.check(path)
+        if system is None:
+            raise DiagnosticError(diagnostics)
+        _check_role(system, role, path)
+        self.used[role] = Used(path, hashlib.sha256(path.read_bytes()).hexdigest())
+        self.warnings += [d for d in diagnostics if d not in self.warnings]
+        return system
+
+    def _require_coverage(self, role: str, system: Any) -> None:
+        """Refuse a system that has no number as its output somewhere; params may have opened a hole.
+
+        A hole whose `else` is a number is none: the number counts in the bounds.
+        """
+        from fuzzyctl.analysis import coverage
+
+        key = (role, tuple(sorted(system.values.items())))
+        if key in self._sound:
+            return
+        found = [d for d in coverage.diagnostics(system) if d.severity == "error"]
+        if found:
+            raise DiagnosticError(found)
+        (output,) = system.outputs
+        hole = coverage.uncovered(system)[output.name]
+        if hole is not None and output.otherwise in ("nan", "error"):
+            message = (
+                f"no rule fires for output '{output.name}' where {hole}, and 'else {output.otherwise}' is no number"
+            )
+            if not isinstance(hole, coverage.Hole):
+                message = f"it is not proved that some rule always fires for output '{output.name}'"
+            facts = ("a control law needs a number everywhere",)
+            help_text = "let a term of the inputs reach there, or say 'else' with a number"
+            path = str(self.used[role].path)
+            raise DiagnosticError([Diagnostic("FZ401", message, output.span, facts=facts, help=help_text, file=path)])
+        self._sound.add(key)
+
+    def _derived(self, role: str, param: Any) -> list[Diagnostic]:
+        """Refuse to set a param that the file computes from others, which would part it from them."""
+        sources = dict.fromkeys(n.name for n in names_in(param.expression))
+        if not sources:
+            return []
+        key = f"rules.{role}.{param.name}"
+        message = f"{key} cannot be set: {self.used[role].path.name} computes {param.name} from {', '.join(sources)}"
+        help_text = f"set {', '.join(sources)} instead"
+        return [self.places.diagnostic("FZ904", key, message, help=help_text)]
+
+    def _not_positive(
+        self, role: str, name: str, value: float, robot: str, channel: str, own: Mapping[str, float]
+    ) -> Diagnostic:
+        """Describe a gain without which k̄_h − k_s sup f is no bound of G_AIS, at the place that gives it."""
+        unit = "m/s" if channel == "v" else "rad/s"
+        bad = f"must be > 0 {unit}, got {value:g}"
+        facts = ("G_AIS = k_h - k_s f is least where f is greatest, and k_h >= k_h_min > 0, only for such gains",)
+        if name in own:
+            key = f"robots.{robot}.controllers.aifqsmc.{name}_{channel}"
+            return self.places.diagnostic("FZ904", key, f"{key} {bad}", facts=facts)
+        if name in self.files[role].params:
+            key = f"rules.{role}.{name}"
+            return self.places.diagnostic("FZ904", key, f"{key} {bad}", facts=facts)
+        span: Span | None = next(p.span for p in self._systems[role].params if p.name == name)
+        return Diagnostic("FZ906", f"param {name} {bad}", span, facts=facts, file=str(self.used[role].path))
 
     def kernel(self, role: str, system: Any) -> Any:
         """Return the compiled kernel of a system; equal params are compiled once."""
@@ -159,16 +280,18 @@ class Rules:
             self._kernels[key] = fuzzyctl.compile(system)
         return self._kernels[key]
 
-    @cached_property
-    def used(self) -> dict[str, Path]:
-        """Files of the roles this scenario names, by role."""
-        return {role: self.path(role) for role in self.files}
-
     def _unknown_param(self, role: str, name: str, known: tuple[str, ...]) -> Diagnostic:
         key = f"rules.{role}.{name}"
         message = f"{key}: {self.path(role).name} has no param {name!r}"
         facts = (f"its params are {', '.join(known)}",) if known else ("it has no params",)
         return self.places.diagnostic("FZ902", key, message, facts=facts, help=did_you_mean(name, known))
+
+
+def _exists(path: Path) -> bool:
+    try:
+        return path.exists()
+    except OSError:  # such as a name longer than the file system allows
+        return False
 
 
 def _check_role(system: Any, role: str, path: Path) -> None:

@@ -131,6 +131,7 @@ def run_periods(
     n = world.robots.shape[0]
     for k in range(first, last):
         t = k * world.dt
+        faulty, first_fault = -1, 0
         # all robots decide before any of them moves
         for i in range(n):
             state = _state(memory, i)
@@ -142,10 +143,13 @@ def run_periods(
             _inner_loop(i, state, v_c, omega_c, world, memory)
             _record(record[k, i], state, target, error, v_c, omega_c, now, memory, i)
             memory.theta_star[i] += world.dt * error.drift_theta
-            if fault > 0:
-                return k, i, fault
-            if not (math.isfinite(v_c + omega_c) and math.isfinite(state.x + state.y + state.theta + state.v)):
-                return k, i, NOT_FINITE
+            # numbers first: nothing can be said about the gain of a run whose numbers are gone
+            if not (math.isfinite(v_c) and math.isfinite(omega_c) and _is_finite(state)):
+                fault = NOT_FINITE
+            if fault != 0 and first_fault == 0:
+                faulty, first_fault = i, fault
+        if first_fault != 0:  # only now, so that the last row is whole
+            return k, faulty, first_fault
         for i in range(n):
             _move(t, i, world, memory)
     return last, -1, 0
@@ -155,6 +159,17 @@ def run_periods(
 def _state(memory: Memory, i: int) -> State:
     p = memory.plant
     return State(p[i, 0], p[i, 1], p[i, 2], p[i, 3], p[i, 4], p[i, 5], p[i, 6])
+
+
+@compiled
+def _is_finite(s: State) -> bool:
+    return (
+        math.isfinite(s.x)
+        and math.isfinite(s.y)
+        and math.isfinite(s.theta)
+        and math.isfinite(s.v)
+        and math.isfinite(s.omega)
+    )
 
 
 @compiled
@@ -171,7 +186,7 @@ def _aim(t: float, i: int, s: State, path: Any, world: World, memory: Memory) ->
         theta_r, v_r, obstacle, reach = reference.theta, reference.v, -1, 0.0
         if robot.avoids != 0:
             obstacle, direction, reach = avoid(
-                s.x, s.y, s.theta, s.v, world.obstacles, memory.sides[i], world.avoidance
+                s.x, s.y, s.theta, s.v, robot.radius, world.obstacles, memory.sides[i], world.avoidance
             )
             if obstacle >= 0:
                 theta_r, v_r = direction, world.avoidance.slowdown * v_r

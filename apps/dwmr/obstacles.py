@@ -14,7 +14,7 @@ class Avoidance(NamedTuple):
     """Parameters of the avoidance.
 
     Attributes:
-        clearance: Robot radius plus margin, R_R + δ_Rd; with the obstacle's radius it makes R̄_d of Eq. (57) [m].
+        margin: δ_Rd of Eq. (57) [m].
         largest_radius: Bound R̄_b of the avoidance radius [m].
         kappa: Gain of the expansion κ [m s/m].
         gamma: Divisor of the expansion γ [-].
@@ -22,7 +22,7 @@ class Avoidance(NamedTuple):
         slowdown: Share ρ_v of the reference velocity kept during avoidance [-].
     """
 
-    clearance: float
+    margin: float
     largest_radius: float
     kappa: float
     gamma: float
@@ -31,23 +31,36 @@ class Avoidance(NamedTuple):
 
 
 @compiled
-def avoidance_radius(distance: float, closing_speed: float, radius: float, avoidance: Avoidance) -> float:
+def constant_radius(radius: float, robot_radius: float, margin: float) -> float:
+    """Return R̄_d, the avoidance radius around an obstacle for a robot at rest [m].
+
+    Source:
+        Goto, Bertol, Martins, Eq. (57).
+    """
+    return radius + robot_radius + margin
+
+
+@compiled
+def avoidance_radius(
+    distance: float, closing_speed: float, radius: float, robot_radius: float, avoidance: Avoidance
+) -> float:
     """Return the variable radius R_d around an obstacle.
 
     Args:
         distance: d_ia from the robot's reference point to the obstacle's centre [m].
         closing_speed: v_ia, the robot's velocity along the line to the obstacle [m/s].
         radius: r_a of the obstacle [m].
+        robot_radius: R_R of the robot [m].
         avoidance: Parameters.
 
     Returns:
         R_d [m].
 
     Source:
-        Goto, Bertol, Martins, Eqs. (57)-(59), (63); ϱ restored in the exponent of Eq. (59).
+        Goto, Bertol, Martins, Eqs. (58), (59), (63); ϱ restored in the exponent of Eq. (59).
     """
     expansion = avoidance.kappa * abs(closing_speed) / (avoidance.gamma * math.exp(avoidance.rho * distance))
-    return min(avoidance.largest_radius, radius + avoidance.clearance + expansion)
+    return min(avoidance.largest_radius, constant_radius(radius, robot_radius, avoidance.margin) + expansion)
 
 
 @compiled
@@ -82,13 +95,21 @@ def evasive_direction(l_x: float, l_y: float, distance: float, radius: float, si
 
 @compiled
 def avoid(
-    x: float, y: float, theta: float, v: float, obstacles: FloatArray, sides: FloatArray, avoidance: Avoidance
+    x: float,
+    y: float,
+    theta: float,
+    v: float,
+    robot_radius: float,
+    obstacles: FloatArray,
+    sides: FloatArray,
+    avoidance: Avoidance,
 ) -> tuple[int, float, float]:
     """Find the nearest active obstacle and the direction around it, and latch the sides.
 
     Args:
         x, y, theta: Posture of the robot [m, m, rad].
         v: Its linear velocity [m/s].
+        robot_radius: R_R of the robot [m].
         obstacles: Centre and radius of each, shape (n, 3) [m].
         sides: Latched sides, shape (n,): 1 or −1 while an obstacle is active, else 0; written.
         avoidance: Parameters.
@@ -104,7 +125,7 @@ def avoid(
         l_x, l_y, radius = obstacles[a, 0] - x, obstacles[a, 1] - y, obstacles[a, 2]
         distance = math.hypot(l_x, l_y)
         angle = math.atan2(l_y, l_x)
-        reach = avoidance_radius(distance, v * math.cos(theta - angle), radius, avoidance)
+        reach = avoidance_radius(distance, v * math.cos(theta - angle), radius, robot_radius, avoidance)
         if not radius < distance <= reach:
             sides[a] = 0.0
             continue

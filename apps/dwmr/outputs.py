@@ -9,15 +9,18 @@ from typing import Any
 
 import numpy as np
 
-from dwmr.folder import write
+from dwmr.folder import Results
 from dwmr.loop import SIGNALS
 from dwmr.simulate import Trajectory
 
+#: All files that a run leaves.
+NAMES = ("summary.json", "trajectory.npz", "path.png", "errors.png")
 
-def write_summary(folder: Path, summary: Mapping[str, Any]) -> Path:
+
+def write_summary(files: Results, summary: Mapping[str, Any]) -> None:
     """Write summary.json; numbers that are not finite become null."""
     text = to_json(summary)
-    return write(folder, "summary.json", lambda path: _write_text(path, text))
+    files.write("summary.json", lambda path: _write_text(path, text))
 
 
 def to_json(data: Any) -> str:
@@ -26,15 +29,15 @@ def to_json(data: Any) -> str:
 
 
 def write_trajectories(
-    folder: Path, trajectories: Sequence[Trajectory], every: int, metadata: Mapping[str, Any]
-) -> Path:
+    files: Results, trajectories: Sequence[Trajectory], every: int, metadata: Mapping[str, Any]
+) -> None:
     """Write trajectory.npz.
 
     Arrays are named CONTROLLER/SIGNAL, shape (samples, robots), with CONTROLLER/t, shape (samples,); `metadata` is
     JSON text with units, meanings and the robots' names.
 
     Args:
-        folder: Where it goes.
+        files: Where it goes.
         trajectories: One per control law.
         every: Samples between two that are saved.
         metadata: What else to say about the run.
@@ -48,7 +51,7 @@ def write_trajectories(
             units[signal.name] = {"unit": signal.unit, "doc": signal.doc}
     about = {**metadata, "robots": list(trajectories[0].robots), "signals": units}
     arrays["metadata"] = np.array(to_json(about))
-    return write(folder, "trajectory.npz", lambda path: _write_npz(path, arrays))
+    files.write("trajectory.npz", lambda path: _write_npz(path, arrays))
 
 
 def _write_npz(path: Path, arrays: Mapping[str, Any]) -> None:

@@ -10,22 +10,36 @@ class OverrideError(Exception):
     """Raised when a `--set` argument is not of the form key=value."""
 
 
+#: Longest key; no table of a scenario is nested nearly as deep.
+DEEPEST = 20
+
+
+def shorten(argument: str) -> str:
+    """Return an argument as one line of at most 80 characters."""
+    line = "".join(c if c.isprintable() else repr(c)[1:-1] for c in argument[:80])
+    return line if len(argument) <= 80 else f"{line[:77]}..."
+
+
 def override(data: dict[str, Any], argument: str) -> tuple[str, str]:
     """Set one value; return the full key and the argument that set it."""
     key, equals, value = argument.partition("=")
     parts = [p.strip() for p in key.split(".")]
+    if not argument.isprintable():
+        raise OverrideError(f"--set {shorten(argument)}: holds a line break or another control character")
+    if len(parts) > DEEPEST:
+        raise OverrideError(f"--set {shorten(argument)}: the key has {len(parts)} parts; no key has so many")
     if not equals or not all(parts):
-        raise OverrideError(f"--set {argument}: expected key=value with a dotted key, such as run.horizon=20")
+        raise OverrideError(f"--set {shorten(argument)}: expected key=value with a dotted key, such as run.horizon=20")
     node: Any = data
     for k, part in enumerate(parts[:-1]):
         node = _child(node, part, ".".join(parts[: k + 1]), argument)
     if isinstance(node, list):
-        node[_index(node, parts[-1], argument)] = _value(value)
+        node[_index(node, parts[-1], argument)] = _value(value, argument)
     elif isinstance(node, dict):
-        node[parts[-1]] = _value(value)
+        node[parts[-1]] = _value(value, argument)
     else:
-        raise OverrideError(f"--set {argument}: {'.'.join(parts[:-1])} is a value, not a table")
-    return ".".join(parts), argument
+        raise OverrideError(f"--set {shorten(argument)}: {'.'.join(parts[:-1])} is a value, not a table")
+    return ".".join(parts), shorten(argument)
 
 
 def _child(node: Any, part: str, key: str, argument: str) -> Any:
@@ -33,18 +47,24 @@ def _child(node: Any, part: str, key: str, argument: str) -> Any:
         return node[_index(node, part, argument)]
     if isinstance(node, dict):
         return node.setdefault(part, {})
-    raise OverrideError(f"--set {argument}: {key.rpartition('.')[0]} is a value, not a table")
+    raise OverrideError(f"--set {shorten(argument)}: {key.rpartition('.')[0]} is a value, not a table")
 
 
 def _index(items: list[Any], part: str, argument: str) -> int:
     if not part.isdecimal() or int(part) >= len(items):
-        raise OverrideError(f"--set {argument}: {part!r} is no index here; there are {len(items)}, counted from 0")
+        raise OverrideError(
+            f"--set {shorten(argument)}: {part!r} is no index here; there are {len(items)}, counted from 0"
+        )
     return int(part)
 
 
-def _value(text: str) -> Any:
+def _value(text: str, argument: str) -> Any:
     """Read a value as TOML does; a bare word is text."""
     try:
         return tomllib.loads(f"value = {text}")["value"]
     except tomllib.TOMLDecodeError:
         return text.strip()
+    except ValueError as error:
+        raise OverrideError(f"--set {shorten(argument)}: the number has too many digits") from error
+    except RecursionError as error:
+        raise OverrideError(f"--set {shorten(argument)}: the value is nested too deeply") from error

@@ -51,14 +51,15 @@ def _errors(runs: Mapping[str, Any], compare: bool) -> Table:
             table.add_column("\nratio", justify="right")
     for controller, run in runs.items():
         for k, (robot, values) in enumerate(run["rmse"].items()):
-            printed = TABLE_12.get(controller, {}).get(robot, {})
+            whole = run["stopped"] is None  # errors of a run that ended early are no counterpart of the printed ones
+            printed = TABLE_12.get(controller, {}).get(robot, {}) if whole else {}
             cells = [c for name, _ in _COLUMNS for c in _cells(values[name], printed.get(name), compare)]
             table.add_row(controller if k == 0 else "", robot, *cells, end_section=k == len(run["rmse"]) - 1)
     return table
 
 
 def _cells(value: float, printed: float | None, compare: bool) -> list[str]:
-    shown = f"{value:.4f}"
+    shown = f"{value:.4f}" if abs(value) < 1e6 else f"{value:.3e}"
     if not compare:
         return [shown]
     return [shown, "" if printed is None else f"{printed:.4f}", "" if printed is None else f"{value / printed:.2f}"]

@@ -19,6 +19,7 @@ ROBOT = np.dtype(
         ("com_offset", "f8"),  # of the centre of mass ahead of the axle, negative behind [m]
         ("d", "f8"),  # of the reference point ahead of the axle [m]
         ("half_track", "f8"),  # [m]
+        ("radius", "f8"),  # R_R that encloses the robot [m]
         ("wheel_radius", "f8"),  # [m]
         ("coulomb_force", "f8"),  # [N]
         ("coulomb_torque", "f8"),  # [N m]

@@ -15,7 +15,7 @@ class Run(Section):
 
     controller: str = Field(description="control law of the run when the command line names none")
     horizon: float = quantity("duration", "s", gt=0, le=100_000)
-    dt: float = quantity("control period", "s", gt=0, le=1)
+    dt: float = quantity("control period", "s", ge=1e-6, le=1)
     substeps: int = quantity("integration steps in one control period", "-", ge=1, le=1000)
     save_every: int = quantity("control periods between two saved samples", "-", ge=1, le=1_000_000)
 

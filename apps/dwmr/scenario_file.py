@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import stat
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -11,10 +12,10 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from dwmr.overrides import override
+from dwmr.overrides import OverrideError, override, shorten
 from dwmr.places import COMMON, Places
 from dwmr.scenario import Scenario
-from dwmr.scenario_mistakes import cross_checks, diagnose
+from dwmr.scenario_mistakes import cross_checks, diagnose, remarks, show
 from fuzzyctl.errors import Diagnostic, DiagnosticError, did_you_mean
 from fuzzyctl.source import SourceText, Span
 
@@ -36,6 +37,7 @@ class ScenarioFile:
     path: Path
     places: Places
     sha256: str
+    warnings: tuple[Diagnostic, ...] = ()
 
 
 def shipped_names() -> tuple[str, ...]:
@@ -52,12 +54,16 @@ def find(name: str) -> Path:
     if name in shipped_names():
         return SHIPPED / f"{name}.toml"
     path = Path(name)
-    if path.exists():
-        return path
+    try:
+        if path.exists():
+            return path
+    except OSError:  # such as a name longer than the file system allows
+        pass
     hint = did_you_mean(name, shipped_names())
     known = ", ".join(shipped_names())
+    shown = name if len(name) <= 200 else f"{name[:197]}..."
     raise UnknownScenarioError(
-        f"no scenario {name!r}: it is neither a file nor one of the shipped scenarios: {known}"
+        f"no scenario {shown!r}: it is neither a file nor one of the shipped scenarios: {known}"
         + (f"; {hint}" if hint else "")
     )
 
@@ -77,14 +83,22 @@ def read(path: Path, overrides: Iterable[str] = ()) -> ScenarioFile:
     text = _text(path, content)
     source = SourceText(str(path), text)
     data = _parse(source)
-    written = dict(override(data, argument) for argument in overrides)
+    written: dict[str, str] = {}
+    for argument in overrides:
+        key, given = override(data, argument)
+        if key in written:
+            raise OverrideError(f"--set {shorten(argument)}: {key} is given twice")
+        written[key] = given
     places = Places(source, written)
-    merged = _give_every_robot_the_common_values(data)
-    scenario = _validate(merged, places)
-    mistakes = list(cross_checks(scenario, places))
+    try:
+        scenario = _validate(_give_every_robot_the_common_values(data, places), places)
+    except RecursionError:
+        raise DiagnosticError([Diagnostic("FZ901", "tables are nested too deeply", file=str(path))]) from None
+    mistakes = list(dict.fromkeys(cross_checks(scenario, places)))
     if mistakes:
         raise DiagnosticError(mistakes)
-    return ScenarioFile(scenario, path, places, hashlib.sha256(content).hexdigest())
+    digest = hashlib.sha256(content).hexdigest()
+    return ScenarioFile(scenario, path, places, digest, tuple(remarks(scenario, places)))
 
 
 def _content(path: Path) -> bytes:
@@ -94,13 +108,18 @@ def _content(path: Path) -> bytes:
     if path.is_dir():
         raise refuse("FZ001", f"{path} is a folder, not a scenario file")
     try:
-        size = path.stat().st_size
-        if size > LARGEST_FILE:
-            help_text = "a scenario file holds a few kilobytes of TOML"
-            raise refuse("FZ003", f"{path} has {size:,} bytes; at most {LARGEST_FILE:,} are read", help_text)
-        return path.read_bytes()
+        about = path.stat()
+        if not stat.S_ISREG(about.st_mode):
+            raise refuse("FZ001", f"{path} is no regular file")
+        with path.open("rb") as file:
+            content = file.read(LARGEST_FILE + 1)
     except OSError as error:
         raise refuse("FZ001", f"{path} cannot be read: {error.strerror}") from error
+    if len(content) > LARGEST_FILE:
+        help_text = "a scenario file holds a few kilobytes of TOML"
+        size = max(len(content), about.st_size)
+        raise refuse("FZ003", f"{path} has {size:,} bytes; at most {LARGEST_FILE:,} are read", help_text)
+    return content
 
 
 def _text(path: Path, content: bytes) -> str:
@@ -118,9 +137,11 @@ def _text(path: Path, content: bytes) -> str:
 def _parse(source: SourceText) -> dict[str, Any]:
     try:
         return tomllib.loads(source.text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:  # a plain ValueError is a whole number of thousands of digits
         span = _toml_error_place(str(error), source)
-        message = str(error).split(" (at ")[0] or "nesting is too deep"
+        message = "nesting is too deep" if isinstance(error, RecursionError) else str(error).split(" (at ")[0]
+        if not isinstance(error, RecursionError | tomllib.TOMLDecodeError):
+            message = "a whole number has too many digits"
         raise DiagnosticError(
             [Diagnostic("FZ901", f"not valid TOML: {message}", span=span, file=source.name)]
         ) from error
@@ -137,11 +158,14 @@ def _toml_error_place(message: str, source: SourceText) -> Span | None:
     return Span(source, start, start + 1)
 
 
-def _give_every_robot_the_common_values(data: Mapping[str, Any]) -> dict[str, Any]:
+def _give_every_robot_the_common_values(data: Mapping[str, Any], places: Places) -> dict[str, Any]:
     """Merge the [robot] table under every robot of [robots]."""
     rest = {k: v for k, v in data.items() if k != COMMON}
     common, robots = data.get(COMMON, {}), data.get("robots")
-    if isinstance(robots, dict) and isinstance(common, dict):
+    if not isinstance(common, dict):
+        message = f"{COMMON} must be a table, got {show(common)}"
+        raise DiagnosticError([places.diagnostic("FZ904", COMMON, message)])
+    if isinstance(robots, dict):
         rest["robots"] = {n: _merge(common, own) if isinstance(own, dict) else own for n, own in robots.items()}
     return rest
 
@@ -158,4 +182,6 @@ def _validate(data: Mapping[str, Any], places: Places) -> Scenario:
     try:
         return Scenario.model_validate(data)
     except ValidationError as error:
-        raise DiagnosticError(diagnose(error, places)) from None
+        robots = data.get("robots")
+        count = len(robots) if isinstance(robots, dict) else 0
+        raise DiagnosticError(diagnose(error, places, robots=count)) from None

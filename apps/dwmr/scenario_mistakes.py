@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import dataclasses
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from types import UnionType
 from typing import Any, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
 from dwmr import controllers
+from dwmr.fuzzy_gains import ROLES
 from dwmr.places import COMMON, Places
 from dwmr.scenario import Scenario
 from fuzzyctl.errors import Diagnostic, did_you_mean
@@ -17,23 +20,41 @@ from fuzzyctl.errors import Diagnostic, did_you_mean
 MOST_SAMPLES = 5_000_000
 
 
-def diagnose(error: ValidationError, places: Places, prefix: tuple[str, ...] = ()) -> list[Diagnostic]:
+def diagnose(error: ValidationError, places: Places, prefix: tuple[str, ...] = (), robots: int = 0) -> list[Diagnostic]:
     """Turn pydantic's errors into diagnostics in the order of their places.
 
     Args:
         error: What pydantic found.
         places: Where the keys stand.
         prefix: Key of the table that was validated.
+        robots: How many robots there are; what all of them lack is missing in the common table.
     """
     # a mistake in the common table shows once, not once per robot
-    found = dict.fromkeys(_diagnose(e, places, prefix) for e in error.errors(include_url=False))
+    found = dict.fromkeys(_diagnose(e, places, prefix) for e in _once(error.errors(include_url=False), robots))
     return sorted(found, key=lambda d: d.span.start if d.span else -1)
+
+
+def _once(errors: Sequence[Any], robots: int) -> Iterable[Any]:
+    """Give what every robot lacks once, as a key of the common table."""
+    lacking = Counter(e["loc"][2:] for e in errors if _lacks(e))
+    shown: set[Any] = set()
+    for one in errors:
+        tail = one["loc"][2:]
+        if not _lacks(one) or lacking[tail] < max(robots, 2):
+            yield one
+        elif tail not in shown:
+            shown.add(tail)
+            yield {**one, "common": True}
+
+
+def _lacks(error: Any) -> bool:
+    return error["type"] == "missing" and error["loc"][:1] == ("robots",) and len(error["loc"]) > 2
 
 
 def _diagnose(error: Any, places: Places, prefix: tuple[str, ...]) -> Diagnostic:
     """Turn one of pydantic's errors into a diagnostic with key, value, bound and unit."""
     path = (*prefix, *(str(p) for p in error["loc"]))
-    key, span, argument = places.resolve(path)
+    key, span, argument = places.resolve((COMMON, *path[2:]) if error.get("common") else path)
     file = f"--set {argument}" if argument else places.source.name
     info = _field(path)
     unit = f" {info.json_schema_extra['unit']}" if info and isinstance(info.json_schema_extra, dict) else ""
@@ -54,7 +75,7 @@ def _diagnose(error: Any, places: Places, prefix: tuple[str, ...]) -> Diagnostic
             message = str(error["ctx"]["error"])
             return Diagnostic("FZ904", f"{key}: {message}", span, file=file)
     must = _requirement(error) + (unit if error["type"] in _BOUNDS else "")
-    return Diagnostic("FZ904", f"{key} must be {must}, got {_show(error['input'])}", span, facts=meaning, file=file)
+    return Diagnostic("FZ904", f"{key} must be {must}, got {show(error['input'])}", span, facts=meaning, file=file)
 
 
 _BOUNDS = {
@@ -89,14 +110,18 @@ def _requirement(error: Any) -> str:
     return f"right ({error['msg']})"
 
 
-def _show(value: Any) -> str:
+def show(value: Any) -> str:
+    """Return a value of a scenario as a short text."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, dict):
         return "a table"
     if isinstance(value, list):
         return "a list"
-    text = repr(value)
+    try:
+        text = repr(value)
+    except ValueError:
+        return "a whole number of thousands of digits"
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
@@ -137,6 +162,19 @@ def cross_checks(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
     laws = controllers.names()
     if scenario.run.controller not in laws:
         yield _unknown(places, "run.controller", scenario.run.controller, "controller", laws)
+    for role in scenario.rules:
+        if role not in ROLES:
+            key = f"rules.{role}"
+            facts = (f"the roles are {', '.join(ROLES)}",)
+            yield places.diagnostic("FZ902", key, f"unknown key {key}", facts=facts, help=did_you_mean(role, ROLES))
+    for a, obstacle in enumerate(scenario.obstacles):
+        reach = scenario.avoidance.largest_radius
+        if reach <= obstacle.radius:
+            message = (
+                f"avoidance.largest_radius = {reach:g} m does not exceed obstacles.{a}.radius = {obstacle.radius:g} m: "
+                "no robot would ever avoid it"
+            )
+            yield places.diagnostic("FZ904", "avoidance.largest_radius", message)
     for name, robot in scenario.robots.items():
         for law in robot.controllers.__pydantic_extra__ or {}:
             if law not in laws:
@@ -160,6 +198,17 @@ def cross_checks(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
             f"run.horizon = {scenario.run.horizon:g} s makes {samples:,} samples; at most {MOST_SAMPLES:,} are kept"
         )
         yield places.diagnostic("FZ904", "run.horizon", message, help="shorten run.horizon or lengthen run.dt")
+
+
+def remarks(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
+    """Warn of what a run does otherwise than its author may think."""
+    run = scenario.run
+    reached = run.steps * run.dt
+    if abs(reached - run.horizon) > 1e-9 * run.horizon:
+        message = (
+            f"run.horizon = {run.horizon:g} s is no multiple of run.dt = {run.dt:g} s: the run ends at {reached:.6g} s"
+        )
+        yield dataclasses.replace(places.diagnostic("FZ904", "run.horizon", message), severity="warning")
 
 
 def _follows_itself(scenario: Scenario, name: str) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from time import perf_counter
 from types import ModuleType
@@ -12,18 +12,24 @@ import numpy as np
 
 from dwmr import controllers, references
 from dwmr.checks import settings_of
-from dwmr.compiled import first_class, first_class_functions
+from dwmr.compiled import COMPILED, first_class, first_class_functions
 from dwmr.contracts import FloatArray, Law, Signal
 from dwmr.disturbances import DISTURBANCE, Load
 from dwmr.fuzzy_gains import Rules
 from dwmr.loop import COLUMNS, NOT_FINITE, SIGNALS, Memory, World, run_periods
 from dwmr.obstacles import Avoidance
+from dwmr.places import Places
 from dwmr.robot import ROBOT
 from dwmr.scenario import Robot, Scenario
 from dwmr.scenario_file import ScenarioFile
+from fuzzyctl.errors import DiagnosticError
 
-#: The loop returns to Python this often, for the progress display and for Ctrl-C.
+#: The compiled loop returns to Python this often, for the progress display and for Ctrl-C.
 PERIODS_AT_A_TIME = 4000
+#: In plain Python it returns about this often [s].
+PATIENCE = 0.25
+#: Records of all laws of a command are kept in memory together; more than this is refused [bytes].
+MOST_MEMORY = 2 << 30
 
 
 @dataclass(frozen=True)
@@ -97,13 +103,33 @@ def prepare(file: ScenarioFile, controller: str, rules: Rules) -> Simulation:
     return Simulation(controller, file.scenario, module, laws)
 
 
+def require_memory(simulations: Sequence[Simulation], places: Places) -> None:
+    """Refuse runs whose records do not fit into `MOST_MEMORY` together.
+
+    Raises:
+        DiagnosticError: When they do not.
+    """
+    needed = sum(
+        8 * (s.scenario.run.steps + 1) * len(s.laws) * (len(SIGNALS) + len(s.module.SIGNALS)) for s in simulations
+    )
+    if needed <= MOST_MEMORY:
+        return
+    horizon = simulations[0].scenario.run.horizon
+    message = (
+        f"run.horizon = {horizon:g} s makes records of {needed / 2**30:.1f} GiB for {len(simulations)} control law"
+        f"{'s' if len(simulations) > 1 else ''}; at most {MOST_MEMORY / 2**30:g} GiB are kept"
+    )
+    help_text = "shorten run.horizon, lengthen run.dt, or run one control law at a time"
+    raise DiagnosticError([places.diagnostic("FZ904", "run.horizon", message, help=help_text)])
+
+
 def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> Trajectory:
     """Run a simulation to its horizon, or to the sample at which it has to stop.
 
     Args:
         simulation: From `prepare`.
-        report: Called with the number of periods done, every `PERIODS_AT_A_TIME`. A KeyboardInterrupt ends the run and
-            keeps what is done.
+        report: Called with the number of periods done, every `PERIODS_AT_A_TIME` or `PATIENCE`. A KeyboardInterrupt
+            ends the run and keeps what is done.
 
     Raises:
         KeyboardInterrupt: When it comes before anything is done.
@@ -119,16 +145,20 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
     kernels = tuple(tuple(first_class(k) for k in law.kernels) for law in laws)
     reached, robot, fault, wall_s = 0, -1, 0, 0.0
     interrupted = False
+    chunk = PERIODS_AT_A_TIME if COMPILED else 1
     with first_class_functions():
         try:
             run_periods(0, 0, path, step, kernels, world, memory, record, law_record)  # compiles, or loads from cache
             while reached < samples and fault == 0:
                 began = perf_counter()
-                last = min(reached + PERIODS_AT_A_TIME, samples)
+                last = min(reached + chunk, samples)
                 reached, robot, fault = run_periods(
                     reached, last, path, step, kernels, world, memory, record, law_record
                 )
-                wall_s += perf_counter() - began
+                took = perf_counter() - began
+                wall_s += took
+                if not COMPILED and took < 0.5 * PATIENCE:
+                    chunk = min(2 * chunk, PERIODS_AT_A_TIME)
                 if report is not None:
                     report(reached)
         except KeyboardInterrupt:
@@ -159,8 +189,6 @@ def _world(scenario: Scenario, laws: list[Law]) -> World:
         for name, value in _constants(robot, names).items():
             row[name] = value
     reference, settings = scenario.reference, scenario.avoidance
-    # Eq. (57); one robot radius for all, since the avoidance radius belongs to the obstacle
-    clearance = max(r.radius for r in scenario.robots.values()) + settings.margin
     return World(
         scenario.run.dt,
         scenario.run.substeps,
@@ -169,7 +197,9 @@ def _world(scenario: Scenario, laws: list[Law]) -> World:
         _acting(scenario).view(np.recarray),
         Load(scenario.load.start, scenario.load.stop, scenario.load.mass_factor, scenario.load.inertia_factor),
         np.array([(o.x, o.y, o.radius) for o in scenario.obstacles]).reshape(-1, 3),
-        Avoidance(clearance, settings.largest_radius, settings.kappa, settings.gamma, settings.rho, settings.slowdown),
+        Avoidance(
+            settings.margin, settings.largest_radius, settings.kappa, settings.gamma, settings.rho, settings.slowdown
+        ),
         np.array([law.gains for law in laws]),
     )
 

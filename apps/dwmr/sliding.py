@@ -29,7 +29,7 @@ def sliding_variables(error: TrackingError, lambda_1: float, lambda_2: float, la
         lambda_1, lambda_2, lambda_3: Slopes of the surfaces.
 
     Returns:
-        σ*_v and σ*_ω [-].
+        σ*_v [m] and σ*_ω [rad], taking λ2 in rad/m and the other slopes as pure numbers.
 
     Source:
         Goto, Bertol, Martins, Eqs. (7), (9) for the leader; (52), (53) for a follower.
@@ -65,8 +65,8 @@ def saturation(sigma: float, beta: float) -> float:
     """Replace the sign function inside a boundary layer.
 
     Args:
-        sigma: Sliding variable [-].
-        beta: Half-width of the layer, > 0 [-].
+        sigma: Sliding variable [m or rad].
+        beta: Half-width of the layer, > 0, in the same unit.
 
     Returns:
         sigma / beta inside the layer, the sign outside.
@@ -82,15 +82,17 @@ def gain_rate(k_h: float, k_h_min: float, gamma: float, sigma: float, beta: floa
     """Return the rate of the adaptive gain k̂_h.
 
     Args:
-        k_h: The gain now [-].
-        k_h_min: Its floor k̄_h [-]; at the floor it is also the rate, as printed.
-        gamma: Adaptation gain Γ_h [1/s].
-        sigma: Sliding variable σ* [-].
-        beta: Half-width of the boundary layer [-].
-        epsilon: Margin between growth and decline [-].
+        k_h: The gain now [m/s, rad/s].
+        k_h_min: Its floor k̄_h [m/s, rad/s]; at the floor the number is also the rate, as printed.
+        gamma: Adaptation gain Γ_h [1/s²].
+        sigma: Sliding variable σ* [m, rad].
+        beta: Half-width of the boundary layer [m, rad].
+        epsilon: Margin between growth and decline [m, rad].
 
     Returns:
-        dk̂_h/dt [1/s].
+        dk̂_h/dt [m/s², rad/s²].
+
+    Units are those of the linear, then of the angular channel.
 
     Source:
         Goto, Bertol, Martins, Eqs. (21), (22).

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import platform
 from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
@@ -15,7 +14,7 @@ _PACKAGES = ("fuzzyctl", "numpy", "numba")
 
 
 def describe(file: ScenarioFile, rules: Rules, overrides: Sequence[str]) -> dict[str, Any]:
-    """Return where the numbers of a run come from, as plain data."""
+    """Return where the numbers of a run come from, as plain data; of the rule files those that the run has read."""
     return {
         "scenario": {
             "name": file.scenario.name,
@@ -25,11 +24,11 @@ def describe(file: ScenarioFile, rules: Rules, overrides: Sequence[str]) -> dict
         },
         "rules": {
             role: {
-                "file": path.name,
-                "sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
+                "file": used.path.name,
+                "sha256": used.sha256,
                 "params": file.scenario.rules[role].params,
             }
-            for role, path in rules.used.items()
+            for role, used in sorted(rules.used.items())
         },
         "versions": {"python": platform.python_version(), **{name: _version(name) for name in _PACKAGES}},
     }

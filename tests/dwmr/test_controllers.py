@@ -113,9 +113,41 @@ class TestAifqsmc:
         (_, _, fault), _ = bench.step(error(0.0, 0.0, 0.0))
         assert bench.module.FAULTS[fault] == f"G_AIS of the {channel} channel is not positive"
 
-    def test_reports_undefined_errors(self):
-        (_, _, fault), _ = Bench("aifqsmc").step(error(x_e=float("nan")))
-        assert fault > 0
+    def test_blames_no_guarantee_for_undefined_errors(self):
+        (v, _, fault), _ = Bench("aifqsmc").step(error(x_e=float("nan")))
+        assert np.isnan(v)
+        assert fault == 0
+
+    def test_channels_have_their_own_layer(self):
+        bench = Bench("aifqsmc")
+        # σ*_v = -0.25 x_e is inside the thick part of the layer, σ*_ω far outside it
+        (v, omega, _), _ = bench.step(error(x_e=0.02, y_e=1.0, theta=0.3))
+        v_eq, omega_eq = equivalent_control(error(x_e=0.02, y_e=1.0, theta=0.3), *SLOPES)
+        assert bench["beta_v"] > 0.04
+        assert bench["beta_omega"] == pytest.approx(0.005)
+        bench = Bench("aifqsmc")
+        tracking = error(x_e=0.4, y_e=0.0, theta=0.02)
+        (v, omega, _), _ = bench.step(tracking)
+        v_eq, omega_eq = equivalent_control(tracking, *SLOPES)
+        sigma_v, sigma_omega = sliding_variables(tracking, *SLOPES)
+        assert abs(sigma_omega) < bench["beta_omega"]
+        assert bench["beta_omega"] > 2.0 * bench["beta_v"]
+        assert omega == pytest.approx(
+            omega_eq - bench["g_ais_omega"] * sigma_omega / bench["beta_omega"] - 0.1 * sigma_omega
+        )
+        assert v == pytest.approx(v_eq - bench["g_ais_v"] * np.sign(sigma_v) - 0.1 * sigma_v)
+
+    def test_gain_never_falls_below_its_floor(self):
+        bench = Bench("aifqsmc")
+        bench.gains[6] = bench.gains[11] = 500.0  # an adaptation so strong that one period would go far below
+        for _ in range(20):
+            bench.step(error(0.12, 0.0, 0.05))
+            assert min(bench.state[2], bench.state[3]) >= 0.1
+
+    def test_signals_have_the_unit_of_their_channel(self):
+        units = {s.name: s.unit for s in controllers.find("aifqsmc").SIGNALS}
+        assert (units["g_ais_v"], units["g_ais_omega"]) == ("m/s", "rad/s")
+        assert (units["sigma_v"], units["sigma_omega"]) == ("m", "rad")
 
 
 class TestFcafsmc:

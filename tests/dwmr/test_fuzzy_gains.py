@@ -135,3 +135,98 @@ class TestOverlay:
         overlaid = rules(folder=tmp_path)
         assert overlaid.path("boundary_layer") == tmp_path / "boundary_layer.fz"
         assert overlaid.path("ais_reaction") == rules_folder() / "ais_reaction.fz"
+
+
+class TestSuppressionGain:
+    """With k_s <= 0 the largest f no longer gives the smallest G_AIS, so the bound would prove nothing."""
+
+    @pytest.mark.parametrize("value", ["-0.5", "0", "-1e-300"])
+    def test_of_the_scenario_must_be_positive(self, value):
+        one = refusal(lambda: rules(f"rules.ais_reaction.k_s={value}").prove_reaction("leader", "v", None, None))
+        assert one.code == "FZ904"
+        assert one.message.startswith("rules.ais_reaction.k_s must be > 0 m/s, got ")
+        assert one.file == f"--set rules.ais_reaction.k_s={value}"
+
+    def test_of_the_rule_file_must_be_positive(self, tmp_path):
+        text = PAPER.read_text(encoding="utf-8")
+        line = next(one for one in text.splitlines() if one.startswith("k_s = "))
+        (tmp_path / "mine.toml").write_text(text.replace(line + "\n", ""), encoding="utf-8")
+        edited(tmp_path, "ais_reaction.fz", ("k_s     = 0.55", "k_s     = -0.55"), ("[-1, f_max]", "[-1, 0.18]"))
+        file = read(tmp_path / "mine.toml")
+        one = refusal(
+            lambda: Rules(file.scenario.rules, (tmp_path,), file.places).prove_reaction("leader", "v", None, None)
+        )
+        assert "k_s must be > 0 m/s, got -0.55" in one.message
+        assert one.span.source.line_text(one.span.line).startswith("param k_s")
+
+    @pytest.mark.parametrize("channel", ["v", "omega"])
+    def test_of_a_channel_must_be_positive(self, channel):
+        one = refusal(lambda: rules().prove_reaction("leader", channel, None, -0.5))
+        assert one.message.startswith(f"robots.leader.controllers.aifqsmc.k_s_{channel} must be > 0")
+
+    def test_needs_a_positive_floor_too(self):
+        one = refusal(lambda: rules("rules.ais_reaction.k_h_min=-0.1").prove_reaction("leader", "v", None, None))
+        assert one.message.startswith("rules.ais_reaction.k_h_min must be > 0")
+
+
+class TestCoverage:
+    HOLE = (("PS = triangle(0, 0.015, 0.030)", "PS = triangle(0.015, 0.016, 0.030)"),)
+
+    def test_a_hole_is_refused_at_its_line(self, tmp_path):
+        folder = edited(tmp_path, "ais_reaction.fz", *self.HOLE)
+        one = refusal(lambda: rules(folder=folder).prove_reaction("leader", "v", None, None))
+        assert one.code == "FZ401"
+        assert "output f" in one.span.source.line_text(one.span.line)
+
+    @pytest.mark.parametrize("word", ["nan", "error"])
+    def test_a_hole_filled_with_no_number_is_refused(self, tmp_path, word):
+        folder = edited(tmp_path, "ais_reaction.fz", *self.HOLE, ("[-1, f_max]", f"[-1, f_max] else {word}"))
+        one = refusal(lambda: rules(folder=folder).prove_reaction("leader", "v", None, None))
+        assert one.code == "FZ401"
+        assert f"'else {word}' is no number" in one.message
+
+    def test_a_hole_filled_with_a_number_is_none(self, tmp_path):
+        folder = edited(tmp_path, "ais_reaction.fz", *self.HOLE, ("[-1, f_max]", "[-1, f_max] else 0"))
+        rules(folder=folder).prove_reaction("leader", "v", None, None)
+
+    def test_a_hole_that_a_param_opens_is_refused(self, tmp_path):
+        folder = edited(
+            tmp_path,
+            "boundary_layer.fz",
+            ("and         product", "and         product\nparam edge = 0.0162"),
+            ("VS = triangle(-inf, 0.0050, 0.0162)", "VS = triangle(-inf, 0.0050, edge)"),
+            ("S  = triangle(0.0050, 0.0162, 0.0275)", "S  = triangle(0.0100, 0.0162, 0.0275)"),
+        )
+        rules(folder=folder).prove_boundary_layer()
+        one = refusal(rules("rules.boundary_layer.edge=0.009", folder=folder).prove_boundary_layer)
+        assert one.code == "FZ401"
+
+    def test_warnings_are_kept_once(self, tmp_path):
+        folder = edited(tmp_path, "ais_reaction.fz", ("PM  PS  ZO\n", "PS  PS  ZO\n"))
+        checked = rules(folder=folder)
+        for robot in ("leader", "follower1"):
+            checked.prove_reaction(robot, "v", None, 0.5)
+        assert [d.code for d in checked.warnings] == ["FZ208"]
+
+
+class TestDerivedParams:
+    def test_cannot_be_parted_from_what_they_are_computed_from(self):
+        one = refusal(lambda: rules("rules.ais_reaction.f_max=0.1").system("ais_reaction", {}))
+        assert "computes f_max from k_h_min, G_min, k_s" in one.message
+
+
+class TestFolder:
+    def test_without_any_of_the_files_is_refused(self, tmp_path):
+        edited(tmp_path, "ais_reaction.fz")
+        (tmp_path / "ais_reaction.fz").rename(tmp_path / "ais_reactoin.fz")
+        one = refusal(lambda: rules().require_use_of(tmp_path))
+        assert "looked for ais_reaction.fz, boundary_layer.fz, fcafsmc.fz" in one.facts
+        assert one.help == "did you mean 'ais_reaction.fz'?"
+
+    def test_with_one_of_them_is_taken_and_near_misses_are_warned_of(self, tmp_path):
+        edited(tmp_path, "ais_reaction.fz")
+        edited(tmp_path, "boundary_layer.fz")
+        (tmp_path / "boundary_layer.fz").rename(tmp_path / "boundery_layer.fz")
+        rules().require_use_of(tmp_path)
+        (one,) = rules().near_misses(tmp_path)
+        assert one.help == "did you mean 'boundary_layer.fz'?"

@@ -7,21 +7,22 @@ from hypothesis import strategies as st
 
 from dwmr.obstacles import Avoidance, avoid, avoidance_radius, evasive_direction, evasive_side
 
-AVOIDANCE = Avoidance(2.26, 5.0, 5.0, 2.0, 1.0, 0.1)
+RADIUS = 0.56
+AVOIDANCE = Avoidance(1.7, 5.0, 5.0, 2.0, 1.0, 0.1)
 
 
 class TestAvoidanceRadius:
     @given(st.floats(0.5, 30.0), st.floats(-2.0, 2.0))
     def test_lies_between_the_constant_and_the_largest_radius(self, distance, speed):
-        assert 2.76 <= avoidance_radius(distance, speed, 0.5, AVOIDANCE) <= 5.0
+        assert 2.76 <= avoidance_radius(distance, speed, 0.5, RADIUS, AVOIDANCE) <= 5.0
 
     def test_expands_as_printed(self):
         expected = 2.76 + 5.0 * 0.8 / (2.0 * math.exp(2.0))
-        assert avoidance_radius(2.0, -0.8, 0.5, AVOIDANCE) == pytest.approx(expected)
+        assert avoidance_radius(2.0, -0.8, 0.5, RADIUS, AVOIDANCE) == pytest.approx(expected)
 
     def test_grows_with_speed_and_shrinks_with_distance(self):
-        assert avoidance_radius(3.0, 1.0, 0.5, AVOIDANCE) > avoidance_radius(3.0, 0.5, 0.5, AVOIDANCE)
-        assert avoidance_radius(3.0, 1.0, 0.5, AVOIDANCE) > avoidance_radius(4.0, 1.0, 0.5, AVOIDANCE)
+        assert avoidance_radius(3.0, 1.0, 0.5, RADIUS, AVOIDANCE) > avoidance_radius(3.0, 0.5, 0.5, RADIUS, AVOIDANCE)
+        assert avoidance_radius(3.0, 1.0, 0.5, RADIUS, AVOIDANCE) > avoidance_radius(4.0, 1.0, 0.5, RADIUS, AVOIDANCE)
 
 
 class TestEvasiveSide:
@@ -49,13 +50,13 @@ class TestAvoid:
 
     def test_is_off_where_nothing_is_near(self):
         sides = np.zeros(3)
-        assert avoid(50.0, 50.0, 0.0, 1.0, self.OBSTACLES, sides, AVOIDANCE)[0] == -1
+        assert avoid(50.0, 50.0, 0.0, 1.0, RADIUS, self.OBSTACLES, sides, AVOIDANCE)[0] == -1
         assert not sides.any()
 
     @pytest.mark.parametrize(("x", "expected"), [(1.3, 2), (4.8, 1)])
     def test_takes_the_nearest_of_two_active_ones(self, x, expected):
         sides = np.zeros(3)
-        nearest, _, radius = avoid(x, 0.1, 0.0, 0.5, self.OBSTACLES, sides, AVOIDANCE)
+        nearest, _, radius = avoid(x, 0.1, 0.0, 0.5, RADIUS, self.OBSTACLES, sides, AVOIDANCE)
         assert nearest == expected
         assert radius > 2.76
         assert sides[0] == 0.0
@@ -64,16 +65,16 @@ class TestAvoid:
 
     def test_keeps_the_side_it_began_with(self):
         sides = np.zeros(3)
-        avoid(-0.5, 0.0, 0.3, 0.5, self.OBSTACLES[2:], sides[2:], AVOIDANCE)
+        avoid(-0.5, 0.0, 0.3, 0.5, RADIUS, self.OBSTACLES[2:], sides[2:], AVOIDANCE)
         assert sides[2] == 1.0
-        avoid(-0.5, 0.0, -0.3, 0.5, self.OBSTACLES[2:], sides[2:], AVOIDANCE)
+        avoid(-0.5, 0.0, -0.3, 0.5, RADIUS, self.OBSTACLES[2:], sides[2:], AVOIDANCE)
         assert sides[2] == 1.0
 
     def test_forgets_the_side_when_it_is_out_again(self):
         sides = np.array([1.0])
-        avoid(-20.0, 0.0, -0.3, 0.5, self.OBSTACLES[2:], sides, AVOIDANCE)
+        avoid(-20.0, 0.0, -0.3, 0.5, RADIUS, self.OBSTACLES[2:], sides, AVOIDANCE)
         assert sides[0] == 0.0
 
     def test_is_off_inside_the_obstacle_itself(self):
         sides = np.zeros(1)
-        assert avoid(2.0, 0.3, 0.0, 0.5, self.OBSTACLES[2:], sides, AVOIDANCE)[0] == -1
+        assert avoid(2.0, 0.3, 0.0, 0.5, RADIUS, self.OBSTACLES[2:], sides, AVOIDANCE)[0] == -1

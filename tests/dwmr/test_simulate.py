@@ -58,9 +58,25 @@ class TestRun:
         assert 1.0 < trajectory.stop.t < 1.1
         assert np.isfinite(trajectory.values[:-1]).all()
 
+    @pytest.mark.parametrize("law", ["aifqsmc", "fcafsmc"])
+    def test_calls_a_divergence_no_broken_guarantee(self, law):
+        stop = simulate.run(ready(law, "run.horizon=20", "load.start=1", "load.mass_factor=1e-310")).stop
+        assert stop is not None
+        assert "is not finite: the run diverged" in stop.reason
+
+    def test_the_last_row_of_a_stopped_run_is_whole(self):
+        run = ready("aifqsmc", "run.horizon=20")
+        run.laws["leader"].gains[4] = 10.0
+        trajectory = simulate.run(run)
+        assert trajectory.stop is not None
+        assert trajectory.stop.robot == "leader"
+        assert trajectory["x"][-1] == pytest.approx(trajectory["x"][-2], abs=0.02)
+        assert (trajectory["x"][-1] != 0.0).all()
+        assert (trajectory["beta_v"][-1] > 0.0).all()
+
     def test_stops_where_the_guard_of_the_law_says_so(self):
         run = ready("aifqsmc", "run.horizon=20")
-        run.laws["follower1"].gains[9] = 10.0
+        run.laws["follower1"].gains[9] = 10.0  # k_s that no proof would have let through
         stop = simulate.run(run).stop
         assert stop is not None
         assert (stop.robot, stop.reason) == ("follower1", "G_AIS of the angular channel is not positive")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -12,18 +13,20 @@ from dwmr.controllers.settings import AifqsmcSettings as Settings
 from dwmr.fuzzy_gains import Rules
 from dwmr.sliding import equivalent_control, gain_rate, saturation, sliding_variables
 
+#: Name, units in the two channels and meaning of what is recorded. σ*_ω mixes λ2 y_e and λ3 θ*_e; with λ2 in rad/m it
+#: is an angle.
 _PER_CHANNEL = (
-    ("sigma", "m", "sliding variable σ*"),
-    ("sigma_dot", "m/s", "backward difference of σ*"),
-    ("k_h", "m/s", "adaptive gain k̂_h"),
-    ("f", "-", "immune reaction f(σ*, dσ*/dt)"),
-    ("beta", "m", "half-width of the boundary layer"),
-    ("g_ais", "m/s", "switching gain G_AIS = k̂_h − k_s f"),
+    ("sigma", "m", "rad", "sliding variable σ*"),
+    ("sigma_dot", "m/s", "rad/s", "backward difference of σ*"),
+    ("k_h", "m/s", "rad/s", "adaptive gain k̂_h"),
+    ("f", "-", "-", "immune reaction f(σ*, dσ*/dt)"),
+    ("beta", "m", "rad", "half-width of the boundary layer"),
+    ("g_ais", "m/s", "rad/s", "switching gain G_AIS = k̂_h − k_s f"),
 )
 SIGNALS = tuple(
-    Signal(f"{name}_{channel}", unit, f"{doc}, {channel} channel")
-    for channel in ("v", "omega")
-    for name, unit, doc in _PER_CHANNEL
+    Signal(f"{name}_{channel}", units[k], f"{doc}, {channel} channel")
+    for k, channel in enumerate(("v", "omega"))
+    for name, *units, doc in _PER_CHANNEL
 )
 FAULTS = {
     1: "G_AIS of the linear channel is not positive",
@@ -68,9 +71,9 @@ def channel(
     """Return G_AIS sat(σ*) + p σ*, the next k̂_h and a fault for one channel.
 
     Args:
-        sigma, sigma_dot: Sliding variable and its rate [m, m/s].
-        k_h: Adaptive gain now [m/s].
-        f, beta: Values of the two fuzzy systems [-, m].
+        sigma, sigma_dot: Sliding variable and its rate [m, m/s; rad, rad/s in the angular channel].
+        k_h: Adaptive gain now [m/s; rad/s].
+        f, beta: Values of the two fuzzy systems [-; m or rad].
         gains: p, k_s, k̄_h, Γ_h, ε.
         dt: Control period [s].
         signals: Receives σ*, dσ*/dt, k̂_h, f, β, G_AIS.
@@ -81,12 +84,12 @@ def channel(
     p, k_s, k_h_min, gamma, epsilon = gains[0], gains[1], gains[2], gains[3], gains[4]
     g_ais = k_h - k_s * f
     signals[0], signals[1], signals[2], signals[3], signals[4], signals[5] = sigma, sigma_dot, k_h, f, beta, g_ais
-    # written so that NaN is a fault too
-    fault = 0 if g_ais > 0.0 else 1
-    if fault == 0 and not beta > 0.0:
-        fault = 2
-    if fault > 0:
-        return 0.0, k_h, fault
+    if math.isnan(g_ais) or math.isnan(beta) or math.isnan(sigma):
+        return math.nan, k_h, 0  # the run has diverged: no guarantee has been broken, and the loop says so
+    if g_ais <= 0.0:
+        return 0.0, k_h, 1
+    if beta <= 0.0:
+        return 0.0, k_h, 2
     k_h_next = max(k_h_min, k_h + dt * gain_rate(k_h, k_h_min, gamma, sigma, beta, epsilon))
     return g_ais * saturation(sigma, beta) + p * sigma, k_h_next, 0
 

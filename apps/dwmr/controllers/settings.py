@@ -44,10 +44,10 @@ class SmcSettings(SurfaceSettings):
 class AifqsmcSettings(SurfaceSettings):
     """Gains of AIFQSMC, Eqs. (20)-(22); k_s and k̄_h come from the rule file's params unless given for a robot."""
 
-    gamma_v: float = quantity("adaptation gain Γ_h of the linear channel", "1/s", gt=0)
-    gamma_omega: float = quantity("adaptation gain Γ_h of the angular channel", "1/s", gt=0)
-    epsilon_v: float = quantity("margin between growth and decline of k̂_h, linear channel", "-", gt=0)
-    epsilon_omega: float = quantity("margin between growth and decline of k̂_h, angular channel", "-", gt=0)
+    gamma_v: float = quantity("adaptation gain Γ_h of the linear channel", "1/s²", gt=0)
+    gamma_omega: float = quantity("adaptation gain Γ_h of the angular channel", "1/s²", gt=0)
+    epsilon_v: float = quantity("margin between growth and decline of k̂_h, linear channel", "m", gt=0)
+    epsilon_omega: float = quantity("margin between growth and decline of k̂_h, angular channel", "rad", gt=0)
     k_h_min_v: float | None = quantity("floor k̄_h and start of k̂_h, linear channel", "m/s", gt=0, default=None)
     k_h_min_omega: float | None = quantity("floor k̄_h and start of k̂_h, angular channel", "rad/s", gt=0, default=None)
     k_s_v: float | None = quantity("suppression gain, linear channel", "m/s", gt=0, default=None)

@@ -12,7 +12,7 @@ from dwmr.sliding import equivalent_control, sliding_variables
 
 SIGNALS = (
     Signal("sigma_v", "m", "sliding variable σ*, v channel"),
-    Signal("sigma_omega", "m", "sliding variable σ*, omega channel"),
+    Signal("sigma_omega", "rad", "sliding variable σ*, omega channel"),
 )
 FAULTS: dict[int, str] = {}
 
