@@ -482,6 +482,9 @@ class _Assembler:
         self.condition: sx.With | None = None
 
     def take(self, line: LogicalLine) -> None:
+        if len(self.diagnostics) >= MAX_MISTAKES:
+            # Such a text is no rule file; more messages would help nobody.
+            return
         below = line.kind in ("term_line", "header", "row") or (line.kind == "statement" and line.word == "terms")
         if line.kind == "unknown":
             self._unknown(line)
@@ -541,9 +544,6 @@ class _Assembler:
             self.lines.append(node)
 
     def _parse(self, line: LogicalLine, kind: LineKind) -> Any:
-        if len(self.diagnostics) > MAX_MISTAKES:
-            # Such a text is no rule file; more messages would help nobody.
-            return None
         if line.mistake is not None:
             self.diagnostics.append(line.mistake)
             return None

@@ -78,9 +78,9 @@ class Context:
 
     def check_names(self, expr: ex.Expr, known: Collection[str], kind: str) -> bool:
         """Check that an expression uses only known names and functions, each with the right number of arguments."""
-        names, ok = set(known), True
+        ok = True
         for node in ex.walk(expr):
-            if isinstance(node, ex.Name) and node.name not in names and node.name not in ex.CONSTANTS:
+            if isinstance(node, ex.Name) and node.name not in known and node.name not in ex.CONSTANTS:
                 self.unknown(kind, node, known)
                 ok = False
             elif isinstance(node, ex.Call) and not self.check_call(node):
