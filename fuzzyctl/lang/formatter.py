@@ -114,8 +114,8 @@ def _setting(text: str, width: int) -> str:
 
 def _equal_signs(codes: list[str]) -> list[str]:
     """Align the first equals sign of each line."""
-    width = max((code.index("=") for code in codes if "\n" not in code), default=0)
-    return [f"{c[: c.index('=')]:<{width}}{c[c.index('=') :]}" for c in codes]
+    width = max((code.index("=") for code in codes if "\n" not in code and "=" in code), default=0)
+    return [f"{c[: c.index('=')]:<{width}}{c[c.index('=') :]}" if "=" in c else c for c in codes]
 
 
 def _table(block: list[LogicalLine], texts: list[str]) -> list[str]:

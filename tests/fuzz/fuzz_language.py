@@ -1,0 +1,110 @@
+"""Throw texts at the language and watch for anything but a system or diagnostics.
+
+    python tests/fuzz/fuzz_language.py --inputs 100000 --seed 1
+
+Prints how many texts were tried, how many were systems, and the slowest; exit code 1 at the first uncaught exception,
+whose text is kept in fuzz-failure.fz. Not part of the test suite, which throws fewer.
+"""
+
+import argparse
+import random
+import re
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+
+from fuzzyctl.errors import DiagnosticError, render_all
+from fuzzyctl.formats.fz import dumps
+from fuzzyctl.formulas import HEDGES, MEMBERSHIP
+from fuzzyctl.lang.formatter import format_source
+from fuzzyctl.lang.syntax import STATEMENT_KEYWORDS
+from fuzzyctl.loading import examine_all, loads
+from fuzzyctl.reading import decode
+from fuzzyctl.shipped import rules_folder
+from fuzzyctl.source import SourceText
+
+TOKEN = re.compile(r'"[^"\n]*"|[\d.]+(?:[eE][+-]?\d+)?|[^\W\d]\w*|<=|>=|==|!=|\n *|[^\s]')
+WORDS = [*STATEMENT_KEYWORDS, *MEMBERSHIP, *HEDGES, *"a b u x NB ZO PB 0 1 -1 0.5 1e-3 1e999 inf pi nan error".split()]
+WORDS += "in unit else adaptive rate extrapolate then is within when from linear function height midpoint min".split()
+WORDS += ["\n", "\n", "\n", "\t", *'( ) [ ] , = | @ * / + - ^ < <= == . # " σ ½ ∞'.split()]
+
+
+def soup(rng, _):
+    """Tokens in no order."""
+    return " ".join(rng.choices(WORDS, k=rng.randrange(1, 80)))
+
+
+def noise(rng, _):
+    """Bytes, decoded as a file would be."""
+    return decode(rng.randbytes(rng.randrange(200)), "noise").text
+
+
+def mutated(rng, seeds):
+    """A rule file with some tokens deleted, doubled, swapped or replaced."""
+    tokens = TOKEN.findall(rng.choice(seeds))
+    for _ in range(rng.randrange(6)):
+        i, j = rng.randrange(len(tokens)), rng.randrange(len(tokens))
+        match rng.randrange(4):
+            case 0:
+                del tokens[i]
+            case 1:
+                tokens.insert(i, tokens[j])
+            case 2:
+                tokens[i], tokens[j] = tokens[j], tokens[i]
+            case 3:
+                tokens[i] = rng.choice(WORDS)
+    return " ".join(tokens)
+
+
+def spliced(rng, seeds):
+    """Lines of several rule files mixed."""
+    lines = [line for s in rng.choices(seeds, k=3) for line in s.split("\n")]
+    return "\n".join(rng.choices(lines, k=rng.randrange(1, 60)))
+
+
+def one(text):
+    """Read a text, print what is printed, and format it; returns whether it was a system."""
+    source = SourceText("fuzz", text)
+    systems, diagnostics = examine_all(source)
+    render_all(diagnostics)
+    format_source(source)
+    if any(d.severity == "error" for d in diagnostics):
+        return False
+    assert systems, "neither a system nor a diagnostic"
+    for system in systems:
+        assert loads(dumps(system)) == system, "the round trip changed the system"
+    return True
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--inputs", type=int, default=100_000)
+    parser.add_argument("--seed", type=int, default=1)
+    arguments = parser.parse_args()
+    rng = random.Random(arguments.seed)
+    seeds = [p.read_text(encoding="utf-8") for p in sorted(rules_folder().glob("*.fz"))]
+    golden = Path(__file__).parent.parent / "golden" / "diagnostics"
+    seeds += [p.read_text(encoding="utf-8") for p in sorted(golden.glob("*.fz"))]
+    kinds = Counter()
+    slowest = 0.0
+    for _ in range(arguments.inputs):
+        make = rng.choice([soup, noise, mutated, mutated, spliced])
+        try:
+            text = make(rng, seeds)
+        except DiagnosticError:
+            kinds["no text"] += 1
+            continue
+        start = time.perf_counter()
+        try:
+            kinds["system" if one(text) else "diagnostics"] += 1
+        except Exception:
+            Path("fuzz-failure.fz").write_text(text, encoding="utf-8")
+            print("the text is in fuzz-failure.fz", file=sys.stderr)
+            raise
+        slowest = max(slowest, time.perf_counter() - start)
+    print(f"{arguments.inputs} inputs: {dict(kinds)}; slowest {slowest:.2f} s; no uncaught exception")
+
+
+if __name__ == "__main__":
+    main()
