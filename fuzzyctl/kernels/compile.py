@@ -16,9 +16,10 @@ from fuzzyctl.errors import (
     UnknownNameError,
 )
 from fuzzyctl.kernels import inference, python_backend
-from fuzzyctl.kernels.plan import Plan, plan
+from fuzzyctl.kernels.plan import Plan, plan, planned_set
 from fuzzyctl.kernels.program import Program, Refuse
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import LinguisticVariable, Term
 
 if TYPE_CHECKING:
     import numpy as np
@@ -304,6 +305,27 @@ def _resolve(backend: str) -> str:
             raise BackendUnavailableError(backend, str(error)) from error
         return "numpy"
     return "numba"
+
+
+def degrees(system: FuzzySystem, variable: LinguisticVariable, term: Term, x: Any) -> FloatArray | None:
+    """Compute the degrees of one term, as plots draw them.
+
+    Args:
+        system: The system.
+        variable: One of its variables.
+        term: One of the variable's terms.
+        x: Values of the variable, one axis.
+
+    Returns:
+        A degree for each value; None for a consequent that is a function of the inputs.
+    """
+    from fuzzyctl.kernels import numpy_backend
+
+    found = planned_set(system, variable, term)
+    if found is None:
+        return None
+    batch = numpy_backend.compile_batch(inference.term_degree(found), [variable.name])
+    return batch(_float_array(x, variable.name).reshape(-1, 1), None)[:, 0]
 
 
 #: Kernels for calls by name, by the identity of their system: hashing a system costs more than evaluating it.

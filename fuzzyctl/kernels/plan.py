@@ -24,7 +24,7 @@ from fuzzyctl.formulas import (
 from fuzzyctl.model.method import AVERAGES, OVER_RULES
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, literals
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Input, Membership, Output, Term
+from fuzzyctl.model.variable import Input, LinguisticVariable, Membership, Output, Term
 
 #: What a planned output is where no rule fires: a number (NaN for `else nan`), an exception, or nothing, since it has
 #: been promised that some rule always fires.
@@ -399,6 +399,13 @@ def _input(system: FuzzySystem, variable: Input) -> InputPlan:
     return InputPlan(
         variable.name, _number(system, variable.lower), _number(system, variable.upper), variable.extrapolate
     )
+
+
+def planned_set(system: FuzzySystem, variable: LinguisticVariable, term: Term) -> SetPlan | None:
+    """Return a term as a fuzzy set with numbers, None for a consequent that is a function of the inputs."""
+    if isinstance(variable, Input):
+        return _term_of_input(system, variable.name, term)
+    return _set(system, term.membership) if term.membership.kind in MEMBERSHIP else None
 
 
 def _term_of_input(system: FuzzySystem, variable: str, term: Term) -> SetPlan:

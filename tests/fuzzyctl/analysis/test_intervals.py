@@ -1,12 +1,14 @@
 import math
 
 import hypothesis.strategies as st
+import numpy as np
 import pytest
 from hypothesis import given, settings
 
 from fuzzyctl.analysis.intervals import decide, enclose, hull
-from fuzzyctl.expr import Binary, Call, Compare, Logic, Name, Negate, Number, Where
-from fuzzyctl.formulas import MEMBERSHIP
+from fuzzyctl.expr import Binary, Call, Compare, Logic, Name, Negate, Number, Where, names_in
+from fuzzyctl.formulas import CONJUNCTIONS, DISJUNCTIONS, MEMBERSHIP
+from fuzzyctl.kernels.numpy_backend import array_function
 from fuzzyctl.kernels.python_backend import scalar_function
 
 X = Name("x")
@@ -68,19 +70,118 @@ def test_hull_holds_all():
     assert hull([(0.0, 1.0), (-2.0, 0.5)]) == (-2.0, 1.0)
 
 
+far = st.floats(-20, 20) | st.integers(-6, 6).map(float) | st.floats(-1e7, 1e7)
+NEAR, ROOT = {"x": (0.5, 2.0), "y": (-1.0, 1.0)}, Call("sqrt", (Name("y"),))
+
+
+@pytest.mark.parametrize(
+    ("expr", "expected"),
+    [
+        (Call("sqrt", (X,)), (math.sqrt(0.5), math.sqrt(2.0))),
+        (Call("log", (X,)), (math.log(0.5), math.log(2.0))),
+        (Call("sin", (X,)), (math.sin(0.5), 1.0)),
+        (Call("cos", (X,)), (math.cos(2.0), math.cos(0.5))),
+        (Call("cos", (Name("y"),)), (math.cos(1.0), 1.0)),
+        (Call("tan", (Name("y"),)), (math.tan(-1.0), math.tan(1.0))),
+        (Call("tan", (X,)), (-math.inf, math.inf)),
+        (Call("atan2", (Name("y"), X)), (math.atan2(-1.0, 0.5), math.atan2(1.0, 0.5))),
+        (Call("atan2", (X, Name("y"))), (math.atan2(0.5, 1.0), math.atan2(0.5, -1.0))),
+        (Call("sign", (Name("y"),)), (-1.0, 1.0)),
+        (Call("divide", (Name("y"), X)), (-2.0, 2.0)),
+        (Call("smaller", (Name("y"), X)), (-1.0, 1.0)),
+        (Call("held", (Name("y"),)), (0.0, 1.0)),
+        (Binary("^", X, Number(3.0)), (0.125, 8.0)),
+        (Binary("^", Name("y"), Number(2.0)), (0.0, 1.0)),
+        (Binary("^", Name("y"), Number(3.0)), (-1.0, 1.0)),
+        (Binary("^", X, Name("y")), (0.5, 2.0)),
+        (Binary("^", Name("y"), X), (-math.inf, math.inf)),
+    ],
+)
+def test_encloses_functions(expr, expected):
+    found = enclose(expr, NEAR)
+    assert found == pytest.approx(expected, rel=1e-13)
+    assert found[0] <= expected[0]
+    assert expected[1] <= found[1]
+
+
+@pytest.mark.parametrize("function", ["abs", "exp", "sin", "cos", "sign", "sqrt", "log", "tan"])
+def test_what_may_have_no_value_may_be_anything(function):
+    """A root of a negative number is NaN, and so is what is computed from it."""
+    assert enclose(Binary("+", Number(1.0), Call(function, (ROOT,))), NEAR) == (-math.inf, math.inf)
+    assert enclose(Call("held", (ROOT,)), NEAR) == (0.0, 1.0)
+
+
+@settings(max_examples=200, deadline=None, derandomize=True)
+@given(st.data())
+def test_every_value_of_a_function_lies_in_its_interval(data):
+    function = data.draw(st.sampled_from(["sin", "cos", "tan", "exp", "log", "sqrt", "abs", "atan2", "^"]))
+    arguments = (X, Name("y")) if function in ("atan2", "^") else (X,)
+    expr = Binary("^", X, Name("y")) if function == "^" else Call(function, arguments)
+    box = {n.name: tuple(sorted((data.draw(far), data.draw(far)))) for n in arguments}
+    enclosed = enclose(expr, box)
+    compute = array_function(expr)
+    for t in (0.0, 0.3, 0.5, 0.9, 1.0):
+        point = [np.array([min(max(a + t * (b - a), a), b)]) for a, b in box.values()]
+        (value,) = compute(*point)
+        assert enclosed == (-math.inf, math.inf) or enclosed[0] <= value <= enclosed[1]
+
+
 spot = st.floats(-2, 2) | st.integers(-4, 4).map(lambda i: i / 2)
 
 
-@settings(max_examples=300, deadline=None, derandomize=True)
-@given(st.sampled_from(["triangle", "trapezoid", "gaussian", "singleton"]), st.data())
-def test_every_degree_lies_in_the_interval_of_its_box(kind, data):
-    formula = MEMBERSHIP[kind]
-    values = [data.draw(spot) for _ in formula.parameters]
-    parameters = (values[0], abs(values[1]) + 0.01) if kind == "gaussian" else tuple(sorted(values))
-    degree = formula.degree(X, parameters)
+EXAMPLES = [
+    ("triangle", (-1.0, 0.0, 1.5)),
+    ("trapezoid", (-1.0, -0.5, 1.0, 1.5)),
+    ("rectangle", (-1.0, 0.5)),
+    ("ramp", (1.0, -0.5)),
+    ("piecewise", (-1.0, 0.2, 0.0, 1.0, 0.0, 0.4, 1.5, 0.0)),
+    ("gaussian", (0.5, 0.3)),
+    ("gaussian2", (-0.5, 0.3, 0.5, 1.0)),
+    ("bell", (0.5, 0.3, 2.5)),
+    ("sigmoid", (0.5, -8.0)),
+    ("sigmoid_difference", (-0.5, 8.0, 7.0, 0.5)),
+    ("sigmoid_product", (-0.5, 8.0, -7.0, 0.5)),
+    ("s_shape", (-0.5, 1.0)),
+    ("z_shape", (-0.5, 1.0)),
+    ("pi_shape", (-1.0, -0.5, 0.5, 1.5)),
+    ("cosine", (0.5, 1.5)),
+    ("spike", (0.5, 1.5)),
+    ("concave", (-0.5, 1.0)),
+    ("arc", (-0.5, 1.0)),
+    ("semi_ellipse", (-0.5, 1.0)),
+    ("singleton", (0.5,)),
+    ("constant", (0.5,)),
+]
+
+
+def test_every_kind_has_an_example():
+    assert [kind for kind, _ in EXAMPLES] == list(MEMBERSHIP)
+
+
+@pytest.mark.parametrize(("kind", "parameters"), EXAMPLES)
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(st.data())
+def test_every_degree_lies_in_the_interval_of_its_box(kind, parameters, data):
+    degree = MEMBERSHIP[kind].degree(X, parameters)
     low, high = sorted((data.draw(spot), data.draw(spot)))
-    function = scalar_function(degree)
     enclosed = enclose(degree, {"x": (low, high)})
-    for t in (0.0, 0.25, 0.5, 1.0):
-        x = min(max(low + t * (high - low), low), high)
-        assert enclosed[0] <= function(x) <= enclosed[1]
+    for function in (scalar_function(degree), lambda x: float(array_function(degree)(np.array([x]))[0])):
+        for t in (0.0, 0.25, 0.5, 1.0):
+            x = min(max(low + t * (high - low), low), high)
+            assert enclosed[0] <= function(x) <= enclosed[1]
+
+
+@pytest.mark.parametrize("among", [CONJUNCTIONS, DISJUNCTIONS])
+@settings(max_examples=150, deadline=None, derandomize=True)
+@given(st.data())
+def test_every_truth_lies_in_the_interval_of_its_box(among, data):
+    name = data.draw(st.sampled_from(list(among)))
+    expr = among[name](Name("a"), Name("b"))
+    box = {n: tuple(sorted((data.draw(st.floats(0, 1)), data.draw(st.floats(0, 1))))) for n in "ab"}
+    function, enclosed = scalar_function(expr), enclose(expr, box)
+    for s in (0.0, 0.5, 1.0):
+        for t in (0.0, 0.5, 1.0):
+            point = {n: min(max(a + u * (b - a), a), b) for u, (n, (a, b)) in zip((s, t), box.items(), strict=True)}
+            # A formula may name its operands in another order.
+            value = function(*(point[n] for n in dict.fromkeys(m.name for m in names_in(expr))))
+            assert enclosed[0] <= value <= enclosed[1]
