@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import unicodedata
 from collections.abc import Iterator
 
 from fuzzyctl.errors import ValueOutOfBoundsError
@@ -82,8 +83,8 @@ def _section(lines: list[str]) -> list[str]:
 
 def _string(before: str, text: str, what: str) -> str:
     """Return a quoted string after what introduces it; nothing for an empty one."""
-    if any(c in text for c in '"\n\r'):
-        raise ValueOutOfBoundsError(what, text, "a text without double quotes and line ends")
+    if any(c in text for c in '"\n\r') or not unicodedata.is_normalized("NFC", text):
+        raise ValueOutOfBoundsError(what, text, "a text in Unicode NFC without double quotes and line ends")
     return f'{before}"{text}"' if text else ""
 
 

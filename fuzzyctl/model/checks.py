@@ -47,7 +47,14 @@ def uncomputable_numbers(system: FuzzySystem) -> Iterator[Diagnostic]:
     except ExprError as error:
         yield Diagnostic("FZ307", error.message, error.span)
         return
+    seen: set[Span] = set()
     for expr, may_be_infinite, what in _numbers(system):
+        # The ends of a range are also peaks of an even partition; one place gives one diagnostic.
+        place = span_of(expr)
+        if place is not None and place in seen:
+            continue
+        if place is not None:
+            seen.add(place)
         try:
             value = evaluate(expr, values)
         except ExprError as error:
@@ -401,6 +408,8 @@ def peaks_outside_range(system: FuzzySystem) -> Iterator[Diagnostic]:
         if output.adaptive is not None:
             continue
         low, high = system.number(output.lower), system.number(output.upper)
+        if low >= high:
+            continue  # an empty range has a diagnostic of its own
         # A peak computed like the end of the range may differ from it by rounding.
         slack = 1e-9 * (high - low)
         for term in output.terms:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import unicodedata
 from collections.abc import Mapping
 from functools import cached_property
 from numbers import Real
@@ -129,7 +130,13 @@ class FuzzySystem(Node):
         # The model stands below the kernels; calling a system is the one place that looks up to them.
         from fuzzyctl.kernels.compile import call_by_name
 
-        return call_by_name(self, inputs)
+        return call_by_name(self, {self._as_declared(name): value for name, value in inputs.items()})
+
+    def _as_declared(self, name: str) -> str:
+        """Return the name of an input as the file spells it: Python writes µ and some others in another form (NFKC)."""
+        if name.isascii():
+            return name
+        return next((v.name for v in self.inputs if unicodedata.normalize("NFKC", v.name) == name), name)
 
 
 _Variable = TypeVar("_Variable", Input, Output)

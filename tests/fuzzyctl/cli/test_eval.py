@@ -141,9 +141,7 @@ class TestPoints:
         assert part in result.output
         assert "Traceback" not in result.output
 
-    @pytest.mark.parametrize(
-        ("text", "line"), [("1,x\n\n\n1,2\n", 2), ('1,2\n"a\nb",2\n', 4), ("\n\n1,2\n\n,2\n", 6)]
-    )
+    @pytest.mark.parametrize(("text", "line"), [("1,x\n\n\n1,2\n", 2), ('1,2\n"a\nb",2\n', 4), ("\n\n1,2\n\n,2\n", 6)])
     def test_the_line_of_a_bad_row_is_that_of_the_file(self, text, line):
         result = run(TIPPER, "--points", "-", stdin="food,service\n" + text)
         assert f"<stdin>:{line}: error[FZ505]" in result.output

@@ -51,7 +51,6 @@ class TestPlotSurface:
         assert part in result.output
         assert "Traceback" not in result.output
 
-
     def test_a_value_outside_its_range_is_clamped_with_a_warning(self, tmp_path):
         result = run("plot-surface", TIPPER, "-x", "food", "--at", "service=99", "-o", tmp_path / "a.png")
         assert "service = 99 lies outside [0, 10]; taken as 10" in result.output

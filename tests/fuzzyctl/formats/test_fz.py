@@ -58,5 +58,6 @@ class TestDumps:
 
     def test_a_title_that_no_string_can_hold_is_refused(self, base):
         system = loads(base)
-        with pytest.raises(ValueOutOfBoundsError, match="title"):
-            dumps(system.model_copy(update={"title": 'a "quoted" title'}))
+        for title in ('a "quoted" title', "two\nlines", "e\u0301"):
+            with pytest.raises(ValueOutOfBoundsError, match="title"):
+                dumps(system.model_copy(update={"title": title}))

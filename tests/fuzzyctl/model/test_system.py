@@ -59,6 +59,10 @@ class TestCall:
         assert values.shape == (5, 3)
         assert values[3, 1] == pytest.approx(ais(sigma=sigma[3, 0], dsigma=dsigma[1]), rel=1e-12)
 
+    def test_names_that_python_spells_in_another_form_are_found(self, changed):
+        system = loads(changed(("input x", "input \u00b5"), ("table u = x x y", "table u = \u00b5 x y")))
+        assert system(**{"\u03bc": 1.0}, y=10.0) == system(**{"\u00b5": 1.0}, y=10.0)
+
     def test_names_are_checked(self, ais):
         with pytest.raises(UnknownNameError, match="sigma"):
             ais(sgma=0.0, dsigma=0.0)
