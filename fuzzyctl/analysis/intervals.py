@@ -171,12 +171,16 @@ def _log(x: float) -> float:
 def _widened(values: list[float]) -> Interval:
     """Return the hull of values that libraries compute with a relative error."""
     low, high = _checked(values)
-    below = 0.0 if 0.0 <= low < _TINY else low - abs(low) * _ERROR
-    return below, (_TINY if 0.0 < high < _TINY else high + abs(high) * _ERROR)
+    below = 0.0 if 0.0 <= low < _TINY else low - _margin(low)
+    return below, (_TINY if 0.0 < high < _TINY else high + _margin(high))
+
+
+def _margin(value: float) -> float:
+    return 0.0 if math.isinf(value) else abs(value) * _ERROR
 
 
 def _cosine(a: Interval) -> Interval:
-    """Enclose cosines; a little slack covers the rounding of the angle and of the libraries."""
+    """Enclose cosines; a little slack covers the rounding of the angle, which `sin` shifts, and of the libraries."""
     low, high = a
     if math.isinf(low) or math.isinf(high):
         return ANYTHING
@@ -185,10 +189,10 @@ def _cosine(a: Interval) -> Interval:
     slack = 1e-9
     turns = range(math.floor((low - slack) / math.pi), math.ceil((high + slack) / math.pi) + 1)
     tops = {n % 2 for n in turns if low - slack <= n * math.pi <= high + slack}
-    ends = [math.cos(low), math.cos(high)]
+    ends, error = [math.cos(low), math.cos(high)], _ERROR * (1.0 + max(abs(low), abs(high)))
     return (
-        -1.0 if 1 in tops else max(-1.0, min(ends) - 1e-15),
-        1.0 if 0 in tops else min(1.0, max(ends) + 1e-15),
+        -1.0 if 1 in tops else max(-1.0, min(ends) - error),
+        1.0 if 0 in tops else min(1.0, max(ends) + error),
     )
 
 
