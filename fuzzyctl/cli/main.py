@@ -11,6 +11,7 @@ from fuzzyctl.cli.explain import explain
 from fuzzyctl.cli.fmt import fmt
 from fuzzyctl.cli.new import new
 from fuzzyctl.cli.plot import plot_surface, plot_terms
+from fuzzyctl.cli.show import show_system
 
 
 @click.group(
@@ -46,5 +47,5 @@ def main() -> None:
     """Check, evaluate and draw fuzzy systems written in .fz rule files."""
 
 
-for command in (new, check, explain, evaluate, plot_surface, plot_terms, fmt):
+for command in (new, check, explain, show_system, evaluate, plot_surface, plot_terms, fmt):
     main.add_command(command)

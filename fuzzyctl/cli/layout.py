@@ -1,0 +1,195 @@
+"""Lays the summary of a system out as text that fits a terminal."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, Final
+
+#: Marks a line as a heading, a plain line or a line of a table, which must not be broken.
+Line = tuple[str, str]
+
+NO_EFFECT: Final = "no effect: the defuzzifier sums over rules"
+
+
+def laid_out(data: dict[str, Any], width: int, bold: Callable[[str], str] = str) -> str:
+    """Return the summary of a system as text.
+
+    Args:
+        data: What `summary.summary` returns.
+        width: Columns of the terminal; lines are broken there, and tables are cut into groups of columns.
+        bold: What to do with headings.
+    """
+    out: list[str] = []
+    for kind, text in _lines(data, width):
+        if kind == "heading":
+            out.extend(bold(line) for line in _broken(text, width))
+        else:
+            out.extend(_broken(text, width) if kind == "text" else [text])
+    return "\n".join(out) + "\n"
+
+
+def _broken(text: str, width: int) -> list[str]:
+    if len(text) <= width:
+        return [text]
+    indent = " " * (len(text) - len(text.lstrip()))
+    return textwrap.wrap(text, max(width, 20), subsequent_indent=f"{indent}    ", break_long_words=False) or [text]
+
+
+def _lines(data: dict[str, Any], width: int) -> Iterator[Line]:
+    yield "heading", f"{data['system']}: {data['title']}" if data["title"] else data["system"]
+    for word in ("source", "file"):
+        if data[word]:
+            yield "text", f"{word}: {data[word]}"
+    yield from _section("Method", _pairs(data["method"].items()))
+    yield from _section("Params", _params(data["params"]))
+    yield from _section("Hedges", [("text", f"  {h['meaning']}") for h in data["hedges"]])
+    yield from _section("Inputs", [line for v in data["inputs"] for line in _input(v)])
+    yield from _section("Outputs", [line for v in data["outputs"] for line in _output(v)])
+    yield from _section(f"Rules: {data['rule_count']}", list(_rules(data["rules"], width)))
+    yield from _section("Guarantees, not proved here", [("text", f"  {g}") for g in data["guarantees"]])
+
+
+def _section(title: str, lines: Sequence[Line]) -> Iterator[Line]:
+    if lines:
+        yield "table", ""
+        yield "heading", title
+        yield from lines
+
+
+def _pairs(pairs: Any, indent: str = "  ") -> list[Line]:
+    pairs = list(pairs)
+    width = max((len(name) for name, _ in pairs), default=0)
+    return [("text", f"{indent}{name:<{width}}  {value}") for name, value in pairs]
+
+
+def _params(params: Sequence[dict[str, Any]]) -> list[Line]:
+    width = max((len(p["name"]) for p in params), default=0)
+    lines: list[Line] = []
+    for p in params:
+        value = _number(p["value"])
+        unit = f" {p['unit']}" if p["unit"] else ""
+        how = (
+            ""
+            if p["expression"] in (value, repr(p["value"])) or _is_number(p["expression"])
+            else f" = {p['expression']}"
+        )
+        lines.append(("text", f"  {p['name']:<{width}} = {value}{unit}{how and '   ' + how.strip()}"))
+    return lines
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _input(v: dict[str, Any]) -> Iterator[Line]:
+    yield "text", f"{_head(v)}; values outside are {v['outside']}"
+    yield from _terms(v["terms"])
+
+
+def _output(v: dict[str, Any]) -> Iterator[Line]:
+    yield "text", _head(v)
+    yield from _terms(v["terms"])
+    facts = {name: value or NO_EFFECT for name, value in v["method"].items()}
+    if v["adaptive"] is not None:
+        facts["adaptive"] = f"rate {v['adaptive']}"
+    facts["else"] = _otherwise(v["else"])
+    facts["values"] = _values(v["bounds"])
+    facts["coverage"] = _coverage(v["coverage"], v["else"] is not None)
+    yield from _pairs(facts.items(), "    ")
+
+
+def _head(v: dict[str, Any]) -> str:
+    label = f' "{v["label"]}"' if v["label"] else ""
+    unit = f" {v['unit']}" if v["unit"] else ""
+    return f"  {v['name']}{label} in [{_number(v['low'])}, {_number(v['high'])}]{unit}"
+
+
+def _terms(terms: Sequence[dict[str, Any]]) -> list[Line]:
+    return _pairs([(t["name"], _membership(t)) for t in terms], "    ")
+
+
+def _membership(t: dict[str, Any]) -> str:
+    parameters = [_number(p) for p in t["parameters"]]
+    if t["height"] != 1.0:
+        parameters.append(f"height={_number(t['height'])}")
+    return f"{t['kind']}({', '.join(parameters)})"
+
+
+def _number(value: float | str) -> str:
+    """Return a number with the digits that people read; `--format json` has all of them."""
+    return value if isinstance(value, str) else f"{value:.12g}"
+
+
+def _otherwise(value: float | str | None) -> str:
+    return "nothing: some rule must fire everywhere" if value is None else _number(value)
+
+
+def _values(bounds: dict[str, Any] | None) -> str:
+    if bounds is None:
+        return "not known"
+    how = "both are attained" if bounds["attained"] else "proved, perhaps wider than need be"
+    return f"from {_number(bounds['low'])} to {_number(bounds['high'])}; {how}"
+
+
+def _coverage(coverage: dict[str, Any], has_else: bool) -> str:
+    if coverage["verdict"] == "proved":
+        return "some rule fires everywhere; proved"
+    then = "; 'else' counts there" if has_else else ""
+    if coverage["verdict"] == "hole":
+        return f"no rule fires where {coverage['region']}{then}"
+    return f"undecided: {coverage['reason']}"
+
+
+def _rules(blocks: Sequence[dict[str, Any]], width: int) -> Iterator[Line]:
+    for i, block in enumerate(blocks):
+        if "rule" in block:
+            yield "text", f"  {block['rule']}"
+            continue
+        if i:
+            yield "table", ""
+        yield from _table(block, width)
+        if i + 1 < len(blocks) and "rule" in blocks[i + 1]:
+            yield "table", ""
+
+
+def _table(block: dict[str, Any], width: int) -> Iterator[Line]:
+    """Draw a rule table; one that is too wide is cut into groups of columns."""
+    outputs = ", ".join(block["table"])
+    across = f"{block['rows']} x {block['columns']}" if block["rows"] else block["columns"]
+    condition = f" with {block['with']}" if block["with"] else ""
+    yield "text", f"  {outputs} = {across}{condition}"
+    corner = f"{block['rows']} \\ {block['columns']}" if block["rows"] else block["columns"]
+    labels = block["row_terms"] or [outputs]
+    first = max(len(corner), *map(len, labels))
+    for group in _groups(block, width - first - 7):
+        header = [block["column_terms"][k] for k in group]
+        rows = [[row[k] for k in group] for row in block["cells"]]
+        widths = [max(len(row[k]) for row in [header, *rows]) for k in range(len(group))]
+        yield "table", _row(corner, header, first, widths)
+        yield "table", f"    {'─' * first}─┼─{'─' * (sum(widths) + 2 * len(widths) - 2)}"
+        for label, row in zip(labels, rows, strict=True):
+            yield "table", _row(label, row, first, widths)
+
+
+def _groups(block: dict[str, Any], room: int) -> Iterator[list[int]]:
+    """Yield the columns that fit beside each other, at least one at a time."""
+    group: list[int] = []
+    used = 0
+    for k, term in enumerate(block["column_terms"]):
+        size = max(len(term), *(len(row[k]) for row in block["cells"])) + 2
+        if group and used + size > room + 2:
+            yield group
+            group, used = [], 0
+        group.append(k)
+        used += size
+    yield group
+
+
+def _row(label: str, cells: Sequence[str], first: int, widths: Sequence[int]) -> str:
+    body = "  ".join(f"{cell:<{width}}" for cell, width in zip(cells, widths, strict=True))
+    return f"    {label:<{first}} │ {body}".rstrip()

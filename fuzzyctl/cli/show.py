@@ -1,0 +1,68 @@
+"""`fuzzyctl show`: what a rule file says, on one page."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import sys
+from pathlib import Path
+
+import click
+
+from fuzzyctl.cli.common import DONE, FORMAT, SET, SYSTEM, answers_with_diagnostics, assignments, use_color
+from fuzzyctl.errors import DiagnosticError
+from fuzzyctl.model.system import FuzzySystem
+
+#: Width of the text where it does not go to a terminal.
+WIDTH = 120
+
+
+@click.command("show")
+@click.argument("file")
+@FORMAT
+@SET
+@SYSTEM
+@answers_with_diagnostics
+def show_system(file: str, form: str, settings: tuple[str, ...], name: str | None) -> int:
+    """Print a summary of a rule file.
+
+    Ranges and terms with their numbers computed, the method in effect with its defaults, rules, and what is proved:
+    the values that each output can have, and whether some rule fires everywhere. A file of several systems is printed
+    whole unless --system names one.
+    """
+    from fuzzyctl.cli.layout import laid_out
+    from fuzzyctl.cli.summary import summary
+
+    pages = [summary(system) for system in _systems(file, settings, name)]
+    if form == "json":
+        click.echo(json.dumps(pages[0] if len(pages) == 1 else {"systems": pages}, ensure_ascii=False, indent=2))
+        return DONE
+    width = shutil.get_terminal_size((WIDTH, 24)).columns
+    bold = (lambda text: f"\x1b[1m{text}\x1b[0m") if use_color(sys.stdout) else str
+    click.echo("\n".join(laid_out(page, width, bold) for page in pages), nl=False)
+    return DONE
+
+
+def _systems(file: str, settings: tuple[str, ...], name: str | None) -> list[FuzzySystem]:
+    """Load the systems to show; their warnings are for `fuzzyctl check`.
+
+    Raises:
+        DiagnosticError: With all errors of the file, or of the settings.
+    """
+    from fuzzyctl.loading import choose, examine_all
+    from fuzzyctl.reading import read_source
+
+    source = read_source(file)
+    systems, diagnostics = examine_all(source, folder=Path(file).parent)
+    if name is not None or not systems:
+        chosen, diagnostics = choose(source, systems, diagnostics, name)
+        systems = (chosen,) if chosen is not None else ()
+    errors = [d for d in diagnostics if d.severity == "error"]
+    if errors:
+        raise DiagnosticError(errors)
+    return [_with(system, settings) for system in systems]
+
+
+def _with(system: FuzzySystem, settings: tuple[str, ...]) -> FuzzySystem:
+    values = assignments(settings, [p.name for p in system.params], "param")
+    return system.with_params(**values) if values else system

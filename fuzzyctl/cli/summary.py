@@ -1,0 +1,164 @@
+"""A system as plain data for `fuzzyctl show`: every number computed, every setting in effect, what is proved of it."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Final
+
+from fuzzyctl.errors import DiagnosticError
+from fuzzyctl.expr import ExprError, to_text
+from fuzzyctl.formats.fz import activation_text, antecedent_text, cell_text, defuzzifier_text, guarantee_text, rule_text
+from fuzzyctl.model.method import Activation, Defuzzifier, Method
+from fuzzyctl.model.rule import Rule, RuleTable
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import Input, LinguisticVariable, Output, Term
+
+#: How rule files call the settings whose fields are called otherwise.
+KEYWORDS: Final = {"conjunction": "and", "disjunction": "or"}
+
+#: Settings that have no effect where a defuzzifier sums over rules.
+OVER_SETS: Final = ("implication", "aggregation")
+
+
+def summary(system: FuzzySystem) -> dict[str, Any]:
+    """Return what `fuzzyctl show --format json` prints of a system; infinities are the texts `inf` and `-inf`.
+
+    A setting of an output is None where it has no effect, as implication has none on an average over rules.
+    """
+    return {
+        "system": system.name,
+        "title": system.title,
+        "source": system.citation,
+        "file": system.path,
+        "method": _method(system.method),
+        "params": [
+            {"name": p.name, "value": system.values[p.name], "expression": to_text(p.expression), "unit": p.unit}
+            for p in system.params
+        ],
+        "hedges": [
+            {"name": h.name, "meaning": f"{h.name}({h.parameter}) = {to_text(h.expression)}"} for h in system.hedges
+        ],
+        "inputs": [_input(system, v) for v in system.inputs],
+        "outputs": _outputs(system),
+        "rule_count": len(system.rules),
+        "rules": [_block(block) for block in system.blocks],
+        "guarantees": [guarantee_text(g) for g in system.guarantees],
+    }
+
+
+def _method(method: Method) -> dict[str, str]:
+    fields = [name for name in Method.model_fields if name != "span"]
+    return {KEYWORDS.get(name, name): _setting(getattr(method, name)) for name in fields}
+
+
+def _setting(value: object) -> str:
+    match value:
+        case Defuzzifier(kind="centroid", resolution=None):
+            return "centroid, exact"
+        case Defuzzifier():
+            return defuzzifier_text(value)
+        case Activation():
+            return activation_text(value)
+    return str(value)
+
+
+def _variable(system: FuzzySystem, v: LinguisticVariable) -> dict[str, Any]:
+    return {
+        "name": v.name,
+        "label": v.label,
+        "unit": v.unit,
+        "low": system.number(v.lower),
+        "high": system.number(v.upper),
+        "terms": [_term(system, t) for t in v.terms],
+    }
+
+
+def _term(system: FuzzySystem, term: Term) -> dict[str, Any]:
+    membership = term.membership
+    parameters: list[float | str] = []
+    for argument in membership.arguments:
+        try:
+            parameters.append(_plain(system.number(argument)))
+        except ExprError:
+            # An expression over the inputs stays one.
+            parameters.append(to_text(argument))
+    return {
+        "name": term.name,
+        "kind": membership.kind,
+        "parameters": parameters,
+        "height": system.number(membership.height),
+    }
+
+
+def _plain(value: float) -> float | str:
+    return value if math.isfinite(value) else str(value)
+
+
+def _input(system: FuzzySystem, v: Input) -> dict[str, Any]:
+    return _variable(system, v) | {"outside": "extrapolated" if v.extrapolate else "clamped"}
+
+
+def _outputs(system: FuzzySystem) -> list[dict[str, Any]]:
+    found = []
+    proved = _proved(system)
+    for v in system.outputs:
+        method: dict[str, str | None] = {
+            name: _setting(getattr(v, name) if getattr(v, name) is not None else getattr(system.method, name))
+            for name in Method.model_fields
+            if name in Output.model_fields and name != "span"
+        }
+        defuzzifier = v.defuzzifier or system.method.defuzzifier
+        if defuzzifier.over_rules:
+            method |= {name: None for name in OVER_SETS if name in method}
+        rest = {
+            "method": method,
+            "else": _otherwise(system, v),
+            "adaptive": to_text(v.adaptive) if v.adaptive else None,
+        }
+        found.append(_variable(system, v) | rest | proved[v.name])
+    return found
+
+
+def _otherwise(system: FuzzySystem, v: Output) -> float | str | None:
+    if v.otherwise is None or isinstance(v.otherwise, str):
+        return v.otherwise
+    return _plain(system.number(v.otherwise))
+
+
+def _proved(system: FuzzySystem) -> dict[str, dict[str, Any]]:
+    """Return bounds and coverage of each output, as far as this version can prove them."""
+    from fuzzyctl.analysis.bounds import output_bounds
+    from fuzzyctl.analysis.coverage import Hole, uncovered
+
+    try:
+        bounds, verdicts = output_bounds(system), uncovered(system)
+    except DiagnosticError as error:
+        unknown = {"verdict": "undecided", "reason": error.diagnostics[0].message}
+        return {o.name: {"bounds": None, "coverage": unknown} for o in system.outputs}
+    found: dict[str, dict[str, Any]] = {}
+    for o in system.outputs:
+        bound, verdict = bounds[o.name], verdicts[o.name]
+        coverage: dict[str, Any]
+        if verdict is None:
+            coverage = {"verdict": "proved"}
+        elif isinstance(verdict, Hole):
+            coverage = {"verdict": "hole", "region": str(verdict), "witness": verdict.witness}
+        else:
+            coverage = {"verdict": "undecided", "reason": verdict.reason}
+        values = {"low": _plain(bound.lo), "high": _plain(bound.hi), "attained": bound.exact}
+        found[o.name] = {"bounds": values, "coverage": coverage}
+    return found
+
+
+def _block(block: RuleTable | Rule) -> dict[str, Any]:
+    if isinstance(block, Rule):
+        return {"rule": rule_text(block)}
+    return {
+        "table": list(block.outputs),
+        "rows": block.rows,
+        "columns": block.columns,
+        "row_terms": list(block.row_terms),
+        "column_terms": list(block.column_terms),
+        "cells": [[cell_text(cell) for cell in row] for row in block.cells],
+        "with": antecedent_text(block.condition, top=True) if block.condition is not None else None,
+    }
