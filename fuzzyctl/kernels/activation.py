@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from itertools import combinations
+from typing import Final
 
 from fuzzyctl.expr import ONE, ZERO, Binary, Compare, Expr, Logic, Number, Where
 from fuzzyctl.kernels.plan import ActivationPlan
@@ -44,7 +45,7 @@ def _acting(builder: Builder, method: ActivationPlan, activations: list[Expr]) -
         case "highest":
             return _best(builder, method.count, activations, activations)
         case "lowest":
-            keys = [builder.let(Where(Compare(">", a, ZERO), a, Number(float("inf")))) for a in activations]
+            keys = [builder.let(Where(Compare(">", a, ZERO), a, Number(math.inf))) for a in activations]
             negated = [builder.let(minus(ZERO, key)) for key in keys]
             return _best(builder, method.count, activations, negated)
     return activations
@@ -68,14 +69,20 @@ def _first(builder: Builder, method: ActivationPlan, activations: list[Expr]) ->
 
 
 def _best(builder: Builder, count: int, activations: list[Expr], keys: list[Expr]) -> list[Expr]:
-    """Count for each rule those ahead of it: of larger key, or of equal key and written earlier."""
+    """Choose `count` times the rule of the largest key among those left, of equal ones the earliest."""
     if count >= len(activations):
         return activations
-    ahead: list[list[Expr]] = [[] for _ in activations]
-    for earlier, later in combinations(range(len(activations)), 2):
-        wins = builder.let(Where(Compare(">=", keys[earlier], keys[later]), ONE, ZERO))
-        ahead[later].append(wins)
-        ahead[earlier].append(builder.let(minus(ONE, wins)))
-    ranks = [builder.total(others) for others in ahead]
-    room = Number(float(count))
-    return [builder.let(Where(Compare("<", rank, room), a, ZERO)) for rank, a in zip(ranks, activations, strict=True)]
+    left = list(keys)
+    for _ in range(count):
+        best = builder.largest(left)
+        found: Expr = ZERO
+        for k, key in enumerate(left):
+            chosen = Logic("and", (Compare("==", key, best), Compare("==", found, ZERO)))
+            left[k] = builder.let(Where(chosen, _TAKEN, key))
+            if k + 1 < len(left):
+                found = builder.let(Where(chosen, ONE, found))
+    return [builder.let(Where(Compare("==", key, _TAKEN), a, ZERO)) for key, a in zip(left, activations, strict=True)]
+
+
+#: The key of a rule that has been chosen.
+_TAKEN: Final = Number(-math.inf)

@@ -308,6 +308,14 @@ class TestChains:
         assert np.isnan(value(self.chain(last="error"), 0.0, 0.0)).all()
         assert np.isnan(value(self.chain(last=Number(2.0)), 0.0, 0.0)).all()
 
+    def test_compiled_code_chains_as_well(self):
+        python, compiled = (compile_system(self.chain(last=Number(2.0)), b) for b in ("python", "numba"))
+        for x in (0.0, 0.25, 0.5, math.nan):
+            np.testing.assert_array_equal(python(x, 0.0), compiled(x, 0.0))
+            np.testing.assert_array_equal(python(x, 0.0), compiled.batch([[x, 0.0]])[0])
+        with pytest.raises(NoRuleFiresError, match="'u'"):
+            compile_system(self.chain(otherwise="error"), "numba").batch([[0.5, 0.0], [0.0, 0.0]])
+
     def test_a_broken_promise_is_told_of_the_one_who_broke_it(self, value):
         with pytest.raises(NoRuleFiresError, match="'u'"):
             value(self.chain(otherwise=None), 0.0, 0.0)
