@@ -21,7 +21,7 @@ ORDER = [
     ["loading", "build"],
     ["kernels"],
     ["analysis", "plot"],
-    ["checking"],
+    ["checking", "highlight"],
     ["cli"],
 ]
 RANK = {part: i for i, parts in enumerate(ORDER) for part in parts}
@@ -40,6 +40,7 @@ HOMES = {
     "matplotlib": {"fuzzyctl/plot", "apps/dwmr/figures.py"},
     "mpl_toolkits": {"fuzzyctl/plot", "apps/dwmr/figures.py"},
     "click": {"fuzzyctl/cli", "apps/dwmr/cli.py"},
+    "pygments": {"fuzzyctl/highlight.py"},
     "scipy": set(),
 }
 
