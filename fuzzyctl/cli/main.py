@@ -32,11 +32,14 @@ A rule file, tip.fz:
 \b
 What to do with it:
     fuzzyctl check tip.fz                   find mistakes, each with its place and repair
+    fuzzyctl explain FZ203                  what a mistake means, with an example
+    fuzzyctl show tip.fz                    print it on one page, with what is proved
     fuzzyctl eval tip.fz service=7          evaluate one point
     fuzzyctl eval tip.fz --points in.csv    evaluate many: a CSV in, the same CSV with outputs out
     fuzzyctl plot-terms tip.fz              draw the terms
     fuzzyctl plot-surface tip.fz -o tip.png draw what it computes
     fuzzyctl fmt tip.fz                     lay it out
+    fuzzyctl new heater                     write another file to begin with
 
 \b
 Exit codes: 0 done, 1 mistakes found, 2 wrong usage.
