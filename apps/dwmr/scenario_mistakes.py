@@ -69,6 +69,8 @@ def _diagnose(error: Any, places: Places, prefix: tuple[str, ...]) -> Diagnostic
             facts = (f"{parent} has the keys {', '.join(known)}",)
             hint = did_you_mean(path[-1], known)
             return Diagnostic("FZ902", f"unknown key {key}", span, facts=facts, help=hint, file=file)
+        case "missing" if len(path) > 1 and path[0] == "rules" and path[1] not in ROLES:
+            return _unknown_role(places, path[1])
         case "missing":
             return Diagnostic("FZ903", f"{key} is missing", span, facts=meaning, file=file)
         case "value_error":
@@ -164,9 +166,7 @@ def cross_checks(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
         yield _unknown(places, "run.controller", scenario.run.controller, "controller", laws)
     for role in scenario.rules:
         if role not in ROLES:
-            key = f"rules.{role}"
-            facts = (f"the roles are {', '.join(ROLES)}",)
-            yield places.diagnostic("FZ902", key, f"unknown key {key}", facts=facts, help=did_you_mean(role, ROLES))
+            yield _unknown_role(places, role)
     for a, obstacle in enumerate(scenario.obstacles):
         reach = scenario.avoidance.largest_radius
         if reach <= obstacle.radius:
@@ -220,6 +220,11 @@ def _follows_itself(scenario: Scenario, name: str) -> bool:
         seen.add(formation.leader)
         formation = scenario.robots[formation.leader].formation
     return False
+
+
+def _unknown_role(places: Places, role: str) -> Diagnostic:
+    key, facts = f"rules.{role}", (f"the roles are {', '.join(ROLES)}",)
+    return places.diagnostic("FZ902", key, f"unknown key {key}", facts=facts, help=did_you_mean(role, ROLES))
 
 
 def _unknown(places: Places, key: str, name: str, kind: str, known: tuple[str, ...]) -> Diagnostic:

@@ -1,3 +1,4 @@
+import io
 import json
 import subprocess
 import sys
@@ -50,6 +51,24 @@ class TestRun:
         done = dwmr("run", "paper", "-o", str(tmp_path))
         for word in ("Table 12", "0.5399", "ratio"):
             assert word in done.stdout
+
+    def test_only_laws_that_reached_the_end_are_compared_with_the_paper(self):
+        from rich.console import Console
+
+        from dwmr.report import print_report
+
+        values = dict.fromkeys(("x_e", "y_e", "theta_e"), 0.5)
+        run = {
+            "rmse": {"leader": values}, "clearance": {"leader": None}, "avoidance_s": {"leader": 0.0},
+            "chattering": {"leader": {"v": 0.0, "omega": 0.0}}, "condition_violated": {}, "collisions": [],
+            "saturation": {"leader": dict.fromkeys(("v", "omega", "torque"), 0.0)}, "wall_s": 0.1, "stopped": None,
+        }  # fmt: skip
+        stopped = {**run, "stopped": {"t": 150.0, "robot": "leader", "reason": "it fell over"}}
+        out = Console(width=100, record=True, file=io.StringIO())
+        print_report(out, {"controllers": {"aifqsmc": stopped, "fcafsmc": run}}, compare=True)
+        text = out.export_text()
+        assert "0.5399" not in text
+        assert "0.4519" in text
 
     def test_writes_the_four_files_and_nothing_else(self, short):
         folder, _ = short

@@ -30,3 +30,15 @@ def test_paths_and_axes_are_not_exchanged(tmp_path, run_paper, monkeypatch):
     line = next(one for one in axes.lines if one.get_label() == "follower1")
     assert line.get_xdata()[0] == -3.5
     assert line.get_ydata()[0] == 3.0
+
+
+def test_the_time_axis_ends_with_the_run(tmp_path, run_paper, monkeypatch):
+    from matplotlib.figure import Figure
+
+    figures = []
+    monkeypatch.setattr(Figure, "savefig", lambda self, *a, **k: figures.append(self))
+    file, trajectory = run_paper("aifqsmc", "run.horizon=5")
+    draw_errors(tmp_path / "x.png", [trajectory], file.scenario)
+    for axes in figures[0].axes:
+        assert axes.get_xlim() == (0.0, 5.0)
+        assert all(patch.get_extents().x1 <= axes.bbox.x1 + 1e-6 for patch in axes.patches)

@@ -80,6 +80,14 @@ class TestMeasure:
         assert result["saturation"]["leader"]["v"] == pytest.approx(2 / 3)
         assert result["avoidance_s"]["leader"] == pytest.approx(0.01 * 2 / 3)
 
+    def test_measures_each_velocity_against_its_own_limit(self):
+        omega_c = np.array([[6.3], [3.0], [-6.3]]) * [1, 0, 0]
+        v_c = np.array([[6.3], [3.0], [0.5]]) * [1, 0, 0]
+        result = measure(trajectory(omega_c=omega_c, v_c=v_c), SCENARIO)["saturation"]["leader"]
+        assert (result["omega"], result["v"]) == pytest.approx((2 / 3, 2 / 3))
+        result = measure(trajectory(omega_c=np.array([[3.0], [3.0], [3.0]]) * [1, 0, 0]), SCENARIO)
+        assert result["saturation"]["leader"]["omega"] == 0.0
+
     def test_names_the_least_gain_of_aifqsmc_only(self, measured):
         assert measured("aifqsmc", "run.horizon=1")["g_ais_min"] > 0.0
         assert "g_ais_min" not in measured("smc", "run.horizon=1")

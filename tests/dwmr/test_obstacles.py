@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dwmr.obstacles import Avoidance, avoid, avoidance_radius, evasive_direction, evasive_side
+from dwmr.obstacles import Avoidance, avoid, avoidance_radius, constant_radius, evasive_direction, evasive_side
 
 RADIUS = 0.56
 AVOIDANCE = Avoidance(1.7, 5.0, 5.0, 2.0, 1.0, 0.1)
@@ -19,6 +19,10 @@ class TestAvoidanceRadius:
     def test_expands_as_printed(self):
         expected = 2.76 + 5.0 * 0.8 / (2.0 * math.exp(2.0))
         assert avoidance_radius(2.0, -0.8, 0.5, RADIUS, AVOIDANCE) == pytest.approx(expected)
+
+    def test_at_rest_counts_obstacle_robot_and_margin(self):
+        assert avoidance_radius(3.0, 0.0, 0.5, 0.3, AVOIDANCE) == pytest.approx(0.5 + 0.3 + 1.7)
+        assert constant_radius(0.5, 0.3, 1.7) == pytest.approx(2.5)
 
     def test_grows_with_speed_and_shrinks_with_distance(self):
         assert avoidance_radius(3.0, 1.0, 0.5, RADIUS, AVOIDANCE) > avoidance_radius(3.0, 0.5, 0.5, RADIUS, AVOIDANCE)
@@ -62,6 +66,11 @@ class TestAvoid:
         assert sides[0] == 0.0
         assert sides[1] != 0.0
         assert sides[2] != 0.0
+
+    def test_only_the_speed_towards_the_obstacle_counts(self):
+        for theta, closing in ((0.0, 0.8), (math.pi / 3, 0.4), (math.pi / 2, 0.0), (math.pi, 0.8)):
+            _, _, radius = avoid(0.0, 0.0, theta, 0.8, RADIUS, self.OBSTACLES[2:], np.zeros(1), AVOIDANCE)
+            assert radius == pytest.approx(avoidance_radius(2.0, closing, 0.5, RADIUS, AVOIDANCE))
 
     def test_keeps_the_side_it_began_with(self):
         sides = np.zeros(3)

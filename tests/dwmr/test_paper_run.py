@@ -52,9 +52,12 @@ def test_gains_read_as_forces_lag_behind(measured):
     assert slow > 1.5 * measured("aifqsmc")["rmse"]["follower1"]["x_e"]
 
 
+@pytest.mark.parametrize(("horizon", "band"), [(60, 0.002), (200, 0.025)])
 @pytest.mark.parametrize("law", CLOSE)
-def test_the_step_of_the_integration_is_fine_enough(measured, law):
-    usual, finer = (measured(law, f"run.substeps={n}", "run.horizon=45")["rmse"] for n in (4, 8))
-    for robot, values in usual.items():
+def test_the_step_of_the_integration_is_fine_enough(measured, law, horizon, band):
+    """The first avoidance begins at about 47 s; the whole run has three, and is off by 1.8 % at most."""
+    usual, finer = (measured(law, f"run.substeps={n}", f"run.horizon={horizon}") for n in (4, 8))
+    assert usual["avoidance_s"]["leader"] > 4.0
+    for robot, values in usual["rmse"].items():
         for name in ("x_e", "y_e", "theta_e"):
-            assert values[name] == pytest.approx(finer[robot][name], rel=0.01), (robot, name)
+            assert values[name] == pytest.approx(finer["rmse"][robot][name], rel=band), (robot, name)

@@ -59,6 +59,13 @@ class TestDerivative:
         r = rate(state(0, 0, 0, v, omega, 0, 0))
         assert 120.0 * v * r.v + 13.8 * omega * r.omega == pytest.approx(0.0, abs=1e-9)
 
+    def test_coriolis_terms_carry_the_load(self):
+        start, load = state(0, 0, 0, 0.5, 0.4, 0, 0), Load(0.0, 1.0, 1.25, 1.5)
+        r = rate(start, load=load)
+        moment = 1.25 * 120.0 * -0.0865
+        assert r.v == pytest.approx(moment * 0.4**2 / (1.25 * 120.0))
+        assert r.omega == pytest.approx(-moment * 0.4 * 0.5 / (1.5 * 13.8))
+
     @given(st.floats(-2, 2), st.floats(-2, 2))
     def test_friction_only_brakes(self, v, omega):
         r = rate(

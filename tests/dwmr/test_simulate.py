@@ -124,6 +124,27 @@ class TestLoop:
         assert len(run_periods.nopython_signatures) == before
 
 
+class TestCommandLimits:
+    @pytest.mark.parametrize(
+        ("limit", "asked", "reached"), [("omega_limit", "omega_c", "omega"), ("v_limit", "v_c", "v")]
+    )
+    def test_hold_what_the_inner_loop_is_asked_for(self, run_paper, limit, asked, reached):
+        _, trajectory = run_paper("smc", "run.horizon=8", f"robot.actuator.{limit}=0.05")
+        # at the start the drives turn too far before they settle
+        assert np.abs(trajectory[asked][-800:]).max() > 0.2
+        assert np.abs(trajectory[reached][-800:]).max() < 0.1
+
+
+class TestAvoidance:
+    def test_uses_the_radius_of_the_robot_that_avoids(self, run_paper):
+        _, usual = run_paper("smc", "run.horizon=52")
+        _, wide = run_paper("smc", "run.horizon=52", "robots.follower1.radius=3.0")
+        assert (usual["obstacle"] >= 0).any()
+        assert np.array_equal(usual.values, wide.values)
+        _, wider = run_paper("smc", "run.horizon=52", "robots.leader.radius=1.0")
+        assert (wider["obstacle"] >= 0).sum() > (usual["obstacle"] >= 0).sum()
+
+
 class TestFormationTree:
     def test_a_follower_may_lead_another(self, tmp_path):
         chain = """

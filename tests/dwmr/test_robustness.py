@@ -1,0 +1,325 @@
+"""Odd input, odd surroundings and interruptions: an answer, no traceback, and nothing half-written."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dwmr import cli, compiled, controllers, simulate
+from dwmr.folder import results
+from dwmr.fuzzy_gains import Rules
+from dwmr.scenario_file import find, read
+from fuzzyctl.errors import DiagnosticError
+from fuzzyctl.shipped import rules_folder
+
+PAPER = find("paper")
+NAMES = ("summary.json", "trajectory.npz", "path.png", "errors.png")
+FILES = sorted(NAMES)
+
+
+def dwmr(*arguments, stdout=subprocess.PIPE, timeout=60, **environment):
+    """Run the command in a process of its own."""
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-m", "dwmr", *map(str, arguments)],
+        stdout=stdout, stderr=subprocess.PIPE, text=True, timeout=timeout, check=False,
+        env={**os.environ, **environment},
+    )  # fmt: skip
+    assert "Traceback" not in done.stderr
+    return done
+
+
+class TestOddValues:
+    @pytest.mark.parametrize(
+        ("value", "status", "words"),
+        [
+            ("run.horizon=" + "1" * 5000, 2, "too many digits"),
+            ("run.horizon=0x" + "f" * 5000, 1, "thousands of digits"),
+            ("run.horizon=" + "[" * 5000, 2, "nested too deeply"),
+            (".".join(["a"] * 3000) + "=1", 2, "3000 parts"),
+            ("run.horizon=2\nrun.dt=1", 2, "line break"),
+            ("robot=5", 1, "robot must be a table, got 5"),
+            ("rules.ais_raction.k_s=0.5", 1, "unknown key rules.ais_raction"),
+            ("rules.ais_reaction.f_max=0.1", 1, "set k_h_min, G_min, k_s instead"),
+            ("rules.ais_reaction.file=" + "a" * 5000, 1, "does not exist"),
+            ("avoidance.largest_radius=0.4", 1, "no robot would ever avoid it"),
+            ("run.dt=1e-300", 1, "run.dt must be >= 1e-06 s"),
+        ],
+    )
+    def test_are_answered(self, tmp_path, value, status, words):
+        done = dwmr("run", "paper", "--set", value, "-o", tmp_path / "out")
+        assert done.returncode == status
+        assert words in done.stderr
+        assert list(tmp_path.iterdir()) == []
+
+    def test_given_twice_are_refused(self):
+        done = dwmr("run", "paper", "--set", "run.horizon=1", "--set", "run.horizon=2")
+        assert (done.returncode, "run.horizon is given twice" in done.stderr) == (2, True)
+
+    def test_a_whole_number_of_5000_digits_in_the_file(self, tmp_path):
+        path = tmp_path / "x.toml"
+        path.write_text("x = " + "1" * 5000, encoding="utf-8")
+        with pytest.raises(DiagnosticError, match="too many digits"):
+            read(path)
+
+    def test_what_every_robot_lacks_shows_once(self, tmp_path):
+        path = tmp_path / "x.toml"
+        path.write_text(PAPER.read_text(encoding="utf-8").replace("mass = 120.0 ", "#"), encoding="utf-8")
+        with pytest.raises(DiagnosticError) as caught:
+            read(path)
+        (one,) = caught.value.diagnostics
+        assert one.message == "robot.mass is missing"
+        assert "[robot]" in one.span.source.line_text(one.span.line)
+
+    def test_a_horizon_between_two_periods_is_said(self):
+        (one,) = read(PAPER, ["run.horizon=1.003"]).warnings
+        assert one.severity == "warning"
+        assert "the run ends at 1.005 s" in one.message
+        assert read(PAPER, ["run.horizon=60"]).warnings == ()
+
+    @pytest.mark.parametrize("name", ["a" * 5000, "/".join(["a" * 200] * 40)])
+    def test_long_scenario_names_and_folders(self, name):
+        assert dwmr("run", name).returncode == 2
+        done = dwmr("run", "paper", "--set", "run.horizon=1", "-o", name)
+        assert done.returncode == 1
+        assert "cannot be written" in done.stderr
+
+    def test_endless_and_silent_files_are_refused_at_once(self, tmp_path):
+        os.mkfifo(tmp_path / "pipe")
+        for path in ("/dev/zero", tmp_path / "pipe"):
+            done = dwmr("run", path, timeout=10)
+            assert done.returncode == 1
+            assert "no regular file" in done.stderr
+
+    @pytest.mark.parametrize("value", ["robots.leader.x_0=1e300", "obstacles.0.x=1e308", "reference.amplitude_x=1e200"])
+    def test_huge_numbers_cost_a_picture_at_most(self, tmp_path, value):
+        done = dwmr("run", "paper", "--set", "run.horizon=0.1", "--set", value, "-o", tmp_path)
+        stopped = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))["controllers"]["aifqsmc"][
+            "stopped"
+        ]
+        assert done.returncode == (0 if stopped is None else 1)
+        assert (tmp_path / "trajectory.npz").exists()
+        missing = set(FILES) - {p.name for p in tmp_path.iterdir()}
+        assert all(f"{name} could not be drawn" in done.stderr for name in missing)
+
+
+class TestOutput:
+    def test_without_greek_letters_shows_question_marks(self, tmp_path):
+        done = dwmr("run", "paper", "--set", "run.horizon=0.1", "-o", tmp_path, PYTHONIOENCODING="ascii")
+        assert done.returncode == 0, done.stderr
+        assert "?_e" in done.stdout
+
+    @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+    @pytest.mark.parametrize("style", ["text", "json"])
+    def test_that_is_full_is_said(self, tmp_path, style):
+        with open("/dev/full", "w") as full:
+            done = dwmr("run", "paper", "--set", "run.horizon=0.1", "-o", tmp_path, "--format", style, stdout=full)
+        assert done.returncode == 1
+        assert "No space left on device" in done.stderr
+        assert sorted(p.name for p in tmp_path.iterdir()) == FILES
+
+
+class TestFolder:
+    def test_with_a_folder_in_the_way_is_refused_before_the_run(self, tmp_path):
+        (tmp_path / "path.png").mkdir()
+        done = dwmr("run", "paper", "-o", tmp_path, timeout=10)
+        assert done.returncode == 1
+        assert "path.png cannot be written: it is a folder" in done.stderr
+        assert [p.name for p in tmp_path.iterdir()] == ["path.png"]
+
+    def test_files_come_all_or_none(self, tmp_path):
+        (tmp_path / "a").write_text("old")
+        with results(tmp_path, ("a", "b")) as files:
+            files.write("a", lambda path: path.write_text("new"))
+            with pytest.raises(DiagnosticError):
+                files.write("b", lambda path: (path / "no" / "such").write_text("new"))
+        assert (tmp_path / "a").read_text() == "old"
+        assert [p.name for p in tmp_path.iterdir()] == ["a"]
+
+    def test_what_an_earlier_run_left_does_not_stay_beside_new_files(self, tmp_path):
+        (tmp_path / "b").write_text("old")
+        (tmp_path / "mine").write_text("kept")
+        with results(tmp_path, ("a", "b")) as files:
+            files.write("a", lambda path: path.write_text("new"))
+            files.publish()
+        assert sorted(p.name for p in tmp_path.iterdir()) == ["a", "mine"]
+
+    def test_that_stays_empty_goes_again(self, tmp_path):
+        with pytest.raises(KeyboardInterrupt), results(tmp_path / "x" / "y", ("a",)):
+            raise KeyboardInterrupt
+        assert list(tmp_path.iterdir()) == []
+
+    def test_a_picture_that_cannot_be_drawn_costs_nothing_else(self, tmp_path, monkeypatch, capsys):
+        from dwmr import figures
+
+        def fail(*arguments):
+            raise np.linalg.LinAlgError("Singular matrix")
+
+        monkeypatch.setattr(figures, "draw_path", fail)
+        with pytest.raises(SystemExit) as stop:
+            cli.main(["run", "paper", "--set", "run.horizon=0.1", "-o", str(tmp_path)])
+        assert stop.value.code == 0
+        assert sorted(p.name for p in tmp_path.iterdir()) == ["errors.png", "summary.json", "trajectory.npz"]
+        assert "path.png could not be drawn: Singular matrix" in capsys.readouterr().err
+
+    def test_summary_names_the_rule_files_that_were_used(self, tmp_path):
+        edited = PAPER.read_text(encoding="utf-8").replace('file = "fcafsmc.fz"', 'file = "nowhere.fz"')
+        (tmp_path / "mine.toml").write_text(edited, encoding="utf-8")
+        done = dwmr("run", tmp_path / "mine.toml", "--set", "run.horizon=0.1", "--format", "json", "-o", tmp_path / "o")
+        assert done.returncode == 0, done.stderr
+        assert list(json.loads(done.stdout)["rules"]) == ["ais_reaction", "boundary_layer"]
+
+
+class TestRuleFolder:
+    def test_that_holds_nothing_of_use_is_refused(self, tmp_path):
+        done = dwmr("run", "paper", "--rules", tmp_path, "-o", tmp_path / "out")
+        assert done.returncode == 1
+        assert "looked for ais_reaction.fz, boundary_layer.fz, fcafsmc.fz" in done.stderr
+
+    def test_warnings_of_its_files_show_once(self, tmp_path):
+        text = (rules_folder() / "ais_reaction.fz").read_text(encoding="utf-8")
+        (tmp_path / "ais_reaction.fz").write_text(text.replace("PM  PS  ZO\n", "PS  PS  ZO\n"), encoding="utf-8")
+        done = dwmr("run", "paper", "--rules", tmp_path, "--set", "run.horizon=0.1", "-o", tmp_path / "out")
+        assert done.returncode == 0, done.stderr
+        assert done.stderr.count("warning[FZ208]") == 1
+
+
+class TestMemory:
+    def test_counts_laws_and_signals(self, monkeypatch):
+        file = read(PAPER, ["run.horizon=1"])
+        rules = Rules(file.scenario.rules, (), file.places)
+        runs = [simulate.prepare(file, law, rules) for law in ("aifqsmc", "smc")]
+        needed = 8 * 201 * 3 * ((20 + 12) + (20 + 2))
+        monkeypatch.setattr(simulate, "MOST_MEMORY", needed)
+        simulate.require_memory(runs, file.places)
+        monkeypatch.setattr(simulate, "MOST_MEMORY", needed - 1)
+        simulate.require_memory(runs[:1], file.places)
+        with pytest.raises(DiagnosticError, match="2 control laws"):
+            simulate.require_memory(runs, file.places)
+
+
+class TestLawFile:
+    @pytest.mark.parametrize(
+        ("text", "words"),
+        [
+            ("x = 1\nraise RuntimeError('no luck')\n", "RuntimeError: no luck"),
+            ("def f(:\n", "SyntaxError"),
+            ("import nosuchmodule\n", "No module named 'nosuchmodule'"),
+            ("SIGNALS = ()\n", "has no Settings, FAULTS, init, step"),
+        ],
+    )
+    def test_that_cannot_be_imported_is_named(self, tmp_path, monkeypatch, text, words):
+        (tmp_path / "broken.py").write_text(text, encoding="utf-8")
+        monkeypatch.setattr(controllers, "__path__", [*controllers.__path__, str(tmp_path)])
+        monkeypatch.delitem(sys.modules, "dwmr.controllers.broken", raising=False)
+        file = read(PAPER, ["robot.controllers.broken.k=1"])
+        with pytest.raises(DiagnosticError, match="broken") as caught:
+            simulate.prepare(file, "broken", Rules(file.scenario.rules, (), file.places))
+        assert words in str(caught.value)
+        assert str(tmp_path / "broken.py") in caught.value.diagnostics[0].place
+
+
+@pytest.mark.skipif(not compiled.COMPILED, reason="needs numba")
+@pytest.mark.parametrize("suffix", ["nbi", "nbc"])
+@pytest.mark.parametrize("length", [0, 40])
+def test_a_damaged_cache_is_compiled_anew(tmp_path, suffix, length):
+    code = (
+        "from dwmr.compiled import compiled\n"
+        "import sys\n"
+        "@compiled\ndef f(x):\n    return 2.0 * x\n"
+        "print(f(21.0), f._cache_hits)\n"
+    )
+    (tmp_path / "m.py").write_text(code, encoding="utf-8")
+
+    def once():
+        done = subprocess.run(
+            [sys.executable, tmp_path / "m.py"], capture_output=True, text=True, check=False,
+            env={**os.environ, "FUZZYCTL_CACHE_DIR": str(tmp_path / "cache")},
+        )  # fmt: skip
+        assert done.returncode == 0, done.stderr
+        assert done.stdout.startswith("42.0")
+        return done.stdout
+
+    once()
+    assert ": 1" in once()
+    damaged = list((tmp_path / "cache").rglob(f"*.{suffix}"))
+    assert damaged
+    for path in damaged:
+        path.write_bytes(path.read_bytes()[:length])
+    once()
+    assert ": 1" in once()
+
+
+class TestInterruption:
+    def test_in_a_later_law_keeps_the_finished_ones(self, tmp_path, monkeypatch, capsys):
+        finish = simulate.run
+
+        def run(simulation, report=None):
+            if simulation.name == "fcafsmc":
+                raise KeyboardInterrupt
+            return finish(simulation, report)
+
+        monkeypatch.setattr(simulate, "run", run)
+        arguments = ["run", "paper", "--controller", "all", "--set", "run.horizon=0.1", "-o", str(tmp_path)]
+        with pytest.raises(SystemExit) as stop:
+            cli.main(arguments)
+        assert stop.value.code == 1
+        assert list(json.loads((tmp_path / "summary.json").read_text())["controllers"]) == ["aifqsmc"]
+        assert "fcafsmc was not run: interrupted" in capsys.readouterr().err
+
+    def test_before_anything_is_done_leaves_nothing(self, tmp_path, monkeypatch):
+        def run(simulation, report=None):
+            raise KeyboardInterrupt
+
+        monkeypatch.setattr(simulate, "run", run)
+        with pytest.raises(SystemExit) as stop:
+            cli.main(["run", "paper", "-o", str(tmp_path / "out")])
+        assert stop.value.code == 1
+        assert list(tmp_path.iterdir()) == []
+
+    @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+    def test_while_files_are_written_waits(self, tmp_path, monkeypatch, number):
+        from dwmr import outputs
+
+        write = outputs.write_trajectories
+
+        def interrupted(*arguments):
+            os.kill(os.getpid(), number)
+            write(*arguments)
+
+        monkeypatch.setattr(outputs, "write_trajectories", interrupted)
+        with pytest.raises(SystemExit) as stop:
+            cli.main(["run", "paper", "--set", "run.horizon=0.1", "-o", str(tmp_path)])
+        assert stop.value.code == 0
+        assert sorted(p.name for p in tmp_path.iterdir()) == FILES
+
+    @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+    def test_keeps_what_is_done_even_without_the_compiler(self, tmp_path, number):
+        code = (
+            "import sys; sys.modules['numba'] = None\nfrom dwmr import cli, simulate\n"
+            "plain = simulate.run\n"
+            "def run(simulation, report):\n"
+            "    return plain(simulation, lambda done: (print('at', done, flush=True), report(done)))\n"
+            "simulate.run = run\n"
+            "cli.main(sys.argv[1:])\n"
+        )
+        arguments = ["run", "paper", "--controller", "smc", "-o", str(tmp_path)]
+        with subprocess.Popen(
+            [sys.executable, "-c", code, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        ) as process:
+            assert process.stdout is not None
+            assert process.stdout.readline().startswith("at ")
+            asked = time.monotonic()
+            process.send_signal(number)
+            _, said = process.communicate(timeout=60)
+            assert time.monotonic() - asked < 30.0
+        assert process.returncode == 1, said
+        assert "Traceback" not in said
+        stopped = json.loads((tmp_path / "summary.json").read_text())["controllers"]["smc"]["stopped"]
+        assert stopped["reason"] == "interrupted"
+        assert sorted(p.name for p in tmp_path.iterdir()) == FILES
