@@ -17,6 +17,7 @@ Each page begins in an empty folder with a copy of the shipped rules/.
 from __future__ import annotations
 
 import doctest
+import inspect
 import json
 import os
 import re
@@ -28,7 +29,7 @@ import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import click
 import pytest
@@ -37,12 +38,18 @@ from pydantic import BaseModel
 import fuzzyctl
 from dwmr.cli import main as dwmr_commands
 from dwmr.scenario import Scenario
-from fuzzyctl import errors, expr, formulas
+from fuzzyctl import build, errors, expr, formulas
+from fuzzyctl.assembly import MAX_FILES
 from fuzzyctl.checking import check_source
 from fuzzyctl.cli.main import main as fuzzyctl_commands
 from fuzzyctl.lang import syntax
-from fuzzyctl.lang.parser import parse
-from fuzzyctl.model.method import DEFUZZIFIERS
+from fuzzyctl.lang.parser import MAX_NAME, grammar_text, parse
+from fuzzyctl.model.method import ACTIVATIONS, DEFUZZIFIERS, Grid
+from fuzzyctl.model.variable import Fallback
+from fuzzyctl.resolve.claims import FORMS
+from fuzzyctl.resolve.rules import MAX_RULES
+from fuzzyctl.resolve.settings import PROFILES, RESOLUTIONS
+from fuzzyctl.resolve.variables import MAX_TERMS
 from fuzzyctl.source import SourceText
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -346,20 +353,47 @@ class TestReference:
         assert [n for n in fuzzyctl.__all__ if f"`{n}" not in text and f".{n}" not in text] == []
 
     def test_every_word_of_the_language_is_described(self) -> None:
+        keywords = re.findall(r"^[A-Z_]+\.\d: /(\w+)", grammar_text(), flags=re.MULTILINE)
+        assert set(syntax.STATEMENT_KEYWORDS) <= set(keywords)
         words = [
-            *syntax.STATEMENT_KEYWORDS,
+            *keywords,
             *syntax.RESERVED,
-            *formulas.MEMBERSHIP,
             *formulas.CONJUNCTIONS,
             *formulas.DISJUNCTIONS,
             *formulas.IMPLICATIONS,
             *formulas.AGGREGATIONS,
+            *formulas.HEDGES,
+            *ACTIVATIONS,
             *DEFUZZIFIERS,
+            *PROFILES,
+            *FORMS,
+            *get_args(Fallback),
+            *get_args(Grid),
             *expr.FUNCTIONS,
             *expr.CONSTANTS,
         ]
         text = _reference("language.md")
         assert [w for w in words if not re.search(rf"`[^`\n]*\b{w}\b[^`\n]*`", text)] == []
+
+    def test_every_membership_function_is_described_with_its_parameters(self) -> None:
+        rows = dict(re.findall(r"^\| `(\w+)\(([^`]*)\)` \|", _reference("language.md"), flags=re.MULTILINE))
+        for name, formula in formulas.MEMBERSHIP.items():
+            assert rows[name].startswith(", ".join(formula.parameters)), name
+            assert rows[name].endswith("...") == formula.variadic, name
+
+    def test_every_hedge_is_described_with_its_formula(self) -> None:
+        rows = dict(re.findall(r"^\| `(\w+)` \| ([^|]+) \|$", _reference("language.md"), flags=re.MULTILINE))
+        assert {name: rows.get(name) for name in formulas.HEDGES} == formulas.HEDGE_SUMMARIES
+
+    def test_the_limits_are_those_of_the_code(self) -> None:
+        text = _reference("language.md").split("## Limits")[1].split("##")[0].replace("\u00a0", " ")
+        limits = [expr.MAX_DEPTH, MAX_NAME, MAX_TERMS, MAX_RULES, MAX_FILES, RESOLUTIONS[1]]
+        assert [n for n in limits if f"| {n:,}".replace(",", " ") not in text and f"| {n}" not in text] == []
+
+    def test_every_name_of_the_build_module_is_described(self) -> None:
+        public = [n for n, f in vars(build).items() if inspect.isfunction(f) and f.__module__ == build.__name__]
+        text = _reference("api.md")
+        assert [n for n in public if not n.startswith("_") and f"`build.{n}(" not in text] == []
 
     def test_every_shipped_rule_file_is_described(self) -> None:
         text = _reference("rule-files.md")
