@@ -119,8 +119,6 @@ def bad_parameters(system: FuzzySystem) -> Iterator[Diagnostic]:
             continue
         formula = MEMBERSHIP[term.membership.kind]
         mistake = formula.mistake(numbers)
-        if mistake is None and any(math.isinf(n) for n in MEMBERSHIP[term.membership.kind].core(numbers)):
-            mistake = "its peak is infinite"
         if mistake is None:
             continue
         seen.add(line)
@@ -172,9 +170,21 @@ def misfitting_defuzzifier(system: FuzzySystem) -> Iterator[Diagnostic]:
             continue
         if method.kind == "tsukamoto":
             yield from _not_monotone(system, output)
-        elif not method.over_rules:
+        elif method.over_rules:
+            yield from _without_peak(system, output, method)
+        else:
             yield from _without_names(system, output, method)
             yield from _without_centroid(system, output, method)
+
+
+def _without_peak(system: FuzzySystem, output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:
+    """Find terms that no average can take, since they reach 1 nowhere."""
+    for term in output.terms:
+        kind = term.membership.kind
+        if kind in MEMBERSHIP and any(map(math.isinf, MEMBERSHIP[kind].core(_values(system, term)))):
+            message = f"term '{term.name}' of '{output.name}' has no peak that '{method.kind}' could take"
+            help_text = "use s_shape or ramp, or write: defuzzifier tsukamoto"
+            yield Diagnostic("FZ214", message, term.membership.span or term.span, help=help_text)
 
 
 def _without_centroid(system: FuzzySystem, output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:
@@ -386,10 +396,14 @@ def _functions(system: FuzzySystem) -> Iterator[Expr]:
     yield from (m.arguments[0] for m in memberships if m.kind == "function")
 
 
+#: Kinds with one top in their middle; of the others the order says nothing.
+_PEAKED: Final = frozenset({"triangle", "trapezoid", "gaussian", "bell", "pi_shape", "cosine", "spike"})
+
+
 def terms_out_of_order(system: FuzzySystem) -> Iterator[Diagnostic]:
     """Find neighbouring terms whose cores are in descending order: mostly a slip in a number."""
     for variable in system.inputs:
-        planned = [t for t in variable.terms if t.membership.kind in MEMBERSHIP]
+        planned = [t for t in variable.terms if t.membership.kind in _PEAKED]
         cores = [(t, MEMBERSHIP[t.membership.kind].core(_values(system, t))) for t in planned]
         middles = [(t, (a + b) / 2) for t, (a, b) in cores]
         rising = sum(b[1] >= a[1] for a, b in pairwise(middles))
@@ -417,7 +431,7 @@ def peaks_outside_range(system: FuzzySystem) -> Iterator[Diagnostic]:
                 continue
             a, b = MEMBERSHIP[term.membership.kind].core(_values(system, term))
             peak = (a + b) / 2
-            if not low - slack <= peak <= high + slack:
+            if math.isfinite(peak) and not low - slack <= peak <= high + slack:
                 bounds = f"[{low:.6g}, {high:.6g}] of '{output.name}'"
                 message = f"the peak {peak:.6g} of '{term.name}' lies outside the range {bounds}"
                 yield Diagnostic("FZ306", message, term.span, "warning", help="widen the range, or move the peak")

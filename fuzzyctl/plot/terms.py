@@ -6,9 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from fuzzyctl.expr import Name
 from fuzzyctl.formulas import MEMBERSHIP
-from fuzzyctl.kernels.numpy_backend import array_function
+from fuzzyctl.kernels.compile import degrees
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import LinguisticVariable
 from fuzzyctl.plot.style import COLORS
@@ -35,26 +34,37 @@ def draw_variable(ax: Any, system: FuzzySystem, variable: LinguisticVariable) ->
     x = _grid(system, variable, low, high)
     for i, term in enumerate(variable.terms):
         color = COLORS[i % len(COLORS)]
-        numbers = tuple(system.number(a) for a in term.membership.arguments)
-        middle = sum(MEMBERSHIP[term.membership.kind].core(numbers)) / 2
-        if term.membership.kind == "singleton":
-            ax.vlines(numbers[0], 0, 1, color=color, lw=2)
+        y = degrees(system, variable, term, x)
+        if y is None:
+            continue  # a function of the inputs has no picture over the output's range
+        if term.membership.kind in ("singleton", "constant"):
+            at = system.number(term.membership.arguments[0])
+            ax.vlines(at, 0, 1, color=color, lw=2)
         else:
-            y = array_function(MEMBERSHIP[term.membership.kind].degree(Name("x"), numbers))(x)
+            at = _top(x, y)
             ax.plot(x, y, color=color)
             ax.fill_between(x, y, color=color, alpha=0.08, lw=0)
-        at = min(max(middle, low), high)
         # At the ends of the axis a centred name would stand on the tick labels or outside.
-        side = "left" if at == low else "right" if at == high else "center"
-        ax.annotate(term.name, (at, 1.0), (0, 3), textcoords="offset points", ha=side, color=color)
+        side = "left" if at <= low else "right" if at >= high else "center"
+        height = 1.0 if term.membership.kind in ("singleton", "constant") else float(np.max(y))
+        offset = (0, 3)
+        ax.annotate(term.name, (at, height), offset, textcoords="offset points", ha=side, color=color)
     ax.set(xlim=(low, high), ylim=(0, 1.18), xlabel=variable.axis_label, ylabel="degree", yticks=[0, 0.5, 1])
     return ax
+
+
+def _top(x: Any, y: Any) -> float:
+    """Return the middle of where a term is highest."""
+    highest = x[y >= np.max(y) - 1e-12]
+    return float((highest[0] + highest[-1]) / 2)
 
 
 def _grid(system: FuzzySystem, variable: LinguisticVariable, low: float, high: float) -> Any:
     """Return points that include every corner, so that peaks are drawn at their full height."""
     corners = [low, high]
     for term in variable.terms:
+        if term.membership.kind not in MEMBERSHIP:
+            continue
         numbers = tuple(system.number(a) for a in term.membership.arguments)
         corners.extend(x for x, _ in MEMBERSHIP[term.membership.kind].vertices(numbers) if low <= x <= high)
     beside = [np.nextafter(c, d) for c in corners for d in (-np.inf, np.inf)]

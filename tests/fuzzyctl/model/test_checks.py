@@ -55,6 +55,11 @@ class TestChecks:
         )
         assert found(text) == []
 
+    def test_a_sigmoid_has_no_peak_to_average(self, changed):
+        sigmoid = ("Z = triangle(-2, 0, 2)", "Z = sigmoid(0, 2)")
+        assert found(changed(sigmoid, ("\ninput x", "\ndefuzzifier center_average\ninput x"))) == [("FZ214", "error")]
+        assert found(changed(("Z = triangle(-1, 0, 1)", "Z = sigmoid(0, 2)"))) == []
+
     def test_one_bad_number_gives_one_diagnostic(self, changed):
         assert found(changed(("Z = triangle(-2, 0, 2)", "Z = triangle(-2, 1 / 0, 2)"))) == [("FZ307", "error")]
 
