@@ -150,7 +150,7 @@ def apply_policy(diagnostics: list[Diagnostic], lines: list[sx.Allow]) -> list[D
 
 
 def enforce(diagnostics: Iterable[Diagnostic], allowed: Collection[str], denied: Collection[str]) -> list[Diagnostic]:
-    """Drop the warnings whose codes are allowed, and turn those into errors whose codes are denied, which counts more."""
+    """Drop allowed warnings, and turn denied ones into errors; a code that is both is denied."""
     found = []
     for d in diagnostics:
         if d.severity == "warning" and d.code in denied:
