@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import math
 import os
 import sys
+import unicodedata
 from collections.abc import Callable, Iterable, Sequence
 from functools import wraps
 from pathlib import Path
@@ -65,19 +67,31 @@ def answers_with_diagnostics(command: Callable[P, int | None]) -> Callable[P, No
     def run(*args: P.args, **kwargs: P.kwargs) -> None:
         try:
             code = command(*args, **kwargs)
+            sys.stdout.flush()
         except DiagnosticError as error:
             show(error.diagnostics, str(kwargs.get("form", "text")))
             code = FAILED
         except FuzzyctlError as error:
+            if kwargs.get("form") == "json":
+                click.echo(json.dumps({"error": str(error)}, ensure_ascii=False))
             click.echo(f"error: {error}", err=True)
             code = FAILED
         except BrokenPipeError:
-            # The reader, such as `head`, has seen enough; Python would complain again when it closes the stream.
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            # The reader, such as `head`, has seen enough.
+            _silence()
             code = DONE
+        except OSError as error:
+            _silence()
+            click.echo(f"error: the output cannot be written: {error.strerror}", err=True)
+            code = FAILED
         sys.exit(code or DONE)
 
     return run
+
+
+def _silence() -> None:
+    """Send what is left to nowhere, else Python complains again when it closes the stream."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def load_checked(path: str, settings: Iterable[str] = (), name: str | None = None) -> FuzzySystem:
@@ -118,7 +132,7 @@ def assignments(texts: Iterable[str], known: Sequence[str], kind: str) -> dict[s
     mistakes: list[Diagnostic] = []
     for text in texts:
         name, equals, number = text.partition("=")
-        name = name.strip()
+        name = unicodedata.normalize("NFC", name.strip())
         if not equals or not name:
             mistakes.append(
                 Diagnostic("FZ503", f"'{text}' is not of the form NAME=VALUE", help=f"{kind}s: {_list(known)}")

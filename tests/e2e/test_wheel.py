@@ -50,6 +50,7 @@ def test_the_wheel_holds_code_rules_and_scenarios_and_nothing_else(wheel):
     assert tops == {"fuzzyctl", "dwmr"}
     for name in (
         "fuzzyctl/rules/ais_reaction.fz",
+        "fuzzyctl/explanations/FZ203.md",
         "fuzzyctl/lang/grammar.lark",
         "fuzzyctl/py.typed",
         "dwmr/scenarios/paper.toml",

@@ -133,3 +133,20 @@ class TestFormats:
         lines = run(a, write("b.fz", base), "--format", "github").output.splitlines()
         assert [line.split(" ")[0] for line in lines] == ["::warning", "::warning"]
         assert run(write("b.fz", base), "--format", "github").output == ""
+
+
+class TestStreams:
+    def test_a_full_disk_is_said_without_traceback(self):
+        import subprocess
+        import sys
+        from pathlib import Path
+
+        if not Path("/dev/full").exists():
+            return
+        command = [sys.executable, "-c", "from fuzzyctl.cli.main import main; main()", "--help"]
+        command[-1:] = ["eval", str(Path(__file__).parents[3] / "rules" / "tipper.fz"), "service=1", "food=2"]
+        with open("/dev/full", "w") as full:
+            done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+        assert done.returncode == 1
+        assert "cannot be written" in done.stderr
+        assert "Traceback" not in done.stderr

@@ -61,7 +61,8 @@ class TestCall:
 
     def test_names_that_python_spells_in_another_form_are_found(self, changed):
         system = loads(changed(("input x", "input \u00b5"), ("table u = x x y", "table u = \u00b5 x y")))
-        assert system(**{"\u03bc": 1.0}, y=10.0) == system(**{"\u00b5": 1.0}, y=10.0)
+        spelt, written = ({name: 1.0, "y": 10.0} for name in ("\u03bc", "\u00b5"))
+        assert system(**spelt) == system(**written)
 
     def test_names_are_checked(self, ais):
         with pytest.raises(UnknownNameError, match="sigma"):
