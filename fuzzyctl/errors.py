@@ -223,6 +223,25 @@ def _plain(text: str, style: str) -> str:
     return text
 
 
+#: Letters of other alphabets that look like ASCII ones; fullwidth and other forms are found by Unicode's NFKC.
+_ALIKE = str.maketrans(
+    "АВЕЅІЈКМНОРСТУХаеѕіјорсухԁԛԝΑΒΕΖΗΙΚΜΝΟΡΤΥΧονı",
+    "ABESIJKMHOPCTYXaesijopcyxdqwABEZHIKMNOPTYXovi",
+)
+
+
+def look_alikes(name: str) -> tuple[str, ...]:
+    """Describe the letters of a name that look like ASCII ones but are others."""
+    found = []
+    for c in dict.fromkeys(name):
+        plain = unicodedata.normalize("NFKC", c).translate(_ALIKE)
+        if not c.isascii() and plain != c and plain.isascii():
+            found.append(
+                f"'{c}' in it is U+{ord(c):04X} ({unicodedata.name(c, 'unnamed')}), which looks like '{plain}'"
+            )
+    return tuple(found)
+
+
 #: With more names than this only those with the same first letter are compared.
 _MOST_COMPARED = 200
 
@@ -240,6 +259,9 @@ def listed(names: Iterable[str], most: int = 20) -> str:
 def closest(name: str, known: Iterable[str]) -> str | None:
     """Return the known name that a misspelt one most likely means, or None."""
     names = list(known)
+    plain = unicodedata.normalize("NFKC", name).translate(_ALIKE)
+    if plain != name and plain in names:
+        return plain
     if len(names) > _MOST_COMPARED:
         # Comparing letter by letter with thousands of names, for each of many mistakes, would take minutes.
         names = [n for n in names if n[:1].casefold() == name[:1].casefold()][:_MOST_COMPARED]

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
 
-from fuzzyctl.errors import Diagnostic, closest
+from fuzzyctl.errors import Diagnostic, closest, look_alikes
 from fuzzyctl.lang.lines import LogicalLine
 from fuzzyctl.lang.syntax import STATEMENT_KEYWORDS
 from fuzzyctl.source import SourceText, Span
@@ -141,7 +141,8 @@ def describe_unknown_line(source: SourceText, line: LogicalLine, block: str) -> 
     hint = f"did you mean '{near}'? the form is: {FORMS[near]}" if near else ""
     if not hint and block == "variable":
         hint = f"a term is written: {_BELOW['term_line']}"
-    return Diagnostic("FZ101", f"'{line.word}' begins no statement", place, facts=(_keywords(),), help=hint)
+    facts = (*look_alikes(line.word), _keywords())
+    return Diagnostic("FZ101", f"'{line.word}' begins no statement", place, facts=facts, help=hint)
 
 
 def orphan(source: SourceText, line: LogicalLine, wanted: str) -> Diagnostic:

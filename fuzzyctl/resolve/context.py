@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from fuzzyctl import expr as ex
-from fuzzyctl.errors import Diagnostic, Note, closest, listed
+from fuzzyctl.errors import Diagnostic, Note, closest, listed, look_alikes
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.source import Span
 
@@ -73,7 +73,7 @@ class Context:
             return
         names = list(known)
         near = closest(text, names)
-        facts = (f"{kind}s: {listed(names)}",) if names else (f"there is no {kind}",)
+        facts = (*look_alikes(text), f"{kind}s: {listed(names)}" if names else f"there is no {kind}")
         self.report(code, f"no {kind} '{text}'", word.span, facts=facts, help=f"did you mean '{near}'?" if near else "")
 
     def check_names(self, expr: ex.Expr, known: Collection[str], kind: str) -> bool:

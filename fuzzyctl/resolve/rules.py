@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from fuzzyctl import expr as ex
-from fuzzyctl.errors import closest, listed
+from fuzzyctl.errors import closest, listed, look_alikes
 from fuzzyctl.formulas import HEDGES
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.guarantee import Guarantee
@@ -135,7 +135,10 @@ def known_term(context: Context, variable: sx.Variable, term: sx.Word) -> bool:
             "FZ203",
             f"{variable.keyword.text} '{variable.name.text}' has no term '{term.text}'",
             term.span,
-            facts=(f"terms of '{variable.name.text}': {listed(names)} (line {variable.name.span.line})",),
+            facts=(
+                *look_alikes(term.text),
+                f"terms of '{variable.name.text}': {listed(names)} (line {variable.name.span.line})",
+            ),
             help=f"did you mean '{near}'?" if near else "",
         )
     return False

@@ -9,6 +9,7 @@ from fuzzyctl.errors import (
     UnknownNameError,
     ValueOutOfBoundsError,
     closest,
+    look_alikes,
     render,
     render_all,
 )
@@ -70,6 +71,18 @@ class TestClosest:
     @pytest.mark.parametrize(("name", "best"), [("NG", "NB"), ("sytem", "system"), ("SYSTEM", "system"), ("qqq", None)])
     def test_it_finds_what_was_meant(self, name, best):
         assert closest(name, ["NB", "system", "table"]) == best
+
+
+class TestLookAlikes:
+    def test_letters_of_other_alphabets_are_named(self):
+        assert look_alikes("іnput") == (
+            "'і' in it is U+0456 (CYRILLIC SMALL LETTER BYELORUSSIAN-UKRAINIAN I), which looks like 'i'",
+        )
+        assert look_alikes("σ_ω") == ()
+
+    def test_what_they_look_like_is_what_was_meant(self):
+        assert closest("ＮＢ", ["PB", "NB"]) == "NB"
+        assert closest("ΝΒ", ["PB", "NB"]) == "NB"
 
 
 class TestExceptions:

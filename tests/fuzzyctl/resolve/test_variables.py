@@ -70,6 +70,14 @@ class TestTerms:
         assert (code, line) in errors(changed((old, new)))
 
 
+class TestLookAlikes:
+    def test_a_letter_of_another_alphabet_is_named(self, changed):
+        with pytest.raises(DiagnosticError, match=r"U\+0420 \(CYRILLIC CAPITAL LETTER ER\)"):
+            loads(changed(("Z |  N  P", "Z |  N  Р")))
+        with pytest.raises(DiagnosticError, match=r"U\+0430"):
+            loads(changed(("\ninput x", "\npаram k = 1\ninput x")))
+
+
 class TestClauses:
     @pytest.mark.parametrize(
         ("clause", "value"),

@@ -1,0 +1,28 @@
+"""The same watch as fuzz_language.py, guided by coverage. Needs atheris, which is no dependency of the project:
+
+pip install atheris
+python tests/fuzz/fuzz_atheris.py -runs=100000 -max_len=4096
+"""
+
+import sys
+
+import atheris
+
+with atheris.instrument_imports(include=["fuzzyctl"]):
+    from fuzz_language import one
+
+    from fuzzyctl.errors import DiagnosticError
+    from fuzzyctl.reading import decode
+
+
+def try_one(data):
+    try:
+        text = decode(data, "fuzz").text
+    except DiagnosticError:
+        return
+    one(text)
+
+
+if __name__ == "__main__":
+    atheris.Setup(sys.argv, try_one)
+    atheris.Fuzz()
