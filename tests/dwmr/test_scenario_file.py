@@ -136,7 +136,7 @@ class TestMistakes:
     def test_in_the_toml_itself_point_at_the_place(self, edited):
         (one,) = mistakes(edited(("dt = 0.005", "dt = = 0.005")))
         assert one.code == "FZ901"
-        assert one.span.line == 12
+        assert one.span.source.line_text(one.span.line).startswith("dt = = 0.005")
 
     @pytest.mark.parametrize(
         ("content", "code"),
