@@ -19,6 +19,7 @@ from typing import Any
 
 from fuzzyctl.errors import ArgumentError, Diagnostic, DiagnosticError
 from fuzzyctl.expr import ONE, Expr, Number
+from fuzzyctl.formulas import HEDGES
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.parser import parse
 from fuzzyctl.model.checks import require_well_formed
@@ -313,6 +314,10 @@ def _unknown_names(built: FuzzySystem) -> Iterable[Diagnostic]:
     for r in built.rules:
         named: list[tuple[str, str | Membership]] = [(i.variable, i.term) for i in literals(r.antecedent)]
         named += [(c.output, c.term) for c in r.consequents]
+        for i in literals(r.antecedent):
+            for hedge in i.hedges:
+                if hedge not in HEDGES:
+                    yield Diagnostic("FZ202", f"no hedge '{hedge}'", facts=(f"hedges: {', '.join(HEDGES)}",))
         for variable, term in named:
             if variable not in variables:
                 yield Diagnostic("FZ202", f"no variable '{variable}'", facts=(f"variables: {', '.join(variables)}",))

@@ -60,6 +60,8 @@ CODES: dict[str, str] = {
     "FZ306": "a peak lies outside the range",
     "FZ307": "an expression cannot be computed",
     "FZ308": "a param depends on itself",
+    "FZ309": "terms leave a part of a range uncovered",
+    "FZ310": "a table jumps",
     "FZ401": "in some region no rule fires",
     "FZ402": "a bound cannot be guaranteed",
     "FZ501": "a value is missing",

@@ -10,6 +10,7 @@ from typing import Final
 from fuzzyctl.errors import Diagnostic, DiagnosticError, Note
 from fuzzyctl.expr import Expr, ExprError, evaluate, names_in, span_of
 from fuzzyctl.formulas import MEMBERSHIP, exact_centroid_possible, is_monotone
+from fuzzyctl.model.hints import jumping_tables, uncovered_ranges
 from fuzzyctl.model.method import Defuzzifier
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, literals
 from fuzzyctl.model.system import FuzzySystem, ParamCycleError
@@ -470,4 +471,6 @@ CHECKS: Final[tuple[Check, ...]] = (
     unused_hedges,
     terms_out_of_order,
     peaks_outside_range,
+    uncovered_ranges,
+    jumping_tables,
 )

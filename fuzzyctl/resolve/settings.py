@@ -47,7 +47,7 @@ def resolve_method(context: Context, statements: Sequence[sx.Statement]) -> Meth
             case sx.Setting(keyword=keyword) if _is_first(context, keyword, chosen):
                 resolve_own_setting(context, s, values)
             case sx.Activation(keyword=keyword) if _is_first(context, keyword, chosen):
-                values["activation"] = _activation(context, s)
+                values |= {"activation": _activation(context, s), "span": keyword.span}
             case sx.Semantics(profile=profile) if profile.text not in PROFILES:
                 context.unknown("profile", profile, PROFILES, "FZ213")
     method = Method.model_validate(values)

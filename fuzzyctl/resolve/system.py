@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Sequence
 
 from fuzzyctl.errors import Diagnostic
-from fuzzyctl.expr import names_in
+from fuzzyctl.expr import Call, names_in, walk
 from fuzzyctl.formulas import HEDGES
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
@@ -135,6 +135,13 @@ def _build(context: Context, tree: sx.SyntaxTree) -> FuzzySystem | None:
 
 def _without_idle(system: FuzzySystem, shared: set[str]) -> FuzzySystem:
     """Leave out shared variables that the rules of this system do not name."""
+    memberships = [t.membership for o in system.outputs for t in o.terms]
+    memberships += [c.term for rule in system.rules for c in rule.consequents if not isinstance(c.term, str)]
+    calls = [n for g in system.guarantees for n in walk(g.claim) if isinstance(n, Call)]
+    if any(m.kind == "linear" for m in memberships) or any(
+        c.function in {o.name for o in system.outputs} for c in calls
+    ):
+        return system  # these have been counted against all inputs
     named = {i.variable for rule in system.rules for i in literals(rule.antecedent)}
     named |= {c.output for rule in system.rules for c in rule.consequents}
     functions = [c.term for rule in system.rules for c in rule.consequents if not isinstance(c.term, str)]

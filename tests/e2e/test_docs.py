@@ -420,7 +420,7 @@ def _models(annotation: Any) -> Iterator[type[BaseModel]]:
         yield from _models(argument)
 
 
-#: How far a run may be from what a page prints: SMC chatters and amplifies the last bit of every sum.
+#: How far a run may be from what a page prints: SMC chatters, so its numbers depend on the integration step.
 BANDS = {"aifqsmc": 0.02, "fcafsmc": 0.02, "smc": 0.25}
 
 

@@ -42,6 +42,14 @@ class TestSeveralSystems:
         assert one(e=1.0) == 2.0
         assert two(e=-1.0, d=5.0) == 1.0
 
+    def test_linear_consequents_count_all_shared_inputs(self):
+        text = TWO.replace(
+            "table u = e\n     N  Z  P\n  |  N  Z  P\n", "if e is N or not e is N then u is linear(1, 2, 0.5)\n"
+        )
+        one = loads(text, system="one")
+        assert [v.name for v in one.inputs] == ["e", "d"]
+        assert one(e=0.0, d=0.25) == 1.0
+
     def test_all_are_loaded_in_order_without_warnings(self, tmp_path):
         path = tmp_path / "two.fz"
         path.write_text(TWO)

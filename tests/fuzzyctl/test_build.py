@@ -104,9 +104,9 @@ class TestMistakes:
         u = build.output_variable("u", 0, 1, {"A": 0, "B": 1})
         with pytest.raises(DiagnosticError) as error:
             build.system(
-                "s", [x, u], ["if y is L then u is A", "if x is Q then u is C"], defuzzifier="weighted_average"
+                "s", [x, u], ["if y is L then u is A", "if x is rarely Q then u is C"], defuzzifier="weighted_average"
             )
-        assert [d.code for d in error.value.diagnostics] == ["FZ202", "FZ203", "FZ203"]
+        assert [d.code for d in error.value.diagnostics] == ["FZ202", "FZ202", "FZ203", "FZ203"]
 
     def test_texts_that_are_no_rules_or_expressions_are_refused(self):
         with pytest.raises(DiagnosticError, match="FZ102"):

@@ -1,0 +1,108 @@
+"""Hints: what is no mistake by itself but mostly a slip in a number or a cell."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import product
+
+from fuzzyctl.errors import Diagnostic
+from fuzzyctl.formulas import MEMBERSHIP
+from fuzzyctl.model.rule import RuleTable
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import Input
+
+_Place = tuple[int, int]
+
+
+def uncovered_ranges(system: FuzzySystem) -> Iterator[Diagnostic]:
+    """Find parts of an input's range where no term has a degree above 0.
+
+    Where some output has no `else`, the proof of coverage reports such a part as the hole it makes.
+    """
+    if any(o.otherwise is None and o.adaptive is None for o in system.outputs):
+        return
+    for variable in system.inputs:
+        for low, high in _gaps(system, variable):
+            message = f"no term of '{variable.name}' covers its range from {low:.6g} to {high:.6g}"
+            yield Diagnostic("FZ309", message, variable.span, "warning", help="widen a term, or shorten the range")
+
+
+def _gaps(system: FuzzySystem, variable: Input) -> list[tuple[float, float]]:
+    """Return the parts of the range, wider than a point, that no support reaches."""
+    supports: list[tuple[float, float]] = []
+    for term in variable.terms:
+        formula = MEMBERSHIP.get(term.membership.kind)
+        vertices = formula.vertices(tuple(map(system.number, term.membership.arguments))) if formula is not None else ()
+        if not vertices:
+            return []  # curved terms are above 0 nearly everywhere
+        left = vertices[0][0] if vertices[0][1] == 0 else -math.inf
+        right = vertices[-1][0] if vertices[-1][1] == 0 else math.inf
+        supports.append((left, right))
+    reached, upper = system.number(variable.lower), system.number(variable.upper)
+    gaps: list[tuple[float, float]] = []
+    for left, right in sorted(supports):
+        if left > reached:
+            gaps.append((reached, min(left, upper)))
+        reached = max(reached, right)
+        if reached >= upper:
+            return gaps
+    return [*gaps, (reached, upper)]
+
+
+def jumping_tables(system: FuzzySystem) -> Iterator[Diagnostic]:
+    """Find the one cell that breaks an otherwise monotone table whose neighbours differ by one term at most."""
+    for block in system.blocks:
+        if not isinstance(block, RuleTable) or len(block.outputs) != 1:
+            continue
+        ranks = _ranks(system, block)
+        # In a small table one odd cell is as likely to be meant.
+        if ranks is None or len(block.column_terms) < (5 if block.rows is None else 3):
+            continue
+        culprit = _culprit(ranks)
+        if culprit is not None:
+            cell = block.cells[culprit[0]][culprit[1]]
+            message = f"the cell '{cell.terms[0]}' jumps in a table that is monotone but for it"
+            yield Diagnostic("FZ310", message, cell.span, "warning", help="check the cell")
+
+
+def _culprit(ranks: list[list[int]]) -> _Place | None:
+    """Return the one cell that is part of all breaks, None where there is no break or no such cell."""
+    pairs = list(_neighbours(ranks))
+    found: set[_Place] = set()
+    for across, down in product((1, -1), repeat=2):
+        bad = [
+            {a, b}
+            for a, b, downwards in pairs
+            if not 0 <= (down if downwards else across) * (_at(ranks, b) - _at(ranks, a)) <= 1
+        ]
+        if not bad:
+            return None
+        if 1 < len(bad) <= max(2, len(pairs) // 3):
+            found |= set.intersection(*bad)
+    return found.pop() if len(found) == 1 else None
+
+
+def _ranks(system: FuzzySystem, table: RuleTable) -> list[list[int]] | None:
+    """Return the place of each cell's term among the terms of the output; None where a cell is no term."""
+    order = {t.name: i for i, t in enumerate(system.output(table.outputs[0]).terms)}
+    ranks: list[list[int]] = []
+    for row in table.cells:
+        named = [c.terms[0] if c.terms else "" for c in row]
+        if not all(isinstance(n, str) and n in order for n in named):
+            return None
+        ranks.append([order[str(n)] for n in named])
+    return ranks
+
+
+def _neighbours(ranks: list[list[int]]) -> Iterator[tuple[_Place, _Place, bool]]:
+    for i, row in enumerate(ranks):
+        for j in range(len(row)):
+            if j + 1 < len(row):
+                yield (i, j), (i, j + 1), False
+            if i + 1 < len(ranks):
+                yield (i, j), (i + 1, j), True
+
+
+def _at(ranks: list[list[int]], place: _Place) -> int:
+    return ranks[place[0]][place[1]]
