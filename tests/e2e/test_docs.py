@@ -43,7 +43,8 @@ from fuzzyctl.assembly import MAX_FILES
 from fuzzyctl.checking import check_source
 from fuzzyctl.cli.main import main as fuzzyctl_commands
 from fuzzyctl.lang import syntax
-from fuzzyctl.lang.parser import MAX_NAME, grammar_text, parse
+from fuzzyctl.lang.builder import MAX_NAME
+from fuzzyctl.lang.parser import grammar_text, parse
 from fuzzyctl.model.method import ACTIVATIONS, DEFUZZIFIERS, Grid
 from fuzzyctl.model.variable import Fallback
 from fuzzyctl.resolve.claims import FORMS

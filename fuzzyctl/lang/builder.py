@@ -1,0 +1,369 @@
+"""Builds syntax nodes from what the grammar recognises, while it recognises it."""
+
+from __future__ import annotations
+
+import dataclasses
+import unicodedata
+from typing import Any, Final, TypeVar
+
+from lark import Token, Transformer, v_args
+
+from fuzzyctl import expr as ex
+from fuzzyctl.errors import Diagnostic
+from fuzzyctl.lang import syntax as sx
+from fuzzyctl.lang.lines import LogicalLine
+from fuzzyctl.source import SourceText, Span
+
+#: What a name may be made of.
+NAME_RULE: Final = "a name begins with a letter or '_' and goes on with letters, digits and '_'"
+
+#: Longest name.
+MAX_NAME: Final = 200
+
+_Tree = TypeVar("_Tree", ex.Expr, sx.Truth)
+
+
+@v_args(inline=True)
+class Builder(Transformer[Token, Any]):
+    """Turns what the grammar recognises into syntax nodes, bottom-up and without recursion."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.source = SourceText("", "")
+        self.base = 0
+
+    def begin(self, source: SourceText, line: LogicalLine) -> None:
+        """Say which line is parsed next; `problems` then gathers what the grammar accepts but the language does not."""
+        self.source, self.base = source, line.start
+        first = line.start + len(source.text[line.start : line.end]) - len(source.text[line.start : line.end].lstrip())
+        self.line = Span(source, first, line.end)
+        self.problems: list[Diagnostic] = []
+
+    def _at(self, token: Token) -> Span:
+        assert token.start_pos is not None
+        assert token.end_pos is not None
+        return Span(self.source, self.base + token.start_pos, self.base + token.end_pos)
+
+    def _word(self, token: Token) -> sx.Word:
+        if len(token) > MAX_NAME:
+            message = f"the name has {len(token)} characters, more than {MAX_NAME}"
+            self.problems.append(Diagnostic("FZ107", message, self._at(token), help="shorten it"))
+        text = unicodedata.normalize("NFC", str(token))
+        if token.type == "NAME" and not text.isidentifier():
+            # Such as ½ and ², which are letters to a regular expression but not to a reader.
+            self.problems.append(Diagnostic("FZ105", f"'{_short(text)}' is no name", self._at(token), help=NAME_RULE))
+        return sx.Word(text, self._at(token))
+
+    def _float(self, token: Token) -> float:
+        """Read a number; what a double cannot hold is a mistake, not an infinity or a zero."""
+        value = float(token)
+        lost = value == 0.0 and any(c in "123456789" for c in token.lower().split("e")[0])
+        if value == float("inf") or lost:
+            bound = "larger than 1.8e308" if not lost else "smaller than 5e-324"
+            self.problems.append(
+                Diagnostic(
+                    "FZ108",
+                    f"the number {_short(token)} is {bound}",
+                    self._at(token),
+                    help="write 'inf' for an infinite foot" if not lost else "write 0",
+                )
+            )
+        return value
+
+    def _bounded(self, root: _Tree) -> _Tree:
+        """Refuse an expression or antecedent nested too deeply for what reads it later; without recursion."""
+        stack = [(root, 1)]
+        while stack:
+            node, depth = stack.pop()
+            if isinstance(node, sx.Chain):
+                # A chain is computed from left to right: each operand is one level.
+                depth += len(node.operands)
+            elif isinstance(node, sx.Literal):
+                depth += len(node.hedges)
+            if depth > ex.MAX_DEPTH:
+                message = f"the expression nests deeper than {ex.MAX_DEPTH} levels"
+                self.problems.append(
+                    Diagnostic("FZ106", message, self.line, help="split it: give parts a name with 'param'")
+                )
+                return root
+            stack.extend((child, depth + 1) for child in _parts(node))
+        return root
+
+    def _words(self, tokens: tuple[Token, ...]) -> tuple[sx.Word, ...]:
+        return tuple(self._word(t) for t in tokens)
+
+    @staticmethod
+    def _string(token: Token | None) -> str:
+        return unicodedata.normalize("NFC", str(token)[1:-1]) if token is not None else ""
+
+    # -- statements
+
+    def fz(self, _keyword: Token, number: Token) -> sx.Version:
+        return sx.Version(self.line, self._word(number))
+
+    def system(self, _keyword: Token, name: Token, title: Token | None) -> sx.System:
+        return sx.System(self.line, self._word(name), self._string(title))
+
+    def citation(self, _keyword: Token, text: Token) -> sx.Citation:
+        return sx.Citation(self.line, self._string(text))
+
+    def setting(self, keyword: Token, value: Token, *options: sx.Option | None) -> sx.Setting:
+        given = tuple(o for o in options if o is not None)
+        return sx.Setting(self.line, self._word(keyword), self._word(value), given)
+
+    def own_setting(self, keyword: Token, value: Token, *options: sx.Option | None) -> sx.SettingClause:
+        setting = self.setting(keyword, value, *options)
+        end = setting.options[-1].value.span if setting.options else setting.value.span
+        return sx.SettingClause(setting, setting.keyword.span.to(end))
+
+    def semantics(self, _keyword: Token, profile: Token) -> sx.Semantics:
+        return sx.Semantics(self.line, self._word(profile))
+
+    def activation(self, keyword: Token, kind: Token, *options: sx.ActivationOption | None) -> sx.Activation:
+        given = tuple(o for o in options if o is not None)
+        return sx.Activation(self.line, self._word(keyword), self._word(kind), given)
+
+    def activation_option(self, name: Token, value: ex.Expr) -> sx.ActivationOption:
+        return sx.ActivationOption(self._word(name), value)
+
+    comparison_option = activation_option
+
+    def hedge(self, _keyword: Token, name: Token, parameter: Token, value: ex.Expr) -> sx.Hedge:
+        return sx.Hedge(self.line, self._word(name), self._word(parameter), value)
+
+    def use(self, _keyword: Token, path: Token) -> sx.Use:
+        return sx.Use(self.line, self._string(path), self._at(path))
+
+    def allow(self, keyword: Token, *rest: Token | None) -> sx.Allow:
+        *codes, reason = rest
+        return sx.Allow(self.line, self._word(keyword), self._words(tuple(c for c in codes if c)), self._string(reason))
+
+    def with_(self, _keyword: Token, condition: sx.Truth) -> sx.With:
+        return sx.With(self.line, condition)
+
+    def option(self, name: Token, value: Token) -> sx.Option:
+        return sx.Option(self._word(name), self._word(value))
+
+    def param(self, _keyword: Token, name: Token, value: ex.Expr, _unit: Token | None, unit: Token | None) -> sx.Param:
+        return sx.Param(self.line, self._word(name), value, self._string(unit))
+
+    def input(self, keyword: Token, name: Token, label: Token | None, _in: Token, *rest: Any) -> sx.Variable:
+        (lower, upper), *clauses = rest
+        return sx.Variable(
+            self.line, self._word(keyword), self._word(name), self._string(label), lower, upper, tuple(clauses)
+        )
+
+    output = input
+
+    def range(self, lower: ex.Expr, upper: ex.Expr) -> tuple[ex.Expr, ex.Expr]:
+        return lower, upper
+
+    def unit(self, keyword: Token, text: Token) -> sx.UnitClause:
+        return sx.UnitClause(self._string(text), self._at(keyword).to(self._at(text)))
+
+    def extrapolate(self, keyword: Token) -> sx.ExtrapolateClause:
+        return sx.ExtrapolateClause(self._at(keyword))
+
+    def adaptive(self, keyword: Token, _rate: Token, rate: ex.Expr) -> sx.AdaptiveClause:
+        return sx.AdaptiveClause(rate, self._at(keyword).to(ex.span_of(rate) or self._at(keyword)))
+
+    def fallback(self, keyword: Token, value: ex.Expr | Token) -> sx.FallbackClause:
+        what = self._word(value) if isinstance(value, Token) else value
+        place = what.span if isinstance(what, sx.Word) else ex.span_of(what)
+        return sx.FallbackClause(what, self._at(keyword).to(place or self._at(keyword)))
+
+    def terms(self, _keyword: Token, *items: sx.PartitionItem) -> sx.TermsLine:
+        return sx.TermsLine(self.line, items)
+
+    def item(self, name: Token, peak: ex.Expr | None) -> sx.PartitionItem:
+        return sx.PartitionItem(self._word(name), peak, None)
+
+    def item_value(self, name: Token, value: ex.Expr) -> sx.PartitionItem:
+        return sx.PartitionItem(self._word(name), None, value)
+
+    def table(
+        self,
+        _keyword: Token,
+        outputs: tuple[sx.Word, ...],
+        first: Token,
+        _x: Token | None,
+        second: Token | None,
+        _from: Token | None,
+        csv: Token | None,
+    ) -> sx.Table:
+        word = self._word(second) if second is not None else None
+        place = self._at(csv) if csv is not None else None
+        return sx.Table(self.line, outputs, self._word(first), word, self._string(csv), place)
+
+    def names(self, *names: Token) -> tuple[sx.Word, ...]:
+        return self._words(names)
+
+    def rule(self, _if: Token, antecedent: sx.Truth, _then: Token, *rest: Any) -> sx.Rule:
+        *consequents, _weight, weight = rest
+        return sx.Rule(self.line, antecedent, tuple(consequents), weight)
+
+    def consequent(self, output: Token, _is: Token, term: Token | sx.FunctionTerm) -> sx.ConsequentText:
+        return sx.ConsequentText(self._word(output), self._word(term) if isinstance(term, Token) else term)
+
+    def function_term(self, kind: Token, *arguments: ex.Expr | None) -> sx.FunctionTerm:
+        given = tuple(a for a in arguments if a is not None)
+        end = ex.span_of(given[-1]) if given else None
+        span = self._at(kind)
+        return sx.FunctionTerm(self._word(kind), given, span.to(end) if end else span)
+
+    def require(
+        self, _keyword: Token, claim: ex.Expr, _w: Token | None, within: ex.Expr | None, _when: Token | None, when: Any
+    ) -> sx.Require:
+        return sx.Require(self.line, claim, within, when)
+
+    # -- lines below a statement
+
+    def term_line(self, name: Token, kind: Token, *arguments: sx.Argument | None) -> sx.TermLine:
+        given = tuple(a for a in arguments if a is not None)
+        return sx.TermLine(self.line, self._word(name), self._word(kind), given)
+
+    def argument(self, value: ex.Expr) -> sx.Argument:
+        return sx.Argument(value, None, ex.span_of(value) or self.line)
+
+    def keyword_argument(self, keyword: Token, value: ex.Expr) -> sx.Argument:
+        word = self._word(keyword)
+        return sx.Argument(value, word, word.span.to(ex.span_of(value) or word.span))
+
+    def header(self, *terms: Token) -> sx.HeaderLine:
+        return sx.HeaderLine(self.line, self._words(terms))
+
+    def row(self, label: Token | None, *cells: sx.CellText) -> sx.RowLine:
+        return sx.RowLine(self.line, self._word(label) if label is not None else None, cells)
+
+    def cell(self, *parts: Any) -> sx.CellText:
+        *given, weight = parts
+        terms = tuple(self._word(t) if isinstance(t, Token) else t for t in given if not _is_slash(t))
+        first, last = _place(terms[0]) or self.line, _place(terms[-1]) or self.line
+        return sx.CellText(terms, weight, first.to(last))
+
+    def empty_cell(self, dot: Token) -> sx.CellText:
+        return sx.CellText((), None, self._at(dot))
+
+    # -- antecedents
+
+    def truth(self, inner: sx.Truth) -> sx.Truth:
+        return self._bounded(inner)
+
+    def literal(self, variable: Token, _is: Token, *words: Token) -> sx.Literal:
+        *hedges, term = self._words(words)
+        if words[-1].type == "NOT":
+            self.problems.append(Diagnostic("FZ102", "'not' needs a term behind it", self._at(words[-1])))
+        return sx.Literal(self._at(variable).to(self._at(words[-1])), self._word(variable), tuple(hedges), term)
+
+    def negation(self, keyword: Token, operand: sx.Truth) -> sx.Negation:
+        return sx.Negation(self._at(keyword).to(operand.span), operand)
+
+    def group(self, operand: sx.Truth) -> sx.Group:
+        return sx.Group(operand.span, operand)
+
+    def conjunction(self, *parts: Any) -> sx.Chain:
+        operands = parts[::2]
+        return sx.Chain(operands[0].span.to(operands[-1].span), "and", operands)
+
+    def disjunction(self, *parts: Any) -> sx.Chain:
+        operands = parts[::2]
+        span = operands[0].span.to(operands[-1].span)
+        mixed = next((o for o in operands if isinstance(o, sx.Chain)), None)
+        if mixed is not None:
+            self.problems.append(
+                Diagnostic(
+                    "FZ109",
+                    "AND and OR are mixed without parentheses",
+                    mixed.span,
+                    facts=("AND binds tighter than OR here, but tools differ, and so may readers",),
+                    help=f"write ({mixed.span.text}), or put parentheses where they are meant",
+                )
+            )
+        return sx.Chain(span, "or", operands)
+
+    # -- expressions
+
+    def number(self, token: Token) -> ex.Number:
+        return ex.Number(self._float(token), str(token), self._at(token))
+
+    def name(self, token: Token) -> ex.Name:
+        return ex.Name(self._word(token).text, self._at(token))
+
+    def arith(self, inner: ex.Expr) -> ex.Expr:
+        return self._bounded(inner)
+
+    def claim(self, inner: ex.Expr) -> ex.Expr:
+        return self._bounded(inner)
+
+    def parenthesis(self, inner: ex.Expr) -> ex.Expr:
+        # A number in parentheses is no literal that a sign could belong to: -(1) negates, -1 is a number.
+        return dataclasses.replace(inner, text=f"({inner.text})") if isinstance(inner, ex.Number) else inner
+
+    def call(self, function: Token, *arguments: ex.Expr | None) -> ex.Call:
+        given = tuple(a for a in arguments if a is not None)
+        end = ex.span_of(given[-1]) if given else None
+        span = self._at(function)
+        return ex.Call(self._word(function).text, given, span.to(end) if end else span)
+
+    def signed(self, operator: Token, operand: ex.Expr) -> ex.Expr:
+        if operator == "+":
+            return operand
+        span = self._at(operator).to(ex.span_of(operand) or self._at(operator))
+        if isinstance(operand, ex.Number) and not operand.text.startswith(("-", "(")):
+            return ex.Number(-operand.value, f"-{operand.text}", span)
+        return ex.Negate(operand, span)
+
+    def sum(self, left: ex.Expr, operator: Token, right: ex.Expr) -> ex.Binary:
+        op: Any = str(operator)
+        return ex.Binary(op, left, right, self._join(left, right))
+
+    product = sum
+    power = sum
+
+    def comparison(self, left: ex.Expr, operator: Token | None, right: ex.Expr | None) -> ex.Expr:
+        if operator is None or right is None:
+            return left
+        op: Any = str(operator)
+        return ex.Compare(op, left, right, self._join(left, right))
+
+    def claim_not(self, keyword: Token, operand: ex.Expr) -> ex.Logic:
+        return ex.Logic("not", (operand,), self._at(keyword).to(ex.span_of(operand) or self._at(keyword)))
+
+    def claim_and(self, *parts: Any) -> ex.Logic:
+        return ex.Logic("and", parts[::2], self._join(parts[0], parts[-1]))
+
+    def claim_or(self, *parts: Any) -> ex.Logic:
+        return ex.Logic("or", parts[::2], self._join(parts[0], parts[-1]))
+
+    def signed_number(self, sign: Token | None, token: Token) -> ex.Number:
+        value, span = self._float(token), self._at(token)
+        if sign is not None and sign == "-":
+            return ex.Number(-value, f"-{token}", self._at(sign).to(span))
+        return ex.Number(value, str(token), span)
+
+    def value_expression(self, inner: ex.Expr) -> ex.Expr:
+        return inner
+
+    def _join(self, left: ex.Expr, right: ex.Expr) -> Span | None:
+        first, last = ex.span_of(left), ex.span_of(right)
+        return first.to(last) if first is not None and last is not None else first or last
+
+
+def _is_slash(part: Any) -> bool:
+    return isinstance(part, Token) and part.type != "NAME"
+
+
+def _place(term: sx.ConsequentTerm) -> Span | None:
+    return term.span if isinstance(term, sx.Word | sx.FunctionTerm) else ex.span_of(term)
+
+
+def _parts(node: Any) -> tuple[Any, ...]:
+    if isinstance(node, ex.Expr):
+        return ex.children(node)
+    if isinstance(node, sx.Chain):
+        return node.operands
+    return (node.operand,) if isinstance(node, sx.Negation | sx.Group) else ()
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= 24 else f"{text[:20]}…"
