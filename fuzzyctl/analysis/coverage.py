@@ -174,8 +174,16 @@ class Truths(Mapping[str, Interval]):
         self._known = dict(degrees)
 
     def __getitem__(self, name: str) -> Interval:
-        if name not in self._known:
-            self._known[name] = self.strength(self._steps[name])
+        waiting = [] if name in self._known else [name]
+        while waiting:
+            # Steps read earlier ones; a long chain of them must not be a deep recursion.
+            step = waiting[-1]
+            missing = [n.name for n in names_in(self._steps[step]) if n.name not in self._known]
+            if missing:
+                waiting.extend(missing)
+            else:
+                self._known[step] = self.strength(self._steps[step])
+                waiting.pop()
         return self._known[name]
 
     def strength(self, expr: Expr) -> Interval:

@@ -180,9 +180,10 @@ def _normalised(plan: Plan, front: _Front) -> list[Expr]:
     """Return ξ of each state entry: activation over the sum of the activations of its output, 0 where none fires."""
     builder = front.builder
     normalised: list[Expr] = []
+    activations = {o: [front.activations[e.rule] for e in plan.outputs[o].implied] for o, _ in plan.states}
+    totals = {o: builder.total(own) for o, own in activations.items()}
     for o, k in plan.states:
-        own = [front.activations[entry.rule] for entry in plan.outputs[o].implied]
-        total = builder.total(own)
+        own, total = activations[o], totals[o]
         share = Where(Compare(">", total, ZERO), Binary("/", own[k], total), ZERO)
         normalised.append(builder.let(share) if own[k] != ZERO else ZERO)
     return normalised

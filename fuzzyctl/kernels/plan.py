@@ -8,7 +8,20 @@ from functools import reduce
 from typing import Final, Literal
 
 from fuzzyctl.errors import Diagnostic, DiagnosticError, FuzzyctlError, UnknownNameError
-from fuzzyctl.expr import CONSTANTS, ONE, ZERO, Binary, Call, Expr, Name, Number, names_in, replace, replace_names
+from fuzzyctl.expr import (
+    CONSTANTS,
+    MAX_DEPTH,
+    ONE,
+    ZERO,
+    Binary,
+    Call,
+    Expr,
+    Name,
+    Number,
+    names_in,
+    replace,
+    replace_names,
+)
 from fuzzyctl.formulas import (
     CONJUNCTIONS,
     DISJUNCTIONS,
@@ -21,6 +34,7 @@ from fuzzyctl.formulas import (
     is_monotone,
     one_minus,
 )
+from fuzzyctl.kernels.program import DEEPEST, depth
 from fuzzyctl.model.method import AVERAGES, OVER_RULES
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, literals
 from fuzzyctl.model.system import FuzzySystem
@@ -301,6 +315,9 @@ class _Antecedents:
         self.strengths: dict[Expr, int] = {}
 
     def strength(self, antecedent: Antecedent) -> int:
+        if _nesting(antecedent) > MAX_DEPTH:
+            message = f"an antecedent is nested more than {MAX_DEPTH} deep"
+            raise DiagnosticError([Diagnostic("FZ106", message, help="join the parts with one 'and' or 'or'")])
         return self.strengths.setdefault(self.truth(antecedent), len(self.strengths))
 
     def truth(self, antecedent: Antecedent) -> Expr:
@@ -308,7 +325,7 @@ class _Antecedents:
             case Is(variable=variable, term=term, hedges=hedges):
                 return reduce(self.hedged, reversed(hedges), self.degree(variable, term))
             case Not(operand=operand):
-                return one_minus(self.truth(operand))
+                return one_minus(self.shallow(self.truth(operand)))
             case And(operands=operands):
                 return self.join(CONJUNCTIONS, self.system.method.conjunction, operands)
             case Or(operands=operands):
@@ -318,7 +335,7 @@ class _Antecedents:
     def join(self, norms: dict[str, Norm], name: str, operands: tuple[Antecedent, ...]) -> Expr:
         norm, truths = norms[name], [self.truth(operand) for operand in operands]
         if name in _ONCE:
-            return reduce(norm, truths)
+            return reduce(lambda a, b: norm(self.shallow(a), self.shallow(b)), truths)
         return reduce(lambda a, b: norm(self.named(a), self.named(b)), truths)
 
     def hedged(self, truth: Expr, hedge: str) -> Expr:
@@ -331,6 +348,10 @@ class _Antecedents:
         if hedge not in HEDGES:
             raise UnknownNameError("hedge", hedge, [*HEDGES, *self.hedges])
         return HEDGES[hedge](self.named(truth))
+
+    def shallow(self, truth: Expr) -> Expr:
+        """Return a truth, or a name for it where it is nested deeply."""
+        return self.named(truth) if depth(truth) >= DEEPEST else truth
 
     def named(self, truth: Expr) -> Expr:
         """Return a name for what a formula mentions several times."""
@@ -351,6 +372,22 @@ class _Antecedents:
             self.names[key] = Name(degree_name(len(self.degrees)))
             self.degrees[key] = DegreePlan(key[0], term, degrees(self.system, declared.name, found))
         return self.names[key]
+
+
+def _nesting(antecedent: Antecedent) -> int:
+    level: list[Antecedent] = [antecedent]
+    deepest = -1
+    while level:
+        deepest += 1
+        inner: list[Antecedent] = []
+        for part in level:
+            match part:
+                case Not(operand=operand):
+                    inner.append(operand)
+                case And(operands=operands) | Or(operands=operands):
+                    inner.extend(operands)
+        level = inner
+    return deepest
 
 
 def guarded(expr: Expr) -> Expr:

@@ -9,7 +9,12 @@ from functools import reduce
 from itertools import count
 from typing import Final
 
-from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, Expr, Logic, Name, Number, Where, replace
+from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where, children, replace
+
+#: Deeper expressions are written as several statements, since parsers stop at some depth (CPython's at 200).
+DEEPEST: Final = 40
+#: So many values are added up in one statement.
+SUMMANDS: Final = 32
 
 #: One object, so that programs that hold it compare equal.
 NAN: Final = Number(math.nan)
@@ -112,11 +117,35 @@ class Builder:
         value = self.flat(value)
         if is_atom(value):
             return value
+        if depth(value) > DEEPEST:
+            value, _ = self._shallow(value)
         if value not in self._known:
             name = self.fresh()
             self.statements.append(Assign(name, value))
             self._known[value] = Name(name)
         return self._known[value]
+
+    def _shallow(self, value: Expr) -> tuple[Expr, int]:
+        """Return a value, and its depth, with names for its deep parts.
+
+        Choices stay whole: only the chosen side may be computed.
+        """
+        if not isinstance(value, Binary | Call | Negate):
+            return value, depth(value)
+        parts: list[Expr] = []
+        deepest = 0
+        for part in children(value):
+            own, height = self._shallow(part)
+            if height >= DEEPEST:
+                own, height = self.let(own), 0
+            parts.append(own)
+            deepest = max(deepest, height)
+        match value:
+            case Binary(op=op):
+                return Binary(op, parts[0], parts[1]), deepest + 1
+            case Call(function=function):
+                return Call(function, tuple(parts)), deepest + 1
+        return Negate(parts[0]), deepest + 1
 
     def flat(self, value: Expr) -> Expr:
         """Return a value in which `min` and `max` are pairs of atoms and `sign` is a choice.
@@ -152,8 +181,11 @@ class Builder:
 
     def total(self, terms: Iterable[Expr]) -> Expr:
         """Return the sum of some values, 0 for none."""
-        parts = [t for t in terms if t != ZERO]
-        return self.let(reduce(plus, parts)) if parts else ZERO
+        total: Expr = ZERO
+        for k, part in enumerate(t for t in terms if t != ZERO):
+            # Named now and then, so that no sum is deep; the order of the additions stays.
+            total = plus(total if k % SUMMANDS else self.let(total), part)
+        return self.let(total)
 
     def largest(self, terms: Iterable[Expr]) -> Expr:
         """Return the largest of some values, 0 for none."""
@@ -201,6 +233,15 @@ def _named(builder: Builder, value: Expr) -> Expr:
 def is_atom(value: Expr) -> bool:
     """Return whether a value costs nothing to write twice."""
     return isinstance(value, Name | Number | Item)
+
+
+def depth(value: Expr) -> int:
+    """Return how deep an expression is nested, 0 for an atom."""
+    level, deepest = [value], -1
+    while level:
+        deepest += 1
+        level = [part for node in level for part in children(node)]
+    return deepest
 
 
 def plus(a: Expr, b: Expr) -> Expr:
