@@ -7,6 +7,7 @@ exact; cells are single points and the floats strictly between two neighbouring 
 from __future__ import annotations
 
 import math
+from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise, product
@@ -14,7 +15,7 @@ from typing import Final
 
 from fuzzyctl.analysis.intervals import Interval, decide, enclose
 from fuzzyctl.errors import Diagnostic
-from fuzzyctl.expr import Compare, Expr, Name, Number, names_in
+from fuzzyctl.expr import Binary, Call, Compare, Expr, Name, Number, names_in, walk
 from fuzzyctl.formulas import CONJUNCTIONS, EXACT_IMPLICATIONS
 from fuzzyctl.kernels.defuzzify import sample_points, sampled_degrees, support
 from fuzzyctl.kernels.plan import InputPlan, OutputPlan, Plan, RulePlan, SetPlan, degree_name, plan, step_name
@@ -25,6 +26,8 @@ from fuzzyctl.model.system import FuzzySystem
 CERTAIN: Final = 1e-200
 #: A consequent set narrower than this part of the range, or lower than this at all samples, does not count.
 NARROW: Final = 1e-12
+#: Firing strengths that no rounding brings below `CERTAIN`.
+_CLEAR: Final = 1e-150
 #: Evaluations of firing strengths spent on one output before it is left undecided: about a second.
 BUDGET: Final = 150_000
 #: Boxes that are halved where cells alone do not decide.
@@ -277,6 +280,9 @@ class _Search:
 
     def verdict(self) -> Verdict:
         self._prepare()
+        if self._is_complete_table():
+            return None
+        self.known = [[self._degrees_in(k, cell.floats) for cell in own] for k, own in enumerate(self.cells)]
         try:
             for position in self._holes(0, (), {}, list(self.rules)):
                 return self._grown(position)
@@ -288,10 +294,12 @@ class _Search:
         """Find the rules that count, their strengths, and the inputs they look at."""
         self.rules: dict[int, list[tuple[RulePlan, float]]] = {}
         self.implication = scalar_function(CONJUNCTIONS[self.output.implication](Name("a"), Name("b")))
+        terms = {entry.term: self.output.terms[entry.term] for entry in self.output.implied}
+        tops = {t: _top(self.output, term) for t, term in terms.items() if _counts(self.output, term)}
         for entry in self.output.implied:
-            rule, term = self.plan.rules[entry.rule], self.output.terms[entry.term]
-            if rule.weight > 0.0 and _counts(self.output, term):
-                self.rules.setdefault(rule.strength, []).append((rule, _top(self.output, term)))
+            rule = self.plan.rules[entry.rule]
+            if rule.weight > 0.0 and entry.term in tops:
+                self.rules.setdefault(rule.strength, []).append((rule, tops[entry.term]))
         names = {n for s in self.rules for n in degrees_read(self.plan, self.plan.strengths[s])}
         named = {degree_name(i): d for i, d in enumerate(self.plan.degrees) if degree_name(i) in names}
         self.degrees = {n: d for n, d in named.items() if d.variable < len(self.plan.inputs)}
@@ -305,7 +313,30 @@ class _Search:
         self.cells = [
             cells(self.plan.inputs[i], [d.set for d in self.plan.degrees if d.variable == i]) for i in self.used
         ]
-        self.known = [[self._degrees_in(k, cell.floats) for cell in own] for k, own in enumerate(self.cells)]
+
+    def _is_complete_table(self) -> bool:
+        """Prove coverage input by input: rules for every combination of the terms, and terms that cover each input.
+
+        Everywhere some term of each input then has at least the degree found here, and the rule of these terms fires.
+        """
+        if self.fixed or not self.used:
+            return False
+        least: list[float] = []
+        for k, i in enumerate(self.used):
+            least.append(min(_best(self.cells[k], [d.set for d in self.degrees.values() if d.variable == i])))
+        # Far above `CERTAIN`, so that the order of a product does not matter.
+        strength = math.prod(least)
+        if strength < _CLEAR:
+            return False
+        found: set[tuple[str, ...]] = set()
+        for s, rules in self.rules.items():
+            names = _conjunction(self.plan.strengths[s])
+            own = sorted(names, key=lambda n: self.degrees[n].variable)
+            sure = any(self._moved(rule, top, (strength, 1.0))[0] >= CERTAIN for rule, top in rules)
+            if sure and [self.degrees[n].variable for n in own] == self.used:
+                found.add(tuple(own))
+        terms = [sum(d.variable == i for d in self.degrees.values()) for i in self.used]
+        return len(found) == math.prod(terms)
 
     def _degrees_in(self, position: int, floats: Interval) -> dict[str, Interval]:
         own = {n: d for n, d in self.degrees.items() if d.variable == self.used[position]}
@@ -420,6 +451,33 @@ class _Search:
     def _doubt(self, reason: str) -> str:
         names = {o.name for k, o in enumerate(self.plan.outputs) if k in self.output.reads}
         return f"all that is known of {', '.join(sorted(names))} is the range" if self.fixed else reason
+
+
+def _best(own: Sequence[Cell], sets: Sequence[SetPlan]) -> list[float]:
+    """Return for each cell of an input a degree that some term has everywhere in it."""
+    best = [0.0] * len(own)
+    starts, stops = [cell.floats[0] for cell in own], [cell.floats[1] for cell in own]
+    for term in sets:
+        first, last = 0, len(own)
+        corners = term.vertices
+        if corners and corners[0][1] == 0.0:
+            first = bisect_left(stops, corners[0][0])
+        if corners and corners[-1][1] == 0.0:
+            last = bisect_right(starts, corners[-1][0])
+        for c in range(first, last):
+            best[c] = max(best[c], degree_in(term, own[c].floats)[0])
+    return best
+
+
+def _conjunction(strength: Expr) -> list[str]:
+    """Return the names in a minimum or a product of names, nothing for any other firing strength."""
+    parts = list(walk(strength))
+    if all(isinstance(p, Name) or (isinstance(p, Binary) and p.op == "*") for p in parts) or all(
+        isinstance(p, Name) or (isinstance(p, Call) and p.function == "min") for p in parts
+    ):
+        names = [p.name for p in parts if isinstance(p, Name)]
+        return names if len(set(names)) == len(names) and all(n.startswith("d") for n in names) else []
+    return []
 
 
 class _SpentError(Exception):

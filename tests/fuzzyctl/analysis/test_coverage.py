@@ -104,7 +104,7 @@ if x is mid then u is a
 
     def test_too_many_cells_leave_it_undecided(self, monkeypatch):
         monkeypatch.setattr(coverage, "BUDGET", 10)
-        verdict = uncovered(two())["u"]
+        verdict = uncovered(two(conjunction="hamacher_product"))["u"]
         assert isinstance(verdict, Undecided)
         assert "2 inputs" in verdict.reason
 
@@ -123,6 +123,33 @@ if x is rest then u is a
         assert isinstance(uncovered(loads(text))["u"], Undecided)
 
 
+class TestLargeTables:
+    @pytest.mark.parametrize("conjunction", ["min", "product"])
+    def test_complete_ones_are_decided_input_by_input(self, conjunction, monkeypatch):
+        monkeypatch.setattr(coverage, "BUDGET", 0)
+        assert uncovered(table(40, conjunction))["u"] is None
+
+    def test_incomplete_ones_are_not(self, monkeypatch):
+        hole = uncovered(table(6, "min", missing="."))["u"]
+        assert isinstance(hole, Hole)
+
+    @pytest.mark.parametrize("feet", [(5, 5), (7, 4)])
+    def test_complete_ones_of_terms_with_a_gap_are_not(self, feet):
+        assert isinstance(uncovered(two(start=feet[0], end=feet[1]))["u"], Hole)
+
+
+def table(count, conjunction, missing="a"):
+    names = " ".join(f"T{i}" for i in range(count))
+    rows = "\n".join(
+        f"  T{i} | {' '.join(missing if i == j == 1 else 'a' for j in range(count))}" for i in range(count)
+    )
+    return loads(
+        f"system s\nand {conjunction}\ndefuzzifier weighted_average\ninput x in [0, 1]\n  terms {names}\n"
+        f"input y in [-1, 1]\n  terms {names}\noutput u in [0, 1] else error\n  a = singleton(1)\n"
+        f"table u = x x y\n  {names}\n{rows}\n"
+    )
+
+
 class TestDiagnostics:
     def test_a_hole_without_else_is_an_error_at_the_output(self):
         (found,) = diagnostics(two(start=7, end=4))
@@ -135,7 +162,7 @@ class TestDiagnostics:
 
     def test_what_is_undecided_asks_for_an_else(self, monkeypatch):
         monkeypatch.setattr(coverage, "BUDGET", 10)
-        (found,) = diagnostics(two())
+        (found,) = diagnostics(two(conjunction="hamacher_product"))
         assert (found.code, found.severity) == ("FZ401", "error")
         assert found.message == "it cannot be decided whether some rule always fires for output 'u'"
         assert "else VALUE" in found.help
