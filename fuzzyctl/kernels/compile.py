@@ -14,6 +14,7 @@ from fuzzyctl.errors import (
     FuzzyctlError,
     NoRuleFiresError,
     UnknownNameError,
+    ValueOutOfBoundsError,
 )
 from fuzzyctl.kernels import inference, python_backend
 from fuzzyctl.kernels.plan import Plan, plan, planned_set
@@ -83,12 +84,17 @@ class Kernel:
         except NoRuleFiresError:
             raise
         except ArithmeticError as error:
+            if isinstance(error, OverflowError):
+                raise self._too_large(arguments) from None
             output = self._refusals.get(str(error))
             if output is None:
                 raise
             point = python_backend.point_text(self.input_names, arguments[: len(self.input_names)])
             raise NoRuleFiresError(output, point) from None
         except (TypeError, ValueError) as error:
+            # Compiled code refuses integers beyond 64 bits in its own words.
+            if len(arguments) == self._n_arguments and any(_overflows(a) for a in arguments):
+                raise self._too_large(arguments) from None
             raise self._argument_error(arguments, error) from error
 
     def batch(self, points: Any, state: Any = None) -> FloatArray:
@@ -256,6 +262,13 @@ class Kernel:
         if found != self.n_states:
             raise ArgumentError(f"the state must have {self.n_states} entries, got {found}")
 
+    def _too_large(self, arguments: Sequence[Any]) -> ValueOutOfBoundsError:
+        """Name the input that is too large for a float."""
+        for name, value in zip(self.input_names, arguments, strict=False):
+            if _overflows(value):
+                return ValueOutOfBoundsError(f"input {name!r}", type(value), "within the range of floats")
+        return ValueOutOfBoundsError("an input", type(arguments), "within the range of floats")
+
     def _argument_error(self, arguments: Sequence[Any], error: Exception) -> ArgumentError:
         if isinstance(error, ArgumentError):
             return error
@@ -267,11 +280,32 @@ class Kernel:
         return ArgumentError(f"each input must be a real number{state}; got {kinds}; kernel.batch takes arrays")
 
 
+def _overflows(value: Any) -> bool:
+    try:
+        if isinstance(value, Real):
+            float(value)
+    except OverflowError:
+        return True
+    return False
+
+
 def _float_array(values: Any, what: str) -> FloatArray:
     import numpy as np
 
     try:
-        return np.asarray(values, dtype=np.float64)
+        if isinstance(values, np.ma.MaskedArray) and np.ma.is_masked(values):
+            raise ArgumentError(f"{what} has masked entries; fill them first")
+        array = np.asarray(values)
+        if array.dtype.kind not in "biuf":
+            # Texts, complex numbers and None would be turned into floats without a word; Fractions may be.
+            kinds = all(isinstance(v, Real) for v in array.flat) if array.dtype.kind == "O" else False
+            if not kinds:
+                raise ArgumentError(f"{what} must be an array of real numbers, got {array.dtype}")
+        return np.asarray(array, dtype=np.float64)
+    except OverflowError:
+        raise ValueOutOfBoundsError(what, type(values), "within the range of floats") from None
+    except ArgumentError:
+        raise
     except (TypeError, ValueError) as error:
         raise ArgumentError(f"{what} must be an array of real numbers: {error}") from None
 
@@ -290,6 +324,10 @@ def compile(system: FuzzySystem, backend: str = "auto") -> Kernel:
         BackendUnavailableError: For a backend whose package cannot be imported.
         DiagnosticError: For a defuzzifier that the terms do not suit.
     """
+    if not isinstance(system, FuzzySystem):
+        raise ArgumentError(f"compile takes a FuzzySystem, got {type(system).__name__}")
+    if not isinstance(backend, str):
+        raise ArgumentError(f"the backend must be one of {', '.join(BACKENDS)}, got {type(backend).__name__}")
     if backend not in BACKENDS:
         raise UnknownNameError("backend", backend, BACKENDS)
     return Kernel(plan(system), _resolve(backend))
