@@ -102,7 +102,10 @@ def empty_ranges(system: FuzzySystem) -> Iterator[Diagnostic]:
     """Find ranges whose lower end is not below the upper one."""
     for v in (*system.inputs, *system.outputs):
         low, high = system.number(v.lower), system.number(v.upper)
-        if not low < high:
+        if math.isinf(high - low):
+            message = f"the range of '{v.name}' is wider than a number can be: [{low:.6g}, {high:.6g}]"
+            yield Diagnostic("FZ304", message, v.span, help="take another unit")
+        elif not low < high:
             span = _join(span_of(v.lower), span_of(v.upper)) or v.span
             yield Diagnostic(
                 "FZ304", f"the range of '{v.name}' is empty: [{low:.6g}, {high:.6g}]", span, help="swap the ends"

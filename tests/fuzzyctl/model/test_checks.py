@@ -69,6 +69,7 @@ class TestChecks:
             ("terms N@0 P@10", "terms N@10 P@0", "FZ301"),
             ('[0, 10] unit "m"\n  terms N@0 P@10', "[0, inf]\n  terms N P", "FZ302"),
             ("[-2, 2]", "[2, -2]", "FZ304"),
+            ("[-2, 2]", "[-1.7e308, 1.7e308]", "FZ304"),
             ('[0, 10] unit "m"\n  terms N@0 P@10', "[9, 1]\n  terms N P", "FZ304"),
         ],
     )
