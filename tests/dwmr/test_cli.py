@@ -275,7 +275,7 @@ class TestStartUp:
     )
     def test_loads_nothing_heavy_before_a_run(self, arguments, status):
         code = (
-            "import sys\nfrom dwmr.cli import main\n"
+            "import sys\nfrom dwmr.cli.main import main\n"
             "try:\n    main(sys.argv[1:])\nexcept SystemExit as stop:\n    status = stop.code\n"
             "heavy = {'numba', 'matplotlib', 'scipy'} & set(sys.modules)\n"
             "print('HEAVY', sorted(heavy), status)\n"

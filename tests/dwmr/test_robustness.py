@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dwmr import cli, compiled, controllers, simulate
+from dwmr import compiled, controllers, simulate
+from dwmr.cli.main import main
 from dwmr.folder import results
 from dwmr.fuzzy_gains import Rules
 from dwmr.scenario_file import find, read
@@ -162,7 +163,7 @@ class TestFolder:
 
         monkeypatch.setattr(figures, "draw_path", fail)
         with pytest.raises(SystemExit) as stop:
-            cli.main(["run", "paper", "--set", "run.horizon=0.1", "-o", str(tmp_path)])
+            main(["run", "paper", "--set", "run.horizon=0.1", "-o", str(tmp_path)])
         assert stop.value.code == 0
         assert sorted(p.name for p in tmp_path.iterdir()) == ["errors.png", "summary.json", "trajectory.npz"]
         assert "path.png could not be drawn: Singular matrix" in capsys.readouterr().err
@@ -267,7 +268,7 @@ class TestInterruption:
         monkeypatch.setattr(simulate, "run", run)
         arguments = ["run", "paper", "--controller", "all", "--set", "run.horizon=0.1", "-o", str(tmp_path)]
         with pytest.raises(SystemExit) as stop:
-            cli.main(arguments)
+            main(arguments)
         assert stop.value.code == 1
         assert list(json.loads((tmp_path / "summary.json").read_text())["controllers"]) == ["aifqsmc"]
         assert "fcafsmc was not run: interrupted" in capsys.readouterr().err
@@ -278,7 +279,7 @@ class TestInterruption:
 
         monkeypatch.setattr(simulate, "run", run)
         with pytest.raises(SystemExit) as stop:
-            cli.main(["run", "paper", "-o", str(tmp_path / "out")])
+            main(["run", "paper", "-o", str(tmp_path / "out")])
         assert stop.value.code == 1
         assert list(tmp_path.iterdir()) == []
 
@@ -294,19 +295,19 @@ class TestInterruption:
 
         monkeypatch.setattr(outputs, "write_trajectories", interrupted)
         with pytest.raises(SystemExit) as stop:
-            cli.main(["run", "paper", "--set", "run.horizon=0.1", "-o", str(tmp_path)])
+            main(["run", "paper", "--set", "run.horizon=0.1", "-o", str(tmp_path)])
         assert stop.value.code == 0
         assert sorted(p.name for p in tmp_path.iterdir()) == FILES
 
     @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
     def test_keeps_what_is_done_even_without_the_compiler(self, tmp_path, number):
         code = (
-            "import sys; sys.modules['numba'] = None\nfrom dwmr import cli, simulate\n"
+            "import sys; sys.modules['numba'] = None\nfrom dwmr import simulate\nfrom dwmr.cli.main import main\n"
             "plain = simulate.run\n"
             "def run(simulation, report):\n"
             "    return plain(simulation, lambda done: (print('at', done, flush=True), report(done)))\n"
             "simulate.run = run\n"
-            "cli.main(sys.argv[1:])\n"
+            "main(sys.argv[1:])\n"
         )
         arguments = ["run", "paper", "--controller", "smc", "-o", str(tmp_path)]
         with subprocess.Popen(

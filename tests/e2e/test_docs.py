@@ -36,7 +36,7 @@ import pytest
 from pydantic import BaseModel
 
 import fuzzyctl
-from dwmr.cli import main as dwmr_commands
+from dwmr.cli.main import main as dwmr_commands
 from dwmr.scenario import Scenario
 from fuzzyctl import build, errors, expr, formulas
 from fuzzyctl.assembly import MAX_FILES

@@ -65,7 +65,7 @@ def test_fuzzyctl_runs_from_the_wheel(installed):
 
 
 def test_dwmr_runs_from_the_wheel(installed):
-    result = run(installed, "dwmr.cli", "run", "paper", "--set", "run.horizon=2", "-o", "out")
+    result = run(installed, "dwmr.cli.main", "run", "paper", "--set", "run.horizon=2", "-o", "out")
     assert result.returncode == 0, result.stderr
     summary = json.loads((installed / "out" / "summary.json").read_text())
     assert "aifqsmc" in summary["controllers"]

@@ -1,65 +1,34 @@
-"""Command line: `dwmr run SCENARIO`. Heavy parts are imported inside the commands that need them."""
+"""`dwmr run SCENARIO`: run a scenario and write the results to a folder."""
 
 from __future__ import annotations
 
-import io
-import os
-import signal
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from dwmr import controllers
+from dwmr.cli.common import (
+    interrupts_wait,
+    mistakes_as_diagnostics,
+    progress,
+    read_scenario,
+    terminated_as_interrupted,
+    warn,
+)
 
 if TYPE_CHECKING:
     from dwmr.folder import Results
     from dwmr.scenario import Scenario
     from dwmr.scenario_file import ScenarioFile
     from dwmr.simulate import Trajectory
-    from fuzzyctl.errors import Diagnostic
 
 ALL = "all"
 
 
-class Program(click.Group):
-    """The command line program; a standard output that cannot be written to is a message, no traceback."""
-
-    def main(self, *args: Any, **kwargs: Any) -> Any:
-        """Run the command that the arguments name."""
-        for stream in (sys.stdout, sys.stderr):
-            if isinstance(stream, io.TextIOWrapper):  # a terminal or a file that has no Greek shows question marks
-                stream.reconfigure(errors="replace")
-        try:
-            try:
-                return super().main(*args, **kwargs)
-            finally:
-                sys.stdout.flush()
-        except OSError as error:
-            with suppress(OSError, ValueError):  # Python would complain again when it closes the stream
-                os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            if not isinstance(error, BrokenPipeError):
-                click.echo(f"error: {error}", err=True)
-            sys.exit(1)
-
-
-@click.group(cls=Program, context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(package_name="fuzzyctl")
-def main() -> None:
-    """Simulate formations of mobile robots under sliding mode control.
-
-    \b
-    dwmr run paper                              the paper's run: three robots, an eight, three obstacles
-    dwmr run paper --controller all             all control laws beside the paper's Table 12
-    dwmr run paper --rules my-rules             the same with your own rule files
-    dwmr run paper --set rules.ais_reaction.k_s=0.5 --set run.horizon=60
-    """
-
-
-@main.command(context_settings={"show_default": True})
+@click.command(context_settings={"show_default": True})
 @click.argument("scenario")
 @click.option(
     "--controller",
@@ -99,8 +68,8 @@ def run(
 
     The folder receives summary.json, trajectory.npz, path.png and errors.png.
     """
-    with _mistakes_as_diagnostics(style), _terminated_as_interrupted():
-        file = _read(scenario, overrides)
+    with mistakes_as_diagnostics(style), terminated_as_interrupted():
+        file = read_scenario(scenario, overrides)
         summary, finished = _run(file, controller, rules_folder, overrides, folder, style)
     if style == "json":
         from dwmr.outputs import to_json
@@ -108,16 +77,6 @@ def run(
         click.echo(to_json(summary), nl=False)
     if not finished:
         sys.exit(1)
-
-
-def _read(scenario: str, overrides: Sequence[str]) -> ScenarioFile:
-    from dwmr import overrides as values
-    from dwmr import scenario_file
-
-    try:
-        return scenario_file.read(scenario_file.find(scenario), overrides)
-    except (scenario_file.UnknownScenarioError, values.OverrideError) as error:
-        raise click.UsageError(str(error)) from error
 
 
 def _run(
@@ -139,7 +98,7 @@ def _run(
         rules.require_use_of(rules_folder)
         rules.warnings += rules.near_misses(rules_folder)
     check(file, names, rules)
-    _warn([*file.warnings, *rules.warnings])
+    warn([*file.warnings, *rules.warnings])
     with results(folder, ("summary.json", "trajectory.npz", "path.png", "errors.png")) as files:
         # the compiler comes only now, when nothing stands in the way of the run
         from dwmr import compiled, simulate
@@ -154,7 +113,7 @@ def _run(
                 "numba is not installed: the run is computed in plain Python, about a hundred times slower", err=True
             )
         trajectories = _simulate(simulations)
-        with _interrupts_wait():
+        with interrupts_wait():
             summary["controllers"] = {t.controller: measure(t, file.scenario) for t in trajectories}
             _write(files, summary, trajectories, file.scenario)
     done = len(trajectories) == len(names) and all(t.stop is None for t in trajectories)
@@ -185,13 +144,6 @@ def _write(files: Results, summary: Mapping[str, Any], trajectories: Sequence[Tr
     files.publish()
 
 
-def _warn(diagnostics: Sequence[Diagnostic]) -> None:
-    from fuzzyctl.errors import render_all
-
-    if diagnostics:
-        click.echo(render_all(diagnostics, color=sys.stderr.isatty()), err=True)
-
-
 def _simulate(simulations: Sequence[Any]) -> list[Trajectory]:
     """Run the simulations one after another with a progress display on a terminal.
 
@@ -201,7 +153,7 @@ def _simulate(simulations: Sequence[Any]) -> list[Trajectory]:
 
     trajectories: list[Trajectory] = []
     try:
-        with _progress() as start:
+        with progress() as start:
             for simulation in simulations:
                 trajectory = run_simulation(simulation, start(simulation.name, simulation.scenario.run.steps + 1))
                 trajectories.append(trajectory)
@@ -211,84 +163,3 @@ def _simulate(simulations: Sequence[Any]) -> list[Trajectory]:
         if not trajectories:
             raise
     return trajectories
-
-
-@contextmanager
-def _interrupts_wait() -> Iterator[None]:
-    """Let Ctrl-C wait while results are written, which takes a second or two."""
-    asked: list[int] = []
-    before = {}
-    for number in (signal.SIGINT, signal.SIGTERM):
-        with suppress(ValueError):  # signals belong to the main thread
-            before[number] = signal.signal(number, lambda n, _: asked.append(n))
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-        if asked:
-            click.echo("interrupted while the results were written; they are whole", err=True)
-
-
-@contextmanager
-def _terminated_as_interrupted() -> Iterator[None]:
-    """Take SIGTERM for Ctrl-C, so that it keeps what is done."""
-    before = None
-    with suppress(ValueError):
-        before = signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
-        yield
-    finally:
-        if before is not None:
-            signal.signal(signal.SIGTERM, before)
-
-
-@contextmanager
-def _progress() -> Iterator[Callable[[str, int], Callable[[int], None]]]:
-    """Offer a function that begins a progress bar and returns how to move it; silent unless on a terminal."""
-    if not sys.stderr.isatty():
-        yield lambda name, total: lambda done: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.percentage:>3.0f} %"),
-        TimeElapsedColumn(),
-    )
-    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
-
-        def start(name: str, total: int) -> Callable[[int], None]:
-            task = progress.add_task(f"{name} (compiling at the first run)", total=total)
-
-            def move(done: int) -> None:
-                progress.update(task, completed=done, description=name)
-
-            return move
-
-        yield start
-
-
-@contextmanager
-def _mistakes_as_diagnostics(style: str) -> Iterator[None]:
-    """Print diagnostics instead of a traceback and leave with status 1."""
-    from fuzzyctl.errors import DiagnosticError
-
-    try:
-        yield
-    except DiagnosticError as error:
-        _show(error.diagnostics, style)
-        sys.exit(1)
-
-
-def _show(diagnostics: Sequence[Diagnostic], style: str) -> None:
-    import json
-
-    from fuzzyctl.errors import render_all
-
-    if style == "json":
-        click.echo(json.dumps({"diagnostics": [d.as_dict() for d in diagnostics]}, indent=2, ensure_ascii=False))
-    else:
-        click.echo(render_all(diagnostics, color=sys.stderr.isatty()), err=True)

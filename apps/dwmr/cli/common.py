@@ -1,0 +1,116 @@
+"""What commands share: reading scenarios, diagnostics, progress, interruptions."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from dwmr.scenario_file import ScenarioFile
+    from fuzzyctl.errors import Diagnostic
+
+
+def read_scenario(scenario: str, overrides: Sequence[str]) -> ScenarioFile:
+    """Read a scenario given as a shipped name or a path; an unknown name or a malformed override is wrong usage."""
+    from dwmr import overrides as values
+    from dwmr import scenario_file
+
+    try:
+        return scenario_file.read(scenario_file.find(scenario), overrides)
+    except (scenario_file.UnknownScenarioError, values.OverrideError) as error:
+        raise click.UsageError(str(error)) from error
+
+
+def warn(diagnostics: Sequence[Diagnostic]) -> None:
+    """Print warnings on standard error."""
+    from fuzzyctl.errors import render_all
+
+    if diagnostics:
+        click.echo(render_all(diagnostics, color=sys.stderr.isatty()), err=True)
+
+
+@contextmanager
+def interrupts_wait() -> Iterator[None]:
+    """Let Ctrl-C wait while results are written, which takes a second or two."""
+    asked: list[int] = []
+    before = {}
+    for number in (signal.SIGINT, signal.SIGTERM):
+        with suppress(ValueError):  # signals belong to the main thread
+            before[number] = signal.signal(number, lambda n, _: asked.append(n))
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        if asked:
+            click.echo("interrupted while the results were written; they are whole", err=True)
+
+
+@contextmanager
+def terminated_as_interrupted() -> Iterator[None]:
+    """Take SIGTERM for Ctrl-C, so that it keeps what is done."""
+    before = None
+    with suppress(ValueError):
+        before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        if before is not None:
+            signal.signal(signal.SIGTERM, before)
+
+
+@contextmanager
+def progress() -> Iterator[Callable[[str, int], Callable[[int], None]]]:
+    """Offer a function that begins a progress bar and returns how to move it; silent unless on a terminal."""
+    if not sys.stderr.isatty():
+        yield lambda name, total: lambda done: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.percentage:>3.0f} %"),
+        TimeElapsedColumn(),
+    )
+    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+
+        def start(name: str, total: int) -> Callable[[int], None]:
+            task = progress.add_task(f"{name} (compiling at the first run)", total=total)
+
+            def move(done: int) -> None:
+                progress.update(task, completed=done, description=name)
+
+            return move
+
+        yield start
+
+
+@contextmanager
+def mistakes_as_diagnostics(style: str) -> Iterator[None]:
+    """Print diagnostics instead of a traceback and leave with status 1."""
+    from fuzzyctl.errors import DiagnosticError
+
+    try:
+        yield
+    except DiagnosticError as error:
+        show_diagnostics(error.diagnostics, style)
+        sys.exit(1)
+
+
+def show_diagnostics(diagnostics: Sequence[Diagnostic], style: str) -> None:
+    """Print diagnostics: as JSON on standard output or as text on standard error."""
+    import json
+
+    from fuzzyctl.errors import render_all
+
+    if style == "json":
+        click.echo(json.dumps({"diagnostics": [d.as_dict() for d in diagnostics]}, indent=2, ensure_ascii=False))
+    else:
+        click.echo(render_all(diagnostics, color=sys.stderr.isatty()), err=True)

@@ -1,0 +1,51 @@
+"""Registers the commands."""
+
+from __future__ import annotations
+
+import io
+import os
+import sys
+from contextlib import suppress
+from typing import Any
+
+import click
+
+from dwmr.cli.run import run
+
+
+class Program(click.Group):
+    """The command line program; a standard output that cannot be written to is a message, no traceback."""
+
+    def main(self, *args: Any, **kwargs: Any) -> Any:
+        """Run the command that the arguments name."""
+        for stream in (sys.stdout, sys.stderr):
+            if isinstance(stream, io.TextIOWrapper):  # a terminal or a file that has no Greek shows question marks
+                stream.reconfigure(errors="replace")
+        try:
+            try:
+                return super().main(*args, **kwargs)
+            finally:
+                sys.stdout.flush()
+        except OSError as error:
+            with suppress(OSError, ValueError):  # Python would complain again when it closes the stream
+                os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            if not isinstance(error, BrokenPipeError):
+                click.echo(f"error: {error}", err=True)
+            sys.exit(1)
+
+
+@click.group(cls=Program, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(package_name="fuzzyctl")
+def main() -> None:
+    """Simulate formations of mobile robots under sliding mode control.
+
+    \b
+    dwmr run paper                              the paper's run: three robots, an eight, three obstacles
+    dwmr run paper --controller all             all control laws beside the paper's Table 12
+    dwmr run paper --rules my-rules             the same with your own rule files
+    dwmr run paper --set rules.ais_reaction.k_s=0.5 --set run.horizon=60
+    """
+
+
+for command in (run,):
+    main.add_command(command)

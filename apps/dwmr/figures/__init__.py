@@ -1,0 +1,6 @@
+"""Pictures: a run at a glance, the counterparts of the paper's figures."""
+
+from dwmr.figures.overview import draw_errors, draw_path
+from dwmr.figures.style import CANNOT_DRAW, large_numbers
+
+__all__ = ["CANNOT_DRAW", "draw_errors", "draw_path", "large_numbers"]

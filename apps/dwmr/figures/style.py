@@ -1,0 +1,41 @@
+"""What all pictures share: colours that survive colour-blindness and print, sizes, names of the control laws."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+
+#: Okabe and Ito's colours, told apart with any colour vision; widths and dashes tell them apart without colour.
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+DASHES = ("-", (0, (5, 1.5)), (0, (1.5, 1)), (0, (6, 1.5, 1.5, 1.5)))
+
+STYLE = {
+    "font.size": 9,
+    "axes.titlesize": 10,
+    "axes.grid": True,
+    "grid.color": "#dddddd",
+    "grid.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.axisbelow": True,
+    "legend.frameon": False,
+    "savefig.dpi": 150,
+}
+
+TITLES = {"smc": "SMC", "aifqsmc": "AIFQSMC", "fcafsmc": "FCAFSMC"}
+
+
+#: What matplotlib raises for numbers that no axis can hold, such as those of a run that diverged.
+CANNOT_DRAW = (ArithmeticError, ValueError, IndexError, np.linalg.LinAlgError, MemoryError)
+
+
+@contextmanager
+def large_numbers() -> Iterator[None]:
+    """Keep overflows on the way to a picture quiet: the picture comes out, or one of `CANNOT_DRAW` does."""
+    with warnings.catch_warnings(), np.errstate(all="ignore"):
+        warnings.simplefilter("ignore", RuntimeWarning)
+        warnings.simplefilter("ignore", UserWarning)
+        yield
