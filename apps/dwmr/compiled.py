@@ -27,6 +27,9 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 COMPILED: bool = numba is not None
 
+#: Parts of the package that compiled code never reaches: they come after a run, or before it.
+NEVER_COMPILED = ("cli", "figures")
+
 
 @contextmanager
 def first_class_functions() -> Iterator[None]:
@@ -99,9 +102,10 @@ def _survive_damage(stored: Any) -> None:
 @cache
 def _cache_folder() -> Path:
     """Return the folder for compiled code of exactly these sources."""
-    digest = hashlib.sha256()
-    for source in sorted(Path(__file__).parent.rglob("*.py")):
-        digest.update(source.read_bytes())
+    digest, package = hashlib.sha256(), Path(__file__).parent
+    for source in sorted(package.rglob("*.py")):
+        if source.relative_to(package).parts[0] not in NEVER_COMPILED:
+            digest.update(source.read_bytes())
     return _cache_root() / "dwmr" / digest.hexdigest()[:16]
 
 
