@@ -1,0 +1,130 @@
+"""What all commands that run a scenario share: their options, and the way from a name to trajectories."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
+
+import click
+
+from dwmr import controllers
+from dwmr.cli.common import progress, read_scenario, warn
+
+if TYPE_CHECKING:
+    from dwmr.fuzzy_gains import Rules
+    from dwmr.scenario_file import ScenarioFile
+    from dwmr.simulate import Trajectory
+
+ALL = "all"
+
+Command = TypeVar("Command", bound=Callable[..., object])
+
+
+def controller_option(command: Command) -> Command:
+    """Add --controller to a command."""
+    return click.option(
+        "--controller",
+        type=click.Choice([*controllers.names(), ALL]),
+        show_default="the scenario's own",
+        help="Control law to run, or all of them.",
+    )(command)
+
+
+def rules_option(command: Command) -> Command:
+    """Add --rules to a command."""
+    return click.option(
+        "--rules",
+        "rules_folder",
+        type=click.Path(exists=True, file_okay=False, path_type=Path),
+        metavar="DIR",
+        help="Folder whose rule files replace those of the same name.",
+    )(command)
+
+
+def set_option(command: Command) -> Command:
+    """Add --set to a command."""
+    return click.option(
+        "--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Replace a value of the scenario; repeatable."
+    )(command)
+
+
+@dataclass(frozen=True)
+class Task:
+    """What a command is to run: read, but not yet checked.
+
+    Attributes:
+        file: The scenario, overrides included.
+        rules: Its rule files.
+        overrides: As given on the command line.
+    """
+
+    file: ScenarioFile
+    rules: Rules
+    overrides: tuple[str, ...]
+
+
+def read(scenario: str, rules_folder: Path | None, overrides: Sequence[str]) -> Task:
+    """Read a scenario, and find its rule files; nothing is compiled.
+
+    Raises:
+        DiagnosticError: With every mistake in the scenario file.
+    """
+    from dwmr.fuzzy_gains import Rules
+
+    file = read_scenario(scenario, overrides)
+    rules = Rules(file.scenario.rules, (*([rules_folder] if rules_folder else []), file.path.parent), file.places)
+    if rules_folder:
+        rules.require_use_of(rules_folder)
+        rules.warnings += rules.near_misses(rules_folder)
+    return Task(file, rules, tuple(overrides))
+
+
+def laws_of(task: Task, controller: str | None) -> tuple[str, ...]:
+    """Return the names of the control laws that --controller asks for."""
+    return controllers.names() if controller == ALL else (controller or task.file.scenario.run.controller,)
+
+
+def check(task: Task, names: Sequence[str]) -> None:
+    """Check a scenario and its rule files for some control laws, and print what there is to warn of.
+
+    Raises:
+        DiagnosticError: With every mistake.
+    """
+    from dwmr import checks
+
+    checks.check(task.file, names, task.rules)
+    warn([*task.file.warnings, *task.rules.warnings])
+
+
+def simulate(task: Task, names: Sequence[str]) -> list[Trajectory]:
+    """Run a checked scenario under some control laws, with a progress display on a terminal.
+
+    An interruption keeps what is done: the laws that are finished, and what the present one has computed.
+
+    Raises:
+        DiagnosticError: When the records would not fit into memory.
+        KeyboardInterrupt: When it comes before anything is done.
+    """
+    # the compiler comes only now, when nothing stands in the way of the run
+    from dwmr import compiled, simulate
+
+    simulations = [simulate.prepare(task.file, name, task.rules) for name in names]
+    simulate.require_memory(simulations, task.file.places)
+    if not compiled.COMPILED:
+        click.echo(
+            "numba is not installed: the run is computed in plain Python, about a hundred times slower", err=True
+        )
+    trajectories: list[Trajectory] = []
+    try:
+        with progress() as start:
+            for one in simulations:
+                trajectory = simulate.run(one, start(one.name, one.scenario.run.steps + 1))
+                trajectories.append(trajectory)
+                if trajectory.stop is not None and trajectory.stop.reason == "interrupted":
+                    break
+    except KeyboardInterrupt:
+        if not trajectories:
+            raise
+    return trajectories
