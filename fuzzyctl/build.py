@@ -28,7 +28,7 @@ from fuzzyctl.model.method import Activation, Defuzzifier, Method
 from fuzzyctl.model.rule import And, Antecedent, Cell, Is, Not, Or, Rule, RuleTable, literals
 from fuzzyctl.model.rule import Consequent as ModelConsequent
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Fallback, Input, Membership, Output, Term
+from fuzzyctl.model.variable import Fallback, Hold, Input, Membership, Output, Term
 from fuzzyctl.source import SourceText
 
 #: A number, or the text of an expression over params.
@@ -121,7 +121,7 @@ def output_variable(
     *,
     label: str = "",
     unit: str = "",
-    otherwise: Value | Fallback | None = None,
+    otherwise: Value | Fallback | Hold | None = None,
     adaptive: Value | None = None,
 ) -> Output:
     """Return an output; the arguments are those of `input_variable`.
@@ -133,12 +133,13 @@ def output_variable(
         terms: Terms by name, or a `partition`.
         label: What plots write.
         unit: Its unit.
-        otherwise: What it is where no rule fires: a value, "midpoint", "nan" or "error".
+        otherwise: What it is where no rule fires: a value, "midpoint", "nan", "error", or `Hold()`, the previous value.
         adaptive: The rate of adaptive consequents.
     """
     fields = _variable(name, lower, upper, terms, label, unit)
     if otherwise is not None:
-        fields["otherwise"] = otherwise if otherwise in ("midpoint", "nan", "error") else expression(otherwise)
+        word = otherwise in ("midpoint", "nan", "error") or isinstance(otherwise, Hold)
+        fields["otherwise"] = otherwise if word else expression(otherwise)  # type: ignore[arg-type]
     if adaptive is not None:
         fields["adaptive"] = expression(adaptive)
     return Output(**fields)

@@ -78,6 +78,7 @@ CODES: dict[str, str] = {
     "FZ907": "the boundary layer is not guaranteed to be positive",
     "FZ908": "a run was stopped",
     "FZ909": "the output folder cannot be written",
+    "FZ910": "a path file is malformed",
 }
 
 

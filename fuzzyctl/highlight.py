@@ -46,6 +46,8 @@ CLAUSES: Final = (
 
 #: Words that are consequents where a parenthesis follows.
 CONSEQUENTS: Final = ("constant", "function", "linear")
+#: Words that behind `else` may have a parenthesis.
+FALLBACKS: Final = ("hold",)
 
 #: Statements that give something a name.
 DECLARATIONS: Final = ("hedge", "input", "output", "param", "system")
@@ -90,7 +92,7 @@ PATTERNS: Final[tuple[tuple[str, str | tuple[str, ...]], ...]] = (
     (rf"{_LEAD}({_any(STATEMENT_KEYWORDS)})({_STATEMENT})", (_BLANK, _KEYWORD, _BLANK)),
     (rf"{_LEAD}({NAME})([ \t]*)(=)", (_BLANK, _DECLARED, _BLANK, _OPERATOR)),
     (rf"{_LEAD}({NAME})([ \t]*)(\|)", (_BLANK, _NAME, _BLANK, _OPERATOR)),
-    (rf"\b(?:{_any([*MEMBERSHIP, *FUNCTIONS, *CONSEQUENTS])})(?=[ \t]*\()", _FUNCTION),
+    (rf"\b(?:{_any([*MEMBERSHIP, *FUNCTIONS, *CONSEQUENTS, *FALLBACKS])})(?=[ \t]*\()", _FUNCTION),
     (rf"\b(?:{_any(CONSTANTS)})\b", _CONSTANT),
     (rf"\b(?:{_any(CLAUSES)})\b", _KEYWORD),
     (r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?(?![\w.])", _NUMBER),

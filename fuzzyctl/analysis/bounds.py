@@ -24,9 +24,9 @@ from fuzzyctl.errors import NoRuleFiresError
 from fuzzyctl.expr import Binary, Expr, Name, span_of
 from fuzzyctl.kernels import inference, python_backend
 from fuzzyctl.kernels.defuzzify import consequent_hull, support_hull
-from fuzzyctl.kernels.plan import OutputPlan, Plan, SetPlan, degree_name, plan
+from fuzzyctl.kernels.plan import HeldPlan, OutputPlan, Plan, SetPlan, degree_name, plan
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Output
+from fuzzyctl.model.variable import Hold, Output
 from fuzzyctl.source import Span
 
 #: Points tried when looking for one where a bound is attained.
@@ -63,7 +63,8 @@ def output_bounds(system: FuzzySystem) -> dict[str, OutputBound]:
 
     An average lies between the consequents of the rules that can fire, a weighted sum within the sum of what each rule
     can add, a centroid between the ends of their supports, an adaptive output within its range. Where it is not proved
-    that some rule always fires, `else` counts too. NaN, for `else nan` and for inputs that are NaN, is not bounded.
+    that some rule always fires, `else` counts too; an output that holds its previous value holds one that lies within
+    these bounds, or what it is at first. NaN, for `else nan` and for inputs that are NaN, is not bounded.
 
     Returns:
         A bound for each output by name.
@@ -89,8 +90,9 @@ def _bound(system: FuzzySystem, flat: Plan, output: OutputPlan, verdict: Verdict
     attained = output.rate is not None and bool(terms)
     if output.averages and output.rate is None:
         ends = _locate(flat, output, ends)
-    if verdict is not None and isinstance(output.otherwise, float) and not math.isnan(output.otherwise):
-        ends = _with_otherwise(declared, output.otherwise, verdict, ends, only=not terms)
+    other = output.otherwise.start if isinstance(output.otherwise, HeldPlan) else output.otherwise
+    if verdict is not None and isinstance(other, float) and not math.isnan(other):
+        ends = _with_otherwise(declared, other, verdict, ends, only=not terms)
         attained = attained and ends[0].value >= output.lower and ends[1].value <= output.upper
     low, high = ends
     exact = attained or (low.at is not None and high.at is not None)
@@ -237,7 +239,8 @@ def _with_otherwise(
     declared: Output, value: float, verdict: Verdict, ends: tuple[_End, _End], *, only: bool
 ) -> tuple[_End, _End]:
     """Add the value of `else`; it is attained where the hole is."""
-    span = span_of(declared.otherwise) if isinstance(declared.otherwise, Expr) else declared.span
+    given = declared.otherwise.start if isinstance(declared.otherwise, Hold) else declared.otherwise
+    span = span_of(given) if isinstance(given, Expr) else declared.span
     end = _End(value, span, verdict.witness if isinstance(verdict, Hole) else None)
     if only:
         return end, end

@@ -240,6 +240,7 @@ def _blocks(
     import numpy as np
 
     done = False
+    state = kernel.initial_state() if kernel.n_states else None
     while not done:
         rows: list[list[str]] = []
         points = np.empty((BLOCK, len(columns)))
@@ -254,8 +255,9 @@ def _blocks(
             rows.append(row)
         points = points[: len(rows)]
         if rows:
-            state = kernel.initial_state() if kernel.n_states else None
             results = kernel.batch(points, state).reshape(len(rows), -1)
+            if state is not None:
+                state = kernel.next_state(state, results)
             yield rows, points, results.tolist()
 
 

@@ -97,7 +97,7 @@ def _output(v: dict[str, Any]) -> Iterator[Line]:
     facts = {name: value or NO_EFFECT for name, value in v["method"].items()}
     if v["adaptive"] is not None:
         facts["adaptive"] = f"rate {v['adaptive']}"
-    facts["else"] = _otherwise(v["else"])
+    facts["else"] = _otherwise(v["else"], v["held_at_first"])
     facts["values"] = _values(v["bounds"])
     facts["coverage"] = _coverage(v["coverage"], v["else"] is not None)
     yield from _pairs(facts.items(), "    ")
@@ -125,7 +125,9 @@ def _number(value: float | str) -> str:
     return value if isinstance(value, str) else f"{value:.12g}"
 
 
-def _otherwise(value: float | str | None) -> str:
+def _otherwise(value: float | str | None, held_at_first: float | str | None) -> str:
+    if held_at_first is not None:
+        return f"hold: the previous value, {_number(held_at_first)} at first"
     return "nothing: some rule must fire everywhere" if value is None else _number(value)
 
 

@@ -11,7 +11,7 @@ from fuzzyctl.formats.fz import activation_text, antecedent_text, cell_text, def
 from fuzzyctl.model.method import Activation, Defuzzifier, Method
 from fuzzyctl.model.rule import Rule, RuleTable
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Input, LinguisticVariable, Output, Term
+from fuzzyctl.model.variable import Hold, Input, LinguisticVariable, Output, Term
 
 #: How rule files call the settings whose fields are called otherwise.
 KEYWORDS: Final = {"conjunction": "and", "disjunction": "or"}
@@ -113,6 +113,7 @@ def _outputs(system: FuzzySystem) -> list[dict[str, Any]]:
         rest = {
             "method": method,
             "else": _otherwise(system, v),
+            "held_at_first": _held_at_first(system, v),
             "adaptive": to_text(v.adaptive) if v.adaptive else None,
         }
         found.append(_variable(system, v) | rest | proved[v.name])
@@ -122,7 +123,17 @@ def _outputs(system: FuzzySystem) -> list[dict[str, Any]]:
 def _otherwise(system: FuzzySystem, v: Output) -> float | str | None:
     if v.otherwise is None or isinstance(v.otherwise, str):
         return v.otherwise
+    if isinstance(v.otherwise, Hold):
+        return "hold"
     return _plain(system.number(v.otherwise))
+
+
+def _held_at_first(system: FuzzySystem, v: Output) -> float | str | None:
+    if not isinstance(v.otherwise, Hold):
+        return None
+    if v.otherwise.start is not None:
+        return _plain(system.number(v.otherwise.start))
+    return _plain(0.5 * system.number(v.lower) + 0.5 * system.number(v.upper))
 
 
 def _proved(system: FuzzySystem) -> dict[str, dict[str, Any]]:

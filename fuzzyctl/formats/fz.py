@@ -14,7 +14,7 @@ from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.method import Activation, Defuzzifier, Method
 from fuzzyctl.model.rule import And, Antecedent, Cell, Is, Not, Or, Rule, RuleTable
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import LinguisticVariable, Membership, Output
+from fuzzyctl.model.variable import Fallback, Hold, LinguisticVariable, Membership, Output
 from fuzzyctl.source import SourceText
 
 
@@ -121,14 +121,19 @@ def activation_text(a: Activation) -> str:
     return f"{a.kind}({', '.join(options)})" if options else a.kind
 
 
+def _otherwise(otherwise: Expr | Fallback | Hold) -> str:
+    if isinstance(otherwise, Hold):
+        return "hold" if otherwise.start is None else f"hold({to_text(otherwise.start)})"
+    return otherwise if isinstance(otherwise, str) else _value(otherwise)
+
+
 def _variable(variable: LinguisticVariable) -> Iterator[str]:
     keyword = "output" if isinstance(variable, Output) else "input"
     head = f"{keyword} {variable.name}{_string(' ', variable.label, 'label')}"
     head += f" in [{to_text(variable.lower)}, {to_text(variable.upper)}]{_string(' unit ', variable.unit, 'unit')}"
     if isinstance(variable, Output):
         if variable.otherwise is not None:
-            word = variable.otherwise if isinstance(variable.otherwise, str) else _value(variable.otherwise)
-            head += f" else {word}"
+            head += f" else {_otherwise(variable.otherwise)}"
         if variable.adaptive is not None:
             head += f" adaptive rate {to_text(variable.adaptive)}"
         for keyword in ("implication", "aggregation"):

@@ -16,7 +16,7 @@ from fuzzyctl.errors import (
     UnknownNameError,
     ValueOutOfBoundsError,
 )
-from fuzzyctl.kernels import inference, python_backend
+from fuzzyctl.kernels import inference, python_backend, sequence
 from fuzzyctl.kernels.plan import Plan, plan, planned_set
 from fuzzyctl.kernels.program import Program, Refuse
 from fuzzyctl.model.system import FuzzySystem
@@ -31,12 +31,17 @@ if TYPE_CHECKING:
 #: What `compile` takes as a backend.
 BACKENDS: Final = ("auto", "numba", "numpy", "python")
 
+_NO_STATE: Final = "the system has no state: no output is adaptive or says 'else hold'"
+
 
 class Kernel:
     """A compiled system: numbers in, numbers out, and no state of its own.
 
     `kernel(x0, x1, ...)` takes real numbers in the order of the inputs and gives a float, or a tuple for several
-    outputs. With adaptive outputs the state, one consequent for each rule, comes last: `kernel(x0, ..., C)`.
+    outputs. A system with a state takes it last, `kernel(x0, ..., C)`: the consequents of adaptive outputs, one for
+    each of their rules, then the previous values of outputs that say `else hold`, in the order they are computed in.
+    The state is the caller's: `initial_state` gives it, `next_state` puts the outputs into it, `jit_rates` tells how
+    the consequents change.
 
     Where an input is NaN all outputs are NaN. Where no rule fires an output is what its `else` says; one without `else`
     promises that this never happens. Where it happens all the same, calls from Python raise `NoRuleFiresError`, and
@@ -52,12 +57,12 @@ class Kernel:
         self.input_names = tuple(i.name for i in plan.inputs)
         self.output_names = tuple(o.name for o in plan.outputs)
         self.n_rules = len(plan.rules)
-        self.n_states = len(plan.states)
+        self.n_states = len(plan.initial_state)
         self._program = inference.evaluation(plan)
         self._refusals = {s.message: s.output for s in self._program.body if isinstance(s, Refuse)}
         #: Outputs that promise to have a value everywhere.
         self._promised = tuple(k for k, o in enumerate(plan.outputs) if o.otherwise is None)
-        self._n_arguments = len(plan.inputs) + (1 if plan.states else 0)
+        self._n_arguments = len(plan.inputs) + (1 if self.n_states else 0)
         #: The function itself: plain Python, or compiled for use inside other compiled code. numba's is
         #: float64(float64, ...), with a last float64[::1] for the state; several outputs come as a tuple of float64.
         #: It raises ArithmeticError where no rule fires for an output that says `else error`, and does not check the
@@ -75,9 +80,13 @@ class Kernel:
             NoRuleFiresError: Where no rule fires for an output that says `else error` or has no `else`.
         """
         if self.n_states:
-            self._check_state(arguments)
+            arguments = self._checked_state(arguments)
         try:
-            result = self.jit(*arguments)
+            try:
+                result = self.jit(*arguments)
+            except TypeError:
+                # Compiled code takes fewer types of numbers than there are; it never comes here with floats.
+                result = self.jit(*self._as_floats(arguments))
             if result != result or type(result) is tuple:
                 self._keep_promises(arguments, result)
             return result
@@ -102,7 +111,10 @@ class Kernel:
 
         Args:
             points: Shape (..., inputs).
-            state: For adaptive outputs the consequents, shape (rules,) or (..., rules).
+            state: The state, shape (..., states), for each point its own. Of shape (states,) it is the state before
+                the first point: adaptive consequents stay as they are, and an output that says `else hold` holds, point
+                after point in the order of memory, the last value before that is no NaN. Left out, it is the initial
+                state of a system without adaptive outputs.
 
         Returns:
             Shape (...) for one output, (..., outputs) for several.
@@ -121,9 +133,11 @@ class Kernel:
                 f"got {array.shape}"
             )
         shape = array.shape[:-1]
-        # Compiled loops take arrays that could be written to, though they only read these.
-        flat = np.require(array.reshape(-1, array.shape[-1]), requirements=["C", "W"])
+        count = int(np.prod(shape))
+        flat = _writable(array.reshape(count, array.shape[-1]))
         states = self._flat_state(state, shape)
+        if states is not None and self.plan.held and np.ndim(state if state is not None else 0.0) <= 1:
+            states = sequence.states_along(self.plan, self._batch, flat, self._first_state(state))
         results: FloatArray = self._batch(flat, states)
         # A sum is NaN if any part is, and takes no memory; only then is it worth looking closer.
         if self._promised and np.isnan(np.sum(results)):
@@ -152,10 +166,29 @@ class Kernel:
                 raise NoRuleFiresError(self.output_names[k], text)
 
     def initial_state(self) -> FloatArray:
-        """Return the adaptive state to begin with: the peak of each rule's declared term."""
+        """Return the state to begin with: the peak of the term of each adaptive rule, then what is held at first."""
         import numpy as np
 
         return np.array(self.plan.initial_state, dtype=np.float64)
+
+    def next_state(self, state: Any, results: Any) -> FloatArray:
+        """Return the state after an evaluation: outputs that say `else hold` put in, those that are NaN left out.
+
+        Args:
+            state: The state before, shape (states,).
+            results: What `kernel(...)` or `kernel.batch(...)` gave.
+
+        Raises:
+            FuzzyctlError: For a system without a state.
+            ArgumentError: For a state or results of another shape.
+        """
+        if not self.n_states:
+            raise FuzzyctlError(_NO_STATE)
+        before = self._first_state(state)
+        outputs = _float_array(results, "results")
+        if outputs.size % len(self.output_names):
+            raise ArgumentError(f"the results must have the shape (..., {len(self.output_names)}), got {outputs.shape}")
+        return sequence.state_after(self.plan, before, outputs.reshape(-1, len(self.output_names)))
 
     @cached_property
     def jit_rates(self) -> Any:
@@ -163,13 +196,13 @@ class Kernel:
 
         It is zero where C_k would leave the range; the rate takes the inputs as they are, ξ the clamped ones.
         """
-        self._require_state()
+        self._require_adaptive()
         return self._storing(inference.rates(self.plan))
 
     @cached_property
     def jit_strengths(self) -> Any:
         """The function (x0, ..., xi) that writes the normalised firing strengths, 0 where no rule fires."""
-        self._require_state()
+        self._require_adaptive()
         return self._storing(inference.strengths(self.plan))
 
     @property
@@ -218,7 +251,7 @@ class Kernel:
 
         def batch(points: FloatArray, state: FloatArray | None) -> FloatArray:
             results = np.empty((len(points), len(self.output_names)))
-            states = () if state is None else (np.require(state, requirements=["C", "W"]).reshape(-1),)
+            states = () if state is None else (_writable(state).reshape(-1),)
             failed = loop(points.reshape(-1), *states, results.reshape(-1))
             if failed >= 0:
                 index, which = divmod(failed, len(refusals))
@@ -240,11 +273,9 @@ class Kernel:
 
         if not self.n_states:
             if state is not None:
-                raise ArgumentError("the system has no adaptive output, so batch takes no state")
+                raise ArgumentError(f"{_NO_STATE}, so batch takes none")
             return None
-        if state is None:
-            raise ArgumentError(f"the state is missing: {self.n_states} adaptive consequents")
-        array = _float_array(state, "state")
+        array = self._first_state(None) if state is None else _float_array(state, "state")
         if array.ndim == 0 or array.shape[-1] != self.n_states:
             raise ArgumentError(f"the state must have the shape (..., {self.n_states}), got {array.shape}")
         try:
@@ -252,15 +283,48 @@ class Kernel:
         except ValueError:
             raise ArgumentError(f"a state of shape {array.shape} does not fit points of shape {shape}") from None
 
-    def _require_state(self) -> None:
-        if not self.n_states:
-            raise FuzzyctlError("the system has no adaptive output, so it has no rates and no state")
+    def _first_state(self, state: Any) -> FloatArray:
+        """Return a state of shape (states,), the initial one for None where nothing adapts."""
+        if state is None and self.plan.states:
+            raise ArgumentError(f"the state is missing: {self.n_states} adaptive consequents")
+        array = self.initial_state() if state is None else _float_array(state, "state")
+        if array.shape != (self.n_states,):
+            raise ArgumentError(f"the state must have the shape ({self.n_states},), got {array.shape}")
+        return array
 
-    def _check_state(self, arguments: Sequence[Any]) -> None:
-        """Refuse a state of another length: compiled code would read beyond its end."""
-        found = getattr(arguments[-1], "__len__", int)() if len(arguments) == self._n_arguments else self.n_states
-        if found != self.n_states:
-            raise ArgumentError(f"the state must have {self.n_states} entries, got {found}")
+    def _require_adaptive(self) -> None:
+        if not self.plan.states:
+            raise FuzzyctlError("the system has no adaptive output, so it has no rates")
+
+    def _checked_state(self, arguments: tuple[Any, ...]) -> tuple[Any, ...]:
+        """Return the arguments with the state as the backend takes it; compiled code would read beyond a short one."""
+        if len(arguments) != self._n_arguments:
+            return arguments  # the function itself refuses them
+        *inputs, state = arguments
+        if type(state) in (list, tuple) and self.backend != "numba":  # no numpy for a light start
+            plain: Any = [
+                c if type(c) is float else python_backend.as_number(c, "each entry of the state") for c in state
+            ]
+        else:
+            array = _float_array(state, "state")
+            if array.ndim != 1:
+                raise ArgumentError(f"the state must have the shape ({self.n_states},), got {array.shape}")
+            plain = _writable(array) if self.backend == "numba" else array.tolist()
+        if len(plain) != self.n_states:
+            raise ArgumentError(f"the state must have {self.n_states} entries, got {len(plain)}")
+        return (*inputs, plain)
+
+    def _as_floats(self, arguments: Sequence[Any]) -> list[Any]:
+        """Return the inputs as floats.
+
+        Raises:
+            ArgumentError: For what is no real number.
+            TypeError: For a wrong number of arguments.
+        """
+        if len(arguments) != self._n_arguments:
+            raise TypeError("wrong number of arguments")
+        inputs = len(self.input_names)
+        return [*map(python_backend.as_number, arguments[:inputs]), *arguments[inputs:]]
 
     def _too_large(self, arguments: Sequence[Any]) -> ValueOutOfBoundsError:
         """Name the input that is too large for a float."""
@@ -276,7 +340,7 @@ class Kernel:
         if len(arguments) != self._n_arguments:
             return ArgumentError(f"the kernel takes {len(names)} arguments ({', '.join(names)}), got {len(arguments)}")
         kinds = ", ".join(f"{n}: {type(a).__name__}" for n, a in zip(names, arguments, strict=True))
-        state = f", and the state a contiguous, writable array of {self.n_states} floats" if self.n_states else ""
+        state = f", and the state {self.n_states} of them" if self.n_states else ""
         return ArgumentError(f"each input must be a real number{state}; got {kinds}; kernel.batch takes arrays")
 
 
@@ -287,6 +351,13 @@ def _overflows(value: Any) -> bool:
     except OverflowError:
         return True
     return False
+
+
+def _writable(array: FloatArray) -> FloatArray:
+    """Return an array as compiled code takes it: it declares arrays that could be written to, though it only reads."""
+    import numpy as np
+
+    return np.require(array, requirements=["C", "W"])
 
 
 def _float_array(values: Any, what: str) -> FloatArray:

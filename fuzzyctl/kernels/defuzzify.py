@@ -37,7 +37,11 @@ Hull = tuple[float | Expr, float | Expr]
 
 
 def defuzzify(
-    builder: Builder, output: OutputPlan, active: Sequence[Activation], inputs: Mapping[str, Expr]
+    builder: Builder,
+    output: OutputPlan,
+    active: Sequence[Activation],
+    inputs: Mapping[str, Expr],
+    previous: Expr | None,
 ) -> tuple[Expr, Expr]:
     """Write the assignments for one output.
 
@@ -46,11 +50,12 @@ def defuzzify(
         output: The output.
         active: The rules that name it, without those of activation 0.
         inputs: The clamped inputs by name, for consequents that are functions of them.
+        previous: The previous value of an output that holds it where no rule fires, else None.
 
     Returns:
         Its value as an atom, and the condition that some rule fires.
     """
-    otherwise = NAN if output.otherwise in (None, "error") else Number(float(output.otherwise))
+    otherwise = previous or _otherwise(output)
     offset = 0.0
     hull: Hull
     if output.over_rules:
@@ -71,14 +76,22 @@ def defuzzify(
     # Quotients of rounded (or denormal) sums may leave the hull of what is averaged; proved bounds are bounds of the
     # numbers returned, so the value is held within the hull. NaN stays NaN.
     value = builder.let(clip(builder.let(Where(fires, quotient, otherwise)), *hull))
-    if not (math.isnan(otherwise.value) or _holds(hull, otherwise.value)):
+    if not _passes(hull, otherwise):
         value = builder.let(Where(fires, value, otherwise))
     return value, fires
 
 
-def _holds(hull: Hull, value: float) -> bool:
+def _otherwise(output: OutputPlan) -> Number:
+    return Number(output.otherwise) if isinstance(output.otherwise, float) else NAN
+
+
+def _passes(hull: Hull, otherwise: Expr) -> bool:
+    """Return whether a value is what it was once it is held within the hull."""
+    if not isinstance(otherwise, Number):
+        return False
     low, high = hull
-    return isinstance(low, float) and isinstance(high, float) and low <= value <= high
+    inside = isinstance(low, float) and isinstance(high, float) and low <= otherwise.value <= high
+    return inside or math.isnan(otherwise.value)
 
 
 def middle(output: OutputPlan) -> float:

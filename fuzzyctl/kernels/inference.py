@@ -30,7 +30,7 @@ def strengths(plan: Plan) -> Program:
     front = _adaptive_front(plan)
     normalised = _normalised(plan, front)
     results: list[Expr] = [Where(front.nan(o), NAN, xi) for (o, _), xi in zip(plan.states, normalised, strict=True)]
-    return _program(plan, front.builder, results, with_state=False)
+    return _program(plan, front.builder, results, with_state=bool(plan.held))
 
 
 def rates(plan: Plan) -> Program:
@@ -71,7 +71,7 @@ def _leaves(output: OutputPlan, state: Expr, change: Expr) -> Expr:
 def _program(plan: Plan, builder: Builder, results: list[Expr], *, with_state: bool = True) -> Program:
     return Program(
         arguments=tuple(_raw_name(i) for i in range(len(plan.inputs))),
-        state=len(plan.states) if with_state else 0,
+        state=len(plan.initial_state) if with_state else 0,
         tables=tuple(builder.tables.items()),
         body=tuple(builder.statements),
         results=tuple(results),
@@ -154,7 +154,9 @@ class _Front:
             for k, entry in enumerate(output.implied)
         ]
         inputs = {i.name: x for i, x in zip(plan.inputs, self.clamped, strict=True)}
-        value, fires = defuzzify(self.builder, output, [a for a in active if a.strength != ZERO], inputs)
+        firing = [a for a in active if a.strength != ZERO]
+        previous = Item(STATE, len(plan.states) + plan.held.index(position)) if position in plan.held else None
+        value, fires = defuzzify(self.builder, output, firing, inputs, previous)
         if output.otherwise == "error":
             quiet = Logic("and", (Logic("not", (fires,)), Logic("not", (self.nan(position),))))
             self.builder.statements.append(Refuse(quiet, output.name))

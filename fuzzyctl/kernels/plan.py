@@ -38,11 +38,19 @@ from fuzzyctl.kernels.program import DEEPEST, depth
 from fuzzyctl.model.method import AVERAGES, OVER_RULES
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, literals
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Input, LinguisticVariable, Membership, Output, Term
+from fuzzyctl.model.variable import Hold, Input, LinguisticVariable, Membership, Output, Term
 
-#: What a planned output is where no rule fires: a number (NaN for `else nan`), an exception, or nothing, since it has
-#: been promised that some rule always fires.
-Otherwise = float | Literal["error"] | None
+
+@dataclass(frozen=True)
+class HeldPlan:
+    """What an output is where no rule fires, if that is its previous value: at first `start`."""
+
+    start: float
+
+
+#: What a planned output is where no rule fires: a number (NaN for `else nan`), its previous value, an exception, or
+#: nothing, since it has been promised that some rule always fires.
+Otherwise = float | HeldPlan | Literal["error"] | None
 
 #: The name of the variable itself in the expression of a `function` term of an input.
 ITSELF: Final = "x"
@@ -241,8 +249,16 @@ class Plan:
         return InputPlan(output.name, output.lower, output.upper, extrapolate=False)
 
     @property
+    def held(self) -> tuple[int, ...]:
+        """The outputs that hold their previous value where no rule fires, in the order they are computed in.
+
+        Their previous values are the last entries of the state.
+        """
+        return tuple(o for o in self.order if isinstance(self.outputs[o].otherwise, HeldPlan))
+
+    @property
     def states(self) -> tuple[tuple[int, int], ...]:
-        """The adaptive state: (output, position in its `implied`) for each of its entries.
+        """The adaptive part of the state: (output, position in its `implied`) for each of its entries.
 
         One entry for each rule that names an adaptive output, output by output; with the one adaptive output that most
         systems have, entry k belongs to rule k.
@@ -256,8 +272,12 @@ class Plan:
 
     @property
     def initial_state(self) -> tuple[float, ...]:
-        """The peaks of the declared terms, one for each entry of `states`."""
-        return tuple(self.outputs[o].terms[self.outputs[o].implied[k].term].peak for o, k in self.states)
+        """The peaks of the declared terms, one for each entry of `states`, then what is held at first."""
+        held = (self.outputs[o].otherwise for o in self.held)
+        return (
+            *(self.outputs[o].terms[self.outputs[o].implied[k].term].peak for o, k in self.states),
+            *(h.start for h in held if isinstance(h, HeldPlan)),
+        )
 
 
 def degree_name(index: int) -> str:
@@ -575,6 +595,8 @@ def _otherwise(system: FuzzySystem, output: Output, lower: float, upper: float) 
             return math.nan
         case "error":
             return "error"
+        case Hold(start=start):
+            return HeldPlan(0.5 * lower + 0.5 * upper if start is None else _number(system, start))
     return _number(system, output.otherwise)
 
 

@@ -74,7 +74,7 @@ def point_text(names: Sequence[str], point: Sequence[float]) -> str:
     return ", ".join(f"{n} = {float(x):.6g}" for n, x in zip(names, point, strict=True))
 
 
-def as_number(value: object) -> float:
+def as_number(value: object, what: str = "an input") -> float:
     """Return a real number as a float.
 
     Raises:
@@ -82,7 +82,7 @@ def as_number(value: object) -> float:
     """
     if isinstance(value, Real) or getattr(value, "shape", None) == ():
         return float(value)  # type: ignore[arg-type]
-    raise ArgumentError(f"an input must be a real number, got {type(value).__name__}; kernel.batch takes arrays")
+    raise ArgumentError(f"{what} must be a real number, got {type(value).__name__}; kernel.batch takes arrays")
 
 
 def _ieee(function: Callable[..., float]) -> Callable[..., float]:

@@ -167,9 +167,12 @@ class Builder(Transformer[Token, Any]):
     def adaptive(self, keyword: Token, _rate: Token, rate: ex.Expr) -> sx.AdaptiveClause:
         return sx.AdaptiveClause(rate, self._at(keyword).to(ex.span_of(rate) or self._at(keyword)))
 
-    def fallback(self, keyword: Token, value: ex.Expr | Token) -> sx.FallbackClause:
+    def held(self, keyword: Token, start: ex.Expr) -> sx.Held:
+        return sx.Held(start, self._at(keyword).to(ex.span_of(start) or self._at(keyword)))
+
+    def fallback(self, keyword: Token, value: ex.Expr | sx.Held | Token) -> sx.FallbackClause:
         what = self._word(value) if isinstance(value, Token) else value
-        place = what.span if isinstance(what, sx.Word) else ex.span_of(what)
+        place = ex.span_of(what) if isinstance(what, ex.Expr) else what.span
         return sx.FallbackClause(what, self._at(keyword).to(place or self._at(keyword)))
 
     def terms(self, _keyword: Token, *items: sx.PartitionItem) -> sx.TermsLine:

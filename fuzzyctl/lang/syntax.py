@@ -198,10 +198,18 @@ class UnitClause:
 
 
 @dataclass(frozen=True, slots=True)
-class FallbackClause:
-    """`else VALUE` or `else word`."""
+class Held:
+    """`hold(EXPR)`: the previous output, at first the value of the expression."""
 
-    value: Expr | Word
+    start: Expr
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class FallbackClause:
+    """`else VALUE`, `else word` or `else hold(EXPR)`."""
+
+    value: Expr | Word | Held
     span: Span
 
 

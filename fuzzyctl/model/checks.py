@@ -14,7 +14,7 @@ from fuzzyctl.model.hints import jumping_tables, uncovered_ranges
 from fuzzyctl.model.method import Defuzzifier
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, literals
 from fuzzyctl.model.system import FuzzySystem, ParamCycleError
-from fuzzyctl.model.variable import LinguisticVariable, Membership, Output, Term
+from fuzzyctl.model.variable import Hold, LinguisticVariable, Membership, Output, Term
 from fuzzyctl.source import Span
 
 Check = Callable[[FuzzySystem], Iterator[Diagnostic]]
@@ -76,6 +76,8 @@ def _numbers(system: FuzzySystem) -> Iterator[tuple[Expr, bool, str]]:
     for output in system.outputs:
         if isinstance(output.otherwise, Expr):
             yield output.otherwise, False, f"the 'else' value of '{output.name}'"
+        elif isinstance(output.otherwise, Hold) and output.otherwise.start is not None:
+            yield output.otherwise.start, False, f"the value that '{output.name}' holds at first"
     for rule in system.rules:
         yield rule.weight, False, "the weight"
         for c in rule.consequents:

@@ -10,9 +10,19 @@ from fuzzyctl.expr import ONE, Expr
 from fuzzyctl.model.method import Defuzzifier
 from fuzzyctl.model.node import Node
 
-#: What an output is where no rule fires, besides a value: the previous output, the middle of the range, NaN, or an
+#: What an output is where no rule fires, besides a value and the previous output: the middle of the range, NaN, or an
 #: error. A word of its own type, so that `nan` is never a float in the model.
 Fallback = Literal["midpoint", "nan", "error"]
+
+
+class Hold(Node):
+    """Where no rule fires an output keeps its previous value.
+
+    Args:
+        start: What it is before any rule has fired; None for the middle of the range.
+    """
+
+    start: InstanceOf[Expr] | None = None
 
 
 class Membership(Node):
@@ -81,7 +91,7 @@ class Output(LinguisticVariable):
         defuzzifier: Its own defuzzifier, None for the system's.
     """
 
-    otherwise: InstanceOf[Expr] | Fallback | None = None
+    otherwise: InstanceOf[Expr] | Fallback | Hold | None = None
     adaptive: InstanceOf[Expr] | None = None
     implication: str | None = None
     aggregation: str | None = None

@@ -38,7 +38,8 @@ def sample(
         column = mesh.get(variable.name)
         columns.append(column if column is not None else np.full(shape, fixed.get(variable.name, middle)))
     kernel = compile_system(system, backend="numpy")
-    state = kernel.initial_state() if kernel.n_states else None
+    # Each point has the initial state: a grid is no sequence, and nothing is held from one point to the next.
+    state = np.broadcast_to(kernel.initial_state(), (*shape, kernel.n_states)) if kernel.n_states else None
     values = kernel.batch(np.stack(columns, axis=-1), state)
     if len(system.outputs) > 1:
         values = values[..., [o.name for o in system.outputs].index(output)]

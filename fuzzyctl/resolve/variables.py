@@ -9,7 +9,7 @@ from fuzzyctl.errors import closest
 from fuzzyctl.formulas import MEMBERSHIP, MembershipFormula
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.guarantee import Param
-from fuzzyctl.model.variable import Fallback, Input, Membership, Output, Term
+from fuzzyctl.model.variable import Fallback, Hold, Input, Membership, Output, Term
 from fuzzyctl.resolve.context import Context
 from fuzzyctl.resolve.rules import resolve_function
 from fuzzyctl.resolve.settings import resolve_own_setting
@@ -83,20 +83,22 @@ def _only(context: Context, right: bool, word: str, what: str, span: Any) -> boo
     return right
 
 
-def _fallback(context: Context, value: ex.Expr | sx.Word) -> ex.Expr | Fallback | None:
+def _fallback(context: Context, value: ex.Expr | sx.Word | sx.Held) -> ex.Expr | Fallback | Hold | None:
+    if isinstance(value, sx.Held):
+        return Hold(start=value.start) if context.check_names(value.start, context.params, "param") else None
     if isinstance(value, sx.Word):
+        if value.text == "hold":
+            return Hold()
         for word in _FALLBACKS:
             if value.text == word:
                 return word
         help_text = f"for a param write: else ({value.text})" if value.text in context.params else ""
-        if value.text == "hold":
-            help_text = "'hold' is not part of this version; keep the previous output in the caller"
-        near = closest(value.text, _FALLBACKS)
+        near = closest(value.text, (*_FALLBACKS, "hold"))
         context.report(
             "FZ213",
             f"'{value.text}' is no value for 'else'",
             value.span,
-            facts=(f"a number, an expression in parentheses, or one of: {', '.join(_FALLBACKS)}",),
+            facts=(f"a number, an expression in parentheses, or one of: {', '.join(_FALLBACKS)}, hold",),
             help=help_text or (f"did you mean '{near}'?" if near else ""),
         )
         return None

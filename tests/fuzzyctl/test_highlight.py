@@ -13,7 +13,7 @@ from pygments.token import Error, Keyword, Name, Number, String, Whitespace
 
 from fuzzyctl import highlight
 from fuzzyctl.cli.new import starter
-from fuzzyctl.highlight import CLAUSES, CONSEQUENTS, TOKENS, FuzzyLexer, textmate
+from fuzzyctl.highlight import CLAUSES, CONSEQUENTS, FALLBACKS, TOKENS, FuzzyLexer, textmate
 from fuzzyctl.lang import syntax
 from fuzzyctl.shipped import rules_folder
 
@@ -42,7 +42,7 @@ class TestKeywords:
     def test_they_are_those_of_the_grammar(self):
         words = keywords_of_the_grammar()
         assert len(words) > 30
-        assert words == {*syntax.STATEMENT_KEYWORDS, *CLAUSES, *CONSEQUENTS, "x"}
+        assert words == {*syntax.STATEMENT_KEYWORDS, *CLAUSES, *CONSEQUENTS, *FALLBACKS, "x"}
 
     @pytest.mark.parametrize("word", syntax.STATEMENT_KEYWORDS)
     def test_a_statement_begins_with_one(self, word):

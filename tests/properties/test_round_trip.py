@@ -16,7 +16,7 @@ from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
 from fuzzyctl.model.method import Activation, Defuzzifier, Method
 from fuzzyctl.model.rule import And, Cell, Consequent, Is, Not, Or, Rule, RuleTable
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Input, Membership, Output, Term
+from fuzzyctl.model.variable import Hold, Input, Membership, Output, Term
 from fuzzyctl.resolve.context import CLAIM_FUNCTIONS
 from fuzzyctl.source import SourceText
 
@@ -73,6 +73,12 @@ def variables(draw, kind, name, membership):
     return kind(**fields | ({"extrapolate": draw(st.booleans())} if kind is Input else {}))
 
 
+def fallbacks(param):
+    """What an output may be where no rule fires."""
+    values = expressions([param])
+    return st.sampled_from([None, "midpoint", "nan", "error"]) | values | st.builds(Hold, start=st.none() | values)
+
+
 @st.composite
 def systems(draw):
     names = draw(st.lists(NAMES, min_size=7, max_size=7, unique=True))
@@ -84,7 +90,7 @@ def systems(draw):
     outputs = tuple(
         draw(variables(Output, n, consequents)).model_copy(
             update={
-                "otherwise": draw(st.sampled_from([None, "midpoint", "nan", "error"]) | expressions([names[0]])),
+                "otherwise": draw(fallbacks(names[0])),
                 "defuzzifier": draw(st.sampled_from([None, Defuzzifier(kind="weighted_average")]))
                 if averages
                 else None,

@@ -110,7 +110,7 @@ if x is on and y is on then u is a
             kernel.batch([[0.1]], np.zeros(3))
         with pytest.raises(ArgumentError, match="must have 7 entries, got 6"):
             kernel(0.1, np.zeros(6))
-        with pytest.raises(ArgumentError, match="must have 7 entries, got 0"):
+        with pytest.raises(ArgumentError, match="state must be an array of real numbers"):
             kernel(0.1, None)
         with pytest.raises(ArgumentError, match="input must be a real number"):
             kernel("0.1", np.zeros(7))

@@ -192,7 +192,7 @@ class TestBatch:
             kernel.batch(np.zeros(3))
         with pytest.raises(ArgumentError, match="array of real numbers"):
             kernel.batch([["a", "b"]])
-        with pytest.raises(ArgumentError, match="no adaptive output"):
+        with pytest.raises(ArgumentError, match="no state"):
             kernel.batch(np.zeros(2), np.zeros(7))
 
 
