@@ -6,6 +6,7 @@ import difflib
 import unicodedata
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, Literal
 
 from fuzzyctl.source import Span
@@ -245,8 +246,8 @@ def look_alikes(name: str) -> tuple[str, ...]:
     return tuple(found)
 
 
-#: With more names than this only those with the same first letter are compared.
-_MOST_COMPARED = 200
+#: With more names than this only those that are one letter away are found.
+_MOST_COMPARED = 64
 
 #: How alike two names must be to be taken for a slip: in names of two letters one may differ.
 _LIKE = 0.5
@@ -266,8 +267,7 @@ def closest(name: str, known: Iterable[str]) -> str | None:
     if plain != name and plain in names:
         return plain
     if len(names) > _MOST_COMPARED:
-        # Comparing letter by letter with thousands of names, for each of many mistakes, would take minutes.
-        names = [n for n in names if n[:1].casefold() == name[:1].casefold()][:_MOST_COMPARED]
+        return _one_letter_away(name, tuple(names))
     folded = {n.casefold(): n for n in reversed(names)}
     if name.casefold() in folded:
         return folded[name.casefold()]
@@ -276,6 +276,29 @@ def closest(name: str, known: Iterable[str]) -> str | None:
         return found[0]
     near = difflib.get_close_matches(name.casefold(), list(folded), n=1, cutoff=_LIKE)
     return folded[near[0]] if near else None
+
+
+def _one_letter_away(name: str, known: tuple[str, ...]) -> str | None:
+    """Return a name with one letter more, less, changed or swapped with its neighbour.
+
+    Comparing letter by letter with a thousand names takes milliseconds, and a file may hold thousands of mistakes.
+    """
+    index = _shortened(known)
+    return next((index[s] for s in _without_a_letter(name.casefold()) if s in index), None)
+
+
+@lru_cache(maxsize=4)
+def _shortened(known: tuple[str, ...]) -> dict[str, str]:
+    """Map every name, whole and without any one of its letters, to itself."""
+    index: dict[str, str] = {}
+    for name in known:
+        for short in _without_a_letter(name.casefold()):
+            index.setdefault(short, name)
+    return index
+
+
+def _without_a_letter(name: str) -> list[str]:
+    return [name, *(name[:i] + name[i + 1 :] for i in range(min(len(name), 200)))]
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:

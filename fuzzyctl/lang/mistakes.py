@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import unicodedata
 from typing import Any, Final
 
@@ -67,6 +68,8 @@ _TERMINALS: Final[dict[str, str]] = {
     "$END": "the end of the line",
 }
 
+_NUMBER_LIKE: Final = re.compile(r"[\w.]+")
+
 #: Words that other tools use, with what they are called here.
 _OTHER_WORDS: Final = {"include": "use", "rule": "if", "rules": "table", "variable": "input", "constant": "param"}
 
@@ -115,7 +118,7 @@ def _bad_character(source: SourceText, line: LogicalLine, at: int, help_text: st
     char = source.text[at]
     place = Span(source, at, at + 1)
     if char.isdigit() or (char == "." and source.text[at + 1 : at + 2].isdigit()):
-        return Diagnostic("FZ102", "a number is malformed or runs into letters", place, help=help_text)
+        return _bad_number(source, at, help_text)
     if char == "'":
         return Diagnostic("FZ105", "texts stand in double quotes", place, help='write "..."')
     if char.isprintable() and (char.isascii() or not unicodedata.name(char, "")):
@@ -123,6 +126,25 @@ def _bad_character(source: SourceText, line: LogicalLine, at: int, help_text: st
     name = unicodedata.name(char, "a control character")
     shown = f"'{char}' (U+{ord(char):04X}, {name})" if char.isprintable() else f"U+{ord(char):04X} ({name})"
     return Diagnostic("FZ105", f"{shown} cannot stand here", place, help=help_text)
+
+
+def _bad_number(source: SourceText, at: int, help_text: str) -> Diagnostic:
+    """Say what is wrong with a number: digits of another script, or letters that it runs into."""
+    number = _NUMBER_LIKE.match(source.text, at)
+    assert number is not None
+    foreign = next((i for i in range(at, number.end()) if not source.text[i].isascii()), None)
+    if foreign is None or not source.text[foreign].isdigit():
+        place = Span(source, at, at + 1)
+        return Diagnostic("FZ102", "a number is malformed or runs into letters", place, help=help_text)
+    char = source.text[foreign]
+    shown = f"'{char}' (U+{ord(char):04X}, {unicodedata.name(char, 'a digit')})"
+    digit = unicodedata.decimal(char, None)
+    return Diagnostic(
+        "FZ105",
+        f"{shown} is no digit of a number",
+        Span(source, foreign, foreign + 1),
+        help=f"write '{digit}'" if digit is not None else help_text,
+    )
 
 
 def describe_unknown_line(source: SourceText, line: LogicalLine, block: str) -> Diagnostic:

@@ -33,7 +33,10 @@ def _gaps(system: FuzzySystem, variable: Input) -> list[tuple[float, float]]:
     supports: list[tuple[float, float]] = []
     for term in variable.terms:
         formula = MEMBERSHIP.get(term.membership.kind)
-        vertices = formula.vertices(tuple(map(system.number, term.membership.arguments))) if formula is not None else ()
+        numbers = tuple(map(system.number, term.membership.arguments)) if formula is not None else ()
+        if formula is None or formula.mistake(numbers) is not None:
+            return []  # where a term with bad parameters reaches nobody knows
+        vertices = formula.vertices(numbers)
         if not vertices:
             return []  # curved terms are above 0 nearly everywhere
         left = vertices[0][0] if vertices[0][1] == 0 else -math.inf

@@ -147,6 +147,8 @@ def known_term(context: Context, variable: sx.Variable, term: sx.Word) -> bool:
 def resolve_table(context: Context, statement: sx.Table) -> RuleTable | None:
     """Resolve a `table` with its header and rows."""
     outputs = [_variable(context, w, context.outputs, "output") for w in statement.outputs]
+    if not _distinct(context, statement.outputs):
+        return None
     rows = _variable(context, statement.first, context.inputs, "input")
     columns = rows
     if statement.second is not None:
@@ -186,6 +188,19 @@ def resolve_table(context: Context, statement: sx.Table) -> RuleTable | None:
         condition=condition,
         span=statement.span,
     )
+
+
+def _distinct(context: Context, outputs: Sequence[sx.Word]) -> bool:
+    """Check that a table names each output once."""
+    seen: dict[str, sx.Word] = {}
+    for word in outputs:
+        if word.text in seen:
+            note = (seen[word.text].span, "first named here")
+            message = f"the table sets '{word.text}' twice"
+            context.report("FZ215", message, word.span, note=note, help="name each output once")
+            return False
+        seen[word.text] = word
+    return True
 
 
 def _variable(context: Context, word: sx.Word, among: dict[str, sx.Variable], kind: str) -> sx.Variable | None:

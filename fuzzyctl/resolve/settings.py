@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, Final
+from collections.abc import Iterator, Sequence
+from typing import Any, Final, TypeVar
 
 from fuzzyctl import expr as ex
 from fuzzyctl.errors import closest
@@ -19,6 +19,8 @@ _FIELDS: Final[dict[str, tuple[str, tuple[str, ...]]]] = {
     "aggregation": ("aggregation", tuple(AGGREGATIONS)),
     "defuzzifier": ("defuzzifier", DEFUZZIFIERS),
 }
+
+_Option = TypeVar("_Option", sx.Option, sx.ActivationOption)
 
 #: Profiles of semantics that this version has; the others wait for the formats they belong to.
 PROFILES: Final = ("exact",)
@@ -95,6 +97,20 @@ def resolve_own_setting(context: Context, s: sx.Setting, values: dict[str, Any])
     return len(context.diagnostics) == before
 
 
+def _once(context: Context, options: Sequence[_Option]) -> Iterator[_Option]:
+    """Yield the options, each name once; comparisons are one option, whatever their sign."""
+    seen: dict[str, sx.Word] = {}
+    for option in options:
+        name = option.name.text if option.name.text.isidentifier() else "comparison"
+        if name in seen:
+            what = "a comparison" if name == "comparison" else f"'{name}'"
+            note = (seen[name].span, "first given here")
+            context.report("FZ215", f"{what} is given twice", option.name.span, note=note, help="remove one of them")
+            continue
+        seen[name] = option.name
+        yield option
+
+
 def _no_options(context: Context, setting: sx.Setting) -> None:
     for option in setting.options:
         context.report("FZ213", f"'{setting.value.text}' takes no options", option.name.span, help="remove it")
@@ -105,7 +121,7 @@ def _defuzzifier(context: Context, setting: sx.Setting) -> Defuzzifier:
     if setting.value.text != "centroid":
         _no_options(context, setting)
         return Defuzzifier(kind=setting.value.text)
-    for option in setting.options:
+    for option in _once(context, setting.options):
         value = option.value.text
         if option.name.text == "resolution":
             low, high = RESOLUTIONS
@@ -133,8 +149,8 @@ def _activation(context: Context, s: sx.Activation) -> Activation:
     if kind not in ACTIVATIONS:
         context.unknown("activation method", s.kind, ACTIVATIONS, "FZ213")
         return Activation()
-    fields: dict[str, Any] = {"kind": kind}
-    for option in s.options:
+    fields: dict[str, Any] = {"kind": kind, "span": s.kind.span}
+    for option in _once(context, s.options):
         name = option.name.text
         if name not in _OPTIONS[kind]:
             context.unknown("option", option.name, _OPTIONS[kind], "FZ213")

@@ -1,4 +1,5 @@
 import json
+import time
 
 import pytest
 
@@ -98,3 +99,20 @@ class TestExceptions:
 
     def test_a_bound_names_value_and_unit(self):
         assert str(ValueOutOfBoundsError("mass", -1, "> 0", "kg")) == "mass must be > 0 kg, got -1"
+
+
+class TestManyNames:
+    names = tuple(f"term_{i}" for i in range(1000))
+
+    @pytest.mark.parametrize("slip", ["term_77x", "tem_777", "trem_777", "terM_777", "term_777"])
+    def test_among_a_thousand_names_one_slip_is_found(self, slip):
+        assert closest(slip, self.names) in {"term_777", "term_77"}
+
+    def test_two_slips_are_not(self):
+        assert closest("ter777", self.names) is None
+
+    def test_thousands_of_slips_take_no_seconds(self):
+        start = time.perf_counter()
+        for i in range(3000):
+            closest(f"term_{i % 1000}q", self.names)
+        assert time.perf_counter() - start < 1.0
