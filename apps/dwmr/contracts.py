@@ -12,24 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dwmr.compiled import compiled_as, function_type
+from dwmr.paths import Reference
 
 FloatArray = NDArray[np.float64]
 Function = TypeVar("Function", bound=Callable[..., Any])
-
-
-class Reference(NamedTuple):
-    """Posture and linear velocity of what a robot follows.
-
-    Attributes:
-        x, y: Position [m].
-        theta: Orientation [rad].
-        v: Linear velocity [m/s].
-    """
-
-    x: float
-    y: float
-    theta: float
-    v: float
 
 
 class TrackingError(NamedTuple):

@@ -73,6 +73,7 @@ class Memory(NamedTuple):
 
     Attributes:
         plant: Fields of `State`, shape (n, 7).
+        seen: The same as the robots measure it; without noise it is the array `plant` itself.
         theta_star: Auxiliary orientations θ*_r, shape (n,) [rad].
         filters: States of the derivative filters, shape (n, 2) [m/s, rad/s].
         sides: Latched sides of avoidance, shape (n, a).
@@ -82,6 +83,7 @@ class Memory(NamedTuple):
     """
 
     plant: FloatArray
+    seen: FloatArray
     theta_star: FloatArray
     filters: FloatArray
     sides: FloatArray
@@ -110,6 +112,7 @@ def run_periods(
     kernels: Any,
     world: World,
     memory: Memory,
+    noise: FloatArray,
     record: FloatArray,
     law_record: FloatArray,
 ) -> tuple[int, int, int]:
@@ -122,6 +125,8 @@ def run_periods(
         kernels: Gain kernels of the law, one tuple per robot.
         world: Constants.
         memory: Read and written.
+        noise: Added to what the robots measure of x, y, theta, v, omega, shape (last - first, n, 5) [m, m, rad, m/s,
+            rad/s]; shape (0, n, 5) where all measure exactly.
         record: Written, shape (periods, n, len(SIGNALS)).
         law_record: Written, shape (periods, n, signals of the law).
 
@@ -132,17 +137,22 @@ def run_periods(
     for k in range(first, last):
         t = k * world.dt
         faulty, first_fault = -1, 0
+        if noise.shape[0] > 0:
+            _measure(noise[k - first], memory)
         # all robots decide before any of them moves
         for i in range(n):
-            state = _state(memory, i)
-            target, error = _aim(t, i, state, path, world, memory)
+            state = _state(memory.plant, i)
+            target = _aim(t, i, path, world, memory)
+            seen = error = _error(t, i, target, memory.plant, world, memory)
+            if noise.shape[0] > 0:
+                seen = _error(t, i, target, memory.seen, world, memory)
             v_c, omega_c, fault = step(
-                error, world.dt, world.gains[i], memory.law[i], kernels[i], memory.next_law[i], law_record[k, i]
+                seen, world.dt, world.gains[i], memory.law[i], kernels[i], memory.next_law[i], law_record[k, i]
             )
             now = disturbance(t, world.acting[i])
-            _inner_loop(i, state, v_c, omega_c, world, memory)
+            _inner_loop(i, v_c, omega_c, world, memory)
             _record(record[k, i], state, target, error, v_c, omega_c, now, memory, i)
-            memory.theta_star[i] += world.dt * error.drift_theta
+            memory.theta_star[i] += world.dt * seen.drift_theta
             # numbers first: nothing can be said about the gain of a run whose numbers are gone
             if not (math.isfinite(v_c) and math.isfinite(omega_c) and _is_finite(state)):
                 fault = NOT_FINITE
@@ -156,9 +166,17 @@ def run_periods(
 
 
 @compiled
-def _state(memory: Memory, i: int) -> State:
-    p = memory.plant
+def _state(plant: FloatArray, i: int) -> State:
+    p = plant
     return State(p[i, 0], p[i, 1], p[i, 2], p[i, 3], p[i, 4], p[i, 5], p[i, 6])
+
+
+@compiled
+def _measure(noise: FloatArray, memory: Memory) -> None:
+    """Write what the robots see of themselves: the plant's state and this period's noise."""
+    for i in range(noise.shape[0]):
+        for k in range(noise.shape[1]):
+            memory.seen[i, k] = memory.plant[i, k] + noise[i, k]
 
 
 @compiled
@@ -173,42 +191,64 @@ def _is_finite(s: State) -> bool:
 
 
 @compiled
-def _aim(t: float, i: int, s: State, path: Any, world: World, memory: Memory) -> tuple[Target, TrackingError]:
-    """Return target and tracking error of one robot.
+def _aim(t: float, i: int, path: Any, world: World, memory: Memory) -> Target:
+    """Return the target of one robot; a robot on the reference avoids obstacles by what it sees of itself.
 
     Source:
-        Goto, Bertol, Martins, Eqs. (4)-(6), (70)-(72) for the leader; Eqs. (47)-(51) for a follower.
+        Goto, Bertol, Martins, Eqs. (70), (71) for a robot on the reference; Eq. (47) for a follower.
     """
-    robot, theta_star = world.robots[i], memory.theta_star[i]
-    j = robot.leader
-    if j < 0:
-        reference = path(t, world.shape)
-        theta_r, v_r, obstacle, reach = reference.theta, reference.v, -1, 0.0
-        if robot.avoids != 0:
-            obstacle, direction, reach = avoid(
-                s.x, s.y, s.theta, s.v, robot.radius, world.obstacles, memory.sides[i], world.avoidance
-            )
-            if obstacle >= 0:
-                theta_r, v_r = direction, world.avoidance.slowdown * v_r
-        error = trajectory_error(s.x, s.y, s.theta, reference.x, reference.y, theta_r, theta_star, v_r, robot.d)
-        return Target(reference.x, reference.y, theta_r, v_r, float(obstacle), reach), error
-    lead, d_i = _state(memory, j), world.robots[j].d
-    v_i, omega_i = velocity(lead, disturbance(t, world.acting[j]))
-    x_r, y_r = follower_position(lead.x, lead.y, lead.theta, d_i, robot.separation, robot.bearing)
-    error = follower_error(
-        lead.x, lead.y, lead.theta, v_i, omega_i, d_i, s.x, s.y, s.theta, theta_star, robot.d,
-        robot.separation, robot.bearing,
-    )  # fmt: skip
-    # theta_jr = theta_i of Eq. (47) cannot be kept in a turn; the auxiliary orientation takes its place
-    return Target(x_r, y_r, theta_star, v_i, -1.0, 0.0), error
+    robot = world.robots[i]
+    if robot.leader >= 0:
+        lead = _state(memory.plant, robot.leader)
+        d_i = world.robots[robot.leader].d
+        x_r, y_r = follower_position(lead.x, lead.y, lead.theta, d_i, robot.separation, robot.bearing)
+        v_i, _ = velocity(lead, disturbance(t, world.acting[robot.leader]))
+        # theta_jr = theta_i of Eq. (47) cannot be kept in a turn; the auxiliary orientation takes its place
+        return Target(x_r, y_r, memory.theta_star[i], v_i, -1.0, 0.0)
+    reference = path(t - robot.delay, world.shape)
+    theta_r, v_r, obstacle, reach = reference.theta, reference.v, -1, 0.0
+    if robot.avoids != 0:
+        s = _state(memory.seen, i)
+        obstacle, direction, reach = avoid(
+            s.x, s.y, s.theta, s.v, robot.radius, world.obstacles, memory.sides[i], world.avoidance
+        )
+        if obstacle >= 0:
+            theta_r, v_r = direction, world.avoidance.slowdown * v_r
+    return Target(reference.x, reference.y, theta_r, v_r, float(obstacle), reach)
 
 
 @compiled
-def _inner_loop(i: int, s: State, v_c: float, omega_c: float, world: World, memory: Memory) -> None:
-    """Turn the limited velocity command into torque commands."""
+def _error(t: float, i: int, target: Target, plant: FloatArray, world: World, memory: Memory) -> TrackingError:
+    """Return the tracking error of one robot.
+
+    Args:
+        t: Time [s].
+        i: Number of the robot.
+        target: Where it should be; a follower's place is computed anew from its leader's state.
+        plant: States of all robots as they are or as they are seen, shape (n, 7).
+        world, memory: As for `run_periods`.
+
+    Source:
+        Goto, Bertol, Martins, Eqs. (4)-(6), (72) for a robot on the reference; Eqs. (47)-(51) for a follower.
+    """
+    robot, theta_star, s = world.robots[i], memory.theta_star[i], _state(plant, i)
+    j = robot.leader
+    if j < 0:
+        return trajectory_error(s.x, s.y, s.theta, target.x, target.y, target.theta, theta_star, target.v, robot.d)
+    lead, d_i = _state(plant, j), world.robots[j].d
+    v_i, omega_i = velocity(lead, disturbance(t, world.acting[j]))
+    return follower_error(
+        lead.x, lead.y, lead.theta, v_i, omega_i, d_i, s.x, s.y, s.theta, theta_star, robot.d,
+        robot.separation, robot.bearing,
+    )  # fmt: skip
+
+
+@compiled
+def _inner_loop(i: int, v_c: float, omega_c: float, world: World, memory: Memory) -> None:
+    """Turn the limited velocity command and the velocities seen at the wheels into torque commands."""
     robot = world.robots[i]
-    e_v = clamp(v_c, robot.v_limit) - s.v
-    e_omega = clamp(omega_c, robot.omega_limit) - s.omega
+    e_v = clamp(v_c, robot.v_limit) - memory.seen[i, 3]
+    e_omega = clamp(omega_c, robot.omega_limit) - memory.seen[i, 4]
     right, left, filter_v, filter_omega = pd_torques(
         e_v, e_omega, memory.filters[i, 0], memory.filters[i, 1], robot, world.dt
     )
@@ -220,7 +260,7 @@ def _inner_loop(i: int, s: State, v_c: float, omega_c: float, world: World, memo
 def _move(t: float, i: int, world: World, memory: Memory) -> None:
     """Advance plant and control law of one robot by one period."""
     s = advance(
-        t, _state(memory, i), memory.torques[i, 0], memory.torques[i, 1], world.robots[i], world.acting[i],
+        t, _state(memory.plant, i), memory.torques[i, 0], memory.torques[i, 1], world.robots[i], world.acting[i],
         world.load, world.dt, world.substeps,
     )  # fmt: skip
     p = memory.plant

@@ -16,18 +16,30 @@ COMMON = "robot"
 
 @dataclass(frozen=True)
 class Places:
-    """Where the keys of a scenario stand: a line of its file, or an argument of the command line."""
+    """Where the keys of a scenario stand: a line of one of its files, or an argument of the command line.
+
+    Args:
+        source: The scenario's own file.
+        overrides: Arguments of the command line, by key.
+        base: Places of the scenario that it extends.
+        hidden: Keys whose values replace those of the base whole.
+    """
 
     source: SourceText
     overrides: Mapping[str, str] = field(default_factory=dict)
+    base: Places | None = None
+    hidden: frozenset[tuple[str, ...]] = frozenset()
 
     @cached_property
     def _keys(self) -> Mapping[tuple[str, ...], tuple[int, int]]:
         return key_places(self.source.text)
 
     def _exact(self, path: tuple[str, ...]) -> Span | None:
-        found = self._keys.get(path)
-        return Span(self.source, *found) if found else None
+        if found := self._keys.get(path):
+            return Span(self.source, *found)
+        if self.base is None or any(path[:k] in self.hidden for k in range(1, len(path) + 1)):
+            return None
+        return self.base._exact(path)
 
     def resolve(self, path: tuple[str, ...]) -> tuple[str, Span | None, str]:
         """Return the key as its author wrote it, its place in the file, and its argument of the command line.

@@ -1,34 +1,27 @@
-"""Reference trajectories: posture and velocities of the virtual robot as functions of time."""
+"""Reference trajectories compiled: posture and velocities of the virtual robot as functions of time."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
+from dwmr import paths
 from dwmr.compiled import compiled
-from dwmr.contracts import FloatArray, Reference, reference_path
+from dwmr.contracts import FloatArray, reference_path
+from dwmr.paths import Reference
 
+eight = reference_path(paths.eight)
+circle = reference_path(paths.circle)
+line = reference_path(paths.line)
+spline = reference_path(paths.spline)
 
-@reference_path
-def eight(t: float, shape: FloatArray) -> Reference:
-    """Return posture and velocity on a figure eight at a time.
-
-    Args:
-        t: Time [s].
-        shape: Half the width along x, travelled twice per period [m]; half the length along y [m]; period [s].
-
-    Returns:
-        The virtual robot's posture and linear velocity; its orientation is the direction of travel.
-
-    Source:
-        Goto, Bertol, Martins, Eq. (76) with x and y exchanged: only so do the obstacles of Table 11 lie on the path in
-        the middle of the disturbance windows, as section 7.2 says.
-    """
-    w, a_x, a_y = 2.0 * math.pi / shape[2], shape[0], shape[1]
-    x_dot = 2.0 * w * a_x * math.cos(2.0 * w * t)
-    y_dot = w * a_y * math.cos(w * t)
-    x = a_x * math.sin(2.0 * w * t)
-    y = a_y * math.sin(w * t)
-    return Reference(x, y, math.atan2(y_dot, x_dot), math.hypot(x_dot, y_dot))
+#: Compiled path by the name of its function in `paths`, see `shapes.Shape`.
+PATHS: dict[str, Callable[[float, FloatArray], Reference]] = {
+    "eight": eight,
+    "circle": circle,
+    "line": line,
+    "spline": spline,
+}
 
 
 @compiled
@@ -39,9 +32,10 @@ def eight_turn_rate(t: float, shape: FloatArray) -> float:
         Goto, Bertol, Martins, Eq. (76), third row, with the numerator's second derivatives restored.
     """
     w, a_x, a_y = 2.0 * math.pi / shape[2], shape[0], shape[1]
-    x_dot = 2.0 * w * a_x * math.cos(2.0 * w * t)
-    y_dot = w * a_y * math.cos(w * t)
-    x_ddot = -4.0 * w * w * a_x * math.sin(2.0 * w * t)
-    y_ddot = -w * w * a_y * math.sin(w * t)
+    w_x, w_y = shape[3] * w, shape[4] * w
+    x_dot = w_x * a_x * math.cos(w_x * t)
+    y_dot = w_y * a_y * math.cos(w_y * t)
+    x_ddot = -w_x * w_x * a_x * math.sin(w_x * t)
+    y_ddot = -w_y * w_y * a_y * math.sin(w_y * t)
     rate: float = (y_ddot * x_dot - x_ddot * y_dot) / (x_dot * x_dot + y_dot * y_dot)
     return rate

@@ -43,6 +43,7 @@ ROBOT = np.dtype(
         ("bearing", "f8"),  # [rad]
         ("leader", "i8"),  # index of the robot it follows, −1 for the reference trajectory
         ("avoids", "i8"),  # 1 if it avoids obstacles
+        ("delay", "f8"),  # behind the reference, for a robot that follows it [s]
     ],
     align=True,
 )

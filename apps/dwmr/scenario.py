@@ -8,6 +8,7 @@ from pydantic import ConfigDict, Field, Strict, model_validator
 
 from dwmr.controllers.settings import AifqsmcSettings, FcafsmcSettings, SmcSettings
 from dwmr.quantities import Section, quantity
+from dwmr.reference_settings import ReferenceSettings
 
 
 class Run(Section):
@@ -18,6 +19,7 @@ class Run(Section):
     dt: float = quantity("control period", "s", ge=1e-6, le=1)
     substeps: int = quantity("integration steps in one control period", "-", ge=1, le=1000)
     save_every: int = quantity("control periods between two saved samples", "-", ge=1, le=1_000_000)
+    seed: int = quantity("first number of the measurement noise", "-", ge=0, le=2**63 - 1, default=0)
 
     @property
     def steps(self) -> int:
@@ -67,6 +69,16 @@ class Formation(Section):
     bearing: float = quantity("desired bearing Ψ_ijd", "rad", ge=-6.2832, le=6.2832)
 
 
+class Noise(Section):
+    """Standard deviations of what a robot measures of itself, drawn anew every control period."""
+
+    x: float = quantity("position, x", "m", ge=0, default=0.0)
+    y: float = quantity("position, y", "m", ge=0, default=0.0)
+    theta: float = quantity("orientation", "rad", ge=0, default=0.0)
+    v: float = quantity("linear velocity from the wheels", "m/s", ge=0, default=0.0)
+    omega: float = quantity("angular velocity from the wheels", "rad/s", ge=0, default=0.0)
+
+
 class Controllers(Section):
     """Gains by control law; a law of one's own finds its table among the extra ones."""
 
@@ -95,16 +107,9 @@ class Robot(Section):
     actuator: Actuator
     inner_loop: InnerLoop
     formation: Formation | None = Field(default=None, description="absent for a robot that follows the reference")
+    delay: float = quantity("time by which a robot on the reference is behind it, negative ahead", "s", default=0.0)
+    noise: Noise | None = Field(default=None, description="of what it measures of itself; none when absent")
     controllers: Controllers
-
-
-class Eight(Section):
-    """Figure eight along the y axis, Eq. (76)."""
-
-    kind: Literal["eight"]
-    amplitude_x: float = quantity("half the width along x, travelled twice per period", "m", gt=0)
-    amplitude_y: float = quantity("half the length along y", "m", gt=0)
-    period: float = quantity("time of one round", "s", gt=0)
 
 
 class Obstacle(Section):
@@ -177,7 +182,7 @@ class Scenario(Section):
 
     name: str
     run: Run
-    reference: Eight
+    reference: ReferenceSettings
     robots: dict[str, Robot] = Field(min_length=1)
     obstacles: Annotated[tuple[Obstacle, ...], Strict(False)] = ()
     avoidance: AvoidanceSettings

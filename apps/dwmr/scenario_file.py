@@ -3,26 +3,31 @@
 from __future__ import annotations
 
 import hashlib
-import stat
-import tomllib
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
+from dwmr.layers import LARGEST_FILE, SHIPPED, merge, overlay, read_bytes, read_layers, shipped_names
 from dwmr.overrides import OverrideError, override, shorten
+from dwmr.path_files import LARGEST_PATH, PathRows, read_rows
 from dwmr.places import COMMON, Places
 from dwmr.scenario import Scenario
 from dwmr.scenario_mistakes import cross_checks, diagnose, remarks, show
+from dwmr.shapes import Shape, shape_of
 from fuzzyctl.errors import Diagnostic, DiagnosticError, did_you_mean
-from fuzzyctl.source import SourceText, Span
 
-#: Scenario files are small; a larger one is refused before it is read.
-LARGEST_FILE = 1 << 20
-
-SHIPPED = Path(__file__).parent / "scenarios"
+__all__ = [
+    "LARGEST_FILE",
+    "SHIPPED",
+    "ScenarioFile",
+    "UnknownScenarioError",
+    "find",
+    "read",
+    "shipped_names",
+]
 
 
 class UnknownScenarioError(Exception):
@@ -31,18 +36,25 @@ class UnknownScenarioError(Exception):
 
 @dataclass(frozen=True)
 class ScenarioFile:
-    """A scenario together with where it came from."""
+    """A scenario together with where it came from.
+
+    Args:
+        scenario: Its values.
+        path: Its file.
+        places: Where its keys stand.
+        sha256: Of its file and, where there are any, of the files it extends and of its path's CSV.
+        shape: The reference, ready for the loop.
+        warnings: What a run does otherwise than its author may think.
+        folders: Where files that it names are looked for: beside it, then beside the scenarios it extends.
+    """
 
     scenario: Scenario
     path: Path
     places: Places
     sha256: str
+    shape: Shape = field(repr=False, compare=False)
     warnings: tuple[Diagnostic, ...] = ()
-
-
-def shipped_names() -> tuple[str, ...]:
-    """Return the names of the scenarios that come with dwmr."""
-    return tuple(sorted(p.stem for p in SHIPPED.glob("*.toml")))
+    folders: tuple[Path, ...] = ()
 
 
 def find(name: str) -> Path:
@@ -54,11 +66,8 @@ def find(name: str) -> Path:
     if name in shipped_names():
         return SHIPPED / f"{name}.toml"
     path = Path(name)
-    try:
-        if path.exists():
-            return path
-    except OSError:  # such as a name longer than the file system allows
-        pass
+    if _exists(path):
+        return path
     hint = did_you_mean(name, shipped_names())
     known = ", ".join(shipped_names())
     shown = name if len(name) <= 200 else f"{name[:197]}..."
@@ -79,83 +88,52 @@ def read(path: Path, overrides: Iterable[str] = ()) -> ScenarioFile:
         DiagnosticError: With every mistake in the file.
         OverrideError: When an override is malformed.
     """
-    content = _content(path)
-    text = _text(path, content)
-    source = SourceText(str(path), text)
-    data = _parse(source)
+    layers = read_layers(path)
     written: dict[str, str] = {}
+    data, places = merge(layers, written)
     for argument in overrides:
         key, given = override(data, argument)
         if key in written:
             raise OverrideError(f"--set {shorten(argument)}: {key} is given twice")
         written[key] = given
-    places = Places(source, written)
     try:
         scenario = _validate(_give_every_robot_the_common_values(data, places), places)
     except RecursionError:
         raise DiagnosticError([Diagnostic("FZ901", "tables are nested too deeply", file=str(path))]) from None
+    folders = tuple(dict.fromkeys(layer.path.parent for layer in layers))
+    digest = hashlib.sha256(b"".join(layer.content for layer in layers))
     mistakes = list(dict.fromkeys(cross_checks(scenario, places)))
+    try:
+        shape = shape_of(scenario.reference, _reader(folders, places, digest.update), places)
+    except DiagnosticError as error:
+        raise DiagnosticError([*mistakes, *error.diagnostics]) from None
     if mistakes:
         raise DiagnosticError(mistakes)
-    digest = hashlib.sha256(content).hexdigest()
-    return ScenarioFile(scenario, path, places, digest, tuple(remarks(scenario, places)))
+    warnings = tuple(remarks(scenario, places))
+    return ScenarioFile(scenario, path, places, digest.hexdigest(), shape, warnings, folders)
 
 
-def _content(path: Path) -> bytes:
-    def refuse(code: str, message: str, help: str = "") -> DiagnosticError:
-        return DiagnosticError([Diagnostic(code, message, file=str(path), help=help)])
+def _reader(folders: Sequence[Path], places: Places, note: Callable[[bytes], object]) -> Callable[[str], PathRows]:
+    """Return a function that reads a path's CSV file, looked for in some folders; `note` is told its content."""
 
-    if path.is_dir():
-        raise refuse("FZ001", f"{path} is a folder, not a scenario file")
+    def rows(name: str) -> PathRows:
+        for folder in folders:
+            if _exists(folder / name):
+                content = read_bytes(folder / name, LARGEST_PATH, "a path needs a row every few seconds")
+                note(content)
+                return read_rows(str(folder / name), content)
+        message = f"reference.file = {name[:200]!r} names a file that does not exist"
+        facts = (f"looked in {', '.join(str(f) for f in folders)}",)
+        raise DiagnosticError([places.diagnostic("FZ904", "reference.file", message, facts=facts)])
+
+    return rows
+
+
+def _exists(path: Path) -> bool:
     try:
-        about = path.stat()
-        if not stat.S_ISREG(about.st_mode):
-            raise refuse("FZ001", f"{path} is no regular file")
-        with path.open("rb") as file:
-            content = file.read(LARGEST_FILE + 1)
-    except OSError as error:
-        raise refuse("FZ001", f"{path} cannot be read: {error.strerror}") from error
-    if len(content) > LARGEST_FILE:
-        help_text = "a scenario file holds a few kilobytes of TOML"
-        size = max(len(content), about.st_size)
-        raise refuse("FZ003", f"{path} has {size:,} bytes; at most {LARGEST_FILE:,} are read", help_text)
-    return content
-
-
-def _text(path: Path, content: bytes) -> str:
-    try:
-        text = content.decode("utf-8")
-    except UnicodeDecodeError as error:
-        message = f"{path} is not UTF-8 text: byte {error.start} is 0x{content[error.start]:02x}"
-        raise DiagnosticError([Diagnostic("FZ002", message, file=str(path))]) from error
-    if not text.strip():
-        help_text = f"start from a copy of {SHIPPED / 'paper.toml'}"
-        raise DiagnosticError([Diagnostic("FZ901", f"{path} is empty", file=str(path), help=help_text)])
-    return text.removeprefix("\ufeff")
-
-
-def _parse(source: SourceText) -> dict[str, Any]:
-    try:
-        return tomllib.loads(source.text)
-    except (ValueError, RecursionError) as error:  # a plain ValueError is a whole number of thousands of digits
-        span = _toml_error_place(str(error), source)
-        message = "nesting is too deep" if isinstance(error, RecursionError) else str(error).split(" (at ")[0]
-        if not isinstance(error, RecursionError | tomllib.TOMLDecodeError):
-            message = "a whole number has too many digits"
-        raise DiagnosticError(
-            [Diagnostic("FZ901", f"not valid TOML: {message}", span=span, file=source.name)]
-        ) from error
-
-
-def _toml_error_place(message: str, source: SourceText) -> Span | None:
-    """Find the place in `... (at line 3, column 7)`; Python 3.14 has attributes for it, 3.11 has not."""
-    head, _, tail = message.partition("(at line ")
-    if not head or not tail:
-        return None
-    line, _, column = tail.rstrip(")").partition(", column ")
-    start = sum(len(s) for s in source.text.splitlines(keepends=True)[: int(line) - 1]) + int(column) - 1
-    start = min(start, max(0, len(source.text) - 1))
-    return Span(source, start, start + 1)
+        return path.exists()
+    except (OSError, ValueError):  # a name longer than the file system allows, or one with a null character
+        return False
 
 
 def _give_every_robot_the_common_values(data: Mapping[str, Any], places: Places) -> dict[str, Any]:
@@ -166,16 +144,8 @@ def _give_every_robot_the_common_values(data: Mapping[str, Any], places: Places)
         message = f"{COMMON} must be a table, got {show(common)}"
         raise DiagnosticError([places.diagnostic("FZ904", COMMON, message)])
     if isinstance(robots, dict):
-        rest["robots"] = {n: _merge(common, own) if isinstance(own, dict) else own for n, own in robots.items()}
+        rest["robots"] = {n: overlay(common, own) if isinstance(own, dict) else own for n, own in robots.items()}
     return rest
-
-
-def _merge(common: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:
-    merged = dict(common)
-    for key, value in own.items():
-        below = merged.get(key)
-        merged[key] = _merge(below, value) if isinstance(below, dict) and isinstance(value, dict) else value
-    return merged
 
 
 def _validate(data: Mapping[str, Any], places: Places) -> Scenario:

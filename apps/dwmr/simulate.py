@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from dwmr import controllers, references
+from dwmr import controllers, noise, references
 from dwmr.checks import settings_of
 from dwmr.compiled import COMPILED, first_class, first_class_functions
 from dwmr.contracts import FloatArray, Law, Signal
@@ -22,6 +22,7 @@ from dwmr.places import Places
 from dwmr.robot import ROBOT
 from dwmr.scenario import Robot, Scenario
 from dwmr.scenario_file import ScenarioFile
+from dwmr.shapes import Shape
 from fuzzyctl.errors import DiagnosticError
 
 #: The compiled loop returns to Python this often, for the progress display and for Ctrl-C.
@@ -83,6 +84,7 @@ class Simulation:
 
     name: str
     scenario: Scenario
+    shape: Shape
     module: ModuleType
     laws: dict[str, Law]
 
@@ -100,7 +102,7 @@ def prepare(file: ScenarioFile, controller: str, rules: Rules) -> Simulation:
     """
     module = controllers.find(controller)
     laws = {robot: module.init(settings_of(file, robot, controller), rules, robot) for robot in file.scenario.robots}
-    return Simulation(controller, file.scenario, module, laws)
+    return Simulation(controller, file.scenario, file.shape, module, laws)
 
 
 def require_memory(simulations: Sequence[Simulation], places: Places) -> None:
@@ -137,23 +139,25 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
     scenario, module = simulation.scenario, simulation.module
     names = tuple(scenario.robots)
     laws = [simulation.laws[n] for n in names]
-    world, memory = _world(scenario, laws), _memory(scenario, laws)
+    world, memory = _world(simulation, laws), _memory(simulation, laws)
     samples = scenario.run.steps + 1
     record = np.zeros((samples, len(names), len(SIGNALS)))
     law_record = np.zeros((samples, len(names), len(module.SIGNALS)))
-    path, step = first_class(references.eight), first_class(module.step)
+    path, step = first_class(references.PATHS[simulation.shape.path]), first_class(module.step)
+    draw = noise.source(scenario)
     kernels = tuple(tuple(first_class(k) for k in law.kernels) for law in laws)
     reached, robot, fault, wall_s = 0, -1, 0, 0.0
     interrupted = False
     chunk = PERIODS_AT_A_TIME if COMPILED else 1
     with first_class_functions():
         try:
-            run_periods(0, 0, path, step, kernels, world, memory, record, law_record)  # compiles, or loads from cache
+            # compiles, or loads from cache
+            run_periods(0, 0, path, step, kernels, world, memory, draw(0), record, law_record)
             while reached < samples and fault == 0:
                 began = perf_counter()
                 last = min(reached + chunk, samples)
                 reached, robot, fault = run_periods(
-                    reached, last, path, step, kernels, world, memory, record, law_record
+                    reached, last, path, step, kernels, world, memory, draw(last - reached), record, law_record
                 )
                 took = perf_counter() - began
                 wall_s += took
@@ -182,17 +186,18 @@ def _reason(fault: int, row: FloatArray, module: ModuleType) -> str:
     return f"{', '.join(bad) or 'state'} is not finite: the run diverged"
 
 
-def _world(scenario: Scenario, laws: list[Law]) -> World:
+def _world(simulation: Simulation, laws: list[Law]) -> World:
+    scenario = simulation.scenario
     robots = np.zeros(len(scenario.robots), dtype=ROBOT)
     names = list(scenario.robots)
     for row, robot in zip(robots, scenario.robots.values(), strict=True):
         for name, value in _constants(robot, names).items():
             row[name] = value
-    reference, settings = scenario.reference, scenario.avoidance
+    settings = scenario.avoidance
     return World(
         scenario.run.dt,
         scenario.run.substeps,
-        np.array([reference.amplitude_x, reference.amplitude_y, reference.period]),
+        simulation.shape.constants,
         robots.view(np.recarray),
         _acting(scenario).view(np.recarray),
         Load(scenario.load.start, scenario.load.stop, scenario.load.mass_factor, scenario.load.inertia_factor),
@@ -234,22 +239,21 @@ def _acting(scenario: Scenario) -> Any:
     return acting
 
 
-def _memory(scenario: Scenario, laws: list[Law]) -> Memory:
+def _memory(simulation: Simulation, laws: list[Law]) -> Memory:
+    scenario = simulation.scenario
     robots = list(scenario.robots.values())
     n = len(robots)
     plant = np.zeros((n, 7))
     plant[:, :3] = [(r.x_0, r.y_0, r.theta_0) for r in robots]
     law = np.array([law.state for law in laws]).reshape(n, -1)
-    theta_star = np.array([_first_direction(scenario, r) for r in robots])
-    return Memory(
-        plant, theta_star, np.zeros((n, 2)), np.zeros((n, len(scenario.obstacles))), law, law.copy(), np.zeros((n, 2))
-    )
+    seen = plant.copy() if noise.is_present(scenario) else plant
+    theta_star = np.array([_first_direction(simulation, r) for r in robots])
+    sides = np.zeros((n, len(scenario.obstacles)))
+    return Memory(plant, seen, theta_star, np.zeros((n, 2)), sides, law, law.copy(), np.zeros((n, 2)))
 
 
-def _first_direction(scenario: Scenario, robot: Robot) -> float:
+def _first_direction(simulation: Simulation, robot: Robot) -> float:
     """Return θ*_r(0): the reference's own direction, for a follower that of its leader [rad]."""
     if robot.formation is not None:
-        return scenario.robots[robot.formation.leader].theta_0
-    shape = scenario.reference
-    start = references.eight(0.0, np.array([shape.amplitude_x, shape.amplitude_y, shape.period]))
-    return float(start.theta)
+        return simulation.scenario.robots[robot.formation.leader].theta_0
+    return float(simulation.shape.at(-robot.delay).theta)
