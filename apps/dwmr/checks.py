@@ -43,15 +43,15 @@ def settings_of(file: ScenarioFile, robot: str, law: str) -> LawSettings:
     Raises:
         DiagnosticError: When the scenario gives none, or wrong ones for a law of one's own.
     """
-    key = f"robots.{robot}.controllers.{law}"
-    given = getattr(file.scenario.robots[robot].controllers, law, None)
+    name, given = controllers.table(file.scenario.robots[robot].controllers, law)
+    key = f"robots.{robot}.controllers.{name}"
     if isinstance(given, LawSettings):
         return given
     if given is None:
         message = f"{key} is missing: robot {robot} has no gains for {law}"
         raise DiagnosticError([file.places.diagnostic("FZ903", key, message)])
     try:
-        settings: LawSettings = controllers.find(law).Settings.model_validate(given)
+        settings: LawSettings = controllers.find(law, file.path.parent).Settings.model_validate(given)
     except ValidationError as error:
         raise DiagnosticError(diagnose(error, file.places, tuple(key.split(".")))) from None
     return settings

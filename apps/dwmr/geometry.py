@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+from numpy.typing import NDArray
+
 from dwmr.compiled import compiled
 
 
@@ -11,6 +14,12 @@ from dwmr.compiled import compiled
 def wrap(angle: float) -> float:
     """Bring an angle into (−π, π] [rad]."""
     return angle - 2.0 * math.pi * math.ceil((angle - math.pi) / (2.0 * math.pi))
+
+
+def wrap_array(angles: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Bring angles into (−π, π], as `wrap` does for one [rad]."""
+    wrapped: NDArray[np.float64] = angles - 2.0 * math.pi * np.ceil((angles - math.pi) / (2.0 * math.pi))
+    return wrapped
 
 
 @compiled

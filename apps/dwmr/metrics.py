@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
 
+from dwmr import controllers, lyapunov
 from dwmr.contracts import FloatArray
+from dwmr.geometry import wrap_array
 from dwmr.scenario import Scenario
 from dwmr.simulate import Trajectory
 
@@ -26,12 +27,6 @@ TABLE_12: dict[str, dict[str, dict[str, float]]] = {
         "fcafsmc": ((0.4519, 0.5694, 0.2546), (0.1806, 0.1883, 0.0528), (0.1456, 0.1693, 0.0427)),
     }.items()
 }
-
-
-def wrap(angle: FloatArray) -> FloatArray:
-    """Bring angles into (−π, π], as `geometry.wrap` does for one [rad]."""
-    wrapped: FloatArray = angle - 2.0 * math.pi * np.ceil((angle - math.pi) / (2.0 * math.pi))
-    return wrapped
 
 
 def rmse(error: FloatArray) -> float:
@@ -65,8 +60,8 @@ def errors(trajectory: Trajectory, robot: str, frame: str) -> dict[str, FloatArr
     return {
         "x_e": x_e,
         "y_e": y_e,
-        "theta_e": wrap(theta_r - theta),
-        "theta_e_star": wrap(trajectory["theta_r_star"][:, i] - theta),
+        "theta_e": wrap_array(theta_r - theta),
+        "theta_e_star": wrap_array(trajectory["theta_r_star"][:, i] - theta),
         "theta_e_unwrapped": np.unwrap(theta_r) - theta,
     }
 
@@ -101,6 +96,7 @@ def _measure(trajectory: Trajectory, scenario: Scenario) -> dict[str, Any]:
         "saturation": {n: _saturation(trajectory, scenario, n) for n in names},
         "condition_violated": {n: _condition_violated(trajectory, scenario, n) for n in names},
     }
+    result |= lyapunov.measure(trajectory, scenario)
     if "g_ais_v" in trajectory.names:
         result["g_ais_min"] = float(min(trajectory["g_ais_v"].min(), trajectory["g_ais_omega"].min()))
     result["steps"] = len(trajectory.t) - 1
@@ -179,7 +175,7 @@ def _condition_violated(trajectory: Trajectory, scenario: Scenario, robot: str) 
     Source:
         Goto, Bertol, Martins, the condition after Eq. (13).
     """
-    settings = getattr(scenario.robots[robot].controllers, trajectory.controller)
+    _, settings = controllers.table(scenario.robots[robot].controllers, trajectory.controller)
     lambda_2, lambda_3 = getattr(settings, "lambda_2", None), getattr(settings, "lambda_3", None)
     if lambda_2 is None or lambda_3 is None:  # a law without these surfaces
         return 0.0

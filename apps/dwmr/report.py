@@ -17,6 +17,8 @@ _SYMBOLS = {"x_e": "x_e", "y_e": "y_e", "theta_e": "θ_e"}
 
 #: Least width of the tables; text for a pipe or a file is not squeezed further.
 _WIDTH = 80
+#: A longer name of a law would squeeze the numbers beside it.
+_LONGEST_NAME = 10
 
 
 def console() -> Console:
@@ -26,7 +28,7 @@ def console() -> Console:
 
 
 def print_report(out: Console, summary: Mapping[str, Any], compare: bool) -> None:
-    """Print tracking errors, safety, effort and warnings of every control law.
+    """Print tracking errors, safety, effort, stability and warnings of every control law.
 
     Args:
         out: Where to.
@@ -37,6 +39,9 @@ def print_report(out: Console, summary: Mapping[str, Any], compare: bool) -> Non
     out.print(_errors(runs, compare))
     out.print()
     out.print(_effort(runs))
+    if any(run.get("lyapunov") for run in runs.values()):
+        out.print()
+        out.print(_stability(runs))
     for line in warnings(runs):
         out.print("[yellow]warning:[/] ", escape(line), sep="", highlight=False)
 
@@ -54,7 +59,7 @@ def _errors(runs: Mapping[str, Any], compare: bool) -> Table:
             whole = run["stopped"] is None  # errors of a run that ended early are no counterpart of the printed ones
             printed = TABLE_12.get(controller, {}).get(robot, {}) if whole else {}
             cells = [c for name, _ in _COLUMNS for c in _cells(values[name], printed.get(name), compare)]
-            table.add_row(controller if k == 0 else "", robot, *cells, end_section=k == len(run["rmse"]) - 1)
+            table.add_row(_name(controller, k, len(run["rmse"])), robot, *cells, end_section=k == len(run["rmse"]) - 1)
     return table
 
 
@@ -82,7 +87,7 @@ def _effort(runs: Mapping[str, Any]) -> Table:
             first, chattering, limits = k == 0, run["chattering"][robot], run["saturation"][robot]
             clearance, g_ais = run["clearance"][robot], run.get("g_ais_min")
             table.add_row(
-                controller if first else "",
+                _name(controller, k, len(run["rmse"])),
                 robot,
                 "" if clearance is None else f"{clearance:.2f}",
                 f"{run['avoidance_s'][robot]:.1f}",
@@ -94,6 +99,42 @@ def _effort(runs: Mapping[str, Any]) -> Table:
                 end_section=k == len(run["rmse"]) - 1,
             )
     return table
+
+
+def _stability(runs: Mapping[str, Any]) -> Table:
+    """Return the table of Lyapunov functions and of the adaptive gains' drift; empty cells where a law has none."""
+    table = _table("Stability: % of time with dV/dt > 0; gains k_h and their growth at the end")
+    gains = [head for channel in "vω" for head in (f"k_h,{channel}\nlargest", "\nfinal", "\ngrowth")]
+    for name in ("% in\n(14)", "% in\n(26)", *gains):
+        table.add_column(name, justify="right")
+    for controller, run in runs.items():
+        for k, robot in enumerate(run["rmse"]):
+            shares, drifts = run.get("lyapunov", {}).get(robot, {}), run.get("drift", {}).get(robot, {})
+            table.add_row(
+                _name(controller, k, len(run["rmse"])),
+                robot,
+                *(_percent(shares.get(f"V_dot_{number}_positive")) for number in (10, 23)),
+                *(cell for name in ("k_h_v", "k_h_omega") for cell in _drift(drifts.get(name))),
+                end_section=k == len(run["rmse"]) - 1,
+            )
+    return table
+
+
+def _name(law: str, row: int, rows: int) -> str:
+    """Return what stands beside one of a law's rows: its name, a long one word by word down the rows."""
+    words = [law] if len(law) <= _LONGEST_NAME else law.split("_")
+    return "\n".join(words[row:]) if row == rows - 1 else "".join(words[row : row + 1])
+
+
+def _percent(share: float | None) -> str:
+    return "" if share is None else f"{100 * share:.1f}"
+
+
+def _drift(gain: Mapping[str, float] | None) -> tuple[str, str, str]:
+    if gain is None:
+        return "", "", ""
+    growth = round(gain["growth"], 4) + 0.0  # no -0.0000
+    return f"{gain['largest']:.3f}", f"{gain['final']:.3f}", f"{growth:+.4f}"
 
 
 def _table(title: str) -> Table:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 from types import UnionType
 from typing import Any, Union, get_args, get_origin
 
@@ -161,8 +162,8 @@ def _is_model(kind: Any) -> bool:
 def cross_checks(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
     """Check what concerns several keys at once."""
     names = tuple(scenario.robots)
-    laws = controllers.names()
-    if scenario.run.controller not in laws:
+    laws, folder = controllers.names(), Path(places.source.name).parent
+    if not controllers.exists(scenario.run.controller, folder):
         yield _unknown(places, "run.controller", scenario.run.controller, "controller", laws)
     for role in scenario.rules:
         if role not in ROLES:
@@ -177,7 +178,7 @@ def cross_checks(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
             yield places.diagnostic("FZ904", "avoidance.largest_radius", message)
     for name, robot in scenario.robots.items():
         for law in robot.controllers.__pydantic_extra__ or {}:
-            if law not in laws:
+            if not controllers.exists(law, folder):
                 yield _unknown(places, f"robots.{name}.controllers.{law}", law, "controller", laws)
         if robot.formation is not None and robot.formation.leader not in names:
             yield _unknown(places, f"robots.{name}.formation.leader", robot.formation.leader, "robot", names)

@@ -44,6 +44,27 @@ class TestRun:
             assert word in done.stdout
         assert done.stderr == ""
 
+    def test_shows_whether_v_falls_and_whether_the_gains_drift(self, short):
+        assert "dV/dt > 0" in short[1].stdout
+        runs = json.loads((short[0] / "summary.json").read_text(encoding="utf-8"))["controllers"]
+        shown = f"{100 * runs['aifqsmc']['lyapunov']['leader']['V_dot_23_positive']:.1f}"
+        row = next(line for line in short[1].stdout.split("dV/dt")[1].splitlines() if line.startswith("aifqsmc"))
+        assert shown in row.split()
+        assert f"{runs['aifqsmc']['drift']['leader']['k_h_omega']['final']:.3f}" in row.split()
+
+    def test_all_laws_are_those_of_the_paper(self, short):
+        assert list(json.loads((short[0] / "summary.json").read_text(encoding="utf-8"))["controllers"]) == [
+            "aifqsmc", "fcafsmc", "smc"
+        ]  # fmt: skip
+
+    def test_ablations_run_beside_the_whole_law(self, tmp_path):
+        done = dwmr("run", "paper", "--controller", "ablations", "--set", "run.horizon=1", "-o", tmp_path)
+        assert done.returncode == 0, done.stderr
+        runs = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))["controllers"]
+        assert list(runs) == ["aifqsmc", *(f"aifqsmc_without_{p}" for p in ("adaptation", "immunity", "layer"))]
+        assert runs["aifqsmc_without_adaptation"]["drift"]["leader"]["k_h_v"]["largest"] == 0.1
+        assert max(len(line) for line in done.stdout.partition("results in")[0].splitlines()) <= 80
+
     def test_a_short_run_is_not_compared_with_the_paper(self, short):
         assert "Table 12" not in short[1].stdout
 

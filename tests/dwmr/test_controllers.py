@@ -4,6 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dwmr import controllers
+from dwmr.checks import settings_of
 from dwmr.compiled import first_class, first_class_functions
 from dwmr.contracts import TrackingError
 from dwmr.fuzzy_gains import Rules
@@ -25,7 +26,7 @@ class Bench:
 
     def __init__(self, name):
         self.module = controllers.find(name)
-        own = getattr(FILE.scenario.robots["leader"].controllers, name)
+        _, own = controllers.table(FILE.scenario.robots["leader"].controllers, name)
         law = self.module.init(own, RULES, "leader")
         self.gains, self.state, self.kernels = law
         self.signals = np.zeros(len(self.module.SIGNALS))
@@ -44,7 +45,43 @@ class Bench:
 
 class TestNames:
     def test_are_the_files_of_the_folder(self):
-        assert controllers.names() == ("aifqsmc", "fcafsmc", "smc")
+        assert controllers.names() == (
+            "aifqsmc",
+            "aifqsmc_without_adaptation",
+            "aifqsmc_without_immunity",
+            "aifqsmc_without_layer",
+            "fcafsmc",
+            "smc",
+        )
+
+
+class TestGroup:
+    def test_all_are_the_laws_that_stand_on_their_own(self):
+        assert controllers.group("all") == ("aifqsmc", "fcafsmc", "smc")
+
+    def test_ablations_come_with_the_law_they_are_taken_from(self):
+        parts = ("adaptation", "immunity", "layer")
+        assert controllers.group("ablations") == ("aifqsmc", *(f"aifqsmc_without_{p}" for p in parts))
+
+    def test_a_name_stands_for_itself(self):
+        assert controllers.group("smc") == ("smc",)
+
+
+class TestTable:
+    def test_an_ablation_has_the_gains_of_its_law(self):
+        tables = FILE.scenario.robots["leader"].controllers
+        assert controllers.table(tables, "aifqsmc_without_layer") == ("aifqsmc", tables.aifqsmc)
+
+    def test_unless_the_scenario_gives_it_its_own(self):
+        usual = FILE.scenario.robots["leader"].controllers.aifqsmc.model_dump(exclude_none=True)
+        own = {**usual, "lambda_1": 1.0}
+        overrides = [f"robot.controllers.aifqsmc_without_layer.{key}={value}" for key, value in own.items()]
+        file = read(find("paper"), overrides)
+        assert settings_of(file, "leader", "aifqsmc_without_layer").lambda_1 == 1.0
+        assert settings_of(file, "leader", "aifqsmc_without_adaptation").lambda_1 == 0.5
+
+    def test_a_law_without_gains_is_missing_under_its_own_name(self):
+        assert controllers.table(FILE.scenario.robots["leader"].controllers, "mine") == ("mine", None)
 
 
 class TestSmc:
@@ -142,6 +179,55 @@ class TestAifqsmc:
         units = {s.name: s.unit for s in controllers.find("aifqsmc").SIGNALS}
         assert (units["g_ais_v"], units["g_ais_omega"]) == ("m/s", "rad/s")
         assert (units["sigma_v"], units["sigma_omega"]) == ("m", "rad")
+
+
+class TestAblations:
+    """Each differs from AIFQSMC by its part, and by nothing else."""
+
+    def test_without_adaptation_the_gain_stays_at_its_floor(self):
+        whole, bench = Bench("aifqsmc"), Bench("aifqsmc_without_adaptation")
+        first, _ = bench.step(error(x_e=1.0))
+        assert first == whole.step(error(x_e=1.0))[0]
+        for _ in range(5):
+            bench.step(error(x_e=1.0))
+            whole.step(error(x_e=1.0))
+        assert bench["k_h_v"] == bench["k_h_omega"] == 0.1
+        assert whole["k_h_v"] > 0.1
+        assert bench["f_v"] == whole["f_v"]
+
+    def test_without_a_layer_the_sign_switches(self):
+        bench, tracking = Bench("aifqsmc_without_layer"), error(x_e=0.01, y_e=0.0, theta=0.02)
+        (v, omega, fault), _ = bench.step(tracking)
+        sigma_v, sigma_omega = sliding_variables(tracking, *SLOPES)
+        v_eq, omega_eq = equivalent_control(tracking, *SLOPES)
+        assert v == pytest.approx(v_eq - bench["g_ais_v"] * np.sign(sigma_v) - 0.1 * sigma_v)
+        assert omega == pytest.approx(omega_eq - bench["g_ais_omega"] * np.sign(sigma_omega) - 0.1 * sigma_omega)
+        assert fault == 0
+
+    def test_without_a_layer_the_control_rests_on_the_surface(self):
+        (v, omega, fault), _ = Bench("aifqsmc_without_layer").step(error(0.0, 0.0, 0.0))
+        assert (v, omega) == pytest.approx(equivalent_control(error(0.0, 0.0, 0.0), *SLOPES))
+        assert fault == 0
+
+    def test_without_immunity_the_gain_is_the_adaptive_one(self):
+        bench, whole = Bench("aifqsmc_without_immunity"), Bench("aifqsmc")
+        bench.step(error())
+        whole.step(error())
+        assert bench["f_v"] == bench["f_omega"] == 0.0
+        assert bench["g_ais_v"] == bench["k_h_v"]
+        assert whole["g_ais_v"] != whole["k_h_v"]
+        assert bench["beta_v"] == whole["beta_v"]
+
+    def test_eta_is_the_share_of_suppression_in_the_gain(self):
+        bench = Bench("aifqsmc")
+        for _ in range(3):
+            bench.step(error(x_e=1.0))
+        assert bench["g_ais_v"] == pytest.approx(bench["k_h_v"] * (1.0 - bench["eta_v"] * bench["f_v"]))
+
+    def test_chatter_without_their_part_as_the_paper_says(self, measured):
+        whole, bare = (measured(law, "run.horizon=60") for law in ("aifqsmc", "aifqsmc_without_layer"))
+        for robot in whole["chattering"]:
+            assert bare["chattering"][robot]["v"] > 2.0 * whole["chattering"][robot]["v"]
 
 
 class TestFcafsmc:

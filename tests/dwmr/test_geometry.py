@@ -1,10 +1,11 @@
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dwmr.geometry import clamp, sign, to_body, wrap
+from dwmr.geometry import clamp, sign, to_body, wrap, wrap_array
 
 angles = st.floats(-50.0, 50.0)
 lengths = st.floats(-100.0, 100.0)
@@ -19,6 +20,10 @@ class TestWrap:
     def test_keeps_the_direction(self, angle):
         assert math.isclose(math.cos(wrap(angle)), math.cos(angle), abs_tol=1e-9)
         assert math.isclose(math.sin(wrap(angle)), math.sin(angle), abs_tol=1e-9)
+
+    def test_of_arrays_agrees_with_that_of_one(self):
+        angles = [3.5, -math.pi, math.pi, 7.0, -0.2]
+        assert wrap_array(np.array(angles)).tolist() == [wrap(a) for a in angles]
 
     def test_keeps_half_a_turn_positive(self):
         assert wrap(math.pi) == math.pi

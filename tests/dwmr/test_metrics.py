@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from dwmr.metrics import errors, measure, rmse, wrap
+from dwmr.metrics import errors, measure, rmse
 from dwmr.scenario_file import find, read
 from dwmr.simulate import COLUMNS, SIGNALS, Stop, Trajectory
 
@@ -24,11 +24,6 @@ SCENARIO = read(find("paper")).scenario
 class TestRmse:
     def test_is_the_root_of_the_mean_square(self):
         assert rmse(np.array([3.0, -4.0])) == pytest.approx(math.sqrt(12.5))
-
-
-class TestWrap:
-    def test_agrees_with_the_scalar_one(self):
-        assert wrap(np.array([3.5, -math.pi, 7.0])) == pytest.approx([3.5 - 2 * math.pi, math.pi, 7.0 - 2 * math.pi])
 
 
 class TestErrors:

@@ -195,7 +195,7 @@ class TestMemory:
         file = read(PAPER, ["run.horizon=1"])
         rules = Rules(file.scenario.rules, (), file.places)
         runs = [simulate.prepare(file, law, rules) for law in ("aifqsmc", "smc")]
-        needed = 8 * 201 * 3 * ((20 + 12) + (20 + 2))
+        needed = 8 * 201 * 3 * ((20 + 14) + (20 + 2))
         monkeypatch.setattr(simulate, "MOST_MEMORY", needed)
         simulate.require_memory(runs, file.places)
         monkeypatch.setattr(simulate, "MOST_MEMORY", needed - 1)

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from dwmr.scenario_file import ScenarioFile
     from dwmr.simulate import Trajectory
 
-ALL = "all"
-
 Command = TypeVar("Command", bound=Callable[..., object])
 
 
@@ -26,9 +24,10 @@ def controller_option(command: Command) -> Command:
     """Add --controller to a command."""
     return click.option(
         "--controller",
-        type=click.Choice([*controllers.names(), ALL]),
+        metavar="LAW",
         show_default="the scenario's own",
-        help="Control law to run, or all of them.",
+        help=f"Control law to run: {', '.join(controllers.names())}, or one of your own in LAW.py beside the "
+        f"scenario; or several: {', '.join(controllers.GROUPS)}.",
     )(command)
 
 
@@ -82,8 +81,18 @@ def read(scenario: str, rules_folder: Path | None, overrides: Sequence[str]) -> 
 
 
 def laws_of(task: Task, controller: str | None) -> tuple[str, ...]:
-    """Return the names of the control laws that --controller asks for."""
-    return controllers.names() if controller == ALL else (controller or task.file.scenario.run.controller,)
+    """Return the names of the control laws that --controller asks for.
+
+    Raises:
+        click.BadParameter: For a word that is no law, no group of laws, and no law beside the scenario.
+    """
+    if controller is None:
+        return (task.file.scenario.run.controller,)
+    if controller in controllers.GROUPS or controllers.exists(controller, task.file.path.parent):
+        return controllers.group(controller)
+    known = ", ".join(repr(name) for name in (*controllers.names(), *controllers.GROUPS))
+    message = f"{controller!r} is not one of {known}, and there is no {controller}.py beside the scenario."
+    raise click.BadParameter(message, param_hint="'--controller'")
 
 
 def check(task: Task, names: Sequence[str]) -> None:

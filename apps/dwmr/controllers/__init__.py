@@ -8,37 +8,84 @@ A control law is a module with
 - `init(settings, rules, robot) -> Law`, the flat gains, the initial state and the gain kernels of one robot;
 - `step`, decorated with `control_law`.
 
-`names` and `find` look at the files of this folder, so that a new law is a new file and nothing else.
+`names` and `find` look at the files of this folder, and at the file beside the scenario that bears the name of a law
+of one's own, so that a new law is a new file and nothing else. A law named BASE_without_PART is an ablation: BASE with
+one part switched off, with the gains of BASE where the scenario gives it none.
 """
 
 from __future__ import annotations
 
 import importlib
+import importlib.util
 import pkgutil
 import traceback
+from functools import cache
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 from fuzzyctl.errors import Diagnostic, DiagnosticError
 
 _PARTS = ("Settings", "SIGNALS", "FAULTS", "init", "step")
+_WITHOUT = "_without_"
+
+#: Words that stand for several laws on the command line.
+GROUPS = ("all", "ablations")
 
 
 def names() -> tuple[str, ...]:
-    """Return the names of all control laws, without importing them."""
+    """Return the names of all control laws of this folder, without importing them."""
     return tuple(sorted(m.name for m in pkgutil.iter_modules(__path__) if m.name != "settings"))
 
 
-def find(name: str) -> ModuleType:
+def base(name: str) -> str:
+    """Return the law whose gains a law falls back on: of an ablation the law it is taken from, else itself."""
+    return name.partition(_WITHOUT)[0]
+
+
+def table(tables: Any, law: str) -> tuple[str, Any]:
+    """Return name and content of the table a law has its gains from, of a robot's `controllers`; None if there is none.
+
+    An ablation without a table of its own has that of the law it is taken from.
+    """
+    own = getattr(tables, law, None)
+    return (law, own) if own is not None else (base(law), getattr(tables, base(law), None))
+
+
+def group(name: str) -> tuple[str, ...]:
+    """Return the laws a word of the command line stands for.
+
+    Args:
+        name: "all" for every law that stands on its own, "ablations" for those with a part switched off, each beside
+            the law it is taken from; or the name of one law.
+    """
+    if name == "all":
+        return tuple(n for n in names() if base(n) == n)
+    if name == "ablations":
+        return tuple(dict.fromkeys(one for n in names() if base(n) != n for one in (base(n), n)))
+    return (name,)
+
+
+def exists(name: str, folder: Path) -> bool:
+    """Return whether there is a law of this name here, or as NAME.py in the folder of a scenario."""
+    return name in names() or _own(name, folder) is not None
+
+
+def find(name: str, folder: Path | None = None) -> ModuleType:
     """Import a control law by its name; the compiler comes along with it.
+
+    Args:
+        name: Name of the law.
+        folder: Folder of the scenario, where a law of one's own may lie as NAME.py. The laws here come first.
 
     Raises:
         DiagnosticError: When the file cannot be imported, or lacks a part of a control law.
     """
+    own = None if folder is None or name in names() else _own(name, folder)
     try:
-        module = importlib.import_module(f"{__name__}.{name}")
+        module = importlib.import_module(f"{__name__}.{name}") if own is None else _load(own, own.stat().st_mtime_ns)
     except Exception as error:  # a law of one's own may raise anything
-        raise DiagnosticError([_broken(name, error)]) from error
+        raise DiagnosticError([_broken(name, own, error)]) from error
     missing = [part for part in _PARTS if not hasattr(module, part)]
     if missing:
         message = f"the control law {name} has no {', '.join(missing)}"
@@ -47,9 +94,27 @@ def find(name: str) -> ModuleType:
     return module
 
 
-def _broken(name: str, error: Exception) -> Diagnostic:
+def _own(name: str, folder: Path) -> Path | None:
+    """Return the file of a law of one's own, or None; only a name that Python could import is looked for."""
+    path = folder / f"{name}.py"
+    return path.resolve() if name.isidentifier() and path.is_file() else None
+
+
+@cache
+def _load(path: Path, changed: int) -> ModuleType:
+    """Execute the file of a law once for each time it was changed."""
+    spec = importlib.util.spec_from_file_location(f"dwmr_law_{path.stem}", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def _broken(name: str, own: Path | None, error: Exception) -> Diagnostic:
     """Describe what a law's file raised, with its line where the file itself is to blame."""
-    file = next((str(p) for f in __path__ if (p := Path(f) / f"{name}.py").exists()), name)
+    here = (str(p) for f in __path__ if (p := Path(f) / f"{name}.py").exists())
+    file = str(own) if own is not None else next(here, name)
     lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
     line = error.lineno if isinstance(error, SyntaxError) and error.filename == file else lines[-1] if lines else None
     said = next((text.strip() for text in str(error).splitlines() if text.strip()), "no reason given")

@@ -22,7 +22,11 @@ _PER_CHANNEL = (
     ("f", "-", "-", "immune reaction f(σ*, dσ*/dt)"),
     ("beta", "m", "rad", "half-width of the boundary layer"),
     ("g_ais", "m/s", "rad/s", "switching gain G_AIS = k̂_h − k_s f"),
+    ("eta", "-", "-", "proportion η̂ = k_s/k̂_h of the suppression"),
 )
+#: How many of them there are, and where Γ_h of both channels stands among the gains.
+_COUNT = len(_PER_CHANNEL)
+GAMMA = (6, 11)
 SIGNALS = tuple(
     Signal(f"{name}_{channel}", units[k], f"{doc}, {channel} channel")
     for k, channel in enumerate(("v", "omega"))
@@ -74,22 +78,25 @@ def channel(
         sigma, sigma_dot: Sliding variable and its rate [m, m/s; rad, rad/s in the angular channel].
         k_h: Adaptive gain now [m/s; rad/s].
         f, beta: Values of the two fuzzy systems [-; m or rad].
-        gains: p, k_s, k̄_h, Γ_h, ε.
+        gains: p, k_s, k̄_h, Γ_h, ε; Γ_h = 0 is a gain k̂_h that does not adapt.
         dt: Control period [s].
-        signals: Receives σ*, dσ*/dt, k̂_h, f, β, G_AIS.
+        signals: Receives σ*, dσ*/dt, k̂_h, f, β, G_AIS, η̂.
 
     Source:
-        Goto, Bertol, Martins, Eqs. (19)-(22); k̂_h is also kept at or above k̄_h.
+        Goto, Bertol, Martins, Eqs. (15)-(17), (19)-(22); k̂_h is also kept at or above k̄_h.
     """
     p, k_s, k_h_min, gamma, epsilon = gains[0], gains[1], gains[2], gains[3], gains[4]
     g_ais = k_h - k_s * f
-    signals[0], signals[1], signals[2], signals[3], signals[4], signals[5] = sigma, sigma_dot, k_h, f, beta, g_ais
+    signals[0], signals[1], signals[2], signals[3] = sigma, sigma_dot, k_h, f
+    signals[4], signals[5], signals[6] = beta, g_ais, k_s / k_h
     if math.isnan(g_ais) or math.isnan(beta) or math.isnan(sigma):
         return math.nan, k_h, 0  # the run has diverged: no guarantee has been broken, and the loop says so
     if g_ais <= 0.0:
         return 0.0, k_h, 1
     if beta <= 0.0:
         return 0.0, k_h, 2
+    if gamma == 0.0:
+        return g_ais * saturation(sigma, beta) + p * sigma, k_h, 0
     k_h_next = max(k_h_min, k_h + dt * gain_rate(k_h, k_h_min, gamma, sigma, beta, epsilon))
     return g_ais * saturation(sigma, beta) + p * sigma, k_h_next, 0
 
@@ -115,9 +122,9 @@ def step(
     rate_omega = (sigma_omega - state[1]) / dt if state[4] > 0.0 else 0.0
     f_v, f_omega = kernels[0](sigma_v, rate_v), kernels[1](sigma_omega, rate_omega)
     beta_v, beta_omega = kernels[2](abs(sigma_v)), kernels[2](abs(sigma_omega))
-    push_v, next_state[2], fault_v = channel(sigma_v, rate_v, state[2], f_v, beta_v, gains[3:8], dt, signals[0:6])
+    push_v, next_state[2], fault_v = channel(sigma_v, rate_v, state[2], f_v, beta_v, gains[3:8], dt, signals[:_COUNT])
     push_omega, next_state[3], fault_omega = channel(
-        sigma_omega, rate_omega, state[3], f_omega, beta_omega, gains[8:13], dt, signals[6:12]
+        sigma_omega, rate_omega, state[3], f_omega, beta_omega, gains[8:13], dt, signals[_COUNT:]
     )
     next_state[0], next_state[1], next_state[4] = sigma_v, sigma_omega, 1.0
     fault = fault_v if fault_v > 0 else (fault_omega + 2 if fault_omega > 0 else 0)
