@@ -9,7 +9,8 @@ from typing import Final
 
 from fuzzyctl.errors import Diagnostic, DiagnosticError
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.lang.parser import parse, parse_csv_table
+from fuzzyctl.lang.csv_table import parse_csv_table
+from fuzzyctl.lang.parser import parse
 from fuzzyctl.reading import read_source
 from fuzzyctl.source import SourceText, Span
 

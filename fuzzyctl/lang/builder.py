@@ -235,6 +235,9 @@ class Builder(Transformer[Token, Any]):
     def header(self, *terms: Token) -> sx.HeaderLine:
         return sx.HeaderLine(self.line, self._words(terms))
 
+    def label(self, term: Token) -> sx.Word:
+        return self._word(term)
+
     def row(self, label: Token | None, *cells: sx.CellText) -> sx.RowLine:
         return sx.RowLine(self.line, self._word(label) if label is not None else None, cells)
 

@@ -16,7 +16,8 @@ from fuzzyctl.lang.syntax import NAME, STATEMENT_KEYWORDS
 from fuzzyctl.source import SourceText, Span
 
 #: Which start symbol of the grammar a line is parsed with; "unknown" is a mistake, "blank" has no code.
-LineKind = Literal["statement", "term_line", "header", "row", "unknown", "blank"]
+#: "label" and "cell" are fields of a CSV file.
+LineKind = Literal["statement", "term_line", "header", "row", "label", "cell", "unknown", "blank"]
 
 #: Deepest nesting of parentheses.
 MAX_NESTING: Final = 100

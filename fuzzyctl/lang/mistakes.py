@@ -43,6 +43,8 @@ _BELOW: Final[dict[str, str]] = {
     "term_line": "NAME = triangle(left, peak, right)",
     "header": "the terms of the columns, separated by blanks",
     "row": "TERM | cells separated by blanks, '.' for no rule",
+    "label": "a term in each field; fields are parted by commas",
+    "cell": "a term, a number, TERM*0.5, or '.' for no rule; what holds commas stands in double quotes",
 }
 
 #: Terminals of the grammar in words; all others are keywords and stand for themselves.
@@ -83,11 +85,12 @@ def describe(source: SourceText, line: LogicalLine, error: UnexpectedInput) -> D
         return _bad_character(source, line, line.start + position, help_text)
     assert isinstance(error, UnexpectedToken)
     expected = _expected(error)
-    facts = (f"expected {expected}",) if expected else ()
+    unit = "field" if line.kind in ("label", "cell") else "line"
+    facts = (f"expected {expected.replace('end of the line', f'end of the {unit}')}",) if expected else ()
     token = error.token
     if token.type == "$END":
         place = Span(source, max(line.start, line.end - 1), line.end)
-        return Diagnostic("FZ102", "the line ends too early", place, facts=facts, help=help_text)
+        return Diagnostic("FZ102", f"the {unit} ends too early", place, facts=facts, help=help_text)
     start = line.start + (token.start_pos or 0)
     place = Span(source, start, start + len(token))
     return Diagnostic("FZ102", f"unexpected '{token}'", place, facts=facts, help=_repair(error, help_text))

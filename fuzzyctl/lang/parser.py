@@ -37,7 +37,7 @@ def grammar_text() -> str:
 @lru_cache(maxsize=1)
 def _machine() -> tuple[Lark, Builder]:
     builder = Builder()
-    starts = ["statement", "term_line", "header", "row"]
+    starts = ["statement", "term_line", "header", "row", "label", "cell"]
     lark = Lark(
         grammar_text(),
         parser="lalr",
@@ -49,36 +49,6 @@ def _machine() -> tuple[Lark, Builder]:
     return lark, builder
 
 
-def parse_csv_table(table: sx.Table, source: SourceText) -> tuple[sx.Table, list[Diagnostic]]:
-    """Read header and rows of a table from comma-separated text.
-
-    The first line names the terms of the columns behind an empty cell, each further line begins with its term; a
-    one-way table has one line of cells behind an empty one. Cells are written as in a table of a rule file.
-    """
-    diagnostics: list[Diagnostic] = []
-    header: sx.HeaderLine | None = None
-    rows: list[sx.RowLine] = []
-    with _LOCK:
-        start = 0
-        for text in source.text.split("\n"):
-            line = LogicalLine(start, start + len(text.rstrip()), "", "header" if header is None else "row", "")
-            start += len(text) + 1
-            if not text.strip(" \t\r,"):
-                continue
-            # Same length, so that places stay true: commas separate like blanks, the first one like the bar.
-            plain = source.text[line.start : line.end].replace("|", "\0")
-            plain = plain.replace(",", " ") if header is None else plain.replace(",", "|", 1).replace(",", " ")
-            node, problems = parse_line(source, line, line.kind, plain)
-            diagnostics.extend(problems)
-            if isinstance(node, sx.HeaderLine):
-                header = node
-            elif isinstance(node, sx.RowLine):
-                rows.append(node)
-            elif header is None:
-                break
-    return dataclasses.replace(table, header=header, rows=tuple(rows), incomplete=bool(diagnostics)), diagnostics
-
-
 def parse(source: SourceText) -> tuple[sx.SyntaxTree, list[Diagnostic]]:
     """Parse a rule file.
 
@@ -88,28 +58,23 @@ def parse(source: SourceText) -> tuple[sx.SyntaxTree, list[Diagnostic]]:
     Returns:
         The tree of all lines that could be read, and a diagnostic for each that could not.
     """
-    with _LOCK:
-        assembler = _Assembler(source)
-        for line in split(source):
-            if line.kind != "blank":
-                assembler.take(line)
-        return assembler.finish()
+    assembler = _Assembler(source)
+    for line in split(source):
+        if line.kind != "blank":
+            assembler.take(line)
+    return assembler.finish()
 
 
-def parse_line(
-    source: SourceText, line: LogicalLine, kind: LineKind, text: str | None = None
-) -> tuple[Any, list[Diagnostic]]:
-    """Parse one logical line as one kind; the node is None when it could not be read.
-
-    `text` stands for the line's own text where that has other separators; it must be as long.
-    """
+def parse_line(source: SourceText, line: LogicalLine, kind: LineKind) -> tuple[Any, list[Diagnostic]]:
+    """Parse one logical line, or one field of a CSV file, as one kind; the node is None when it could not be read."""
     lark, builder = _machine()
-    builder.begin(source, line)
-    try:
-        node = lark.parse(source.text[line.start : line.end] if text is None else text, start=kind)
-    except UnexpectedInput as error:
-        return None, [describe(source, line, error)]
-    return (None if builder.problems else node), builder.problems
+    with _LOCK:
+        builder.begin(source, line)
+        try:
+            node = lark.parse(source.text[line.start : line.end], start=kind)
+        except UnexpectedInput as error:
+            return None, [describe(source, line, error)]
+        return (None if builder.problems else node), builder.problems
 
 
 class _Assembler:

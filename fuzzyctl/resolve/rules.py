@@ -9,6 +9,7 @@ from fuzzyctl import expr as ex
 from fuzzyctl.errors import closest, listed, look_alikes
 from fuzzyctl.formulas import HEDGES
 from fuzzyctl.lang import syntax as sx
+from fuzzyctl.lang.csv_table import CSV_FORM
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.rule import And, Antecedent, Cell, Consequent, Is, Not, Or, Rule, RuleTable
 from fuzzyctl.model.variable import Membership
@@ -164,7 +165,7 @@ def resolve_table(context: Context, statement: sx.Table) -> RuleTable | None:
         return None
     if statement.header is None or not statement.rows:
         what = "header line with the terms of the columns" if statement.header is None else "rows"
-        context.report("FZ212", f"the table has no {what}", statement.span, help="see 'fuzzyctl --help' for a table")
+        context.report("FZ212", f"the table has no {what}", statement.span, help=_table_form(statement, columns, rows))
         return None
     known_outputs = [o for o in outputs if o is not None]
     ok = _check_labels(context, columns, statement.header.terms, statement, "column")
@@ -188,6 +189,20 @@ def resolve_table(context: Context, statement: sx.Table) -> RuleTable | None:
         condition=condition,
         span=statement.span,
     )
+
+
+def _table_form(statement: sx.Table, columns: sx.Variable, rows: sx.Variable) -> str:
+    """Say what a table looks like, with the terms of its own inputs."""
+    if statement.csv:
+        return f"the form of the file is: {CSV_FORM}"
+    terms = terms_of(columns)
+    header = " ".join(terms[:7]) + (" ..." if len(terms) > 7 else "")
+    cells = " ".join(["CELL"] * min(len(terms), 7)) + (" ..." if len(terms) > 7 else "")
+    if statement.second is None:
+        return f"the form is: a line '{header}', below it a line '| {cells}'"
+    label = next(iter(terms_of(rows)), "TERM")
+    each = f"for each term of '{statement.first.text}'"
+    return f"the form is: a line '{header}', below it a line '{label} | {cells}' {each}"
 
 
 def _distinct(context: Context, outputs: Sequence[sx.Word]) -> bool:
@@ -217,16 +232,13 @@ def _variable(context: Context, word: sx.Word, among: dict[str, sx.Variable], ki
 def _check_one_way(context: Context, statement: sx.Table) -> bool:
     row = statement.rows[0]
     if row.label is not None:
-        message = "the row of a one-way table has no label"
-        context.report(
-            "FZ214",
-            message,
-            row.label.span,
-            help=f"begin the row with '|': the columns are the terms of '{statement.first.text}'",
-        )
+        bar = "an empty field" if statement.csv else "'|'"
+        help_text = f"begin the row with {bar}: the columns are the terms of '{statement.first.text}'"
+        context.report("FZ214", "the row of a one-way table has no label", row.label.span, help=help_text)
         return False
     if len(statement.rows) > 1:
-        context.report("FZ207", "a one-way table has one row", statement.rows[1].span, help="remove the others")
+        help_text = f"the columns are the terms of '{statement.first.text}', and one row holds their cells"
+        context.report("FZ207", "a one-way table has one row", statement.rows[1].span, help=help_text)
         return False
     return True
 
@@ -234,7 +246,8 @@ def _check_one_way(context: Context, statement: sx.Table) -> bool:
 def _check_rows(context: Context, variable: sx.Variable, statement: sx.Table) -> bool:
     unlabelled = [r for r in statement.rows if r.label is None]
     for row in unlabelled:
-        message = f"the row lacks its term of '{variable.name.text}' before '|'"
+        where = "in its first field" if statement.csv else "before '|'"
+        message = f"the row lacks its term of '{variable.name.text}' {where}"
         context.report("FZ207", message, row.span, facts=(f"terms: {', '.join(terms_of(variable))}",))
     labels = [r.label for r in statement.rows if r.label is not None]
     return not unlabelled and _check_labels(context, variable, labels, statement, "row")

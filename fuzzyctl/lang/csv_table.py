@@ -1,0 +1,123 @@
+"""Reads the header and the rows of a table from a CSV file: every field is one cell, and none is skipped."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+from typing import Any, Final, Literal
+
+from fuzzyctl.errors import Diagnostic
+from fuzzyctl.lang import syntax as sx
+from fuzzyctl.lang.lines import LogicalLine
+from fuzzyctl.lang.parser import MAX_MISTAKES, parse_line
+from fuzzyctl.source import SourceText, Span
+
+#: What a CSV file must look like: the help of one that does not.
+CSV_FORM: Final = (
+    "the first line holds a field for the corner and the terms of the columns, each further line a term and its cells; "
+    "a one-way table has one further line, which begins with an empty field"
+)
+
+
+def parse_csv_table(table: sx.Table, source: SourceText) -> tuple[sx.Table, list[Diagnostic]]:
+    """Read header and rows of a table from a CSV file.
+
+    Args:
+        table: The statement that names the file.
+        source: The text of the file; fields are parted by commas, or by semicolons where the first line has no comma.
+
+    Returns:
+        The table with header and rows, and a diagnostic for each field that could not be read.
+    """
+    reader = _Reader(source)
+    lines = list(reader.lines())
+    header = reader.header(lines[0], [len(line) for line in lines[1:2]]) if lines else None
+    rows = [row for line in lines[1:] if (row := reader.row(line)) is not None]
+    incomplete = bool(reader.problems)
+    table = dataclasses.replace(table, header=header, rows=tuple(rows), incomplete=incomplete)
+    return table, reader.problems[:MAX_MISTAKES]
+
+
+class _Reader:
+    """Cuts lines into fields and parses each on its own."""
+
+    def __init__(self, source: SourceText) -> None:
+        self.source = source
+        self.problems: list[Diagnostic] = []
+        self.separator = ","
+
+    def lines(self) -> Iterator[list[Span]]:
+        """Yield the fields of each line; lines of nothing but separators and blanks hold no row."""
+        start = 0
+        first = True
+        for text in self.source.text.split("\n"):
+            end = start + len(text.rstrip())
+            if text.strip(" \t\r,;"):
+                if first and "," not in text and ";" in text:
+                    self.separator = ";"
+                first = False
+                fields = self._fields(start, end)
+                if fields:
+                    yield fields
+            start += len(text) + 1
+
+    def _fields(self, start: int, end: int) -> list[Span]:
+        """Cut one line at the separators that stand outside double quotes; nothing where they cannot be told."""
+        fields: list[Span] = []
+        quoted, at = False, start
+        for i in range(start, end):
+            char = self.source.text[i]
+            quoted ^= char == '"'
+            if char == self.separator and not quoted:
+                fields.append(self._stripped(at, i))
+                at = i + 1
+        fields.append(self._stripped(at, end))
+        if quoted:
+            self._report("FZ104", "a quoted field is not closed", fields[-1], 'end it with a double quote (")')
+            return []
+        torn = next((f for f in fields if f.text.count("(") > f.text.count(")")), None)
+        if torn is not None:
+            self._report("FZ103", "'(' is not closed in its field", torn, "put a cell with commas in double quotes")
+            return []
+        return fields
+
+    def _stripped(self, start: int, end: int) -> Span:
+        """Return a field without the blanks around it and without its quotes."""
+        text = self.source.text[start:end]
+        start += len(text) - len(text.lstrip())
+        end = max(start, end - (len(text) - len(text.rstrip())))
+        text = self.source.text[start:end]
+        if len(text) > 1 and text[0] == text[-1] == '"':
+            return self._stripped(start + 1, end - 1)
+        return Span(self.source, start, end)
+
+    def header(self, fields: list[Span], below: list[int]) -> sx.HeaderLine | None:
+        """Parse the first line; what stands in its corner is for readers."""
+        whole = fields[0].to(fields[-1])
+        if fields[0].text and below == [len(fields) + 1]:
+            message = f"the first line has {len(fields)} fields, the one below it {below[0]}"
+            self._report("FZ207", message, whole, "begin it with an empty field: the corner above the labels")
+            return None
+        words = [self._parse(f, "label", f"column {n}") for n, f in enumerate(fields[1:], 1)]
+        return sx.HeaderLine(whole, tuple(w for w in words if w is not None))
+
+    def row(self, fields: list[Span]) -> sx.RowLine | None:
+        """Parse a further line: a term, or an empty field, and the cells."""
+        label = self._parse(fields[0], "label", "") if fields[0].text else None
+        cells = [self._parse(f, "cell", f"cell {n}") for n, f in enumerate(fields[1:], 1)]
+        if (label is None and fields[0].text) or any(c is None for c in cells):
+            return None
+        return sx.RowLine(fields[0].to(fields[-1]), label, tuple(cells))
+
+    def _parse(self, field: Span, kind: Literal["label", "cell"], what: str) -> Any:
+        if not field.text:
+            help_text = "write '.' where there is to be no rule" if kind == "cell" else "write the term of the column"
+            self._report("FZ207", f"the field of {what} is empty", field, help_text)
+            return None
+        line = LogicalLine(field.start, field.end, "", kind, "")
+        node, problems = parse_line(self.source, line, kind)
+        self.problems.extend(problems)
+        return node
+
+    def _report(self, code: str, message: str, place: Span, help_text: str) -> None:
+        self.problems.append(Diagnostic(code, message, place, help=help_text))
