@@ -100,7 +100,7 @@ def prepare(file: ScenarioFile, controller: str, rules: Rules) -> Simulation:
     Raises:
         DiagnosticError: At the first mistake; `checks.check` finds all of them, and faster.
     """
-    module = controllers.find(controller)
+    module = controllers.find(controller, file.path.parent)
     laws = {robot: module.init(settings_of(file, robot, controller), rules, robot) for robot in file.scenario.robots}
     return Simulation(controller, file.scenario, file.shape, module, laws)
 

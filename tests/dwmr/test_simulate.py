@@ -1,3 +1,5 @@
+import os
+
 import numpy as np
 import pytest
 
@@ -6,6 +8,7 @@ from dwmr.compiled import COMPILED
 from dwmr.fuzzy_gains import Rules
 from dwmr.loop import run_periods
 from dwmr.scenario_file import find, read
+from fuzzyctl.errors import DiagnosticError
 from fuzzyctl.shipped import rules_folder
 
 PAPER = find("paper")
@@ -193,6 +196,55 @@ def step(error, dt, gains, state, kernels, next_state, signals):
     signals[0] = 2.0 * error.x_e
     return error.drift_x + gains[0] * error.x_e, error.drift_theta + error.theta_e_star, 0
 """
+
+    def beside(self, folder, text=LAW):
+        """Put the law and a scenario that names it into a folder; return the scenario."""
+        (folder / "mine.py").write_text(text, encoding="utf-8")
+        scenario = folder / "mine.toml"
+        scenario.write_text(
+            'extends = "paper"\n[run]\ncontroller = "mine"\nhorizon = 2.0\n[robot.controllers.mine]\nk = 0.5\n',
+            encoding="utf-8",
+        )
+        return scenario
+
+    def ready(self, scenario):
+        file = read(scenario)
+        return simulate.prepare(file, "mine", Rules(file.scenario.rules, (), file.places))
+
+    def test_is_found_beside_the_scenario(self, tmp_path):
+        trajectory = simulate.run(self.ready(self.beside(tmp_path)))
+        assert trajectory.stop is None
+        assert trajectory["twice"] == pytest.approx(2.0 * trajectory["x_e"])
+
+    def test_is_read_again_when_its_file_has_changed(self, tmp_path):
+        before = simulate.run(self.ready(self.beside(tmp_path)))
+        changed = self.beside(tmp_path, self.LAW.replace("signals[0] = 2.0", "signals[0] = 3.0"))
+        os.utime(tmp_path / "mine.py", ns=(1, 1))  # a change within the resolution of the clock
+        after = simulate.run(self.ready(changed))
+        assert after["twice"] == pytest.approx(1.5 * before["twice"])
+
+    def test_does_not_take_the_place_of_a_shipped_law(self, tmp_path):
+        (tmp_path / "smc.py").write_text("raise RuntimeError", encoding="utf-8")
+        assert controllers.find("smc", tmp_path).__name__ == "dwmr.controllers.smc"
+
+    def test_of_another_folder_is_unknown(self, tmp_path):
+        scenario = self.beside(tmp_path)
+        (tmp_path / "mine.py").rename(tmp_path / "yours.py")
+        with pytest.raises(DiagnosticError, match="unknown controller 'mine'"):
+            read(scenario)
+
+    @pytest.mark.parametrize("name", ["../mine", "mine.py", "", "a b"])
+    def test_is_looked_for_by_names_only(self, tmp_path, name):
+        (tmp_path / "inner").mkdir()
+        (tmp_path / "mine.py").write_text(self.LAW, encoding="utf-8")
+        assert not controllers.exists(name, tmp_path / "inner")
+        assert not controllers.exists(name, tmp_path)
+
+    def test_that_breaks_is_named_with_its_line(self, tmp_path):
+        scenario = self.beside(tmp_path, "import numpy\n\n1 / 0\n")
+        with pytest.raises(DiagnosticError, match="ZeroDivisionError") as caught:
+            self.ready(scenario)
+        assert caught.value.diagnostics[0].place == f"{tmp_path / 'mine.py'}:3"
 
     def test_is_one_file_and_one_table(self, tmp_path, monkeypatch):
         import importlib
