@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from dwmr.places import Places
+from dwmr.places import EXTENDS, Places
 from dwmr.toml_places import Path as Key
 from fuzzyctl.errors import Diagnostic, DiagnosticError, did_you_mean
 from fuzzyctl.source import SourceText, Span
@@ -20,9 +20,6 @@ LARGEST_FILE = 1 << 20
 MOST_LAYERS = 10
 
 SHIPPED = Path(__file__).parent / "scenarios"
-
-#: Key by which a scenario names the one it changes.
-EXTENDS = "extends"
 
 
 @dataclass(frozen=True)

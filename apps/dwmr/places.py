@@ -12,6 +12,8 @@ from fuzzyctl.source import SourceText, Span
 
 #: Table whose values every robot takes over unless it has its own.
 COMMON = "robot"
+#: Key by which a scenario names the one it changes.
+EXTENDS = "extends"
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,11 @@ class Places:
             return None
         return self.base._exact(path)
 
+    def _argument(self, path: tuple[str, ...]) -> str:
+        """Return the argument of the command line that gave a key, or a whole table with it."""
+        heads = (".".join(path[:k]) for k in range(len(path), 0, -1))
+        return next((self.overrides[head] for head in heads if head in self.overrides), "")
+
     def resolve(self, path: tuple[str, ...]) -> tuple[str, Span | None, str]:
         """Return the key as its author wrote it, its place in the file, and its argument of the command line.
 
@@ -49,8 +56,8 @@ class Places:
         """
         common = (COMMON, *path[2:]) if path[:1] == ("robots",) and len(path) > 2 else None
         for candidate in (path, common):
-            if candidate and ".".join(candidate) in self.overrides:
-                return ".".join(candidate), None, self.overrides[".".join(candidate)]
+            if candidate and (argument := self._argument(candidate)):
+                return ".".join(candidate), None, argument
             if candidate and (span := self._exact(candidate)):
                 return ".".join(candidate), span, ""
         for length in range(len(path) - 1, 0, -1):

@@ -15,7 +15,8 @@ from dwmr.overrides import OverrideError, override, shorten
 from dwmr.path_files import LARGEST_PATH, PathRows, read_rows
 from dwmr.places import COMMON, Places
 from dwmr.scenario import Scenario
-from dwmr.scenario_mistakes import cross_checks, diagnose, remarks, show
+from dwmr.scenario_checks import cross_checks, remarks
+from dwmr.scenario_mistakes import diagnose, show
 from dwmr.shapes import Shape, shape_of
 from fuzzyctl.errors import Diagnostic, DiagnosticError, did_you_mean
 

@@ -1,24 +1,18 @@
-"""Mistakes in a scenario as diagnostics: of single values as pydantic finds them, and of several keys together."""
+"""Mistakes in single values of a scenario, as pydantic finds them, as diagnostics."""
 
 from __future__ import annotations
 
-import dataclasses
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from pathlib import Path
 from types import UnionType
 from typing import Any, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
-from dwmr import controllers
 from dwmr.fuzzy_gains import ROLES
-from dwmr.places import COMMON, Places
+from dwmr.places import COMMON, EXTENDS, Places
 from dwmr.scenario import Scenario
 from fuzzyctl.errors import Diagnostic, did_you_mean
-
-#: A run keeps every sample in memory; more than this many samples of all robots are refused.
-MOST_SAMPLES = 5_000_000
 
 
 def diagnose(error: ValidationError, places: Places, prefix: tuple[str, ...] = (), robots: int = 0) -> list[Diagnostic]:
@@ -31,8 +25,17 @@ def diagnose(error: ValidationError, places: Places, prefix: tuple[str, ...] = (
         robots: How many robots there are; what all of them lack is missing in the common table.
     """
     # a mistake in the common table shows once, not once per robot
-    found = dict.fromkeys(_diagnose(e, places, prefix) for e in _once(error.errors(include_url=False), robots))
+    errors = [e for e in error.errors(include_url=False) if not _miscounted(e, error)]
+    found = dict.fromkeys(_diagnose(e, places, prefix) for e in _once(errors, robots))
     return sorted(found, key=lambda d: d.span.start if d.span else -1)
+
+
+def _miscounted(one: Any, error: ValidationError) -> bool:
+    """Return whether a list counts as too short only because some of its elements are wrong."""
+    depth = len(one["loc"])
+    return one["type"] == "too_short" and any(
+        e["loc"][:depth] == one["loc"] for e in error.errors() if e["loc"][depth:]
+    )
 
 
 def _once(errors: Sequence[Any], robots: int) -> Iterable[Any]:
@@ -54,10 +57,13 @@ def _lacks(error: Any) -> bool:
 
 def _diagnose(error: Any, places: Places, prefix: tuple[str, ...]) -> Diagnostic:
     """Turn one of pydantic's errors into a diagnostic with key, value, bound and unit."""
-    path = (*prefix, *(str(p) for p in error["loc"]))
+    typed = (*prefix, *(str(p) for p in error["loc"]))
+    path = _as_written(typed)
+    if error["type"] in ("union_tag_invalid", "union_tag_not_found"):
+        path = (*path, "kind")
     key, span, argument = places.resolve((COMMON, *path[2:]) if error.get("common") else path)
     file = f"--set {argument}" if argument else places.source.name
-    info = _field(path)
+    info = _field(typed)
     unit = f" {info.json_schema_extra['unit']}" if info and isinstance(info.json_schema_extra, dict) else ""
     unit = "" if unit == " -" else unit
     meaning: tuple[str, ...] = ()
@@ -65,15 +71,26 @@ def _diagnose(error: Any, places: Places, prefix: tuple[str, ...]) -> Diagnostic
         meaning = (f"{path[-1]} is: {info.description}{f' [{unit.strip()}]' if unit else ''}",)
     match error["type"]:
         case "extra_forbidden":
-            known = _known_keys(path[:-1])
+            known = _known_keys(typed[:-1])
             parent = key.rpartition(".")[0] or "a scenario"
             facts = (f"{parent} has the keys {', '.join(known)}",)
             hint = did_you_mean(path[-1], known)
             return Diagnostic("FZ902", f"unknown key {key}", span, facts=facts, help=hint, file=file)
         case "missing" if len(path) > 1 and path[0] == "rules" and path[1] not in ROLES:
-            return _unknown_role(places, path[1])
-        case "missing":
+            return unknown_role(places, path[1])
+        case "missing" | "union_tag_not_found":
             return Diagnostic("FZ903", f"{key} is missing", span, facts=meaning, file=file)
+        case "union_tag_invalid":
+            kinds = error["ctx"]["expected_tags"]
+            message = f"{key} must be one of {kinds}, got {show(error['ctx']['tag'])}"
+            hint = did_you_mean(str(error["ctx"]["tag"]), tuple(k.strip(" '") for k in kinds.split(",")))
+            return Diagnostic("FZ904", message, span, help=hint, file=file)
+        case "too_short" | "too_long":
+            few = error["type"] == "too_short"
+            number = error["ctx"]["min_length" if few else "max_length"]
+            words = f"must have at {'least' if few else 'most'} {number} element{'s' if number != 1 else ''}"
+            count = error["ctx"]["actual_length"] or "none"
+            return Diagnostic("FZ904", f"{key} {words}, has {count}", span, facts=meaning, file=file)
         case "value_error":
             message = str(error["ctx"]["error"])
             return Diagnostic("FZ904", f"{key}: {message}", span, file=file)
@@ -102,14 +119,14 @@ _KINDS = {
 
 
 def _requirement(error: Any) -> str:
-    kind = error["type"]
+    kind, about = error["type"], error.get("ctx", {})
     if kind in _BOUNDS:
         name, symbol = _BOUNDS[kind]
-        return f"{symbol} {error['ctx'][name]:g}"
+        return f"{symbol} {about[name]:g}"
     if kind in _KINDS:
         return _KINDS[kind]
     if kind == "literal_error":
-        return str(error["ctx"]["expected"])
+        return str(about["expected"])
     return f"right ({error['msg']})"
 
 
@@ -138,98 +155,50 @@ def _known_keys(path: tuple[str, ...]) -> tuple[str, ...]:
     """Return the keys that the table at a path may have."""
     owner = _type_at(path)
     keys = tuple(owner.model_fields) if owner is not None else ()
-    return keys if path else (COMMON, *keys)
+    return keys if path else (EXTENDS, COMMON, *keys)
+
+
+def _as_written(path: tuple[str, ...]) -> tuple[str, ...]:
+    """Take out the kind of a reference, which pydantic names in between."""
+    return (path[0], *path[2:]) if path[:1] == ("reference",) and len(path) > 1 and path[1] in _KINDS_OF_PATHS else path
 
 
 def _type_at(path: tuple[str, ...]) -> type[BaseModel] | None:
     """Return the model of the table at a path of a scenario."""
     current: Any = Scenario
     for part in path:
-        if _is_model(current):
+        if isinstance(current, _Kinds):
+            current = next((m for m in current.models if _kind(m) == part), None)
+        elif _is_model(current):
             field_there = current.model_fields.get(part)
             current = field_there.annotation if field_there else None
         else:
             current = next((a for a in reversed(get_args(current)) if a is not Ellipsis), None)
         if get_origin(current) in (Union, UnionType):
-            current = next((a for a in get_args(current) if a is not type(None)), None)
+            options = [a for a in get_args(current) if a is not type(None)]
+            current = options[0] if len(options) == 1 else _Kinds(options)
     return current if _is_model(current) else None
+
+
+class _Kinds:
+    """Sections that `kind` chooses from."""
+
+    def __init__(self, models: Sequence[Any]) -> None:
+        self.models = models
+
+
+def _kind(model: Any) -> str:
+    return str(get_args(model.model_fields["kind"].annotation)[0])
+
+
+_KINDS_OF_PATHS = tuple(_kind(m) for m in get_args(Scenario.model_fields["reference"].annotation))
 
 
 def _is_model(kind: Any) -> bool:
     return isinstance(kind, type) and issubclass(kind, BaseModel)
 
 
-def cross_checks(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
-    """Check what concerns several keys at once."""
-    names = tuple(scenario.robots)
-    laws, folder = controllers.names(), Path(places.source.name).parent
-    if not controllers.exists(scenario.run.controller, folder):
-        yield _unknown(places, "run.controller", scenario.run.controller, "controller", laws)
-    for role in scenario.rules:
-        if role not in ROLES:
-            yield _unknown_role(places, role)
-    for a, obstacle in enumerate(scenario.obstacles):
-        reach = scenario.avoidance.largest_radius
-        if reach <= obstacle.radius:
-            message = (
-                f"avoidance.largest_radius = {reach:g} m does not exceed obstacles.{a}.radius = {obstacle.radius:g} m: "
-                "no robot would ever avoid it"
-            )
-            yield places.diagnostic("FZ904", "avoidance.largest_radius", message)
-    for name, robot in scenario.robots.items():
-        for law in robot.controllers.__pydantic_extra__ or {}:
-            if not controllers.exists(law, folder):
-                yield _unknown(places, f"robots.{name}.controllers.{law}", law, "controller", laws)
-        if robot.formation is not None and robot.formation.leader not in names:
-            yield _unknown(places, f"robots.{name}.formation.leader", robot.formation.leader, "robot", names)
-        elif robot.formation is not None and robot.avoids_obstacles:
-            key = f"robots.{name}.avoids_obstacles"
-            message = f"{key} = true, but {name} follows {robot.formation.leader}: only a robot on the reference avoids"
-            yield places.diagnostic("FZ904", key, message)
-        elif _follows_itself(scenario, name):
-            message = f"robots.{name}.formation.leader leads back to {name}; some robot must follow the reference"
-            yield places.diagnostic("FZ904", f"robots.{name}.formation.leader", message)
-    for k, one in enumerate(scenario.disturbances):
-        for robot_name in one.robots or ():
-            if robot_name not in names:
-                yield _unknown(places, f"disturbances.{k}.robots", robot_name, "robot", names)
-    samples = scenario.run.steps * len(names)
-    if samples > MOST_SAMPLES:
-        message = (
-            f"run.horizon = {scenario.run.horizon:g} s makes {samples:,} samples; at most {MOST_SAMPLES:,} are kept"
-        )
-        yield places.diagnostic("FZ904", "run.horizon", message, help="shorten run.horizon or lengthen run.dt")
-
-
-def remarks(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
-    """Warn of what a run does otherwise than its author may think."""
-    run = scenario.run
-    reached = run.steps * run.dt
-    if abs(reached - run.horizon) > 1e-9 * run.horizon:
-        message = (
-            f"run.horizon = {run.horizon:g} s is no multiple of run.dt = {run.dt:g} s: the run ends at {reached:.6g} s"
-        )
-        yield dataclasses.replace(places.diagnostic("FZ904", "run.horizon", message), severity="warning")
-
-
-def _follows_itself(scenario: Scenario, name: str) -> bool:
-    seen = {name}
-    formation = scenario.robots[name].formation
-    while formation is not None and formation.leader in scenario.robots:
-        if formation.leader in seen:
-            return formation.leader == name
-        seen.add(formation.leader)
-        formation = scenario.robots[formation.leader].formation
-    return False
-
-
-def _unknown_role(places: Places, role: str) -> Diagnostic:
+def unknown_role(places: Places, role: str) -> Diagnostic:
+    """Describe a table of [rules] that no control law asks for."""
     key, facts = f"rules.{role}", (f"the roles are {', '.join(ROLES)}",)
     return places.diagnostic("FZ902", key, f"unknown key {key}", facts=facts, help=did_you_mean(role, ROLES))
-
-
-def _unknown(places: Places, key: str, name: str, kind: str, known: tuple[str, ...]) -> Diagnostic:
-    message = f"{key} names an unknown {kind} {name!r}"
-    return places.diagnostic(
-        "FZ904", key, message, facts=(f"there are {', '.join(known)}",), help=did_you_mean(name, known)
-    )

@@ -114,7 +114,7 @@ class TestMistakes:
                 'leader = "follower1", separation = 1.25, bearing = 2',
             )
         )
-        assert "leads back to follower1" in mistakes(text)[0].message
+        assert "a robot cannot follow itself" in mistakes(text)[0].message
         text = edited(
             ('leader = "leader", separation = 1.25, bearing = 2', 'leader = "laeder", separation = 1.25, bearing = 2')
         )

@@ -73,7 +73,7 @@ def read(scenario: str, rules_folder: Path | None, overrides: Sequence[str]) -> 
     from dwmr.fuzzy_gains import Rules
 
     file = read_scenario(scenario, overrides)
-    rules = Rules(file.scenario.rules, (*([rules_folder] if rules_folder else []), file.path.parent), file.places)
+    rules = Rules(file.scenario.rules, (*([rules_folder] if rules_folder else []), *file.folders), file.places)
     if rules_folder:
         rules.require_use_of(rules_folder)
         rules.warnings += rules.near_misses(rules_folder)
