@@ -23,8 +23,9 @@ if TYPE_CHECKING:
     )
     from fuzzyctl.formats.fz import dump, dumps
     from fuzzyctl.kernels.compile import Kernel, compile
-    from fuzzyctl.loading import load, loads
+    from fuzzyctl.loading import load, load_all, loads
     from fuzzyctl.model.system import FuzzySystem
+    from fuzzyctl.model.variable import LinguisticVariable
 
 __version__ = "0.1.0"
 
@@ -35,6 +36,7 @@ _HOMES = {
     "FuzzyctlError": "fuzzyctl.errors",
     "FuzzySystem": "fuzzyctl.model.system",
     "Kernel": "fuzzyctl.kernels.compile",
+    "LinguisticVariable": "fuzzyctl.model.variable",
     "NoRuleFiresError": "fuzzyctl.errors",
     "OutputBound": "fuzzyctl.analysis.bounds",
     "UnknownNameError": "fuzzyctl.errors",
@@ -44,6 +46,7 @@ _HOMES = {
     "dump": "fuzzyctl.formats.fz",
     "dumps": "fuzzyctl.formats.fz",
     "load": "fuzzyctl.loading",
+    "load_all": "fuzzyctl.loading",
     "loads": "fuzzyctl.loading",
     "output_bounds": "fuzzyctl.analysis.bounds",
 }
@@ -55,6 +58,7 @@ __all__ = [
     "FuzzySystem",
     "FuzzyctlError",
     "Kernel",
+    "LinguisticVariable",
     "NoRuleFiresError",
     "OutputBound",
     "UnknownNameError",
@@ -64,6 +68,7 @@ __all__ = [
     "dump",
     "dumps",
     "load",
+    "load_all",
     "loads",
     "output_bounds",
 ]

@@ -5,20 +5,21 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from fuzzyctl.errors import Diagnostic
+from fuzzyctl.errors import Diagnostic, DiagnosticError
 from fuzzyctl.loading import choose, examine_all, in_order
+from fuzzyctl.model.checks import check_model
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.reading import MAX_BYTES, read_source
 from fuzzyctl.source import SourceText
 
 
 def check(
-    path: str | os.PathLike[str], *, system: str | None = None, max_bytes: int = MAX_BYTES
+    path: str | os.PathLike[str] | FuzzySystem, *, system: str | None = None, max_bytes: int = MAX_BYTES
 ) -> tuple[FuzzySystem | None, list[Diagnostic]]:
-    """Read and check a rule file.
+    """Read and check a rule file, or check a system, such as one built in Python or one with other params.
 
     Args:
-        path: The `.fz` file.
+        path: The `.fz` file, or the system.
         system: Name of the system, where the file holds several.
         max_bytes: Largest size that is read.
 
@@ -28,6 +29,11 @@ def check(
     Raises:
         DiagnosticError: When the file cannot be read as text at all.
     """
+    if isinstance(path, FuzzySystem):
+        diagnostics = check_model(path)
+        if not _has_errors(diagnostics):
+            diagnostics = [*diagnostics, *_analysed(path)]
+        return (None if _has_errors(diagnostics) else path), diagnostics
     source = read_source(path, max_bytes=max_bytes)
     return choose(source, *check_source(source, folder=Path(path).parent), system)
 
@@ -43,14 +49,24 @@ def check_source(source: SourceText, *, folder: Path | None = None) -> tuple[tup
         The systems without errors, and all diagnostics in the order of their places.
     """
     systems, diagnostics = examine_all(source, folder=folder)
-    if not systems:
-        return (), diagnostics
-    from fuzzyctl.analysis import coverage
-
     sound = []
     for system in systems:
-        found = coverage.diagnostics(system)
+        found = _analysed(system)
         diagnostics = [*diagnostics, *found]
-        if not any(d.severity == "error" for d in found):
+        if not _has_errors(found):
             sound.append(system)
     return tuple(sound), in_order(source, diagnostics)
+
+
+def _has_errors(diagnostics: list[Diagnostic]) -> bool:
+    return any(d.severity == "error" for d in diagnostics)
+
+
+def _analysed(system: FuzzySystem) -> list[Diagnostic]:
+    """Return what only the analysis of a system without structural errors finds."""
+    from fuzzyctl.analysis import coverage
+
+    try:
+        return coverage.diagnostics(system)
+    except DiagnosticError as error:  # found by planning it
+        return list(error.diagnostics)

@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
 
 from fuzzyctl.assembly import Part, bring_in, split
-from fuzzyctl.errors import CODES, Diagnostic, DiagnosticError, closest
+from fuzzyctl.errors import CODES, ArgumentError, Diagnostic, DiagnosticError, closest
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.parser import parse
 from fuzzyctl.model.checks import check_model
@@ -48,7 +48,14 @@ def load_all(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES) -> tup
 
 
 def loads(text: str, name: str = "<text>", *, system: str | None = None) -> FuzzySystem:
-    """Read a fuzzy system from a text; `name` is shown in diagnostics."""
+    """Read a fuzzy system from a text; `name` is shown in diagnostics.
+
+    Raises:
+        DiagnosticError: As `load`.
+        ArgumentError: For what is no text.
+    """
+    if not isinstance(text, str):
+        raise ArgumentError(f"the text of a rule file is due, got {type(text).__name__}; 'load' takes paths")
     return _required(examine(SourceText(name, text), system=system))
 
 

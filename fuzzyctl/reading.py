@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 from typing import Final
 
-from fuzzyctl.errors import Diagnostic, DiagnosticError, closest
+from fuzzyctl.errors import ArgumentError, Diagnostic, DiagnosticError, closest
 from fuzzyctl.source import SourceText
 
 #: Largest file that is read, in bytes, unless the caller says otherwise.
@@ -20,8 +20,12 @@ def read_source(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES) -> 
 
     Raises:
         DiagnosticError: When the file is missing, a directory, unreadable, too large or not UTF-8 text.
+        ArgumentError: For what is no path.
     """
-    name = os.fspath(path)
+    given: object = path  # whatever the annotation says, callers pass None and bytes
+    name = os.fspath(given) if isinstance(given, str | os.PathLike) else None
+    if not isinstance(name, str) or "\0" in name:
+        raise ArgumentError(f"the path of a rule file is due, got {path!r:.80}; 'loads' takes texts")
     try:
         with Path(name).open("rb") as file:
             data = file.read(max_bytes + 1)

@@ -107,7 +107,10 @@ def uncovered_of(flat: Plan) -> dict[str, Verdict]:
 
 
 def _verdict(flat: Plan, output: OutputPlan, earlier: Mapping[int, Verdict]) -> Verdict:
-    found = _Search(flat, output).verdict()
+    found = _Search(flat, output, free_outputs=True).verdict()
+    if found is not None and output.reads:
+        # No output need ever have the value at which no rule fires; a hole is one for all their values.
+        found = _Search(flat, output).verdict()
     if found is not None:
         return found
     if not _some_rule_acts(flat, output):
@@ -137,9 +140,10 @@ def _some_rule_acts(flat: Plan, output: OutputPlan) -> bool:
 
 def diagnostics(system: FuzzySystem) -> list[Diagnostic]:
     """Report each output without `else` for which some rule is not proved to fire always."""
-    verdicts = uncovered(system)
+    flat = plan(system)
+    verdicts = uncovered_of(flat)
     found: list[Diagnostic] = []
-    for output in system.outputs:
+    for position, output in enumerate(system.outputs):
         verdict = verdicts[output.name]
         named = any(c.output == output.name for rule in system.rules for c in rule.consequents)
         # An output without rules has a diagnostic of its own.
@@ -147,17 +151,43 @@ def diagnostics(system: FuzzySystem) -> list[Diagnostic]:
             continue
         if isinstance(verdict, Hole):
             witness = ", ".join(f"{n} = {v:.6g}" for n, v in verdict.witness.items())
-            message = f"no rule fires for output '{output.name}' where {verdict}"
+            stopped = _stopped(flat, flat.outputs[position], verdict.witness)
+            verb = "moves" if stopped else "fires for"
+            message = f"no rule {verb} output '{output.name}' where {verdict}"
             is_point = all(side.lower == side.upper for side in verdict.region.values())
             facts = [] if is_point else [f"for example at {witness}"]
-            facts.append("without 'else' some rule must fire everywhere")
-            help_text = f"let a term of the inputs reach there, or say 'output {output.name} ... else VALUE'"
+            facts.append(stopped or "without 'else' some rule must fire everywhere")
+            change = "let a rule move it there" if stopped else "let a term of the inputs reach there"
+            help_text = f"{change}, or say 'output {output.name} ... else VALUE'"
         else:
             message = f"it cannot be decided whether some rule always fires for output '{output.name}'"
             facts = [verdict.reason]
             help_text = f"say what holds where none does: 'output {output.name} ... else VALUE'"
         found.append(Diagnostic("FZ401", message, output.span, facts=tuple(facts), help=help_text))
     return found
+
+
+def _stopped(flat: Plan, output: OutputPlan, at: Mapping[str, float]) -> str:
+    """Return what keeps rules that fire at a point from moving an output, an empty text where none fires."""
+    box = {}
+    for i, d in enumerate(flat.degrees):
+        if d.variable >= len(flat.inputs):
+            return ""
+        x = at[flat.inputs[d.variable].name]
+        box[degree_name(i)] = degree_in(d.set, (x, x))
+    truths = Truths(flat, box)
+    firing = [e for e in output.implied if truths.strength(flat.strengths[flat.rules[e.rule].strength])[0] > 0.0]
+    weighty = [e for e in firing if flat.rules[e.rule].weight > 0.0]
+    if not firing:
+        return ""
+    if not weighty:
+        return "rules fire there, but their weight is 0"
+    if not any(_counts(output, output.terms[e.term]) for e in weighty):
+        seen = f"at the {output.resolution} samples" if output.resolution is not None else "within the range"
+        return f"a rule fires there, but its consequent has no area {seen}"
+    if flat.activation.kind in ("general", "proportional"):
+        return ""
+    return f"rules fire there, but 'activation {flat.activation.kind}' leaves them out"
 
 
 @dataclass(frozen=True)
@@ -271,10 +301,17 @@ class _Search:
     """One search for a hole; it walks the product of the inputs' cells, input by input.
 
     Rules that cannot fire any more are dropped on the way down, and a box where one must fire is left at once.
+
+    Args:
+        plan: The system.
+        output: The output.
+        free_outputs: Whether outputs in antecedents are walked through like inputs, as if each could have any value in
+            its range whatever the inputs are; if not, all that is known of a degree is what it is over the range.
     """
 
     plan: Plan
     output: OutputPlan
+    free_outputs: bool = False
     spent: int = 0
     open_boxes: list[tuple[Interval, ...]] = field(default_factory=list)
 
@@ -302,8 +339,8 @@ class _Search:
                 self.rules.setdefault(rule.strength, []).append((rule, tops[entry.term]))
         names = {n for s in self.rules for n in degrees_read(self.plan, self.plan.strengths[s])}
         named = {degree_name(i): d for i, d in enumerate(self.plan.degrees) if degree_name(i) in names}
-        self.degrees = {n: d for n, d in named.items() if d.variable < len(self.plan.inputs)}
-        # Outputs in antecedents can be anything in their range.
+        inputs = len(self.plan.inputs)
+        self.degrees = {n: d for n, d in named.items() if self.free_outputs or d.variable < inputs}
         self.fixed: dict[str, Interval] = {}
         for n, d in named.items():
             if n not in self.degrees:
@@ -311,7 +348,7 @@ class _Search:
                 self.fixed[n] = degree_in(d.set, (variable.lower, variable.upper))
         self.used = sorted({d.variable for d in self.degrees.values()})
         self.cells = [
-            cells(self.plan.inputs[i], [d.set for d in self.plan.degrees if d.variable == i]) for i in self.used
+            cells(self.plan.variable(i), [d.set for d in self.plan.degrees if d.variable == i]) for i in self.used
         ]
 
     def _is_complete_table(self) -> bool:

@@ -271,6 +271,36 @@ def _circle(start: str, needs: dict[str, dict[str, Span | None]]) -> list[str]:
     return []
 
 
+def misfitting_activation(system: FuzzySystem) -> Iterator[Diagnostic]:
+    """Find activation methods that compare all rules where some rules wait for an output."""
+    method = system.method.activation
+    if method.kind in ("general", "threshold"):
+        return
+    outputs = {o.name for o in system.outputs}
+    reader = next((i for r in system.rules for i in literals(r.antecedent) if i.variable in outputs), None)
+    if reader is not None:
+        message = f"activation '{method.kind}' compares all rules at once, and some of them read an output"
+        note = (Note(reader.span, f"'{reader.variable}' is read here"),) if reader.span is not None else ()
+        help_text = "use 'activation general', or put the rules that read it into a system of their own"
+        yield Diagnostic("FZ214", message, method.span, help=help_text, notes=note)
+
+
+def functions_read(system: FuzzySystem) -> Iterator[Diagnostic]:
+    """Find antecedents that name a term of an output that is no fuzzy set."""
+    outputs = {o.name: o for o in system.outputs}
+    seen: set[tuple[str, str]] = set()
+    for rule in system.rules:
+        for i in literals(rule.antecedent):
+            output = outputs.get(i.variable)
+            term = output.term(i.term) if output is not None else None
+            if term is None or term.membership.kind in MEMBERSHIP or (i.variable, i.term) in seen:
+                continue
+            seen.add((i.variable, i.term))
+            message = f"term '{i.term}' of output '{i.variable}' is a function of the inputs, so nothing can be it"
+            note = (Note(term.span, "declared here"),) if term.span is not None else ()
+            yield Diagnostic("FZ214", message, i.span, help="give the output fuzzy sets as terms", notes=note)
+
+
 def unused_hedges(system: FuzzySystem) -> Iterator[Diagnostic]:
     """Find hedges of the system's own that no rule uses."""
     used = {h for rule in system.rules for i in literals(rule.antecedent) for h in i.hedges}
@@ -466,6 +496,8 @@ CHECKS: Final[tuple[Check, ...]] = (
     bad_weights,
     bad_tolerances,
     circular_outputs,
+    misfitting_activation,
+    functions_read,
     misfitting_defuzzifier,
     several_adaptive_outputs,
     outputs_without_rules,

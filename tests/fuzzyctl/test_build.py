@@ -1,11 +1,12 @@
-from math import inf
+from math import inf, nan
 
 import pytest
 
 from fuzzyctl import build
-from fuzzyctl.errors import ArgumentError, DiagnosticError
+from fuzzyctl.errors import ArgumentError, DiagnosticError, ValueOutOfBoundsError
 from fuzzyctl.formats.fz import dumps
 from fuzzyctl.loading import load, loads
+from fuzzyctl.model.rule import Consequent, Is, Rule
 from fuzzyctl.shipped import rules_folder
 
 
@@ -123,3 +124,128 @@ class TestMistakes:
             build.rule_table("u", "x", {"L": "A/B"})
         with pytest.raises(ArgumentError, match="partition"):
             build.partition("L H", [1])
+
+
+class TestTexts:
+    """What is written as text reads as it does in a file."""
+
+    def system(self, rules, variables=(), **rest):
+        x = build.input_variable("x", 0, 1, build.partition("L H"))
+        mode = build.input_variable("mode", 0, 1, {"slow": "triangle(-inf, 0, 1)", "fast": ("triangle", 0, 1, inf)})
+        u = build.output_variable("u", 0, 4, {"A": 0, "B": "k * 2", "C": "k"}, otherwise=0)
+        given = {"params": {"k": (1.5, "m")}, "defuzzifier": "weighted_average"} | rest
+        return build.system("s", [x, mode, u, *variables], rules, **given)
+
+    def test_terms_may_be_texts(self):
+        system = self.system(["if x is H and mode is fast then u is B", "if x is L then u is C"])
+        assert (system(x=1, mode=1), system(x=0, mode=1)) == (3.0, 1.5)
+        assert system.with_params(k=1)(x=1, mode=1) == 2.0
+        assert system.params[0].unit == "m"
+
+    def test_tables_may_be_slices_with_weights_and_functions(self):
+        slow = build.rule_table("u", "x", {"L": "A", "H": "B*0.5"}, condition="mode is slow")
+        fast = build.rule_table("u", "x", {"L": "linear(1, 2, 0.5)", "H": "(k + 1)"}, condition="not mode is slow")
+        system = self.system([slow, fast])
+        assert system(x=1, mode=0) == 3.0
+        assert system(x=0, mode=1) == 2.5
+        assert system(x=1, mode=1) == 2.5
+        assert system(x=1, mode=0.5) == pytest.approx((0.5 * 0.5 * 3 + 0.5 * 2.5) / (0.25 + 0.5))
+
+    def test_rows_may_hold_functions_as_texts(self):
+        table = build.rule_table(
+            "u", "x", {"L": "linear(1, 2, 3) 0.25", "H": ["B*0.5", None]}, "mode", headers="slow fast"
+        )
+        system = self.system([table])
+        assert system(x=0, mode=0) == 3.0
+        assert system(x=0, mode=1) == 0.25
+        assert system(x=1, mode=1) == 0.0
+
+    def test_hedges_and_guarantees_may_be_texts(self):
+        rules = ["if x is sharply H then u is B", "if x is not sharply H then u is A"]
+        system = self.system(rules, hedges={"sharply": "x ^ 4"}, guarantees=["u >= 0 within 1e-9"])
+        assert system(x=0.5, mode=0) == pytest.approx(3 * 0.5**4)
+        assert len(system.guarantees) == 1
+        assert loads(dumps(system)) == system
+
+    def test_an_output_may_have_a_method_of_its_own_and_hold(self):
+        terms = {"A": "triangle(0, 0.2, 0.4)", "B": ("triangle", 0.5, 0.7, 0.9)}
+        v = build.output_variable("v", 0, 1, terms, otherwise="hold", defuzzifier="centroid", implication="product")
+        system = self.system(["if x is H and mode is fast then v is B, u is B"], [v])
+        assert system(x=0.5, mode=0.5)["v"] == pytest.approx(0.7)
+        assert system(x=0, mode=0)["v"] == 0.5
+        assert "output v in [0, 1] else hold implication product defuzzifier centroid" in dumps(system)
+
+
+X = build.input_variable("x", 0, 1, build.partition("L H"))
+Y = build.input_variable("y", 0, 1, build.partition("L H"))
+U = build.output_variable("u", 0, 1, {"A": 0, "B": 1}, otherwise=0)
+
+
+class TestTheSameChecksAsAFile:
+    def codes(self, name="s", variables=(X, U), rules=("if x is L then u is A", "if x is H then u is B"), **rest):
+        with pytest.raises(DiagnosticError) as error:
+            build.system(name, variables, rules, **{"defuzzifier": "weighted_average"} | rest)
+        assert all(d.span is None and not d.notes and "line" not in str(d.facts) for d in error.value.diagnostics)
+        return [d.code for d in error.value.diagnostics]
+
+    @pytest.mark.parametrize("name", ["a b", "", "x\ny", "1a", "a-b"])
+    def test_what_is_no_name_names_nothing(self, name):
+        assert self.codes(name) == ["FZ102"]
+        assert self.codes(params={name: 1}) == ["FZ102"]
+        assert self.codes(variables=[X, build.output_variable("u", 0, 1, {"A": 0, "B": 1, name: 2})]) == ["FZ102"]
+
+    def test_words_of_the_language_name_no_variables(self):
+        assert self.codes(variables=[X, U, build.input_variable("inf", 0, 1, build.partition("N P"))]) == ["FZ201"]
+
+    def test_the_same_variable_twice_is_found(self):
+        assert "FZ201" in self.codes(variables=[X, X, U])
+
+    @pytest.mark.parametrize(
+        ("rows", "headers", "code"),
+        [
+            ({"L": "A A"}, "L H", "FZ204"),
+            ({"L": "A", "H": "A"}, "L", "FZ205"),
+            ({"L": "A A", "H": "A A"}, "L L", "FZ206"),
+        ],
+    )
+    def test_tables_are_whole(self, rows, headers, code):
+        assert self.codes(variables=[X, Y, U], rules=[build.rule_table("u", "x", rows, "y", headers=headers)]) == [code]
+
+    def test_a_table_crosses_two_inputs(self):
+        table = build.rule_table("u", "x", {"L": "A A", "H": "A A"}, "x", headers="L H")
+        assert self.codes(rules=[table]) == ["FZ214"]
+
+    @pytest.mark.parametrize(("spec", "code"), [(("trimf", 0, 1, 2), "FZ202"), (("triangle", 0, 1, 2, 3), "FZ303")])
+    def test_membership_functions_are_those_there_are(self, spec, code):
+        assert self.codes(variables=[build.input_variable("x", 0, 1, {"L": spec, "H": 0}), U])[0] == code
+
+    def test_norms_are_those_there_are(self):
+        assert self.codes(conjunction="prod") == ["FZ213"]
+
+    def test_a_near_name_is_suggested(self):
+        with pytest.raises(DiagnosticError, match=r"did you mean 'A'"):
+            build.system("s", [X, U], ["if x is L then u is AA"], defuzzifier="weighted_average")
+
+    def test_a_rule_made_by_hand_cannot_smuggle_statements_in(self):
+        for term in ("A weight 0.5", "A\nparam q = 1"):
+            smuggler = Rule(antecedent=Is(variable="x", term="L"), consequents=(Consequent(output="u", term=term),))
+            assert self.codes(rules=[smuggler]) == ["FZ102"]
+
+
+class TestArguments:
+    def test_of_the_wrong_type_are_named(self):
+        with pytest.raises(ArgumentError, match="'activation' of method cannot be 'highest'"):
+            build.system("s", [X, U], ["if x is L then u is A"], activation="highest")
+        with pytest.raises(ArgumentError, match="a number or the text of an expression is due, got list"):
+            build.input_variable("x", [], 1, {})
+        with pytest.raises(ValueOutOfBoundsError, match="not NaN"):
+            build.input_variable("x", nan, 1, {})
+        with pytest.raises(ArgumentError, match="'label' of input cannot be 3"):
+            build.input_variable("x", 0, 1, {}, label=3)
+
+    def test_texts_hold_one_statement(self):
+        for text in ("1\nparam q = 2", '1 unit "m"'):
+            with pytest.raises((ArgumentError, DiagnosticError)):
+                build.expression(text)
+        with pytest.raises((ArgumentError, DiagnosticError)):
+            build.rule("if x is L then u is A\nif x is H then u is B")

@@ -188,3 +188,72 @@ class TestCells:
         assert found[0].floats[0] == -math.inf
         assert found[-1].floats[1] == math.inf
         assert (-1.0, -1.0) in [c.ends for c in found]
+
+
+CHAIN = """
+system chain
+defuzzifier weighted_average
+{activation}
+input e in [-1, 1]
+  terms N Z P
+output m in [0, 1]
+  lo = triangle(-inf, 0, {foot})
+  hi = triangle({start}, 1, inf)
+output u in [-5, 5]
+  a = constant(1)
+  b = constant(2)
+table m = e
+     N   Z   P
+  |  lo  hi  hi
+if m is lo then u is a
+if m is hi then u is b
+"""
+
+
+class TestChains:
+    def test_terms_of_an_output_that_cover_its_range_cover_what_reads_it(self):
+        assert diagnostics(loads(CHAIN.format(activation="", foot=0.6, start=0.4))) == []
+
+    def test_a_gap_between_them_stays_undecided(self):
+        (found,) = diagnostics(loads(CHAIN.format(activation="", foot=0.4, start=0.6)))
+        assert "cannot be decided" in found.message
+        assert found.facts == ("all that is known of m is the range",)
+
+
+class TestReasons:
+    """What keeps a rule that fires from moving the output is said."""
+
+    TEXT = """
+system s
+{settings}
+input e in [-1, 1]
+  terms N Z P
+output u in [0, 10]
+  a = triangle(1, 2, 3)
+  b = triangle(3.9, 4, 4.1)
+table u = e
+     N  Z    P
+  |  a  {z}  a
+"""
+
+    @pytest.mark.parametrize(
+        ("settings", "z", "words"),
+        [
+            ("defuzzifier centroid(resolution=10)", "b", "its consequent has no area at the 10 samples"),
+            ("defuzzifier weighted_average", "b*0", "their weight is 0"),
+            (
+                "defuzzifier weighted_average\nactivation threshold(> 0.6)",
+                "b",
+                "'activation threshold' leaves them out",
+            ),
+        ],
+    )
+    def test_for_a_rule_that_fires(self, settings, z, words):
+        (found,) = [d for d in diagnostics(loads(self.TEXT.format(settings=settings, z=z))) if d.code == "FZ401"]
+        assert found.message.startswith("no rule moves output 'u' where e")
+        assert words in " ".join(found.facts)
+
+    def test_none_where_none_fires(self):
+        text = self.TEXT.format(settings="defuzzifier weighted_average", z=".")
+        (found,) = [d for d in diagnostics(loads(text)) if d.code == "FZ401"]
+        assert found.message.startswith("no rule fires for output 'u' where e = 0")
