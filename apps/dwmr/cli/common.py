@@ -65,8 +65,12 @@ def terminated_as_interrupted() -> Iterator[None]:
 
 
 @contextmanager
-def progress() -> Iterator[Callable[[str, int], Callable[[int], None]]]:
-    """Offer a function that begins a progress bar and returns how to move it; silent unless on a terminal."""
+def progress(remark: str = " (compiling at the first run)") -> Iterator[Callable[[str, int], Callable[[int], None]]]:
+    """Offer a function that begins a progress bar and returns how to move it; silent unless on a terminal.
+
+    Args:
+        remark: What stands behind the name of the bar until it first moves.
+    """
     if not sys.stderr.isatty():
         yield lambda name, total: lambda done: None
         return
@@ -82,7 +86,7 @@ def progress() -> Iterator[Callable[[str, int], Callable[[int], None]]]:
     with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
 
         def start(name: str, total: int) -> Callable[[int], None]:
-            task = progress.add_task(f"{name} (compiling at the first run)", total=total)
+            task = progress.add_task(f"{name}{remark}", total=total)
 
             def move(done: int) -> None:
                 progress.update(task, completed=done, description=name)

@@ -10,6 +10,7 @@ from typing import Any
 
 import click
 
+from dwmr.cli.figures import figures
 from dwmr.cli.run import run
 
 
@@ -44,8 +45,9 @@ def main() -> None:
     dwmr run paper --controller all             all control laws beside the paper's Table 12
     dwmr run paper --rules my-rules             the same with your own rule files
     dwmr run paper --set rules.ais_reaction.k_s=0.5 --set run.horizon=60
+    dwmr figures paper -o figures               the counterparts of the paper's Figs. 8 to 28
     """
 
 
-for command in (run,):
+for command in (run, figures):
     main.add_command(command)

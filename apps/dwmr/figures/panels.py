@@ -1,0 +1,138 @@
+"""Panels that several pictures share: signals over time, paths around obstacles."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+
+from dwmr.contracts import FloatArray
+from dwmr.derived import windows
+from dwmr.envelope import kept, thin
+from dwmr.figures.style import COLOURS, DASHES
+from dwmr.obstacles import constant_radius
+from dwmr.scenario import Scenario
+from dwmr.simulate import Trajectory
+
+#: Stretches of time into which a signal is divided: more than a page has columns of ink.
+BUCKETS = 1200
+#: Stretches of time whose peaks are drawn: half a second each in a run of 200 s.
+PEAKS = 400
+#: A level is drawn down to this [unit of the level].
+LEAST_LEVEL = 1e-3
+#: Points of a path: a tenth of a second apart in a run of 200 s.
+PATH_POINTS = 2000
+
+
+def grid(rows: int, columns: int, height: float = 2.3) -> tuple[Figure, Any]:
+    """Return a figure with panels over one time axis, as a pair of figure and panels of shape (rows, columns).
+
+    Args:
+        rows, columns: Number of panels.
+        height: Of one row [inch].
+    """
+    figure = Figure(figsize=(4.8 * columns if columns > 1 else 7.2, height * rows + 0.9), layout="constrained")
+    return figure, figure.subplots(rows, columns, sharex=True, squeeze=False)
+
+
+def colour(k: int) -> dict[str, Any]:
+    """Return colour and dashes of the k-th line of a panel."""
+    return {"color": COLOURS[k % len(COLOURS)], "ls": DASHES[k % len(DASHES)]}
+
+
+def lines(axes: Any, t: FloatArray, signals: FloatArray, names: Sequence[str], label: str) -> None:
+    """Draw one line per name over time.
+
+    Args:
+        axes: Panel.
+        t: Times, shape (samples,) [s].
+        signals: Shape (samples, names).
+        names: Labels of the lines.
+        label: What stands beside the axis: symbol and unit.
+    """
+    axes.set_ylabel(label)
+    for k, name in enumerate(names):
+        axes.plot(*thin(t, signals[:, k], BUCKETS), lw=1.0, label=name, **colour(k))
+
+
+def peaks(axes: Any, t: FloatArray, levels: FloatArray, names: Sequence[str], label: str) -> None:
+    """Draw the greatest value of every stretch of time on a logarithmic axis, one line per name.
+
+    Args:
+        axes: Panel.
+        t: Times, shape (samples,) [s].
+        levels: Shape (samples, names), >= 0.
+        names: Labels of the lines.
+        label: What stands beside the axis.
+    """
+    size = max(1, -(-len(t) // PEAKS))
+    starts = np.arange(0, len(t), size)
+    axes.set_ylabel(label)
+    for k, name in enumerate(names):
+        axes.plot(t[starts], np.maximum.reduceat(levels[:, k], starts), lw=1.0, label=name, **colour(k))
+    axes.set_yscale("log")
+    axes.set_ylim(bottom=max(axes.get_ylim()[0], LEAST_LEVEL))
+
+
+def mark(panels: Any, trajectory: Trajectory, scenario: Scenario) -> None:
+    """Shade the disturbance windows, draw a bar at the foot during avoidance, and end the axis with the run."""
+    end = float(trajectory.t[-1])
+    active = (trajectory["obstacle"] >= 0).any(axis=1)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], active, [False]]).astype(np.int8)))
+    bars = [(trajectory.t[a], trajectory.t[b - 1]) for a, b in edges.reshape(-1, 2)]
+    for axes in np.ravel(panels):
+        for k, (start, stop) in enumerate(windows([(d.start, d.stop) for d in scenario.disturbances], end)):
+            axes.axvspan(start, stop, color="#f0e442", alpha=0.25, lw=0, label="" if k else "disturbance")
+        for k, (start, stop) in enumerate(bars):
+            axes.axvspan(start, stop, 0.0, 0.025, color="#444444", lw=0, label="" if k else "avoidance")
+        if end > 0.0:
+            axes.set_xlim(0.0, end)
+    for axes in panels[-1]:
+        axes.set_xlabel("t [s]")
+
+
+def legend(figure: Figure, *panels: Any, columns: int = 6) -> None:
+    """Put one legend with every line of some panels below a figure, the marks of `mark` last."""
+    found: dict[str, Any] = {}
+    for axes in panels:
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            if label not in found:
+                found[label] = handle
+    order = sorted(found, key=lambda label: label in ("disturbance", "avoidance"))
+    figure.legend([found[k] for k in order], order, loc="outside lower center", ncols=min(columns, max(1, len(order))))
+
+
+def paths(axes: Any, trajectory: Trajectory, scenario: Scenario) -> None:
+    """Draw the ways of all robots, what they follow, the obstacles and the constant avoidance radii."""
+    axes.set_aspect("equal")
+    axes.set_xlabel("x [m]")
+    axes.set_ylabel("y [m]")
+    every = max(1, len(trajectory.t) // PATH_POINTS)
+    for i in (k for k, n in enumerate(trajectory.robots) if scenario.robots[n].formation is None):
+        x_r, y_r = trajectory["x_r"][::every, i], trajectory["y_r"][::every, i]
+        axes.plot(x_r, y_r, color="black", lw=0.9, ls=(0, (2, 2)), label="reference")
+    for i, name in enumerate(trajectory.robots):
+        x, y = trajectory["x"][:, i], trajectory["y"][:, i]
+        rows = np.union1d(np.arange(0, len(x), every), np.union1d(kept(x, 200), kept(y, 200)))
+        axes.plot(x[rows], y[rows], lw=1.2, label=name, **colour(i))
+        axes.plot(
+            x[0], y[0], marker="o", ms=4.5, color="white", mec=COLOURS[i % len(COLOURS)], mew=1.3, ls="", zorder=5
+        )
+    obstacles(axes, scenario)
+
+
+def obstacles(axes: Any, scenario: Scenario) -> None:
+    """Draw the obstacles with the constant radius around those that are avoided."""
+    avoiding = [r.radius for r in scenario.robots.values() if r.avoids_obstacles and r.formation is None]
+    for one in scenario.obstacles:
+        axes.add_patch(Circle((one.x, one.y), one.radius, color="#444444"))
+        if avoiding:
+            reach = constant_radius(one.radius, max(avoiding), scenario.avoidance.margin)
+            axes.add_patch(Circle((one.x, one.y), reach, fill=False, ec="#444444", lw=0.8, ls="--"))
+    if scenario.obstacles:
+        axes.plot([], [], marker="o", ms=6, color="#444444", ls="", label="obstacle")
+    if scenario.obstacles and avoiding:
+        axes.plot([], [], marker="o", ms=11, mfc="none", mec="#444444", mew=0.8, ls="", label=r"$\bar{R}_d$")

@@ -1,0 +1,225 @@
+"""The catalogue of the paper's Figs. 8 to 28: which law, what they show, how their counterparts are drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import matplotlib as mpl
+from matplotlib.figure import Figure
+
+from dwmr import derived
+from dwmr.figures import motion, surfaces
+from dwmr.figures.style import STYLE, TITLES
+from dwmr.scenario import Scenario
+from dwmr.simulate import Trajectory
+
+Draw = Callable[[Trajectory, Scenario], Figure]
+
+
+@dataclass(frozen=True)
+class PaperFigure:
+    """A figure of the paper and its counterpart.
+
+    Attributes:
+        number: Its number in the paper.
+        law: Name of the control law it shows.
+        title: What it shows, in a few words.
+        about: What to see in the counterpart, quantities and units.
+        draw: Draws it.
+        needs: What a scenario must have for it: "obstacles", "followers", or nothing.
+    """
+
+    number: int
+    law: str
+    title: str
+    about: str
+    draw: Draw
+    needs: tuple[str, ...] = ()
+
+    def file(self, suffix: str) -> str:
+        """Return the name of its file."""
+        return f"fig{self.number:02d}.{suffix}"
+
+    def obstacle_to(self, scenario: Scenario) -> str:
+        """Return why a scenario has no such figure, or an empty text."""
+        if all(getattr(r.controllers, self.law, None) is None for r in scenario.robots.values()):
+            return f"the scenario has no gains for {self.law}"
+        if "followers" in self.needs and not derived.followers(scenario):
+            return "no robot follows another one"
+        if "obstacles" in self.needs and not scenario.obstacles:
+            return "the scenario has no obstacles"
+        if "avoidance" in self.needs and not derived.avoiders(scenario):
+            return "no robot avoids an obstacle"
+        return ""
+
+
+def _run(number: int, law: str) -> list[PaperFigure]:
+    """Return the figures that exist for every law: path and chattering, velocity errors, formation."""
+    return [
+        PaperFigure(
+            number,
+            law,
+            "Paths, formation, obstacles; chattering",
+            "Left: the robots' reference points, start marked by a circle, around the obstacles with their constant "
+            "avoidance radius R̄_d. Right: the chattering measure |dv_c/dt| of both channels, the greatest value "
+            "of every stretch of time, on a logarithmic axis [m/s², rad/s²].",
+            motion.path_and_chattering,
+        ),
+        PaperFigure(
+            number + 1 if law != "aifqsmc" else 18,
+            law,
+            "Velocity tracking errors and their compensation, first two robots",
+            "v_e = v_c − v, with v the velocity over ground, and the sliding mode portion of the control law, which "
+            "shall cancel it [m/s, rad/s].",
+            motion.velocity_errors,
+        ),
+        PaperFigure(
+            number + 2 if law != "aifqsmc" else 19,
+            law,
+            "Velocity tracking errors of the other robots; separation and bearing errors",
+            "As the figure before, for the robots after the second; last, L_d − L [m] and Ψ_d − Ψ [rad] of followers.",
+            motion.velocity_and_formation_errors,
+            ("followers",),
+        ),
+    ]
+
+
+def _sliding(number: int, law: str) -> list[PaperFigure]:
+    return [
+        PaperFigure(
+            number,
+            law,
+            "Sliding surfaces σ and σ*",
+            "Above σ of Eq. (7), below σ* of Eq. (9), in both channels [m, rad].",
+            surfaces.sliding,
+        ),
+        _rates(number + 1, law),
+    ]
+
+
+def _rates(number: int, law: str) -> PaperFigure:
+    about = "Backward differences over one control period of σ, above, and σ*, below [m/s, rad/s]."
+    return PaperFigure(number, law, "Rates of the sliding surfaces", about, surfaces.sliding_rates)
+
+
+def _avoidance(law: str) -> list[PaperFigure]:
+    needs = ("obstacles", "avoidance")
+    about = (
+        "R_d, Eqs. (58) to (63), its constant part R̄_d, and the distance d_ia; the mode is on while d_ia <= R_d [m]."
+    )
+    return [
+        PaperFigure(
+            14,
+            law,
+            "Blending vectors; orientation of the reference",
+            "Above: the direction of U = U_b + U_f along the way around each obstacle. Below: θ_r of the original path "
+            "and θ_r in force, which avoidance changes [rad].",
+            motion.blending,
+            needs,
+        ),
+        PaperFigure(
+            15,
+            law,
+            "Variable radii of obstacles 1 and 2",
+            about,
+            partial(motion.radii, chosen=slice(0, 2), distance=False),
+            needs,
+        ),
+        PaperFigure(
+            16,
+            law,
+            "Variable radii of the other obstacles; distances of the avoiding robot",
+            f"{about} Last: the distance from every obstacle's centre, which shall stay above r_a + R_R [m].",
+            partial(motion.radii, chosen=slice(2, None), distance=True),
+            needs,
+        ),
+        PaperFigure(
+            17,
+            law,
+            "Distances of the followers from the obstacles",
+            "From every obstacle's centre; r_a + R_R is dotted [m].",
+            motion.follower_distances,
+            ("obstacles", "followers"),
+        ),
+    ]
+
+
+def _gains(law: str) -> list[PaperFigure]:
+    return [
+        PaperFigure(
+            20,
+            law,
+            "σ* within its boundary layer",
+            "σ* and ±β, zoomed to the layer; what leaves the panel is cut off [m, rad].",
+            surfaces.layers,
+        ),
+        _rates(21, law),
+        PaperFigure(
+            22,
+            law,
+            "Adaptive gains",
+            "k̂_h [m/s, rad/s] and η̂ = k_s / k̂_h [-] in both channels.",
+            surfaces.adaptive_gains,
+        ),
+        PaperFigure(
+            23,
+            law,
+            "Immune reaction and switching gain",
+            "f(σ*, dσ*/dt) [-] and G_AIS = k̂_h − k_s f [m/s, rad/s] in both channels.",
+            surfaces.immune_gains,
+        ),
+    ]
+
+
+FIGURES = tuple(
+    sorted(
+        [
+            *_run(8, "smc"),
+            *_sliding(11, "smc"),
+            *_run(13, "aifqsmc"),
+            *_avoidance("aifqsmc"),
+            *_gains("aifqsmc"),
+            *_run(24, "fcafsmc"),
+            *_sliding(27, "fcafsmc"),
+        ],
+        key=lambda figure: figure.number,
+    )
+)
+
+
+def numbers(text: str) -> tuple[int, ...]:
+    """Return the numbers of figures in a list such as "8,12" or "13-23".
+
+    Raises:
+        ValueError: When it is no such list, or names a figure that has no counterpart.
+    """
+    known = [figure.number for figure in FIGURES]
+    found: set[int] = set()
+    for part in text.split(","):
+        first, dash, last = part.strip().partition("-")
+        if not first.strip().isdecimal() or (dash and not last.strip().isdecimal()):
+            raise ValueError(f"{part.strip()!r} is no number of a figure; write such as 8,12 or 13-23")
+        low, high = int(first), int(last) if dash else int(first)
+        if low > high or low < known[0] or high > known[-1]:
+            raise ValueError(f"only figures {known[0]} to {known[-1]} have counterparts")
+        found.update(range(low, high + 1))
+    return tuple(sorted(found))
+
+
+def draw(figure: PaperFigure, path: Path, trajectory: Trajectory, scenario: Scenario) -> None:
+    """Draw the counterpart of a figure into a file, the same bytes every time.
+
+    Args:
+        figure: Which.
+        path: File to write: PNG, PDF or SVG by its suffix.
+        trajectory: A run under the figure's control law.
+        scenario: What was run.
+    """
+    undated = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+    with mpl.rc_context({**STYLE, "svg.hashsalt": "dwmr"}):
+        drawn = figure.draw(trajectory, scenario)
+        drawn.suptitle(f"Fig. {figure.number}, {TITLES[figure.law]}: {figure.title}", fontsize=10)
+        drawn.savefig(path, metadata=undated[path.suffix])

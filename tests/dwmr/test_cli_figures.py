@@ -1,0 +1,71 @@
+import subprocess
+import sys
+
+import pytest
+
+SHORT = ("--set", "run.horizon=2")
+
+
+def dwmr(*arguments, cwd=None):
+    """Run the command in a process of its own, as a user does."""
+    command = [sys.executable, "-W", "error", "-m", "dwmr", *map(str, arguments)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=240, cwd=cwd, check=False)
+    assert "Traceback" not in done.stderr + done.stdout
+    return done
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """All figures of a short run."""
+    folder = tmp_path_factory.mktemp("figures")
+    return folder, dwmr("figures", "paper", *SHORT, "-o", folder)
+
+
+class TestFigures:
+    def test_are_all_there_with_their_index(self, whole):
+        folder, done = whole
+        assert done.returncode == 0, done.stderr
+        assert done.stdout.startswith("21 figures in ")
+        assert done.stderr == ""
+        assert sorted(p.name for p in folder.iterdir()) == [*(f"fig{k:02d}.png" for k in range(8, 29)), "index.md"]
+        text = (folder / "index.md").read_text(encoding="utf-8")
+        assert all(f"(fig{k:02d}.png)" in text for k in range(8, 29))
+        assert "Left out" not in text
+
+    def test_come_in_the_wanted_number_and_kind(self, tmp_path):
+        done = dwmr("figures", "paper", *SHORT, "--only", "12,24", "--format", "svg", "-o", tmp_path)
+        assert done.returncode == 0, done.stderr
+        assert sorted(p.name for p in tmp_path.iterdir()) == ["fig12.svg", "fig24.svg", "index.md"]
+
+    def test_that_a_scenario_lacks_are_left_out_and_named(self, tmp_path):
+        free = ("--set", "obstacles=[]")
+        done = dwmr("figures", "paper", *SHORT, *free, "--only", "15,20", "-o", tmp_path)
+        assert done.returncode == 0
+        assert done.stderr == "warning: figure 15 is left out: the scenario has no obstacles\n"
+        assert "Left out: the scenario has no obstacles." in (tmp_path / "index.md").read_text(encoding="utf-8")
+        assert not (tmp_path / "fig15.png").exists()
+
+    @pytest.mark.parametrize(
+        ("arguments", "status", "words"),
+        [
+            (["paper", "--only", "7"], 2, "figures 8 to 28 have counterparts"),
+            (["paper", "--only", "eight"], 2, "'eight' is no number"),
+            (["paper", "--format", "bmp"], 2, "'bmp' is not one of"),
+            (["papper"], 2, "did you mean 'paper'?"),
+            (["paper", "--set", "robot.mass=-1"], 1, "must be > 0 kg"),
+            (["paper", "--set", "obstacles=[]", "--only", "14-17"], 1, "the scenario has none of these figures"),
+            (["paper", "--set", "rules.ais_reaction.k_s=0.6"], 1, "G_AIS > 0 is not guaranteed"),
+        ],
+    )
+    def test_refuse_mistakes_and_leave_nothing(self, tmp_path, arguments, status, words):
+        done = dwmr("figures", *arguments, "-o", tmp_path / "out")
+        assert done.returncode == status
+        assert words in done.stderr
+        assert list(tmp_path.iterdir()) == []
+
+    def test_of_a_run_that_diverges_are_drawn_as_far_as_it_went(self, tmp_path):
+        wild = ("--set", "load.start=1", "--set", "load.mass_factor=1e-310", "--set", "run.horizon=5")
+        done = dwmr("figures", "paper", *wild, "--only", "13", "-o", tmp_path)
+        assert done.returncode == 1
+        assert "warning: aifqsmc stopped at t = " in done.stderr
+        assert (tmp_path / "index.md").exists()
