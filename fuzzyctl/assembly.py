@@ -116,7 +116,7 @@ class _Reader:
             return statement
         if statement.header is not None or statement.rows:
             self._report("the table has rows here and in a file", statement.csv_span, help="keep one of them")
-            return statement
+            return dataclasses.replace(statement, incomplete=True)
         path = self._path(statement.csv, statement.csv_span)
         source = self._read(path, statement.csv_span) if path is not None else None
         if source is None:

@@ -10,7 +10,7 @@ from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedTok
 
 from fuzzyctl.errors import Diagnostic, closest, look_alikes
 from fuzzyctl.lang.lines import LogicalLine
-from fuzzyctl.lang.syntax import STATEMENT_KEYWORDS
+from fuzzyctl.lang.syntax import NAME, STATEMENT_KEYWORDS
 from fuzzyctl.source import SourceText, Span
 
 #: How each statement is written: the help of a broken one.
@@ -70,6 +70,11 @@ _TERMINALS: Final[dict[str, str]] = {
     "$END": "the end of the line",
 }
 
+#: Keywords inside rules.
+RULE_WORDS: Final = frozenset({"is", "and", "or", "not", "then", "weight"})
+
+_NO_TERM: Final = re.compile(r"\bis\s+(and|or|then|\))(?!\w)")
+_WORD: Final = re.compile(NAME)
 _NUMBER_LIKE: Final = re.compile(r"[\w.]+")
 
 #: Words that other tools use, with what they are called here.
@@ -85,6 +90,9 @@ def describe(source: SourceText, line: LogicalLine, error: UnexpectedInput) -> D
         return _bad_character(source, line, line.start + position, help_text)
     assert isinstance(error, UnexpectedToken)
     expected = _expected(error)
+    slip = _slip_in_a_rule(source, line)
+    if slip is not None:
+        return slip
     unit = "field" if line.kind in ("label", "cell") else "line"
     facts = (f"expected {expected.replace('end of the line', f'end of the {unit}')}",) if expected else ()
     token = error.token
@@ -94,6 +102,29 @@ def describe(source: SourceText, line: LogicalLine, error: UnexpectedInput) -> D
     start = line.start + (token.start_pos or 0)
     place = Span(source, start, start + len(token))
     return Diagnostic("FZ102", f"unexpected '{token}'", place, facts=facts, help=_repair(error, help_text))
+
+
+def _slip_in_a_rule(source: SourceText, line: LogicalLine) -> Diagnostic | None:
+    """Find a word of a rule that is a keyword but for its capitals, or that stands where a term is due."""
+    if line.word not in ("if", "with"):
+        return None
+    lacking = _NO_TERM.search(source.text, line.start, line.end)
+    if lacking is not None:
+        place = Span(source, lacking.start(1), lacking.end(1))
+        return Diagnostic(
+            "FZ102", f"a term is missing before '{lacking[1]}'", place, help=f"the form is: {FORMS['if']}"
+        )
+    for match in _WORD.finditer(source.text, line.start, line.end):
+        small = match[0].lower()
+        if small in RULE_WORDS and match[0] != small:
+            return capital_keyword(match[0], Span(source, match.start(), match.end()))
+    return None
+
+
+def capital_keyword(word: str, place: Span, code: str = "FZ102") -> Diagnostic:
+    """Return the diagnostic for a keyword in capitals."""
+    message = f"'{word}' is no keyword: keywords are written small"
+    return Diagnostic(code, message, place, help=f"write '{word.lower()}'")
 
 
 def _expected(error: UnexpectedToken) -> str:
@@ -150,6 +181,14 @@ def _bad_number(source: SourceText, at: int, help_text: str) -> Diagnostic:
     )
 
 
+def meant_keyword(word: str) -> str | None:
+    """Return the keyword that the first word of a line most likely means."""
+    small = word.lower()
+    if small in STATEMENT_KEYWORDS:
+        return small
+    return _OTHER_WORDS.get(small) or (closest(word, STATEMENT_KEYWORDS) if len(word) > 2 else None)
+
+
 def describe_unknown_line(source: SourceText, line: LogicalLine, block: str) -> Diagnostic:
     """Return the diagnostic for a line that begins with no keyword and fits nothing above it."""
     text = source.text[line.start : line.end]
@@ -162,7 +201,9 @@ def describe_unknown_line(source: SourceText, line: LogicalLine, block: str) -> 
             "FZ101", f"a line cannot begin with '{char}'", Span(source, start, start + 1), facts=(_keywords(),)
         )
     place = Span(source, start, start + len(line.word))
-    near = _OTHER_WORDS.get(line.word) or (closest(line.word, STATEMENT_KEYWORDS) if len(line.word) > 2 else None)
+    if line.word.lower() in STATEMENT_KEYWORDS:
+        return capital_keyword(line.word, place, "FZ101")
+    near = meant_keyword(line.word)
     hint = f"did you mean '{near}'? the form is: {FORMS[near]}" if near else ""
     if not hint and block == "variable":
         hint = f"a term is written: {_BELOW['term_line']}"

@@ -7,17 +7,19 @@ import re
 import threading
 from functools import lru_cache
 from importlib import resources
+from itertools import zip_longest
 from typing import Any, Final
 
 from lark import Lark
 from lark.exceptions import UnexpectedInput
 
-from fuzzyctl.errors import Diagnostic, closest
+from fuzzyctl.errors import Diagnostic
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.builder import Builder
+from fuzzyctl.lang.heads import Headless, describe_headless, headless, looks_like_term
 from fuzzyctl.lang.lines import LineKind, LogicalLine, split
-from fuzzyctl.lang.mistakes import describe, describe_unknown_line, orphan
-from fuzzyctl.source import SourceText
+from fuzzyctl.lang.mistakes import describe, describe_unknown_line, meant_keyword, orphan
+from fuzzyctl.source import SourceText, Span
 
 #: So many lines that cannot be read are reported.
 MAX_MISTAKES: Final = 500
@@ -59,9 +61,9 @@ def parse(source: SourceText) -> tuple[sx.SyntaxTree, list[Diagnostic]]:
         The tree of all lines that could be read, and a diagnostic for each that could not.
     """
     assembler = _Assembler(source)
-    for line in split(source):
-        if line.kind != "blank":
-            assembler.take(line)
+    lines = [line for line in split(source) if line.kind != "blank"]
+    for line, below in zip_longest(lines, lines[1:]):
+        assembler.take(line, below)
     return assembler.finish()
 
 
@@ -90,21 +92,51 @@ class _Assembler:
         self.incomplete = False
         self.unread: set[str] = set()
         self.lost_variable = False
+        self.lost_input = False
         #: A `with` line that waits for its table.
         self.condition: sx.With | None = None
 
-    def take(self, line: LogicalLine) -> None:
+    def take(self, line: LogicalLine, below: LogicalLine | None) -> None:
+        """Take the next line; `below` is the one after it."""
         if len(self.diagnostics) >= MAX_MISTAKES:
-            # Such a text is no rule file; more messages would help nobody.
+            self._give_up(line)
             return
-        below = line.kind in ("term_line", "header", "row") or (line.kind == "statement" and line.word == "terms")
-        if line.kind == "unknown":
+        belongs = line.kind in ("term_line", "header", "row") or (line.kind == "statement" and line.word == "terms")
+        what = headless(self.source, line, below) if line.kind in ("unknown", "term_line") else ""
+        if what == "header" and self.block == "table":
+            # Rows below a table from a file: what is wrong with that is said where the file is read.
+            self._take_below(dataclasses.replace(line, kind="header"))
+        elif what and (self.block != "broken" or what == "variable") and line.mistake is None:
+            self._headless(line, what)
+        elif line.kind == "unknown":
             self._unknown(line)
-        elif below:
+        elif belongs:
             self._take_below(line)
         else:
             self._close_block()
             self._take_statement(line)
+
+    def _give_up(self, line: LogicalLine) -> None:
+        """Say once that the rest is not read: such a text is no rule file, and more messages would help nobody."""
+        if len(self.diagnostics) == MAX_MISTAKES:
+            place = Span(self.source, line.start, max(line.start, line.end))
+            message = f"{MAX_MISTAKES} lines could not be read; from here on nothing is read any more"
+            self.diagnostics.append(Diagnostic("FZ112", message, place, help="mend those lines first"))
+        self._remember_words(line)
+        self.lost_input = self.lost_variable = True
+
+    def _headless(self, line: LogicalLine, what: Headless) -> None:
+        """Report a head without its keyword, once for the block that follows."""
+        self._remember_words(line)
+        self.diagnostics.append(describe_headless(self.source, line, what))
+        self._begin_broken_block()
+        self.lost_input = self.lost_input or what == "variable"
+
+    def _begin_broken_block(self) -> None:
+        self._close_block()
+        self.block = "broken"
+        # Its table is what could not be read.
+        self.condition = None
 
     def _unknown(self, line: LogicalLine) -> None:
         self._remember_words(line)
@@ -112,15 +144,19 @@ class _Assembler:
             return
         self.incomplete = True
         self.diagnostics.append(line.mistake or describe_unknown_line(self.source, line, self.block))
-        if closest(line.word, sx.STATEMENT_KEYWORDS) in ("input", "output", "table"):
+        self.condition = None
+        meant = meant_keyword(line.word)
+        if meant in ("input", "output", "table"):
             # It was the head of the block that follows.
-            self._close_block()
-            self.block = "broken"
+            self._begin_broken_block()
+            self.lost_input = self.lost_input or meant == "input"
 
     def _take_statement(self, line: LogicalLine) -> None:
         node = self._parse(line, "statement")
         if line.word != "table":
             self._drop_condition()
+        elif node is None:
+            self.condition = None
         if isinstance(node, sx.With):
             self.condition = node
         elif isinstance(node, sx.Table) and self.condition is not None:
@@ -130,6 +166,7 @@ class _Assembler:
             self.statements.append(node)
         else:
             self._remember_words(line)
+            self.lost_input = self.lost_input or line.word == "input"
         if line.word in ("input", "output"):
             self.block = "variable" if node is not None else "broken"
         elif line.word == "table":
@@ -143,15 +180,19 @@ class _Assembler:
         if self.block == "broken":
             self._remember_words(line)
             return
+        if self.block == "variable" and line.kind == "row" and looks_like_term(self.source, line):
+            # A stray bar makes no row of it.
+            wanted, line = "variable", dataclasses.replace(line, kind="term_line")
         if self.block != wanted:
+            self._remember_words(line)
             self.diagnostics.append(line.mistake or orphan(self.source, line, wanted))
-            self._close_block()
-            self.block = "broken"
+            self._begin_broken_block()
             self.lost_variable = self.lost_variable or wanted == "variable"
             return
         node = self._parse(line, line.kind)
         if node is None:
             self.incomplete = True
+            self._remember_words(line)
         else:
             self.lines.append(node)
 
@@ -195,5 +236,6 @@ class _Assembler:
             tuple(self.statements),
             unread=frozenset(self.unread),
             lost_variable=self.lost_variable,
+            lost_input=self.lost_input or self.lost_variable,
         )
         return tree, self.diagnostics

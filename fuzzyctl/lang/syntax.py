@@ -390,6 +390,7 @@ class SyntaxTree:
         used: Declarations of the files that it uses.
         unread: Words of lines that could not be read; a name among them may have been declared there.
         lost_variable: Whether terms stood below no input or output: one declaration is missing.
+        lost_input: Whether the declaration of some input could not be read, so that inputs cannot be counted.
     """
 
     source: SourceText
@@ -397,3 +398,4 @@ class SyntaxTree:
     unread: frozenset[str] = frozenset()
     used: tuple[Statement, ...] = ()
     lost_variable: bool = False
+    lost_input: bool = False

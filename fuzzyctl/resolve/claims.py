@@ -60,13 +60,15 @@ def _due(context: Context, right: bool, due: str, given: str, span: Span | None)
 def _check_call(context: Context, call: ex.Call) -> bool:
     if call.function in context.outputs:
         due = len(context.inputs)
-        if len(call.arguments) == due:
+        if len(call.arguments) == due or context.lost_input:
             return True
         message = f"'{call.function}' takes {due} arguments, not {len(call.arguments)}"
         context.report("FZ303", message, call.span, facts=(f"inputs: {', '.join(context.inputs)}",))
         return False
     if call.function in ex.FUNCTIONS:
         return context.check_call(call)
+    if call.function in context.unread or context.lost_variable:
+        return False
     known = [*ex.FUNCTIONS, *FORMS, *context.outputs]
     near = closest(call.function, known)
     context.report(

@@ -22,11 +22,13 @@ class Context:
     Args:
         unread: Words of lines that could not be read; names among them are no mistake of who uses them.
         lost_variable: Whether the declaration of some input or output is known to be missing.
+        lost_input: Whether that of some input is, so that inputs cannot be counted.
         where: The place of each declaration.
     """
 
     unread: frozenset[str] = frozenset()
     lost_variable: bool = False
+    lost_input: bool = False
 
     diagnostics: list[Diagnostic] = field(default_factory=list)
     where: dict[str, Span] = field(default_factory=dict)
@@ -50,6 +52,8 @@ class Context:
         """Enter a name; report and return False when it is reserved or taken."""
         if word.text in sx.RESERVED or word.text in ex.FUNCTIONS or word.text in CLAIM_FUNCTIONS:
             self.report("FZ201", f"'{word.text}' is a word of the language and cannot name {what}", word.span)
+            self.unread |= {word.text}
+            self.lost_input = self.lost_input or what == "an input"
             return False
         if word.text in self.where:
             first = self.where[word.text]

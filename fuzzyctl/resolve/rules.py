@@ -10,6 +10,7 @@ from fuzzyctl.errors import closest, listed, look_alikes
 from fuzzyctl.formulas import HEDGES
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.csv_table import CSV_FORM
+from fuzzyctl.lang.mistakes import RULE_WORDS, capital_keyword
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.rule import And, Antecedent, Cell, Consequent, Is, Not, Or, Rule, RuleTable
 from fuzzyctl.model.variable import Membership
@@ -24,7 +25,7 @@ def resolve_function(context: Context, term: sx.FunctionTerm) -> Membership | No
     """Resolve a Takagi-Sugeno consequent: `constant(c)`, `linear(a, b, ..., c)`, `function(expression)`."""
     kind = term.kind.text
     due = {"constant": 1, "function": 1}.get(kind, len(context.inputs) + 1)
-    if len(term.arguments) != due:
+    if len(term.arguments) != due and not (kind == "linear" and context.lost_input):
         form = f"linear({', '.join([*(f'per {name}' for name in context.inputs), 'constant'])})"
         facts = (f"the form is: {form if kind == 'linear' else kind + '(expression)'}",)
         message = f"'{kind}' takes {due} parameter{'' if due == 1 else 's'}, not {len(term.arguments)}"
@@ -68,6 +69,8 @@ def resolve_rule(context: Context, statement: sx.Rule) -> Rule | None:
 def _antecedent(context: Context, truth: sx.Truth) -> Antecedent | None:
     match truth:
         case sx.Literal(variable=variable, hedges=hedges, term=term, span=span):
+            if _runs_on(context, hedges):
+                return None
             hedged = all([_known_hedge(context, h) for h in hedges])
             among = context.outputs if variable.text in context.outputs else context.inputs
             if not _known_term(context, variable, term, among, "input") or not hedged:
@@ -85,6 +88,24 @@ def _antecedent(context: Context, truth: sx.Truth) -> Antecedent | None:
                 return None
             return And(operands=known, span=span) if connective == "and" else Or(operands=known, span=span)
     raise TypeError(type(truth).__name__)
+
+
+def _runs_on(context: Context, hedges: Sequence[sx.Word]) -> bool:
+    """Report words of the language among what stands between `is` and the term: the antecedent has run on."""
+    names = {*HEDGES, *context.hedges}
+    for before, word in zip((None, *hedges), hedges, strict=False):
+        small = word.text.lower()
+        if word.text in names or small not in RULE_WORDS:
+            continue
+        if word.text != small:
+            context.diagnostics.append(capital_keyword(word.text, word.span))
+        elif small == "is":
+            place = before or word
+            context.report("FZ102", f"'and' or 'or' is missing before '{place.text}'", place.span)
+        else:
+            context.report("FZ102", f"a term is missing before '{word.text}'", word.span)
+        return True
+    return False
 
 
 def _known_hedge(context: Context, hedge: sx.Word) -> bool:

@@ -34,7 +34,7 @@ def resolve(
     Returns:
         The system, or None when something has no meaning, and the diagnostics in order of their places.
     """
-    context = Context(unread=tree.unread, lost_variable=tree.lost_variable)
+    context = Context(unread=tree.unread, lost_variable=tree.lost_variable, lost_input=tree.lost_input)
     whole = dataclasses.replace(tree, statements=(*shared, *tree.statements))
     heads = _declare(context, whole)
     system = None

@@ -133,3 +133,113 @@ class TestTheFormOfATable:
         where, words = only(said(("    N Z P\n  | a a b", rows)))
         assert where == "8 FZ212"
         assert "the form is: a line 'N Z P', below it a line '| CELL CELL CELL'" in words
+
+
+#: Everything that leans on a declaration: arity, names in params and in guarantees.
+LEANING = """\
+if e is P then u is linear(1, 2)
+param F = 2
+param G = F
+require u <= F
+require u(-e) <= G
+"""
+
+
+class TestBrokenHeads:
+    @pytest.mark.parametrize(
+        ("old", "new", "place"),
+        [
+            ("input e in [-1, 1]", "input e [-1, 1]", "3 FZ102"),
+            ("input e in [-1, 1]", "input e in [-1 1]", "3 FZ102"),
+            ("input e in [-1, 1]", "inptu e in [-1, 1]", "3 FZ101"),
+            ("input e in [-1, 1]", "e in [-1, 1]", "3 FZ101"),
+            ("output u in [-5, 5]", "output u [-5, 5]", "5 FZ102"),
+            ("output u in [-5, 5]", "outptu u in [-5, 5]", "5 FZ101"),
+            ("output u in [-5, 5]", "u in [-5, 5]", "5 FZ101"),
+            ("table u = e\n", "table u e\n", "8 FZ102"),
+            ("table u = e\n", "u = e\n", "8 FZ101"),
+            ("table u = e\n", "", "8 FZ110"),
+        ],
+    )
+    def test_what_leans_on_them_is_no_mistake_of_its_own(self, old, new, place):
+        assert only(said((old, new), after=LEANING))[0] == place
+
+    @pytest.mark.parametrize("new", ["param F 2", "F = 2", "prm F = 2", "param F = 2 +", "param F = (2"])
+    def test_nor_what_leans_on_a_param(self, new):
+        after = LEANING.replace("param F = 2", new).replace("if e is P then u is linear(1, 2)\n", "")
+        assert only(said(after=after))[0].startswith("11 ")
+
+    def test_terms_without_their_head_do_not_go_to_the_variable_above(self):
+        second = "d in [0, 1]\n  N = triangle(-1, 0, 1)\n  Z = triangle(0, 1, 2)\noutput u"
+        where, words = only(said(("output u", second)))
+        assert where == "5 FZ101"
+        assert "'input' or 'output'" in words
+
+    @pytest.mark.parametrize("head", ["table u e", "u = e", "tabel u = e"])
+    def test_a_slice_of_a_broken_table_is_not_missed(self, head):
+        assert only(said(("table u = e", f"with e is N\n{head}")))[0].startswith("9 ")
+
+    def test_a_cross_without_its_keyword_is_a_table(self):
+        crossed = said(*CROSSED[:1], ("table u = e\n    N Z P\n", "u = e x d\n    N Z P\nN"))
+        assert only(crossed)[0] == "10 FZ101"
+
+    @pytest.mark.parametrize(
+        "line", ["b = constant(2|3)", "b = constant(2)|", "b | constant(2)", "| b = constant(2)", "|b = constant(2)"]
+    )
+    def test_a_stray_bar_makes_no_table_row_of_a_term(self, line):
+        where, words = only(said(("b = constant(2)", line)))
+        assert where == "7 FZ102"
+        assert "unexpected '|'" in words
+
+    def test_after_500_lines_it_says_that_it_stops(self):
+        found = said(after="param k = (1\n" * 900)
+        assert [code for _, code, _ in found] == ["FZ103"] * 500 + ["FZ112"]
+        assert "500 lines" in found[-1][2]
+
+
+class TestWordsOfRules:
+    RULE = "if e is N and (e is Z or e is P) and not e is Z then u is a"
+
+    @pytest.mark.parametrize(
+        ("old", "new"),
+        [
+            ("N and", "N AND"),
+            ("Z or", "Z OR"),
+            ("then", "THEN"),
+            ("then", "Then"),
+            ("not", "NOT"),
+            ("e is N", "e IS N"),
+        ],
+    )
+    def test_keywords_are_written_small(self, old, new):
+        where, words = only(said(after=self.RULE.replace(old, new)))
+        assert where == "11 FZ102"
+        assert "keywords are written small" in words
+
+    @pytest.mark.parametrize(
+        ("old", "new"), [("if", "IF"), ("table", "Table"), ("input", "INPUT"), ("output", "Output")]
+    )
+    def test_so_are_those_that_begin_a_line(self, old, new):
+        where, words = only(said((old, new)) if old != "if" else said(after=self.RULE.replace(old, new)))
+        assert where.endswith("FZ101")
+        assert f"write '{old}'" in words
+
+    @pytest.mark.parametrize("word", ["and", "or", "then"])
+    def test_a_missing_term_is_missed(self, word):
+        rule = {"and": "if e is  and e is N then u is a", "or": "if e is  or e is N then u is a"}
+        where, words = only(said(after=rule.get(word, "if e is  then u is a")))
+        assert where == "11 FZ102"
+        assert f"a term is missing before '{word}'" in words
+
+    def test_a_missing_connective_is_missed(self):
+        where, words = only(said(after="if e is N e is Z then u is a"))
+        assert where == "11 FZ102"
+        assert "'and' or 'or' is missing before 'e'" in words
+
+
+class TestFiles:
+    def test_rows_below_a_table_from_a_file_are_refused_once(self, tmp_path):
+        (tmp_path / "t.csv").write_text(",N,Z,P\n,a,a,b\n")
+        where, words = only(said(("table u = e", 'table u = e from "t.csv"'), folder=tmp_path))
+        assert where == "8 FZ218"
+        assert "rows here and in a file" in words

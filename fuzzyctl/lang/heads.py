@@ -1,0 +1,63 @@
+"""Recognises the head of a block whose keyword is missing, by its own shape and by the line below it."""
+
+from __future__ import annotations
+
+import re
+from typing import Final, Literal
+
+from fuzzyctl.errors import Diagnostic
+from fuzzyctl.formulas import MEMBERSHIP
+from fuzzyctl.lang.lines import LogicalLine
+from fuzzyctl.lang.mistakes import FORMS
+from fuzzyctl.lang.syntax import NAME
+from fuzzyctl.source import SourceText, Span
+
+#: What a line without a keyword is: the head of a variable or a table, or a header whose table is missing.
+Headless = Literal["variable", "table", "header", ""]
+
+_VARIABLE: Final = re.compile(rf'\s*{NAME}\s+(?:"[^"\n]*"\s*)?in\s*\[')
+_CROSS: Final = rf'(?:\s+(?:x|×)\s+{NAME})(?:\s+from\s+"[^"\n]*")?|\s+from\s+"[^"\n]*"'
+_TABLE: Final = re.compile(rf"\s*{NAME}(?:\s*,\s*{NAME})*\s*=\s*{NAME}({_CROSS})?\s*")
+_BARRED_TERM: Final = re.compile(rf"\s*{NAME}\s*\|\s*(?:{'|'.join(MEMBERSHIP)})\s*\(")
+_NAMES: Final = re.compile(rf"\s*{NAME}(?:\s+{NAME})*\s*")
+
+
+def headless(source: SourceText, line: LogicalLine, below: LogicalLine | None) -> Headless:
+    """Say which head a line without a keyword is; nothing where it is none.
+
+    Args:
+        source: The text.
+        line: A line that begins with no keyword.
+        below: The next line with code, None at the end.
+    """
+    text = source.text[line.start : line.end]
+    following = source.text[below.start : below.end] if below is not None else ""
+    if _VARIABLE.match(text):
+        return "variable"
+    table = _TABLE.fullmatch(text)
+    # `a = b` alone may be a param or a term; above a line of names it is a one-way table.
+    if table is not None and (table[1] or _NAMES.fullmatch(following)):
+        return "table"
+    if _NAMES.fullmatch(text) and below is not None and below.kind == "row":
+        return "header"
+    return ""
+
+
+def looks_like_term(source: SourceText, line: LogicalLine) -> bool:
+    """Whether a line with a bar is a term line rather than the row of a table."""
+    text = source.text[line.start : line.end]
+    return "=" in text or _BARRED_TERM.match(text) is not None
+
+
+def describe_headless(source: SourceText, line: LogicalLine, what: Headless) -> Diagnostic:
+    """Return the diagnostic for such a line: the one for its whole block."""
+    text = source.text[line.start : line.end]
+    start = line.start + len(text) - len(text.lstrip())
+    place = Span(source, start, start + len(line.word))
+    if what == "header":
+        message = "the header of a table stands below no table"
+        return Diagnostic("FZ110", message, Span(source, start, line.end), help=f"the form is: {FORMS['table']}")
+    keyword = "input' or 'output" if what == "variable" else "table"
+    message = f"a line that declares a {what} begins with '{keyword}', not with '{line.word}'"
+    form = FORMS["output" if what == "variable" else "table"]
+    return Diagnostic("FZ101", message, place, help=f"put the keyword before it; the form is: {form}")
