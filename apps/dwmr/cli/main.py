@@ -10,6 +10,7 @@ from typing import Any
 
 import click
 
+from dwmr.cli.animate import animate
 from dwmr.cli.figures import figures
 from dwmr.cli.run import run
 
@@ -49,5 +50,5 @@ def main() -> None:
     """
 
 
-for command in (run, figures):
+for command in (run, figures, animate):
     main.add_command(command)

@@ -1,0 +1,104 @@
+"""Pictures into a file: GIF through Pillow, MP4 through the program ffmpeg."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+
+from PIL import Image, ImageColor
+
+from dwmr.contracts import FloatArray
+
+#: What a GIF can tell apart: a delay is a whole number of hundredths of a second, and viewers slow one of 1 down.
+FASTEST_GIF = 50.0
+
+
+class FilmError(Exception):
+    """Raised when ffmpeg cannot write a film, with what it says."""
+
+
+def has_ffmpeg() -> bool:
+    """Return whether the program ffmpeg is there."""
+    return shutil.which("ffmpeg") is not None
+
+
+def write_gif(path: Path, pictures: Iterable[FloatArray], rate: float, colours: Sequence[str]) -> None:
+    """Write pictures as a GIF that repeats for ever.
+
+    Args:
+        path: File to write.
+        pictures: Of shape (height, width, 3) each; at least one.
+        rate: Pictures in a second; delays are rounded so that the whole keeps its time.
+        colours: What the palette must have beside the colours of the first picture, as #rrggbb.
+    """
+    frames = _timed(_in_one_palette(pictures, colours), rate)
+    next(frames).save(path, format="GIF", save_all=True, append_images=frames, loop=0)
+
+
+def _in_one_palette(pictures: Iterable[FloatArray], colours: Sequence[str]) -> Iterator[Image.Image]:
+    """Give all pictures the colours of the first one and some more, so that what stays needs no bytes."""
+    palette = None
+    for picture in pictures:
+        image = Image.fromarray(picture)
+        if palette is None:
+            palette = _palette(image, colours)
+        yield image.quantize(palette=palette, dither=Image.Dither.NONE)
+
+
+def _palette(image: Image.Image, colours: Sequence[str]) -> Image.Image:
+    """Return an image with a palette of a picture's own colours and of others, each exactly as it is asked for."""
+    own = image.quantize(colors=256 - len(colours), method=Image.Quantize.MEDIANCUT).getpalette() or []
+    result = Image.new("P", (1, 1))
+    result.putpalette([*own, *(value for colour in colours for value in ImageColor.getrgb(colour)[:3])])
+    return result
+
+
+def _timed(frames: Iterator[Image.Image], rate: float) -> Iterator[Image.Image]:
+    """Give every picture its delay: Pillow takes it from there, before it knows how many there are."""
+    for k, frame in enumerate(frames):
+        frame.info["duration"] = _delay(k, rate)
+        yield frame
+
+
+def _delay(k: int, rate: float) -> int:
+    """Return how long picture `k` stands [ms], a multiple of 10."""
+    begin, end = (round(100 * n / rate) for n in (k, k + 1))
+    return 10 * (end - begin)
+
+
+def write_mp4(path: Path, pictures: Iterable[FloatArray], rate: float, size: tuple[int, int]) -> None:
+    """Write pictures as an MP4 (H.264), sent to ffmpeg one by one.
+
+    Args:
+        path: File to write.
+        pictures: Of shape (height, width, 3) each.
+        rate: Pictures in a second.
+        size: Width and height, even [pixels].
+
+    Raises:
+        FilmError: When ffmpeg fails.
+    """
+    command = [
+        "ffmpeg", "-y", "-loglevel", "error", "-f", "rawvideo", "-pixel_format", "rgb24",
+        "-video_size", f"{size[0]}x{size[1]}", "-framerate", f"{rate:g}", "-i", "-",
+        "-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "20", "-movflags", "+faststart", "-f", "mp4", str(path),
+    ]  # fmt: skip
+    with tempfile.TemporaryFile() as said:
+        with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=said) as program:
+            assert program.stdin is not None
+            try:
+                for picture in pictures:
+                    program.stdin.write(picture.tobytes())
+                program.stdin.close()
+            except BrokenPipeError:  # it has ended; what it says explains why
+                pass
+            except BaseException:
+                program.kill()
+                raise
+        if program.returncode:
+            said.seek(0)
+            lines = said.read().decode(errors="replace").split("\n")
+            raise FilmError(next((line.strip() for line in reversed(lines) if line.strip()), "it gives no reason"))
