@@ -117,6 +117,12 @@ def _as_shoulder(p: Parameters) -> Parameters:
     return (start, end, end, math.inf) if start < end else (-math.inf, end, end, start)
 
 
+def _as_block(p: Parameters) -> tuple[float, float, float, float]:
+    """Return a rectangle as a trapezoid; an infinite side stays a foot, and the top ends at the finite one."""
+    left, right = p
+    return (left, left if left > -math.inf else right, right if right < math.inf else left, right)
+
+
 def _ramp_inverse(w: Expr, p: Parameters) -> Expr:
     start, end = p
     return Binary("+", Number(start), Binary("*", Number(end - start), w))
@@ -367,6 +373,12 @@ def _rising(names: tuple[str, str]) -> Callable[[Parameters], str | None]:
     return mistake
 
 
+def _rectangle_mistake(p: Parameters) -> str | None:
+    if p == (-math.inf, math.inf):
+        return "left and right are both infinite"
+    return _rising(("left", "right"))(p)
+
+
 def _different(names: tuple[str, str]) -> Callable[[Parameters], str | None]:
     def mistake(p: Parameters) -> str | None:
         return None if p[0] != p[1] else f"{names[0]} and {names[1]} are both {p[0]:.6g}"
@@ -444,11 +456,12 @@ MEMBERSHIP: Final[dict[str, MembershipFormula]] = {
         MembershipFormula(
             name="rectangle",
             parameters=("left", "right"),
-            summary="1 from left to right, ends included, 0 elsewhere",
-            degree=lambda x, p: _trapezoid_degree(x, (p[0], p[0], p[1], p[1])),
-            mistake=_rising(("left", "right")),
-            core=lambda p: (p[0], p[1]),
-            vertices=lambda p: _trapezoid_vertices((p[0], p[0], p[1], p[1])),
+            summary="1 from left to right, ends included, 0 elsewhere; with one infinite side a step",
+            degree=lambda x, p: _trapezoid_degree(x, _as_block(p)),
+            mistake=_rectangle_mistake,
+            core=lambda p: _as_block(p)[1:3],
+            vertices=lambda p: _trapezoid_vertices(_as_block(p)),
+            infinite=_FEET,
         ),
         MembershipFormula(
             name="ramp",

@@ -10,6 +10,7 @@ from typing import Final
 from fuzzyctl.errors import Diagnostic, DiagnosticError, Note
 from fuzzyctl.expr import Expr, ExprError, evaluate, names_in, span_of
 from fuzzyctl.formulas import MEMBERSHIP, exact_centroid_possible, is_monotone
+from fuzzyctl.model.claims import bad_claims, uncomputable_claims
 from fuzzyctl.model.hints import jumping_tables, uncovered_ranges
 from fuzzyctl.model.method import Defuzzifier
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, literals
@@ -63,6 +64,7 @@ def uncomputable_numbers(system: FuzzySystem) -> Iterator[Diagnostic]:
             continue
         if math.isinf(value) and not may_be_infinite:
             yield Diagnostic("FZ302", f"{what} is infinite", span_of(expr), help="only feet may be infinite")
+    yield from uncomputable_claims(system)
 
 
 def _numbers(system: FuzzySystem) -> Iterator[tuple[Expr, bool, str]]:
@@ -495,6 +497,7 @@ CHECKS: Final[tuple[Check, ...]] = (
     bad_heights,
     bad_weights,
     bad_tolerances,
+    bad_claims,
     circular_outputs,
     misfitting_activation,
     functions_read,

@@ -29,12 +29,19 @@ def check_claim(context: Context, claim: ex.Expr, *, truth: bool) -> bool:
         truth: Whether a truth value is due, else a number.
     """
     match claim:
+        case ex.Compare(op="<=", left=ex.Call(function="lipschitz") as slope, right=bound, span=span):
+            parts = all([_check_form(context, slope, False), context.check_names(bound, context.params, "param")])
+            return _due(context, truth, "a number", "a comparison", span) and parts
         case ex.Compare(left=left, right=right, span=span):
             parts = all([check_claim(context, p, truth=False) for p in (left, right)])
             return _due(context, truth, "a number", "a comparison", span) and parts
         case ex.Logic(op=op, operands=operands, span=span):
             parts = all([check_claim(context, p, truth=True) for p in operands])
             return _due(context, truth, "a number", f"'{op}'", span) and parts
+        case ex.Call(function="lipschitz", span=span) if not truth:
+            facts = (f"the form is: {FORMS['lipschitz'][0]}",)
+            context.report("FZ303", "'lipschitz' stands alone on the left of '<='", span, facts=facts)
+            return False
         case ex.Call(function=function) if function in FORMS:
             return _check_form(context, claim, truth)
         case ex.Call(function=function, span=span):
@@ -48,6 +55,34 @@ def check_claim(context: Context, claim: ex.Expr, *, truth: bool) -> bool:
             return _due(context, not truth, "a truth value", "a number", span)
     parts = all([check_claim(context, p, truth=False) for p in ex.children(claim)])
     return _due(context, not truth, "a truth value", "a number", ex.span_of(claim)) and parts
+
+
+def names_output(context: Context, claim: ex.Expr) -> bool:
+    """Whether a claim speaks of any output."""
+    return any(
+        (isinstance(n, ex.Name) and n.name in context.outputs)
+        or (isinstance(n, ex.Call) and n.function in context.outputs)
+        for n in ex.walk(claim)
+    )
+
+
+def check_condition(context: Context, condition: ex.Expr) -> bool:
+    """Check what stands behind `when`: it holds at a point or not, so nothing about all points belongs there."""
+    form = next((n for n in ex.walk(condition) if isinstance(n, ex.Call) and n.function in FORMS), None)
+    if form is not None:
+        message = f"'{form.function}' speaks of all points and is no condition"
+        context.report("FZ214", message, form.span, help="compare expressions, such as: when e >= 0")
+        return False
+    return check_claim(context, condition, truth=True)
+
+
+def check_tolerance(context: Context, claim: ex.Expr, within: ex.Expr) -> bool:
+    """Check what stands behind `within`; only numbers that are compared can be off by something."""
+    if isinstance(claim, ex.Call) and claim.function == "total":
+        help_text = "remove it: an output is defined everywhere or it is not"
+        context.report("FZ214", "'within' does not go with 'total'", ex.span_of(within), help=help_text)
+        return False
+    return context.check_names(within, context.params, "param")
 
 
 def _due(context: Context, right: bool, due: str, given: str, span: Span | None) -> bool:

@@ -14,7 +14,7 @@ from fuzzyctl.lang.mistakes import RULE_WORDS, capital_keyword
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.rule import And, Antecedent, Cell, Consequent, Is, Not, Or, Rule, RuleTable
 from fuzzyctl.model.variable import Membership
-from fuzzyctl.resolve.claims import check_claim
+from fuzzyctl.resolve.claims import check_claim, check_condition, check_tolerance, names_output
 from fuzzyctl.resolve.context import Context
 
 #: Most rules of one system, tables included.
@@ -356,9 +356,12 @@ def resolve_require(context: Context, statement: sx.Require) -> Guarantee | None
     """Resolve a `require`: its form and its names are checked here, its truth is for the proof."""
     ok = check_claim(context, statement.claim, truth=True)
     if statement.when is not None:
-        ok = check_claim(context, statement.when, truth=True) and ok
+        ok = check_condition(context, statement.when) and ok
     if statement.within is not None:
-        ok = context.check_names(statement.within, context.params, "param") and ok
+        ok = check_tolerance(context, statement.claim, statement.within) and ok
     if not ok:
         return None
+    if not names_output(context, statement.claim):
+        help_text = "it says nothing about the rules; name an output, or remove it"
+        context.report("FZ214", "the guarantee names no output", statement.span, help=help_text, warning=True)
     return Guarantee(claim=statement.claim, within=statement.within, when=statement.when, span=statement.span)

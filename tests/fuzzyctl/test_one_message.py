@@ -243,3 +243,10 @@ class TestFiles:
         where, words = only(said(("table u = e", 'table u = e from "t.csv"'), folder=tmp_path))
         assert where == "8 FZ218"
         assert "rows here and in a file" in words
+
+
+class TestGuarantees:
+    def test_one_that_names_no_output_is_warned_of(self):
+        where, words = only(said(after="require e < 2\n"))
+        assert where == "11 FZ214"
+        assert "names no output" in words

@@ -1,0 +1,81 @@
+"""Checks the numbers in guarantees: bounds that can be computed, are finite and stand in order."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from fuzzyctl.errors import Diagnostic
+from fuzzyctl.expr import (
+    FUNCTIONS,
+    Call,
+    Compare,
+    Expr,
+    ExprError,
+    Logic,
+    Number,
+    children,
+    evaluate,
+    names_in,
+    span_of,
+    walk,
+)
+from fuzzyctl.model.system import FuzzySystem
+
+
+def uncomputable_claims(system: FuzzySystem) -> Iterator[Diagnostic]:
+    """Find parts of guarantees that depend on params only and have no value, or no finite one."""
+    for guarantee in system.guarantees:
+        for expr in (guarantee.claim, guarantee.when):
+            for constant in _constants(expr, system) if expr is not None else ():
+                place = span_of(constant) or guarantee.span
+                try:
+                    value = evaluate(constant, system.values)
+                except ExprError as error:
+                    yield Diagnostic("FZ307", error.message, error.span or place)
+                    continue
+                if math.isinf(value):
+                    message = "a number of the guarantee is infinite"
+                    yield Diagnostic("FZ302", message, place, help="only feet may be infinite; leave the bound out")
+
+
+def bad_claims(system: FuzzySystem) -> Iterator[Diagnostic]:
+    """Find bounds that no output can keep: a lower one above the upper one, and a negative slope."""
+    for guarantee in system.guarantees:
+        for node in walk(guarantee.claim):
+            if isinstance(node, Call) and node.function == "bounded":
+                low, high = (_number(a, system) for a in node.arguments[1:])
+                if low is not None and high is not None and low > high:
+                    message = f"the lower bound {low:.6g} is greater than the upper one, {high:.6g}"
+                    yield Diagnostic("FZ302", message, node.span or guarantee.span, help="swap them")
+            elif isinstance(node, Compare) and isinstance(node.left, Call) and node.left.function == "lipschitz":
+                bound = _number(node.right, system)
+                if bound is not None and bound < 0:
+                    message = f"the bound {bound:.6g} of a slope is below 0"
+                    yield Diagnostic("FZ302", message, span_of(node.right) or guarantee.span)
+
+
+def _number(expr: Expr, system: FuzzySystem) -> float | None:
+    """Return the value of a bound; None for one that is no bound, which only Python can build."""
+    try:
+        return system.number(expr)
+    except ExprError:
+        return None
+
+
+def _constants(expr: Expr, system: FuzzySystem) -> Iterator[Expr]:
+    """Yield the largest parts of an expression that depend on params only."""
+    if _is_constant(expr, system):
+        yield expr
+        return
+    for child in children(expr):
+        yield from _constants(child, system)
+
+
+def _is_constant(expr: Expr, system: FuzzySystem) -> bool:
+    variables = {v.name for v in (*system.inputs, *system.outputs)}
+    if isinstance(expr, Number) or any(n.name in variables for n in names_in(expr)):
+        return False
+    return not any(
+        isinstance(n, Compare | Logic) or (isinstance(n, Call) and n.function not in FUNCTIONS) for n in walk(expr)
+    )
