@@ -62,14 +62,16 @@ def compiled_as(signature: Callable[[Any], Any]) -> Callable[[Function], Functio
 
 
 def _jit(function: Function, *signatures: Any) -> Function:
+    # divisions by zero give infinities, which the loop reports as divergence; a call with the dozens of arguments that
+    # the loop's tuples and arrays are takes longer than what is called, so all but functions as values are inlined
+    options = {"error_model": "numpy", "forceinline": not signatures}
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(_cache_folder())
     try:
-        # divisions by zero give infinities, which the loop reports as divergence
-        result = numba.njit(cache=True, error_model="numpy")(function)
+        result = numba.njit(cache=True, **options)(function)
         _survive_damage(result._cache)
     except RuntimeError:  # no folder for the cache can be written: compile for this process only
-        result = numba.njit(error_model="numpy")(function)
+        result = numba.njit(**options)(function)
     finally:
         numba.config.CACHE_DIR = before
     for signature in signatures:
