@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, Literal
 
+from fuzzyctl.peer_words import PEER_WORDS
 from fuzzyctl.source import Span
 
 Severity = Literal["error", "warning"]
@@ -266,16 +267,25 @@ def closest(name: str, known: Iterable[str]) -> str | None:
     plain = unicodedata.normalize("NFKC", name).translate(_ALIKE)
     if plain != name and plain in names:
         return plain
+    bare = _bare(name)
+    if bare in PEER_WORDS and name not in names:
+        # What another tool calls it means more than what is spelt alike.
+        return next((word for word in PEER_WORDS[bare] if word in names), None)
     if len(names) > _MOST_COMPARED:
         return _one_letter_away(name, tuple(names))
-    folded = {n.casefold(): n for n in reversed(names)}
-    if name.casefold() in folded:
-        return folded[name.casefold()]
+    folded = {_bare(n): n for n in reversed(names)}
+    if bare in folded:
+        return folded[bare]
     found = difflib.get_close_matches(name, names, n=1, cutoff=_LIKE)
     if found:
         return found[0]
-    near = difflib.get_close_matches(name.casefold(), list(folded), n=1, cutoff=_LIKE)
+    near = difflib.get_close_matches(bare, list(folded), n=1, cutoff=_LIKE)
     return folded[near[0]] if near else None
+
+
+def _bare(name: str) -> str:
+    """Return a name without what spellings differ in: capitals and underscores."""
+    return name.casefold().replace("_", "")
 
 
 def _one_letter_away(name: str, known: tuple[str, ...]) -> str | None:

@@ -11,7 +11,7 @@ ROOT = Path(__file__).parent.parent
 
 #: From the bottom up; a module may import what stands on a lower line, or on its own line within its own part.
 ORDER = [
-    ["source"],
+    ["source", "peer_words"],
     ["errors"],
     ["files", "shipped", "reading"],
     ["expr"],
@@ -41,6 +41,8 @@ HOMES = {
     "matplotlib": {"fuzzyctl/plot", "apps/dwmr/figures"},
     "mpl_toolkits": {"fuzzyctl/plot", "apps/dwmr/figures"},
     "click": {"fuzzyctl/cli", "apps/dwmr/cli"},
+    "plotly": {"apps/dwmr/page/plots.py"},
+    "PIL": {"apps/dwmr/figures"},
     "pygments": {"fuzzyctl/highlight.py"},
     "scipy": set(),
 }

@@ -77,9 +77,6 @@ _NO_TERM: Final = re.compile(r"\bis\s+(and|or|then|\))(?!\w)")
 _WORD: Final = re.compile(NAME)
 _NUMBER_LIKE: Final = re.compile(r"[\w.]+")
 
-#: Words that other tools use, with what they are called here.
-_OTHER_WORDS: Final = {"include": "use", "rule": "if", "rules": "table", "variable": "input", "constant": "param"}
-
 
 def describe(source: SourceText, line: LogicalLine, error: UnexpectedInput) -> Diagnostic:
     """Return the diagnostic for a line that the grammar refuses."""
@@ -186,7 +183,7 @@ def meant_keyword(word: str) -> str | None:
     small = word.lower()
     if small in STATEMENT_KEYWORDS:
         return small
-    return _OTHER_WORDS.get(small) or (closest(word, STATEMENT_KEYWORDS) if len(word) > 2 else None)
+    return closest(word, STATEMENT_KEYWORDS) if len(word) > 2 else None
 
 
 def describe_unknown_line(source: SourceText, line: LogicalLine, block: str) -> Diagnostic:

@@ -14,6 +14,10 @@ from fuzzyctl.errors import (
     render,
     render_all,
 )
+from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, DISJUNCTIONS, MEMBERSHIP
+from fuzzyctl.lang.syntax import STATEMENT_KEYWORDS
+from fuzzyctl.model.method import ACTIVATIONS, DEFUZZIFIERS
+from fuzzyctl.peer_words import PEER_WORDS
 from fuzzyctl.source import SourceText, Span
 
 SOURCE = SourceText("a.fz", "one\nNS |  NM  NG  ZO\nthree\n")
@@ -116,3 +120,31 @@ class TestManyNames:
         for i in range(3000):
             closest(f"term_{i % 1000}q", self.names)
         assert time.perf_counter() - start < 1.0
+
+
+class TestPeerWords:
+    @pytest.mark.parametrize(
+        ("word", "known", "ours"),
+        [
+            ("trapmf", MEMBERSHIP, "trapezoid"),
+            ("Binary", MEMBERSHIP, "rectangle"),
+            ("SShape", MEMBERSHIP, "s_shape"),
+            ("algebraic_product", CONJUNCTIONS, "product"),
+            ("AlgebraicSum", DISJUNCTIONS, "probabilistic_sum"),
+            ("lukasiewicz", DISJUNCTIONS, "bounded_sum"),
+            ("cog", DEFUZZIFIERS, "centroid"),
+            ("mom", DEFUZZIFIERS, None),
+            ("best", ACTIVATIONS, "highest"),
+        ],
+    )
+    def test_what_other_tools_call_it_comes_first(self, word, known, ours):
+        assert closest(word, known) == ours
+
+    def test_a_name_of_the_file_is_not_taken_for_one(self):
+        assert closest("cog", ["cof", "centroid"]) == "centroid"
+        assert closest("mom", ["mom", "mon"]) == "mom"
+
+    def test_every_word_means_something_of_the_language(self):
+        words = {*MEMBERSHIP, *CONJUNCTIONS, *AGGREGATIONS, *DEFUZZIFIERS, *ACTIVATIONS, *STATEMENT_KEYWORDS}
+        assert {w for meant in PEER_WORDS.values() for w in meant} <= words
+        assert all(word == word.casefold() and "_" not in word for word in PEER_WORDS)
