@@ -187,6 +187,16 @@ class Rules:
         kernel = self.kernel("fcafsmc", system)
         return kernel.jit, kernel.jit_rates, kernel.initial_state(), bound.lo, bound.hi
 
+    def proved(self, role: str) -> tuple[str, int, dict[str, float], float, float]:
+        """Return what is proved of a rule file: output, number of rules, params, and least and greatest value.
+
+        Raises:
+            DiagnosticError: When the file has mistakes or does not fit the role.
+        """
+        system, output = self.system(role, {}), ROLES[role].output
+        bound = fuzzyctl.output_bounds(system)[output]
+        return output, len(system.rules), dict(system.values), bound.lo, bound.hi
+
     def system(self, role: str, own: Mapping[str, float]) -> Any:
         """Return the fuzzy system of a role with the scenario's params and a robot's own ones.
 

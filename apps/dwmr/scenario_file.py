@@ -47,6 +47,7 @@ class ScenarioFile:
         shape: The reference, ready for the loop.
         warnings: What a run does otherwise than its author may think.
         folders: Where files that it names are looked for: beside it, then beside the scenarios it extends.
+        files: Its file and those of the scenarios it extends.
     """
 
     scenario: Scenario
@@ -56,6 +57,7 @@ class ScenarioFile:
     shape: Shape = field(repr=False, compare=False)
     warnings: tuple[Diagnostic, ...] = ()
     folders: tuple[Path, ...] = ()
+    files: tuple[Path, ...] = ()
 
 
 def find(name: str) -> Path:
@@ -101,7 +103,8 @@ def read(path: Path, overrides: Iterable[str] = ()) -> ScenarioFile:
         scenario = _validate(_give_every_robot_the_common_values(data, places), places)
     except RecursionError:
         raise DiagnosticError([Diagnostic("FZ901", "tables are nested too deeply", file=str(path))]) from None
-    folders = tuple(dict.fromkeys(layer.path.parent for layer in layers))
+    files = tuple(layer.path for layer in layers)
+    folders = tuple(dict.fromkeys(one.parent for one in files))
     digest = hashlib.sha256(b"".join(layer.content for layer in layers))
     mistakes = list(dict.fromkeys(cross_checks(scenario, places)))
     try:
@@ -111,7 +114,7 @@ def read(path: Path, overrides: Iterable[str] = ()) -> ScenarioFile:
     if mistakes:
         raise DiagnosticError(mistakes)
     warnings = tuple(remarks(scenario, places))
-    return ScenarioFile(scenario, path, places, digest.hexdigest(), shape, warnings, folders)
+    return ScenarioFile(scenario, path, places, digest.hexdigest(), shape, warnings, folders, files)
 
 
 def _reader(folders: Sequence[Path], places: Places, note: Callable[[bytes], object]) -> Callable[[str], PathRows]:

@@ -54,6 +54,8 @@ def test_the_wheel_holds_code_rules_and_scenarios_and_nothing_else(wheel):
         "fuzzyctl/lang/grammar.lark",
         "fuzzyctl/py.typed",
         "dwmr/scenarios/paper.toml",
+        "dwmr/scenarios/csv-path.toml",
+        "dwmr/scenarios/csv-path.csv",
     ):
         assert name in names
     assert any(n.endswith("licenses/LICENSE") for n in names)
@@ -66,6 +68,8 @@ def test_fuzzyctl_runs_from_the_wheel(installed):
 
 def test_dwmr_runs_from_the_wheel(installed):
     result = run(installed, "dwmr.cli.main", "run", "paper", "--set", "run.horizon=2", "-o", "out")
+    assert result.returncode == 0, result.stderr
+    result = run(installed, "dwmr.cli.main", "check", "csv-path", "five-robots")
     assert result.returncode == 0, result.stderr
     summary = json.loads((installed / "out" / "summary.json").read_text())
     assert "aifqsmc" in summary["controllers"]

@@ -11,8 +11,11 @@ from typing import Any
 import click
 
 from dwmr.cli.animate import animate
+from dwmr.cli.check import check
 from dwmr.cli.figures import figures
+from dwmr.cli.new import new
 from dwmr.cli.run import run
+from dwmr.cli.show import show
 
 
 class Program(click.Group):
@@ -42,6 +45,8 @@ def main() -> None:
     """Simulate formations of mobile robots under sliding mode control.
 
     \b
+    dwmr show                                   the shipped scenarios; dwmr show paper says what one holds
+    dwmr new mine                               a scenario of your own; dwmr check mine.toml finds its mistakes
     dwmr run paper                              the paper's run: three robots, an eight, three obstacles
     dwmr run paper --controller all             all control laws beside the paper's Table 12
     dwmr run paper --rules my-rules             the same with your own rule files
@@ -50,5 +55,5 @@ def main() -> None:
     """
 
 
-for command in (run, figures, animate):
+for command in (show, new, check, run, figures, animate):
     main.add_command(command)

@@ -1,0 +1,55 @@
+"""`dwmr new NAME`: a scenario of one's own to start from."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import click
+
+from dwmr.cli.common import mistakes_as_diagnostics
+
+#: What a name may be: it becomes the name of a file.
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,99}")
+
+
+@click.command(context_settings={"show_default": True})
+@click.argument("name")
+@click.option("--from", "base", default="paper", metavar="SCENARIO", help="Shipped scenario to start from.")
+@click.option(
+    "--extends",
+    is_flag=True,
+    help="Write only the name and what it extends, instead of a whole copy.",
+)
+@click.option(
+    "-o",
+    "--output",
+    "path",
+    type=click.Path(path_type=Path),
+    show_default="NAME.toml",
+    metavar="FILE",
+    help="File to write.",
+)
+@click.option("--force", is_flag=True, help="Replace files that exist.")
+def new(name: str, base: str, extends: bool, path: Path | None, force: bool) -> None:
+    """Write a scenario NAME to start from: a copy of a shipped one with all its comments.
+
+    A CSV file that the shipped scenario reads is written beside it.
+    """
+    from dwmr import layers, new_scenario
+    from dwmr.scenario_file import UnknownScenarioError
+
+    if not NAME.fullmatch(name):
+        raise click.BadParameter(
+            "a name has up to 100 letters, digits, - and _, and begins with a letter or a digit", param_hint="'NAME'"
+        )
+    if name in layers.shipped_names():
+        raise click.BadParameter(f"{name} is the name of a shipped scenario; take another one", param_hint="'NAME'")
+    try:
+        files = new_scenario.files(name, base, path or Path(f"{name}.toml"), extends)
+    except UnknownScenarioError as error:
+        raise click.BadParameter(str(error), param_hint="'--from'") from error
+    with mistakes_as_diagnostics("text"):
+        new_scenario.write(files, force)
+    for one in files:
+        click.echo(f"wrote {one}")

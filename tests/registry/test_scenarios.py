@@ -1,0 +1,84 @@
+"""Every shipped scenario is clean, finite, deterministic, and keeps its leader clear of the obstacles."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from dwmr import checks, simulate
+from dwmr.fuzzy_gains import Rules
+from dwmr.metrics import measure
+from dwmr.scenario_file import find, read, shipped_names
+
+CLOSE = ("aifqsmc", "fcafsmc")
+
+#: Goto, Bertol, Martins, Table 13: the leader of AIFQSMC in Gazebo, with nothing added.
+TABLE_13 = {"x_e": 0.460, "y_e": 0.588, "theta_e": 0.221}
+
+
+def ready(name, law, *overrides):
+    file = read(find(name), overrides)
+    return file, simulate.prepare(file, law, Rules(file.scenario.rules, file.folders, file.places))
+
+
+@cache
+def whole(name, law):
+    file, simulation = ready(name, law)
+    trajectory = simulate.run(simulation)
+    return trajectory, measure(trajectory, file.scenario)
+
+
+def test_the_promised_ones_are_there():
+    promised = {"paper", "paper-without-obstacles", "undisturbed", "five-robots", "csv-path", "paper-as-printed"}
+    assert promised <= set(shipped_names())
+
+
+@pytest.mark.parametrize("name", shipped_names())
+def test_is_clean(name):
+    file = read(find(name))
+    assert file.scenario.name == name
+    rules = Rules(file.scenario.rules, file.folders, file.places)
+    checks.check(file, ("aifqsmc", "fcafsmc", "smc"), rules)
+    assert [*file.warnings, *rules.warnings] == []
+
+
+@pytest.mark.parametrize("law", [*CLOSE, "smc"])
+@pytest.mark.parametrize("name", shipped_names())
+def test_is_finite_and_deterministic(name, law):
+    first, second = (simulate.run(ready(name, law, "run.horizon=3")[1]) for _ in range(2))
+    assert first.stop is None
+    assert np.isfinite(first.values).all()
+    assert np.array_equal(first.values, second.values)
+    assert np.array_equal(first.law_values, second.law_values)
+
+
+@pytest.mark.parametrize("law", CLOSE)
+@pytest.mark.parametrize("name", shipped_names())
+def test_reaches_its_end_without_a_collision(name, law):
+    trajectory, result = whole(name, law)
+    assert trajectory.stop is None
+    assert result["collisions"] == []
+    assert result["clearance"]["leader"] is None or result["clearance"]["leader"] >= 1.06
+
+
+@pytest.mark.parametrize("name", ["x_e", "y_e", "theta_e"])
+def test_undisturbed_is_within_a_tenth_of_table_13(name):
+    _, result = whole("undisturbed", "aifqsmc")
+    assert result["rmse"]["leader"][name] == pytest.approx(TABLE_13[name], rel=0.10)
+
+
+def test_the_path_as_printed_passes_far_from_two_obstacles():
+    trajectory, result = whole("paper-as-printed", "aifqsmc")
+    gaps = [
+        np.hypot(trajectory["x_r"][:, 0] - x, trajectory["y_r"][:, 0] - y).min()
+        for x, y in ((0.0, 15.5), (8.0, -4.25), (-14.5, -11.25))
+    ]
+    assert gaps == pytest.approx([7.5, 5.2, 0.8], abs=0.05)
+    assert result["avoidance_s"]["leader"] < 0.5 * whole("paper", "aifqsmc")[1]["avoidance_s"]["leader"]
+
+
+@pytest.mark.parametrize("law", CLOSE)
+def test_the_fifth_robot_follows_through_a_chain(law):
+    trajectory, result = whole("five-robots", law)
+    assert trajectory.robots == ("leader", "follower1", "follower2", "follower3", "follower4")
+    assert max(result["rmse"][name]["x_e"] for name in ("follower3", "follower4")) < 0.4
