@@ -261,6 +261,11 @@ def listed(names: Iterable[str], most: int = 20) -> str:
     return ", ".join(known) if rest <= 0 else f"{', '.join(known[:most])} and {rest} more"
 
 
+def counted(count: int, noun: str) -> str:
+    """Return a number with its noun, such as `1 term` and `2 terms`."""
+    return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
 def closest(name: str, known: Iterable[str]) -> str | None:
     """Return the known name that a misspelt one most likely means, or None."""
     names = list(known)

@@ -98,7 +98,13 @@ def describe(source: SourceText, line: LogicalLine, error: UnexpectedInput) -> D
         return Diagnostic("FZ102", f"the {unit} ends too early", place, facts=facts, help=help_text)
     start = line.start + (token.start_pos or 0)
     place = Span(source, start, start + len(token))
-    return Diagnostic("FZ102", f"unexpected '{token}'", place, facts=facts, help=_repair(error, help_text))
+    return Diagnostic(
+        "FZ102",
+        f"unexpected '{token}'",
+        place,
+        facts=facts,
+        help=help_text if line.word == "fz" else _repair(error, help_text),
+    )
 
 
 def _slip_in_a_rule(source: SourceText, line: LogicalLine) -> Diagnostic | None:
@@ -140,6 +146,12 @@ def _repair(error: UnexpectedToken, help_text: str) -> str:
         # A word in the place of `then` was taken for a hedge.
         return f"is 'then' missing or misspelt? {help_text}"
     accepted = set(error.accepts or error.expected or ())
+    if error.token.type == "NUMBER" and "CONSTANT" in accepted:
+        return f"for a number write: constant({error.token})"
+    if error.token.type == "NAME" and "NUMBER" in accepted and "NAME" not in accepted:
+        # Only a number or parentheses may stand here.
+        sign = "" if "SUM" in accepted else "with its sign "
+        return f"put a param {sign}in parentheses, such as ({'' if 'SUM' in accepted else '-'}{error.token})"
     keywords = [t.removeprefix("K_").lower() for t in accepted if t not in _TERMINALS and t.isalpha()]
     near = closest(str(error.token), keywords) if error.token.type == "NAME" else None
     return f"did you mean '{near}'? {help_text}".strip() if near else help_text

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from itertools import pairwise
 from typing import Final
 
 from fuzzyctl.errors import Diagnostic, DiagnosticError, Note
-from fuzzyctl.expr import Expr, ExprError, evaluate, names_in, span_of
+from fuzzyctl.expr import Expr, ExprError, Number, evaluate, names_in, span_of
 from fuzzyctl.formulas import MEMBERSHIP, exact_centroid_possible, is_monotone
 from fuzzyctl.model.claims import bad_claims, uncomputable_claims
 from fuzzyctl.model.hints import jumping_tables, uncovered_ranges
@@ -49,11 +49,13 @@ def uncomputable_numbers(system: FuzzySystem) -> Iterator[Diagnostic]:
     except ExprError as error:
         yield Diagnostic("FZ307", error.message, error.span)
         return
+    infinite = list(_infinite_ranges(system, values))
+    yield from infinite
     seen: set[Span] = set()
     for expr, may_be_infinite, what in _numbers(system):
         # The ends of a range are also peaks of an even partition; one place gives one diagnostic.
         place = span_of(expr)
-        if place is not None and place in seen:
+        if place in seen or (place is None and infinite and not isinstance(expr, Number)):
             continue
         if place is not None:
             seen.add(place)
@@ -67,11 +69,22 @@ def uncomputable_numbers(system: FuzzySystem) -> Iterator[Diagnostic]:
     yield from uncomputable_claims(system)
 
 
+def _infinite_ranges(system: FuzzySystem, values: Mapping[str, float]) -> Iterator[Diagnostic]:
+    for v in (*system.inputs, *system.outputs):
+        try:
+            infinite = any(math.isinf(evaluate(e, values)) for e in (v.lower, v.upper))
+        except ExprError:
+            continue  # this has a diagnostic of its own
+        if infinite:
+            span = _join(span_of(v.lower), span_of(v.upper)) or v.span
+            yield Diagnostic("FZ302", f"the range of '{v.name}' is infinite", span, help="only feet may be infinite")
+
+
 def _numbers(system: FuzzySystem) -> Iterator[tuple[Expr, bool, str]]:
     """Yield every expression of a system with whether it may be infinite and what it is."""
     for variable in (*system.inputs, *system.outputs):
-        yield variable.lower, False, f"the lower end of '{variable.name}'"
-        yield variable.upper, False, f"the upper end of '{variable.name}'"
+        yield variable.lower, True, f"the lower end of '{variable.name}'"
+        yield variable.upper, True, f"the upper end of '{variable.name}'"
         for term in variable.terms:
             yield from _parameters(term.membership, term.name)
             yield term.membership.height, False, f"the height of '{term.name}'"
@@ -112,7 +125,10 @@ def empty_ranges(system: FuzzySystem) -> Iterator[Diagnostic]:
         elif not low < high:
             span = _join(span_of(v.lower), span_of(v.upper)) or v.span
             yield Diagnostic(
-                "FZ304", f"the range of '{v.name}' is empty: [{low:.6g}, {high:.6g}]", span, help="swap the ends"
+                "FZ304",
+                f"the range of '{v.name}' is empty: [{low:.6g}, {high:.6g}]",
+                span,
+                help="swap the ends" if low > high else "give it an upper end above the lower one",
             )
 
 
@@ -130,6 +146,13 @@ def bad_parameters(system: FuzzySystem) -> Iterator[Diagnostic]:
         if mistake is None:
             continue
         seen.add(line)
+        if term.span is not None and term.span == term.membership.span:
+            # A term of a partition: its feet are the peaks beside it, which are all that was written.
+            message = (
+                f"the peaks of '{v.name}' are out of order: {numbers[1]:.6g} of '{term.name}', then {numbers[2]:.6g}"
+            )
+            yield Diagnostic("FZ301", message, term.span, help="list the terms from left to right")
+            continue
         unordered = "greater than" in mistake
         order = f"; the order is {', '.join(formula.parameters)}" if unordered else ""
         code = "FZ301" if unordered else "FZ302"
@@ -324,7 +347,7 @@ def several_adaptive_outputs(system: FuzzySystem) -> Iterator[Diagnostic]:
         )
     for output in adaptive:
         low, high = system.number(output.lower), system.number(output.upper)
-        for term in output.terms:
+        for term in output.terms if low < high else ():
             if term.membership.kind not in MEMBERSHIP:
                 message = f"term '{term.name}' of adaptive output '{output.name}' must be a number"
                 yield Diagnostic("FZ214", message, term.span, help="write, for example: terms NB=0 ZO=0 PB=0")
@@ -442,6 +465,8 @@ def terms_out_of_order(system: FuzzySystem) -> Iterator[Diagnostic]:
     """Find neighbouring terms whose cores are in descending order: mostly a slip in a number."""
     for variable in system.inputs:
         planned = [t for t in variable.terms if t.membership.kind in _PEAKED]
+        if any(MEMBERSHIP[t.membership.kind].mistake(_values(system, t)) for t in planned):
+            continue  # bad parameters have a diagnostic of their own
         cores = [(t, MEMBERSHIP[t.membership.kind].core(_values(system, t))) for t in planned]
         middles = [(t, (a + b) / 2) for t, (a, b) in cores]
         rising = sum(b[1] >= a[1] for a, b in pairwise(middles))

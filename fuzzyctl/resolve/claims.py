@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from fuzzyctl import expr as ex
-from fuzzyctl.errors import closest
+from fuzzyctl.errors import closest, counted
 from fuzzyctl.resolve.context import Context
 from fuzzyctl.source import Span
 
@@ -97,7 +97,7 @@ def _check_call(context: Context, call: ex.Call) -> bool:
         due = len(context.inputs)
         if len(call.arguments) == due or context.lost_input:
             return True
-        message = f"'{call.function}' takes {due} arguments, not {len(call.arguments)}"
+        message = f"'{call.function}' takes {counted(due, 'argument')}, not {len(call.arguments)}"
         context.report("FZ303", message, call.span, facts=(f"inputs: {', '.join(context.inputs)}",))
         return False
     if call.function in ex.FUNCTIONS:
@@ -121,7 +121,7 @@ def _check_form(context: Context, call: ex.Call, truth: bool) -> bool:
     facts = (f"the form is: {form}",)
     due = form.split(")")[0].count(",") + 1
     if len(call.arguments) != due:
-        message = f"'{call.function}' takes {due} argument{'' if due == 1 else 's'}, not {len(call.arguments)}"
+        message = f"'{call.function}' takes {counted(due, 'argument')}, not {len(call.arguments)}"
         context.report("FZ303", message, call.span, facts=facts)
         return False
     ok = _names(context, call.arguments[0], context.outputs, "output", facts)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from fuzzyctl import expr as ex
-from fuzzyctl.errors import Diagnostic, Note, closest, listed, look_alikes
+from fuzzyctl.errors import Diagnostic, Note, closest, counted, listed, look_alikes
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.source import Span
 
@@ -71,14 +71,25 @@ class Context:
         return True
 
     def unknown(self, kind: str, word: sx.Word | ex.Name, known: Iterable[str], code: str = "FZ202") -> None:
-        """Report a name that is not declared."""
+        """Report a name that is not declared.
+
+        Args:
+            kind: What it should be, such as "param or input"; or what it could have been, such as "a param nor 'x'".
+            word: The name.
+            known: Names that would have been right.
+            code: The diagnostic code.
+        """
         text = word.text if isinstance(word, sx.Word) else word.name
         if text in self.unread or (self.lost_variable and kind in ("input", "output", "name")):
             return
         names = list(known)
         near = closest(text, names)
-        facts = (*look_alikes(text), f"{kind}s: {listed(names)}" if names else f"there is no {kind}")
-        self.report(code, f"no {kind} '{text}'", word.span, facts=facts, help=f"did you mean '{near}'?" if near else "")
+        if " nor " in kind:
+            message, listing = f"'{text}' is neither {kind}", "known here"
+        else:
+            message, listing = f"no {kind} '{text}'", f"{kind.replace(' or ', 's and ')}s"
+        facts = (*look_alikes(text), f"{listing}: {listed(names)}" if names else f"there is no {kind}")
+        self.report(code, message, word.span, facts=facts, help=f"did you mean '{near}'?" if near else "")
 
     def check_names(self, expr: ex.Expr, known: Collection[str], kind: str) -> bool:
         """Check that an expression uses only known names and functions, each with the right number of arguments."""
@@ -109,7 +120,7 @@ class Context:
         low, high = ex.FUNCTIONS[call.function]
         count = len(call.arguments)
         if count < low or (high is not None and count > high):
-            due = f"{low}" if high == low else f"{low} or more"
-            self.report("FZ303", f"'{call.function}' takes {due} arguments, not {count}", call.span)
+            due = counted(low, "argument") if high == low else f"{low} or more arguments"
+            self.report("FZ303", f"'{call.function}' takes {due}, not {count}", call.span)
             return False
         return True

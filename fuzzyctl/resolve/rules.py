@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from fuzzyctl import expr as ex
-from fuzzyctl.errors import closest, listed, look_alikes
+from fuzzyctl.errors import closest, counted, listed, look_alikes
 from fuzzyctl.formulas import HEDGES
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.csv_table import CSV_FORM
@@ -28,7 +28,7 @@ def resolve_function(context: Context, term: sx.FunctionTerm) -> Membership | No
     if len(term.arguments) != due and not (kind == "linear" and context.lost_input):
         form = f"linear({', '.join([*(f'per {name}' for name in context.inputs), 'constant'])})"
         facts = (f"the form is: {form if kind == 'linear' else kind + '(expression)'}",)
-        message = f"'{kind}' takes {due} parameter{'' if due == 1 else 's'}, not {len(term.arguments)}"
+        message = f"'{kind}' takes {counted(due, 'parameter')}, not {len(term.arguments)}"
         context.report("FZ303", message, term.span, facts=facts)
         return None
     names = [*context.params, *context.inputs] if kind == "function" else list(context.params)
@@ -143,16 +143,22 @@ def _known_term(context: Context, variable: sx.Word, term: sx.Word, among: dict[
         elif variable.text in context.params:
             context.report("FZ214", f"'{variable.text}' is a param, not an {kind}", variable.span)
         return False
-    return known_term(context, declared, term)
+    return known_term(
+        context, declared, term, f"for the param write: constant({term.text})" if kind == "output" else ""
+    )
 
 
-def known_term(context: Context, variable: sx.Variable, term: sx.Word) -> bool:
-    """Check that a variable has a term; silent where the variable's own lines could not all be read."""
+def known_term(context: Context, variable: sx.Variable, term: sx.Word, param_help: str = "") -> bool:
+    """Check that a variable has a term; silent where the variable's own lines could not all be read.
+
+    `param_help` says how a param is written where the term stands.
+    """
     names = terms_of(variable)
     if term.text in names:
         return True
     if names and not variable.incomplete:
         near = closest(term.text, names)
+        help_text = param_help if term.text in context.params else f"did you mean '{near}'?" if near else ""
         context.report(
             "FZ203",
             f"{variable.keyword.text} '{variable.name.text}' has no term '{term.text}'",
@@ -161,7 +167,7 @@ def known_term(context: Context, variable: sx.Variable, term: sx.Word) -> bool:
                 *look_alikes(term.text),
                 f"terms of '{variable.name.text}': {listed(names)} (line {variable.name.span.line})",
             ),
-            help=f"did you mean '{near}'?" if near else "",
+            help=help_text,
         )
     return False
 
@@ -188,6 +194,8 @@ def resolve_table(context: Context, statement: sx.Table) -> RuleTable | None:
         what = "header line with the terms of the columns" if statement.header is None else "rows"
         context.report("FZ212", f"the table has no {what}", statement.span, help=_table_form(statement, columns, rows))
         return None
+    if not one_way and _is_transposed(context, statement, rows, columns):
+        return None
     known_outputs = [o for o in outputs if o is not None]
     ok = _check_labels(context, columns, statement.header.terms, statement, "column")
     if one_way:
@@ -196,6 +204,8 @@ def resolve_table(context: Context, statement: sx.Table) -> RuleTable | None:
         ok = _check_rows(context, rows, statement) and ok
     if not ok:
         # Cells cannot be told apart while headers or labels are wrong.
+        return None
+    if not _same_counts(context, statement):
         return None
     cells = [_row(context, known_outputs, row, statement.header.terms) for row in statement.rows]
     if any(c is None for c in cells):
@@ -210,6 +220,40 @@ def resolve_table(context: Context, statement: sx.Table) -> RuleTable | None:
         condition=condition,
         span=statement.span,
     )
+
+
+def _is_transposed(context: Context, statement: sx.Table, rows: sx.Variable, columns: sx.Variable) -> bool:
+    """Report a table whose rows stand for the input of the columns, and the other way round."""
+    assert statement.header is not None
+    assert statement.second is not None
+    across = {w.text for w in statement.header.terms}
+    down = {r.label.text for r in statement.rows if r.label is not None}
+    if across == set(terms_of(columns)) or across != set(terms_of(rows)) or down != set(terms_of(columns)):
+        return False
+    first, second = statement.first, statement.second
+    message = f"rows and columns are swapped: '{first.text}' heads the columns, '{second.text}' the rows"
+    outputs = ", ".join(w.text for w in statement.outputs)
+    help_text = f"write: table {outputs} = {second.text} x {first.text}"
+    context.report("FZ214", message, first.span.to(second.span), help=help_text)
+    return True
+
+
+def _same_counts(context: Context, statement: sx.Table) -> bool:
+    """Check that every cell names one term for each output; one message for all that do not."""
+    due = len(statement.outputs)
+    odd = [c for row in statement.rows for c in row.cells if c.terms and len(c.terms) != due]
+    if not odd:
+        return True
+    cell = odd[0]
+    message = f"the cell names {counted(len(cell.terms), 'term')} for {counted(due, 'output')}"
+    help_text = "join the terms of a cell with '/', one an output"
+    if due == 1:
+        numbers = all(isinstance(t, ex.Expr) for t in cell.terms)
+        help_text = f"for a quotient write: ({cell.span.text})" if numbers else "name one term"
+    more = len(odd) - 1
+    facts = (f"and so {'does' if more == 1 else 'do'} {counted(more, 'other cell')}",) if more else ()
+    context.report("FZ207", message, cell.span, facts=facts, help=help_text)
+    return False
 
 
 def _table_form(statement: sx.Table, columns: sx.Variable, rows: sx.Variable) -> str:
@@ -315,7 +359,7 @@ def _row(
         many = "too many" if len(row.cells) > len(header) else "too few"
         context.report(
             "FZ207",
-            f"the row has {len(row.cells)} cell{'' if len(row.cells) == 1 else 's'}, {many} for {len(header)} columns",
+            f"the row has {counted(len(row.cells), 'cell')}, {many} for {counted(len(header), 'column')}",
             place,
             facts=(f"columns: {', '.join(w.text for w in header)}",),
             help="write '.' in a cell where there is to be no rule" if len(row.cells) < len(header) else "",
@@ -328,10 +372,6 @@ def _row(
 def _cell(context: Context, outputs: Sequence[sx.Variable], cell: sx.CellText) -> Cell | None:
     if not cell.terms:
         return Cell(terms=(), span=cell.span)
-    if len(cell.terms) != len(outputs):
-        message = f"the cell names {len(cell.terms)} terms for {len(outputs)} outputs"
-        context.report("FZ207", message, cell.span, help="join the terms of a cell with '/', one an output")
-        return None
     terms = [_cell_term(context, o, t) for o, t in zip(outputs, cell.terms, strict=True)]
     ok = all(t is not None for t in terms)
     if cell.weight is not None:
@@ -344,7 +384,7 @@ def _cell(context: Context, outputs: Sequence[sx.Variable], cell: sx.CellText) -
 def _cell_term(context: Context, output: sx.Variable, term: sx.ConsequentTerm) -> str | Membership | None:
     match term:
         case sx.Word():
-            return term.text if known_term(context, output, term) else None
+            return term.text if known_term(context, output, term, f"for the param write: ({term.text})") else None
         case sx.FunctionTerm():
             return resolve_function(context, term)
     if not context.check_names(term, context.params, "param"):

@@ -55,7 +55,7 @@ def resolve_method(context: Context, statements: Sequence[sx.Statement]) -> Meth
     method = Method.model_validate(values)
     if method.defuzzifier.over_rules:
         for setting in ("implication", "aggregation"):
-            if setting in chosen:
+            if setting in chosen and setting in values:
                 context.report(
                     "FZ214",
                     f"'{setting}' has no effect: '{method.defuzzifier.kind}' sums over rules",

@@ -61,7 +61,10 @@ def _declare(context: Context, tree: sx.SyntaxTree) -> list[sx.System]:
                 context.params[name.text] = statement
             case sx.Hedge(name=name):
                 if name.text in HEDGES or name.text in context.hedges:
-                    context.report("FZ201", f"there is a hedge '{name.text}' already", name.span, help="rename it")
+                    own = context.hedges.get(name.text)
+                    note = (own.name.span, "first declared here") if own is not None else None
+                    message = f"there is a hedge '{name.text}' already"
+                    context.report("FZ201", message, name.span, note=note, help="rename it")
                 context.hedges.setdefault(name.text, statement)
             case sx.Variable(keyword=keyword, name=name) if context.declare(name, f"an {keyword.text}"):
                 (context.inputs if keyword.text == "input" else context.outputs)[name.text] = statement
@@ -77,11 +80,19 @@ def _has_heads(context: Context, tree: sx.SyntaxTree, heads: list[sx.System], br
             context.report("FZ004", message, start, help=help_text)
         return False
     if not broken:
-        for kind, among in (("input", context.inputs), ("output", context.outputs)):
-            if not among:
-                context.report("FZ212", f"the system has no {kind}", heads[0].name.span, help=f"add an '{kind}'")
-        if not any(isinstance(s, sx.Rule | sx.Table) for s in tree.statements):
-            context.report("FZ212", "the system has no rules", heads[0].name.span, help="add a 'table' or an 'if' line")
+        missing = {
+            "no input": "an 'input'" if not context.inputs else "",
+            "no output": "an 'output'" if not context.outputs else "",
+            "no rules": "a 'table' or an 'if' line"
+            if not any(isinstance(s, sx.Rule | sx.Table) for s in tree.statements)
+            else "",
+        }
+        lacking = [what for what, repair in missing.items() if repair]
+        if lacking:
+            repairs = " and ".join(missing[what] for what in lacking)
+            context.report(
+                "FZ212", f"the system has {' and '.join(lacking)}", heads[0].name.span, help=f"add {repairs}"
+            )
     return True
 
 
@@ -164,7 +175,7 @@ def _without_idle(system: FuzzySystem, shared: set[str]) -> FuzzySystem:
 
 def _hedge(context: Context, s: sx.Hedge) -> Hedge | None:
     names = [*context.params, s.parameter.text]
-    if not context.check_names(s.expression, names, f"param, nor '{s.parameter.text}',"):
+    if not context.check_names(s.expression, names, f"a param nor '{s.parameter.text}'"):
         return None
     return Hedge(name=s.name.text, parameter=s.parameter.text, expression=s.expression, span=s.name.span)
 

@@ -190,7 +190,7 @@ def _function(context: Context, statement: sx.Variable, line: sx.TermLine) -> Me
         context.report("FZ303", "'function' takes one expression", line.kind.span, facts=(f"the form is: {form}",))
         return None
     expression = line.arguments[0].value
-    if not context.check_names(expression, [*context.params, name], f"param, nor the variable '{name}' itself,"):
+    if not context.check_names(expression, [*context.params, name], f"a param nor '{name}' itself"):
         return None
     return Membership(kind="function", arguments=(expression,), span=line.kind.span)
 

@@ -250,3 +250,85 @@ class TestGuarantees:
         where, words = only(said(after="require e < 2\n"))
         assert where == "11 FZ214"
         assert "names no output" in words
+
+
+class TestTables:
+    def test_swapped_rows_and_columns_are_seen_at_once(self):
+        crossed = ("table u = e\n    N Z P\n  | a a b\n", "table u = e x d\n N Z P\nA | a a b\nB | b b a\n")
+        other = ("output u", "input d in [0, 1]\n  terms A B\noutput u")
+        where, words = only(said(crossed, other))
+        assert where == "10 FZ214"
+        assert "write: table u = d x e" in words
+
+    def test_cells_for_too_few_outputs_are_named_once(self):
+        two = (("output u", "output v in [0, 1]\n  terms lo=0 hi=1\noutput u"), ("table u = e", "table u, v = e"))
+        where, words = only(said(*two))
+        assert where == "12 FZ207"
+        assert "1 term for 2 outputs | and so do 2 other cells" in words
+
+
+class TestPartitions:
+    def test_peaks_out_of_order_are_named_as_they_were_typed(self):
+        where, words = only(said(("terms N Z P", "terms N@-1 Z@0.5 P@0")))
+        assert where == "4 FZ301"
+        assert "the peaks of 'e' are out of order: 0.5 of 'Z', then 0" in words
+
+    def test_an_infinite_range_is_named_once(self):
+        assert only(said(("[-1, 1]", "[-inf, inf]")))[0] == "3 FZ302"
+
+    @pytest.mark.parametrize(("ends", "part"), [("[5, -5]", "swap the ends"), ("[1, 1]", "above the lower one")])
+    def test_an_empty_range_has_its_own_repair(self, ends, part):
+        where, words = only(
+            said(("[-5, 5]", f"{ends} adaptive rate e"), ("  a = constant(1)\n  b = constant(2)", "  terms a=0 b=2"))
+        )
+        assert where == "5 FZ304"
+        assert part in words
+
+
+class TestSettings:
+    def test_an_unknown_aggregation_is_not_also_without_effect(self):
+        assert only(said(("weighted_average", "weighted_average\naggregation min")))[0] == "3 FZ213"
+
+
+class TestSentences:
+    @pytest.mark.parametrize(
+        ("old", "new", "sentence"),
+        [
+            ("constant(1)", "function(q)", "no param or input 'q' | params and inputs: e"),
+            ("defuzz", "hedge h(x) = x * e\ndefuzz", "'e' is neither a param nor 'x' | known here: x"),
+            ("  terms N Z P", "  N = function(q)", "'q' is neither a param nor 'e' itself | known here: e"),
+            ("constant(1)", "constant(abs(1, 2))", "'abs' takes 1 argument, not 2"),
+            ("a a b", "a a a/b", "the cell names 2 terms for 1 output | name one term"),
+        ],
+    )
+    def test_they_are_whole(self, old, new, sentence):
+        assert any(words.startswith(sentence) for _, _, words in said((old, new)))
+
+    def test_an_empty_system_is_told_everything_at_once(self):
+        _, diagnostics = check_source(SourceText("t.fz", "system a\n"))
+        assert [d.message for d in diagnostics] == ["the system has no input and no output and no rules"]
+
+    def test_a_hedge_given_twice_points_at_the_first(self):
+        where, words = only(said(("defuzz", "hedge h(x) = x\nhedge h(x) = x\ndefuzz")))
+        assert where == "3 FZ201"
+        assert "first declared here" in words
+
+
+class TestParams:
+    @pytest.mark.parametrize(
+        ("old", "new", "part"),
+        [
+            ("a a b", "1/2 a b", "(1/2)"),
+            ("a a b", "k a b", "(k)"),
+            ("a a b", "a*k a b", "(k)"),
+            ("a a b", "-k a b", "(-k)"),
+            ("terms N Z P", "terms N@k Z@1 P@2", "(k)"),
+            ("  a = constant(1)\n  b = constant(2)", "  terms a=1 b=k", "(k)"),
+            ("table u", "if e is N then u is a weight k\ntable u", "(k)"),
+            ("table u", "if e is N then u is k\ntable u", "constant(k)"),
+            ("table u", "if e is N then u is 0.5\ntable u", "constant(0.5)"),
+        ],
+    )
+    def test_where_only_a_number_may_stand_the_parentheses_are_shown(self, old, new, part):
+        _, words = only(said(("defuzz", "param k = 0.5\ndefuzz"), (old, new)))
+        assert part in words
