@@ -33,13 +33,19 @@ def facts(file: ScenarioFile, rules: Rules) -> dict[str, Any]:
     span = file.shape.period if 0.0 < file.shape.period < scenario.run.horizon else scenario.run.horizon
     t = np.linspace(0.0, span, SAMPLES)
     path = np.array([file.shape.at(float(one)) for one in t])
+    with np.errstate(all="ignore"):  # what overflows shows as infinite
+        return _facts(file, rules, t, path)
+
+
+def _facts(file: ScenarioFile, rules: Rules, t: FloatArray, path: FloatArray) -> dict[str, Any]:
+    scenario = file.scenario
     return {
         "name": scenario.name,
         "files": [str(one) for one in file.files],
         "sha256": file.sha256,
         "run": scenario.run.model_dump(),
         "reference": _reference(file, t, path),
-        "robots": [_robot(scenario, name) for name in in_order(scenario)],
+        "robots": [_robot(scenario, name, depth) for name, depth in in_order(scenario).items()],
         "obstacles": [_obstacle(o.x, o.y, o.radius, file.shape, t, path) for o in scenario.obstacles],
         "avoidance": scenario.avoidance.model_dump(),
         "disturbances": [one.model_dump() for one in sorted(scenario.disturbances, key=lambda d: d.start)],
@@ -49,29 +55,26 @@ def facts(file: ScenarioFile, rules: Rules) -> dict[str, Any]:
     }
 
 
-def in_order(scenario: Scenario) -> tuple[str, ...]:
-    """Return the robots as a tree is read: each leader before its followers, and these right behind it."""
-
-    def below(leader: str | None) -> Iterable[str]:
-        for name, robot in scenario.robots.items():
-            if (robot.formation.leader if robot.formation else None) == leader:
-                yield name
-                yield from below(name)
-
-    return tuple(below(None))
-
-
-def _depth(scenario: Scenario, name: str) -> int:
-    formation = scenario.robots[name].formation
-    return 0 if formation is None else 1 + _depth(scenario, formation.leader)
+def in_order(scenario: Scenario) -> dict[str, int]:
+    """Return the robots as a tree is read, each leader right before its followers, with their depth in the tree."""
+    followers: dict[str | None, list[str]] = {}
+    for name, robot in scenario.robots.items():
+        followers.setdefault(robot.formation.leader if robot.formation else None, []).append(name)
+    found: dict[str, int] = {}
+    waiting = [(name, 0) for name in reversed(followers.get(None, []))]
+    while waiting:
+        name, depth = waiting.pop()
+        found[name] = depth
+        waiting += [(below, depth + 1) for below in reversed(followers.get(name, []))]
+    return found
 
 
-def _robot(scenario: Scenario, name: str) -> dict[str, Any]:
+def _robot(scenario: Scenario, name: str, depth: int) -> dict[str, Any]:
     robot = scenario.robots[name]
     formation = robot.formation
     return {
         "name": name,
-        "depth": _depth(scenario, name),
+        "depth": depth,
         "leader": formation.leader if formation else None,
         "separation": formation.separation if formation else None,
         "bearing": formation.bearing if formation else None,

@@ -19,7 +19,7 @@ class Eight(Section):
     kind: Literal["eight"]
     amplitude_x: float = quantity("half the extent along x", "m", gt=0)
     amplitude_y: float = quantity("half the extent along y", "m", gt=0)
-    period: float = quantity("time of one round", "s", gt=0)
+    period: float = quantity("time of one round", "s", ge=1e-3)
     along: Literal["x", "y"] = Field(
         default="y", description="axis along which the two loops lie; the other one is travelled twice per period"
     )
@@ -32,7 +32,7 @@ class Circle(Section):
     centre_x: float = quantity("centre, x", "m")
     centre_y: float = quantity("centre, y", "m")
     radius: float = quantity("radius", "m", gt=0)
-    period: float = quantity("time of one round", "s", gt=0)
+    period: float = quantity("time of one round", "s", ge=1e-3)
     direction: Literal["counter-clockwise", "clockwise"] = Field(description="sense of travel")
     start_angle: float = quantity("angle of the place at t = 0, seen from the centre", "rad", default=0.0)
 
@@ -44,7 +44,7 @@ class Line(Section):
     start_x: float = quantity("place at t = 0, x", "m")
     start_y: float = quantity("place at t = 0, y", "m")
     angle: float = quantity("direction, counter-clockwise from the x axis", "rad")
-    speed: float = quantity("speed", "m/s", gt=0)
+    speed: float = quantity("speed", "m/s", gt=0, le=1e6)
 
 
 class Waypoints(Section):
@@ -55,8 +55,8 @@ class Waypoints(Section):
         description="places [x, y] in order", min_length=2, max_length=2000, json_schema_extra={"unit": "m"}
     )
     closed: bool = Field(default=False, description="whether the path leads back to its first place, again and again")
-    speed: float | None = quantity("speed", "m/s", gt=0, default=None)
-    duration: float | None = quantity("time of the whole way, or of one round", "s", gt=0, default=None)
+    speed: float | None = quantity("speed", "m/s", gt=0, le=1e6, default=None)
+    duration: float | None = quantity("time of the whole way, or of one round", "s", ge=1e-3, default=None)
 
     @model_validator(mode="after")
     def _one_tempo(self) -> Waypoints:

@@ -107,7 +107,9 @@ class Robot(Section):
     actuator: Actuator
     inner_loop: InnerLoop
     formation: Formation | None = Field(default=None, description="absent for a robot that follows the reference")
-    delay: float = quantity("time by which a robot on the reference is behind it, negative ahead", "s", default=0.0)
+    delay: float = quantity(
+        "time by which a robot on the reference is behind it, negative ahead", "s", ge=-1e6, le=1e6, default=0.0
+    )
     noise: Noise | None = Field(default=None, description="of what it measures of itself; none when absent")
     controllers: Controllers
 
@@ -183,7 +185,7 @@ class Scenario(Section):
     name: str
     run: Run
     reference: ReferenceSettings
-    robots: dict[str, Robot] = Field(min_length=1)
+    robots: dict[str, Robot] = Field(min_length=1, max_length=1000)
     obstacles: Annotated[tuple[Obstacle, ...], Strict(False)] = ()
     avoidance: AvoidanceSettings
     disturbances: Annotated[tuple[DisturbanceSettings, ...], Strict(False)] = ()

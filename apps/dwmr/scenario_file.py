@@ -94,6 +94,8 @@ def read(path: Path, overrides: Iterable[str] = ()) -> ScenarioFile:
     layers = read_layers(path)
     written: dict[str, str] = {}
     data, places = merge(layers, written)
+    if "name" not in layers[0].data and len(layers) > 1:  # what changes a scenario is not that scenario
+        data["name"] = path.stem
     for argument in overrides:
         key, given = override(data, argument)
         if key in written:

@@ -43,7 +43,8 @@ class Shape(NamedTuple):
     def at(self, t: float) -> paths.Reference:
         """Return posture and velocity at a time [s]."""
         function: Callable[[float, FloatArray], paths.Reference] = getattr(paths, self.path)
-        return function(t, self.constants)
+        with np.errstate(all="ignore"):  # as compiled: what overflows is infinite, and the run stops there
+            return function(t, self.constants)
 
 
 def shape_of(settings: Settings, rows: Callable[[str], PathRows], places: Places) -> Shape:
@@ -112,11 +113,10 @@ def _waypoints(settings: Waypoints, places: Places) -> Shape:
         help_text = "lead it around the corner with one more place"
         raise DiagnosticError([places.diagnostic("FZ904", "reference.points", message, help=help_text)])
     s, by_length = splines.by_length(u, coefficients, closed)
-    tempo = settings.speed if settings.speed is not None else s[-1] / (settings.duration or math.inf)
-    t = s / tempo
+    tempo = settings.speed if settings.speed is not None else float(s[-1]) / (settings.duration or math.inf)
     key = "reference.speed" if settings.speed is not None else "reference.duration"
-    _require_motion(float(tempo), 0.0, key, places)
-    return _spline(t, by_length * tempo ** np.arange(4), closed)
+    _require_motion(tempo, 0.0, key, places)
+    return _spline(s / tempo, by_length * tempo ** np.arange(4), closed)
 
 
 def _twice(gaps: FloatArray, count: int, places: Places) -> Iterable[Diagnostic]:

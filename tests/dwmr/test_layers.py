@@ -37,6 +37,11 @@ class TestExtends:
         assert scenario.disturbances == paper.disturbances
         assert paper.robots["leader"].mass == 120.0
 
+    def test_has_a_name_of_its_own(self, write):
+        assert read(write("mine.toml", 'extends = "paper"\n')).scenario.name == "mine"
+        assert read(write("other.toml", 'extends = "mine.toml"\nname = "x"\n')).scenario.name == "x"
+        assert mistakes(write("alone.toml", "[run]\ndt = 0.1\n"))[0].message == "name is missing"
+
     def test_replaces_lists_whole_and_adds_robots(self, write):
         text = """extends = "paper"
 obstacles = [{ x = 40.0, y = 0.0, radius = 1.0 }]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -37,7 +38,7 @@ def show(scenario: str | None, rules_folder: Path | None, overrides: tuple[str, 
         task = running.read(scenario, rules_folder, overrides)
         found = _facts(task)
     if style == "json":
-        click.echo(json.dumps(found, indent=2, ensure_ascii=False))
+        click.echo(json.dumps(_finite(found), indent=2, ensure_ascii=False, allow_nan=False))
         return
     for line in _page(found):
         click.echo(line)
@@ -47,6 +48,15 @@ def _facts(task: Task) -> dict[str, Any]:
     from dwmr.facts import facts
 
     return facts(task.file, task.rules)
+
+
+def _finite(data: Any) -> Any:
+    """Return plain data with numbers that are not finite as null."""
+    if isinstance(data, dict):
+        return {k: _finite(v) for k, v in data.items()}
+    if isinstance(data, list | tuple):
+        return [_finite(v) for v in data]
+    return None if isinstance(data, float) and not math.isfinite(data) else data
 
 
 def _list(style: str) -> None:
