@@ -55,9 +55,17 @@ class Disturbance(NamedTuple):
 
 @compiled
 def disturbance(t: float, acting: Any) -> Disturbance:
-    """Add up the disturbances acting on a robot.
+    """Add up the disturbances acting on a robot at a time [s], see `disturbance_since`."""
+    return disturbance_since(t, t, acting)
+
+
+@compiled
+def disturbance_since(began: float, t: float, acting: Any) -> Disturbance:
+    """Add up the disturbances acting on a robot in a control period.
 
     Args:
+        began: Start of the period [s]. What acts then acts until its end: a jump inside an integration step would cost
+            the integrator its order.
         t: Time [s].
         acting: Records of dtype `DISTURBANCE`, shape (n,).
 
@@ -67,7 +75,7 @@ def disturbance(t: float, acting: Any) -> Disturbance:
     v = omega = force = torque = 0.0
     for k in range(acting.shape[0]):
         one = acting[k]
-        if one.start <= t < one.stop:
+        if one.start <= began < one.stop:
             shape = 1.0
             if one.angular_frequency != 0.0:
                 shape = math.sin(one.angular_frequency * t)

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from dwmr.compiled import compiled
-from dwmr.disturbances import Disturbance, Load, disturbance
+from dwmr.disturbances import Disturbance, Load, disturbance_since
 from dwmr.geometry import clamp
 
 #: Parameters of one robot; scenario.py documents each with its source.
@@ -125,23 +125,21 @@ def smooth_sign(value: float, width: float) -> float:
 
 @compiled
 def derivative(
-    t: float, state: State, command_right: float, command_left: float, robot: Any, shape: Body, acting: Any
+    state: State, command_right: float, command_left: float, robot: Any, shape: Body, now: Disturbance
 ) -> State:
     """Return the time derivative of a robot's state.
 
     Args:
-        t: Time [s].
         state: State of the robot.
         command_right, command_left: Wheel torques asked of the actuators [N m].
         robot: Record of dtype `ROBOT`.
         shape: Its body under the present load.
-        acting: Disturbances on this robot, records of dtype `DISTURBANCE`.
+        now: Sum of the disturbances on this robot.
 
     Source:
         Goto, Bertol, Martins, Eq. (46) for the kinematics; Eqs. (1), (6) for the structure. The printed inertia I − m
         d² is negative for the followers' d, so the plant has an inertia about the axle and a Coriolis term of its own.
     """
-    now = disturbance(t, acting)
     v, omega = velocity(state, now)
     c, s = math.cos(state.theta), math.sin(state.theta)
     force = (state.torque_right + state.torque_left) * shape.force_per_torque + now.force
@@ -190,6 +188,7 @@ def advance(
 
     Args:
         t: Start of the period [s].
+        acting: Disturbances on this robot, records of dtype `DISTURBANCE`.
         dt: Control period [s].
         substeps: Integration steps in one period.
 
@@ -199,10 +198,12 @@ def advance(
     shape = body(t, robot, load)
     for k in range(substeps):
         at = t + k * h
-        k1 = derivative(at, state, command_right, command_left, robot, shape, acting)
-        k2 = derivative(at + 0.5 * h, add(state, k1, 0.5 * h), command_right, command_left, robot, shape, acting)
-        k3 = derivative(at + 0.5 * h, add(state, k2, 0.5 * h), command_right, command_left, robot, shape, acting)
-        k4 = derivative(at + h, add(state, k3, h), command_right, command_left, robot, shape, acting)
+        begin, middle = disturbance_since(t, at, acting), disturbance_since(t, at + 0.5 * h, acting)
+        k1 = derivative(state, command_right, command_left, robot, shape, begin)
+        k2 = derivative(add(state, k1, 0.5 * h), command_right, command_left, robot, shape, middle)
+        k3 = derivative(add(state, k2, 0.5 * h), command_right, command_left, robot, shape, middle)
+        end = disturbance_since(t, at + h, acting)
+        k4 = derivative(add(state, k3, h), command_right, command_left, robot, shape, end)
         state = add(add(add(add(state, k1, h / 6.0), k2, h / 3.0), k3, h / 3.0), k4, h / 6.0)
     return state
 

@@ -58,12 +58,12 @@ static void eight(double t, const double *shape, double *out)
     out[3] = hypot(x_dot, y_dot);
 }
 
-static push disturbances(double t, const disturbance *acting, int m)
+static push disturbances(double began, double t, const disturbance *acting, int m)
 {
     push sum = {0.0, 0.0, 0.0, 0.0};
     for (int k = 0; k < m; k++) {
         const disturbance *one = &acting[k];
-        if (t < one->start || t >= one->stop) continue;
+        if (began < one->start || began >= one->stop) continue;
         double shape = one->angular_frequency != 0.0 ? sin(one->angular_frequency * t) : 1.0;
         sum.v += shape * one->v;
         sum.omega += shape * one->omega;
@@ -172,11 +172,11 @@ static void advance(double t, state *s, const double *torques, const robot *r, c
     double h = dt / substeps;
     for (int k = 0; k < substeps; k++) {
         double at = t + k * h;
-        push middle = disturbances(at + 0.5 * h, acting, m);
-        state k1 = derivative(s, disturbances(at, acting, m), r, &b, torques[0], torques[1]), s2 = add(s, &k1, 0.5 * h);
+        push middle = disturbances(t, at + 0.5 * h, acting, m);
+        state k1 = derivative(s, disturbances(t, at, acting, m), r, &b, torques[0], torques[1]), s2 = add(s, &k1, 0.5 * h);
         state k2 = derivative(&s2, middle, r, &b, torques[0], torques[1]), s3 = add(s, &k2, 0.5 * h);
         state k3 = derivative(&s3, middle, r, &b, torques[0], torques[1]), s4 = add(s, &k3, h);
-        state k4 = derivative(&s4, disturbances(at + h, acting, m), r, &b, torques[0], torques[1]);
+        state k4 = derivative(&s4, disturbances(t, at + h, acting, m), r, &b, torques[0], torques[1]);
         *s = add(s, &k1, h / 6.0);
         *s = add(s, &k2, h / 3.0);
         *s = add(s, &k3, h / 3.0);
@@ -219,7 +219,7 @@ int run(int samples, double dt, int substeps, const double *shape, int n, const 
                 e = leader_error(s, target, star[i], r->d);
             } else {
                 const state *l = &plant[r->leader];
-                push now = disturbances(t, acting + m * r->leader, m);
+                push now = disturbances(t, t, acting + m * r->leader, m);
                 double d_i = robots[r->leader].d, angle = r->bearing + l->theta;
                 target[0] = l->x - d_i * cos(l->theta) + r->separation * cos(angle);
                 target[1] = l->y - d_i * sin(l->theta) + r->separation * sin(angle);
@@ -228,7 +228,7 @@ int run(int samples, double dt, int substeps, const double *shape, int n, const 
                 e = follower_error(l, l->v + now.v, l->omega + now.omega, d_i, s, star[i], r);
             }
             aifqsmc(&e, r->d, dt, gains + 13 * i, law + 5 * i, next + 5 * i, law_record + 14 * (k * n + i), &v_c, &omega_c);
-            push now = disturbances(t, acting + m * i, m);
+            push now = disturbances(t, t, acting + m * i, m);
             pd(r, clamp(v_c, r->v_limit) - s->v, clamp(omega_c, r->omega_limit) - s->omega, dt, filters + 2 * i,
                torques + 2 * i);
             double out[20] = {s->x, s->y, s->theta, s->v, s->omega, target[0], target[1], target[2], target[3], star[i],

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from dwmr.disturbances import DISTURBANCE, disturbance
+from dwmr.disturbances import DISTURBANCE, disturbance, disturbance_since
 
 
 def acting(*rows):
@@ -30,3 +30,12 @@ class TestDisturbance:
         total = disturbance(15.0, acting(SINUSOID, CONSTANT))
         assert total.omega == pytest.approx(0.05 * math.sin(30.0) + 0.01)
         assert total.force == pytest.approx(15.0 * math.sin(30.0) + 1.0)
+
+
+class TestDisturbanceSince:
+    def test_acts_throughout_a_period_at_whose_start_it_acts(self):
+        assert disturbance_since(29.999, 30.001, acting(CONSTANT)).v == pytest.approx(0.1)
+        assert disturbance_since(19.99, 20.01, acting(SINUSOID)).v == pytest.approx(0.2 * math.sin(40.02))
+
+    def test_does_not_begin_inside_a_period(self):
+        assert disturbance_since(9.999, 10.001, acting(CONSTANT)) == (0.0, 0.0, 0.0, 0.0)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dwmr.disturbances import DISTURBANCE, Load
+from dwmr.disturbances import DISTURBANCE, Load, disturbance
 from dwmr.robot import ROBOT, State, advance, body, derivative, pd_torques
 
 NO_LOAD = Load(0.0, 0.0, 1.0, 1.0)
@@ -32,7 +32,7 @@ def robot(**changes):
 
 def rate(start, right=0.0, left=0.0, acting=CALM, load=NO_LOAD, t=0.0, **changes):
     one = robot(**changes)
-    return derivative(t, start, right, left, one, body(t, one, load), acting)
+    return derivative(start, right, left, one, body(t, one, load), disturbance(t, acting))
 
 
 class TestDerivative:
@@ -106,7 +106,7 @@ class TestAdvance:
         one, start = robot(viscous_force=5.0, viscous_torque=2.0), state(0, 0, 0.3, 0.5, 0.4, 2.0, 1.0)
 
         def rhs(t, y):
-            return list(derivative(t, state(*y), 5.0, 4.0, one, body(0.0, one, NO_LOAD), CALM))
+            return list(derivative(state(*y), 5.0, 4.0, one, body(0.0, one, NO_LOAD), disturbance(t, CALM)))
 
         exact = solve_ivp(rhs, (0.0, 0.5), list(start), rtol=1e-10, atol=1e-12).y[:, -1]
         reached = start
