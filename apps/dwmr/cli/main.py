@@ -14,6 +14,7 @@ from dwmr.cli.animate import animate
 from dwmr.cli.check import check
 from dwmr.cli.figures import figures
 from dwmr.cli.new import new
+from dwmr.cli.report import report
 from dwmr.cli.run import run
 from dwmr.cli.show import show
 
@@ -52,8 +53,10 @@ def main() -> None:
     dwmr run paper --rules my-rules             the same with your own rule files
     dwmr run paper --set rules.ais_reaction.k_s=0.5 --set run.horizon=60
     dwmr figures paper -o figures               the counterparts of the paper's Figs. 8 to 28
+    dwmr animate paper -o run.gif               the run as moving pictures
+    dwmr report paper --controller all          one HTML page with tables and interactive plots
     """
 
 
-for command in (show, new, check, run, figures, animate):
+for command in (show, new, check, run, figures, animate, report):
     main.add_command(command)

@@ -1,0 +1,77 @@
+"""`dwmr report SCENARIO`: one HTML page with tables and interactive plots."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import click
+
+from dwmr.cli import running
+from dwmr.cli.common import interrupts_wait, mistakes_as_diagnostics, terminated_as_interrupted
+
+
+@click.command(context_settings={"show_default": True})
+@click.argument("scenario")
+@click.option(
+    "-o",
+    "--output",
+    "path",
+    type=click.Path(path_type=Path),
+    default=Path("report.html"),
+    metavar="FILE",
+    help="Page to write.",
+)
+@running.controller_option
+@running.rules_option
+@running.set_option
+def report(
+    scenario: str, path: Path, controller: str | None, rules_folder: Path | None, overrides: tuple[str, ...]
+) -> None:
+    """Run SCENARIO, a shipped name or a TOML file, and write one HTML page about it.
+
+    The page holds tables, settings and interactive plots, and opens without a network.
+    """
+    with mistakes_as_diagnostics("text"), terminated_as_interrupted():
+        task = running.read(scenario, rules_folder, overrides)
+        finished = _report(task, running.laws_of(task, controller), path)
+    if not finished:
+        sys.exit(1)
+
+
+def _report(task: running.Task, names: tuple[str, ...], path: Path) -> bool:
+    """Check, run and write; return whether every run came to its end."""
+    from dwmr.folder import results
+
+    running.check(task, names)
+    _require_plotly()
+    with results(path.parent, (path.name,)) as files:
+        trajectories = running.simulate(task, names)
+        if len(trajectories) < len(names) or any(t.stop and t.stop.reason == "interrupted" for t in trajectories):
+            raise KeyboardInterrupt
+        with interrupts_wait():
+            from dwmr.metrics import measure
+            from dwmr.page.document import page
+            from dwmr.summary import describe
+
+            summary = describe(task.file, task.rules, task.overrides)
+            summary["controllers"] = {t.controller: measure(t, task.file.scenario) for t in trajectories}
+            text = page(summary, trajectories, task.file.scenario)
+            files.write(path.name, lambda part: _write(part, text))
+            files.publish()
+    for one in trajectories:
+        if one.stop is not None:
+            click.echo(f"warning: {one.controller} stopped at t = {one.stop.t:.3f} s: {one.stop.reason}", err=True)
+    click.echo(f"wrote {path}: {len(text.encode()) / 1e6:.1f} MB")
+    return all(t.stop is None for t in trajectories)
+
+
+def _require_plotly() -> None:
+    from dwmr.page import plots
+
+    if not plots.available():
+        raise click.ClickException("the plots need plotly, which is not installed: pip install 'fuzzyctl[html]'")
+
+
+def _write(path: Path, text: str) -> None:
+    path.write_text(text, encoding="utf-8")
