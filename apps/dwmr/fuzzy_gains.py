@@ -172,7 +172,11 @@ class Rules:
         )
 
     def reaction(self, robot: str, channel: str, k_h_min: float | None, k_s: float | None) -> tuple[Any, float, float]:
-        """Return the proved and compiled f(σ*, dσ*/dt) of one channel of a robot, with k̄_h and k_s."""
+        """Return the proved and compiled f(σ*, dσ*/dt) of one channel of a robot, with k̄_h and k_s.
+
+        Source:
+            Goto, Bertol, Martins, Eq. (18), which the rule file's `center_average` is.
+        """
         system = self.prove_reaction(robot, channel, k_h_min, k_s)
         return self.kernel("ais_reaction", system).jit, system.values["k_h_min"], system.values["k_s"]
 

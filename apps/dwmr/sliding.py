@@ -32,7 +32,7 @@ def sliding_variables(error: TrackingError, lambda_1: float, lambda_2: float, la
         σ*_v [m] and σ*_ω [rad], taking λ2 in rad/m and the other slopes as pure numbers.
 
     Source:
-        Goto, Bertol, Martins, Eqs. (7), (9) for the leader; (52), (53) for a follower.
+        Goto, Bertol, Martins, Eqs. (7), (9) for the leader; Eqs. (52), (53) for a follower.
     """
     sigma_v = lambda_1 * error.x_e
     sigma_omega = lambda_2 * error.y_e + lambda_3 * error.theta_e_star
@@ -52,7 +52,7 @@ def equivalent_control(error: TrackingError, lambda_1: float, lambda_2: float, l
         Linear [m/s] and angular velocity [rad/s].
 
     Source:
-        Goto, Bertol, Martins, Eqs. (11)-(13).
+        Goto, Bertol, Martins, Eqs. (8), (11)-(13).
     """
     a_v = lambda_1 * error.drift_x
     a_omega = lambda_2 * error.drift_y + lambda_3 * error.drift_theta
