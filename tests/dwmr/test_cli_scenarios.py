@@ -164,6 +164,13 @@ class TestShow:
         assert found["rules"]["ais_reaction"]["bounds"] == [-1.0, 0.18]
         assert found["rules"]["ais_reaction"]["g_ais_min"] == pytest.approx(0.001)
 
+    def test_finds_the_nearest_place_of_the_path_between_its_samples(self, dwmr):
+        circle = 'reference={kind="circle",centre_x=0,centre_y=0,radius=5,period=60,direction="clockwise"}'
+        found = json.loads(dwmr("show", "paper", "--set", circle, "--format", "json")[1])
+        assert found["obstacles"][1]["from_path"] == pytest.approx((8.0**2 + 4.25**2) ** 0.5 - 5.0, abs=1e-9)
+        assert found["reference"]["length"] == pytest.approx(10.0 * 3.14159265, rel=1e-6)
+        assert found["reference"]["turn_rate"] == pytest.approx([-0.10472] * 2, abs=1e-5)
+
     def test_orders_disturbances_by_time_and_shows_own_gains_of_a_robot(self, dwmr):
         _, said, _ = dwmr(
             "show", "paper", "--set", "robots.leader.controllers.smc.g_v=0.7", "--set", "robot.noise.x=0.01"
