@@ -1,24 +1,18 @@
-"""From a system to a kernel: plan it, write its programs, and let a backend print them."""
+"""From a system to a kernel: plan it, choose an algorithm, and let a backend print it."""
 
 from __future__ import annotations
 
 import weakref
 from collections.abc import Mapping, Sequence
-from functools import cached_property
 from numbers import Real
 from typing import TYPE_CHECKING, Any, Final
 
-from fuzzyctl.errors import (
-    ArgumentError,
-    BackendUnavailableError,
-    FuzzyctlError,
-    NoRuleFiresError,
-    UnknownNameError,
-    ValueOutOfBoundsError,
-)
-from fuzzyctl.kernels import inference, python_backend, sequence
-from fuzzyctl.kernels.plan import Plan, plan, planned_set
-from fuzzyctl.kernels.program import Program, Refuse
+from fuzzyctl.errors import ArgumentError, BackendUnavailableError, UnknownNameError
+from fuzzyctl.kernels import inference
+from fuzzyctl.kernels.algorithm import ALGORITHMS
+from fuzzyctl.kernels.arguments import float_array
+from fuzzyctl.kernels.kernel import Kernel
+from fuzzyctl.kernels.plan import plan, planned_set
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import LinguisticVariable, Term
 
@@ -28,360 +22,13 @@ if TYPE_CHECKING:
 
     FloatArray = npt.NDArray[np.float64]
 
+__all__ = ["ALGORITHMS", "BACKENDS", "Kernel", "call_by_name", "compile", "degrees"]
+
 #: What `compile` takes as a backend.
 BACKENDS: Final = ("auto", "numba", "numpy", "python")
 
-_NO_STATE: Final = "the system has no state: no output is adaptive or says 'else hold'"
 
-
-class Kernel:
-    """A compiled system: numbers in, numbers out, and no state of its own.
-
-    `kernel(x0, x1, ...)` takes real numbers in the order of the inputs and gives a float, or a tuple for several
-    outputs. A system with a state takes it last, `kernel(x0, ..., C)`: the consequents of adaptive outputs, one for
-    each of their rules, then the previous values of outputs that say `else hold`, in the order they are computed in.
-    The state is the caller's: `initial_state` gives it, `next_state` puts the outputs into it, `jit_rates` tells how
-    the consequents change.
-
-    Where an input is NaN all outputs are NaN. Where no rule fires an output is what its `else` says; one without `else`
-    promises that this never happens. Where it happens all the same, calls from Python raise `NoRuleFiresError`, and
-    `jit`, which has no room for the test, gives NaN: check such a system before (`fuzzyctl.check` proves the promise).
-
-    Args:
-        plan: What it computes.
-        backend: "numba", "numpy" or "python".
-    """
-
-    def __init__(self, plan: Plan, backend: str) -> None:
-        self.plan, self.backend = plan, backend
-        self.input_names = tuple(i.name for i in plan.inputs)
-        self.output_names = tuple(o.name for o in plan.outputs)
-        self.n_rules = len(plan.rules)
-        self.n_states = len(plan.initial_state)
-        self._program = inference.evaluation(plan)
-        self._refusals = {s.message: s.output for s in self._program.body if isinstance(s, Refuse)}
-        #: Outputs that promise to have a value everywhere.
-        self._promised = tuple(k for k, o in enumerate(plan.outputs) if o.otherwise is None)
-        self._n_arguments = len(plan.inputs) + (1 if self.n_states else 0)
-        #: The function itself: plain Python, or compiled for use inside other compiled code. numba's is
-        #: float64(float64, ...), with a last float64[::1] for the state; several outputs come as a tuple of float64.
-        #: It raises ArithmeticError where no rule fires for an output that says `else error`, and does not check the
-        #: length of the state.
-        self.jit = self._evaluation()
-
-    def __repr__(self) -> str:
-        return f"Kernel({', '.join(self.input_names)} -> {', '.join(self.output_names)}; {self.backend})"
-
-    def __call__(self, *arguments: Any) -> Any:
-        """Evaluate at one point.
-
-        Raises:
-            ArgumentError: For a wrong number of arguments, or one that is no real number.
-            NoRuleFiresError: Where no rule fires for an output that says `else error` or has no `else`.
-        """
-        if self.n_states:
-            arguments = self._checked_state(arguments)
-        try:
-            try:
-                result = self.jit(*arguments)
-            except TypeError:
-                # Compiled code takes fewer types of numbers than there are; it never comes here with floats.
-                result = self.jit(*self._as_floats(arguments))
-            if result != result or type(result) is tuple:
-                self._keep_promises(arguments, result)
-            return result
-        except NoRuleFiresError:
-            raise
-        except ArithmeticError as error:
-            if isinstance(error, OverflowError):
-                raise self._too_large(arguments) from None
-            output = self._refusals.get(str(error))
-            if output is None:
-                raise
-            point = python_backend.point_text(self.input_names, arguments[: len(self.input_names)])
-            raise NoRuleFiresError(output, point) from None
-        except (TypeError, ValueError) as error:
-            # Compiled code refuses integers beyond 64 bits in its own words.
-            if len(arguments) == self._n_arguments and any(_overflows(a) for a in arguments):
-                raise self._too_large(arguments) from None
-            raise self._argument_error(arguments, error) from error
-
-    def batch(self, points: Any, state: Any = None) -> FloatArray:
-        """Evaluate at many points.
-
-        Args:
-            points: Shape (..., inputs).
-            state: The state, shape (..., states), for each point its own. Of shape (states,) it is the state before
-                the first point: adaptive consequents stay as they are, and an output that says `else hold` holds, point
-                after point in the order of memory, the last value before that is no NaN. Left out, it is the initial
-                state of a system without adaptive outputs.
-
-        Returns:
-            Shape (...) for one output, (..., outputs) for several.
-
-        Raises:
-            ArgumentError: For arrays of another shape or not of numbers.
-            NoRuleFiresError: For the first point where no rule fires for an output that says `else error` or has no
-                `else`.
-        """
-        import numpy as np
-
-        array = _float_array(points, "points")
-        if array.ndim == 0 or array.shape[-1] != len(self.input_names):
-            raise ArgumentError(
-                f"points must have the shape (..., {len(self.input_names)}) for {', '.join(self.input_names)}, "
-                f"got {array.shape}"
-            )
-        shape = array.shape[:-1]
-        count = int(np.prod(shape))
-        flat = _writable(array.reshape(count, array.shape[-1]))
-        states = self._flat_state(state, shape)
-        if states is not None and self.plan.held and np.ndim(state if state is not None else 0.0) <= 1:
-            states = sequence.states_along(self.plan, self._batch, flat, self._first_state(state))
-        results: FloatArray = self._batch(flat, states)
-        # A sum is NaN if any part is, and takes no memory; only then is it worth looking closer.
-        if self._promised and np.isnan(np.sum(results)):
-            missing = np.isnan(results)
-            bad = np.zeros(len(flat), dtype=bool)
-            for k in self._promised:
-                bad |= missing[:, k] & ~missing[:, list(self.plan.outputs[k].reads)].any(axis=1)
-            bad &= ~np.isnan(flat).any(axis=1)
-            if states is not None:
-                bad &= ~np.isnan(states).any(axis=1)
-            if bad.any():
-                first = int(np.argmax(bad))
-                self._keep_promises(flat[first].tolist(), tuple(results[first].tolist()))
-        return results.reshape(shape if len(self.output_names) == 1 else (*shape, len(self.output_names)))
-
-    def _keep_promises(self, arguments: Sequence[Any], result: float | tuple[float, ...]) -> None:
-        """Raise where an output without `else` is NaN though nothing that it reads is."""
-        values = result if isinstance(result, tuple) else (result,)
-        point = [float(a) for a in arguments[: len(self.input_names)]]
-        consequents = arguments[len(point)] if self.n_states and len(arguments) > len(point) else ()
-        if any(x != x for x in point) or any(c != c for c in consequents):
-            return
-        for k in self._promised:
-            if values[k] != values[k] and all(values[r] == values[r] for r in self.plan.outputs[k].reads):
-                text = python_backend.point_text(self.input_names, point)
-                raise NoRuleFiresError(self.output_names[k], text)
-
-    def initial_state(self) -> FloatArray:
-        """Return the state to begin with: the peak of the term of each adaptive rule, then what is held at first."""
-        import numpy as np
-
-        return np.array(self.plan.initial_state, dtype=np.float64)
-
-    def next_state(self, state: Any, results: Any) -> FloatArray:
-        """Return the state after an evaluation: outputs that say `else hold` put in, those that are NaN left out.
-
-        Args:
-            state: The state before, shape (states,).
-            results: What `kernel(...)` or `kernel.batch(...)` gave.
-
-        Raises:
-            FuzzyctlError: For a system without a state.
-            ArgumentError: For a state or results of another shape.
-        """
-        if not self.n_states:
-            raise FuzzyctlError(_NO_STATE)
-        before = self._first_state(state)
-        outputs = _float_array(results, "results")
-        if outputs.size % len(self.output_names):
-            raise ArgumentError(f"the results must have the shape (..., {len(self.output_names)}), got {outputs.shape}")
-        return sequence.state_after(self.plan, before, outputs.reshape(-1, len(self.output_names)))
-
-    @cached_property
-    def jit_rates(self) -> Any:
-        """The function (x0, ..., C, C_dot) that writes dC_k/dt = rate · ξ_k into C_dot.
-
-        It is zero where C_k would leave the range; the rate takes the inputs as they are, ξ the clamped ones.
-        """
-        self._require_adaptive()
-        return self._storing(inference.rates(self.plan))
-
-    @cached_property
-    def jit_strengths(self) -> Any:
-        """The function (x0, ..., xi) that writes the normalised firing strengths, 0 where no rule fires."""
-        self._require_adaptive()
-        return self._storing(inference.strengths(self.plan))
-
-    @property
-    def source(self) -> str:
-        """The text of the function as this backend prints it."""
-        if self.backend == "numba":
-            from fuzzyctl.kernels import numba_backend
-
-            return numba_backend.evaluation_source(self._program)
-        return python_backend.evaluation_source(self._program)
-
-    def _evaluation(self) -> Any:
-        if self.backend == "numba":
-            from fuzzyctl.kernels import numba_backend
-
-            return numba_backend.compile_source(numba_backend.evaluation_source(self._program))
-        source = python_backend.evaluation_source(self._program)
-        return python_backend.compile_source(source, self._program, self.input_names)
-
-    def _storing(self, program: Program) -> Any:
-        if self.backend == "numba":
-            from fuzzyctl.kernels import numba_backend
-
-            return numba_backend.compile_source(numba_backend.storing_source(program))
-        return python_backend.compile_source(python_backend.storing_source(program), program, self.input_names)
-
-    @cached_property
-    def _batch(self) -> Any:
-        """The function (points (n, inputs), state (n, rules) or None) -> results (n, outputs)."""
-        if self.backend == "numba":
-            return self._numba_batch()
-        if self.backend == "numpy":
-            from fuzzyctl.kernels import numpy_backend
-
-            of_columns = numpy_backend.compile_batch(self._program, self.input_names)
-            return lambda points, state: of_columns(points, None if state is None else state.T)
-        return self._python_batch
-
-    def _numba_batch(self) -> Any:
-        import numpy as np
-
-        from fuzzyctl.kernels import numba_backend
-
-        loop = numba_backend.compile_source(numba_backend.batch_source(self._program))
-        refusals = list(self._refusals.values())
-
-        def batch(points: FloatArray, state: FloatArray | None) -> FloatArray:
-            results = np.empty((len(points), len(self.output_names)))
-            states = () if state is None else (_writable(state).reshape(-1),)
-            failed = loop(points.reshape(-1), *states, results.reshape(-1))
-            if failed >= 0:
-                index, which = divmod(failed, len(refusals))
-                raise NoRuleFiresError(refusals[which], python_backend.point_text(self.input_names, points[index]))
-            return results
-
-        return batch
-
-    def _python_batch(self, points: FloatArray, state: FloatArray | None) -> FloatArray:
-        import numpy as np
-
-        results = np.empty((len(points), len(self.output_names)))
-        for i, point in enumerate(points.tolist()):
-            results[i] = self.jit(*point) if state is None else self.jit(*point, state[i])
-        return results
-
-    def _flat_state(self, state: Any, shape: tuple[int, ...]) -> FloatArray | None:
-        import numpy as np
-
-        if not self.n_states:
-            if state is not None:
-                raise ArgumentError(f"{_NO_STATE}, so batch takes none")
-            return None
-        array = self._first_state(None) if state is None else _float_array(state, "state")
-        if array.ndim == 0 or array.shape[-1] != self.n_states:
-            raise ArgumentError(f"the state must have the shape (..., {self.n_states}), got {array.shape}")
-        try:
-            return np.broadcast_to(array, (*shape, self.n_states)).reshape(-1, self.n_states)
-        except ValueError:
-            raise ArgumentError(f"a state of shape {array.shape} does not fit points of shape {shape}") from None
-
-    def _first_state(self, state: Any) -> FloatArray:
-        """Return a state of shape (states,), the initial one for None where nothing adapts."""
-        if state is None and self.plan.states:
-            raise ArgumentError(f"the state is missing: {self.n_states} adaptive consequents")
-        array = self.initial_state() if state is None else _float_array(state, "state")
-        if array.shape != (self.n_states,):
-            raise ArgumentError(f"the state must have the shape ({self.n_states},), got {array.shape}")
-        return array
-
-    def _require_adaptive(self) -> None:
-        if not self.plan.states:
-            raise FuzzyctlError("the system has no adaptive output, so it has no rates")
-
-    def _checked_state(self, arguments: tuple[Any, ...]) -> tuple[Any, ...]:
-        """Return the arguments with the state as the backend takes it; compiled code would read beyond a short one."""
-        if len(arguments) != self._n_arguments:
-            return arguments  # the function itself refuses them
-        *inputs, state = arguments
-        if type(state) in (list, tuple) and self.backend != "numba":  # no numpy for a light start
-            plain: Any = [
-                c if type(c) is float else python_backend.as_number(c, "each entry of the state") for c in state
-            ]
-        else:
-            array = _float_array(state, "state")
-            if array.ndim != 1:
-                raise ArgumentError(f"the state must have the shape ({self.n_states},), got {array.shape}")
-            plain = _writable(array) if self.backend == "numba" else array.tolist()
-        if len(plain) != self.n_states:
-            raise ArgumentError(f"the state must have {self.n_states} entries, got {len(plain)}")
-        return (*inputs, plain)
-
-    def _as_floats(self, arguments: Sequence[Any]) -> list[Any]:
-        """Return the inputs as floats.
-
-        Raises:
-            ArgumentError: For what is no real number.
-            TypeError: For a wrong number of arguments.
-        """
-        if len(arguments) != self._n_arguments:
-            raise TypeError("wrong number of arguments")
-        inputs = len(self.input_names)
-        return [*map(python_backend.as_number, arguments[:inputs]), *arguments[inputs:]]
-
-    def _too_large(self, arguments: Sequence[Any]) -> ValueOutOfBoundsError:
-        """Name the input that is too large for a float."""
-        for name, value in zip(self.input_names, arguments, strict=False):
-            if _overflows(value):
-                return ValueOutOfBoundsError(f"input {name!r}", type(value), "within the range of floats")
-        return ValueOutOfBoundsError("an input", type(arguments), "within the range of floats")
-
-    def _argument_error(self, arguments: Sequence[Any], error: Exception) -> ArgumentError:
-        if isinstance(error, ArgumentError):
-            return error
-        names = [*self.input_names, *(["state"] if self.n_states else [])]
-        if len(arguments) != self._n_arguments:
-            return ArgumentError(f"the kernel takes {len(names)} arguments ({', '.join(names)}), got {len(arguments)}")
-        kinds = ", ".join(f"{n}: {type(a).__name__}" for n, a in zip(names, arguments, strict=True))
-        state = f", and the state {self.n_states} of them" if self.n_states else ""
-        return ArgumentError(f"each input must be a real number{state}; got {kinds}; kernel.batch takes arrays")
-
-
-def _overflows(value: Any) -> bool:
-    try:
-        if isinstance(value, Real):
-            float(value)
-    except OverflowError:
-        return True
-    return False
-
-
-def _writable(array: FloatArray) -> FloatArray:
-    """Return an array as compiled code takes it: it declares arrays that could be written to, though it only reads."""
-    import numpy as np
-
-    return np.require(array, requirements=["C", "W"])
-
-
-def _float_array(values: Any, what: str) -> FloatArray:
-    import numpy as np
-
-    try:
-        if isinstance(values, np.ma.MaskedArray) and np.ma.is_masked(values):
-            raise ArgumentError(f"{what} has masked entries; fill them first")
-        array = np.asarray(values)
-        if array.dtype.kind not in "biuf":
-            # Texts, complex numbers and None would be turned into floats without a word; Fractions may be.
-            kinds = all(isinstance(v, Real) for v in array.flat) if array.dtype.kind == "O" else False
-            if not kinds:
-                raise ArgumentError(f"{what} must be an array of real numbers, got {array.dtype}")
-        return np.asarray(array, dtype=np.float64)
-    except OverflowError:
-        raise ValueOutOfBoundsError(what, type(values), "within the range of floats") from None
-    except ArgumentError:
-        raise
-    except (TypeError, ValueError) as error:
-        raise ArgumentError(f"{what} must be an array of real numbers: {error}") from None
-
-
-def compile(system: FuzzySystem, backend: str = "auto") -> Kernel:
+def compile(system: FuzzySystem, backend: str = "auto", *, algorithm: str = "auto") -> Kernel:
     """Compile a system.
 
     Args:
@@ -389,19 +36,22 @@ def compile(system: FuzzySystem, backend: str = "auto") -> Kernel:
         backend: "numba"; "numpy", which evaluates arrays with numpy and single points with generated Python; "python",
             which loops over the points of an array with the same Python; or "auto", which is numba where it can be
             imported, else numpy.
+        algorithm: "auto", "interpolation" or "rules"; all compute the same, up to rounding.
 
     Raises:
-        UnknownNameError: For another backend.
+        UnknownNameError: For another backend or algorithm.
+        ArgumentError: For interpolation of a system that does not interpolate.
         BackendUnavailableError: For a backend whose package cannot be imported.
         DiagnosticError: For a defuzzifier that the terms do not suit.
     """
     if not isinstance(system, FuzzySystem):
         raise ArgumentError(f"compile takes a FuzzySystem, got {type(system).__name__}")
-    if not isinstance(backend, str):
-        raise ArgumentError(f"the backend must be one of {', '.join(BACKENDS)}, got {type(backend).__name__}")
-    if backend not in BACKENDS:
-        raise UnknownNameError("backend", backend, BACKENDS)
-    return Kernel(plan(system), _resolve(backend))
+    for what, given, known in (("backend", backend, BACKENDS), ("algorithm", algorithm, ALGORITHMS)):
+        if not isinstance(given, str):
+            raise ArgumentError(f"the {what} must be one of {', '.join(known)}, got {type(given).__name__}")
+        if given not in known:
+            raise UnknownNameError(what, given, known)
+    return Kernel(plan(system), _resolve(backend), algorithm)
 
 
 def _resolve(backend: str) -> str:
@@ -434,7 +84,7 @@ def degrees(system: FuzzySystem, variable: LinguisticVariable, term: Term, x: An
     if found is None:
         return None
     batch = numpy_backend.compile_batch(inference.term_degree(found), [variable.name])
-    return batch(_float_array(x, variable.name).reshape(-1, 1), None)[:, 0]
+    return batch(float_array(x, variable.name).reshape(-1, 1), None)[:, 0]
 
 
 #: Kernels for calls by name, by the identity of their system: hashing a system costs more than evaluating it.
@@ -478,7 +128,7 @@ def call_by_name(system: FuzzySystem, values: Mapping[str, Any]) -> Any:
 def _call_arrays(kernel: Kernel, ordered: Sequence[Any]) -> Any:
     import numpy as np
 
-    arrays = [_float_array(v, f"input {n!r}") for n, v in zip(kernel.input_names, ordered, strict=True)]
+    arrays = [float_array(v, f"input {n!r}") for n, v in zip(kernel.input_names, ordered, strict=True)]
     try:
         points = np.stack(np.broadcast_arrays(*arrays), axis=-1)
     except ValueError as error:

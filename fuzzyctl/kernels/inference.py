@@ -78,6 +78,11 @@ def _program(plan: Plan, builder: Builder, results: list[Expr], *, with_state: b
     )
 
 
+def raw_names(plan: Plan) -> tuple[Name, ...]:
+    """Return the names of the raw inputs, the arguments of every program."""
+    return tuple(Name(_raw_name(i)) for i in range(len(plan.inputs)))
+
+
 def _raw_name(position: int) -> str:
     return f"x{position}"
 
@@ -94,7 +99,7 @@ class _Front:
 
     def __init__(self, plan: Plan) -> None:
         self.plan, self.builder = plan, Builder()
-        self.raw = tuple(Name(_raw_name(i)) for i in range(len(plan.inputs)))
+        self.raw = raw_names(plan)
         self.clamped = [_clamped(self.builder, i, x) for i, x in zip(plan.inputs, self.raw, strict=True)]
         self.outputs: dict[int, Expr] = {}
         self.activations: dict[int, Expr] = {}

@@ -39,7 +39,7 @@ def block_source(program: Program) -> str:
 
 def compile_batch(program: Program, input_names: Sequence[str]) -> Callable[..., FloatArray]:
     """Return the function (points (n, inputs), state (rules, n) or None) -> results (n, outputs)."""
-    namespace: dict[str, Any] = {**_RUNTIME, **dict(program.tables)}
+    namespace: dict[str, Any] = {**_RUNTIME, **{name: np.array(values) for name, values in program.tables}}
     exec(compile(block_source(program), "<fuzzyctl kernel>", "exec"), namespace)  # noqa: S102 - printed from a plan
     of_block: Callable[..., None] = namespace["block"]
 
@@ -80,11 +80,27 @@ def _refuse(condition: Any, output: str) -> None:
         raise _QuietError(int(np.argmax(np.atleast_1d(condition))), output)
 
 
+def _locate(x: FloatArray, knots: FloatArray, stride: int) -> tuple[Any, FloatArray]:
+    """Return the position of the knot at or below each value times a stride, and how far the value lies beyond it."""
+    held = np.minimum(np.maximum(x, knots[0]), knots[-1])
+    if len(knots) > 16:
+        position = np.searchsorted(knots[1:], held, side="right")
+        position[np.isnan(held)] = 0
+    else:
+        counted = np.zeros(len(held), dtype=np.uint8)
+        for knot in knots[1:]:
+            counted += held >= knot
+        position = counted.astype(np.intp)
+    rest: FloatArray = held - knots.take(position)
+    return position * stride if stride != 1 else position, rest
+
+
 _RUNTIME: Final[dict[str, Any]] = {
     "__builtins__": {"range": range, "abs": abs},
     "nan": np.nan,
     "inf": np.inf,
     "refuse": _refuse,
+    "locate": _locate,
     "where": np.where,
     "logical_not": np.logical_not,
     "divide": np.divide,

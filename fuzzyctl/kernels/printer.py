@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where
-from fuzzyctl.kernels.program import Accumulate, Assign, Item, Refuse, Statement
+from fuzzyctl.kernels.program import Accumulate, Assign, Item, Locate, Offset, Place, Refuse, Statement
 
 INDENT = "    "
+
+
+def index_text(index: int | str | Place) -> str:
+    """Return a position within an array."""
+    if isinstance(index, Place):
+        return f"{index.name} + {index.steps}" if index.steps else index.name
+    return str(index)
 
 
 @dataclass(frozen=True)
@@ -20,7 +27,9 @@ class Dialect:
         where: Text of a choice, from the texts of condition, value and other value.
         smaller: Text of the smaller of two atoms.
         larger: Text of the larger of two atoms.
+        clip: Text of an atom held between two atoms; NaN stays NaN.
         logic: Texts of `and`, `or`, `not`.
+        locate: Lines that find a knot.
         item: Text of an array item.
         divide: Text of a quotient.
     """
@@ -28,26 +37,74 @@ class Dialect:
     where: Callable[[str, str, str], str]
     smaller: Callable[[str, str], str]
     larger: Callable[[str, str], str]
+    clip: Callable[[str, str, str], str]
     logic: tuple[str, str, str]
-    item: Callable[[str, int | str], str] = lambda array, index: f"{array}[{index}]"
+    locate: Callable[[Locate, str], list[str]]
+    item: Callable[[str, int | str | Place], str] = lambda array, index: f"{array}[{index_text(index)}]"
     divide: Callable[[str, str], str] = lambda a, b: f"({a} / {b})"
+
+
+def counted(statement: Locate, x: str) -> list[str]:
+    """Return lines without branches: each knot but the first counts if it is not beyond the value."""
+    name, rest = statement.name, statement.rest
+    first, last = number(statement.knots[0]), number(statement.knots[-1])
+    held = f"{rest} = ({first} if {x} < {first} else ({last} if {x} > {last} else {x}))"
+    count = " + ".join(["0", *(f"({rest} >= {number(k)})" for k in statement.knots[1:])])
+    lines = [held, f"{name} = {count}", f"{rest} = {rest} - {statement.table}[{name}]"]
+    return lines if statement.stride == 1 else [*lines, f"{name} = {statement.stride} * {name}"]
+
+
+def decided(statement: Locate, x: str) -> list[str]:
+    """Return lines that halve the knots until one is left: what costs least where each line is interpreted."""
+    name, rest, knots = statement.name, statement.rest, statement.knots
+
+    def halved(first: int, last: int) -> list[str]:
+        if first < last:
+            middle = (first + last + 1) // 2
+            upper, lower = halved(middle, last), halved(first, middle - 1)
+            test = f"if {x} >= {number(knots[middle])}:"
+            return [test, *(INDENT + line for line in upper), "else:", *(INDENT + line for line in lower)]
+        beyond = f"{x} - {number(knots[first])}" if knots[first] else x
+        if first == len(knots) - 1:
+            beyond = "0.0" if first else f"({x} - {x} if {x} != {x} else 0.0)"
+        elif first == 0:
+            beyond = f"0.0 if {x} < {number(knots[0])} else {beyond}"
+        return [f"{name} = {first * statement.stride}", f"{rest} = {beyond}"]
+
+    return halved(0, len(knots) - 1)
 
 
 SCALAR = Dialect(
     where=lambda c, a, b: f"({a} if {c} else {b})",
     smaller=lambda a, b: f"({a} if {a} < {b} else {b})",
     larger=lambda a, b: f"({a} if {a} > {b} else {b})",
+    clip=lambda x, a, b: f"({a} if {x} < {a} else ({b} if {x} > {b} else {x}))",
     logic=(" and ", " or ", "not "),
+    locate=counted,
 )
 
+#: Scalar Python as it is interpreted, not compiled.
+INTERPRETED = replace(SCALAR, locate=decided)
+
 #: Plain Python where a quotient may be 0/0 or 1/0, which Python refuses and IEEE 754 (so numpy, numba) does not.
-IEEE_SCALAR = replace(SCALAR, divide=lambda a, b: f"divide({a}, {b})")
+IEEE_SCALAR = replace(INTERPRETED, divide=lambda a, b: f"divide({a}, {b})")
+
+
+def _array_item(array: str, index: int | str | Place) -> str:
+    """Return items at many positions; a constant step is cheaper to take off the array than to add to each position."""
+    if not isinstance(index, Place):
+        return f"{array}[{index}]"
+    return f"{array}[{index.steps}:].take({index.name})" if index.steps else f"{array}.take({index.name})"
+
 
 ARRAYS = Dialect(
     where=lambda c, a, b: f"where({c}, {a}, {b})",
     smaller=lambda a, b: f"minimum({a}, {b})",
     larger=lambda a, b: f"maximum({a}, {b})",
+    clip=lambda x, a, b: f"minimum(maximum({x}, {a}), {b})",
     logic=(" & ", " | ", "logical_not"),
+    locate=lambda s, x: [f"{s.name}, {s.rest} = locate({x}, {s.table}, {s.stride})"],
+    item=_array_item,
     # Constants stay plain Python numbers, and Python refuses to divide those by zero.
     divide=lambda a, b: f"divide({a}, {b})",
 )
@@ -88,9 +145,15 @@ class _Writer:
                 return self.dialect.smaller(self.text(a), self.text(b))
             case Call(function="max", arguments=(a, b)):
                 return self.dialect.larger(self.text(a), self.text(b))
+            case Call(function="clip", arguments=(a, b, c)):
+                return self.dialect.clip(self.text(a), self.text(b), self.text(c))
             case Call(function=function, arguments=arguments):
                 return f"{function}({', '.join(self.text(a) for a in arguments)})"
         raise TypeError(f"{type(expr).__name__} has no text in a program")
+
+
+def _offset(parts: Sequence[tuple[str, int]]) -> str:
+    return " + ".join(name if stride == 1 else f"{stride} * {name}" for name, stride in parts)
 
 
 def number(value: float) -> str:
@@ -118,6 +181,10 @@ def block(
         match statement:
             case Assign(name=name, value=value):
                 yield f"{pad}{name} = {text(value, dialect)}"
+            case Locate(x=x):
+                yield from (pad + line for line in dialect.locate(statement, text(x, dialect)))
+            case Offset(name=name, parts=parts):
+                yield f"{pad}{name} = {_offset(parts)}"
             case Accumulate(count=count, counter=counter, body=body, sums=sums):
                 yield from (f"{pad}{s.name} = 0.0" for s in sums)
                 yield f"{pad}for {counter} in range({count}):"

@@ -21,16 +21,24 @@ NAN: Final = Number(math.nan)
 
 
 @dataclass(frozen=True, slots=True)
+class Place:
+    """A position that is computed: the value of an integer name, and some steps further."""
+
+    name: str
+    steps: int = 0
+
+
+@dataclass(frozen=True, slots=True)
 class Item(Expr):
     """One number of an array argument or of a constant table.
 
     Args:
         array: Name of the array.
-        index: A position, or the name of a loop's counter.
+        index: A position, the name of a loop's counter, or a computed position.
     """
 
     array: str
-    index: int | str
+    index: int | str | Place
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +47,37 @@ class Assign:
 
     name: str
     value: Expr
+
+
+@dataclass(frozen=True, slots=True)
+class Locate:
+    """Find the knot at or below a value, and how far the value lies beyond it.
+
+    Values outside the knots count as the outer knots; NaN gives the first knot and a rest of NaN.
+
+    Args:
+        name: Name of the integer: the position of the knot times `stride`.
+        rest: Name of the number: x, held within the knots, less the knot.
+        x: An atom.
+        table: Name of the constant array of the knots.
+        knots: Rising, at least one.
+        stride: A positive integer.
+    """
+
+    name: str
+    rest: str
+    x: Expr
+    table: str
+    knots: tuple[float, ...]
+    stride: int
+
+
+@dataclass(frozen=True, slots=True)
+class Offset:
+    """Give a name to an integer: the sum of other integers, each times a constant."""
+
+    name: str
+    parts: tuple[tuple[str, int], ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +110,7 @@ class Refuse:
         return f"no rule fires for output '{self.output}'"
 
 
-Statement = Assign | Accumulate | Refuse
+Statement = Assign | Locate | Offset | Accumulate | Refuse
 
 
 @dataclass(frozen=True)
@@ -264,9 +303,9 @@ def times(a: Expr, b: Expr) -> Expr:
 
 
 def clip(x: Expr, lower: float | Expr, upper: float | Expr) -> Expr:
-    """Return an atom held within a range of numbers or atoms; written so that NaN stays NaN."""
+    """Return an atom held within a range of numbers or atoms; NaN stays NaN."""
     low, high = (end if isinstance(end, Expr) else Number(end) for end in (lower, upper))
-    return Where(Compare("<", x, low), low, Where(Compare(">", x, high), high, x))
+    return Call("clip", (x, low, high))
 
 
 def any_nan(names: Iterable[Expr]) -> Expr:

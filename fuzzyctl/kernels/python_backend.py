@@ -12,7 +12,7 @@ from typing import Any, Final
 
 from fuzzyctl.errors import ArgumentError, NoRuleFiresError
 from fuzzyctl.expr import Expr, names_in
-from fuzzyctl.kernels.printer import IEEE_SCALAR, INDENT, SCALAR, Dialect, block, text
+from fuzzyctl.kernels.printer import IEEE_SCALAR, INDENT, INTERPRETED, SCALAR, Dialect, block, text
 from fuzzyctl.kernels.program import STATE, Program
 
 #: Name of the array argument that a storing function writes to.
@@ -23,7 +23,7 @@ def evaluation_source(program: Program) -> str:
     """Return the text of the function `kernel(x0, ..., C)` that returns the outputs."""
     results = ", ".join(text(r, SCALAR) for r in program.results)
     end = f"return {results}" if len(program.results) == 1 else f"return ({results})"
-    return _function("kernel", program, [], [end], SCALAR)
+    return _function("kernel", program, [], [end], INTERPRETED)
 
 
 def storing_source(program: Program) -> str:

@@ -1,0 +1,209 @@
+"""Programs of systems that interpolate: find the cell, take its coefficients, and multiply out.
+
+Three forms of the same function. `cells` looks up one polynomial for each cell: least work for one point. `corners`
+looks up the values at the cell's corners, where a polynomial for each cell would take too much memory. `ramps` looks
+nothing up: it adds up, for each cell, the part of it that lies below x, which compilers turn into vector instructions.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise, product
+from typing import Final
+
+from fuzzyctl.expr import Binary, Expr, Name, Number, Where
+from fuzzyctl.kernels.grid import Grid, Table
+from fuzzyctl.kernels.inference import raw_names
+from fuzzyctl.kernels.plan import Plan
+from fuzzyctl.kernels.program import (
+    NAN,
+    Builder,
+    Item,
+    Locate,
+    Offset,
+    Place,
+    Program,
+    any_nan,
+    clip,
+    minus,
+    plus,
+    times,
+)
+
+#: Most coefficients of one sum over all cells: 1 MiB.
+MOST_COEFFICIENTS: Final = 1 << 17
+#: Most products of a sum over ramps: beyond, looking up is faster.
+MOST_RAMPS: Final = 64
+
+
+def lookup(plan: Plan, grid: Grid) -> Program:
+    """Write the program that evaluates the polynomial of the cell, or interpolates between its corners."""
+    if grid.size << len(grid.inputs) <= MOST_COEFFICIENTS:
+        return _cells(plan, grid)
+    return _corners(plan, grid)
+
+
+def batch(plan: Plan, grid: Grid) -> Program:
+    """Write the program for loops over many points: over ramps if they are few."""
+    return _ramps(plan, grid) if grid.size <= MOST_RAMPS else lookup(plan, grid)
+
+
+def _cells(plan: Plan, grid: Grid) -> Program:
+    builder = Builder()
+    raw = raw_names(plan)
+    width = 1 << len(grid.inputs)
+    strides = [width * s for s in _strides(grid)]
+    rests, places = _located(builder, grid, raw, grid.knots, strides)
+    cell = _sum(builder, [(p, 1) for p in places])
+    parts: dict[tuple[float, ...], str] = {}
+
+    def value(at_knots: tuple[float, ...]) -> Expr:
+        if at_knots not in parts:
+            parts[at_knots] = builder.table(_coefficients(grid, at_knots))
+        items: list[Expr] = [Item(parts[at_knots], Place(cell, k)) for k in range(width)]
+        for rest in reversed(rests):
+            items = [plus(a, times(rest, b)) for a, b in zip(items[::2], items[1::2], strict=True)]
+        return builder.let(items[0])
+
+    return _finished(plan, grid, builder, [_average(builder, t, value) for t in grid.outputs])
+
+
+def _corners(plan: Plan, grid: Grid) -> Program:
+    builder = Builder()
+    raw = raw_names(plan)
+    # The last knot begins no cell; an input with one knot changes nothing.
+    inner = [i for i, k in enumerate(grid.knots) if len(k) > 1]
+    begins = [grid.knots[i][:-1] for i in inner]
+    names = [builder.fresh() for _ in inner]
+    shares: list[Expr] = []
+    for i, name, knots in zip(inner, names, begins, strict=True):
+        x, rest = raw[grid.inputs[i]], builder.fresh()
+        held = builder.let(clip(x, grid.knots[i][0], grid.knots[i][-1]))
+        builder.statements.append(Locate(name, rest, held, builder.table(knots), knots, 1))
+        beyond = builder.let(minus(held, Item(builder.table(knots), Place(name))))
+        widths = builder.table(1.0 / (b - a) for a, b in pairwise(grid.knots[i]))
+        shares.append(builder.let(times(beyond, Item(widths, Place(name)))))
+    strides = [_strides(grid)[i] for i in inner]
+    cell = _sum(builder, list(zip(names, strides, strict=True)))
+    steps = [sum(s) for s in product(*((0, s) for s in strides))]
+
+    def value(at_knots: tuple[float, ...]) -> Expr:
+        items: list[Expr] = [Item(builder.table(at_knots), Place(cell, s)) for s in steps]
+        for share in reversed(shares):
+            named = [builder.let(i) for i in items]
+            items = [plus(a, times(share, minus(b, a))) for a, b in zip(named[::2], named[1::2], strict=True)]
+        return builder.let(items[0])
+
+    return _finished(plan, grid, builder, [_average(builder, t, value) for t in grid.outputs])
+
+
+def _ramps(plan: Plan, grid: Grid) -> Program:
+    builder = Builder()
+    raw = raw_names(plan)
+    ramps: list[list[Expr]] = []
+    for position, knots in zip(grid.inputs, grid.knots, strict=True):
+        x, own = raw[position], []
+        for a, b in pairwise(knots):
+            share = builder.let(times(builder.let(minus(x, Number(a))), Number(1.0 / (b - a))))
+            own.append(builder.let(clip(share, 0.0, 1.0)))
+        ramps.append(own)
+
+    def value(at_knots: tuple[float, ...]) -> Expr:
+        return builder.let(_over_ramps(builder, list(at_knots), ramps))
+
+    return _finished(plan, grid, builder, [_average(builder, t, value) for t in grid.outputs])
+
+
+def _over_ramps(builder: Builder, values: list[float], ramps: Sequence[Sequence[Expr]]) -> Expr:
+    """Sum V_0 + Σ_k r_k (V_k+1 - V_k), each V itself such a sum over the inputs that follow."""
+    if not ramps:
+        return Number(values[0])
+    size = len(values) // (len(ramps[0]) + 1)
+    slices = [values[k * size : (k + 1) * size] for k in range(len(ramps[0]) + 1)]
+    total = _over_ramps(builder, slices[0], ramps[1:])
+    for ramp, (before, after) in zip(ramps[0], pairwise(slices), strict=True):
+        steps = [b - a for a, b in zip(before, after, strict=True)]
+        if any(steps):
+            total = plus(total, _scaled(builder, ramp, _over_ramps(builder, steps, ramps[1:])))
+    return total
+
+
+def _scaled(builder: Builder, ramp: Expr, factor: Expr) -> Expr:
+    return times(ramp, factor if isinstance(factor, Number) else builder.let(factor))
+
+
+def _located(
+    builder: Builder, grid: Grid, raw: Sequence[Expr], knots: Sequence[tuple[float, ...]], strides: Sequence[int]
+) -> tuple[list[Expr], list[str]]:
+    """Find the cell of each input; return how far the inputs lie beyond its beginning, and the positions."""
+    rests: list[Expr] = []
+    places: list[str] = []
+    for position, own, stride in zip(grid.inputs, knots, strides, strict=True):
+        name, rest = builder.fresh(), builder.fresh()
+        builder.statements.append(Locate(name, rest, raw[position], builder.table(own), own, stride))
+        rests.append(Name(rest))
+        places.append(name)
+    return rests, places
+
+
+def _strides(grid: Grid) -> list[int]:
+    return [math.prod(len(k) for k in grid.knots[i + 1 :]) for i in range(len(grid.knots))]
+
+
+def _sum(builder: Builder, parts: list[tuple[str, int]]) -> str:
+    if len(parts) == 1 and parts[0][1] == 1:
+        return parts[0][0]
+    name = builder.fresh()
+    builder.statements.append(Offset(name, tuple(parts)))
+    return name
+
+
+def _coefficients(grid: Grid, at_knots: Sequence[float]) -> list[float]:
+    """Return for each cell the coefficients of its polynomial in the distances from its first knot.
+
+    The last input's powers vary fastest. Beyond the last knot nothing changes, so there the slopes are 0.
+    """
+    found = list(at_knots)
+    strides = _strides(grid)
+    for d, knots in enumerate(grid.knots):
+        # What is there already for each knot: a row of coefficients of the inputs before.
+        row = 1 << d
+        stride = strides[d] * row
+        wider = [0.0] * (2 * len(found))
+        for k, value in enumerate(found):
+            own, place = divmod(k, row)
+            i = own // strides[d] % len(knots)
+            slope = (found[k + stride] - value) / (knots[i + 1] - knots[i]) if i + 1 < len(knots) else 0.0
+            wider[2 * row * own + 2 * place] = value
+            wider[2 * row * own + 2 * place + 1] = slope
+        found = wider
+    return found
+
+
+def _average(builder: Builder, table: Table, value: object) -> Expr:
+    """Return an output as an atom, held within what it averages."""
+    assert callable(value)
+    own = value(table.value)
+    if table.weight:
+        own = builder.let(Binary("/", own, value(table.weight)))
+    return builder.let(clip(own, table.low, table.high))
+
+
+def _finished(plan: Plan, grid: Grid, builder: Builder, outputs: Sequence[Expr]) -> Program:
+    """Return the program; NaN of an input that no rule reads makes the outputs NaN too."""
+    raw = raw_names(plan)
+    unread = [x for i, x in enumerate(raw) if i not in grid.inputs or _is_flat(grid, i)]
+    results = tuple(Where(any_nan(unread), NAN, o) if unread else o for o in outputs)
+    return Program(
+        arguments=tuple(x.name for x in raw),
+        state=0,
+        tables=tuple(builder.tables.items()),
+        body=tuple(builder.statements),
+        results=results,
+    )
+
+
+def _is_flat(grid: Grid, position: int) -> bool:
+    """Return whether an input has one knot only, so that forms without its ramp do not see it."""
+    return len(grid.knots[grid.inputs.index(position)]) == 1

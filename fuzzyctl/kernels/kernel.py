@@ -1,0 +1,347 @@
+"""The kernel: a plan printed for a backend, and what its callers need around it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Final
+
+from fuzzyctl.errors import ArgumentError, FuzzyctlError, NoRuleFiresError, ValueOutOfBoundsError
+from fuzzyctl.kernels import inference, python_backend, sequence
+from fuzzyctl.kernels.algorithm import algorithm_of
+from fuzzyctl.kernels.arguments import float_array, overflows, writable
+from fuzzyctl.kernels.plan import Plan
+from fuzzyctl.kernels.program import Program, Refuse
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    FloatArray = npt.NDArray[np.float64]
+
+_NO_STATE: Final = "the system has no state: no output is adaptive or says 'else hold'"
+
+
+class Kernel:
+    """A compiled system: numbers in, numbers out, and no state of its own.
+
+    `kernel(x0, x1, ...)` takes real numbers in the order of the inputs and gives a float, or a tuple for several
+    outputs. A system with a state takes it last, `kernel(x0, ..., C)`: the consequents of adaptive outputs, one for
+    each of their rules, then the previous values of outputs that say `else hold`, in the order they are computed in.
+    The state is the caller's: `initial_state` gives it, `next_state` puts the outputs into it, `jit_rates` tells how
+    the consequents change.
+
+    Where an input is NaN all outputs are NaN. Where no rule fires an output is what its `else` says; one without `else`
+    promises that this never happens. Where it happens all the same, calls from Python raise `NoRuleFiresError`, and
+    `jit`, which has no room for the test, gives NaN: check such a system before (`fuzzyctl.check` proves the promise).
+
+    Args:
+        plan: What it computes.
+        backend: "numba", "numpy" or "python".
+        algorithm: One of `algorithm.ALGORITHMS`.
+    """
+
+    def __init__(self, plan: Plan, backend: str, algorithm: str = "auto") -> None:
+        self.plan, self.backend = plan, backend
+        self.input_names = tuple(i.name for i in plan.inputs)
+        self.output_names = tuple(o.name for o in plan.outputs)
+        self.n_rules = len(plan.rules)
+        self.n_states = len(plan.initial_state)
+        self.algorithm = algorithm_of(plan, algorithm)
+        self._program = self.algorithm.point
+        self._refusals = {s.message: s.output for s in self._program.body if isinstance(s, Refuse)}
+        #: Outputs that promise to have a value everywhere.
+        self._promised = tuple(k for k, o in enumerate(plan.outputs) if o.otherwise is None)
+        self._n_arguments = len(plan.inputs) + (1 if self.n_states else 0)
+        #: Number of arguments of a call that needs no preparation: a system without a state and with one output.
+        self._quick = -1 if self.n_states or len(plan.outputs) > 1 else len(plan.inputs)
+        #: The function itself: plain Python, or compiled for use inside other compiled code. numba's is
+        #: float64(float64, ...), with a last float64[::1] for the state; several outputs come as a tuple of float64.
+        #: It raises ArithmeticError where no rule fires for an output that says `else error`, and does not check the
+        #: length of the state.
+        self.jit = self._evaluation()
+
+    def __repr__(self) -> str:
+        return f"Kernel({', '.join(self.input_names)} -> {', '.join(self.output_names)}; {self.backend})"
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Evaluate at one point.
+
+        Raises:
+            ArgumentError: For a wrong number of arguments, or one that is no real number.
+            NoRuleFiresError: Where no rule fires for an output that says `else error` or has no `else`.
+        """
+        # What follows costs as much as the function itself; the usual case needs none of it.
+        if len(arguments) == self._quick:
+            try:
+                result = self.jit(*arguments)
+                if result == result:
+                    return result
+            except (TypeError, ValueError, ArithmeticError):
+                pass  # found and named below
+        return self._careful(arguments)
+
+    def _careful(self, arguments: tuple[Any, ...]) -> Any:
+        if self.n_states:
+            arguments = self._checked_state(arguments)
+        try:
+            try:
+                result = self.jit(*arguments)
+            except TypeError:
+                # Compiled code takes fewer types of numbers than there are; it never comes here with floats.
+                result = self.jit(*self._as_floats(arguments))
+            if result != result or type(result) is tuple:
+                self._keep_promises(arguments, result)
+            return result
+        except NoRuleFiresError:
+            raise
+        except ArithmeticError as error:
+            if isinstance(error, OverflowError):
+                raise self._too_large(arguments) from None
+            output = self._refusals.get(str(error))
+            if output is None:
+                raise
+            point = python_backend.point_text(self.input_names, arguments[: len(self.input_names)])
+            raise NoRuleFiresError(output, point) from None
+        except (TypeError, ValueError) as error:
+            # Compiled code refuses integers beyond 64 bits in its own words.
+            if len(arguments) == self._n_arguments and any(overflows(a) for a in arguments):
+                raise self._too_large(arguments) from None
+            raise self._argument_error(arguments, error) from error
+
+    def batch(self, points: Any, state: Any = None) -> FloatArray:
+        """Evaluate at many points.
+
+        Args:
+            points: Shape (..., inputs).
+            state: The state, shape (..., states), for each point its own. Of shape (states,) it is the state before
+                the first point: adaptive consequents stay as they are, and an output that says `else hold` holds, point
+                after point in the order of memory, the last value before that is no NaN. Left out, it is the initial
+                state of a system without adaptive outputs.
+
+        Returns:
+            Shape (...) for one output, (..., outputs) for several.
+
+        Raises:
+            ArgumentError: For arrays of another shape or not of numbers.
+            NoRuleFiresError: For the first point where no rule fires for an output that says `else error` or has no
+                `else`.
+        """
+        import numpy as np
+
+        array = float_array(points, "points")
+        if array.ndim == 0 or array.shape[-1] != len(self.input_names):
+            raise ArgumentError(
+                f"points must have the shape (..., {len(self.input_names)}) for {', '.join(self.input_names)}, "
+                f"got {array.shape}"
+            )
+        shape = array.shape[:-1]
+        count = int(np.prod(shape))
+        flat = writable(array.reshape(count, array.shape[-1]))
+        states = self._flat_state(state, shape)
+        if states is not None and self.plan.held and np.ndim(state if state is not None else 0.0) <= 1:
+            states = sequence.states_along(self.plan, self._batch, flat, self._first_state(state))
+        results: FloatArray = self._batch(flat, states)
+        # A sum is NaN if any part is, and takes no memory; only then is it worth looking closer.
+        if self._promised and np.isnan(np.sum(results)):
+            missing = np.isnan(results)
+            bad = np.zeros(len(flat), dtype=bool)
+            for k in self._promised:
+                bad |= missing[:, k] & ~missing[:, list(self.plan.outputs[k].reads)].any(axis=1)
+            bad &= ~np.isnan(flat).any(axis=1)
+            if states is not None:
+                bad &= ~np.isnan(states).any(axis=1)
+            if bad.any():
+                first = int(np.argmax(bad))
+                self._keep_promises(flat[first].tolist(), tuple(results[first].tolist()))
+        return results.reshape(shape if len(self.output_names) == 1 else (*shape, len(self.output_names)))
+
+    def _keep_promises(self, arguments: Sequence[Any], result: float | tuple[float, ...]) -> None:
+        """Raise where an output without `else` is NaN though nothing that it reads is."""
+        values = result if isinstance(result, tuple) else (result,)
+        point = [float(a) for a in arguments[: len(self.input_names)]]
+        consequents = arguments[len(point)] if self.n_states and len(arguments) > len(point) else ()
+        if any(x != x for x in point) or any(c != c for c in consequents):
+            return
+        for k in self._promised:
+            if values[k] != values[k] and all(values[r] == values[r] for r in self.plan.outputs[k].reads):
+                text = python_backend.point_text(self.input_names, point)
+                raise NoRuleFiresError(self.output_names[k], text)
+
+    def initial_state(self) -> FloatArray:
+        """Return the state to begin with: the peak of the term of each adaptive rule, then what is held at first."""
+        import numpy as np
+
+        return np.array(self.plan.initial_state, dtype=np.float64)
+
+    def next_state(self, state: Any, results: Any) -> FloatArray:
+        """Return the state after an evaluation: outputs that say `else hold` put in, those that are NaN left out.
+
+        Args:
+            state: The state before, shape (states,).
+            results: What `kernel(...)` or `kernel.batch(...)` gave.
+
+        Raises:
+            FuzzyctlError: For a system without a state.
+            ArgumentError: For a state or results of another shape.
+        """
+        if not self.n_states:
+            raise FuzzyctlError(_NO_STATE)
+        before = self._first_state(state)
+        outputs = float_array(results, "results")
+        if outputs.size % len(self.output_names):
+            raise ArgumentError(f"the results must have the shape (..., {len(self.output_names)}), got {outputs.shape}")
+        return sequence.state_after(self.plan, before, outputs.reshape(-1, len(self.output_names)))
+
+    @cached_property
+    def jit_rates(self) -> Any:
+        """The function (x0, ..., C, C_dot) that writes dC_k/dt = rate · ξ_k into C_dot.
+
+        It is zero where C_k would leave the range; the rate takes the inputs as they are, ξ the clamped ones.
+        """
+        self._require_adaptive()
+        return self._storing(inference.rates(self.plan))
+
+    @cached_property
+    def jit_strengths(self) -> Any:
+        """The function (x0, ..., xi) that writes the normalised firing strengths, 0 where no rule fires."""
+        self._require_adaptive()
+        return self._storing(inference.strengths(self.plan))
+
+    @property
+    def source(self) -> str:
+        """The text of the function as this backend prints it."""
+        if self.backend == "numba":
+            from fuzzyctl.kernels import numba_backend
+
+            return numba_backend.evaluation_source(self._program)
+        return python_backend.evaluation_source(self._program)
+
+    def _evaluation(self) -> Any:
+        if self.backend == "numba":
+            from fuzzyctl.kernels import numba_backend
+
+            return numba_backend.compile_source(numba_backend.evaluation_source(self._program))
+        source = python_backend.evaluation_source(self._program)
+        return python_backend.compile_source(source, self._program, self.input_names)
+
+    def _storing(self, program: Program) -> Any:
+        if self.backend == "numba":
+            from fuzzyctl.kernels import numba_backend
+
+            return numba_backend.compile_source(numba_backend.storing_source(program))
+        return python_backend.compile_source(python_backend.storing_source(program), program, self.input_names)
+
+    @cached_property
+    def _batch(self) -> Any:
+        """The function (points (n, inputs), state (n, rules) or None) -> results (n, outputs)."""
+        if self.backend == "numba":
+            return self._numba_batch()
+        if self.backend == "numpy":
+            from fuzzyctl.kernels import numpy_backend
+
+            of_columns = numpy_backend.compile_batch(self._program, self.input_names)
+            return lambda points, state: of_columns(points, None if state is None else state.T)
+        return self._python_batch
+
+    def _numba_batch(self) -> Any:
+        import numpy as np
+
+        from fuzzyctl.kernels import numba_backend
+
+        loop = numba_backend.compile_source(numba_backend.batch_source(self.algorithm.many))
+        refusals = list(self._refusals.values())
+
+        def batch(points: FloatArray, state: FloatArray | None) -> FloatArray:
+            results = np.empty((len(points), len(self.output_names)))
+            states = () if state is None else (writable(state).reshape(-1),)
+            failed = loop(points.reshape(-1), *states, results.reshape(-1))
+            if failed >= 0:
+                index, which = divmod(failed, len(refusals))
+                raise NoRuleFiresError(refusals[which], python_backend.point_text(self.input_names, points[index]))
+            return results
+
+        return batch
+
+    def _python_batch(self, points: FloatArray, state: FloatArray | None) -> FloatArray:
+        import numpy as np
+
+        results = np.empty((len(points), len(self.output_names)))
+        for i, point in enumerate(points.tolist()):
+            results[i] = self.jit(*point) if state is None else self.jit(*point, state[i])
+        return results
+
+    def _flat_state(self, state: Any, shape: tuple[int, ...]) -> FloatArray | None:
+        import numpy as np
+
+        if not self.n_states:
+            if state is not None:
+                raise ArgumentError(f"{_NO_STATE}, so batch takes none")
+            return None
+        array = self._first_state(None) if state is None else float_array(state, "state")
+        if array.ndim == 0 or array.shape[-1] != self.n_states:
+            raise ArgumentError(f"the state must have the shape (..., {self.n_states}), got {array.shape}")
+        try:
+            return np.broadcast_to(array, (*shape, self.n_states)).reshape(-1, self.n_states)
+        except ValueError:
+            raise ArgumentError(f"a state of shape {array.shape} does not fit points of shape {shape}") from None
+
+    def _first_state(self, state: Any) -> FloatArray:
+        """Return a state of shape (states,), the initial one for None where nothing adapts."""
+        if state is None and self.plan.states:
+            raise ArgumentError(f"the state is missing: {self.n_states} adaptive consequents")
+        array = self.initial_state() if state is None else float_array(state, "state")
+        if array.shape != (self.n_states,):
+            raise ArgumentError(f"the state must have the shape ({self.n_states},), got {array.shape}")
+        return array
+
+    def _require_adaptive(self) -> None:
+        if not self.plan.states:
+            raise FuzzyctlError("the system has no adaptive output, so it has no rates")
+
+    def _checked_state(self, arguments: tuple[Any, ...]) -> tuple[Any, ...]:
+        """Return the arguments with the state as the backend takes it; compiled code would read beyond a short one."""
+        if len(arguments) != self._n_arguments:
+            return arguments  # the function itself refuses them
+        *inputs, state = arguments
+        if type(state) in (list, tuple) and self.backend != "numba":  # no numpy for a light start
+            plain: Any = [
+                c if type(c) is float else python_backend.as_number(c, "each entry of the state") for c in state
+            ]
+        else:
+            array = float_array(state, "state")
+            if array.ndim != 1:
+                raise ArgumentError(f"the state must have the shape ({self.n_states},), got {array.shape}")
+            plain = writable(array) if self.backend == "numba" else array.tolist()
+        if len(plain) != self.n_states:
+            raise ArgumentError(f"the state must have {self.n_states} entries, got {len(plain)}")
+        return (*inputs, plain)
+
+    def _as_floats(self, arguments: Sequence[Any]) -> list[Any]:
+        """Return the inputs as floats.
+
+        Raises:
+            ArgumentError: For what is no real number.
+            TypeError: For a wrong number of arguments.
+        """
+        if len(arguments) != self._n_arguments:
+            raise TypeError("wrong number of arguments")
+        inputs = len(self.input_names)
+        return [*map(python_backend.as_number, arguments[:inputs]), *arguments[inputs:]]
+
+    def _too_large(self, arguments: Sequence[Any]) -> ValueOutOfBoundsError:
+        """Name the input that is too large for a float."""
+        for name, value in zip(self.input_names, arguments, strict=False):
+            if overflows(value):
+                return ValueOutOfBoundsError(f"input {name!r}", type(value), "within the range of floats")
+        return ValueOutOfBoundsError("an input", type(arguments), "within the range of floats")
+
+    def _argument_error(self, arguments: Sequence[Any], error: Exception) -> ArgumentError:
+        if isinstance(error, ArgumentError):
+            return error
+        names = [*self.input_names, *(["state"] if self.n_states else [])]
+        if len(arguments) != self._n_arguments:
+            return ArgumentError(f"the kernel takes {len(names)} arguments ({', '.join(names)}), got {len(arguments)}")
+        kinds = ", ".join(f"{n}: {type(a).__name__}" for n, a in zip(names, arguments, strict=True))
+        state = f", and the state {self.n_states} of them" if self.n_states else ""
+        return ArgumentError(f"each input must be a real number{state}; got {kinds}; kernel.batch takes arrays")

@@ -1,0 +1,218 @@
+"""Interpolation and the evaluation of all rules are the same function."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from fuzzyctl import loads, output_bounds
+from fuzzyctl.errors import ArgumentError
+from fuzzyctl.kernels.algorithm import algorithm_of
+from fuzzyctl.kernels.compile import compile as compile_system
+from fuzzyctl.kernels.plan import plan
+
+BACKENDS = ("python", "numpy", "numba")
+
+
+@st.composite
+def partitions(draw, lower):
+    """Terms of an input, as text: a partition of unity, or overlapping trapezoids that leave no gap."""
+    count = draw(st.integers(2, 4))
+    steps = draw(st.lists(st.integers(2, 40), min_size=count - 1, max_size=count - 1))
+    peaks = list(itertools.accumulate(steps, initial=lower))
+    names = [f"T{k}" for k in range(count)]
+    if draw(st.booleans()):
+        return names, "  terms " + " ".join(f"{n}@{p}" for n, p in zip(names, peaks, strict=True)), peaks
+    lines = []
+    for k, n in enumerate(names):
+        left = "-inf" if k == 0 else f"{peaks[k - 1]}"
+        right = "inf" if k == count - 1 else f"{peaks[k + 1] + draw(st.integers(0, 3))}"
+        top = peaks[k] + (draw(st.integers(0, 1)) if k < count - 1 else 0)
+        height = draw(st.sampled_from(["", ", height=0.75"]))
+        lines.append(f"  {n} = trapezoid({left}, {peaks[k]}, {top}, {right}{height})")
+    return names, "\n".join(lines), peaks
+
+
+@st.composite
+def systems(draw):
+    """A complete table or loose rules over one to three inputs, averaged under the product."""
+    count = draw(st.integers(1, 3))
+    lines = ["system s", "and product", "or probabilistic_sum", "defuzzifier weighted_average"]
+    terms, knots = [], []
+    for i in range(count):
+        lower = draw(st.integers(-30, 30))
+        names, text, peaks = draw(partitions(lower))
+        ends = (peaks[0] - draw(st.integers(-1, 2)), peaks[-1] + draw(st.integers(0, 2)))
+        extrapolate = draw(st.sampled_from(["", " extrapolate"]))
+        lines += [f"input x{i} in [{ends[0]}, {ends[1]}]{extrapolate}", text]
+        terms.append(names)
+        knots.append([*peaks, *map(float, ends)])
+    lines += ["output u in [-10, 10]", *(f"  c{k} = constant({draw(st.integers(-9, 9))})" for k in range(4))]
+    for combination in itertools.product(*terms):
+        parts = [f"x{i} is {t}" for i, t in enumerate(combination)]
+        weight = draw(st.sampled_from(["", " weight 0.5", " weight 0.9"]))
+        lines.append(f"if {' and '.join(parts)} then u is c{draw(st.integers(0, 3))}{weight}")
+    if count > 1 and draw(st.booleans()):
+        lines.append(f"if x0 is not {terms[0][0]} or x1 is {terms[1][0]} then u is c1 weight 0.25")
+    return "\n".join(lines), knots
+
+
+def points_of(knots, seed):
+    """Random points around the ranges, corners of the terms and their neighbours among the floats, and oddities."""
+    rng = np.random.default_rng(seed)
+    columns = []
+    for own in knots:
+        special = [y for k in own for y in (k, math.nextafter(k, math.inf), math.nextafter(k, -math.inf))]
+        special += [math.inf, -math.inf, 0.0, -0.0, 5e-324]
+        random = rng.uniform(min(own) - 3, max(own) + 3, 40)
+        columns.append(rng.choice([*special, *random], 60))
+    return np.stack(columns, axis=1)
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(case=systems(), seed=st.integers(0, 1000))
+@pytest.mark.parametrize("backend", ["python", "numpy"])
+def test_interpolation_is_the_evaluation_of_all_rules(backend, case, seed):
+    text, knots = case
+    system = loads(text)
+    found = algorithm_of(plan(system))
+    assert found.name == "interpolation" or "close to 0" in found.reason
+    points = points_of(knots, seed)
+    expected = compile_system(system, "numpy", algorithm="rules").batch(points)
+    np.testing.assert_allclose(compile_system(system, backend).batch(points), expected, rtol=0, atol=20e-12)
+    bound = output_bounds(system)["u"]
+    assert bound.lo <= compile_system(system, backend).batch(points).min()
+    assert compile_system(system, backend).batch(points).max() <= bound.hi
+
+
+@settings(max_examples=6, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(case=systems(), seed=st.integers(0, 1000))
+def test_compiled_interpolation_too(case, seed):
+    text, knots = case
+    system = loads(text)
+    points = points_of(knots, seed)
+    kernel = compile_system(system, "numba")
+    expected = compile_system(system, "python", algorithm="rules").batch(points)
+    np.testing.assert_allclose(kernel.batch(points), expected, rtol=0, atol=20e-12)
+    for point, value in zip(points[:20].tolist(), expected[:20], strict=True):
+        assert kernel(*point) == pytest.approx(value, abs=20e-12)
+
+
+MANY = """
+system many
+and product
+defuzzifier weighted_average
+{inputs}
+output u in [-9, 9]
+  a = constant(-7)
+  b = constant(0.125)
+  c = constant(8)
+{rules}
+"""
+
+
+CONSEQUENTS = {"a": -7.0, "b": 0.125, "c": 8.0}
+
+
+def many(inputs, terms):
+    """Return a complete rule base, its consequents in no order, and their values by the terms of the inputs."""
+    names = "ABCDE"[:terms]
+    text = "\n".join(f"input x{i} in [{i}, {i + 2}]\n  terms {' '.join(names)}" for i in range(inputs))
+    chosen = np.random.default_rng(terms).choice(list("abc"), (terms,) * inputs)
+    rules = [
+        f"if {' and '.join(f'x{i} is {names[t]}' for i, t in enumerate(c))} then u is {chosen[c]}"
+        for c in itertools.product(range(terms), repeat=inputs)
+    ]
+    system = loads(MANY.format(inputs=text, rules="\n".join(rules)))
+    return system, np.vectorize(CONSEQUENTS.get)(chosen).astype(float)
+
+
+def interpolated(values, points):
+    """Interpolate between the values at the peaks of even partitions, one input after the other."""
+    results = []
+    for point in points:
+        left = values
+        for i, x in enumerate(point):
+            peaks = np.linspace(i, i + 2, len(left))
+            degrees = np.array([np.interp(x, peaks, row) for row in np.eye(len(left))])
+            left = np.tensordot(degrees, left, axes=(0, 0))
+        results.append(float(left))
+    return np.array(results)
+
+
+class TestManyInputs:
+    @pytest.mark.parametrize(("inputs", "terms"), [(4, 5), (6, 3), (7, 3)])
+    def test_corners_and_cells_are_the_sum_over_all_rules(self, inputs, terms):
+        system, values = many(inputs, terms)
+        rng = np.random.default_rng(inputs)
+        points = rng.uniform(-0.5, 2.5, (200, inputs)) + np.arange(inputs)
+        points[0] = np.arange(inputs) + 2.0
+        for backend in ("python", "numpy"):
+            kernel = compile_system(system, backend)
+            assert kernel.algorithm.name == "interpolation"
+            np.testing.assert_allclose(kernel.batch(points), interpolated(values, points), rtol=0, atol=2e-11)
+
+
+class TestChoice:
+    TEXT = """
+system s
+and {conjunction}
+defuzzifier weighted_average
+activation {activation}
+input x in [0, 1]
+  {a}
+  b = triangle(0, 1, inf)
+input y in [0, 2]
+  terms a b
+output u in [0, 1]
+  lo = constant(0)
+  hi = {hi}
+if x is a and y is a then u is lo
+if x is a and y is b then u is hi
+if x is {hedge}b {and_y}then u is hi
+"""
+
+    def text(self, **changes):
+        usual = {
+            "conjunction": "product",
+            "activation": "general",
+            "a": "a = triangle(-inf, 0, 1)",
+            "hi": "constant(1)",
+            "hedge": "",
+            "and_y": "",
+        }
+        return self.TEXT.format(**usual | changes)
+
+    def test_is_interpolation_where_it_can_be(self):
+        kernel = compile_system(loads(self.text()), "python")
+        assert kernel.algorithm.name == "interpolation"
+        assert kernel.algorithm.reason == "the output at 2 x 2 knots of the inputs"
+        assert compile_system(loads(self.text()), "python", algorithm="rules").algorithm.name == "rules"
+
+    @pytest.mark.parametrize(
+        ("changes", "reason"),
+        [
+            ({"conjunction": "min"}, "not products of straight lines"),
+            ({"hedge": "very "}, "not products of straight lines"),
+            ({"and_y": "and x is a and y is a "}, "not products of straight lines"),
+            ({"a": "a = gaussian(0, 0.4)"}, "'a' of 'x' has no straight sides or jumps"),
+            ({"a": "a = rectangle(0, 1)"}, "'a' of 'x' has no straight sides or jumps"),
+            ({"a": "a = triangle(-inf, 0, 1e-9)"}, "'x' lie too close"),
+            ({"activation": "proportional"}, "activation 'proportional' compares rules"),
+            ({"hi": "linear(1, 0, 0)"}, "functions of the inputs"),
+        ],
+    )
+    def test_is_the_rules_where_it_cannot(self, changes, reason):
+        system = loads(self.text(**changes))
+        assert reason in compile_system(system, "python").algorithm.reason
+        with pytest.raises(ArgumentError, match="does not interpolate"):
+            compile_system(system, "python", algorithm="interpolation")
+
+    def test_a_hole_is_left_to_the_rules(self):
+        text = self.text(a="a = triangle(-inf, 0, 0.5)").replace("b = triangle(0, 1, inf)", "b = triangle(0.6, 1, inf)")
+        kernel = compile_system(loads(text.replace("output u in [0, 1]", "output u in [0, 1] else 0.3")), "python")
+        assert kernel.algorithm.reason == "activations come close to 0"
+        assert kernel(0.55, 0.0) == 0.3
