@@ -52,10 +52,11 @@ class TestMoments:
 class TestBody:
     def test_points_where_the_robot_does_and_stays_in_its_circle(self):
         robot = read(find("paper"), []).scenario.robots["follower1"]
-        outline = animation.body(robot, 2.0, 1.0, np.pi / 2)
-        axle = np.array([2.0, 1.0 - robot.d])
+        outline = animation.body(robot, 2.0, 1.0, np.pi / 6)
+        ahead = np.array([np.sqrt(3.0) / 2.0, 0.5])
+        axle = np.array([2.0, 1.0]) - robot.d * ahead
         assert np.hypot(*(outline - axle).T).max() == pytest.approx(robot.radius)
-        assert outline[3] == pytest.approx(axle + np.array([0.0, robot.radius]))
+        assert outline[3] == pytest.approx(axle + robot.radius * ahead)
 
 
 class TestFilm:
@@ -90,15 +91,15 @@ class TestFilm:
 
 class TestGif:
     def test_has_all_pictures_and_keeps_its_time(self, tmp_path):
-        pictures = [np.full((20, 30, 3), 10 * k, dtype=np.uint8) for k in range(13)]
-        film.write_gif(tmp_path / "a.gif", pictures, 30, [f"#{3 * f'{10 * k:02x}'}" for k in range(13)])
+        pictures = [np.full((20, 30, 3), 4 * k, dtype=np.uint8) for k in range(61)]
+        film.write_gif(tmp_path / "a.gif", pictures, 30, [f"#{3 * f'{4 * k:02x}'}" for k in range(61)])
         with Image.open(tmp_path / "a.gif") as gif:
-            assert (gif.size, gif.n_frames) == ((30, 20), 13)
+            assert (gif.size, gif.n_frames) == ((30, 20), 61)
             delays = []
-            for k in range(13):
+            for k in range(61):
                 gif.seek(k)
                 delays.append(gif.info["duration"])
-        assert sum(delays) == 430  # 13 pictures at 30 a second, to the hundredth of a second
+        assert sum(delays) == 2030  # 61 pictures at 30 a second, to the hundredth of a second
         assert set(delays) == {30, 40}
 
     def test_colours_that_come_later_are_kept(self, tmp_path):

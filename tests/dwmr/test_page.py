@@ -3,6 +3,7 @@ import json
 import re
 import subprocess
 import sys
+from html import escape
 from html.parser import HTMLParser
 
 import numpy as np
@@ -133,6 +134,8 @@ class TestPage:
         shown = written(file, [simulate.run(simulate.prepare(file, "aifqsmc", rules))], [EVIL])
         assert EVIL not in shown
         assert "&lt;script&gt;alert(1)" in shown
+        # plotly takes some markup in names: it must get none
+        assert all((escape(EVIL), "y") in traces(shown, f"plot-aifqsmc-{k}") for k in (0, 1))
         usual = Elements(written(read(find("paper"), ["run.horizon=1"]), [_run("aifqsmc")])).found
         assert [tag for tag, _ in Elements(shown).found].count("script") == [tag for tag, _ in usual].count("script")
 
