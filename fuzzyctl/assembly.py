@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+import os
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from fuzzyctl.errors import Diagnostic, DiagnosticError
+from fuzzyctl.errors import Diagnostic, DiagnosticError, Note
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.csv_table import parse_csv_table
 from fuzzyctl.lang.parser import parse
@@ -70,9 +72,24 @@ def bring_in(tree: sx.SyntaxTree, folder: Path | None) -> tuple[sx.SyntaxTree, l
         The tree with `used` statements and filled tables, and the mistakes of all files read.
     """
     reader = _Reader(folder)
-    statements = tuple(reader.fill(s) for s in tree.statements)
+    statements = tuple(reader.fill(s) for s in reader.without_repeats(tree.statements))
     used = reader.use(tree.statements, (tree.source.name,))
-    return dataclasses.replace(tree, statements=statements, used=tuple(used)), reader.diagnostics
+    tree = dataclasses.replace(
+        tree,
+        statements=statements,
+        used=tuple(used),
+        unread=tree.unread | reader.unread,
+        lost_variable=tree.lost_variable or reader.lost_variable,
+        lost_input=tree.lost_input or reader.lost_input,
+        lost_file=reader.lost_file,
+    )
+    return tree, reader.diagnostics
+
+
+def _repeated(statement: sx.System, first: Span) -> Diagnostic:
+    message = f"'system {statement.name.text}' is given twice"
+    notes = (Note(first, "first given here"),)
+    return Diagnostic("FZ215", message, statement.span, help="remove one of them", notes=notes)
 
 
 class _Reader:
@@ -82,6 +99,21 @@ class _Reader:
         self.folder = folder
         self.diagnostics: list[Diagnostic] = []
         self.seen: set[Path] = set()
+        #: What the files read could not say, as in a syntax tree.
+        self.unread: frozenset[str] = frozenset()
+        self.lost_variable = self.lost_input = self.lost_file = False
+
+    def without_repeats(self, statements: tuple[sx.Statement, ...]) -> Iterator[sx.Statement]:
+        """Leave out `system` lines that repeat a name and have nothing of their own, or follow one that has not."""
+        first: dict[str, int] = {}
+        for i, s in enumerate(statements):
+            if isinstance(s, sx.System):
+                earlier = first.setdefault(s.name.text, i)
+                is_empty = i + 1 == len(statements) or isinstance(statements[i + 1], sx.System)
+                if earlier < i and (is_empty or earlier == i - 1):
+                    self.diagnostics.append(_repeated(s, statements[earlier].span))
+                    continue
+            yield s
 
     def use(self, statements: tuple[sx.Statement, ...], chain: tuple[str, ...]) -> list[sx.Statement]:
         found: list[sx.Statement] = []
@@ -90,6 +122,7 @@ class _Reader:
                 continue
             path = self._path(s.path, s.path_span)
             if path is None:
+                self._lose_all()
                 continue
             if str(path) in chain or path.name in {Path(c).name for c in chain if Path(c).parent == path.parent}:
                 way = " → ".join(Path(c).name for c in (*chain, str(path)))
@@ -104,12 +137,19 @@ class _Reader:
         if source is None or len(self.seen) > MAX_FILES:
             if source is not None:
                 self._report(f"more than {MAX_FILES} files are used", place)
+            self._lose_all()
             return []
         tree, mistakes = parse(source)
+        self.unread |= tree.unread
+        self.lost_variable = self.lost_variable or tree.lost_variable
+        self.lost_input = self.lost_input or tree.lost_input
         self.diagnostics.extend(mistakes)
         heads = [i for i, s in enumerate(tree.statements) if isinstance(s, sx.System)]
         common = tree.statements[: heads[0]] if heads else tree.statements
         return [*self.use(common, chain), *(s for s in common if isinstance(s, _DECLARATIONS))]
+
+    def _lose_all(self) -> None:
+        self.lost_variable = self.lost_input = self.lost_file = True
 
     def fill(self, statement: sx.Statement) -> sx.Statement:
         if not isinstance(statement, sx.Table) or not statement.csv or statement.csv_span is None:
@@ -141,7 +181,9 @@ class _Reader:
             return read_source(path)
         except DiagnosticError as error:
             (why,) = error.diagnostics
-            self._report(f"{place.text} cannot be used: {why.message}", place, facts=why.facts, help=why.help)
+            # The statement names files from where its own file stands.
+            help_text = why.help.replace(f"{self.folder}{os.sep}", "")
+            self._report(f"{place.text} cannot be used: {why.message}", place, facts=why.facts, help=help_text)
             return None
 
     def _report(self, message: str, place: Span, *, facts: tuple[str, ...] = (), help: str = "") -> None:

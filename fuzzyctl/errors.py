@@ -84,6 +84,12 @@ CODES: dict[str, str] = {
 }
 
 
+#: Codes of rule files that are warnings, at least in some of their cases; all others are errors always.
+WARNINGS: frozenset[str] = frozenset(
+    {"FZ208", "FZ209", "FZ211", "FZ214", "FZ216", "FZ219", "FZ305", "FZ306", "FZ309", "FZ310"}
+)
+
+
 @dataclass(frozen=True)
 class Note:
     """Point at a second place that explains a diagnostic."""

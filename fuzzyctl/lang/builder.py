@@ -116,8 +116,8 @@ class Builder(Transformer[Token, Any]):
         end = setting.options[-1].value.span if setting.options else setting.value.span
         return sx.SettingClause(setting, setting.keyword.span.to(end))
 
-    def semantics(self, _keyword: Token, profile: Token) -> sx.Semantics:
-        return sx.Semantics(self.line, self._word(profile))
+    def semantics(self, keyword: Token, profile: Token) -> sx.Semantics:
+        return sx.Semantics(self.line, self._word(keyword), self._word(profile))
 
     def activation(self, keyword: Token, kind: Token, *options: sx.ActivationOption | None) -> sx.Activation:
         given = tuple(o for o in options if o is not None)

@@ -100,6 +100,7 @@ class Setting(Statement):
 class Semantics(Statement):
     """`semantics PROFILE`."""
 
+    keyword: Word
     profile: Word
 
 
@@ -390,6 +391,7 @@ class SyntaxTree:
         used: Declarations of the files that it uses.
         unread: Words of lines that could not be read; a name among them may have been declared there.
         lost_variable: Whether terms stood below no input or output: one declaration is missing.
+        lost_file: Whether some file that it uses could not be read at all.
         lost_input: Whether the declaration of some input could not be read, so that inputs cannot be counted.
     """
 
@@ -399,3 +401,4 @@ class SyntaxTree:
     used: tuple[Statement, ...] = ()
     lost_variable: bool = False
     lost_input: bool = False
+    lost_file: bool = False

@@ -23,12 +23,14 @@ class Context:
         unread: Words of lines that could not be read; names among them are no mistake of who uses them.
         lost_variable: Whether the declaration of some input or output is known to be missing.
         lost_input: Whether that of some input is, so that inputs cannot be counted.
+        lost_file: Whether any declaration may be missing, since a used file could not be read.
         where: The place of each declaration.
     """
 
     unread: frozenset[str] = frozenset()
     lost_variable: bool = False
     lost_input: bool = False
+    lost_file: bool = False
 
     diagnostics: list[Diagnostic] = field(default_factory=list)
     where: dict[str, Span] = field(default_factory=dict)
@@ -36,6 +38,8 @@ class Context:
     inputs: dict[str, sx.Variable] = field(default_factory=dict)
     outputs: dict[str, sx.Variable] = field(default_factory=dict)
     hedges: dict[str, sx.Hedge] = field(default_factory=dict)
+    #: Outputs whose missing terms have been reported.
+    termless: set[str] = field(default_factory=set)
 
     def report(
         self, code: str, message: str, span: Span | None, *, facts: Iterable[str] = (), help: str = "", **rest: object
@@ -80,7 +84,11 @@ class Context:
             code: The diagnostic code.
         """
         text = word.text if isinstance(word, sx.Word) else word.name
-        if text in self.unread or (self.lost_variable and kind in ("input", "output", "name")):
+        if (
+            text in self.unread
+            or (self.lost_file and code == "FZ202")
+            or (self.lost_variable and kind in ("input", "output", "name"))
+        ):
             return
         names = list(known)
         near = closest(text, names)

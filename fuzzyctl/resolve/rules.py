@@ -156,7 +156,9 @@ def known_term(context: Context, variable: sx.Variable, term: sx.Word, param_hel
     names = terms_of(variable)
     if term.text in names:
         return True
-    if names and not variable.incomplete:
+    if not names and variable.keyword.text == "output" and not variable.incomplete:
+        _report_termless(context, variable, term)
+    elif names and not variable.incomplete:
         near = closest(term.text, names)
         help_text = param_help if term.text in context.params else f"did you mean '{near}'?" if near else ""
         context.report(
@@ -170,6 +172,16 @@ def known_term(context: Context, variable: sx.Variable, term: sx.Word, param_hel
             help=help_text,
         )
     return False
+
+
+def _report_termless(context: Context, output: sx.Variable, term: sx.Word) -> None:
+    """Report an output without terms once, at the first rule that names one."""
+    name = output.name.text
+    if name not in context.termless:
+        context.termless.add(name)
+        note = (term.span, f"'{term.text}' is named here")
+        help_text = "add lines such as: NB = triangle(-2, -1, 0)"
+        context.report("FZ212", f"output '{name}' has no terms", output.name.span, note=note, help=help_text)
 
 
 def resolve_table(context: Context, statement: sx.Table) -> RuleTable | None:

@@ -40,8 +40,8 @@ _OPTIONS: Final[dict[str, tuple[str, ...]]] = {
 }
 
 
-def resolve_method(context: Context, statements: Sequence[sx.Statement]) -> Method:
-    """Resolve all settings of a system."""
+def resolve_method(context: Context, statements: Sequence[sx.Statement], shared: Sequence[sx.Statement] = ()) -> Method:
+    """Resolve all settings of a system; those that it shares with others may have no effect here."""
     chosen: dict[str, sx.Word] = {}
     values: dict[str, Any] = {}
     for s in statements:
@@ -50,12 +50,15 @@ def resolve_method(context: Context, statements: Sequence[sx.Statement]) -> Meth
                 resolve_own_setting(context, s, values)
             case sx.Activation(keyword=keyword) if _is_first(context, keyword, chosen):
                 values |= {"activation": _activation(context, s), "span": keyword.span}
+            case sx.Semantics(keyword=keyword) if not _is_first(context, keyword, chosen):
+                pass
             case sx.Semantics(profile=profile) if profile.text not in PROFILES:
                 context.unknown("profile", profile, PROFILES, "FZ213")
     method = Method.model_validate(values)
+    common = {s.keyword for s in shared if isinstance(s, sx.Setting)}
     if method.defuzzifier.over_rules:
         for setting in ("implication", "aggregation"):
-            if setting in chosen and setting in values:
+            if setting in chosen and setting in values and chosen[setting] not in common:
                 context.report(
                     "FZ214",
                     f"'{setting}' has no effect: '{method.defuzzifier.kind}' sums over rules",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 
-from fuzzyctl.errors import Diagnostic
+from fuzzyctl.errors import CODES, WARNINGS, Diagnostic
 from fuzzyctl.expr import Call, names_in, walk
 from fuzzyctl.formulas import HEDGES
 from fuzzyctl.lang import syntax as sx
@@ -34,12 +34,19 @@ def resolve(
     Returns:
         The system, or None when something has no meaning, and the diagnostics in order of their places.
     """
-    context = Context(unread=tree.unread, lost_variable=tree.lost_variable, lost_input=tree.lost_input)
+    context = Context(
+        unread=tree.unread,
+        lost_variable=tree.lost_variable,
+        lost_input=tree.lost_input,
+        lost_file=tree.lost_file,
+    )
+    own = {s.keyword.text for s in tree.statements if isinstance(s, sx.Setting | sx.Activation)}
+    shared = [s for s in shared if not (isinstance(s, sx.Setting | sx.Activation) and s.keyword.text in own)]
     whole = dataclasses.replace(tree, statements=(*shared, *tree.statements))
     heads = _declare(context, whole)
     system = None
     if _has_heads(context, whole, heads, broken):
-        system = _build(context, whole)
+        system = _build(context, whole, shared)
     if system is not None and shared:
         system = _without_idle(system, {s.name.text for s in shared if isinstance(s, sx.Variable)})
     context.diagnostics.sort(key=lambda d: d.span.start if d.span is not None else -1)
@@ -54,6 +61,10 @@ def _declare(context: Context, tree: sx.SyntaxTree) -> list[sx.System]:
         match statement:
             case sx.System():
                 heads.append(statement)
+            case sx.Version() if not _begins(context, tree, statement):
+                pass
+            case sx.Allow(keyword=keyword, codes=codes) if keyword.text == "allow":
+                _only_warnings(context, codes)
             case sx.Version(number=number) if number.text != "1":
                 help_text = "this fuzzyctl reads version 1: write 'fz 1', or install a newer fuzzyctl"
                 context.report("FZ111", f"language version {number.text} is not supported", number.span, help=help_text)
@@ -69,6 +80,28 @@ def _declare(context: Context, tree: sx.SyntaxTree) -> list[sx.System]:
             case sx.Variable(keyword=keyword, name=name) if context.declare(name, f"an {keyword.text}"):
                 (context.inputs if keyword.text == "input" else context.outputs)[name.text] = statement
     return heads
+
+
+def _begins(context: Context, tree: sx.SyntaxTree, version: sx.Version) -> bool:
+    """Check that the version is the first statement of its file."""
+    first = next(s for s in tree.statements if s.span.source is version.span.source)
+    if first is version:
+        return True
+    if isinstance(first, sx.Version):
+        note = (first.span, "first given here")
+        context.report("FZ215", "'fz' is given twice", version.span, note=note, help="remove one of them")
+    else:
+        context.report("FZ214", "'fz' stands before everything else", version.span, help="move it to the first line")
+    return False
+
+
+def _only_warnings(context: Context, codes: Sequence[sx.Word]) -> None:
+    """Check that codes to be allowed are those of warnings; codes that do not exist are found where they act."""
+    for code in codes:
+        if code.text in CODES and code.text[2] in "01234" and code.text not in WARNINGS:
+            facts = (f"warnings are: {', '.join(sorted(WARNINGS))}",)
+            message = f"{code.text} is an error and cannot be allowed"
+            context.report("FZ213", message, code.span, facts=facts, help="mend what it names")
 
 
 def _has_heads(context: Context, tree: sx.SyntaxTree, heads: list[sx.System], broken: bool) -> bool:
@@ -96,7 +129,7 @@ def _has_heads(context: Context, tree: sx.SyntaxTree, heads: list[sx.System], br
     return True
 
 
-def _build(context: Context, tree: sx.SyntaxTree) -> FuzzySystem | None:
+def _build(context: Context, tree: sx.SyntaxTree, shared: Sequence[sx.Statement]) -> FuzzySystem | None:
     head = next(s for s in tree.statements if isinstance(s, sx.System))
     params: list[Param | None] = []
     inputs: list[Input | None] = []
@@ -122,7 +155,7 @@ def _build(context: Context, tree: sx.SyntaxTree) -> FuzzySystem | None:
                 blocks.append(resolve_table(context, s))
             case sx.Require():
                 guarantees.append(resolve_require(context, s))
-    method = resolve_method(context, tree.statements)
+    method = resolve_method(context, tree.statements, shared)
     citation = _citation(context, tree)
     if any(part is None for parts in (params, hedges, inputs, outputs, blocks, guarantees) for part in parts):
         return None

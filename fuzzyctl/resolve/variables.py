@@ -119,7 +119,8 @@ def _terms(context: Context, statement: sx.Variable) -> list[Term] | None:
         for word, term in zip(words, new, strict=True):
             ok = _is_new_term(context, word, seen) and term is not None and ok
             terms.extend([term] if term is not None else [])
-    if not seen and not statement.incomplete:
+    # An output whose rules give numbers or functions needs none.
+    if not seen and not statement.incomplete and statement.keyword.text == "input":
         message = f"{statement.keyword.text} '{statement.name.text}' has no terms"
         context.report("FZ212", message, statement.name.span, help="add lines such as: NB = triangle(-2, -1, 0)")
         return None

@@ -3,6 +3,7 @@ import pytest
 from fuzzyctl.errors import DiagnosticError
 from fuzzyctl.loading import examine_all, load, load_all, loads
 from fuzzyctl.reading import read_source
+from fuzzyctl.source import SourceText
 
 SHARED = "param k = 2\n\ninput e in [-1, 1]\n  terms N Z P\n\ninput d in [-5, 5]\n  terms N P\n"
 TWO = (
@@ -60,6 +61,18 @@ class TestSeveralSystems:
         path = tmp_path / "two.fz"
         path.write_text(TWO.replace("terms N Z P", "terms N Z N", 1))
         assert codes(path).count("FZ201") == 1
+
+    def test_a_setting_of_its_own_replaces_the_shared_one(self, tmp_path):
+        terms = "output u in [0, 1]\n  a = triangle(-inf, 0, 1)\n  b = triangle(0, 1, inf)\n"
+        rules = "if e is N then u is a\nif e is P then u is b\n"
+        shared = "and product\nimplication product\ndefuzzifier centroid\ninput e in [-1, 1]\n  terms N P\n"
+        own = "defuzzifier center_average\nand min\n"
+        text = f"{shared}system one\n{terms}{rules}system two\n{own}{terms}{rules}"
+        systems, diagnostics = examine_all(SourceText("t.fz", text))
+        assert diagnostics == []
+        assert [s.method.defuzzifier.kind for s in systems] == ["centroid", "center_average"]
+        assert [s.method.conjunction for s in systems] == ["product", "min"]
+        assert [s.method.implication for s in systems] == ["product", "product"]
 
     def test_two_systems_of_one_name_are_refused(self, tmp_path):
         path = tmp_path / "two.fz"

@@ -3,6 +3,7 @@
 import pytest
 
 from fuzzyctl.checking import check_source
+from fuzzyctl.errors import CODES, WARNINGS
 from fuzzyctl.source import SourceText
 
 BASE = """\
@@ -332,3 +333,62 @@ class TestParams:
     def test_where_only_a_number_may_stand_the_parentheses_are_shown(self, old, new, part):
         _, words = only(said(("defuzz", "param k = 0.5\ndefuzz"), (old, new)))
         assert part in words
+
+
+class TestSystemLines:
+    def test_one_repeated_is_told_so(self):
+        for text in ("system s\nsystem s\n", f"{BASE}system s\n", f"system s\n{BASE}"):
+            _, diagnostics = check_source(SourceText("t.fz", text))
+            assert [d.code for d in diagnostics] == ["FZ215"], text
+            assert diagnostics[0].notes[0].span.line == 1
+
+    def test_a_profile_given_twice(self):
+        assert only(said(("defuzz", "semantics exact\nsemantics exact\ndefuzz")))[0] == "3 FZ215"
+
+    def test_a_version_given_twice_or_late(self):
+        assert only(said(("system s", "fz 1\nfz 1\nsystem s")))[0] == "2 FZ215"
+        assert only(said(after="fz 1\n"))[0] == "11 FZ214"
+        assert said(("system s", "fz 1\nsystem s")) == []
+
+    def test_an_error_cannot_be_allowed(self):
+        where, words = only(said(after="allow FZ203\n"))
+        assert where == "11 FZ213"
+        assert "cannot be allowed" in words
+
+    def test_those_that_are_warnings_can(self):
+        assert set(CODES) >= WARNINGS
+        assert said(after=f"allow {' '.join(sorted(WARNINGS))}\n") == []
+
+
+class TestUsedFiles:
+    USER = (("input e in [-1, 1]\n  terms N Z P\n", 'use "zz.fz"\n'), ("constant(1)", "constant(k)"))
+
+    @pytest.mark.parametrize(
+        ("used", "place"),
+        [
+            ("input e [-1, 1]\n  terms N Z P\nparam k = 1\n", "1 FZ102"),
+            ("input e in [-1, 1]\n  terms N Z P\nparam k = (1\n", "3 FZ103"),
+        ],
+    )
+    def test_what_is_broken_there_is_not_missed_here(self, tmp_path, used, place):
+        (tmp_path / "zz.fz").write_text(used)
+        assert only(said(*self.USER, after="if e is N then u is linear(1, 2)\n", folder=tmp_path))[0] == place
+
+    def test_a_missing_file_is_all_that_is_said_and_the_one_meant_is_named_from_here(self, tmp_path):
+        (tmp_path / "sub").mkdir()
+        (tmp_path / "sub" / "zz.fz").write_text("param k = 1\n")
+        where, words = only(said((self.USER[0][0], 'use "sub/zzz.fz"\n'), self.USER[1], folder=tmp_path))
+        assert where == "3 FZ218"
+        assert "did you mean 'sub/zz.fz'?" in words
+
+
+class TestOutputsWithoutTerms:
+    BARE = ("  a = constant(1)\n  b = constant(2)\n", "")
+
+    def test_numbers_and_functions_need_none(self):
+        assert said(self.BARE, ("a a b", "0.5 linear(1, 2) function(e)")) == []
+
+    def test_the_first_rule_that_names_one_is_shown(self):
+        where, words = only(said(self.BARE, ("a a b", "0.5 a b"), after="if e is N then u is a\n"))
+        assert where == "5 FZ212"
+        assert "'a' is named here" in words
