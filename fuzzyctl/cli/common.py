@@ -8,6 +8,7 @@ import os
 import sys
 import unicodedata
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from functools import wraps
 from pathlib import Path
 from typing import Any, Final, ParamSpec
@@ -112,14 +113,25 @@ def load_checked(path: str, settings: Iterable[str] = (), name: str | None = Non
     system, diagnostics = examine(read_source(path), folder=Path(path).parent, system=name)
     if system is None:
         raise DiagnosticError(diagnostics)
-    values = assignments(settings, [p.name for p in system.params], "param")
+    texts = tuple(settings)
+    values = assignments(texts, [p.name for p in system.params], "param")
     if values:
-        system = system.with_params(**values)
+        system = _with_params(system, values, texts)
     diagnostics = [*diagnostics, *coverage.diagnostics(system)]
     if any(d.severity == "error" for d in diagnostics):
         raise DiagnosticError(diagnostics)
     show(diagnostics)
     return system
+
+
+def _with_params(system: FuzzySystem, values: dict[str, float], texts: Sequence[str]) -> FuzzySystem:
+    """Set params; what is wrong with the system then comes from the command line, not from the file."""
+    try:
+        return system.with_params(**values)
+    except DiagnosticError as error:
+        facts = (f"with {' '.join(f'--set {text}' for text in texts)}",)
+        blamed = [replace(d, facts=(*d.facts, *facts), help="give --set another value") for d in error.diagnostics]
+        raise DiagnosticError(blamed) from None
 
 
 def assignments(texts: Iterable[str], known: Sequence[str], kind: str) -> dict[str, float]:
@@ -150,6 +162,8 @@ def assignments(texts: Iterable[str], known: Sequence[str], kind: str) -> dict[s
             continue
         try:
             values[name] = to_number(number)
+            if kind == "param" and not math.isfinite(values[name]):
+                mistakes.append(Diagnostic("FZ503", f"param '{name}' = {number} is no finite number"))
         except OverflowError:
             mistakes.append(Diagnostic("FZ503", f"{kind} '{name}' = {number} is larger than 1.8e308"))
         except ValueError:

@@ -58,6 +58,14 @@ class TestPoint:
         assert "input 'dsigma' has no value" in result.output
         assert "[-1, 1] 1/s" in result.output
 
+    @pytest.mark.parametrize("setting", ["k_s=inf", "k_s=nan", "k_s=-0.05"])
+    def test_a_param_that_does_not_fit_is_blamed_on_the_command_line(self, setting):
+        result = run(AIS, "sigma=0", "dsigma=0", "--set", setting)
+        assert result.exit_code == 1
+        assert "error[FZ" in result.output
+        assert setting.replace("k_s=", "'k_s' = ") in result.output or f"with --set {setting}" in result.output
+        assert "swap the ends" not in result.output
+
     def test_params_can_be_set(self):
         result = run(AIS, "sigma=0", "dsigma=0", "--set", "k_x=1")
         assert result.exit_code == 1

@@ -57,6 +57,11 @@ class TestFormat:
         text = "input x in [0, 1]\n    A = triangle(0,   # foot\n                1, 2)\n"
         assert formatted(text) == text
 
+    def test_the_comment_behind_a_broken_line_is_not_aligned_with_its_neighbours(self):
+        broken = "if (a is N and\n    b is N) then c is N  # last\n"
+        long = f"if {' and '.join(['a is N'] * 9)} then c is N  # first\n"
+        assert formatted(long + broken) == long + broken
+
     def test_an_empty_file_stays_empty(self):
         assert formatted("\n\n") == ""
 
