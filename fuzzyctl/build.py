@@ -350,7 +350,7 @@ def system(
             "guarantees": tuple(fragments.guarantee(g) if isinstance(g, str) else g for g in guarantees),
         },
     )
-    require_as_file(built)
+    _require_as_file(built)
     return built
 
 
@@ -359,7 +359,7 @@ def _param(name: str, given: Value | tuple[Value, str]) -> Param:
     return _made(Param, {"name": name, "expression": expression(value), "unit": unit})
 
 
-def require_as_file(built: FuzzySystem) -> None:
+def _require_as_file(built: FuzzySystem) -> None:
     """Check a system as the rule file that it prints as, so that Python and files have one set of checks.
 
     Raises:
@@ -370,14 +370,14 @@ def require_as_file(built: FuzzySystem) -> None:
         raise DiagnosticError(mistakes)
     text = dumps(built)
     read, found = examine(SourceText(f"system {built.name}", text))
-    errors = [without_place(d) for d in found if d.severity == "error"]
+    errors = [_without_place(d) for d in found if d.severity == "error"]
     if errors:
         raise DiagnosticError(errors)
     if read is None or dumps(read) != text:  # such as a name in a rule made by hand that prints as something else
         raise ArgumentError(f"the system {built.name!r} has parts that no rule file can say")
 
 
-def without_place(d: Diagnostic) -> Diagnostic:
+def _without_place(d: Diagnostic) -> Diagnostic:
     """Return a diagnostic of a text that nobody has written: without lines, and without facts that name them."""
     facts = tuple(re.sub(r" \(line \d+\)", "", fact) for fact in d.facts)
     return dataclasses.replace(d, span=None, notes=(), facts=facts)

@@ -44,7 +44,9 @@ class Algorithm:
     @cached_property
     def many(self) -> Program:
         """The program for loops over many points, of which compilers make vector instructions."""
-        return self.point if self.grid is None else interpolation.batch(self.plan, self.grid)
+        if self.grid is None:
+            return inference.evaluation(self.plan, many=True)
+        return interpolation.batch(self.plan, self.grid)
 
 
 def algorithm_of(plan: Plan, wanted: str = "auto") -> Algorithm:

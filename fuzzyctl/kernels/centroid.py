@@ -7,7 +7,7 @@ piece every term is a line, and integrals over the piece are polynomials of the 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import combinations, pairwise
 
@@ -29,6 +29,11 @@ class Line:
     most: float
     left: Fraction
     right: Fraction
+
+    @property
+    def rise(self) -> Fraction:
+        """How much higher it is at the right end."""
+        return self.right - self.left
 
 
 @dataclass(frozen=True)
@@ -52,28 +57,27 @@ def exact_moments(builder: Builder, output: OutputPlan, heights: Sequence[Height
         Area and moment as atoms.
     """
     clipped = output.implication == "min"
-    crossing = clipped and output.aggregation == "max"
     parts: list[Moments] = []
-    for piece in pieces(output, heights, crossing=crossing):
+    for piece in pieces(output, heights):
         if output.aggregation == "sum":
             cut = _clipped if clipped else _scaled
             parts.extend(_about_middle(builder, piece, line, cut(builder, line, line.height)) for line in piece.lines)
+        elif clipped and _is_handover(piece):
+            parts.append(_handover(builder, piece))
         elif clipped:
-            parts.extend(_clipped_union(builder, piece))
+            parts.extend(m for part in uncrossed(piece) for m in _clipped_union(builder, part))
         else:
             parts.extend(_scaled_union(builder, piece))
     return builder.total(p[0] for p in parts), builder.total(p[1] for p in parts)
 
 
-def pieces(output: OutputPlan, heights: Sequence[Height], *, crossing: bool) -> list[Piece]:
-    """Cut the output range at the corners of the terms and, if asked, where two of them cross."""
+def pieces(output: OutputPlan, heights: Sequence[Height]) -> list[Piece]:
+    """Cut the output range at the corners of the terms."""
     middle = Fraction(0.5 * output.lower + 0.5 * output.upper)
     lower, upper = Fraction(output.lower), Fraction(output.upper)
     shapes = [output.terms[term].vertices for term, _, _ in heights]
     corners = {lower, upper} | {Fraction(x) for shape in shapes for x, _ in shape}
     cuts = sorted(c for c in corners if lower <= c <= upper)
-    if crossing:
-        cuts = sorted({*cuts, *(x for a, b in pairwise(cuts) for x in _crossings(shapes, a, b))})
     found: list[Piece] = []
     for a, b in pairwise(cuts):
         ends = [line_ends(shape, a, b) for shape in shapes]
@@ -83,12 +87,20 @@ def pieces(output: OutputPlan, heights: Sequence[Height], *, crossing: bool) -> 
     return found
 
 
-def _crossings(shapes: Sequence[tuple[Vertex, ...]], a: Fraction, b: Fraction) -> list[Fraction]:
-    ends = [line_ends(shape, a, b) for shape in shapes]
-    found = []
-    for (u0, u1), (v0, v1) in combinations(ends, 2):
-        if (u0 - v0) * (u1 - v1) < 0:
-            found.append(a + (b - a) * (u0 - v0) / ((u0 - v0) - (u1 - v1)))
+def uncrossed(piece: Piece) -> list[Piece]:
+    """Cut a piece where two of its lines cross."""
+    length = piece.end - piece.start
+    shares = {Fraction(0), Fraction(1)}
+    for a, b in combinations(piece.lines, 2):
+        before, after = a.left - b.left, a.right - b.right
+        if before * after < 0:
+            shares.add(before / (before - after))
+    found: list[Piece] = []
+    for s, t in pairwise(sorted(shares)):
+        lines = tuple(
+            replace(line, left=line.left + s * line.rise, right=line.left + t * line.rise) for line in piece.lines
+        )
+        found.append(Piece(piece.start + s * length, piece.start + t * length, lines))
     return found
 
 
@@ -101,6 +113,36 @@ def line_ends(vertices: tuple[Vertex, ...], a: Fraction, b: Fraction) -> tuple[F
             slope = (Fraction(y1) - Fraction(y0)) / (Fraction(x1) - Fraction(x0))
             return Fraction(y0) + slope * (a - Fraction(x0)), Fraction(y0) + slope * (b - Fraction(x0))
     return Fraction(vertices[-1][1]), Fraction(vertices[-1][1])
+
+
+def _is_handover(piece: Piece) -> bool:
+    """Return whether one term falls from 1 to 0 while another rises from 0 to 1, as neighbours of a partition do."""
+    ends = {(float(line.left), float(line.right)) for line in piece.lines}
+    return len(piece.lines) == 2 and ends == {(1.0, 0.0), (0.0, 1.0)}
+
+
+def _handover(builder: Builder, piece: Piece) -> Moments:
+    """Integrate max(min(a, 1 - t), min(b, t)) over a piece [0, 1], in closed form.
+
+    Both sets reach up to m = min(a, b, 1/2) together. What rises above m on either side does not overlap, so with
+    ∫ min(s, t) dt = s - s²/2 the area is a + b - m - (a² + b²)/2 + m², and the moment about the left end
+    (a + b - m - a² + m²)/2 + (a³ - b³)/6: the cubes of m cancel.
+    """
+    falling = next(line for line in piece.lines if line.left == 1)
+    rising = next(line for line in piece.lines if line.left == 0)
+    a, b = (
+        builder.let(Call("min", (line.height, ONE))) if line.most > 1.0 else line.height for line in (falling, rising)
+    )
+    m = builder.let(Call("min", (a, b, Number(0.5))))
+    a2, b2, m2 = (builder.let(times(h, h)) for h in (a, b, m))
+    reach = builder.let(minus(plus(a, b), m))
+    area = builder.let(plus(minus(reach, times(Number(0.5), builder.let(plus(a2, b2)))), m2))
+    cubes = builder.let(minus(builder.let(times(a, a2)), builder.let(times(b, b2))))
+    halves = builder.let(plus(minus(reach, a2), m2))
+    moment = builder.let(plus(times(Number(0.5), halves), times(Number(1 / 6), cubes)))
+    length = piece.end - piece.start
+    moved = plus(_constant_times(float(piece.start * length), area), _constant_times(float(length * length), moment))
+    return builder.let(_constant_times(float(length), area)), builder.let(moved)
 
 
 def _clipped_union(builder: Builder, piece: Piece) -> list[Moments]:

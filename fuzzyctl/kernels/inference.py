@@ -9,12 +9,12 @@ from fuzzyctl.kernels.plan import InputPlan, OutputPlan, Plan, SetPlan, degree_n
 from fuzzyctl.kernels.program import NAN, STATE, Builder, Item, Program, Refuse, any_nan, clip, times
 
 
-def evaluation(plan: Plan) -> Program:
-    """Write the program that computes all outputs.
+def evaluation(plan: Plan, *, many: bool = False) -> Program:
+    """Write the program that computes all outputs; `many` for loops over points, which are to have no branches.
 
     Its results are NaN where an input is NaN, and where an output is NaN that they depend on.
     """
-    front = _Front(plan)
+    front = _Front(plan, many=many)
     for position in plan.order:
         front.write_output(position)
     builder = front.builder
@@ -97,8 +97,8 @@ class _Front:
     Rules that read an output are written once that output is.
     """
 
-    def __init__(self, plan: Plan) -> None:
-        self.plan, self.builder = plan, Builder()
+    def __init__(self, plan: Plan, *, many: bool = False) -> None:
+        self.plan, self.builder, self.many = plan, Builder(), many
         self.raw = raw_names(plan)
         self.clamped = [_clamped(self.builder, i, x) for i, x in zip(plan.inputs, self.raw, strict=True)]
         self.outputs: dict[int, Expr] = {}
@@ -126,7 +126,8 @@ class _Front:
     def _write_degrees(self, variable: int, x: Expr) -> None:
         for i, d in enumerate(self.plan.degrees):
             if d.variable == variable:
-                self._known[degree_name(i)] = self.builder.let(d.set.degree(x))
+                degree = d.set.degree_for_many if self.many else d.set.degree
+                self._known[degree_name(i)] = self.builder.let(degree(x))
 
     def _write_rules(self) -> None:
         """Write the steps, strengths and activations that can be computed by now."""

@@ -240,7 +240,9 @@ class Kernel:
         if self.backend == "numpy":
             from fuzzyctl.kernels import numpy_backend
 
-            of_columns = numpy_backend.compile_batch(self._program, self.input_names)
+            # Arrays are looked up fast, so that interpolation has no better form for them; rules have.
+            program = self._program if self.algorithm.grid is not None else self.algorithm.many
+            of_columns = numpy_backend.compile_batch(program, self.input_names)
             return lambda points, state: of_columns(points, None if state is None else state.T)
         return self._python_batch
 

@@ -34,7 +34,7 @@ from fuzzyctl.formulas import (
     is_monotone,
     one_minus,
 )
-from fuzzyctl.kernels.program import DEEPEST, depth
+from fuzzyctl.kernels.program import DEEPEST, clip, depth
 from fuzzyctl.model.method import AVERAGES, OVER_RULES
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, literals
 from fuzzyctl.model.system import FuzzySystem
@@ -88,6 +88,17 @@ class SetPlan:
             own = MEMBERSHIP[self.kind].degree(x, self.parameters)
         return own if self.height == 1.0 else Binary("*", Number(self.height), own)
 
+    def degree_for_many(self, x: Expr) -> Expr:
+        """Return the degree of x as vector instructions like it: without choices, for triangles and trapezoids.
+
+        The same up to rounding: each side is a line, the smaller of them counts, held within [0, 1].
+        """
+        sides = _sides(self)
+        if sides is None:
+            return self.degree(x)
+        own = clip(reduce(lambda a, b: Call("min", (a, b)), [_line(x, *s) for s in sides]), 0.0, 1.0)
+        return own if self.height == 1.0 else Binary("*", Number(self.height), own)
+
     @property
     def vertices(self) -> tuple[Vertex, ...]:
         """Corners of a piecewise-linear set, empty for a curved one."""
@@ -121,6 +132,26 @@ class SetPlan:
         found = MEMBERSHIP[self.kind].inverse(share, self.parameters)
         assert found is not None, "tsukamoto takes monotone sets only"
         return found
+
+
+def _sides(term: SetPlan) -> list[tuple[float, float]] | None:
+    """Return foot and top of the sides of a triangle or trapezoid, None for any other set."""
+    if term.expression is not None:
+        return None
+    corners = MEMBERSHIP[term.kind].vertices(term.parameters)
+    tops = [x for x, y in corners if y == 1.0]
+    feet = [x for x, y in corners if y == 0.0]
+    if not feet or len(tops) + len(feet) < len(corners) or len({x for x, _ in corners}) < len(corners):
+        return None
+    left, right = [x for x in feet if x < tops[0]], [x for x in feet if x > tops[-1]]
+    if len(left) > 1 or len(right) > 1:
+        return None
+    return [(x, tops[0]) for x in left] + [(x, tops[-1]) for x in right]
+
+
+def _line(x: Expr, foot: float, top: float) -> Expr:
+    """Return the line that is 0 at the foot and 1 at the top."""
+    return Binary("*", Binary("-", x, Number(foot)), Number(1.0 / (top - foot)))
 
 
 @dataclass(frozen=True)

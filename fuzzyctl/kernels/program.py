@@ -196,6 +196,11 @@ class Builder:
             match node:
                 case Call(function="min" | "max" as function, arguments=arguments):
                     return reduce(lambda a, b: Call(function, (self.let(a), self.let(b))), arguments)
+                case Call(function="clip", arguments=(x, low, high)):
+                    return Call("clip", (self.let(x), low, high))
+                case Binary(op="*", left=left, right=right) if left == right and not is_atom(left):
+                    root = self.let(left)
+                    return Binary("*", root, root)
                 case Call(function="sign", arguments=(x,)):
                     x = self.let(x)
                     negative = Where(Compare("<", x, ZERO), Number(-1.0), times(x, ZERO))
