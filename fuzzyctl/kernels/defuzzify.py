@@ -110,7 +110,7 @@ def consequent_hull(output: OutputPlan, terms: Sequence[int]) -> tuple[float, fl
 def _values(output: OutputPlan, term: SetPlan) -> tuple[float, float]:
     """Return the ends of what a rule with this consequent can contribute; a function of the inputs is bounded later."""
     if term.expression is not None:
-        return -math.inf, math.inf
+        return term.reach or (-math.inf, math.inf)
     if output.kind != "tsukamoto":
         return term.peak, term.peak
     value = scalar_function(term.inverse(Name("w")))
@@ -171,10 +171,11 @@ def _over_rules(
         value = _consequent(builder, output, output.terms[a.term], a.strength, inputs)
         by_value.setdefault(value, []).append(a.strength)
     sums = {value: builder.total(parts) for value, parts in by_value.items()}
+    if all(output.terms[a.term].expression is None or output.terms[a.term].reach for a in active):
+        numerator = builder.total(times(s, value) for value, s in sums.items() if value != ZERO)
+        return numerator, builder.total(sums.values()), consequent_hull(output, [a.term for a in active])
     numerator = builder.total(_part(builder, s, value) for value, s in sums.items() if value != ZERO)
     denominator = builder.total(sums.values())
-    if all(output.terms[a.term].expression is None for a in active):
-        return numerator, denominator, consequent_hull(output, [a.term for a in active])
     least = builder.smallest(_if_firing(builder, s, value, math.inf) for value, s in sums.items())
     most = builder.largest(_if_firing(builder, s, value, -math.inf) for value, s in sums.items())
     return numerator, denominator, (least, most)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import reduce
 from typing import Final, Literal
@@ -73,12 +74,15 @@ class SetPlan:
         height: The largest degree.
         expression: For `linear` and `function` consequents over the names of the inputs, for a `function` term of an
             input over `ITSELF`.
+        reach: For a `linear` consequent of inputs that are clamped the numbers it lies between, up to rounding; kernels
+            hold what they compute within. None where nothing is known beforehand.
     """
 
     kind: str
     parameters: tuple[float, ...]
     height: float = 1.0
     expression: Expr | None = None
+    reach: tuple[float, float] | None = None
 
     def degree(self, x: Expr) -> Expr:
         """Return the degree of x."""
@@ -525,10 +529,24 @@ def _consequent(system: FuzzySystem, membership: Membership) -> SetPlan:
             *factors, constant = (_number(system, a) for a in membership.arguments)
             names = [i.name for i in system.inputs]
             parts = [Binary("*", Number(c), Name(n)) for c, n in zip(factors, names, strict=True) if c != 0.0]
-            return SetPlan("linear", (), expression=_sum([*parts, Number(constant)]))
+            reach = _reach(system, factors, constant)
+            return SetPlan("linear", (), expression=_sum([*parts, Number(constant)]), reach=reach)
         case "function":
             return SetPlan("function", (), expression=guarded(_of_inputs(system, membership.arguments[0])))
     return _set(system, membership)
+
+
+def _reach(system: FuzzySystem, factors: Sequence[float], constant: float) -> tuple[float, float] | None:
+    """Return what a linear consequent lies between while the inputs are in their ranges; None if they need not be."""
+    low = high = constant
+    for factor, variable in zip(factors, system.inputs, strict=True):
+        if factor == 0.0:
+            continue
+        if variable.extrapolate:
+            return None
+        ends = sorted(factor * _number(system, end) for end in (variable.lower, variable.upper))
+        low, high = low + ends[0], high + ends[1]
+    return (low, high) if math.isfinite(high - low) else None
 
 
 def _sum(parts: list[Expr]) -> Expr:

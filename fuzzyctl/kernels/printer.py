@@ -30,6 +30,7 @@ class Dialect:
         clip: Text of an atom held between two atoms; NaN stays NaN.
         logic: Texts of `and`, `or`, `not`.
         locate: Lines that find a knot.
+        decay: Name of the exponential function where its argument is not positive, so that it cannot overflow.
         item: Text of an array item.
         divide: Text of a quotient.
     """
@@ -42,6 +43,7 @@ class Dialect:
     locate: Callable[[Locate, str], list[str]]
     item: Callable[[str, int | str | Place], str] = lambda array, index: f"{array}[{index_text(index)}]"
     divide: Callable[[str, str], str] = lambda a, b: f"({a} / {b})"
+    decay: str = "exp"
 
 
 def counted(statement: Locate, x: str) -> list[str]:
@@ -84,7 +86,7 @@ SCALAR = Dialect(
 )
 
 #: Scalar Python as it is interpreted, not compiled.
-INTERPRETED = replace(SCALAR, locate=decided)
+INTERPRETED = replace(SCALAR, locate=decided, decay="decay")
 
 #: Plain Python where a quotient may be 0/0 or 1/0, which Python refuses and IEEE 754 (so numpy, numba) does not.
 IEEE_SCALAR = replace(INTERPRETED, divide=lambda a, b: f"divide({a}, {b})")
@@ -147,6 +149,10 @@ class _Writer:
                 return self.dialect.larger(self.text(a), self.text(b))
             case Call(function="clip", arguments=(a, b, c)):
                 return self.dialect.clip(self.text(a), self.text(b), self.text(c))
+            case Call(function="exp", arguments=(Binary(op="*", left=Number(value=factor), right=square),)) if (
+                factor <= 0.0 and isinstance(square, Binary) and square.op == "*" and square.left == square.right
+            ):
+                return f"{self.dialect.decay}({self.text(Binary('*', Number(factor), square))})"
             case Call(function=function, arguments=arguments):
                 return f"{function}({', '.join(self.text(a) for a in arguments)})"
         raise TypeError(f"{type(expr).__name__} has no text in a program")

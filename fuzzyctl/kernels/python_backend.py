@@ -139,6 +139,7 @@ RUNTIME: Final[Mapping[str, Any]] = {
     "power": power,
     "sqrt": _ieee(math.sqrt),
     "exp": _ieee(math.exp),
+    "decay": math.exp,
     "log": _log,
     "sin": _ieee(math.sin),
     "cos": _ieee(math.cos),

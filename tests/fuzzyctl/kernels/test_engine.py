@@ -129,12 +129,17 @@ class TestConsequents:
         assert value(system, 0.25, 0.5) == pytest.approx((0.25 * 2 + 0.75 * 5 + 0.5 * 4) / 1.5)
 
     def test_an_average_never_leaves_what_it_averages(self):
-        system = build(
-            [rule(is_("x", "up"), ("u", mf("linear", 0, 0.3, 0))), rule(is_("x", "up"), ("u", mf("linear", 0, 0.3, 0)))]
-        )
-        kernel = compile_system(system, "python")
+        share = Membership(kind="function", arguments=(Binary("*", Number(0.3), Name("y")),))
+        kernel = compile_system(build([rule(is_("x", "up"), ("u", share))] * 2), "python")
         for x in np.geomspace(5e-324, 1.0, 200):
             assert kernel(float(x), 1.0) == 0.3
+
+    def test_an_average_of_lines_never_leaves_what_they_reach(self):
+        line = mf("linear", 0, 0.3, 0)
+        kernel = compile_system(build([rule(is_("x", "up"), ("u", line))] * 2), "python")
+        for x in np.geomspace(5e-324, 1.0, 200):  # below 1e-300 products of activations lose digits
+            assert kernel(float(x), 1.0) == pytest.approx(0.3, rel=1e-15 if x > 1e-290 else 0.5)
+            assert 0.0 <= kernel(float(x), 1.0) <= 0.3
 
     def test_cells_of_tables_may_hold_them(self, value):
         table = RuleTable(
