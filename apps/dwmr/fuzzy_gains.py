@@ -48,6 +48,29 @@ class Used(NamedTuple):
     sha256: str
 
 
+#: Identity of a fuzzy system: its file and the values of its params.
+Key = tuple[Path, tuple[tuple[str, float], ...]]
+
+
+class Known:
+    """What has been read, proved and compiled; scenarios that differ in params share it.
+
+    Attributes:
+        systems: By file: the system, the file's checksum and the warnings of its checks.
+        changed: Systems with other params.
+        sound: Systems that give a number everywhere.
+        bounds: Proved bounds of outputs.
+        kernels: Compiled kernels.
+    """
+
+    def __init__(self) -> None:
+        self.systems: dict[Path, tuple[Any, str, tuple[Diagnostic, ...]]] = {}
+        self.changed: dict[Key, Any] = {}
+        self.sound: set[Key] = set()
+        self.bounds: dict[Key, Any] = {}
+        self.kernels: dict[Key, Any] = {}
+
+
 class Rules:
     """The rule files of a run.
 
@@ -55,19 +78,20 @@ class Rules:
         files: File and params by role, as the scenario gives them.
         folders: Where to look for a file, first match wins; the shipped rules come last.
         places: Where the scenario's keys stand, for diagnostics.
+        known: Of other scenarios, to share.
 
     Attributes:
         used: The files read so far, by role.
         warnings: What the checks of those files warn of.
     """
 
-    def __init__(self, files: Mapping[str, RuleFile], folders: tuple[Path, ...], places: Places) -> None:
+    def __init__(
+        self, files: Mapping[str, RuleFile], folders: tuple[Path, ...], places: Places, known: Known | None = None
+    ) -> None:
         self.files, self.folders, self.places = files, folders, places
         self.used: dict[str, Used] = {}
         self.warnings: list[Diagnostic] = []
-        self._systems: dict[str, Any] = {}
-        self._sound: set[tuple[str, tuple[tuple[str, float], ...]]] = set()
-        self._kernels: dict[tuple[str, tuple[tuple[str, float], ...]], Any] = {}
+        self.known = Known() if known is None else known
 
     def path(self, role: str) -> Path:
         """Return the file that serves in a role.
@@ -150,7 +174,7 @@ class Rules:
         for name in ("k_h_min", "k_s"):
             if not system.values[name] > 0.0:
                 raise DiagnosticError([self._not_positive(role, name, system.values[name], robot, channel, own)])
-        _prove_gain(system, robot, channel)
+        _prove_gain(system, self._bounds(role, system)["f"], robot, channel)
         return system
 
     def prove_boundary_layer(self) -> Any:
@@ -160,7 +184,7 @@ class Rules:
             DiagnosticError: When β > 0 does not follow from the rule file.
         """
         system = self.system("boundary_layer", {})
-        bound = fuzzyctl.output_bounds(system)["beta"]
+        bound = self._bounds("boundary_layer", system)["beta"]
         if bound.lo > 0.0:
             return system
         message = f"the boundary layer is not guaranteed to be positive: β comes down to {bound.lo:.6g}"
@@ -187,7 +211,7 @@ class Rules:
     def adaptive_gain(self) -> tuple[Any, Any, FloatArray, float, float]:
         """Return F = C·ξ(σ*), the rates of C, C(0), and the bounds every consequent is kept in."""
         system = self.system("fcafsmc", {})
-        bound = fuzzyctl.output_bounds(system)["F"]
+        bound = self._bounds("fcafsmc", system)["F"]
         kernel = self.kernel("fcafsmc", system)
         return kernel.jit, kernel.jit_rates, kernel.initial_state(), bound.lo, bound.hi
 
@@ -198,7 +222,7 @@ class Rules:
             DiagnosticError: When the file has mistakes or does not fit the role.
         """
         system, output = self.system(role, {}), ROLES[role].output
-        bound = fuzzyctl.output_bounds(system)[output]
+        bound = self._bounds(role, system)[output]
         return output, len(system.rules), dict(system.values), bound.lo, bound.hi
 
     def system(self, role: str, own: Mapping[str, float]) -> Any:
@@ -207,32 +231,51 @@ class Rules:
         Raises:
             DiagnosticError: When the file has mistakes, does not fit the role, or has no such param.
         """
-        if role not in self._systems:
-            self._systems[role] = self._load(role)
-        system, params = self._systems[role], self.files[role].params
+        system, params = self._load(role), self.files[role].params
         unknown = sorted(set(params) - set(system.values))
         if unknown:
             raise DiagnosticError([self._unknown_param(role, name, tuple(system.values)) for name in unknown])
         derived = [d for p in system.params if p.name in params for d in self._derived(role, p)]
         if derived:
             raise DiagnosticError(derived)
-        try:
-            changed = system.with_params(**{**params, **own}) if params or own else system
-        except (UnknownNameError, ValueOutOfBoundsError) as error:
-            raise DiagnosticError([Diagnostic("FZ905", str(error), file=str(self.used[role].path))]) from error
+        given = {**params, **own}
+        if not given:
+            self._require_coverage(role, system)
+            return system
+        key = (self.used[role].path, tuple(sorted(given.items())))
+        if key not in self.known.changed:
+            try:
+                self.known.changed[key] = system.with_params(**given)
+            except (UnknownNameError, ValueOutOfBoundsError) as error:
+                raise DiagnosticError([Diagnostic("FZ905", str(error), file=str(self.used[role].path))]) from error
+        changed = self.known.changed[key]
         self._require_coverage(role, changed)
         return changed
 
     def _load(self, role: str) -> Any:
-        """Read and check the file of a role, and remember its warnings."""
-        path = self.path(role)
-        system, diagnostics = fuzzyctl.check(path)
-        if system is None:
-            raise DiagnosticError(diagnostics)
-        _check_role(system, role, path)
-        self.used[role] = Used(path, hashlib.sha256(path.read_bytes()).hexdigest())
-        self.warnings += [d for d in diagnostics if d not in self.warnings]
+        """Read and check the file of a role once, and remember its warnings."""
+        path = self.used[role].path if role in self.used else self.path(role)
+        if path not in self.known.systems:
+            system, diagnostics = fuzzyctl.check(path)
+            if system is None:
+                raise DiagnosticError(diagnostics)
+            self.known.systems[path] = (system, hashlib.sha256(path.read_bytes()).hexdigest(), tuple(diagnostics))
+        system, digest, diagnostics = self.known.systems[path]
+        if role not in self.used:
+            _check_role(system, role, path)
+            self.used[role] = Used(path, digest)
+            self.warnings += [d for d in diagnostics if d not in self.warnings]
         return system
+
+    def _key(self, role: str, system: Any) -> Key:
+        return self.used[role].path, tuple(sorted(system.values.items()))
+
+    def _bounds(self, role: str, system: Any) -> Any:
+        """Return the proved bounds of a system's outputs; equal params are proved once."""
+        key = self._key(role, system)
+        if key not in self.known.bounds:
+            self.known.bounds[key] = fuzzyctl.output_bounds(system)
+        return self.known.bounds[key]
 
     def _require_coverage(self, role: str, system: Any) -> None:
         """Refuse a system that has no number as its output somewhere; params may have opened a hole.
@@ -241,8 +284,8 @@ class Rules:
         """
         from fuzzyctl.analysis import coverage
 
-        key = (role, tuple(sorted(system.values.items())))
-        if key in self._sound:
+        key = self._key(role, system)
+        if key in self.known.sound:
             return
         found = [d for d in coverage.diagnostics(system) if d.severity == "error"]
         if found:
@@ -259,7 +302,7 @@ class Rules:
             help_text = "let a term of the inputs reach there, or say 'else' with a number"
             path = str(self.used[role].path)
             raise DiagnosticError([Diagnostic("FZ401", message, output.span, facts=facts, help=help_text, file=path)])
-        self._sound.add(key)
+        self.known.sound.add(key)
 
     def _derived(self, role: str, param: Any) -> list[Diagnostic]:
         """Refuse to set a param that the file computes from others, which would part it from them."""
@@ -284,15 +327,15 @@ class Rules:
         if name in self.files[role].params:
             key = f"rules.{role}.{name}"
             return self.places.diagnostic("FZ904", key, f"{key} {bad}", facts=facts)
-        span: Span | None = next(p.span for p in self._systems[role].params if p.name == name)
+        span: Span | None = next(p.span for p in self._load(role).params if p.name == name)
         return Diagnostic("FZ906", f"param {name} {bad}", span, facts=facts, file=str(self.used[role].path))
 
     def kernel(self, role: str, system: Any) -> Any:
         """Return the compiled kernel of a system; equal params are compiled once."""
-        key = (role, tuple(sorted(system.values.items())))
-        if key not in self._kernels:
-            self._kernels[key] = fuzzyctl.compile(system)
-        return self._kernels[key]
+        key = self._key(role, system)
+        if key not in self.known.kernels:
+            self.known.kernels[key] = fuzzyctl.compile(system)
+        return self.known.kernels[key]
 
     def _unknown_param(self, role: str, name: str, known: tuple[str, ...]) -> Diagnostic:
         key = f"rules.{role}.{name}"
@@ -325,10 +368,9 @@ def _check_role(system: Any, role: str, path: Path) -> None:
         raise DiagnosticError([Diagnostic("FZ905", message, facts=tuple(mistakes), file=str(path))])
 
 
-def _prove_gain(system: Any, robot: str, channel: str) -> None:
+def _prove_gain(system: Any, bound: Any, robot: str, channel: str) -> None:
     """Refuse a run unless k̄_h − k_s sup f >= G_min > 0 follows from the bounds of f."""
     k_h_min, k_s, g_min = (system.values[name] for name in ("k_h_min", "k_s", "G_min"))
-    bound = fuzzyctl.output_bounds(system)["f"]
     smallest = k_h_min - k_s * bound.hi
     if g_min > TOLERANCE and smallest >= g_min - TOLERANCE:
         return

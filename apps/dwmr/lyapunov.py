@@ -250,6 +250,7 @@ def drift(t: FloatArray, values: FloatArray) -> dict[str, float]:
     """
     late = t >= t[-1] - LAST_PART * (t[-1] - t[0])
     time = t[late] - t[late].mean()
-    spread = float(time @ time)
-    growth = float(time @ values[late]) / spread if spread > 0.0 else 0.0
+    # no dot products: a linear algebra library splits them among its threads, and the last bits depend on their number
+    spread = float(np.sum(time * time))
+    growth = float(np.sum(time * values[late])) / spread if spread > 0.0 else 0.0
     return {"largest": float(values.max()), "final": float(values[-1]), "growth": growth}
