@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
-from itertools import pairwise
+from itertools import groupby, pairwise
 
 from fuzzyctl.expr import ZERO, Binary, Compare, Expr, Name, Number, Where, replace_names
 from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, Vertex
@@ -226,19 +226,42 @@ def _exact(builder: Builder, output: OutputPlan, active: Sequence[Activation]) -
 
 
 def _sampled(builder: Builder, output: OutputPlan, active: Sequence[Activation]) -> tuple[Expr, Expr]:
-    """Σ x μ(x) / Σ μ(x) over the grid, x counted from the middle of the range."""
+    """Σ x μ(x) / Σ μ(x) over the grid, x counted from the middle of the range.
+
+    The grid is cut into stretches where the same sets are above 0; the others cost nothing there.
+    """
     points = sample_points(output)
+    sets = [(h, sampled_degrees(output.terms[t], points)) for t, h, _ in _heights(builder, output, active)]
+    areas: list[Expr] = []
+    moments: list[Expr] = []
+    present = [tuple(k for k, (_, degrees) in enumerate(sets) if degrees[i] > 0.0) for i in range(len(points))]
+    start = 0
+    for own, stretch in groupby(present):
+        stop = start + len(list(stretch))
+        if own:
+            here = [(sets[k][0], sets[k][1][start:stop]) for k in own]
+            area, moment = _stretch(builder, output, here, points[start:stop])
+            areas.append(area)
+            moments.append(moment)
+        start = stop
+    return builder.total(moments), builder.total(areas)
+
+
+def _stretch(
+    builder: Builder, output: OutputPlan, sets: Sequence[tuple[Expr, tuple[float, ...]]], points: Sequence[float]
+) -> tuple[Expr, Expr]:
+    """Add up area and moment over some samples."""
     counter = builder.fresh()
     inner = builder.inner()
     parts: list[Expr] = []
-    for term, height, _ in _heights(builder, output, active):
-        degree = Item(builder.table(sampled_degrees(output.terms[term], points)), counter)
+    for height, degrees in sets:
+        degree = Item(builder.table(degrees), counter)
         parts.append(inner.let(CONJUNCTIONS[output.implication](height, inner.let(degree))))
     join = AGGREGATIONS[output.aggregation]
-    joined = reduce(lambda a, b: inner.let(join(a, b)), parts) if parts else ZERO
+    joined = reduce(lambda a, b: inner.let(join(a, b)), parts)
     x = Item(builder.table(p - middle(output) for p in points), counter)
     area, moment = inner.fresh(), inner.fresh()
     body = tuple(s for s in inner.statements if isinstance(s, Assign))
     sums = (Assign(area, joined), Assign(moment, times(x, joined)))
     builder.statements.append(Accumulate(len(points), counter, body, sums))
-    return Name(moment), Name(area)
+    return Name(area), Name(moment)

@@ -2,7 +2,20 @@
 
 from __future__ import annotations
 
-from fuzzyctl.expr import ZERO, Binary, Compare, Expr, Logic, Name, Number, Where, names_in, replace_names
+from fuzzyctl.expr import (
+    ZERO,
+    Binary,
+    Call,
+    Compare,
+    Expr,
+    Logic,
+    Name,
+    Number,
+    Where,
+    names_in,
+    replace_names,
+    walk,
+)
 from fuzzyctl.kernels.activation import acting
 from fuzzyctl.kernels.defuzzify import Activation, defuzzify
 from fuzzyctl.kernels.plan import InputPlan, OutputPlan, Plan, SetPlan, degree_name, step_name
@@ -91,6 +104,25 @@ def _clamped(builder: Builder, variable: InputPlan, x: Expr) -> Expr:
     return x if variable.extrapolate else builder.let(clip(x, variable.lower, variable.upper))
 
 
+def _jumps(plan: Plan) -> bool:
+    """Return whether a rounding error may decide if a rule acts, as with complements, thresholds and drastic norms."""
+    return (
+        plan.activation.kind != "general"
+        or any(o.implication not in ("min", "product") for o in plan.outputs)
+        or any(not _only_joins(e) for e in (*plan.steps, *plan.strengths))
+    )
+
+
+def _only_joins(strength: Expr) -> bool:
+    """Return whether a firing strength is made of minima, maxima and products only."""
+    return all(
+        isinstance(e, Name | Number)
+        or (isinstance(e, Binary) and e.op == "*")
+        or (isinstance(e, Call) and e.function in ("min", "max"))
+        for e in walk(strength)
+    )
+
+
 class _Front:
     """What all programs of a plan begin with: raw inputs and the activation of each rule.
 
@@ -99,6 +131,7 @@ class _Front:
 
     def __init__(self, plan: Plan, *, many: bool = False) -> None:
         self.plan, self.builder, self.many = plan, Builder(), many
+        self._exact = _jumps(plan)
         self.raw = raw_names(plan)
         self.clamped = [_clamped(self.builder, i, x) for i, x in zip(plan.inputs, self.raw, strict=True)]
         self.outputs: dict[int, Expr] = {}
@@ -126,8 +159,8 @@ class _Front:
     def _write_degrees(self, variable: int, x: Expr) -> None:
         for i, d in enumerate(self.plan.degrees):
             if d.variable == variable:
-                degree = d.set.degree_for_many if self.many else d.set.degree
-                self._known[degree_name(i)] = self.builder.let(degree(x))
+                degree = d.set.degree_for_many(x, exact=self._exact) if self.many else d.set.degree(x)
+                self._known[degree_name(i)] = self.builder.let(degree)
 
     def _write_rules(self) -> None:
         """Write the steps, strengths and activations that can be computed by now."""

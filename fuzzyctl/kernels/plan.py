@@ -92,15 +92,20 @@ class SetPlan:
             own = MEMBERSHIP[self.kind].degree(x, self.parameters)
         return own if self.height == 1.0 else Binary("*", Number(self.height), own)
 
-    def degree_for_many(self, x: Expr) -> Expr:
+    def degree_for_many(self, x: Expr, *, exact: bool) -> Expr:
         """Return the degree of x as vector instructions like it: without choices, for triangles and trapezoids.
 
-        The same up to rounding: each side is a line, the smaller of them counts, held within [0, 1].
+        Each side is a line, the smaller of them counts, held within [0, 1].
+
+        Args:
+            x: An atom.
+            exact: Whether it must be the same number as `degree`; if not, it is 0 or 1 at the same corners and may
+                differ by rounding between them, where a product is cheaper than a quotient.
         """
         sides = _sides(self)
         if sides is None:
             return self.degree(x)
-        own = clip(reduce(lambda a, b: Call("min", (a, b)), [_line(x, *s) for s in sides]), 0.0, 1.0)
+        own = clip(reduce(lambda a, b: Call("min", (a, b)), [_line(x, *s, exact=exact) for s in sides]), 0.0, 1.0)
         return own if self.height == 1.0 else Binary("*", Number(self.height), own)
 
     @property
@@ -153,9 +158,15 @@ def _sides(term: SetPlan) -> list[tuple[float, float]] | None:
     return [(x, tops[0]) for x in left] + [(x, tops[-1]) for x in right]
 
 
-def _line(x: Expr, foot: float, top: float) -> Expr:
-    """Return the line that is 0 at the foot and 1 at the top."""
-    return Binary("*", Binary("-", x, Number(foot)), Number(1.0 / (top - foot)))
+def _line(x: Expr, foot: float, top: float, *, exact: bool) -> Expr:
+    """Return the line that is 0 at the foot and 1, or by rounding a bit more, at the top."""
+    beyond = Binary("-", x, Number(foot)) if top > foot else Binary("-", Number(foot), x)
+    if exact:
+        return Binary("/", beyond, Number(abs(top - foot)))
+    slope = 1.0 / abs(top - foot)
+    while slope * abs(top - foot) < 1.0:
+        slope = math.nextafter(slope, math.inf)
+    return Binary("*", beyond, Number(slope))
 
 
 @dataclass(frozen=True)
