@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
 
 from fuzzyctl.assembly import Part, bring_in, split
-from fuzzyctl.errors import CODES, ArgumentError, Diagnostic, DiagnosticError, closest
+from fuzzyctl.errors import CODES, ArgumentError, Diagnostic, DiagnosticError, Note, closest
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.parser import parse
 from fuzzyctl.model.checks import check_model
@@ -121,12 +121,15 @@ def _examine_part(part: Part, broken: bool) -> tuple[FuzzySystem | None, list[Di
 
 
 def _same_names(systems: list[FuzzySystem]) -> list[Diagnostic]:
-    names = [s.name for s in systems]
-    return [
-        Diagnostic("FZ201", f"system '{s.name}' is declared twice", s.span, help="rename one of them")
-        for i, s in enumerate(systems)
-        if s.name in names[:i]
-    ]
+    first: dict[str, FuzzySystem] = {}
+    found = []
+    for s in systems:
+        earlier = first.setdefault(s.name, s)
+        if earlier is not s:
+            note = (Note(earlier.span, "first declared here"),) if earlier.span is not None else ()
+            message = f"system '{s.name}' is declared twice"
+            found.append(Diagnostic("FZ201", message, s.span, help="rename one of them", notes=note))
+    return found
 
 
 def in_order(source: SourceText, diagnostics: list[Diagnostic]) -> list[Diagnostic]:

@@ -10,6 +10,7 @@ from fuzzyctl.errors import closest
 from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, DISJUNCTIONS, IMPLICATIONS
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.method import ACTIVATIONS, DEFUZZIFIERS, Activation, Defuzzifier, Method
+from fuzzyctl.model.variable import Output
 from fuzzyctl.resolve.context import Context
 
 _FIELDS: Final[dict[str, tuple[str, tuple[str, ...]]]] = {
@@ -40,7 +41,7 @@ _OPTIONS: Final[dict[str, tuple[str, ...]]] = {
 }
 
 
-def resolve_method(context: Context, statements: Sequence[sx.Statement], shared: Sequence[sx.Statement] = ()) -> Method:
+def resolve_method(context: Context, statements: Sequence[sx.Statement]) -> Method:
     """Resolve all settings of a system; those that it shares with others may have no effect here."""
     chosen: dict[str, sx.Word] = {}
     values: dict[str, Any] = {}
@@ -54,19 +55,34 @@ def resolve_method(context: Context, statements: Sequence[sx.Statement], shared:
                 pass
             case sx.Semantics(profile=profile) if profile.text not in PROFILES:
                 context.unknown("profile", profile, PROFILES, "FZ213")
-    method = Method.model_validate(values)
-    common = {s.keyword for s in shared if isinstance(s, sx.Setting)}
-    if method.defuzzifier.over_rules:
-        for setting in ("implication", "aggregation"):
-            if setting in chosen and setting in values and chosen[setting] not in common:
-                context.report(
-                    "FZ214",
-                    f"'{setting}' has no effect: '{method.defuzzifier.kind}' sums over rules",
-                    chosen[setting].span,
-                    help="remove it, or take 'defuzzifier centroid'",
-                    warning=True,
-                )
-    return method
+    return Method.model_validate(values)
+
+
+def find_idle_settings(
+    context: Context,
+    statements: Sequence[sx.Statement],
+    shared: Sequence[sx.Statement],
+    method: Method,
+    outputs: Sequence[Output],
+) -> None:
+    """Warn of implications and aggregations that no output heeds, since it sums over rules or has its own."""
+    kinds = {o.name: o.defuzzifier or method.defuzzifier for o in outputs}
+    for s in statements:
+        if isinstance(s, sx.Setting) and s not in shared and s.keyword.text in ("implication", "aggregation"):
+            heeding = [o for o in outputs if not kinds[o.name].over_rules and getattr(o, s.keyword.text) is None]
+            if outputs and not heeding:
+                _idle(context, s, kinds[outputs[0].name])
+        elif isinstance(s, sx.Variable) and s.name.text in kinds and kinds[s.name.text].over_rules:
+            own = [c.setting for c in s.clauses if isinstance(c, sx.SettingClause)]
+            for setting in (o for o in own if o.keyword.text in ("implication", "aggregation")):
+                _idle(context, setting, kinds[s.name.text])
+
+
+def _idle(context: Context, setting: sx.Setting, defuzzifier: Defuzzifier) -> None:
+    reason = f"'{defuzzifier.kind}' sums over rules" if defuzzifier.over_rules else "every output has its own"
+    help_text = "remove it, or take 'defuzzifier centroid'" if defuzzifier.over_rules else "remove it"
+    message = f"'{setting.keyword.text}' has no effect: {reason}"
+    context.report("FZ214", message, setting.keyword.span, help=help_text, warning=True)
 
 
 def _is_first(context: Context, keyword: sx.Word, chosen: dict[str, sx.Word]) -> bool:

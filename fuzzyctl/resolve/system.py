@@ -15,7 +15,7 @@ from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, Output
 from fuzzyctl.resolve.context import Context
 from fuzzyctl.resolve.rules import MAX_RULES, resolve_require, resolve_rule, resolve_table
-from fuzzyctl.resolve.settings import resolve_method
+from fuzzyctl.resolve.settings import find_idle_settings, resolve_method
 from fuzzyctl.resolve.variables import resolve_param, resolve_variable
 from fuzzyctl.source import Span
 
@@ -155,7 +155,8 @@ def _build(context: Context, tree: sx.SyntaxTree, shared: Sequence[sx.Statement]
                 blocks.append(resolve_table(context, s))
             case sx.Require():
                 guarantees.append(resolve_require(context, s))
-    method = resolve_method(context, tree.statements, shared)
+    method = resolve_method(context, tree.statements)
+    find_idle_settings(context, tree.statements, shared, method, [o for o in outputs if o is not None])
     citation = _citation(context, tree)
     if any(part is None for parts in (params, hedges, inputs, outputs, blocks, guarantees) for part in parts):
         return None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from typing import Any, Final
 
 from fuzzyctl import expr as ex
@@ -272,6 +273,12 @@ def _partition(context: Context, statement: sx.Variable, line: sx.TermsLine) -> 
 def _uniform(statement: sx.Variable, count: int) -> list[ex.Expr]:
     """Peaks from end to end of the range: lower + k (upper - lower) / (count - 1), the ends themselves exact."""
     lower, upper = statement.lower, statement.upper
+    if not any(isinstance(n, ex.Name | ex.Call) for e in (lower, upper) for n in ex.walk(e)):
+        with contextlib.suppress(ex.ExprError):  # a range without a value has a diagnostic of its own
+            # Numbers, so that the system reads well when it is printed; the same as those of the expressions below.
+            low, high = ex.evaluate(lower, {}), ex.evaluate(upper, {})
+            inner = [(low * (count - 1 - k) + high * k) / (count - 1) for k in range(1, count - 1)]
+            return [lower, *map(ex.Number, inner), upper]
     peaks: list[ex.Expr] = [lower]
     for k in range(1, count - 1):
         # A weighted mean of the ends is symmetric where the range is: the middle of [-a, a] is exactly 0.

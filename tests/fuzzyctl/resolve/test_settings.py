@@ -2,8 +2,9 @@ import pytest
 
 from fuzzyctl.errors import DiagnosticError
 from fuzzyctl.expr import Name, Number
-from fuzzyctl.loading import loads
+from fuzzyctl.loading import examine, loads
 from fuzzyctl.model.method import Activation, Defuzzifier
+from fuzzyctl.source import SourceText
 
 
 def errors(text):
@@ -158,3 +159,43 @@ class TestSlicedTables:
             "with m is slow\ntable u = x\n  L H\n | A B\nwith m is fast\ntable u = x\n  L H\n | B A\n"
         )
         assert [system(m=0.0, x=1.0), system(m=1.0, x=1.0)] == [10.0, 0.0]
+
+
+HYBRID = """
+system hybrid
+{settings}
+defuzzifier {defuzzifier}
+input e in [-1, 1]
+  terms N P
+output u in [0, 1] {of_u}
+  a = constant(0)
+  b = constant(1)
+output v in [0, 1] {of_v}
+  terms lo hi
+table u, v = e
+     N     P
+  |  a/lo  b/hi
+"""
+
+
+class TestIdleSettings:
+    """Settings that no output heeds are warned of, and only those."""
+
+    def idle(self, settings="", defuzzifier="weighted_average", of_u="", of_v="defuzzifier centroid"):
+        text = HYBRID.format(settings=settings, defuzzifier=defuzzifier, of_u=of_u, of_v=of_v)
+        found = examine(SourceText("t", text))[1]
+        assert {d.code for d in found} <= {"FZ214"}
+        return [(d.span.line, d.message.split("'")[1]) for d in found]
+
+    def test_one_output_that_heeds_them_is_enough(self):
+        assert self.idle("implication product\naggregation sum") == []
+
+    def test_none_that_does(self):
+        of_v = ""
+        assert self.idle("implication product\naggregation sum", of_v=of_v) == [(3, "implication"), (4, "aggregation")]
+
+    def test_none_that_has_not_its_own(self):
+        assert self.idle("implication product", of_v="defuzzifier centroid implication min") == [(3, "implication")]
+
+    def test_those_of_an_output_that_sums_over_rules(self):
+        assert self.idle(of_u="implication product aggregation sum") == [(7, "implication"), (7, "aggregation")]
