@@ -31,6 +31,19 @@ def writable(array: FloatArray) -> FloatArray:
     return np.require(array, requirements=["C", "W"])
 
 
+def number_array(values: Any, what: str) -> Any:
+    """Return an array of numbers of any type, as it is: what is large is converted block by block.
+
+    Raises:
+        ArgumentError: For what is no array of real numbers.
+    """
+    import numpy as np
+
+    if isinstance(values, np.ndarray) and values.dtype.kind in "biuf" and not isinstance(values, np.ma.MaskedArray):
+        return values
+    return float_array(values, what)
+
+
 def float_array(values: Any, what: str) -> FloatArray:
     """Return an array of floats.
 

@@ -78,13 +78,18 @@ def degrees(system: FuzzySystem, variable: LinguisticVariable, term: Term, x: An
     Returns:
         A degree for each value; None for a consequent that is a function of the inputs.
     """
+    import numpy as np
+
     from fuzzyctl.kernels import numpy_backend
 
     found = planned_set(system, variable, term)
     if found is None:
         return None
-    batch = numpy_backend.compile_batch(inference.term_degree(found), [variable.name])
-    return batch(float_array(x, variable.name).reshape(-1, 1), None)[:, 0]
+    fill = numpy_backend.compile_batch(inference.term_degree(found), [variable.name])
+    points = float_array(x, variable.name).reshape(-1, 1)
+    results = np.empty_like(points)
+    fill(points, None, results)
+    return results[:, 0]
 
 
 #: Kernels for calls by name, by the identity of their system: hashing a system costs more than evaluating it.

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 from fuzzyctl.errors import ArgumentError, FuzzyctlError, NoRuleFiresError, ValueOutOfBoundsError
 from fuzzyctl.kernels import inference, python_backend, sequence
 from fuzzyctl.kernels.algorithm import algorithm_of
-from fuzzyctl.kernels.arguments import float_array, overflows, writable
+from fuzzyctl.kernels.arguments import float_array, number_array, overflows, writable
 from fuzzyctl.kernels.plan import Plan
 from fuzzyctl.kernels.program import Program, Refuse
 
@@ -109,7 +109,7 @@ class Kernel:
                 raise self._too_large(arguments) from None
             raise self._argument_error(arguments, error) from error
 
-    def batch(self, points: Any, state: Any = None) -> FloatArray:
+    def batch(self, points: Any, state: Any = None, *, out: Any = None, parallel: bool = True) -> FloatArray:
         """Evaluate at many points.
 
         Args:
@@ -118,6 +118,8 @@ class Kernel:
                 the first point: adaptive consequents stay as they are, and an output that says `else hold` holds, point
                 after point in the order of memory, the last value before that is no NaN. Left out, it is the initial
                 state of a system without adaptive outputs.
+            out: A contiguous array of float64 of the result's shape to write to; None for a new one.
+            parallel: Whether all cores may be used; from 100,000 points on they are.
 
         Returns:
             Shape (...) for one output, (..., outputs) for several.
@@ -129,7 +131,9 @@ class Kernel:
         """
         import numpy as np
 
-        array = float_array(points, "points")
+        from fuzzyctl.kernels import batching
+
+        array = number_array(points, "points")
         if array.ndim == 0 or array.shape[-1] != len(self.input_names):
             raise ArgumentError(
                 f"points must have the shape (..., {len(self.input_names)}) for {', '.join(self.input_names)}, "
@@ -137,24 +141,42 @@ class Kernel:
             )
         shape = array.shape[:-1]
         count = int(np.prod(shape))
-        flat = writable(array.reshape(count, array.shape[-1]))
+        flat = array.reshape(count, array.shape[-1])
         states = self._flat_state(state, shape)
         if states is not None and self.plan.held and np.ndim(state if state is not None else 0.0) <= 1:
-            states = sequence.states_along(self.plan, self._batch, flat, self._first_state(state))
-        results: FloatArray = self._batch(flat, states)
+            flat = writable(float_array(flat, "points"))
+            states = sequence.states_along(self.plan, self._results, flat, self._first_state(state))
+        width = len(self.output_names)
+        results = batching.results_for(out, shape if width == 1 else (*shape, width))
+        batching.run(self._checked_fill, flat, states, results.reshape(count, width), parallel=parallel)
+        return results
+
+    def _results(self, points: FloatArray, states: FloatArray) -> FloatArray:
+        """Return the results of some points, promises unchecked."""
+        import numpy as np
+
+        results = np.empty((len(points), len(self.output_names)))
+        self._fill(points, states, results)
+        return results
+
+    def _checked_fill(self, points: FloatArray, states: FloatArray | None, results: FloatArray) -> None:
+        """Fill a block; raise where an output without `else` is NaN though nothing that it reads is."""
+        import numpy as np
+
+        self._fill(points, states, results)
         # A sum is NaN if any part is, and takes no memory; only then is it worth looking closer.
-        if self._promised and np.isnan(np.sum(results)):
-            missing = np.isnan(results)
-            bad = np.zeros(len(flat), dtype=bool)
-            for k in self._promised:
-                bad |= missing[:, k] & ~missing[:, list(self.plan.outputs[k].reads)].any(axis=1)
-            bad &= ~np.isnan(flat).any(axis=1)
-            if states is not None:
-                bad &= ~np.isnan(states).any(axis=1)
-            if bad.any():
-                first = int(np.argmax(bad))
-                self._keep_promises(flat[first].tolist(), tuple(results[first].tolist()))
-        return results.reshape(shape if len(self.output_names) == 1 else (*shape, len(self.output_names)))
+        if not self._promised or not np.isnan(np.sum(results)):
+            return
+        missing = np.isnan(results)
+        bad = np.zeros(len(points), dtype=bool)
+        for k in self._promised:
+            bad |= missing[:, k] & ~missing[:, list(self.plan.outputs[k].reads)].any(axis=1)
+        bad &= ~np.isnan(points).any(axis=1)
+        if states is not None:
+            bad &= ~np.isnan(states).any(axis=1)
+        if bad.any():
+            first = int(np.argmax(bad))
+            self._keep_promises(points[first].tolist(), tuple(results[first].tolist()))
 
     def _keep_promises(self, arguments: Sequence[Any], result: float | tuple[float, ...]) -> None:
         """Raise where an output without `else` is NaN though nothing that it reads is."""
@@ -233,45 +255,37 @@ class Kernel:
         return python_backend.compile_source(python_backend.storing_source(program), program, self.input_names)
 
     @cached_property
-    def _batch(self) -> Any:
-        """The function (points (n, inputs), state (n, rules) or None) -> results (n, outputs)."""
+    def _fill(self) -> Any:
+        """The function (points (n, inputs), states (n, states) or None, results (n, outputs)) that writes results."""
         if self.backend == "numba":
-            return self._numba_batch()
+            return self._numba_fill()
         if self.backend == "numpy":
             from fuzzyctl.kernels import numpy_backend
 
             # Arrays are looked up fast, so that interpolation has no better form for them; rules have.
             program = self._program if self.algorithm.grid is not None else self.algorithm.many
-            of_columns = numpy_backend.compile_batch(program, self.input_names)
-            return lambda points, state: of_columns(points, None if state is None else state.T)
-        return self._python_batch
+            return numpy_backend.compile_batch(program, self.input_names)
+        return self._python_fill
 
-    def _numba_batch(self) -> Any:
-        import numpy as np
-
+    def _numba_fill(self) -> Any:
         from fuzzyctl.kernels import numba_backend
 
         loop = numba_backend.compile_source(numba_backend.batch_source(self.algorithm.many))
         refusals = list(self._refusals.values())
 
-        def batch(points: FloatArray, state: FloatArray | None) -> FloatArray:
-            results = np.empty((len(points), len(self.output_names)))
-            states = () if state is None else (writable(state).reshape(-1),)
-            failed = loop(points.reshape(-1), *states, results.reshape(-1))
+        def fill(points: FloatArray, states: FloatArray | None, results: FloatArray) -> None:
+            given = () if states is None else (states.reshape(-1),)
+            failed = loop(points.reshape(-1), *given, results.reshape(-1))
             if failed >= 0:
                 index, which = divmod(failed, len(refusals))
                 raise NoRuleFiresError(refusals[which], python_backend.point_text(self.input_names, points[index]))
-            return results
 
-        return batch
+        return fill
 
-    def _python_batch(self, points: FloatArray, state: FloatArray | None) -> FloatArray:
-        import numpy as np
-
-        results = np.empty((len(points), len(self.output_names)))
+    def _python_fill(self, points: FloatArray, states: FloatArray | None, results: FloatArray) -> None:
+        given = None if states is None else states.tolist()
         for i, point in enumerate(points.tolist()):
-            results[i] = self.jit(*point) if state is None else self.jit(*point, state[i])
-        return results
+            results[i] = self.jit(*point) if given is None else self.jit(*point, given[i])
 
     def _flat_state(self, state: Any, shape: tuple[int, ...]) -> FloatArray | None:
         import numpy as np

@@ -109,7 +109,8 @@ def _body(program: Program) -> list[str]:
 def _module(program: Program, signature: str, lines: list[str]) -> str:
     tables = [f"{name} = np.array({list(values)!r})" for name, values in program.tables]
     # error_model: 0/0 is NaN without a test; fastmath would delete the NaN that an input may bring.
-    decorator = f'@njit("{signature}", cache=CACHE, error_model="numpy")'
+    # nogil: batches are shared among threads.
+    decorator = f'@njit("{signature}", cache=CACHE, error_model="numpy", nogil=True)'
     return "\n".join([_HEADER, *tables, *_helpers(lines), "", decorator, *lines]) + "\n"
 
 

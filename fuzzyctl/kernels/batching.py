@@ -1,0 +1,80 @@
+"""Many points: in blocks that need no memory to speak of, on all cores where that pays."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fuzzyctl.errors import ArgumentError
+from fuzzyctl.kernels.arguments import float_array, writable
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    FloatArray = npt.NDArray[np.float64]
+    #: Writes the results of some points: (points (n, inputs), states (n, states) or None, results (n, outputs)).
+    Fill = Callable[[FloatArray, FloatArray | None, FloatArray], None]
+
+#: Points that are converted at a time where an array is not as compiled code takes it.
+BLOCK: Final = 8192
+#: With fewer points starting a thread, and waiting for one whose core is busy, costs more than it saves.
+ENOUGH: Final = 100_000
+
+
+def cores() -> int:
+    """Return the number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def run(fill: Fill, points: Any, states: FloatArray | None, results: FloatArray, *, parallel: bool) -> None:
+    """Fill the results block by block.
+
+    Args:
+        fill: Computes a block.
+        points: Shape (n, inputs), of any type of numbers and any layout.
+        states: Shape (n, states), perhaps one row repeated; None without a state.
+        results: Shape (n, outputs), contiguous.
+        parallel: Whether several threads may share the work.
+    """
+    count = len(points)
+    ready = states is None and points.dtype == np.float64 and points.flags.c_contiguous and points.flags.writeable
+
+    def work(first: int, last: int) -> None:
+        step = last - first if ready else BLOCK
+        for start in range(first, last, max(step, 1)):
+            part = slice(start, min(start + step, last))
+            block = points[part] if ready else writable(float_array(points[part], "points"))
+            fill(block, None if states is None else writable(states[part]), results[part])
+
+    workers = cores() if parallel and count >= ENOUGH else 1
+    if workers == 1:
+        work(0, count)
+        return
+    ends = [count * k // workers for k in range(workers + 1)]
+    with ThreadPoolExecutor(workers) as pool:
+        jobs = [pool.submit(work, a, b) for a, b in pairwise(ends)]
+        for job in jobs:  # in order, so that of several errors the one at the first point is raised
+            job.result()
+
+
+def results_for(out: Any, shape: tuple[int, ...]) -> FloatArray:
+    """Return the array to write to: a new one, or the caller's.
+
+    Raises:
+        ArgumentError: For an array of another shape or type, or one that is not contiguous or cannot be written to.
+    """
+    if out is None:
+        return np.empty(shape)
+    if not isinstance(out, np.ndarray) or out.dtype != np.float64:
+        found = out.dtype if isinstance(out, np.ndarray) else type(out).__name__
+        raise ArgumentError(f"out must be an array of float64, got {found}")
+    if out.shape != shape:
+        raise ArgumentError(f"out must have the shape {shape}, got {out.shape}")
+    if not (out.flags.c_contiguous and out.flags.writeable):
+        raise ArgumentError("out must be contiguous and writable")
+    return out

@@ -1,0 +1,142 @@
+import math
+import tracemalloc
+
+import numpy as np
+import pytest
+
+from fuzzyctl import loads
+from fuzzyctl.errors import ArgumentError, NoRuleFiresError
+from fuzzyctl.kernels import batching
+from fuzzyctl.kernels.compile import compile as compile_system
+from fuzzyctl.kernels.numpy_backend import block_source
+
+BACKENDS = ("numpy", "numba")
+
+GAP = """
+system gap
+and product
+defuzzifier weighted_average
+input x in [0, 10]
+  low = triangle(-inf, 2, 4)
+  high = triangle(6, 8, inf)
+input y in [-1, 1]
+  terms low high
+output u in [0, 1] {otherwise}
+  a = constant(0)
+  b = constant(1)
+if x is low and y is low then u is a
+if x is low and y is high then u is b
+if x is high then u is b
+"""
+
+
+@pytest.fixture(params=BACKENDS)
+def kernel(request, tipper):
+    return compile_system(tipper, request.param)
+
+
+@pytest.fixture
+def many(monkeypatch):
+    """Two threads, whatever the machine, from 1000 points on."""
+    monkeypatch.setattr(batching, "ENOUGH", 1000)
+    monkeypatch.setattr(batching, "cores", lambda: 2)
+
+
+def points_for(count, seed=0):
+    return np.random.default_rng(seed).uniform(-1, 11, (count, 2))
+
+
+class TestLayouts:
+    @pytest.mark.parametrize("count", [0, 1, 3, batching.BLOCK, 2 * batching.BLOCK + 1])
+    def test_of_every_kind_give_the_same(self, kernel, count):
+        points = points_for(count)
+        expected = kernel.batch(points)
+        frozen = points.copy()
+        frozen.flags.writeable = False
+        strided = np.repeat(points, 2, axis=0)[::2]
+        for given in (np.asfortranarray(points), frozen, strided, points[::-1][::-1], points.tolist()):
+            if count or isinstance(given, np.ndarray):
+                np.testing.assert_array_equal(kernel.batch(given), expected)
+        single = points.astype(np.float32)
+        np.testing.assert_array_equal(kernel.batch(single), kernel.batch(single.astype(float)))
+
+    def test_whole_numbers_and_truths_count_as_numbers(self, kernel):
+        np.testing.assert_array_equal(kernel.batch(np.array([[1, 2], [3, 4]])), kernel.batch([[1.0, 2.0], [3.0, 4.0]]))
+        np.testing.assert_array_equal(kernel.batch(np.array([[True, False]])), kernel.batch([[1.0, 0.0]]))
+
+    def test_shapes_are_kept(self, kernel):
+        points = points_for(24).reshape(2, 3, 4, 2)
+        np.testing.assert_array_equal(kernel.batch(points), kernel.batch(points.reshape(24, 2)).reshape(2, 3, 4))
+        assert kernel.batch(np.empty((3, 0, 2))).shape == (3, 0)
+
+
+class TestOut:
+    def test_is_written_to_and_returned(self, kernel):
+        out = np.full(5, 99.0)
+        assert kernel.batch(points_for(5), out=out) is out
+        np.testing.assert_array_equal(out, kernel.batch(points_for(5)))
+
+    @pytest.mark.parametrize(
+        ("out", "words"),
+        [
+            (np.empty(4), r"shape \(5,\), got \(4,\)"),
+            (np.empty(5, dtype=np.float32), "float64, got float32"),
+            (np.empty(10)[::2], "contiguous and writable"),
+            ([0.0] * 5, "float64, got list"),
+        ],
+    )
+    def test_of_another_kind_is_refused(self, kernel, out, words):
+        with pytest.raises(ArgumentError, match=words):
+            kernel.batch(points_for(5), out=out)
+
+    def test_that_cannot_be_written_to_is_refused(self, kernel):
+        out = np.empty(5)
+        out.flags.writeable = False
+        with pytest.raises(ArgumentError, match="writable"):
+            kernel.batch(points_for(5), out=out)
+
+
+@pytest.mark.usefixtures("many")
+class TestThreads:
+    def test_give_what_one_gives(self, kernel):
+        points = points_for(12_345)
+        np.testing.assert_array_equal(kernel.batch(points), kernel.batch(points, parallel=False))
+
+    @pytest.mark.parametrize("backend", BACKENDS)
+    @pytest.mark.parametrize("otherwise", ["else error", ""])
+    def test_of_several_errors_the_first_point_is_named(self, backend, otherwise):
+        kernel = compile_system(loads(GAP.format(otherwise=otherwise)), backend)
+        points = np.tile([[1.0, 0.0]], (4000, 1))
+        points[[3500, 1200, 3999]] = [[5.0, 0.5], [4.5, 0.25], [5.5, 0.0]]
+        with pytest.raises(NoRuleFiresError, match=r"x = 4.5, y = 0.25"):
+            kernel.batch(points)
+
+    def test_nan_stays_where_it_is(self, kernel):
+        points = points_for(5000)
+        points[[0, 2499, 2500, 4999], [0, 1, 0, 1]] = math.nan
+        assert np.flatnonzero(np.isnan(kernel.batch(points))).tolist() == [0, 2499, 2500, 4999]
+
+
+class TestMemory:
+    """Beyond the results a batch takes about a megabyte, however many points there are."""
+
+    @pytest.mark.parametrize("backend", BACKENDS)
+    @pytest.mark.parametrize("layout", [np.asarray, np.asfortranarray, lambda p: p.astype(np.float32)])
+    def test_does_not_grow_with_the_points(self, backend, layout, tipper):
+        kernel = compile_system(tipper, backend)
+        kernel.batch(points_for(10))
+        points, out = layout(points_for(200_000)), np.empty(200_000)
+        tracemalloc.start()
+        kernel.batch(points, out=out)
+        most = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        # Arrays of a block, a converted block, and whatever Python needs itself.
+        assert most < 1.5 * batching.cores() * 2**20
+
+    def test_names_are_let_go_when_nothing_needs_them(self, tipper):
+        program = compile_system(tipper, "numpy").algorithm.many
+        source = block_source(program)
+        given = [line.split(" = ")[0].strip() for line in source.splitlines() if line.startswith("    v")]
+        dropped = [n for line in source.splitlines() if "del " in line for n in line.split("del ")[1].split(", ")]
+        assert len(dropped) == len(set(dropped))
+        assert set(given) - set(dropped) <= set(source.splitlines()[-1].replace("(", " ").replace(")", " ").split())
