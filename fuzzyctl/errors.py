@@ -319,7 +319,8 @@ def _shortened(known: tuple[str, ...]) -> dict[str, str]:
 
 
 def _without_a_letter(name: str) -> list[str]:
-    return [name, *(name[:i] + name[i + 1 :] for i in range(min(len(name), 200)))]
+    # From the end on: of two names that are as near, the one that begins alike is meant.
+    return [name, *(name[:i] + name[i + 1 :] for i in reversed(range(min(len(name), 200))))]
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
