@@ -22,7 +22,7 @@ ORDER = [
     ["build"],
     ["kernels"],
     ["analysis", "plot"],
-    ["checking", "highlight"],
+    ["checking", "highlight", "codegen"],
     ["cli"],
 ]
 RANK = {part: i for i, parts in enumerate(ORDER) for part in parts}
@@ -44,7 +44,9 @@ HOMES = {
     "plotly": {"apps/dwmr/page/plots.py"},
     "PIL": {"apps/dwmr/figures"},
     "pygments": {"fuzzyctl/highlight.py"},
-    "scipy": set(),
+    "pyarrow": {"apps/dwmr/data/parquet_file.py"},
+    "distributed": {"apps/dwmr/sweep/cluster.py"},
+    "scipy": {"apps/dwmr/calibration/search.py", "apps/dwmr/data/mat_file.py", "apps/dwmr/sweep/intervals.py"},
 }
 
 

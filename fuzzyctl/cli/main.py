@@ -6,6 +6,8 @@ import click
 
 import fuzzyctl
 from fuzzyctl.cli.check import check
+from fuzzyctl.cli.codegen import codegen
+from fuzzyctl.cli.doctor import doctor
 from fuzzyctl.cli.eval import evaluate
 from fuzzyctl.cli.explain import explain
 from fuzzyctl.cli.fmt import fmt
@@ -39,7 +41,9 @@ What to do with it:
     fuzzyctl plot-terms tip.fz              draw the terms
     fuzzyctl plot-surface tip.fz -o tip.png draw what it computes
     fuzzyctl fmt tip.fz                     lay it out
+    fuzzyctl codegen tip.fz --target c      write it as C99, or st, or python
     fuzzyctl new heater                     write another file to begin with
+    fuzzyctl doctor                         what is installed, and what is in use
 
 \b
 Exit codes: 0 done, 1 mistakes found, 2 wrong usage.
@@ -50,5 +54,5 @@ def main() -> None:
     """Check, evaluate and draw fuzzy systems written in .fz rule files."""
 
 
-for command in (new, check, explain, show_system, evaluate, plot_surface, plot_terms, fmt):
+for command in (new, check, explain, show_system, evaluate, plot_surface, plot_terms, fmt, codegen, doctor):
     main.add_command(command)

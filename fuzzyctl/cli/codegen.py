@@ -1,0 +1,116 @@
+"""`fuzzyctl codegen`: a rule file as source text for machines without Python."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from fuzzyctl.cli.common import DONE, FORMAT, SET, SYSTEM, answers_with_diagnostics, assignments, load_checked
+
+if TYPE_CHECKING:
+    from fuzzyctl.codegen.fixed import Format
+
+
+@click.command("codegen")
+@click.argument("file")
+@click.option(
+    "--target",
+    type=click.Choice(["c", "st", "python"]),
+    required=True,
+    help="C99, Structured Text or one Python module.",
+)
+@click.option("-o", "--out", "out", metavar="DIR", default=".", help="The folder to write to.  [default: this one]")
+@click.option(
+    "--algorithm",
+    type=click.Choice(["auto", "interpolation", "rules"]),
+    default="auto",
+    show_default=True,
+    help="How it evaluates.",
+)
+@click.option(
+    "--float",
+    "precision",
+    type=click.Choice(["float", "double"]),
+    help="Numbers of C and Structured Text.  [default: double]",
+)
+@click.option("--fixed", "fixed", metavar="Qm.n", help="Integers instead, such as Q3.12; with --target c.")
+@click.option("--table", "table", type=click.IntRange(2, 4096), metavar="N", help="A lookup table, N points an input.")
+@FORMAT
+@SET
+@SYSTEM
+@answers_with_diagnostics
+def codegen(
+    file: str,
+    target: str,
+    out: str,
+    algorithm: str,
+    precision: str | None,
+    fixed: str | None,
+    table: int | None,
+    form: str,
+    settings: tuple[str, ...],
+    name: str | None,
+) -> int:
+    """Write a system as C99, Structured Text (IEC 61131-3) or plain Python.
+
+    \b
+    fuzzyctl codegen rules/ais_reaction.fz --target c -o build
+    fuzzyctl codegen rules/ais_reaction.fz --target c --fixed Q3.12 -o build
+    fuzzyctl codegen rules/tipper.fz --target st --float float
+
+    C comes with a self-test to compile and run on the target. Errors of fixed point and of tables are proved, and stand
+    at the head of the file; where none can be proved the system is refused.
+    """
+    chosen = _format(fixed, target, precision)
+    if target == "python" and precision == "float":
+        raise click.BadParameter("Python has double precision only", param_hint="--float")
+    system = load_checked(file, settings, name)
+    from fuzzyctl.codegen.files import generate, write
+    from fuzzyctl.codegen.fixed import fixed_point
+    from fuzzyctl.codegen.unit import prepare
+    from fuzzyctl.reading import read_source
+
+    unit = prepare(
+        system,
+        read_source(file).text,
+        settings=assignments(settings, [p.name for p in system.params], "param"),
+        algorithm=algorithm,
+        precision="float" if precision == "float" else "double",
+        table=table,
+    )
+    generated = generate(unit, target, fixed_point(unit, chosen) if chosen else None)
+    paths = write(generated, Path(out))
+    if form == "json":
+        data = {
+            "system": system.name,
+            "target": target,
+            "algorithm": unit.algorithm.name,
+            "files": [str(p) for p in paths],
+            "errors": dict(generated.errors),
+        }
+        click.echo(json.dumps(data, ensure_ascii=False, indent=2))
+        return DONE
+    for path in paths:
+        click.echo(f"wrote {path}")
+    for output, error in generated.errors.items():
+        click.echo(f"proved: {output} is off by {error:.3g} at most")
+    return DONE
+
+
+def _format(fixed: str | None, target: str, precision: str | None) -> Format | None:
+    """Read the format of fixed point; what does not go with it is wrong usage."""
+    if fixed is None:
+        return None
+    from fuzzyctl.codegen.fixed import to_format
+
+    if target != "c":
+        raise click.BadParameter(f"fixed point is written in C only, not for --target {target}", param_hint="--fixed")
+    if precision is not None:
+        raise click.BadParameter("fixed point has no floating-point numbers: drop --float", param_hint="--fixed")
+    try:
+        return to_format(fixed)
+    except ValueError as error:
+        raise click.BadParameter(str(error), param_hint="--fixed") from None

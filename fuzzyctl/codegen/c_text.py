@@ -1,0 +1,286 @@
+"""Statements of programs as lines of C99: every value a constant, every table static."""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+from fuzzyctl.codegen.errors import CodegenError
+from fuzzyctl.codegen.lean import FALSE, TRUE
+from fuzzyctl.codegen.unit import Precision
+from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where
+from fuzzyctl.kernels.program import (
+    STATE,
+    Accumulate,
+    Assign,
+    Item,
+    Locate,
+    Offset,
+    Place,
+    Program,
+    Refuse,
+    Statement,
+    is_atom,
+)
+
+INDENT: Final = "    "
+#: So many knots are counted by comparisons; more are searched by halving.
+COUNTED: Final = 9
+#: Functions of <math.h>.
+LIBM: Final[Mapping[str, str]] = {n: n for n in ("sqrt", "exp", "log", "sin", "cos", "tan", "atan2")} | {"power": "pow"}
+#: Functions that generated files bring along, each with its arguments and value.
+HELPERS: Final[Mapping[str, tuple[str, str]]] = {
+    "smaller": ("a b", "(a < b) ? a : b"),
+    "larger": ("a b", "(a > b) ? a : b"),
+    "clip": ("x low high", "(x < low) ? low : ((x > high) ? high : x)"),
+    "held": ("x", "(x > {zero}) ? ((x < {one}) ? x : {one}) : {zero}"),
+    "abs": ("x", "(x > {zero}) ? x : ({zero} - x)"),
+    "divide": ("a b", "a / b"),
+}
+_ALIAS: Final = {"min": "smaller", "max": "larger"}
+
+
+@dataclass
+class CText:
+    """Write expressions and statements of one program in C.
+
+    Args:
+        precision: Type of numbers.
+        prefix: Name of the system, before the names of its functions.
+        names: Identifiers of the program's arguments.
+        states: Texts of the entries of the state.
+        helpers: Functions of `HELPERS` used so far.
+        libm: Whether <math.h> is used so far.
+    """
+
+    precision: Precision
+    prefix: str
+    names: Mapping[str, str]
+    states: Sequence[str] = ()
+    helpers: set[str] = field(default_factory=set)
+    libm: bool = False
+
+    def number(self, value: float) -> str:
+        """Return a literal of the precision that reads back as the same number.
+
+        Raises:
+            CodegenError: For a number beyond the largest one of the precision.
+        """
+        if math.isnan(value):
+            return f"{self.prefix}_no_number()"
+        if math.isinf(value):
+            self.libm = True
+            own = "(float)INFINITY" if self.precision == "float" else "(double)INFINITY"
+            return own if value > 0 else f"(-({own}))"
+        text = repr(value) if self.precision == "double" else f"{single_text(value)}F"
+        return text if math.copysign(1.0, value) > 0 else f"({text})"
+
+    def text(self, expr: Expr) -> str:
+        """Return an expression; everything compound stands in parentheses."""
+        match expr:
+            case Number(value=value):
+                return self.number(value)
+            case Name(name=name):
+                return self.names.get(name, name)
+            case Item(array=array, index=index):
+                return self._item(array, index)
+            case Negate(operand=operand):
+                return f"(-{self.text(operand)})"
+            case Binary(op="^", left=left, right=right):
+                return self._call("power", (left, right))
+            case Binary(op=op, left=left, right=right):
+                return f"({self.text(left)} {op} {self.text(right)})"
+            case Where(condition=condition, then=then, otherwise=otherwise):
+                return f"({self.condition(condition)} ? {self.text(then)} : {self.text(otherwise)})"
+            case Call(function=function, arguments=arguments):
+                return self._call(_ALIAS.get(function, function), arguments)
+        raise CodegenError(f"a {type(expr).__name__} cannot be printed as a number")
+
+    def condition(self, expr: Expr) -> str:
+        """Return a truth value."""
+        if expr in (TRUE, FALSE):
+            return "true" if expr == TRUE else "false"
+        match expr:
+            case Compare(op="!=", left=left, right=right) if left == right:
+                # Compilers may take x != x for false (-ffinite-math-only); the bits of a NaN they must leave alone.
+                return f"{self.prefix}_is_nan({self.text(left)})"
+            case Compare(op=op, left=left, right=right):
+                return f"({self.text(left)} {op} {self.text(right)})"
+            case Logic(op="not", operands=(operand,)):
+                return f"(!{self.condition(operand)})"
+            case Logic(op=op, operands=operands):
+                sign = " && " if op == "and" else " || "
+                return f"({sign.join(self.condition(o) for o in operands)})"
+        raise CodegenError(f"a {type(expr).__name__} cannot be printed as a condition")
+
+    def _item(self, array: str, index: int | str | Place) -> str:
+        if array == STATE:
+            if not isinstance(index, int):
+                raise CodegenError("a computed position in the state cannot be printed")
+            return self.states[index]
+        match index:
+            case Place(name=name, steps=0):
+                return f"{array}[{name}]"
+            case Place(name=name, steps=steps):
+                return f"{array}[{name} + {steps}U]"
+            case int():
+                return f"{array}[{index}U]"
+        return f"{array}[{index}]"
+
+    def _call(self, function: str, arguments: Sequence[Expr]) -> str:
+        texts = [self.text(a) for a in arguments]
+        if function in LIBM:
+            self.libm = True
+            suffix = "f" if self.precision == "float" else ""
+            return f"{LIBM[function]}{suffix}({', '.join(texts)})"
+        if function == "divide":
+            return f"({texts[0]} / {texts[1]})"
+        if function in ("smaller", "larger", "clip") and all(is_atom(a) for a in arguments):
+            return self._selection(function, arguments, texts)
+        if function not in HELPERS:
+            raise CodegenError(f"the function {function!r} has no text in C")
+        self.helpers.add(function)
+        return f"{self.prefix}_{function}({', '.join(texts)})"
+
+    def _selection(self, function: str, arguments: Sequence[Expr], texts: Sequence[str]) -> str:
+        if function != "clip":
+            sign = "<" if function == "smaller" else ">"
+            return f"(({texts[0]} {sign} {texts[1]}) ? {texts[0]} : {texts[1]})"
+        x, low, high = texts
+        value = x
+        if not _is(arguments[2], math.inf):
+            value = f"(({x} > {high}) ? {high} : {value})"
+        if not _is(arguments[1], -math.inf):
+            value = f"(({x} < {low}) ? {low} : {value})"
+        return value
+
+    def tables(self, program: Program) -> Iterator[str]:
+        """Yield the declarations of the constant tables."""
+        for name, values in program.tables:
+            yield f"{INDENT}static const {self.precision} {name}[{len(values)}] = {{"
+            texts = [self.number(v) for v in values]
+            yield from wrapped(texts, INDENT * 2)
+            yield f"{INDENT}}};"
+
+    def block(self, statements: Sequence[Statement], refusals: Mapping[str, str], depth: int) -> Iterator[str]:
+        """Yield the lines of some statements.
+
+        Args:
+            statements: What to print.
+            refusals: The line that refuses, for each output that may.
+            depth: Levels of indentation.
+        """
+        pad, real = INDENT * depth, self.precision
+        for statement in statements:
+            match statement:
+                case Assign(name=name, value=value):
+                    yield f"{pad}const {real} {name} = {bare(self.text(value))};"
+                case Locate():
+                    yield from (pad + line for line in self._located(statement))
+                case Offset(name=name, parts=parts):
+                    total = " + ".join(n if s == 1 else f"({s}U * {n})" for n, s in parts)
+                    yield f"{pad}const size_t {name} = {total};"
+                case Accumulate(count=count, counter=k, body=body, sums=sums):
+                    yield from (f"{pad}{real} {s.name} = {self.number(0.0)};" for s in sums)
+                    yield f"{pad}for (size_t {k} = 0U; {k} < {count}U; ++{k}) {{"
+                    yield from self.block(body, refusals, depth + 1)
+                    yield from (f"{pad}{INDENT}{s.name} = {s.name} + {self.text(s.value)};" for s in sums)
+                    yield f"{pad}}}"
+                case Refuse(condition=condition, output=output):
+                    yield f"{pad}if ({bare(self.condition(condition))}) {{"
+                    yield f"{pad}{INDENT}{refusals[output]}"
+                    yield f"{pad}}}"
+                case _:
+                    raise CodegenError(f"a statement {type(statement).__name__} cannot be printed")
+
+    def _located(self, statement: Locate) -> Iterator[str]:
+        """Yield lines that find a knot: all comparisons where they are few, else halving."""
+        name, rest, x = statement.name, statement.rest, self.text(statement.x)
+        knots = [self.number(k) for k in statement.knots]
+        if any(a >= b for a, b in zip(self.rounded(statement.knots), self.rounded(statement.knots[1:]), strict=False)):
+            raise CodegenError("two knots are the same in this precision; use double")
+        held = f"(({x} < {knots[0]}) ? {knots[0]} : (({x} > {knots[-1]}) ? {knots[-1]} : {x}))"
+        yield f"const {self.precision} {rest}_x = {bare(held)};"
+        if len(knots) <= COUNTED:
+            count = " + ".join(f"(({rest}_x >= {k}) ? 1U : 0U)" for k in knots[1:]) or "0U"
+            yield f"const size_t {name}_k = {count};"
+        else:
+            yield f"size_t {name}_k = 0U;"
+            first = 1 << ((len(knots) - 1).bit_length() - 1)
+            yield f"for (size_t {name}_h = {first}U; {name}_h > 0U; {name}_h /= 2U) {{"
+            ahead = f"{name}_k + {name}_h"
+            yield f"{INDENT}if ((({ahead}) < {len(knots)}U) && ({statement.table}[{ahead}] <= {rest}_x)) {{"
+            yield f"{INDENT}{INDENT}{name}_k += {name}_h;"
+            yield f"{INDENT}}}"
+            yield "}"
+        stride = f"{name}_k" if statement.stride == 1 else f"{statement.stride}U * {name}_k"
+        yield f"const size_t {name} = {stride};"
+        yield f"const {self.precision} {rest} = {rest}_x - {statement.table}[{name}_k];"
+
+    def rounded(self, values: Sequence[float]) -> list[float]:
+        """Return numbers as the precision has them."""
+        return list(values) if self.precision == "double" else [single(v) for v in values]
+
+    def helper_lines(self) -> Iterator[str]:
+        """Yield the functions of `HELPERS` that were used."""
+        zero, one, real = self.number(0.0), self.number(1.0), self.precision
+        for name in sorted(self.helpers):
+            arguments, value = HELPERS[name]
+            parameters = ", ".join(f"{real} {a}" for a in arguments.split())
+            yield f"static {real} {self.prefix}_{name}({parameters})"
+            yield f"{{\n{INDENT}return {value.format(zero=zero, one=one)};\n}}\n"
+
+
+def bare(text: str) -> str:
+    """Return an expression without parentheses around all of it."""
+    if not text.startswith("("):
+        return text
+    level = 0
+    for k, character in enumerate(text):
+        level += (character == "(") - (character == ")")
+        if level == 0:
+            return text[1:-1] if k == len(text) - 1 else text
+    return text
+
+
+def wrapped(texts: Sequence[str], pad: str, width: int = 110) -> Iterator[str]:
+    """Yield texts joined by commas, in lines of a width."""
+    line = pad
+    for k, text in enumerate(texts):
+        piece = text + ("," if k + 1 < len(texts) else "")
+        if len(line) + len(piece) > width and line.strip():
+            yield line.rstrip()
+            line = pad
+        line += piece + " "
+    yield line.rstrip()
+
+
+def single(value: float) -> float:
+    """Return the nearest number of single precision.
+
+    Raises:
+        CodegenError: For one that is too large.
+    """
+    try:
+        found: float = struct.unpack("f", struct.pack("f", value))[0]
+    except OverflowError:
+        raise CodegenError(f"{value!r} is too large for single precision; use double") from None
+    return found
+
+
+def single_text(value: float) -> str:
+    """Return the shortest text that reads back as the same number of single precision."""
+    own = single(value)
+    for digits in range(1, 10):
+        text = f"{own:.{digits}g}"
+        if single(float(text)) == own:
+            break
+    text = repr(float(text))
+    return text
+
+
+def _is(expr: Expr, value: float) -> bool:
+    return isinstance(expr, Number) and expr.value == value

@@ -1,0 +1,9 @@
+"""What code generation refuses."""
+
+from __future__ import annotations
+
+from fuzzyctl.errors import FuzzyctlError
+
+
+class CodegenError(FuzzyctlError):
+    """Raised for a system that cannot be written for a target, with the reason."""

@@ -1,0 +1,80 @@
+"""From a unit to the files of a target."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from fuzzyctl.codegen import c_selftest, c_source, python_source, st_source
+from fuzzyctl.codegen.c_layout import CLayout
+from fuzzyctl.codegen.fixed import Fixed
+from fuzzyctl.codegen.unit import Unit
+from fuzzyctl.codegen.vectors import vectors
+from fuzzyctl.errors import Diagnostic, DiagnosticError
+from fuzzyctl.files import written_whole
+
+#: Targets of code generation.
+TARGETS: Final = ("c", "st", "python")
+
+
+@dataclass(frozen=True)
+class Generated:
+    """Files by name, and what is proved of them.
+
+    Args:
+        files: Text of each file by its name.
+        errors: Proved error of each output by its name, for fixed point and tables; empty for the system itself.
+    """
+
+    files: Mapping[str, str]
+    errors: Mapping[str, float]
+
+
+def generate(unit: Unit, target: str, fixed: Fixed | None = None) -> Generated:
+    """Return the files of a target.
+
+    Args:
+        unit: What to write.
+        target: One of `TARGETS`.
+        fixed: Fixed-point arithmetic for C, None for floating point.
+
+    Raises:
+        CodegenError: For a system that the target cannot express.
+    """
+    names = [o.name for o in unit.plan.outputs]
+    if fixed is not None:
+        from fuzzyctl.codegen import fixed_source
+
+        return Generated(fixed_source.files(unit, fixed), dict(zip(names, fixed.errors, strict=True)))
+    errors = dict(zip(names, unit.table.errors, strict=True)) if unit.table else {}
+    if target == "python":
+        return Generated({f"{python_source.module_name(unit)}.py": python_source.module(unit)}, errors)
+    if target == "st":
+        return Generated({f"{st_source.block_name(unit)}.st": st_source.function_block(unit)}, errors)
+    name = CLayout(unit).name
+    files = {f"{name}.h": c_source.header(unit), f"{name}.c": c_source.source(unit)}
+    files[f"{name}_selftest.c"] = c_selftest.selftest(unit, vectors(unit))
+    return Generated(files, errors)
+
+
+def write(generated: Generated, folder: Path) -> list[Path]:
+    """Write the files into a folder, which is made if it is not there; each is written whole.
+
+    Raises:
+        DiagnosticError: Where the folder or a file cannot be written.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        message = f"the folder cannot be made: {error.strerror}"
+        raise DiagnosticError([Diagnostic("FZ005", message, file=str(folder), help="name another with -o")]) from None
+    written = [folder / name for name in generated.files]
+    for path in written:
+        if path.is_dir():
+            raise DiagnosticError([Diagnostic("FZ005", "this is a directory", file=str(path))])
+    for path, text in zip(written, generated.files.values(), strict=True):
+        with written_whole(path) as temporary:
+            temporary.write_text(text, encoding="utf-8", newline="\n")
+    return written

@@ -1,0 +1,183 @@
+"""A unit as one Python module that needs nothing but Python."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Final
+
+from fuzzyctl.codegen.errors import CodegenError
+from fuzzyctl.codegen.lean import functions, renamed
+from fuzzyctl.codegen.names import PYTHON_RESERVED, Names
+from fuzzyctl.codegen.unit import Unit, described
+from fuzzyctl.kernels import inference
+from fuzzyctl.kernels.printer import IEEE_SCALAR, INDENT, INTERPRETED, Dialect, block, index_text, text
+from fuzzyctl.kernels.program import STATE, Place, Program
+
+#: What programs may call: the names each needs besides itself, and its text.
+_HELPERS: Final[Mapping[str, tuple[tuple[str, ...], str]]] = {
+    "divide": (
+        (),
+        """
+def divide(a, b):
+    if b != 0.0:
+        return a / b
+    if a == 0.0 or a != a or b != b:
+        return nan
+    return math.copysign(inf, a) * math.copysign(1.0, b)
+""",
+    ),
+    "smaller": ((), "\ndef smaller(a, b):\n    return a if a < b else b\n"),
+    "larger": ((), "\ndef larger(a, b):\n    return a if a > b else b\n"),
+    "held": ((), "\ndef held(x):\n    return (x if x < 1.0 else 1.0) if x > 0.0 else 0.0\n"),
+    "power": (
+        ("divide",),
+        """
+def power(a, b):
+    try:
+        return math.pow(a, b)
+    except OverflowError:
+        return math.copysign(inf, a) if b % 2.0 == 1.0 else inf
+    except ValueError:
+        return divide(1.0, math.copysign(0.0, a) if b % 2.0 == 1.0 else 0.0) if a == 0.0 else nan
+""",
+    ),
+    "log": ((), "\ndef log(x):\n    return -inf if x == 0.0 else math.log(x) if x > 0.0 else nan\n"),
+    "exp": (
+        (),
+        "\ndef exp(x):\n    try:\n        return math.exp(x)\n    except OverflowError:\n        return inf\n",
+    ),
+    "decay": ((), "\ndecay = math.exp\n"),
+    "atan2": ((), "\natan2 = math.atan2\n"),
+    "abs": ((), ""),
+} | {
+    name: (
+        (),
+        f"\ndef {name}(x):\n    try:\n        return math.{name}(x)\n    except ValueError:\n        return nan\n",
+    )
+    for name in ("sqrt", "sin", "cos", "tan")
+}
+#: Functions that the printer writes as comparisons.
+_PRINTED: Final = {"min", "max", "clip", "sign"}
+
+_MAIN: Final = '''
+def main(arguments=None):
+    """Evaluate at the values that stand on the command line, in the order of the inputs."""
+    values = sys.argv[1:] if arguments is None else arguments
+    if len(values) != len(INPUTS):
+        print("usage:", " ".join(INPUTS), file=sys.stderr)
+        return 2
+    try:
+        point = [float(value) for value in values]
+    except ValueError as error:
+        print(error, file=sys.stderr)
+        return 2
+    try:
+        result = {function}(*point{state})
+    except ArithmeticError as error:
+        print(error, file=sys.stderr)
+        return 1
+    for name, value in zip(OUTPUTS, {results}):
+        print(name, "=", value)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
+'''
+
+
+def module_name(unit: Unit) -> str:
+    """Return the name of the module, which is that of its function."""
+    return Names(PYTHON_RESERVED).claim(unit.system.name)
+
+
+def module(unit: Unit) -> str:
+    """Return the text of NAME.py.
+
+    It has the function NAME(inputs) that returns a number, or a tuple for several outputs; with a state
+    NAME(inputs, state), `init()` that gives the first one, and `rates(inputs, state)` where something adapts. Where no
+    rule fires for an output that says `else error`, it raises ArithmeticError.
+    """
+    name, flat = module_name(unit), unit.plan
+    names = Names([*PYTHON_RESERVED, name])
+    arguments = [names.claim(i.name) for i in flat.inputs]
+    rates = inference.rates(flat) if flat.states else None
+    programs = [("", unit.algorithm.point), *([("R", rates)] if rates else [])]
+    lines = [f"# {line}".rstrip() for line in described(unit)]
+    lines += ["", "import math", "import sys", "from math import inf, nan", ""]
+    lines += [f"INPUTS = {[i.name for i in flat.inputs]!r}", f"OUTPUTS = {[o.name for o in flat.outputs]!r}"]
+    lines += [f"{prefix}{table} = {values!r}" for prefix, program in programs for table, values in program.tables]
+    # Quotients of rates are those of the user, which may be 0/0.
+    used = {f for _, p in programs for f in functions(p)} | ({"divide"} if rates else set())
+    lines += ["", *_helpers(used)]
+    lines += ["", *_evaluation(unit, name, arguments)]
+    if flat.initial_state:
+        lines += ["", "", "def init():", f"{INDENT}return {list(flat.initial_state)!r}"]
+    if rates is not None:
+        lines += ["", "", *_rates(rates, arguments)]
+    state = ", init()" if flat.initial_state else ""
+    results = "result" if len(flat.outputs) > 1 else "[result]"
+    lines += ["", _MAIN.format(function=name, state=state, results=results).rstrip("\n")]
+    return "\n".join(lines) + "\n"
+
+
+def _helpers(used: set[str]) -> Iterator[str]:
+    wanted = used - _PRINTED
+    unknown = wanted - set(_HELPERS)
+    if unknown:
+        raise CodegenError(f"the function {min(unknown)!r} has no text in Python")
+    wanted |= {other for name in wanted for other in _HELPERS[name][0]}
+    if "exp" in wanted:
+        wanted.add("decay")
+    yield from (_HELPERS[name][1] for name in sorted(wanted) if _HELPERS[name][1])
+
+
+def _evaluation(unit: Unit, name: str, arguments: Sequence[str]) -> Iterator[str]:
+    program = renamed(unit.algorithm.point, arguments)
+    dialect = _dialect(INTERPRETED, "")
+    parameters = ", ".join([*arguments, *(["state"] if program.state else [])])
+    yield f"def {name}({parameters}):"
+    yield from _floats(arguments)
+    yield from block(program.body, dialect, _refusal)
+    results = [text(r, dialect) for r in program.results]
+    if not unit.plan.held:
+        yield f"{INDENT}return {', '.join(results)}"
+        return
+    # What is held is kept in the state, as the kernels leave it to their caller.
+    for k, result in enumerate(results):
+        yield f"{INDENT}result{k} = {result}"
+    for entry, o in enumerate(unit.plan.held, start=len(unit.plan.states)):
+        yield f"{INDENT}state[{entry}] = result{o} if result{o} == result{o} else state[{entry}]"
+    yield f"{INDENT}return {', '.join(f'result{k}' for k in range(len(results)))}"
+
+
+def _rates(program: Program, arguments: Sequence[str]) -> Iterator[str]:
+    dialect = _dialect(IEEE_SCALAR, "R")
+    own = renamed(program, arguments)
+    yield f"def rates({', '.join([*arguments, 'state'])}):"
+    yield from _floats(arguments)
+    yield from block(own.body, dialect, _refusal)
+    yield f"{INDENT}return [{', '.join(text(r, dialect) for r in own.results)}]"
+
+
+def _floats(arguments: Sequence[str]) -> Iterator[str]:
+    yield from (f"{INDENT}{a} = float({a})" for a in arguments)
+
+
+def _refusal(condition: str, output: str) -> list[str]:
+    return [f"if {condition}:", f"{INDENT}raise ArithmeticError({f'no rule fires for output {output!r}'!r})"]
+
+
+def _dialect(base: Dialect, prefix: str) -> Dialect:
+    """Return a dialect in which tables have a prefix, so that two programs stand in one module."""
+
+    def item(array: str, index: int | str | Place) -> str:
+        return f"{'state' if array == STATE else prefix + array}[{index_text(index)}]"
+
+    def located(statement: object, x: str) -> list[str]:
+        lines = base.locate(statement, x)  # type: ignore[arg-type]
+        table = getattr(statement, "table", "")
+        return [line.replace(f"{table}[", f"{prefix}{table}[") for line in lines]
+
+    return replace(base, item=item, locate=located)

@@ -1,0 +1,159 @@
+"""A unit as a FUNCTION_BLOCK of IEC 61131-3.
+
+A function block rather than a function, for systems without a state too: its tables are set up once for each instance,
+those of a function at each call.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+from fuzzyctl.codegen.errors import CodegenError
+from fuzzyctl.codegen.lean import functions, with_prefix
+from fuzzyctl.codegen.names import ST_RESERVED, Names
+from fuzzyctl.codegen.st_text import INDENT, STText
+from fuzzyctl.codegen.unit import Unit, described
+from fuzzyctl.kernels.program import Refuse
+
+#: Functions without a value somewhere.
+_PARTIAL: Final = frozenset(["divide", "power", "sqrt", "log", "sin", "cos", "tan"])
+
+
+def block_name(unit: Unit) -> str:
+    """Return the name of the function block, and of its file."""
+    return Names(ST_RESERVED, fold=True).claim(unit.system.name)
+
+
+def function_block(unit: Unit) -> str:
+    """Return the text of NAME.st.
+
+    Inputs are VAR_INPUT. Each output has a BOOL `NAME_valid` beside it: FALSE where an input is NaN or no rule gives a
+    value; the output is 0 then. A state stands in the block: what is held, and the consequents of adaptive outputs,
+    which change by one Euler step of `dt` seconds after each evaluation (0: none).
+    """
+    return _Block(unit).text()
+
+
+class _Block:
+    def __init__(self, unit: Unit) -> None:
+        self.unit, self.name = unit, block_name(unit)
+        names = Names([*ST_RESERVED, self.name.lower(), "dt", "refused", "valid", "adapted"], fold=True)
+        self.inputs = [names.claim(i.name) for i in unit.plan.inputs]
+        self.outputs = [names.claim(o.name) for o in unit.plan.outputs]
+        self.valid = [names.claim(f"{o}_valid") for o in self.outputs]
+        adaptive = [f"consequent{k}" for k in range(len(unit.plan.states))]
+        self.states = [names.claim(s) for s in (*adaptive, *(f"held_{self.outputs[o]}" for o in unit.plan.held))]
+        self.rates = with_prefix(unit.rates, "R") if unit.rates is not None else None
+        if self.rates is not None and any(isinstance(s, Refuse) for s in self.rates.body):
+            raise CodegenError("rates that may be refused are not written in Structured Text")
+
+    def text(self) -> str:
+        arguments = dict(zip(self.unit.evaluation.arguments, self.inputs, strict=True))
+        writer = STText(self.unit.precision, arguments, self.states, partial=self._partial())
+        body = list(self._evaluation(writer))
+        rates = STText(self.unit.precision, arguments, self.states)
+        adapted = list(self._adaptation(rates)) if self.rates is not None else []
+        head = [f"(* {line.replace('(*', '( *').replace('*)', '* )')} *)" if line else "" for line in self._head()]
+        lines = [*head, f"FUNCTION_BLOCK {self.name}", *self._interface(writer)]
+        lines += [*self._variables([writer, rates]), *self._constants(writer)]
+        return "\n".join([*lines, "", *body, *adapted, "END_FUNCTION_BLOCK"]) + "\n"
+
+    def _partial(self) -> bool:
+        return bool(functions(self.unit.evaluation) & _PARTIAL)
+
+    def _head(self) -> list[str]:
+        lines = [
+            *described(self.unit),
+            "",
+            "Where an output is not valid, it is 0: an input is NaN, or no rule gives it a value.",
+        ]
+        if self.unit.plan.states:
+            lines.append("Adaptive consequents change by one Euler step of dt seconds after each evaluation.")
+        return lines
+
+    def _interface(self, writer: STText) -> Iterator[str]:
+        yield "VAR_INPUT"
+        yield from (f"{INDENT}{i} : {writer.real};" for i in self.inputs)
+        if self.rates is not None:
+            yield f"{INDENT}dt : {writer.real} := {writer.number(0.0)};"
+        yield "END_VAR"
+        yield "VAR_OUTPUT"
+        for output, valid in zip(self.outputs, self.valid, strict=True):
+            yield from (f"{INDENT}{output} : {writer.real};", f"{INDENT}{valid} : BOOL;")
+        yield "END_VAR"
+
+    def _variables(self, writers: Sequence[STText]) -> Iterator[str]:
+        yield "VAR"
+        for state, value in zip(self.states, self.unit.plan.initial_state, strict=True):
+            yield f"{INDENT}{state} : {writers[0].real} := {writers[0].number(value).strip('()')};"
+        if self.unit.refusals:
+            yield f"{INDENT}refused : BOOL;"
+        for kind, names in (
+            (writers[0].real, [n for w in writers for n in w.reals]),
+            ("DINT", [n for w in writers for n in w.integers]),
+            ("BOOL", [n for w in writers for n in w.flags]),
+        ):
+            yield from (f"{INDENT}{name} : {kind};" for name in dict.fromkeys(names))
+        yield "END_VAR"
+
+    def _constants(self, writer: STText) -> Iterator[str]:
+        tables = [*self.unit.evaluation.tables, *(self.rates.tables if self.rates is not None else ())]
+        if not tables:
+            return
+        yield "VAR CONSTANT"
+        for name, values in tables:
+            yield f"{INDENT}{name} : ARRAY[0..{len(values) - 1}] OF {writer.real} := ["
+            texts = [writer.number(v).strip("()") for v in values]
+            rows = [", ".join(texts[k : k + 8]) for k in range(0, len(texts), 8)]
+            yield ",\n".join(INDENT * 2 + row for row in rows) + "];"
+        yield "END_VAR"
+
+    def _numbers(self) -> str:
+        # IEEE 754: NaN is the only number that does not equal itself.
+        return " AND ".join(f"({i} = {i})" for i in self.inputs)
+
+    def _evaluation(self, writer: STText) -> Iterator[str]:
+        for output, valid in zip(self.outputs, self.valid, strict=True):
+            yield from (f"{output} := {writer.number(0.0)};", f"{valid} := FALSE;")
+        if self.unit.refusals:
+            yield "refused := FALSE;"
+        yield f"IF {self._numbers()} THEN"
+        yield from writer.block(self.unit.evaluation.body, dict.fromkeys(self.unit.refusals, "refused := TRUE;"), 1)
+        depth = 1
+        if self.unit.refusals:
+            yield f"{INDENT}IF NOT refused THEN"
+            depth = 2
+        pad = INDENT * depth
+        for k, (output, value) in enumerate(zip(self.outputs, self.unit.evaluation.results, strict=True)):
+            yield from writer.assigned(f"r{k}", value, depth)
+            writer.reals.append(f"r{k}")
+            yield f"{pad}{output} := r{k};"
+            missing = writer.missing(f"r{k}")
+            yield f"{pad}{self.valid[k]} := {'TRUE' if missing == 'FALSE' else f'NOT {missing}'};"
+        for entry, o in enumerate(self.unit.plan.held, start=len(self.unit.plan.states)):
+            yield f"{pad}IF {self.valid[o]} THEN"
+            yield f"{pad}{INDENT}{self.states[entry]} := {self.outputs[o]};"
+            yield f"{pad}END_IF;"
+        if self.unit.refusals:
+            yield f"{INDENT}END_IF;"
+        yield "END_IF;"
+
+    def _adaptation(self, writer: STText) -> Iterator[str]:
+        assert self.rates is not None
+        flat = self.unit.plan
+        yield f"IF {self._numbers()} AND (dt > {writer.number(0.0)}) THEN"
+        yield from writer.block(self.rates.body, {}, 1)
+        for k, (o, _) in enumerate(flat.states):
+            output = flat.outputs[o]
+            yield from writer.assigned(f"rate{k}", self.rates.results[k], 1)
+            writer.reals.append(f"rate{k}")
+            low, high = writer.number(output.lower), writer.number(output.upper)
+            step = f"LIMIT({low}, ({self.states[k]} + (dt * rate{k})), {high})"
+            if f"rate{k}_no" in writer.flags:
+                yield f"{INDENT}IF NOT rate{k}_no THEN"
+                yield f"{INDENT * 2}{self.states[k]} := {step};"
+                yield f"{INDENT}END_IF;"
+            else:
+                yield f"{INDENT}{self.states[k]} := {step};"
+        yield "END_IF;"

@@ -1,0 +1,239 @@
+"""Statements of programs as Structured Text, which has neither choices between values nor NaN.
+
+A choice becomes IF, so that only the chosen side is computed. A value that may be NaN has a second variable, `NAME_no`,
+that says so; its number is 0 then. The flags follow the same expressions as the numbers.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+from fuzzyctl.codegen.c_text import single_text
+from fuzzyctl.codegen.errors import CodegenError
+from fuzzyctl.codegen.lean import FALSE, TRUE, folding, read
+from fuzzyctl.codegen.unit import Precision
+from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where, replace, walk
+from fuzzyctl.kernels.program import STATE, Accumulate, Assign, Item, Locate, Offset, Place, Refuse, Statement
+
+INDENT: Final = "  "
+#: Standard functions of IEC 61131-3 for those of programs.
+_STANDARD: Final[Mapping[str, str]] = {
+    "min": "MIN",
+    "smaller": "MIN",
+    "max": "MAX",
+    "larger": "MAX",
+    "abs": "ABS",
+    "sqrt": "SQRT",
+    "exp": "EXP",
+    "log": "LN",
+    "sin": "SIN",
+    "cos": "COS",
+    "tan": "TAN",
+}
+#: The largest numbers of the two types stand for infinity, which has no literal.
+_LARGEST: Final[Mapping[Precision, float]] = {"double": 1.7976931348623157e308, "float": 3.4028234663852886e38}
+
+
+@dataclass
+class STText:
+    """Write statements in Structured Text.
+
+    Args:
+        precision: Type of numbers.
+        names: Identifiers of the program's arguments.
+        states: Identifiers of the entries of the state.
+        partial: Whether functions are called that have no value somewhere.
+        reals: Variables declared so far.
+        integers: The same for integers.
+        flags: The same for truth values: whether another variable has no value.
+    """
+
+    precision: Precision
+    names: Mapping[str, str]
+    states: Sequence[str] = ()
+    partial: bool = False
+    reals: list[str] = field(default_factory=list)
+    integers: list[str] = field(default_factory=list)
+    flags: list[str] = field(default_factory=list)
+    _missing: dict[str, str] = field(default_factory=dict)
+    _temporaries: int = 0
+
+    @property
+    def real(self) -> str:
+        """The type of numbers."""
+        return "REAL" if self.precision == "float" else "LREAL"
+
+    def number(self, value: float) -> str:
+        """Return a literal."""
+        if math.isinf(value):
+            value = math.copysign(_LARGEST[self.precision], value)
+        text = single_text(value) if self.precision == "float" else repr(value)
+        if "e" in text:
+            mantissa, exponent = text.split("e")
+            text = f"{mantissa if '.' in mantissa else mantissa + '.0'}E{int(exponent)}"
+        return text if value >= 0 else f"({text})"
+
+    def block(self, statements: Sequence[Statement], refusals: Mapping[str, str], depth: int) -> Iterator[str]:
+        """Yield the lines of some statements.
+
+        Args:
+            statements: What to print.
+            refusals: The line that refuses, for each output that may.
+            depth: Levels of indentation.
+        """
+        pad = INDENT * depth
+        for statement in statements:
+            match statement:
+                case Assign(name=name, value=value):
+                    yield from self.assigned(self._declared(name), value, depth)
+                case Locate():
+                    yield from (pad + line for line in self._located(statement))
+                case Offset(name=name, parts=parts):
+                    self.integers.append(name)
+                    yield f"{pad}{name} := {' + '.join(n if s == 1 else f'{s} * {n}' for n, s in parts)};"
+                case Accumulate(count=count, counter=k, body=body, sums=sums):
+                    self.integers.append(k)
+                    yield from (f"{pad}{self._declared(s.name)} := {self.number(0.0)};" for s in sums)
+                    yield f"{pad}FOR {k} := 0 TO {count - 1} DO"
+                    yield from self.block(body, refusals, depth + 1)
+                    for s in sums:
+                        yield from self.assigned(s.name, Binary("+", Name(s.name), s.value), depth + 1)
+                    yield f"{pad}END_FOR;"
+                case Refuse(condition=condition, output=output):
+                    lines: list[str] = []
+                    test = self._condition(self._folded(condition), lines, depth)
+                    yield from lines
+                    yield from (f"{pad}IF {test} THEN", f"{pad}{INDENT}{refusals[output]}", f"{pad}END_IF;")
+                case _:
+                    raise CodegenError(f"a statement {type(statement).__name__} cannot be printed")
+
+    def assigned(self, name: str, value: Expr, depth: int) -> Iterator[str]:
+        """Yield lines that give a variable a value, and say whether it has one."""
+        value = self._folded(value)
+        flag = self._flag(name) if self.may_be_missing(value) else ""
+        yield from self._set(name, flag, value, depth)
+
+    def _set(self, name: str, flag: str, value: Expr, depth: int) -> Iterator[str]:
+        pad = INDENT * depth
+        lines: list[str] = []
+        if isinstance(value, Where):
+            test = self._condition(value.condition, lines, depth)
+            yield from lines
+            yield f"{pad}IF {test} THEN"
+            yield from self._set(name, flag, value.then, depth + 1)
+            yield f"{pad}ELSE"
+            yield from self._set(name, flag, value.otherwise, depth + 1)
+            yield f"{pad}END_IF;"
+            return
+        if isinstance(value, Number) and math.isnan(value.value):
+            yield from (f"{pad}{name} := {self.number(0.0)};", f"{pad}{flag} := TRUE;")
+            return
+        text = self._text(value, lines, depth)
+        yield from lines
+        yield f"{pad}{name} := {text};"
+        if flag:
+            missing = sorted(self._missing[n] for n in read(value) if n in self._missing)
+            yield f"{pad}{flag} := {' OR '.join(missing) or 'FALSE'};"
+
+    def _folded(self, expr: Expr) -> Expr:
+        return replace(expr, folding(lambda n: not self.partial and n not in self._missing))
+
+    def may_be_missing(self, value: Expr) -> bool:
+        """Return whether a value may be NaN because one is written in it, or because of what it reads."""
+        written = any(isinstance(n, Number) and math.isnan(n.value) for n in walk(value))
+        return written or any(n in self._missing for n in read(value))
+
+    def missing(self, name: str) -> str:
+        """Return the text of whether a variable has no value."""
+        parts = [self._missing[name]] if name in self._missing else []
+        # Functions of the user may give NaN of their own.
+        parts += [f"({name} <> {name})"] if self.partial else []
+        return f"({' OR '.join(parts)})" if len(parts) > 1 else parts[0] if parts else "FALSE"
+
+    def _flag(self, name: str) -> str:
+        if name not in self._missing:
+            self._missing[name] = f"{name}_no"
+            self.flags.append(f"{name}_no")
+        return self._missing[name]
+
+    def _declared(self, name: str) -> str:
+        self.reals.append(name)
+        return name
+
+    def _text(self, expr: Expr, lines: list[str], depth: int) -> str:
+        """Return an expression; what must be computed before goes to `lines`."""
+        match expr:
+            case Number(value=value):
+                return self.number(value)
+            case Name(name=name):
+                return self.names.get(name, name)
+            case Item(array=array, index=index):
+                return self._item(array, index)
+            case Negate(operand=operand):
+                return f"(-{self._text(operand, lines, depth)})"
+            case Binary(op="^", left=left, right=right):
+                return f"EXPT({self._text(left, lines, depth)}, {self._text(right, lines, depth)})"
+            case Binary(op=op, left=left, right=right):
+                return f"({self._text(left, lines, depth)} {op} {self._text(right, lines, depth)})"
+            case Where():
+                self._temporaries += 1
+                name = self._declared(f"c{self._temporaries}")
+                lines.extend(self.assigned(name, expr, depth))
+                return name
+            case Call(function=function, arguments=arguments):
+                return self._call(function, [self._text(a, lines, depth) for a in arguments])
+        raise CodegenError(f"a {type(expr).__name__} cannot be printed as a number")
+
+    def _call(self, function: str, texts: Sequence[str]) -> str:
+        if function == "clip":
+            return f"LIMIT({texts[1]}, {texts[0]}, {texts[2]})"
+        if function == "held":
+            return f"LIMIT({self.number(0.0)}, {texts[0]}, {self.number(1.0)})"
+        if function == "divide":
+            return f"({texts[0]} / {texts[1]})"
+        if function not in _STANDARD:
+            raise CodegenError(f"Structured Text has no standard function for '{function}'")
+        return f"{_STANDARD[function]}({', '.join(texts)})"
+
+    def _item(self, array: str, index: int | str | Place) -> str:
+        if array == STATE:
+            if not isinstance(index, int):
+                raise CodegenError("a computed position in the state cannot be printed")
+            return self.states[index]
+        if isinstance(index, Place):
+            return f"{array}[{index.name} + {index.steps}]" if index.steps else f"{array}[{index.name}]"
+        return f"{array}[{index}]"
+
+    def _condition(self, expr: Expr, lines: list[str], depth: int) -> str:
+        if expr in (TRUE, FALSE):
+            return "TRUE" if expr == TRUE else "FALSE"
+        match expr:
+            case Compare(op="!=", left=left, right=right) if left == right:
+                return self.missing(left.name) if isinstance(left, Name) else "FALSE"
+            case Compare(op=op, left=left, right=right):
+                sign = {"==": "=", "!=": "<>"}.get(op, op)
+                return f"({self._text(left, lines, depth)} {sign} {self._text(right, lines, depth)})"
+            case Logic(op="not", operands=(operand,)):
+                return f"(NOT {self._condition(operand, lines, depth)})"
+            case Logic(op=op, operands=operands):
+                return f"({f' {op.upper()} '.join(self._condition(o, lines, depth) for o in operands)})"
+        raise CodegenError(f"a {type(expr).__name__} cannot be printed as a condition")
+
+    def _located(self, statement: Locate) -> Iterator[str]:
+        name, rest, knots = statement.name, self._declared(statement.rest), statement.knots
+        self.integers.append(name)
+        x = self._text(statement.x, [], 0)
+        yield f"{rest} := LIMIT({self.number(knots[0])}, {x}, {self.number(knots[-1])});"
+        yield f"{name} := 0;"
+        if len(knots) > 1:
+            # The last knot not beyond the value; loops end early at the first that is.
+            last = len(knots) - 1
+            yield f"WHILE ({name} < {last}) AND ({rest} >= {statement.table}[MIN({name} + 1, {last})]) DO"
+            yield f"{INDENT}{name} := {name} + 1;"
+            yield "END_WHILE;"
+        yield f"{rest} := {rest} - {statement.table}[{name}];"
+        if statement.stride != 1:
+            yield f"{name} := {statement.stride} * {name};"

@@ -1,0 +1,262 @@
+"""Lookup tables: the outputs at even steps of the inputs, multilinear between, with a proved bound of their error."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise, product
+from typing import TYPE_CHECKING, Any, Final
+
+from fuzzyctl.analysis.coverage import uncovered_of
+from fuzzyctl.analysis.intervals import Interval, enclose
+from fuzzyctl.codegen.errors import CodegenError
+from fuzzyctl.errors import NoRuleFiresError
+from fuzzyctl.expr import Call, Expr, Number, Where, replace
+from fuzzyctl.kernels import inference, python_backend
+from fuzzyctl.kernels.algorithm import Algorithm
+from fuzzyctl.kernels.grid import Grid, Table
+from fuzzyctl.kernels.plan import Plan
+from fuzzyctl.kernels.program import Accumulate, Assign, Item, Program, Refuse
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    FloatArray = npt.NDArray[np.float64]
+
+#: Most entries of a table.
+MOST_ENTRIES: Final = 1 << 16
+#: Most corners of the boxes on which a table and an interpolating system are both multilinear.
+_MOST_CORNERS: Final = 1 << 22
+#: Most interval operations for the bound of a table, about ten seconds.
+_MOST_OPERATIONS: Final = 1_500_000
+#: A bound beyond this part of an output's span says nothing.
+USEFUL: Final = 0.5
+
+
+@dataclass(frozen=True)
+class Tabulated:
+    """A lookup table in place of a system.
+
+    Args:
+        grid: Its knots and entries.
+        errors: Proved bound of the error of each output, for all inputs.
+        proof: How the bounds were found.
+    """
+
+    grid: Grid
+    errors: tuple[float, ...]
+    proof: str
+
+
+def tabulated(algorithm: Algorithm, points: int) -> Tabulated:
+    """Tabulate a system.
+
+    Args:
+        algorithm: The system; one that interpolates has a table without error if its knots lie on those of the table.
+        points: Points along each input, at least 2.
+
+    Raises:
+        CodegenError: For a system with a state, without a value somewhere, with an input that has no ends, or of which
+            no useful bound is found; for a table that is too large.
+    """
+    flat, grid = algorithm.plan, algorithm.grid
+    _require_suited(flat, grid)
+    inputs, knots = _axes(flat, grid, points)
+    if math.prod(map(len, knots)) > MOST_ENTRIES:
+        raise CodegenError(
+            f"a table of {points} points along {len(inputs)} inputs has more than {MOST_ENTRIES:,} entries"
+        )
+    values = _values(algorithm, inputs, knots)
+    tables = tuple(Table(own, (), min(own), max(own)) for own in values)
+    found = Grid(inputs, knots, tables)
+    if grid is not None and not any(t.weight for t in grid.outputs):
+        errors, proof = _compared(grid, found), "exact, at all corners of both partitions"
+    else:
+        errors, proof = _enclosed(flat, found), "by interval analysis of each cell"
+    for output, own, error in zip(flat.outputs, values, errors, strict=True):
+        span = max(output.upper - output.lower, max(own) - min(own))
+        if not error <= USEFUL * span:
+            raise CodegenError(
+                f"no useful bound is found for the error of a table of {output.name!r} with {points} points along each "
+                f"input: at most {error:.3g}, of a span of {span:.3g}; take more points"
+            )
+    return Tabulated(found, errors, proof)
+
+
+def _require_suited(flat: Plan, grid: Grid | None) -> None:
+    if flat.initial_state:
+        raise CodegenError("a system with a state has no table")
+    for name, verdict in uncovered_of(flat).items():
+        otherwise = next(o.otherwise for o in flat.outputs if o.name == name)
+        if verdict is not None and (not isinstance(otherwise, float) or math.isnan(otherwise)):
+            raise CodegenError(f"{name!r} may have no value where no rule fires, so it has no table")
+    open_ended = next((i.name for i in flat.inputs if i.extrapolate), None)
+    if grid is None and open_ended is not None:
+        raise CodegenError(f"{open_ended!r} is extrapolated, so a table has no ends")
+
+
+def _axes(flat: Plan, grid: Grid | None, points: int) -> tuple[tuple[int, ...], tuple[tuple[float, ...], ...]]:
+    """Return the inputs of the table and its knots: over the range, or the part of it where something changes."""
+    if grid is None:
+        inputs = tuple(range(len(flat.inputs)))
+        ends = [(i.lower, i.upper) for i in flat.inputs]
+    else:
+        inputs, ends = grid.inputs, [(k[0], k[-1]) for k in grid.knots]
+    knots = []
+    for a, b in ends:
+        inner = [a + (b - a) * (k / (points - 1)) for k in range(1, points - 1)]
+        knots.append(tuple(sorted({a, *inner, b})))
+    return inputs, tuple(knots)
+
+
+def _values(algorithm: Algorithm, inputs: Sequence[int], knots: Sequence[Sequence[float]]) -> list[tuple[float, ...]]:
+    """Return each output at the knots, the last input varying fastest."""
+    flat, program = algorithm.plan, algorithm.point
+    names = [i.name for i in flat.inputs]
+    kernel: Callable[..., Any] = python_backend.compile_source(
+        python_backend.evaluation_source(program), program, names
+    )
+    point = [0.0 if i.extrapolate else i.lower for i in flat.inputs]
+    rows = []
+    for combination in product(*knots):
+        for i, x in zip(inputs, combination, strict=True):
+            point[i] = x
+        try:
+            result = kernel(*point)
+        except NoRuleFiresError as error:
+            raise CodegenError(str(error)) from None
+        row = result if isinstance(result, tuple) else (result,)
+        if not all(map(math.isfinite, row)):
+            raise CodegenError(f"an output has no value at {python_backend.point_text(names, point)}")
+        rows.append(row)
+    return list(zip(*rows, strict=True))
+
+
+# --- systems that interpolate: both functions are multilinear on common boxes, so is their difference ----------------
+
+
+def _compared(exact: Grid, table: Grid) -> tuple[float, ...]:
+    """Return the largest difference of two multilinear functions: it lies at a corner of their common boxes."""
+    import numpy as np
+
+    joint = [tuple(sorted({*a, *b})) for a, b in zip(exact.knots, table.knots, strict=True)]
+    if math.prod(map(len, joint)) > _MOST_CORNERS:
+        raise CodegenError(f"the error of the table is not bounded: it has more than {_MOST_CORNERS:,} corners to test")
+    errors = []
+    for own, other in zip(exact.outputs, table.outputs, strict=True):
+        difference = _at(own.value, exact.knots, joint) - _at(other.value, table.knots, joint)
+        # Entries are rounded, and so are the weights of this comparison.
+        slack = 64.0 * len(joint) * 2.0**-52 * max(map(abs, own.value))
+        errors.append(float(np.max(np.abs(difference))) + slack)
+    return tuple(errors)
+
+
+def _at(values: Sequence[float], knots: Sequence[Sequence[float]], places: Sequence[Sequence[float]]) -> FloatArray:
+    """Return a multilinear function at the combinations of some places along each input."""
+    import numpy as np
+
+    found = np.array(values, dtype=np.float64).reshape([len(k) for k in knots])
+    for axis, (own, at) in enumerate(zip(knots, places, strict=True)):
+        weights = np.array([np.interp(at, own, row) for row in np.eye(len(own))]).reshape(len(own), len(at))
+        found = np.moveaxis(np.tensordot(found, weights, axes=(axis, 0)), -1, axis)
+    return found
+
+
+# --- others: intervals ---------------------------------------------------------------------------------------------
+
+
+def _enclosed(flat: Plan, table: Grid) -> tuple[float, ...]:
+    """Bound the error cell by cell: the system lies in an interval, the table between its corners."""
+    program = _certain(flat)
+    sizes = [len(k) - 1 for k in table.knots]
+    budget = _MOST_OPERATIONS / max(1, math.prod(sizes) * _cost(program))
+    if budget < 1.0:
+        raise CodegenError("the error of the table is not bounded: the system is too large for interval analysis")
+    parts = max(1, math.floor(budget ** (1.0 / len(sizes))))
+    axes = [list(pairwise(refined(k, parts))) for k in table.knots]
+    corners = [_at(t.value, table.knots, [refined(k, parts) for k in table.knots]) for t in table.outputs]
+    worst = [0.0] * len(table.outputs)
+    for cell in product(*(range(len(a)) for a in axes)):
+        box = dict.fromkeys(program.arguments, (0.0, 0.0))
+        box |= {program.arguments[i]: axes[d][k] for d, (i, k) in enumerate(zip(table.inputs, cell, strict=True))}
+        where = tuple(slice(k, k + 2) for k in cell)
+        for o, (low, high) in enumerate(enclosed(program, box)):
+            own = corners[o][where]
+            worst[o] = max(worst[o], high - float(own.min()), float(own.max()) - low)
+    return tuple(w + 1e-12 * max(map(abs, t.value)) for w, t in zip(worst, table.outputs, strict=True))
+
+
+def refined(knots: Sequence[float], parts: int) -> list[float]:
+    """Return knots with some more between each two."""
+    inner = [a + (b - a) * (k / parts) for a, b in pairwise(knots) for k in range(parts)]
+    return sorted({*inner, knots[-1]})
+
+
+def _certain(flat: Plan) -> Program:
+    """Return the program of all rules without the branches in which an output has no value."""
+    program = inference.evaluation(flat)
+
+    def change(node: Expr) -> Expr:
+        match node:
+            case Where(then=Number(value=value), otherwise=other) if math.isnan(value):
+                return other
+            case Where(then=own, otherwise=Number(value=value)) if math.isnan(value):
+                return own
+            case Call(function="clip", arguments=(x, low, high)):
+                return Call("max", (Call("min", (x, high)), low))
+        return node
+
+    def statement(own: Any) -> Any:
+        match own:
+            case Assign(name=name, value=value):
+                return Assign(name, replace(value, change))
+            case Accumulate(count=count, counter=counter, body=body, sums=sums):
+                return Accumulate(count, counter, tuple(map(statement, body)), tuple(map(statement, sums)))
+        return own
+
+    body = tuple(statement(s) for s in program.body)
+    return Program(program.arguments, 0, program.tables, body, tuple(replace(r, change) for r in program.results))
+
+
+def _cost(program: Program) -> int:
+    return sum(s.count * (len(s.body) + len(s.sums)) if isinstance(s, Accumulate) else 1 for s in program.body)
+
+
+def enclosed(program: Program, box: Mapping[str, Interval]) -> list[Interval]:
+    """Return an interval for each result of a program while its arguments run through a box.
+
+    Raises:
+        CodegenError: For statements that have no interval.
+    """
+    names, tables = dict(box), dict(program.tables)
+    for statement in program.body:
+        match statement:
+            case Assign(name=name, value=value):
+                names[name] = enclose(value, names)
+            case Accumulate(sums=sums):
+                totals = {s.name: (0.0, 0.0) for s in sums}
+                for own in _entries(statement, tables):
+                    for s in own.body:
+                        names[s.name] = enclose(s.value, names)
+                    for s in own.sums:
+                        low, high = enclose(s.value, names)
+                        totals[s.name] = (totals[s.name][0] + low, totals[s.name][1] + high)
+                names |= totals
+            case Refuse():
+                pass  # it has been proved that some rule fires
+            case _:
+                raise CodegenError(f"the error of the table is not bounded: no interval of {type(statement).__name__}")
+    return [enclose(r, names) for r in program.results]
+
+
+def _entries(loop: Accumulate, tables: Mapping[str, Sequence[float]]) -> Iterator[Accumulate]:
+    """Yield a loop entry by entry, with the numbers of its tables put in."""
+    for k in range(loop.count):
+
+        def change(node: Expr, k: int = k) -> Expr:
+            return Number(tables[node.array][k]) if isinstance(node, Item) and node.index == loop.counter else node
+
+        body = tuple(Assign(s.name, replace(s.value, change)) for s in loop.body)
+        yield Accumulate(1, loop.counter, body, tuple(Assign(s.name, replace(s.value, change)) for s in loop.sums))

@@ -1,0 +1,172 @@
+"""What is generated: one system with its programs, what is proved of it, and where it comes from."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Final, Literal
+
+from fuzzyctl import __version__
+from fuzzyctl.analysis.bounds import OutputBound, output_bounds
+from fuzzyctl.analysis.coverage import uncovered_of
+from fuzzyctl.codegen.lean import lean
+from fuzzyctl.codegen.table import Tabulated, tabulated
+from fuzzyctl.kernels import inference
+from fuzzyctl.kernels.algorithm import Algorithm, algorithm_of
+from fuzzyctl.kernels.plan import Plan, plan
+from fuzzyctl.kernels.program import Program, Refuse
+from fuzzyctl.model.system import FuzzySystem
+
+Precision = Literal["float", "double"]
+
+#: Largest error that self-tests allow, in parts of an output's largest magnitude. Of `float` it is an allowance, not a
+#: proof: rounding may add up.
+TOLERANCE: Final[Mapping[Precision, float]] = {"double": 1e-12, "float": 1e-4}
+
+
+@dataclass(frozen=True)
+class Unit:
+    """One system to be written.
+
+    Args:
+        system: The system, its params set.
+        digest: SHA-256 of the text of its rule file.
+        settings: Params that were set by hand.
+        algorithm: How it is evaluated; for a table, interpolation of the table.
+        bounds: What is proved of its outputs, by name; those of a table hold for the table too.
+        table: The lookup table that takes its place, None for the system itself.
+        precision: Type of its numbers.
+    """
+
+    system: FuzzySystem
+    digest: str
+    settings: tuple[tuple[str, float], ...]
+    algorithm: Algorithm
+    bounds: Mapping[str, OutputBound] = field(hash=False)
+    table: Tabulated | None = None
+    precision: Precision = "double"
+
+    @property
+    def plan(self) -> Plan:
+        """The plan of the system."""
+        return self.algorithm.plan
+
+    @cached_property
+    def evaluation(self) -> Program:
+        """The program for one point whose inputs are no NaN."""
+        return lean(self.algorithm.point)
+
+    @cached_property
+    def rates(self) -> Program | None:
+        """The program for dC/dt of adaptive consequents, None where nothing adapts."""
+        return lean(inference.rates(self.plan)) if self.plan.states else None
+
+    @cached_property
+    def refusals(self) -> tuple[str, ...]:
+        """Outputs that refuse where no rule fires: those with `else error` for which that can happen."""
+        return tuple(s.output for s in self.evaluation.body if isinstance(s, Refuse))
+
+    def scale(self, position: int) -> float:
+        """Return the largest magnitude of an output, what tolerances are relative to."""
+        output = self.plan.outputs[position]
+        bound = self.bounds[output.name]
+        ends = [abs(e) for e in (output.lower, output.upper, bound.lo, bound.hi) if abs(e) < 1e300]
+        return max([*ends, 1e-300])
+
+    def tolerance(self, position: int) -> float:
+        """Return the largest error of an output that the self-test allows."""
+        own = TOLERANCE[self.precision] * self.scale(position)
+        return own + (self.table.errors[position] if self.table else 0.0)
+
+
+def prepare(
+    system: FuzzySystem,
+    text: str,
+    *,
+    settings: Mapping[str, float] | None = None,
+    algorithm: str = "auto",
+    precision: Precision = "double",
+    table: int | None = None,
+) -> Unit:
+    """Plan a system for code generation.
+
+    Args:
+        system: A checked system with its params set.
+        text: The text of its rule file.
+        settings: Params that were set, for the record.
+        algorithm: One of `kernels.algorithm.ALGORITHMS`.
+        precision: Type of its numbers.
+        table: Points along each input of a lookup table to write instead.
+
+    Raises:
+        ArgumentError: For interpolation of a system that does not interpolate.
+        CodegenError: For a lookup table of a system that has none, or whose error has no bound.
+    """
+    chosen = algorithm_of(plan(system), algorithm)
+    found = tabulated(chosen, table) if table is not None else None
+    if found is not None:
+        chosen = Algorithm(chosen.plan, found.grid, f"a table of {table} points along each input")
+    return Unit(
+        system=system,
+        digest=hashlib.sha256(text.encode("utf-8")).hexdigest(),
+        settings=tuple((settings or {}).items()),
+        algorithm=chosen,
+        bounds=output_bounds(system),
+        table=found,
+        precision=precision,
+    )
+
+
+def covered(unit: Unit, output: str) -> bool:
+    """Return whether it is proved that some rule always fires for an output."""
+    return uncovered_of(unit.plan)[output] is None
+
+
+def described(unit: Unit) -> list[str]:
+    """Return what stands at the head of generated text, line by line, in one line's characters."""
+    system, flat = unit.system, unit.plan
+    lines = [f"{system.name}: {system.title}" if system.title else system.name]
+    if system.citation:
+        lines.append(f"Source: {system.citation}")
+    lines += ["", f"Generated by fuzzyctl {__version__}; change the rule file, not this file."]
+    lines.append(f"Rule file: SHA-256 {unit.digest}")
+    lines += [f"Param set: {name} = {value!r}" for name, value in unit.settings]
+    lines.append(f"Algorithm: {unit.algorithm.name}; {unit.algorithm.reason}")
+    lines += ["", "Inputs; values outside the range count as its nearer end:"]
+    for variable, planned in zip(system.inputs, flat.inputs, strict=True):
+        tail = ", extrapolated" if planned.extrapolate else ""
+        lines.append(f"  {variable.name}{_titled(variable.label)}: {_range(planned.lower, planned.upper)}")
+        lines[-1] += f"{_unit(variable.unit)}{tail}"
+    lines.append("Outputs:")
+    for k, declared in enumerate(system.outputs):
+        bound, out = unit.bounds[declared.name], flat.outputs[k]
+        lines.append(
+            f"  {declared.name}{_titled(declared.label)}: {_range(out.lower, out.upper)}{_unit(declared.unit)}"
+        )
+        lines[-1] += f"; proved: {bound.lo!r} <= {declared.name} <= {bound.hi!r} for all inputs"
+    if unit.table is not None:
+        lines.append("Proved error of the table, beside rounding of the arithmetic:")
+        errors = zip(system.outputs, unit.table.errors, strict=True)
+        lines += [f"  |{o.name} - exact {o.name}| <= {e:.3g} for all inputs; {unit.table.proof}" for o, e in errors]
+    return [printable(line) for line in lines]
+
+
+def printable(text: str) -> str:
+    """Return a text as a line of a comment may hold it: nothing that breaks the line or, in C, joins it to the next."""
+    text = re.sub(r"[\x00-\x1f\x7f\x85\u2028\u2029]+", " ", text)
+    return text.replace("??", "? ?").replace("\\", "/").rstrip()
+
+
+def _titled(title: str) -> str:
+    return f" ({title})" if title else ""
+
+
+def _range(lower: float, upper: float) -> str:
+    return f"[{lower!r}, {upper!r}]"
+
+
+def _unit(unit: str) -> str:
+    return f" {unit}" if unit else ""

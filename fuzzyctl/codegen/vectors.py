@@ -1,0 +1,152 @@
+"""Test vectors: inputs with the outputs that a target must compute, in the order in which it must evaluate them."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import islice, product
+from typing import Any, Final
+
+from fuzzyctl.analysis.coverage import breakpoints
+from fuzzyctl.codegen.c_text import single
+from fuzzyctl.codegen.unit import Unit
+from fuzzyctl.errors import NoRuleFiresError
+from fuzzyctl.kernels import inference, python_backend
+
+#: Most corners, and random points.
+CORNERS: Final = 100
+RANDOM: Final = 100
+#: Step of an adaptive system between vectors [s].
+STEP: Final = 0.01
+#: A vector is left out where an output changes by more than this part of its tolerance within the last bits of the
+#: inputs: there, at a jump, targets may differ.
+_STEADY: Final = 0.25
+
+
+@dataclass(frozen=True)
+class Vector:
+    """Inputs, and what is expected.
+
+    Args:
+        inputs: One number for each input.
+        outputs: One for each output; NaN where it has none.
+        refused: The output for which no rule fires, or an empty string.
+    """
+
+    inputs: tuple[float, ...]
+    outputs: tuple[float, ...]
+    refused: str = ""
+
+
+def vectors(unit: Unit, *, seed: int = 1) -> list[Vector]:
+    """Return vectors at corners of the terms, at random points, outside the ranges, and at NaN and infinities.
+
+    A system with a state is evaluated from its initial state on, one vector after the other, and adapts by one step of
+    `STEP` after each.
+    """
+    reference = Reference(unit)
+    found = []
+    for point in points(unit, random.Random(seed)):
+        if reference.steady(point):
+            found.append(reference.next(point))
+    return found
+
+
+def points(unit: Unit, rng: random.Random) -> list[tuple[float, ...]]:
+    """Return the inputs to try, as the precision has them."""
+    flat = unit.plan
+    ends = [(i.lower, i.upper) for i in flat.inputs]
+    axes = [
+        [*breakpoints(variable, [d.set for d in flat.degrees if d.variable == i]), *ends[i]]
+        for i, variable in enumerate(flat.inputs)
+    ]
+    corners = list(islice(product(*(sorted(set(a)) for a in axes)), 20 * CORNERS))
+    chosen = rng.sample(corners, min(CORNERS, len(corners)))
+    inside = [tuple(rng.uniform(a, b) for a, b in ends) for _ in range(RANDOM)]
+    outside = [tuple(rng.uniform(a - 2 * (b - a), b + 2 * (b - a)) for a, b in ends) for _ in range(RANDOM // 4)]
+    middle = tuple(0.5 * a + 0.5 * b for a, b in ends)
+    odd = [
+        (*middle[:i], value, *middle[i + 1 :])
+        for i in range(len(ends))
+        for value in (math.nan, math.inf, -math.inf, 0.0, -0.0)
+    ]
+    every = [*chosen, *inside, *outside, *odd, tuple(math.nan for _ in ends), *inside[:3]]
+    return [tuple(rounded(x, unit.precision) for x in point) for point in every]
+
+
+def rounded(x: float, precision: str) -> float:
+    """Return a number as a precision has it."""
+    return single(x) if precision == "float" and math.isfinite(x) else x
+
+
+class Reference:
+    """The kernel in Python, with the state that its caller keeps."""
+
+    def __init__(self, unit: Unit) -> None:
+        self.unit = unit
+        program, names = unit.algorithm.point, [i.name for i in unit.plan.inputs]
+        self._evaluate = python_backend.compile_source(python_backend.evaluation_source(program), program, names)
+        self.state = list(unit.plan.initial_state)
+        self._rates: Callable[..., Any] | None = None
+        if unit.plan.states:
+            rates = inference.rates(unit.plan)
+            self._rates = python_backend.compile_source(python_backend.storing_source(rates), rates, names)
+
+    def evaluate(self, point: Sequence[float]) -> Vector:
+        """Evaluate at a point; the state stays."""
+        state = (self.state,) if self.state else ()
+        try:
+            result = self._evaluate(*point, *state)
+        except NoRuleFiresError as error:
+            return Vector(tuple(point), (math.nan,) * len(self.unit.plan.outputs), error.output)
+        return Vector(tuple(point), result if isinstance(result, tuple) else (result,))
+
+    def next(self, point: Sequence[float]) -> Vector:
+        """Evaluate at a point, keep what is held, and adapt by one step."""
+        found = self.evaluate(point)
+        flat = self.unit.plan
+        if not found.refused:
+            for k, o in enumerate(flat.held, start=len(flat.states)):
+                if not math.isnan(found.outputs[o]):
+                    self.state[k] = found.outputs[o]
+        if self._rates is not None:
+            self._adapt(self._rates, point)
+        return found
+
+    def _adapt(self, write_rates: Callable[..., Any], point: Sequence[float]) -> None:
+        flat = self.unit.plan
+        rates = [math.nan] * len(flat.states)
+        try:
+            write_rates(*point, self.state, rates)
+        except NoRuleFiresError:
+            return
+        for k, (o, _) in enumerate(flat.states):
+            value = self.state[k] + STEP * rates[k]
+            if not math.isnan(value):
+                self.state[k] = min(max(value, flat.outputs[o].lower), flat.outputs[o].upper)
+
+    def steady(self, point: Sequence[float]) -> bool:
+        """Return whether the outputs stay what they are within the last bits of the inputs."""
+        own = self.evaluate(point)
+        return all(self._alike(own, self.evaluate(other)) for other in neighbours(point, self.unit.precision))
+
+    def _alike(self, a: Vector, b: Vector) -> bool:
+        if a.refused != b.refused:
+            return False
+        pairs = enumerate(zip(a.outputs, b.outputs, strict=True))
+        return all(
+            (math.isnan(x) and math.isnan(y)) or abs(x - y) <= _STEADY * self.unit.tolerance(k) for k, (x, y) in pairs
+        )
+
+
+def neighbours(point: Sequence[float], precision: str) -> list[tuple[float, ...]]:
+    """Return points that differ from one by a few units in the last place of one input."""
+    relative = 2.0**-50 if precision == "double" else 2.0**-22
+    found = []
+    for i, x in enumerate(point):
+        if math.isfinite(x):
+            for sign in (-1.0, 1.0):
+                found.append((*point[:i], x + sign * max(abs(x) * relative, 1e-300), *point[i + 1 :]))
+    return found

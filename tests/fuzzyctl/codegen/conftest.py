@@ -1,0 +1,167 @@
+"""Systems of all kinds, each small, and what compiles and runs the generated text."""
+
+import shutil
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from fuzzyctl import load, loads
+from fuzzyctl.codegen.files import generate
+from fuzzyctl.codegen.unit import prepare
+
+RULES = Path(__file__).resolve().parents[3] / "rules"
+
+#: Warnings are errors, and what C leaves undefined stops the program.
+STRICT = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wconversion", "-Wdouble-promotion"]
+SANITIZED = ["-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+
+BASE = """
+system {name}
+{settings}
+input x in [0, 10]
+  low  = triangle(-inf, 1, 4)
+  mid  = gaussian(5, 1.2)
+  high = trapezoid(6, 8, 9, inf)
+input y in [-1, 1]
+  down = triangle(-inf, -0.6, 0.4)
+  up   = triangle(-0.5, 0.5, inf)
+{outputs}
+{rules}
+"""
+
+MAMDANI = """output u in [-5, 20]{otherwise}
+  a = triangle(-5, 0, 5)
+  b = trapezoid(2, 6, 8, 12)
+  c = triangle(9, 15, 20)"""
+CONSTANTS = """output u in [-5, 20]{otherwise}
+  a = constant(-4)
+  b = constant(0.25)
+  c = constant(19)"""
+THREE = "if x is low or y is up then u is a\nif x is mid then u is b weight 0.7\nif x is high and y is down then u is c"
+GAPS = "if x is low and y is down then u is a\nif x is high and y is down then u is c"
+
+
+def text(name, settings="", outputs=MAMDANI, rules=THREE, otherwise=" else -1"):
+    return BASE.format(name=name, settings=settings, outputs=outputs.format(otherwise=otherwise), rules=rules)
+
+
+def averaged(name, settings="", **more):
+    return text(name, f"{settings}\ndefuzzifier weighted_average", outputs=CONSTANTS, **more)
+
+
+TEXTS = {
+    "exact": text("exact"),
+    "scaled": text("scaled", "implication product\naggregation max"),
+    "summed": text("summed", "implication product\naggregation sum"),
+    "clipped_sum": text("clipped_sum", "implication min\naggregation sum"),
+    "sampled": text(
+        "sampled",
+        "defuzzifier centroid(resolution=37)",
+        outputs=MAMDANI.replace("triangle(9, 15, 20)", "gaussian(14, 2)"),
+    ),
+    "takagi": text(
+        "takagi",
+        "and product\ndefuzzifier weighted_average",
+        outputs="output u in [-50, 50]{otherwise}\n  a = linear(1, -2, 0.5)\n  b = function(x * y + 2 / (x - 5))\n"
+        "  c = function(max(sqrt(x), abs(y)) - x^1.5)",
+    ),
+    "summing": text("summing", "defuzzifier weighted_sum", outputs=CONSTANTS),
+    "tsukamoto": text(
+        "tsukamoto",
+        "and product\ndefuzzifier tsukamoto",
+        outputs="output u in [0, 9]{otherwise}\n  a = ramp(0, 9)\n  b = ramp(8, 1)\n  c = sigmoid(4, 1.5)",
+    ),
+    "hedged": averaged("hedged", rules="if x is very low then u is a\nif y is somewhat up or x is not mid then u is c"),
+    "norms": averaged("norms", "and hamacher_product\nor einstein_sum"),
+    "drastic": averaged("drastic", "and drastic_product\nor drastic_sum"),
+    "chained": averaged(
+        "chained",
+        rules=THREE + "\nif u is near and y is up then v is on\nif u is far then v is off",
+    )
+    .replace(
+        "if x is low or",
+        "output v in [0, 1] else nan defuzzifier centroid\n  on = triangle(0.5, 1, 1.5)\n"
+        "  off = triangle(-1, 0, 0.25)\nif x is low or",
+    )
+    .replace("  a = constant(-4)", "  near = triangle(-inf, -4, 6)\n  far = triangle(0, 8, 20)\n  a = constant(-4)"),
+    "refusing": averaged("refusing", rules=GAPS, otherwise=" else error"),
+    "silent": averaged("silent", rules=GAPS, otherwise=" else nan"),
+    "holding": averaged("holding", rules=GAPS, otherwise=" else hold(3)"),
+    "middle": text("middle", rules=GAPS, otherwise=" else midpoint"),
+    "open": averaged("open").replace("[0, 10]", "[0, 10] extrapolate"),
+    "adaptive": text(
+        "adaptive",
+        "and product\ndefuzzifier weighted_average",
+        outputs="output u in [-3, 3] adaptive rate 2 * x - 30 * y{otherwise}\n  a = constant(-2)\n  b = constant(0)\n"
+        "  c = constant(3)",
+    ),
+    "greek": averaged("σύστημα")
+    .replace("input x", "input double")
+    .replace("input y", "input σ")
+    .replace(" x is", " double is")
+    .replace(" y is", " σ is")
+    .replace("output u", "output Σ")
+    .replace(" u is", " Σ is"),
+}
+ACTIVATIONS = {
+    "first": "first(count=2)",
+    "last": "last(count=1)",
+    "highest": "highest(count=1)",
+    "lowest": "lowest(count=2)",
+    "proportional": "proportional",
+    "threshold": "threshold(> 0.3)",
+}
+TEXTS |= {k: averaged(k, f"activation {a}", otherwise=" else 0.5") for k, a in ACTIVATIONS.items()}
+
+
+def system_of(name):
+    path = RULES / f"{name}.fz"
+    return load(path) if path.exists() else loads(TEXTS[name])
+
+
+ALL = [*TEXTS, *sorted(p.stem for p in RULES.glob("*.fz"))]
+
+
+def pytest_generate_tests(metafunc):
+    """Run a test that takes a `kind` for systems of all kinds."""
+    if "kind" in metafunc.fixturenames:
+        metafunc.parametrize("kind", ALL)
+
+
+@dataclass
+class Built:
+    """A compiled self-test: what it printed, and whether it was content."""
+
+    code: int
+    output: str
+
+
+@pytest.fixture
+def compiled(tmp_path):
+    """Write a unit as C, compile it with its self-test, run that."""
+    if shutil.which("gcc") is None:
+        pytest.skip("gcc is not installed")
+
+    def build(unit, flags=(), fixed=None, change=None):
+        for name, content in generate(unit, "c", fixed).files.items():
+            (tmp_path / name).write_text(change(name, content) if change else content, encoding="utf-8")
+        sources = sorted(map(str, tmp_path.glob("*.c")))
+        subprocess.run(["gcc", *STRICT, *flags, *sources, "-o", str(tmp_path / "test"), "-lm"], check=True)
+        run = subprocess.run([str(tmp_path / "test")], capture_output=True, text=True, check=False)
+        return Built(run.returncode, run.stdout + run.stderr)
+
+    return build
+
+
+@pytest.fixture
+def unit_of():
+    """Prepare one of the systems by name."""
+    return lambda name, **options: prepare(system_of(name), TEXTS.get(name, ""), **options)
+
+
+@pytest.fixture
+def sanitized():
+    """Flags that stop a program at what C leaves undefined."""
+    return SANITIZED
