@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from dwmr.layers import SHIPPED, shipped_names
@@ -57,16 +57,25 @@ name = "{name}"
 """
 
 
+def refuse_present(paths: Iterable[Path], force: bool) -> None:
+    """Refuse to replace files.
+
+    Raises:
+        DiagnosticError: When one of them exists and `force` is not given.
+    """
+    present = [path for path in paths if path.exists() or path.is_symlink()]
+    if present and not force:
+        help_text = "name another file with -o FILE, or replace it with --force"
+        raise DiagnosticError([Diagnostic("FZ005", f"{p} exists", help=help_text, file=str(p)) for p in present])
+
+
 def write(contents: Mapping[Path, bytes], force: bool) -> None:
     """Write files whole, each by a temporary one beside it that is then renamed.
 
     Raises:
         DiagnosticError: When one of them exists and `force` is not given, or cannot be written.
     """
-    present = [path for path in contents if path.exists() or path.is_symlink()]
-    if present and not force:
-        help_text = "name another file with -o FILE, or replace it with --force"
-        raise DiagnosticError([Diagnostic("FZ005", f"{p} exists", help=help_text, file=str(p)) for p in present])
+    refuse_present(contents, force)
     for path, content in contents.items():
         try:
             _write(path, content)

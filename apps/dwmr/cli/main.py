@@ -11,6 +11,7 @@ from typing import Any
 import click
 
 from dwmr.cli.animate import animate
+from dwmr.cli.calibrate import calibrate
 from dwmr.cli.check import check
 from dwmr.cli.figures import figures
 from dwmr.cli.new import new
@@ -55,8 +56,9 @@ def main() -> None:
     dwmr figures paper -o figures               the counterparts of the paper's Figs. 8 to 28
     dwmr animate paper -o run.gif               the run as moving pictures
     dwmr report paper --controller all          one HTML page with tables and interactive plots
+    dwmr calibrate paper -o calibrated.toml     what the paper does not print, fitted to its Table 12
     """
 
 
-for command in (show, new, check, run, figures, animate, report):
+for command in (show, new, check, run, figures, animate, report, calibrate):
     main.add_command(command)

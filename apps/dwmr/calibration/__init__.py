@@ -1,0 +1,1 @@
+"""Calibration: fit what the paper does not print to its Table 12."""

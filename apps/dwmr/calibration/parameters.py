@@ -1,0 +1,104 @@
+"""What may be fitted: values of a scenario that the paper does not print, each within bounds that make sense."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from dwmr.places import Places
+from dwmr.scenario import Scenario
+from fuzzyctl.errors import DiagnosticError
+
+
+class Parameter(NamedTuple):
+    """A value to fit.
+
+    Attributes:
+        keys: Keys of the scenario that take the value; `sinusoid` and `constant` in them stand for the disturbances of
+            that kind.
+        low, high: Bounds, in the unit of the keys.
+        unit: Of the value.
+        why: Reason for the bounds.
+        step: Between two values that are tried.
+    """
+
+    keys: tuple[str, ...]
+    low: float
+    high: float
+    unit: str
+    why: str
+    step: float = 0.001
+
+
+#: SMC's gain is 0.1 m/s and fails in the paper, AIFQSMC's reaches 0.65 m/s and does not.
+_V = "up to AIFQSMC's 0.65 m/s no law could fail alone; more than 0.4 m/s is half of the reference's speed"
+_OMEGA = "the reference itself turns at up to 0.18 rad/s"
+PARAMETERS: dict[str, Parameter] = {
+    "sinusoid_v": Parameter(("disturbances.sinusoid.v",), -0.4, 0.4, "m/s", _V),
+    "sinusoid_omega": Parameter(("disturbances.sinusoid.omega",), -0.2, 0.2, "rad/s", _OMEGA),
+    "constant_v": Parameter(("disturbances.constant.v",), -0.4, 0.4, "m/s", _V),
+    "constant_omega": Parameter(("disturbances.constant.omega",), -0.2, 0.2, "rad/s", _OMEGA),
+    # every other partition is compiled anew, which takes as long as the three runs
+    "half_width": Parameter(("rules.fcafsmc.half_width",), 0.1, 1.0, "m, rad", "σ* of the runs under FCAFSMC", 0.05),
+    "frequency": Parameter(("disturbances.sinusoid.angular_frequency",), 0.4, 6.3, "rad/s", "1 to 16 s"),
+    "force": Parameter(("disturbances.sinusoid.force", "disturbances.constant.force"), -100.0, 100.0, "N", "drives"),
+    "torque": Parameter(("disturbances.sinusoid.torque", "disturbances.constant.torque"), -25.0, 25.0, "N m", "drives"),
+    "v_limit": Parameter(("robot.actuator.v_limit",), 1.5, 3.0, "m/s", "the robot's own limit is 2 m/s"),
+    "omega_limit": Parameter(("robot.actuator.omega_limit",), 1.74, 6.28, "rad/s", "simulator's and robot's limit"),
+    "load": Parameter(("load.mass_factor", "load.inertia_factor"), 1.0, 1.8, "-", "the robot carries up to 100 kg"),
+    "friction": Parameter(("robot.friction.coulomb_force",), 0.0, 40.0, "N", "rolling resistance up to 3 %"),
+}
+#: The amplitudes and the partition, which are not printed and have no other source.
+USUAL = ("sinusoid_v", "sinusoid_omega", "constant_v", "constant_omega", "half_width")
+
+
+def keys(scenario: Scenario, name: str, places: Places) -> list[str]:
+    """Return the keys of a scenario that a parameter sets.
+
+    Raises:
+        DiagnosticError: When the scenario has no disturbance of the parameter's kind.
+    """
+    found: list[str] = []
+    for key in PARAMETERS[name].keys:
+        table, kind, field = (*key.split("."), "")[:3]
+        if table != "disturbances":
+            found.append(key)
+            continue
+        numbers = [k for k, one in enumerate(scenario.disturbances) if one.kind == kind]
+        if not numbers:
+            message = f"disturbances: there is none of kind {kind!r}, so there is no {name} to fit"
+            help_text = "name others with --parameters"
+            raise DiagnosticError([places.diagnostic("FZ904", "disturbances", message, help=help_text)])
+        found += [f"disturbances.{k}.{field}" for k in numbers]
+    return found
+
+
+def present(scenario: Scenario, names: Sequence[str], places: Places) -> tuple[float, ...]:
+    """Return the values that a scenario has now; of several disturbances or robots the first counts.
+
+    Raises:
+        DiagnosticError: When the scenario has no such value.
+    """
+    return tuple(_value(scenario, keys(scenario, name, places)[0], places) for name in names)
+
+
+def _value(scenario: Scenario, key: str, places: Places) -> float:
+    table, *rest = key.split(".")
+    if table == "disturbances":
+        return float(getattr(scenario.disturbances[int(rest[0])], rest[1]))
+    if table == "rules":
+        role, name = rest
+        if role not in scenario.rules or name not in scenario.rules[role].params:
+            message = f"{key} is missing: there is no present value to begin with"
+            raise DiagnosticError([places.diagnostic("FZ903", key, message)])
+        return scenario.rules[role].params[name]
+    node: object = next(iter(scenario.robots.values())) if table == "robot" else scenario.load
+    for part in rest:
+        node = getattr(node, part)
+    assert isinstance(node, float)
+    return node
+
+
+def overrides(scenario: Scenario, values: Mapping[str, float], places: Places) -> tuple[str, ...]:
+    """Return the arguments `key=value` that give a scenario the values of some parameters."""
+    return tuple(f"{key}={value!r}" for name, value in values.items() for key in keys(scenario, name, places))

@@ -1,0 +1,143 @@
+"""`dwmr calibrate SCENARIO`: fit what the paper does not print to its Table 12."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from dwmr.cli import running
+from dwmr.cli.common import interrupts_wait, mistakes_as_diagnostics, progress, terminated_as_interrupted
+
+if TYPE_CHECKING:
+    from dwmr.calibration.search import Found
+
+
+@click.command(context_settings={"show_default": True})
+@click.argument("scenario")
+@click.option(
+    "--parameters",
+    "names",
+    metavar="NAMES",
+    show_default="amplitudes and partition",
+    help="Parameters to fit, such as constant_v,half_width; a word that is none lists them.",
+)
+@click.option(
+    "--evaluations",
+    type=click.IntRange(1, 1_000_000),
+    default=1000,
+    metavar="N",
+    help="About how many sets of values to run.",
+)
+@click.option("--seed", type=click.IntRange(0, 2**32 - 1), default=0, metavar="S", help="Of the search.")
+@click.option(
+    "--jobs",
+    type=click.IntRange(1, 256),
+    show_default="all cores",
+    metavar="N",
+    help="Processes; the result does not depend on it.",
+)
+@click.option(
+    "-o",
+    "--output",
+    "path",
+    type=click.Path(path_type=Path, dir_okay=False),
+    default=Path("calibrated.toml"),
+    metavar="FILE",
+    help="Scenario to write.",
+)
+@click.option("--force", is_flag=True, help="Replace a file that exists.")
+@click.option("--format", "style", type=click.Choice(["text", "json"]), default="text", help="What to print.")
+def calibrate(
+    scenario: str,
+    names: str | None,
+    evaluations: int,
+    seed: int,
+    jobs: int | None,
+    path: Path,
+    force: bool,
+    style: str,
+) -> None:
+    """Fit values of SCENARIO that the paper does not print to its Table 12, all control laws together.
+
+    Writes a scenario that extends SCENARIO with the values found.
+    """
+    wanted = _parameters(names)
+    with mistakes_as_diagnostics(style), terminated_as_interrupted():
+        task = running.read(scenario, None, ())
+        start = _start(task, wanted, path, force)
+        found = _search(task, start, evaluations, seed, jobs or os.cpu_count() or 1)
+        with interrupts_wait():
+            _report(task, found, path, style)
+    if found.interrupted:
+        sys.exit(1)
+
+
+def _parameters(names: str | None) -> tuple[str, ...]:
+    from dwmr.calibration.parameters import PARAMETERS, USUAL
+    from fuzzyctl.errors import did_you_mean
+
+    if names is None:
+        return USUAL
+    wanted = tuple(name.strip() for name in names.split(","))
+    for name in wanted:
+        if name not in PARAMETERS:
+            hint = did_you_mean(name, tuple(PARAMETERS))
+            message = f"{name!r} is none of {', '.join(PARAMETERS)}" + (f"; {hint}" if hint else "")
+            raise click.BadParameter(message, param_hint="'--parameters'")
+    if len(set(wanted)) < len(wanted):
+        raise click.BadParameter("a parameter is named twice", param_hint="'--parameters'")
+    return wanted
+
+
+def _start(task: running.Task, names: tuple[str, ...], path: Path, force: bool) -> dict[str, float]:
+    """Refuse what cannot be calibrated, or whose result could not be written, before the search begins."""
+    from dwmr import new_scenario
+    from dwmr.calibration.cost import LAWS
+    from dwmr.calibration.parameters import present
+    from dwmr.metrics import TABLE_12
+    from fuzzyctl.errors import Diagnostic, DiagnosticError
+
+    file = task.file
+    running.check(task, LAWS)
+    missing = [name for name in TABLE_12["smc"] if name not in file.scenario.robots]
+    if missing:
+        message = f"robots: Table 12 has a robot {missing[0]!r}, this scenario has none"
+        raise DiagnosticError([file.places.diagnostic("FZ903", "robots", message)])
+    new_scenario.refuse_present([path], force)
+    if path.exists() and any(path.samefile(one) for one in file.files):
+        raise click.BadParameter(f"{path} is the scenario itself, or one that it extends", param_hint="'--output'")
+    if not path.parent.is_dir():
+        raise DiagnosticError([Diagnostic("FZ005", f"{path} cannot be written: there is no folder {path.parent}")])
+    return dict(zip(names, present(file.scenario, names, file.places), strict=True))
+
+
+def _search(task: running.Task, start: dict[str, float], evaluations: int, seed: int, jobs: int) -> Found:
+    from dwmr.calibration.search import search
+
+    with progress() as begin:
+        return search(task.file, start, evaluations, seed, jobs, begin("calibrating", evaluations))
+
+
+def _report(task: running.Task, found: Found, path: Path, style: str) -> None:
+    """Write the scenario and print what was found."""
+    from dwmr import new_scenario, outputs, report
+    from dwmr.calibration import table
+    from dwmr.calibration.writing import scenario_text
+
+    head = (
+        f"{task.file.scenario.name} with values fitted to Table 12 by `dwmr calibrate`, cost {found.outcome.cost:.2f}."
+    )
+    text = scenario_text(task.file, found.values, path, head)
+    new_scenario.write({path: text.encode()}, force=True)
+    data: dict[str, Any] = table.as_data(found)
+    if style == "json":
+        click.echo(outputs.to_json(data), nl=False)
+        return
+    table.show(report.console(), data)
+    if found.interrupted:
+        click.echo("interrupted: these are the best values until then", err=True)
+    click.echo(f"wrote {path}")
