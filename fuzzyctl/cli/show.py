@@ -19,11 +19,12 @@ WIDTH = 120
 
 @click.command("show")
 @click.argument("file")
+@click.option("--plan", "only_plan", is_flag=True, help="Print how it is computed instead, and why so.")
 @FORMAT
 @SET
 @SYSTEM
 @answers_with_diagnostics
-def show_system(file: str, form: str, settings: tuple[str, ...], name: str | None) -> int:
+def show_system(file: str, only_plan: bool, form: str, settings: tuple[str, ...], name: str | None) -> int:
     """Print a summary of a rule file.
 
     Ranges and terms with their numbers computed, the method in effect with its defaults, rules, and what is proved:
@@ -33,13 +34,27 @@ def show_system(file: str, form: str, settings: tuple[str, ...], name: str | Non
     from fuzzyctl.cli.layout import laid_out
     from fuzzyctl.cli.summary import summary
 
-    pages = [summary(system) for system in _systems(file, settings, name)]
+    systems = _systems(file, settings, name)
+    if only_plan:
+        return _show_plan(systems, form)
+    pages = [summary(system) for system in systems]
     if form == "json":
         click.echo(json.dumps(pages[0] if len(pages) == 1 else {"systems": pages}, ensure_ascii=False, indent=2))
         return DONE
     width = shutil.get_terminal_size((WIDTH, 24)).columns
     bold = (lambda text: f"\x1b[1m{text}\x1b[0m") if use_color(sys.stdout) else str
     click.echo("\n".join(laid_out(page, width, bold) for page in pages), nl=False)
+    return DONE
+
+
+def _show_plan(systems: list[FuzzySystem], form: str) -> int:
+    from fuzzyctl.cli.planned import plan_text, planned
+
+    plans = [planned(system) for system in systems]
+    if form == "json":
+        click.echo(json.dumps(plans[0] if len(plans) == 1 else {"systems": plans}, ensure_ascii=False, indent=2))
+    else:
+        click.echo("\n\n".join(map(plan_text, plans)))
     return DONE
 
 

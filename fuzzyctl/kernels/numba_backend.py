@@ -21,6 +21,7 @@ from typing import Any, Final
 
 import numba
 
+from fuzzyctl.kernels.cache import cache_folder
 from fuzzyctl.kernels.printer import INDENT, SCALAR, block, index_text, text
 from fuzzyctl.kernels.program import STATE, Place, Program, Refuse, speculated
 from fuzzyctl.kernels.python_backend import RESULT
@@ -139,19 +140,6 @@ def compile_source(source: str) -> Callable[..., Any]:
             sys.modules[name] = _in_memory(name, source.replace("cache=CACHE", "cache=False"))
     function: Callable[..., Any] = sys.modules[name].kernel
     return function
-
-
-def cache_folder() -> Path:
-    """Return the folder for compiled kernels: $FUZZYCTL_CACHE_DIR, or what is usual on the platform."""
-    named = os.environ.get("FUZZYCTL_CACHE_DIR")
-    if named:
-        return Path(named)
-    home = Path.home()
-    if sys.platform == "win32":
-        return Path(os.environ.get("LOCALAPPDATA") or home / "AppData" / "Local") / "fuzzyctl" / "Cache"
-    if sys.platform == "darwin":
-        return home / "Library" / "Caches" / "fuzzyctl"
-    return Path(os.environ.get("XDG_CACHE_HOME") or home / ".cache") / "fuzzyctl"
 
 
 def _own_version() -> str:

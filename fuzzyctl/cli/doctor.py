@@ -1,0 +1,132 @@
+"""`fuzzyctl doctor`: what is installed, which backend is in use and why, and where compiled kernels are kept."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import shutil
+from importlib.metadata import PackageNotFoundError, version
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, Final
+
+import click
+
+import fuzzyctl
+from fuzzyctl.cli.common import DONE, FAILED, FORMAT, answers_with_diagnostics
+
+#: What fuzzyctl needs, and what only some commands do, each with the extra that brings it.
+NEEDED: Final = ("lark", "pydantic", "click", "rich", "numpy", "scipy", "matplotlib", "numba", "pygments")
+OPTIONAL: Final = {"plotly": "html", "pyarrow": "data", "distributed": "cluster"}
+
+
+@click.command()
+@click.option("--clear-cache", is_flag=True, help="Remove compiled kernels; they are compiled anew when needed.")
+@FORMAT
+@answers_with_diagnostics
+def doctor(clear_cache: bool, form: str) -> int:
+    """Say what is installed, which backend evaluates systems and why, and where compiled kernels are kept.
+
+    Exit code 1 if something that fuzzyctl needs is missing or cannot be used; evaluation works without numba, slower.
+    """
+    data = examined()
+    if clear_cache:
+        data["cache"]["removed"] = _clear(Path(data["cache"]["folder"]))
+    if form == "json":
+        click.echo(json.dumps(data, indent=2))
+    else:
+        click.echo("\n".join(_lines(data)))
+    return FAILED if data["problems"] else DONE
+
+
+def examined() -> dict[str, Any]:
+    """Return all that is found out, as plain data."""
+    packages = {name: _version(name) for name in NEEDED}
+    backend, reason = _backend(packages["numba"])
+    problems = [f"{name} is not installed: pip install {name}" for name in NEEDED if packages[name] is None]
+    if packages["numba"] is not None and backend != "numba":
+        problems.append(f"numba is installed but cannot be used: {reason}")
+    return {
+        "fuzzyctl": fuzzyctl.__version__,
+        "python": platform.python_version(),
+        "platform": f"{platform.system()} {platform.machine()}",
+        "cores": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count(),
+        "packages": packages,
+        "optional": {name: {"version": _version(name), "extra": extra} for name, extra in OPTIONAL.items()},
+        "backend": backend,
+        "reason": reason,
+        "c_compiler": next((found for name in ("cc", "gcc", "clang") if (found := shutil.which(name))), None),
+        "cache": _cache(),
+        "problems": problems,
+    }
+
+
+def _version(package: str) -> str | None:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return None
+
+
+def _backend(numba_version: str | None) -> tuple[str, str]:
+    """Return which backend `auto` takes, and why."""
+    if numba_version is None and find_spec("numba") is None:
+        return "numpy", "numba is not installed; single points take generated Python, arrays numpy"
+    try:
+        import fuzzyctl.kernels.numba_backend  # noqa: F401 - whether it can be imported is the question
+    except ImportError as error:
+        return "numpy", str(error)
+    return "numba", "numba can be imported"
+
+
+def _cache() -> dict[str, Any]:
+    folder = _cache_folder()
+    files = [f for f in folder.rglob("*") if f.is_file()] if folder.is_dir() else []
+    return {
+        "folder": str(folder),
+        "writable": _is_writable(folder),
+        "files": len(files),
+        "bytes": sum(f.stat().st_size for f in files),
+    }
+
+
+def _cache_folder() -> Path:
+    from fuzzyctl.kernels.cache import cache_folder
+
+    return cache_folder()
+
+
+def _is_writable(folder: Path) -> bool:
+    """Return whether the folder, or the nearest one above it that there is, can be written to."""
+    existing = next((f for f in (folder, *folder.parents) if f.exists()), folder)
+    return existing.is_dir() and os.access(existing, os.W_OK)
+
+
+def _clear(folder: Path) -> int:
+    """Remove what is cached; return how many files that were."""
+    count = 0
+    for name in ("kernels", "dwmr"):
+        part = folder / name
+        count += sum(f.is_file() for f in part.rglob("*")) if part.is_dir() else 0
+        shutil.rmtree(part, ignore_errors=True)
+    return count
+
+
+def _lines(data: dict[str, Any]) -> list[str]:
+    cache = data["cache"]
+    kept = f"{cache['files']} files, {cache['bytes'] / 2**20:.1f} MiB"
+    if "removed" in cache:
+        kept = f"{cache['removed']} files removed"
+    writable = "" if cache["writable"] else "; cannot be written to, so every process compiles anew"
+    lines = [
+        f"fuzzyctl {data['fuzzyctl']}, Python {data['python']}, {data['platform']}, {data['cores']} cores",
+        f"backend: {data['backend']}: {data['reason']}",
+        f"cache: {cache['folder']}: {kept}{writable}",
+        f"C compiler: {data['c_compiler'] or 'none found; only tests of generated C need one'}",
+        "packages: " + ", ".join(f"{n} {v or 'missing'}" for n, v in data["packages"].items()),
+    ]
+    for name, found in data["optional"].items():
+        how = found["version"] or f"not installed; pip install 'fuzzyctl[{found['extra']}]' brings it"
+        lines.append(f"optional: {name}: {how}")
+    return [*lines, *(f"problem: {p}" for p in data["problems"])]

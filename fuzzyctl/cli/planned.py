@@ -1,0 +1,68 @@
+"""What `fuzzyctl show --plan` prints: how a system is computed, and why so."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from fuzzyctl.kernels.algorithm import algorithm_of
+from fuzzyctl.kernels.plan import Plan, plan
+from fuzzyctl.kernels.program import Accumulate, Assign, Locate, Program
+from fuzzyctl.model.system import FuzzySystem
+
+
+def planned(system: FuzzySystem) -> dict[str, Any]:
+    """Return the algorithm of a system, its reason, and what its programs consist of."""
+    flat = plan(system)
+    chosen = algorithm_of(flat)
+    return {
+        "system": system.name,
+        "algorithm": chosen.name,
+        "reason": chosen.reason,
+        "inputs": len(flat.inputs),
+        "degrees": len(flat.degrees),
+        "firing_strengths": len(flat.strengths),
+        "rules": len(flat.rules),
+        "states": len(flat.initial_state),
+        "outputs": [_output(flat, k) for k in range(len(flat.outputs))],
+        "one_point": _program(chosen.point),
+        "many_points": _program(chosen.many),
+    }
+
+
+def _output(flat: Plan, position: int) -> dict[str, Any]:
+    output = flat.outputs[position]
+    how = "average of the consequents of rules"
+    if output.kind == "weighted_sum":
+        how = "sum over the consequents of rules"
+    elif output.kind == "tsukamoto":
+        how = "average of where monotone consequents have the activations"
+    elif not output.over_rules:
+        how = f"centroid of {output.resolution} samples" if output.resolution is not None else "centroid in closed form"
+    return {"name": output.name, "how": how, "reads": [flat.outputs[k].name for k in output.reads]}
+
+
+def _program(program: Program) -> dict[str, int]:
+    return {
+        "assignments": sum(isinstance(s, Assign) for s in program.body),
+        "lookups": sum(isinstance(s, Locate) for s in program.body),
+        "loops": sum(isinstance(s, Accumulate) for s in program.body),
+        "table_numbers": sum(len(values) for _, values in program.tables),
+    }
+
+
+def plan_text(data: dict[str, Any]) -> str:
+    """Return the same for people."""
+    lines = [f"{data['system']}: {data['algorithm']}"]
+    because = "looks up" if data["algorithm"] == "interpolation" else "evaluates all rules:"
+    lines.append(f"  it {because} {data['reason']}")
+    lines.append(
+        f"  {data['rules']} rules, {data['firing_strengths']} distinct firing strengths of {data['degrees']} degrees"
+    )
+    for output in data["outputs"]:
+        reads = f"; reads {', '.join(output['reads'])}" if output["reads"] else ""
+        lines.append(f"  {output['name']}: {output['how']}{reads}")
+    for key, what in (("one_point", "one point"), ("many_points", "many points")):
+        parts = data[key]
+        counts = [f"{count} {name.replace('_', ' ')}" for name, count in parts.items() if count]
+        lines.append(f"  {what}: {', '.join(counts)}")
+    return "\n".join(lines)

@@ -1,0 +1,87 @@
+import json
+import subprocess
+import sys
+
+import pytest
+from click.testing import CliRunner
+
+from fuzzyctl.cli import doctor as module
+from fuzzyctl.cli.main import main
+from fuzzyctl.shipped import rules_folder
+
+
+@pytest.fixture
+def run():
+    return lambda *arguments: CliRunner().invoke(main, list(arguments))
+
+
+class TestDoctor:
+    def test_says_what_is_in_use_and_why(self, run):
+        result = run("doctor")
+        assert result.exit_code == 0
+        assert "backend: numba: numba can be imported" in result.output
+        assert "lark " in result.output
+
+    def test_gives_data_to_programs(self, run):
+        data = json.loads(run("doctor", "--format", "json").output)
+        assert data["problems"] == []
+        assert set(data["packages"]) == set(module.NEEDED)
+        assert data["packages"]["numpy"].count(".") == 2
+        assert data["cores"] >= 1
+
+    def test_finds_what_is_missing(self, run, monkeypatch):
+        versions = module._version
+        monkeypatch.setattr(module, "_version", lambda name: None if name in ("rich", "plotly") else versions(name))
+        result = run("doctor")
+        assert result.exit_code == 1
+        assert "problem: rich is not installed: pip install rich" in result.output
+        assert "plotly: not installed; pip install 'fuzzyctl[html]' brings it" in result.output
+
+    def test_without_numba_says_what_takes_its_place(self):
+        script = (
+            "import sys; sys.modules['numba'] = None\n"
+            "from fuzzyctl.cli.main import main\nsys.argv = ['fuzzyctl', 'doctor']\nmain()"
+        )
+        found = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+        assert found.returncode == 1, found.stderr
+        assert "backend: numpy: " in found.stdout
+        assert "problem: numba is installed but cannot be used" in found.stdout
+
+
+class TestCache:
+    @pytest.fixture
+    def folder(self, tmp_path, monkeypatch):
+        monkeypatch.setenv("FUZZYCTL_CACHE_DIR", str(tmp_path / "cache"))
+        return tmp_path / "cache"
+
+    def test_that_there_is_not_yet_is_no_problem(self, run, folder):
+        assert f"cache: {folder}: 0 files, 0.0 MiB\n" in run("doctor").output
+
+    def test_is_counted_and_cleared_and_nothing_else_is(self, run, folder):
+        for name in ("kernels/a.py", "kernels/__pycache__/a.nbi", "dwmr/x/b.nbc", "mine.txt"):
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            (folder / name).write_bytes(b"x" * 2**19)
+        assert "4 files, 2.0 MiB" in run("doctor").output
+        assert "3 files removed" in run("doctor", "--clear-cache").output
+        assert [p.name for p in folder.rglob("*")] == ["mine.txt"]
+
+    def test_that_cannot_be_written_to_is_said(self, run, tmp_path, monkeypatch):
+        (tmp_path / "file").write_text("")
+        monkeypatch.setenv("FUZZYCTL_CACHE_DIR", str(tmp_path / "file" / "cache"))
+        assert "cannot be written to" in run("doctor").output
+
+
+class TestPlan:
+    def test_of_a_partition_is_looked_up(self, run):
+        output = run("show", "--plan", str(rules_folder() / "ais_reaction.fz")).output
+        assert output.startswith("ais_reaction: interpolation\n  it looks up the output at 5 x 5 knots of the inputs\n")
+        assert "25 rules, 25 distinct firing strengths of 10 degrees" in output
+
+    def test_of_other_systems_says_why_rules_are_evaluated(self, run):
+        output = run("show", "--plan", str(rules_folder() / "tipper.fz")).output
+        assert "tipper: rules\n  it evaluates all rules: not all defuzzifiers are averages over rules\n" in output
+        assert "tip: centroid in closed form" in output
+
+    def test_is_data_for_programs(self, run):
+        data = json.loads(run("show", "--plan", "--format", "json", str(rules_folder() / "fcafsmc.fz")).output)
+        assert (data["algorithm"], data["reason"], data["states"]) == ("rules", "it has a state", 7)
