@@ -81,11 +81,12 @@ class _FixedText:
 
     def _helpers(self) -> Iterator[str]:
         name, wide, p = self.layout.name, self.wide, self.fixed.share_bits
-        yield f"// Place of an input behind the first knot, inputs outside the knots held."
-        yield f"static {wide} {name}_place({self.signed} x, {self.signed} least, {self.signed} most, unsigned int shift)\n{{"
+        yield "// Place of an input behind the first knot, inputs outside the knots held."
+        bounds = f"{self.signed} least, {self.signed} most"
+        yield f"static {wide} {name}_place({self.signed} x, {bounds}, unsigned int shift)\n{{"
         yield f"{INDENT}const {self.signed} held = (x < least) ? least : ((x > most) ? most : x);"
         yield f"{INDENT}return (({wide})(held - least)) << shift;\n}}\n"
-        yield f"// Cell of a place: the last knot at or below it that begins one."
+        yield "// Cell of a place: the last knot at or below it that begins one."
         yield f"static size_t {name}_cell(const {wide} *knots, size_t cells, {wide} place)\n{{"
         yield f"{INDENT}size_t first = 0U;\n{INDENT}size_t beyond = cells;"
         yield f"{INDENT}while ((beyond - first) > 1U) {{"
