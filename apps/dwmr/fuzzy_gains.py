@@ -260,11 +260,11 @@ class Rules:
             if system is None:
                 raise DiagnosticError(diagnostics)
             self.known.systems[path] = (system, hashlib.sha256(path.read_bytes()).hexdigest(), tuple(diagnostics))
-        system, digest, diagnostics = self.known.systems[path]
+        system, digest, found = self.known.systems[path]
         if role not in self.used:
             _check_role(system, role, path)
             self.used[role] = Used(path, digest)
-            self.warnings += [d for d in diagnostics if d not in self.warnings]
+            self.warnings += [d for d in found if d not in self.warnings]
         return system
 
     def _key(self, role: str, system: Any) -> Key:

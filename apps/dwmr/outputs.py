@@ -1,20 +1,26 @@
-"""What a run leaves behind in numbers: summary.json and trajectory.npz."""
+"""What a run leaves behind in numbers: summary.json and its signals."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from dwmr.folder import Results
-from dwmr.loop import SIGNALS
-from dwmr.simulate import Trajectory
+
+if TYPE_CHECKING:
+    from dwmr.simulate import Trajectory
 
 #: All files that a run leaves.
-NAMES = ("summary.json", "trajectory.npz", "path.png", "errors.png")
+NAMES = (
+    "summary.json",
+    *(f"trajectory.{name}" for name in ("npz", "csv", "mat", "parquet")),
+    "path.png",
+    "errors.png",
+)
 
 
 def write_summary(files: Results, summary: Mapping[str, Any]) -> None:
@@ -29,34 +35,27 @@ def to_json(data: Any) -> str:
 
 
 def write_trajectories(
-    files: Results, trajectories: Sequence[Trajectory], every: int, metadata: Mapping[str, Any]
+    files: Results,
+    trajectories: Sequence[Trajectory],
+    every: int,
+    metadata: Mapping[str, Any],
+    formats: Sequence[str] = ("npz",),
 ) -> None:
-    """Write trajectory.npz.
-
-    Arrays are named CONTROLLER/SIGNAL, shape (samples, robots), with CONTROLLER/t, shape (samples,); `metadata` is
-    JSON text with units, meanings and the robots' names.
+    """Write the signals of all control laws, in each format as trajectory.FORMAT.
 
     Args:
-        files: Where it goes.
+        files: Where they go.
         trajectories: One per control law.
         every: Samples between two that are saved.
         metadata: What else to say about the run.
+        formats: Of `data.FORMATS`.
     """
-    arrays: dict[str, Any] = {}
-    units: dict[str, Any] = {"t": {"unit": "s", "doc": "time"}}
-    for one in trajectories:
-        arrays[f"{one.controller}/t"] = one.t[::every]
-        for signal in (*SIGNALS, *one.law_signals):
-            arrays[f"{one.controller}/{signal.name}"] = one[signal.name][::every]
-            units[signal.name] = {"unit": signal.unit, "doc": signal.doc}
-    about = {**metadata, "robots": list(trajectories[0].robots), "signals": units}
-    arrays["metadata"] = np.array(to_json(about))
-    files.write("trajectory.npz", lambda path: _write_npz(path, arrays))
+    from dwmr.data import files as formatted
+    from dwmr.data import signals
 
-
-def _write_npz(path: Path, arrays: Mapping[str, Any]) -> None:
-    with path.open("wb") as file:
-        np.savez(file, **arrays)
+    data = signals.of(trajectories, every, _finite(metadata))
+    for one in formats:
+        files.write(f"trajectory.{one}", lambda path: formatted.save(path, data))
 
 
 def _write_text(path: Path, text: str) -> None:

@@ -65,23 +65,27 @@ def terminated_as_interrupted() -> Iterator[None]:
 
 
 @contextmanager
-def progress(remark: str = " (compiling at the first run)") -> Iterator[Callable[[str, int], Callable[[int], None]]]:
+def progress(
+    remark: str = " (compiling at the first run)", left: bool = False
+) -> Iterator[Callable[[str, int], Callable[[int], None]]]:
     """Offer a function that begins a progress bar and returns how to move it; silent unless on a terminal.
 
     Args:
         remark: What stands behind the name of the bar until it first moves.
+        left: Whether to show the time that is left besides the time that has passed.
     """
     if not sys.stderr.isatty():
         yield lambda name, total: lambda done: None
         return
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
         TextColumn("{task.percentage:>3.0f} %"),
         TimeElapsedColumn(),
+        *((TextColumn("left:"), TimeRemainingColumn()) if left else ()),
     )
     with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
 

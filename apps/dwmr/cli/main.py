@@ -18,6 +18,7 @@ from dwmr.cli.new import new
 from dwmr.cli.report import report
 from dwmr.cli.run import run
 from dwmr.cli.show import show
+from dwmr.cli.sweep import sweep
 
 
 class Program(click.Group):
@@ -57,8 +58,9 @@ def main() -> None:
     dwmr animate paper -o run.gif               the run as moving pictures
     dwmr report paper --controller all          one HTML page with tables and interactive plots
     dwmr calibrate paper -o calibrated.toml     what the paper does not print, fitted to its Table 12
+    dwmr sweep spec.toml                        many runs: grids and random values, on all processors
     """
 
 
-for command in (show, new, check, run, figures, animate, report, calibrate):
+for command in (show, new, check, run, figures, animate, report, calibrate, sweep):
     main.add_command(command)

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from dwmr.cli import formats as data_formats
 from dwmr.cli import running
 from dwmr.cli.common import interrupts_wait, mistakes_as_diagnostics, terminated_as_interrupted
 
 if TYPE_CHECKING:
     from dwmr.folder import Results
-    from dwmr.scenario import Scenario
     from dwmr.simulate import Trajectory
 
 
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     metavar="DIR",
     help="Folder for the results.",
 )
+@data_formats.data_option(("npz", "csv", "mat", "parquet"), "npz", "signals")
 @click.option("--format", "style", type=click.Choice(["text", "json"]), default="text", help="What to print.")
 def run(
     scenario: str,
@@ -39,15 +40,17 @@ def run(
     rules_folder: Path | None,
     overrides: tuple[str, ...],
     folder: Path,
+    formats: tuple[str, ...],
     style: str,
 ) -> None:
     """Run SCENARIO, a shipped name such as `paper` or a TOML file, and write the results to a folder.
 
-    The folder receives summary.json, trajectory.npz, path.png and errors.png.
+    The folder receives summary.json, path.png, errors.png, and the signals as trajectory.npz or as --data says.
     """
+    data_formats.require(formats)
     with mistakes_as_diagnostics(style), terminated_as_interrupted():
         task = running.read(scenario, rules_folder, overrides)
-        summary, finished = _run(task, running.laws_of(task, controller), folder, style)
+        summary, finished = _run(task, running.laws_of(task, controller), folder, formats, style)
     if style == "json":
         from dwmr.outputs import to_json
 
@@ -56,13 +59,16 @@ def run(
         sys.exit(1)
 
 
-def _run(task: running.Task, names: Sequence[str], folder: Path, style: str) -> tuple[dict[str, Any], bool]:
+def _run(
+    task: running.Task, names: Sequence[str], folder: Path, formats: Sequence[str], style: str
+) -> tuple[dict[str, Any], bool]:
     """Check, run and write; return the summary and whether every run came to its end."""
     from dwmr.folder import results
+    from dwmr.outputs import NAMES
 
     scenario = task.file.scenario
     running.check(task, names)
-    with results(folder, ("summary.json", "trajectory.npz", "path.png", "errors.png")) as files:
+    with results(folder, NAMES) as files:
         trajectories = running.simulate(task, names)
         with interrupts_wait():
             from dwmr.metrics import TABLE_12_HORIZON, measure
@@ -70,7 +76,7 @@ def _run(task: running.Task, names: Sequence[str], folder: Path, style: str) -> 
 
             summary = describe(task.file, task.rules, task.overrides)
             summary["controllers"] = {t.controller: measure(t, scenario) for t in trajectories}
-            _write(files, summary, trajectories, scenario)
+            _write(files, summary, trajectories, formats, task)
     done = len(trajectories) == len(names) and all(t.stop is None for t in trajectories)
     for name in names[len(trajectories) :]:
         click.echo(f"warning: {name} was not run: interrupted", err=True)
@@ -83,12 +89,21 @@ def _run(task: running.Task, names: Sequence[str], folder: Path, style: str) -> 
     return summary, done
 
 
-def _write(files: Results, summary: Mapping[str, Any], trajectories: Sequence[Trajectory], scenario: Scenario) -> None:
+def _write(
+    files: Results,
+    summary: Mapping[str, Any],
+    trajectories: Sequence[Trajectory],
+    formats: Sequence[str],
+    task: running.Task,
+) -> None:
     """Write all files of a run; a picture that cannot be drawn is left out with a warning, and costs nothing else."""
     from dwmr import figures, outputs
+    from dwmr.summary import texts
 
+    scenario = task.file.scenario
     outputs.write_summary(files, summary)
-    outputs.write_trajectories(files, trajectories, scenario.run.save_every, {**summary, "controllers": None})
+    about = {**summary, "controllers": None, "scenario": {**summary["scenario"], "text": texts(task.file)}}
+    outputs.write_trajectories(files, trajectories, scenario.run.save_every, about, formats)
     for name, draw in (("path.png", figures.draw_path), ("errors.png", figures.draw_errors)):
         try:
             with figures.large_numbers():

@@ -1,0 +1,157 @@
+"""The journal of a sweep: what it is, and every run that is done, a line each; a torn line is noticed."""
+
+from __future__ import annotations
+
+import json
+import os
+import zlib
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from dwmr.sweep.about import differences
+from dwmr.sweep.work import Outcome
+from fuzzyctl.errors import Diagnostic, DiagnosticError
+
+NAME = "journal.jsonl"
+
+
+class Journal:
+    """Runs that are done, on their way into the results.
+
+    Args:
+        file: Open for writing at its end.
+        done: Outcomes by number.
+    """
+
+    def __init__(self, file: BinaryIO, done: dict[int, Outcome]) -> None:
+        self._file, self.done = file, done
+
+    def add(self, outcome: Outcome) -> None:
+        """Keep a run; it survives whatever becomes of this process."""
+        self._file.write(_line([outcome.number, outcome.wall_s, dict(outcome.row)]))
+        self._file.flush()
+        self.done[outcome.number] = outcome
+
+
+@contextmanager
+def journal(folder: Path, about: Mapping[str, Any], resume: bool) -> Iterator[Journal]:
+    """Open the journal of a sweep, anew or where it was left.
+
+    Args:
+        folder: Of the results; it exists.
+        about: What the results rest on.
+        resume: Whether a journal that is there goes on.
+
+    Raises:
+        DiagnosticError: When a journal is there and must not be lost, or rests on something else, or is in use.
+    """
+    path = folder / NAME
+    try:
+        file = os.fdopen(os.open(path, os.O_RDWR | os.O_CREAT, 0o666), "r+b")
+    except OSError as error:
+        raise _refused(path, f"cannot be written: {error.strerror}") from error
+    with file:
+        _lock(file, path)
+        lines = list(_whole(file))
+        if len(lines) == 1 and not resume:  # nothing is lost with it
+            lines = []
+        if lines:
+            _require_same(path, lines[0], about, len(lines) - 1, resume)
+        done = {number: Outcome(number, row, wall_s) for number, wall_s, row in lines[1:]}
+        if not lines:
+            file.seek(0)
+            file.truncate()
+            file.write(_line(about))
+            file.flush()
+        try:
+            yield Journal(file, done)
+        finally:
+            if not done:
+                remove(folder)
+
+
+def require_something(folder: Path, about: Mapping[str, Any]) -> None:
+    """Refuse to resume where there is nothing to go on with, or results of another sweep.
+
+    Raises:
+        DiagnosticError: When there is no journal, nor results of the same sweep.
+    """
+    if (folder / NAME).exists():
+        return
+    path = folder / "sweep.json"
+    try:
+        before = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        help_text = "leave --resume out to begin one"
+        raise _refused(folder, "holds no sweep to go on with", help=help_text) from None
+    before.pop("columns", None)
+    refuse_changes(path, before, about)
+    raise _refused(path, "belongs to a sweep that is finished", help="leave --resume out to begin it anew")
+
+
+def remove(folder: Path) -> None:
+    """Remove the journal of a sweep whose results are whole."""
+    (folder / NAME).unlink(missing_ok=True)
+
+
+def _line(data: Any) -> bytes:
+    text = json.dumps(data, ensure_ascii=False).encode()
+    return b"%08x %s\n" % (zlib.crc32(text), text)
+
+
+def _whole(file: BinaryIO) -> Iterator[Any]:
+    """Yield the content of all whole lines, and cut off what follows them: a run that was being written."""
+    end = 0
+    for line in file:
+        checksum, _, text = line.partition(b" ")
+        if not line.endswith(b"\n") or checksum != b"%08x" % zlib.crc32(text[:-1]):
+            break
+        yield json.loads(text)
+        end += len(line)
+    file.seek(end)
+    file.truncate()
+
+
+def _require_same(path: Path, before: Any, about: Mapping[str, Any], count: int, resume: bool) -> None:
+    if not resume:
+        help_text = "go on with --resume, name another folder with -o DIR, or delete the journal to begin anew"
+        raise _refused(path, f"holds {count} of {before['runs']} runs of a sweep that is not finished", help=help_text)
+    refuse_changes(path, before, about)
+
+
+def refuse_changes(path: Path, before: Mapping[str, Any], about: Mapping[str, Any]) -> None:
+    """Refuse to go on with a sweep that rests on something else.
+
+    Raises:
+        DiagnosticError: Naming what changed.
+    """
+    # as it reads after a way through JSON
+    changed = list(differences(before, json.loads(json.dumps(about))))
+    if changed:
+        help_text = "put back what changed, or begin anew in another folder with -o DIR"
+        raise _refused(
+            path,
+            "belongs to another sweep than this one: results of both cannot be mixed",
+            [f"changed: {', '.join(changed[:8])}{', ...' if len(changed) > 8 else ''}"],
+            help_text,
+        )
+
+
+def _lock(file: BinaryIO, path: Path) -> None:
+    """Keep a second sweep from writing into the same journal, where the platform can."""
+    try:
+        import fcntl
+    except ImportError:  # Windows
+        return
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError as error:
+        raise _refused(path, "is in use by another sweep") from error
+    except OSError:  # a file system without locks
+        return
+
+
+def _refused(path: Path, what: str, facts: Sequence[str] = (), help: str = "") -> DiagnosticError:
+    return DiagnosticError([Diagnostic("FZ909", f"{path} {what}", facts=tuple(facts), help=help, file=str(path))])

@@ -1,0 +1,94 @@
+"""Runs computed by processes of this computer."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from collections.abc import Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from itertools import islice
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
+
+from dwmr.sweep.plan import Run
+from dwmr.sweep.work import Outcome, Setup, work
+
+#: Runs that wait in the queue of each worker, so that none has to wait for its next one.
+AHEAD = 3
+#: Each worker is one thread: they would get in each other's way.
+ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+#: The record of a run is large: kept by the process from one run to the next, its pages need not be asked for anew.
+MEMORY = {"MALLOC_MMAP_THRESHOLD_": str(1 << 30), "MALLOC_TRIM_THRESHOLD_": str(1 << 30), "MALLOC_TOP_PAD_": "0"}
+
+
+class WorkerLostError(Exception):
+    """Raised when a worker ended in the middle of a run, such as for want of memory."""
+
+
+def cores() -> int:
+    """Return how many processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def compute(setup: Setup, runs: Iterable[Run], jobs: int) -> Iterator[Outcome]:
+    """Yield the outcomes of runs as they come, in any order.
+
+    Workers end with this process, however it ends: they hold one end of a pipe whose other end dies with it.
+
+    Raises:
+        WorkerLostError: When a worker ended otherwise.
+    """
+    context = get_context("spawn")
+    theirs, ours = context.Pipe(duplex=False)
+    with _environment():
+        pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_begin, initargs=(theirs,))
+        try:
+            yield from _feed(pool, setup, iter(runs), AHEAD * jobs)
+        except BrokenProcessPool as error:
+            raise WorkerLostError(
+                "a worker process ended in the middle of a run, perhaps for want of memory"
+            ) from error
+        finally:
+            ours.close()
+            pool.shutdown(wait=True, cancel_futures=True)
+            theirs.close()
+
+
+def _feed(pool: ProcessPoolExecutor, setup: Setup, runs: Iterator[Run], ahead: int) -> Iterator[Outcome]:
+    waiting: set[Future[Outcome]] = {pool.submit(work, setup, run) for run in islice(runs, ahead)}
+    while waiting:
+        done, waiting = wait(waiting, return_when=FIRST_COMPLETED)
+        waiting |= {pool.submit(work, setup, run) for run in islice(runs, len(done))}
+        for one in done:
+            yield one.result()
+
+
+@contextmanager
+def _environment() -> Iterator[None]:
+    """Set the variables that workers inherit."""
+    wanted = {**dict.fromkeys(ONE_THREAD, "1"), **MEMORY}
+    before = {name: os.environ.get(name) for name in wanted}
+    os.environ.update({name: value for name, value in wanted.items() if before[name] is None})
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+
+
+def _begin(alive: Connection) -> None:
+    """Prepare a worker: Ctrl-C is its parent's business, and it ends with its parent."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    threading.Thread(target=_end_with_parent, args=(alive,), daemon=True).start()
+
+
+def _end_with_parent(alive: Connection) -> None:
+    try:
+        alive.recv_bytes()
+    except (EOFError, OSError):
+        os._exit(0)

@@ -1,0 +1,138 @@
+"""What varies: keys with a star written out, values drawn by repetition, and both as `--set` has them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from pydantic import BaseModel
+
+from dwmr.scenario import Scenario
+from dwmr.sweep.spec import Distribution
+from dwmr.sweep.spec_file import SpecFile
+from fuzzyctl.errors import Diagnostic, DiagnosticError, did_you_mean
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One value of the scenario that is drawn.
+
+    Args:
+        key: Of the scenario, as `--set` takes it.
+        written: As it stands in the SPEC, perhaps with a star.
+        distribution: How it is drawn.
+        base: The scenario's own value, for a factor or an offset.
+    """
+
+    key: str
+    written: str
+    distribution: Distribution
+    base: float = 0.0
+
+    def draw(self, seed: int, repetition: int) -> Any:
+        """Return the value of a repetition.
+
+        It follows from seed, repetition and key alone: neither other keys nor control laws nor who computes it change
+        it, so all laws and all points of a grid meet the same values.
+        """
+        drawn = _draw(self.distribution, generator(seed, repetition, self.key))
+        match self.distribution.relative:
+            case "factor":
+                return self.base * drawn
+            case "offset":
+                return self.base + drawn
+        return drawn
+
+
+def generator(seed: int, repetition: int, key: str) -> np.random.Generator:
+    """Return the random numbers of one key in one repetition."""
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(repetition, *key.encode())))
+
+
+def _draw(distribution: Distribution, random: np.random.Generator) -> Any:
+    d = distribution
+    if d.uniform is not None:
+        return float(random.uniform(*d.uniform))
+    if d.normal is not None:
+        return float(random.normal(*d.normal))
+    if d.loguniform is not None:
+        return float(np.exp(random.uniform(*np.log(d.loguniform))))
+    return (d.choice or ())[int(random.integers(len(d.choice or ())))]
+
+
+def expand(file: SpecFile, scenario: Scenario) -> tuple[Variable, ...]:
+    """Return all values that are drawn; a star in a key stands for every robot, or every element of a list.
+
+    Raises:
+        DiagnosticError: For a star that nothing matches, a key without a number to be relative to, or a key twice.
+    """
+    found: dict[str, Variable] = {}
+    mistakes: list[Diagnostic] = []
+    for written, distribution in file.spec.random.items():
+        matches = dict(_matches(scenario, written.split("."))) if "*" in written else {written: _at(scenario, written)}
+        if not matches:
+            message = f"random.{written}: nothing in the scenario has this key"
+            hint = did_you_mean(written.rpartition(".")[2], _beside(scenario, written))
+            mistakes.append(file.diagnostic("FZ902", ("random", written), message, help=hint))
+        for key, value in matches.items():
+            relative = distribution.relative != "no"
+            if relative and (isinstance(value, bool) or not isinstance(value, int | float)):
+                message = (
+                    f"random.{written}: {key} has no number in the scenario that a {distribution.relative} could change"
+                )
+                help_text = "give robots.*.KEY in place of robot.KEY" if written.startswith("robot.") else ""
+                mistakes.append(file.diagnostic("FZ904", ("random", written), message, help=help_text))
+            elif key in found:
+                message = f"random.{written} gives {key} again, after random.{found[key].written}"
+                mistakes.append(file.diagnostic("FZ904", ("random", written), message))
+            else:
+                found[key] = Variable(key, written, distribution, value if relative else 0.0)
+    if mistakes:
+        raise DiagnosticError(mistakes)
+    return tuple(found.values())
+
+
+def _at(scenario: Scenario, key: str) -> Any:
+    return dict(_matches(scenario, key.split("."))).get(key)
+
+
+def _matches(node: Any, parts: list[str], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the full keys that match a key with stars, and their values; a table that is absent has none."""
+    if not parts:
+        yield prefix.removesuffix("."), node
+        return
+    children = _children(node)
+    for name in children if parts[0] == "*" else [parts[0]]:
+        if children.get(name) is not None:
+            yield from _matches(children[name], parts[1:], f"{prefix}{name}.")
+
+
+def _beside(scenario: Scenario, key: str) -> tuple[str, ...]:
+    """Return the keys of the first table that would have to have the last part of a key."""
+    for _, parent in _matches(scenario, key.split(".")[:-1]):
+        return tuple(_children(parent))
+    return ()
+
+
+def _children(node: Any) -> Mapping[str, Any]:
+    if isinstance(node, BaseModel):
+        return dict(node)
+    if isinstance(node, tuple):
+        return {str(k): value for k, value in enumerate(node)}
+    return node if isinstance(node, dict) else {}
+
+
+def literal(value: Any) -> str:
+    """Return a value as TOML has it, bit for bit."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return json.dumps(value)
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(literal(v) for v in value)}]"
+    if isinstance(value, dict):
+        return f"{{{', '.join(f'{json.dumps(k)} = {literal(v)}' for k, v in value.items())}}}"
+    return repr(value)

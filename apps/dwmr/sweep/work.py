@@ -1,0 +1,102 @@
+"""What a worker does: compute one run and return its measures. Workers share nothing but files."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from dwmr import scenario_file
+from dwmr.fuzzy_gains import Known, Rules
+from dwmr.sweep.plan import Run, folders
+from fuzzyctl.errors import DiagnosticError
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What all runs of a sweep have in common.
+
+    Args:
+        rules_folder: Whose rule files replace those of the same name.
+        used: Checksums of the rule files by role and name, as they were checked.
+        measures: Groups of measures to keep.
+    """
+
+    rules_folder: Path | None
+    used: tuple[tuple[str, str], ...]
+    measures: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a run.
+
+    Args:
+        number: Of the run.
+        row: Its measures by column.
+        wall_s: Computing time of its loop [s].
+        problem: Why it could not be computed at all, which ends the sweep; else empty.
+    """
+
+    number: int
+    row: Mapping[str, Any]
+    wall_s: float
+    problem: str = ""
+
+
+def work(setup: Setup, run: Run) -> Outcome:
+    """Compute a run."""
+    # the compiler is loaded in the workers only
+    from dwmr import simulate
+    from dwmr.metrics import measure
+
+    try:
+        file = scenario_file.read(run.path, run.overrides)
+        rules = Rules(file.scenario.rules, folders(setup.rules_folder, file), file.places, _known(setup))
+        simulation = simulate.prepare(file, run.controller, rules)
+    except DiagnosticError as error:  # it was checked before, so a file is not what it was
+        return Outcome(run.number, {}, 0.0, f"{run.path} or its rule files changed while the sweep ran:{error}")
+    if file.sha256 != run.sha256:
+        return Outcome(run.number, {}, 0.0, f"{run.path} changed while the sweep ran")
+    for role, used in rules.used.items():
+        if dict(setup.used).get(f"{role}/{used.path.name}") != used.sha256:
+            return Outcome(run.number, {}, 0.0, f"{used.path} changed while the sweep ran")
+    trajectory = simulate.run(simulation)
+    return Outcome(run.number, dict(row(measure(trajectory, file.scenario), setup.measures)), trajectory.wall_s)
+
+
+@cache
+def _known(setup: Setup) -> Known:
+    """Return what this process knows about rule files: they are read and proved once."""
+    return Known()
+
+
+def row(measures: Mapping[str, Any], wanted: Sequence[str]) -> Iterator[tuple[str, Any]]:
+    """Yield columns and values of a run: how it ended, then the measures wanted, keys of tables joined by dots.
+
+    Args:
+        measures: From `metrics.measure`.
+        wanted: Groups to keep; one that the control law does not have is left out.
+    """
+    stopped = measures["stopped"] or {}
+    yield "t_end", measures["t_end"]
+    yield "stopped", bool(stopped)
+    yield "stop_robot", stopped.get("robot")
+    yield "stop_reason", stopped.get("reason")
+    for group in wanted:
+        if group == "collisions":
+            robots = tuple(measures["rmse"])
+            hits = [hit["robot"] for hit in measures["collisions"]]
+            yield from ((f"collisions.{robot}", hits.count(robot)) for robot in robots)
+        elif group in measures:
+            yield from _flat(group, measures[group])
+
+
+def _flat(key: str, value: Any) -> Iterator[tuple[str, Any]]:
+    if isinstance(value, Mapping):
+        for name, below in value.items():
+            yield from _flat(f"{key}.{name}", below)
+    else:
+        yield key, value

@@ -1,0 +1,245 @@
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from dwmr import data
+from dwmr.data import parquet_file
+
+SPEC = """
+scenario = "paper"
+runs = {runs}
+seed = 1
+measures = ["rmse", "clearance", "collisions", "chattering", "lyapunov", "drift", "g_ais_min"]
+
+[set]
+"run.horizon" = {horizon}
+
+[random]
+"robots.*.mass" = {{ uniform = [100, 140] }}
+"disturbances.*.v" = {{ uniform = [0.8, 1.2], relative = "factor" }}
+"""
+
+#: What a sweep leaves that is the same bytes each time.
+SAME = ("results.csv", "results.parquet", "sweep.json")
+
+
+def command(*arguments):
+    return [sys.executable, "-W", "error", "-m", "dwmr", *map(str, arguments)]
+
+
+def dwmr(*arguments, status=0):
+    done = subprocess.run(command(*arguments), capture_output=True, text=True, timeout=300, check=False)
+    assert "Traceback" not in done.stderr + done.stdout, done.stderr
+    assert done.returncode == status, done.stderr
+    return done
+
+
+def spec(folder, runs=6, horizon=4.0, text=SPEC):
+    path = folder / "spec.toml"
+    path.write_text(text.format(runs=runs, horizon=horizon), encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def one(tmp_path_factory):
+    """A sweep of six short runs by one process: its SPEC and its folder."""
+    folder = tmp_path_factory.mktemp("one")
+    path = spec(folder)
+    done = dwmr("sweep", path, "-o", folder / "out", "--jobs", "1", "--data", "csv,parquet")
+    assert done.stderr == ""
+    assert "6 runs, all to the end" in done.stdout
+    return path, folder / "out"
+
+
+def require_same(first, second):
+    for name in SAME:
+        assert (first / name).read_bytes() == (second / name).read_bytes(), name
+
+
+class TestSweep:
+    def test_leaves_results_and_no_journal(self, one):
+        assert sorted(p.name for p in one[1].iterdir()) == ["results.csv", "results.parquet", "sweep.json", "times.csv"]
+
+    def test_has_the_same_numbers_in_both_formats(self, one):
+        columns, about = parquet_file.read_table(one[1] / "results.parquet")
+        with (one[1] / "results.csv").open(newline="") as file:
+            rows = list(csv.DictReader(file))
+        assert [float(row["rmse.leader.x_e"]) for row in rows] == columns["rmse.leader.x_e"]
+        assert about == json.loads((one[1] / "sweep.json").read_text(encoding="utf-8"))
+        assert about["columns"]["rmse.leader.theta_e"] == {"unit": "rad"}
+        assert list(columns) == list(rows[0])
+
+    def test_repeats_what_a_run_gives(self, one, tmp_path):
+        with (one[1] / "results.csv").open(newline="") as file:
+            row = list(csv.DictReader(file))[3]
+        values = [f"--set={key}={row[key]}" for key in row if key.startswith(("robots.", "disturbances.", "run.seed"))]
+        dwmr("run", "paper", "--set", "run.horizon=4.0", *values, "-o", tmp_path)
+        found = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))["controllers"]["aifqsmc"]
+        assert found["rmse"]["follower2"]["x_e"] == float(row["rmse.follower2.x_e"])
+        assert found["drift"]["leader"]["k_h_v"]["growth"] == float(row["drift.leader.k_h_v.growth"])
+
+    def test_does_not_depend_on_the_number_of_processes(self, one, tmp_path):
+        dwmr("sweep", one[0], "-o", tmp_path, "--jobs", "3", "--data", "csv,parquet")
+        require_same(one[1], tmp_path)
+
+    def test_is_the_same_on_a_cluster(self, one, tmp_path):
+        done = dwmr("sweep", one[0], "-o", tmp_path, "--dask", "local:2", "--data", "csv,parquet")
+        assert done.stderr == ""
+        require_same(one[1], tmp_path)
+
+    def test_prints_json(self, one, tmp_path):
+        found = json.loads(dwmr("sweep", one[0], "-o", tmp_path, "--format", "json", "--set", "robot.d=0.3").stdout)
+        assert (found["runs"], found["stopped"], found["files"]) == (6, 0, ["results.csv", "sweep.json", "times.csv"])
+
+    def test_a_run_that_diverges_is_a_row_with_its_reason(self, tmp_path):
+        text = (
+            'scenario = "paper"\ncontrollers = ["smc"]\n[set]\n"run.horizon" = 3.0\n"load.start" = 1.0\n'
+            '[grid]\n"load.mass_factor" = [1.25, 1e-310]\n'
+        )
+        (tmp_path / "spec.toml").write_text(text, encoding="utf-8")
+        done = dwmr("sweep", tmp_path / "spec.toml", "-o", tmp_path / "out")
+        assert "2 runs, 1 to the end, 1 stopped" in done.stdout
+        with (tmp_path / "out" / "results.csv").open(newline="") as file:
+            rows = list(csv.DictReader(file))
+        assert [row["stopped"] for row in rows] == ["false", "true"]
+        assert "not finite" in rows[1]["stop_reason"]
+
+
+def begun(folder, path, out):
+    """Begin a sweep, and wait until some of its runs are done."""
+    process = subprocess.Popen(
+        command("sweep", path, "-o", out, "--jobs", "2", "--data", "csv,parquet"),
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
+    )  # fmt: skip
+    journal, until = out / "journal.jsonl", time.monotonic() + 200
+    while time.monotonic() < until and process.poll() is None:
+        if journal.exists() and journal.read_bytes().count(b"\n") > 3:
+            return process, journal
+        time.sleep(0.02)
+    raise AssertionError(f"nothing was done: {process.communicate()}")
+
+
+def workers_of(process):
+    found = subprocess.run(
+        ["ps", "-o", "pid=", "--ppid", str(process.pid)], capture_output=True, text=True, check=False
+    )
+    return [int(pid) for pid in found.stdout.split()]
+
+
+def alive(pid):
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    with open(f"/proc/{pid}/stat", encoding="utf-8") as file:
+        return file.read().rpartition(")")[2].split()[0] != "Z"
+
+
+@pytest.fixture(scope="module")
+def long(tmp_path_factory):
+    """A sweep of sixty longer runs: its SPEC, and the folder of one that was not interrupted."""
+    folder = tmp_path_factory.mktemp("long")
+    path = spec(folder, runs=60, horizon=20.0)
+    dwmr("sweep", path, "-o", folder / "whole", "--data", "csv,parquet")
+    return path, folder / "whole"
+
+
+@pytest.mark.skipif(not os.path.isdir("/proc"), reason="looks at processes through /proc")
+class TestResume:
+    def test_a_killed_sweep_goes_on_to_the_same_bytes(self, long, tmp_path):
+        process, journal = begun(tmp_path, long[0], tmp_path / "out")
+        workers = workers_of(process)
+        process.send_signal(signal.SIGKILL)
+        process.communicate()
+        with journal.open("r+b") as file:  # as if it had been killed while writing
+            file.truncate(journal.stat().st_size - 7)
+        until = time.monotonic() + 20
+        while any(alive(pid) for pid in workers) and time.monotonic() < until:
+            time.sleep(0.05)
+        assert not any(alive(pid) for pid in workers)
+        assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["journal.jsonl"]
+        found = json.loads(
+            dwmr(
+                "sweep", long[0], "-o", tmp_path / "out", "--data", "csv,parquet", "--resume", "--format", "json"
+            ).stdout
+        )
+        assert 0 < found["computed"] < 60
+        require_same(long[1], tmp_path / "out")
+
+    def test_an_interrupted_sweep_says_how_to_go_on(self, long, tmp_path):
+        process, _ = begun(tmp_path, long[0], tmp_path / "out")
+        os.killpg(process.pid, signal.SIGINT)
+        out, err = process.communicate(timeout=60)
+        assert process.returncode == 1
+        assert out == ""
+        assert "Traceback" not in err
+        assert "of 60 runs are kept" in err
+        assert "--resume" in err
+        dwmr("sweep", long[0], "-o", tmp_path / "out", "--data", "csv,parquet", "--resume")
+        require_same(long[1], tmp_path / "out")
+
+    def test_a_worker_that_dies_is_a_message(self, long, tmp_path):
+        process, _ = begun(tmp_path, long[0], tmp_path / "out")
+        for pid in workers_of(process):
+            with open(f"/proc/{pid}/cmdline", encoding="utf-8") as file:
+                if "spawn_main" in file.read():
+                    os.kill(pid, signal.SIGKILL)
+        _, err = process.communicate(timeout=60)
+        assert process.returncode == 1
+        assert "Traceback" not in err
+        assert "a worker process ended" in err
+        assert "--resume" in err
+
+
+class TestBadInput:
+    def test_a_changed_spec_is_not_resumed(self, tmp_path, one):
+        path = spec(tmp_path)
+        out = tmp_path / "out"
+        out.mkdir()
+        for file in one[1].iterdir():
+            (out / file.name).write_bytes(file.read_bytes())
+        spec(tmp_path, runs=7)
+        err = dwmr("sweep", path, "-o", out, "--resume", status=1).stderr
+        assert "changed: spec.runs, runs" in err
+        spec(tmp_path)
+        assert "is finished" in dwmr("sweep", path, "-o", out, "--resume", status=1).stderr
+
+    @pytest.mark.parametrize(
+        ("arguments", "status", "words"),
+        [
+            (["nowhere.toml"], 2, "no SPEC 'nowhere.toml'"),
+            (["{spec}", "--data", "xlsx"], 2, "'xlsx' is not one of csv, parquet"),
+            (["{spec}", "--jobs", "0"], 2, "0 is not in the range"),
+            (["{spec}", "--jobs", "2", "--dask", "local:2"], 2, "give one of them"),
+            (["{spec}", "--dask", "local:many"], 2, "needs a number of processes"),
+            (["{spec}", "--dask", "nonsense://x"], 1, "no dask scheduler answers at nonsense://x"),
+            (["{spec}", "--resume"], 1, "holds no sweep to go on with"),
+            (["{spec}", "--set", "run.horizon=-1"], 1, "set.run.horizon is given by --set already"),
+            (["{spec}", "--set", "robot.mass=-1"], 1, "must be > 0 kg"),
+            (["{spec}", "-o", "{spec}"], 1, "cannot be written"),
+        ],
+    )
+    def test_gets_a_clear_answer(self, tmp_path, monkeypatch, arguments, status, words):
+        path = spec(tmp_path)
+        monkeypatch.chdir(tmp_path)
+        done = dwmr("sweep", *[a.format(spec=path) for a in arguments], status=status)
+        assert words in done.stderr
+        assert [p.name for p in tmp_path.iterdir()] == ["spec.toml"]
+
+
+class TestRunData:
+    def test_run_writes_the_formats_that_are_asked_for(self, tmp_path):
+        dwmr("run", "paper", "--set", "run.horizon=1", "-o", tmp_path, "--data", "npz,csv")
+        first = data.load(tmp_path / "trajectory.npz")
+        assert (data.load(tmp_path / "trajectory.csv").runs["aifqsmc"]["x"] == first.runs["aifqsmc"]["x"]).all()
+        assert first.metadata["scenario"]["text"][0]["file"] == "paper.toml"
+        assert first.metadata["scenario"]["overrides"] == ["run.horizon=1"]
+        assert len(first.metadata["rules"]["ais_reaction"]["sha256"]) == 64
+        dwmr("run", "paper", "--set", "run.horizon=1", "-o", tmp_path, "--data", "mat")
+        assert sorted(p.name for p in tmp_path.glob("trajectory.*")) == ["trajectory.mat"]

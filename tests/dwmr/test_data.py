@@ -1,0 +1,96 @@
+import json
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+from dwmr import data
+from dwmr.data import files, parquet_file, signals
+from dwmr.data.signals import Data
+
+
+def equal(first, second):
+    """Whether two arrays are the same bit for bit; which NaN it is does not matter."""
+    return first.shape == second.shape and np.array_equal(
+        np.where(np.isnan(first), 0.0, first).view(np.int64), np.where(np.isnan(second), 0.0, second).view(np.int64)
+    )
+
+
+def require_same(first, second):
+    assert list(first.runs) == list(second.runs)
+    for law, run in first.runs.items():
+        assert list(run) == list(second.runs[law])
+        for name, array in run.items():
+            other = second.runs[law][name]
+            assert np.array_equal(np.isnan(array), np.isnan(other)), (law, name)
+            assert equal(array, other), (law, name)
+    assert json.loads(json.dumps(first.metadata)) == second.metadata
+
+
+@pytest.fixture(scope="module")
+def real(run_paper):
+    """Two laws with signals of their own, as `dwmr run` saves them."""
+    runs = [run_paper(law, "run.horizon=3")[1] for law in ("aifqsmc", "smc")]
+    return signals.of(runs, 4, {"scenario": {"text": [{"file": "ö.toml", "text": "θ = 'σ*' # \"\n\\"}]}, "load": 1.25})
+
+
+@pytest.mark.parametrize("name", data.FORMATS)
+class TestEveryFormat:
+    def test_gives_back_a_run_bit_for_bit(self, real, tmp_path, name):
+        files.save(tmp_path / f"run.{name}", real)
+        require_same(real, data.load(tmp_path / f"run.{name}"))
+
+    def test_has_units_and_the_robots(self, real, tmp_path, name):
+        files.save(tmp_path / f"run.{name}", real)
+        found = data.load(tmp_path / f"run.{name}")
+        assert found.robots == ("leader", "follower1", "follower2")
+        assert found.metadata["signals"]["sigma_omega"]["unit"] == "rad"
+        assert "k_h_v" not in found.runs["smc"]
+
+    def test_is_the_same_bytes_each_time(self, real, tmp_path, name, monkeypatch):
+        import time
+
+        files.save(tmp_path / f"a.{name}", real)
+        monkeypatch.setattr(time, "asctime", lambda *_: "another day")
+        files.save(tmp_path / f"b.{name}", real)
+        assert (tmp_path / f"a.{name}").read_bytes() == (tmp_path / f"b.{name}").read_bytes()
+
+    @given(
+        hnp.arrays(np.float64, st.tuples(st.integers(1, 4), st.integers(1, 3)), elements=st.floats(width=64)),
+        st.floats(0.0, 1e6),
+    )
+    def test_keeps_any_number(self, tmp_path_factory, name, values, first):
+        count, robots = values.shape
+        t = first + np.arange(count)
+        one = Data({"smc": {"t": t, "x": values}}, {"robots": [f"r{k}" for k in range(robots)]})
+        path = tmp_path_factory.mktemp("any") / f"run.{name}"
+        files.save(path, one)
+        require_same(one, data.load(path))
+
+    @pytest.mark.parametrize("content", [b"", b"x", b"a,b\n1,2\n", bytes(range(256)) * 4])
+    def test_refuses_what_is_no_run(self, tmp_path, name, content):
+        path = tmp_path / f"run.{name}"
+        path.write_bytes(content)
+        with pytest.raises(data.UnreadableDataError, match="does not hold"):
+            data.load(path)
+
+
+class TestLoad:
+    def test_names_the_formats_it_knows(self, tmp_path):
+        with pytest.raises(data.UnreadableDataError, match="npz, csv, mat, parquet"):
+            data.load(tmp_path / "run.xlsx")
+
+    def test_leaves_a_missing_file_to_the_operating_system(self, tmp_path):
+        for name in data.FORMATS:
+            with pytest.raises(FileNotFoundError):
+                data.load(tmp_path / f"run.{name}")
+
+
+class TestParquet:
+    def test_is_said_to_be_absent_where_it_is(self, monkeypatch):
+        assert parquet_file.available()
+        monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
+        assert not parquet_file.available()
