@@ -14,6 +14,7 @@ from lark import Lark
 from lark.exceptions import UnexpectedInput
 
 from fuzzyctl.errors import Diagnostic
+from fuzzyctl.lang import plain
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.builder import Builder
 from fuzzyctl.lang.heads import Headless, describe_headless, headless, looks_like_term
@@ -69,6 +70,12 @@ def parse(source: SourceText) -> tuple[sx.SyntaxTree, list[Diagnostic]]:
 
 def parse_line(source: SourceText, line: LogicalLine, kind: LineKind) -> tuple[Any, list[Diagnostic]]:
     """Parse one logical line, or one field of a CSV file, as one kind; the node is None when it could not be read."""
+    node = plain.read(source, line, kind)
+    return (node, []) if node is not None else parse_by_grammar(source, line, kind)
+
+
+def parse_by_grammar(source: SourceText, line: LogicalLine, kind: LineKind) -> tuple[Any, list[Diagnostic]]:
+    """Do the same for any line, plain or not."""
     lark, builder = _machine()
     with _LOCK:
         builder.begin(source, line)

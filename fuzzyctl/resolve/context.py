@@ -38,6 +38,8 @@ class Context:
     inputs: dict[str, sx.Variable] = field(default_factory=dict)
     outputs: dict[str, sx.Variable] = field(default_factory=dict)
     hedges: dict[str, sx.Hedge] = field(default_factory=dict)
+    #: Names of the terms of a variable, by the identity of its statement, which lives as long as the tree.
+    terms: dict[int, list[str]] = field(default_factory=dict)
     #: Outputs whose missing terms have been reported.
     termless: set[str] = field(default_factory=set)
 

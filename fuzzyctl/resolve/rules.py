@@ -153,7 +153,10 @@ def known_term(context: Context, variable: sx.Variable, term: sx.Word, param_hel
 
     `param_help` says how a param is written where the term stands.
     """
-    names = terms_of(variable)
+    # Asked for every cell; the list is long to make and never changes.
+    names = context.terms.get(id(variable))
+    if names is None:
+        names = context.terms[id(variable)] = terms_of(variable)
     if term.text in names:
         return True
     if not names and variable.keyword.text == "output" and not variable.incomplete:
