@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-#: Words in small letters and without underscores, each with what it may mean here; nothing where there is no such thing.
+#: Words in small letters and without underscores, each with what it may mean here; nothing where there is none.
 PEER_WORDS: Final[dict[str, tuple[str, ...]]] = {
     # Membership functions.
     "trimf": ("triangle",),

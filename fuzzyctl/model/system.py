@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import unicodedata
 from collections.abc import Mapping
-from functools import cached_property
+from functools import cache, cached_property
 from numbers import Real
 from typing import Any, TypeVar
 
@@ -127,16 +127,24 @@ class FuzzySystem(Node):
             ArgumentError: When an input is missing.
             NoRuleFiresError: Where no rule fires for an output that says `else error`.
         """
-        # The model stands below the kernels; calling a system is the one place that looks up to them.
-        from fuzzyctl.kernels.compile import call_by_name
+        return _evaluator()(self, inputs)
 
-        return call_by_name(self, {self._as_declared(name): value for name, value in inputs.items()})
-
-    def _as_declared(self, name: str) -> str:
+    def as_declared(self, name: str) -> str:
         """Return the name of an input as the file spells it: Python writes µ and some others in another form (NFKC)."""
         if name.isascii():
             return name
         return next((v.name for v in self.inputs if unicodedata.normalize("NFKC", v.name) == name), name)
+
+
+@cache
+def _evaluator() -> Any:
+    """Return what evaluates: the model stands below the kernels, and this is the one place that looks up to them.
+
+    Kept, since an import statement costs more than an evaluation even if there is nothing left to import.
+    """
+    from fuzzyctl.kernels.compile import call_by_name
+
+    return call_by_name
 
 
 _Variable = TypeVar("_Variable", Input, Output)

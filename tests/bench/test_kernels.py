@@ -1,0 +1,106 @@
+"""The kernels beside hand-written C: the same numbers. `pytest tests/bench --benchmark-enable` prints what each costs.
+
+`python tests/bench/table.py` prints all of it in one table, with the ratios.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import fuzzyctl
+
+sys.path.insert(0, str(Path(__file__).parent.parent))
+
+from bench.measure import build_limits, limit
+from bench.table import ROWS, rendered
+from bench.workloads import WORKLOADS, Workload
+
+EACH = pytest.mark.parametrize("workload", WORKLOADS, ids=lambda w: w.name)
+
+
+@pytest.fixture(scope="module")
+def limits(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    """The hand-written C."""
+    library = build_limits(tmp_path_factory.mktemp("c"))
+    if library is None:
+        pytest.skip("needs gcc to compile the C that kernels are measured against")
+    return library
+
+
+@EACH
+@pytest.mark.parametrize("form", ["points", "batch"])
+def test_the_c_computes_the_same(limits: Any, workload: Workload, form: str) -> None:
+    points, out = workload.points(5000), np.empty(5000)
+    points[[7, 11], [0, 1]] = np.nan
+    limit(limits, workload, form, points, out)
+    for backend in ("numba", "numpy"):
+        found = fuzzyctl.compile(fuzzyctl.loads(workload.text), backend).batch(points)
+        np.testing.assert_allclose(found, out, rtol=1e-12, atol=1e-12)
+
+
+@EACH
+@pytest.mark.parametrize("backend", ["numba", "numpy"])
+def test_batch(benchmark: Any, workload: Workload, backend: str) -> None:
+    kernel = fuzzyctl.compile(fuzzyctl.loads(workload.text), backend)
+    points, out = workload.points(100_000), np.empty(100_000)
+    kernel.batch(points[:10])
+    benchmark(kernel.batch, points, out=out, parallel=False)
+
+
+@EACH
+@pytest.mark.parametrize("backend", ["numba", "python"])
+def test_call(benchmark: Any, workload: Workload, backend: str) -> None:
+    kernel = fuzzyctl.compile(fuzzyctl.loads(workload.text), backend)
+    points = [tuple(p) for p in workload.points(1000).tolist()]
+    benchmark(lambda: [kernel(x, y) for x, y in points])
+
+
+@EACH
+def test_text_to_callable(benchmark: Any, workload: Workload) -> None:
+    benchmark(lambda: fuzzyctl.compile(fuzzyctl.loads(workload.text), "python"))
+
+
+def test_the_table_sets_each_way_against_another() -> None:
+    times = {w.name: {"fuzzylite": 1000.0, "C, batch": 2.0, "batch, compiled": 3.0} for w in WORKLOADS}
+    lines = rendered(times).splitlines()
+    assert "| batch, compiled | 3 (1.5) | 3 (1.5) | 3 (1.5) | 3 (1.5) | times 'C, batch' |" in lines
+    assert "| fuzzylite | 1000 | 1000 | 1000 | 1000 |  |" in lines
+    assert set(ROWS.values()) <= {*ROWS, ""}
+    assert json.dumps(times)
+
+
+@pytest.mark.skipif(shutil.which("g++") is None, reason="needs g++ to see whether the comparison compiles")
+def test_what_measures_fuzzylite_is_whole_c_plus_plus() -> None:
+    source = Path(__file__).with_name("fuzzylite.cpp").read_text(encoding="utf-8")
+    assert source.count("{") == source.count("}")
+    found = subprocess.run(
+        ["g++", "-std=c++11", "-fsyntax-only", "-x", "c++", "-"],
+        input=source.replace("#include <fl/Headers.h>", STUB),
+        text=True,
+        capture_output=True,
+    )
+    assert found.returncode == 0, found.stderr
+
+
+#: As much of fuzzylite as the comparison uses.
+STUB = """
+#include <cstddef>
+namespace fl {
+struct InputVariable { void setValue(double) {} };
+struct OutputVariable {};
+struct Engine {
+    InputVariable* getInputVariable(int) { return nullptr; }
+    OutputVariable* getOutputVariable(int) { return nullptr; }
+    void process() {}
+};
+struct FllImporter { Engine* fromFile(const char*) { return nullptr; } };
+}
+"""
