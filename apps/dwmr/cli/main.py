@@ -13,6 +13,7 @@ import click
 from dwmr.cli.animate import animate
 from dwmr.cli.calibrate import calibrate
 from dwmr.cli.check import check
+from dwmr.cli.compare import compare
 from dwmr.cli.figures import figures
 from dwmr.cli.new import new
 from dwmr.cli.report import report
@@ -58,9 +59,10 @@ def main() -> None:
     dwmr animate paper -o run.gif               the run as moving pictures
     dwmr report paper --controller all          one HTML page with tables and interactive plots
     dwmr calibrate paper -o calibrated.toml     what the paper does not print, fitted to its Table 12
+    dwmr compare paper --runs 20                control laws against each other, with confidence intervals
     dwmr sweep spec.toml                        many runs: grids and random values, on all processors
     """
 
 
-for command in (show, new, check, run, figures, animate, report, calibrate, sweep):
+for command in (show, new, check, run, figures, animate, report, calibrate, compare, sweep):
     main.add_command(command)

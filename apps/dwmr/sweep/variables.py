@@ -95,6 +95,11 @@ def expand(file: SpecFile, scenario: Scenario) -> tuple[Variable, ...]:
     return tuple(found.values())
 
 
+def has(scenario: Scenario, key: str) -> bool:
+    """Return whether something in a scenario has a key, which may hold stars."""
+    return next(_matches(scenario, key.split(".")), None) is not None
+
+
 def _at(scenario: Scenario, key: str) -> Any:
     return dict(_matches(scenario, key.split("."))).get(key)
 

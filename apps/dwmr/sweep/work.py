@@ -61,7 +61,7 @@ def work(setup: Setup, run: Run) -> Outcome:
     if file.sha256 != run.sha256:
         return Outcome(run.number, {}, 0.0, f"{run.path} changed while the sweep ran")
     for role, used in rules.used.items():
-        if dict(setup.used).get(f"{role}/{used.path.name}") != used.sha256:
+        if (f"{role}/{used.path.name}", used.sha256) not in setup.used:
             return Outcome(run.number, {}, 0.0, f"{used.path} changed while the sweep ran")
     trajectory = simulate.run(simulation)
     return Outcome(run.number, dict(row(measure(trajectory, file.scenario), setup.measures)), trajectory.wall_s)

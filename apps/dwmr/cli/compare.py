@@ -1,0 +1,160 @@
+"""`dwmr compare SCENARIO...`: control laws against each other, with confidence intervals over repetitions."""
+
+from __future__ import annotations
+
+import dataclasses
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from dwmr import controllers
+from dwmr.cli import computing, running
+from dwmr.cli import formats as data_formats
+from dwmr.cli.common import mistakes_as_diagnostics, terminated_as_interrupted
+
+if TYPE_CHECKING:
+    from dwmr.sweep.comparison import Entry
+    from dwmr.sweep.plan import Plan, Run
+    from dwmr.sweep.spec_file import SpecFile
+
+
+@click.command(context_settings={"show_default": True})
+@click.argument("scenarios", nargs=-1, required=True, metavar="SCENARIO...")
+@click.option(
+    "--controller",
+    "names",
+    metavar="LAWS",
+    default="all",
+    help=f"Control laws, separated by commas; several at once: {', '.join(controllers.GROUPS)}.",
+)
+@click.option("--runs", type=click.IntRange(1, 100_000), metavar="N", default=1, help="Repetitions, which vary.")
+@click.option("--seed", type=click.IntRange(0, 2**63 - 1), metavar="N", default=0, help="Of everything that is drawn.")
+@click.option(
+    "--vary",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    metavar="SPEC",
+    show_default="masses, starts and disturbances, by about a tenth",
+    help="A SPEC of dwmr sweep whose [random] says what varies.",
+)
+@running.rules_option
+@running.set_option
+@computing.jobs_option
+@computing.dask_option
+@click.option(
+    "-o", "--output", "path", type=click.Path(path_type=Path), metavar="FILE", help="CSV or Parquet to write."
+)
+@click.option("--format", "style", type=click.Choice(["text", "json"]), default="text", help="What to print.")
+def compare(
+    scenarios: tuple[str, ...],
+    names: str,
+    runs: int,
+    seed: int,
+    vary: Path | None,
+    rules_folder: Path | None,
+    overrides: tuple[str, ...],
+    jobs: int | None,
+    cluster: str | None,
+    path: Path | None,
+    style: str,
+) -> None:
+    """Compare control laws in SCENARIOs, shipped names or TOML files, by errors, clearance, chattering and collisions.
+
+    With --runs above 1 every law meets the same variations of each scenario, and means have confidence intervals.
+    """
+    computing.require_one(jobs, cluster)
+    _require_format(path)
+    with mistakes_as_diagnostics(style), terminated_as_interrupted():
+        from dwmr.sweep import comparison
+
+        varied = comparison.variation(vary)
+        laws = tuple(name.strip() for name in names.split(","))
+        plans = [_plan(varied, name, laws, runs, seed, rules_folder, overrides) for name in scenarios]
+        found = _compute(plans, rules_folder, (jobs, cluster))
+        if path is not None:
+            _write(path, found)
+    _print(found, style, runs)
+    if path is not None and style == "text":
+        click.echo(f"wrote {path}")
+    if any(one.stopped for one in found):
+        sys.exit(1)
+
+
+def _require_format(path: Path | None) -> None:
+    if path is None:
+        return
+    suffix = path.suffix.removeprefix(".").lower()
+    if suffix not in ("csv", "parquet"):
+        raise click.BadParameter(f"{str(path)!r} ends neither in .csv nor in .parquet.", param_hint="'-o'")
+    data_formats.require([suffix])
+
+
+def _plan(
+    varied: SpecFile,
+    scenario: str,
+    laws: Sequence[str],
+    runs: int,
+    seed: int,
+    rules_folder: Path | None,
+    overrides: Sequence[str],
+) -> Plan:
+    """Lay out and check the runs of one scenario; unknown names are wrong usage."""
+    from dwmr.overrides import OverrideError
+    from dwmr.scenario_file import UnknownScenarioError, find
+    from dwmr.sweep import comparison
+
+    try:
+        path = find(scenario)
+        for name in laws:
+            if name not in controllers.GROUPS and not controllers.exists(name, path.parent):
+                known = ", ".join(repr(one) for one in (*controllers.names(), *controllers.GROUPS))
+                message = f"{name!r} is not one of {known}, and there is no {name}.py beside {scenario}."
+                raise click.BadParameter(message, param_hint="'--controller'")
+        with computing.checking(runs) as report:
+            return comparison.make(varied, path, laws, runs, seed, rules_folder, overrides, report)
+    except (UnknownScenarioError, OverrideError) as error:
+        raise click.UsageError(str(error)) from error
+
+
+def _compute(plans: Sequence[Plan], rules_folder: Path | None, who: tuple[int | None, str | None]) -> list[Entry]:
+    from dwmr.sweep import comparison
+    from dwmr.sweep.work import Outcome, Setup
+
+    runs: list[Run] = comparison.joined(plans)
+    used = tuple(sorted({item for one in plans for item in one.used.items()}))
+    setup = Setup(rules_folder, used, comparison.GROUPS)
+    done: dict[int, Outcome] = {}
+    computing.collect(
+        computing.compute(setup, runs, *who), len(runs), 0, lambda outcome: done.update({outcome.number: outcome})
+    )
+    return list(comparison.entries(runs, done))
+
+
+def _write(path: Path, found: Sequence[Entry]) -> None:
+    from dwmr.folder import results
+    from dwmr.sweep.results import write_csv
+
+    columns = {f.name: [getattr(one, f.name) for one in found] for f in dataclasses.fields(found[0])}
+    with results(path.parent, (path.name,)) as files:
+        if path.suffix.lower() == ".csv":
+            files.write(path.name, lambda part: write_csv(part, columns))
+        else:
+            from dwmr.data import parquet_file
+            from dwmr.summary import versions
+
+            files.write(path.name, lambda part: parquet_file.write_table(part, columns, {"versions": versions()}))
+        files.publish()
+
+
+def _print(found: Sequence[Entry], style: str, runs: int) -> None:
+    if style == "json":
+        from dwmr.outputs import to_json
+
+        click.echo(to_json({"runs": runs, "entries": [dataclasses.asdict(one) for one in found]}), nl=False)
+        return
+    from dwmr import report
+    from dwmr.sweep.tables import print_comparison
+
+    print_comparison(report.console(), found, runs)

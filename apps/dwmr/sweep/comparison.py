@@ -1,0 +1,128 @@
+"""Control laws against each other: the runs of a comparison, and what they say with confidence intervals."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from dwmr import scenario_file
+from dwmr.sweep import plan, spec_file
+from dwmr.sweep.intervals import mean_interval, share_interval
+from dwmr.sweep.plan import Plan, Run
+from dwmr.sweep.results import unit
+from dwmr.sweep.spec import Measure
+from dwmr.sweep.spec_file import SpecFile
+from dwmr.sweep.variables import has
+from dwmr.sweep.work import Outcome
+
+#: What varies unless one says otherwise.
+VARIATION = Path(__file__).with_name("variation.toml")
+#: Groups of measures that are compared.
+GROUPS: tuple[Measure, ...] = ("rmse", "clearance", "collisions", "chattering")
+#: Measures of a robot, as columns of the results have them with the robot's name in place of the star.
+MEASURES = ("rmse.*.x_e", "rmse.*.y_e", "rmse.*.theta_e", "clearance.*", "chattering.*.v", "chattering.*.omega")
+COLLISIONS = "collisions.*"
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One measure of one robot under one control law.
+
+    Args:
+        scenario, controller, robot: Where it is measured.
+        measure: Without the robot's name, such as rmse.x_e; collisions is the share of runs in which it was inside an
+            obstacle.
+        unit: Of the mean.
+        n: Runs it was taken from: those that came to their end, for collisions all.
+        mean: None where no run came to its end, or the scenario has no obstacles.
+        low, high: Confidence interval, None for a single run.
+        stopped: Runs that stopped before their end.
+    """
+
+    scenario: str
+    controller: str
+    robot: str
+    measure: str
+    unit: str
+    n: int
+    mean: float | None
+    low: float | None
+    high: float | None
+    stopped: int
+
+
+def variation(path: Path | None) -> SpecFile:
+    """Return the SPEC whose `[set]` and `[random]` say what varies.
+
+    Raises:
+        DiagnosticError: With its mistakes; a grid has no place in a comparison.
+    """
+    return spec_file.read(path or VARIATION)
+
+
+def make(
+    varied: SpecFile,
+    scenario: Path,
+    laws: Sequence[str],
+    runs: int,
+    seed: int,
+    rules_folder: Path | None,
+    overrides: Sequence[str],
+    report: Callable[[int], None] | None = None,
+) -> Plan:
+    """Lay out the runs of one scenario; a single run is the scenario as it is.
+
+    Raises:
+        DiagnosticError: With the mistakes of the first runs that have any.
+    """
+    random = dict(varied.spec.random) if runs > 1 else {}
+    if varied.path == VARIATION:
+        base = scenario_file.read(scenario, overrides).scenario
+        random = {key: one for key, one in random.items() if has(base, key)}
+    spec = varied.spec.model_copy(
+        update={
+            "scenario": str(scenario.resolve()), "controllers": tuple(laws), "runs": runs, "seed": seed,
+            "random": random, "measures": GROUPS, "grid": {},
+        }
+    )  # fmt: skip
+    return plan.make(dataclasses.replace(varied, spec=spec), rules_folder, overrides, report)
+
+
+def joined(plans: Sequence[Plan]) -> list[Run]:
+    """Return the runs of several scenarios, numbered through."""
+    runs = [run for one in plans for run in one.runs]
+    return [dataclasses.replace(run, number=number) for number, run in enumerate(runs)]
+
+
+def entries(runs: Sequence[Run], done: Mapping[int, Outcome]) -> Iterator[Entry]:
+    """Yield every measure of every robot under every control law in every scenario."""
+    groups: dict[tuple[str, str], list[Mapping[str, Any]]] = {}
+    for run in runs:
+        groups.setdefault((run.scenario, run.controller), []).append(done[run.number].row)
+    for (scenario, controller), rows in groups.items():
+        for robot in _robots(rows[0]):
+            for measure in (*MEASURES, COLLISIONS):
+                yield _entry(scenario, controller, robot, measure, rows)
+
+
+def _robots(row: Mapping[str, Any]) -> list[str]:
+    prefix = COLLISIONS.removesuffix("*")
+    return [name.removeprefix(prefix) for name in row if name.startswith(prefix)]
+
+
+def _entry(scenario: str, controller: str, robot: str, measure: str, rows: Sequence[Mapping[str, Any]]) -> Entry:
+    column, stopped = measure.replace("*", robot), sum(bool(row["stopped"]) for row in rows)
+    if measure == COLLISIONS:
+        n, hits = len(rows), sum(row[column] > 0 for row in rows)
+        mean, interval = hits / n, share_interval(hits, n)
+    else:
+        found = [row[column] for row in rows if not row["stopped"]]
+        values = [value for value in found if value is not None and math.isfinite(value)]
+        n, mean, interval = len(values), math.fsum(values) / len(values) if values else None, mean_interval(values)
+    low, high = interval or (None, None)
+    name = measure.replace(".*", "")
+    return Entry(scenario, controller, robot, name, unit(column) or "-", n, mean, low, high, stopped)

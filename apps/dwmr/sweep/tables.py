@@ -1,0 +1,67 @@
+"""A comparison on the terminal: a table for each scenario, a row for each control law and robot."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from dwmr.sweep.comparison import Entry
+from dwmr.sweep.intervals import CONFIDENCE
+
+_HEADS = {
+    "rmse.x_e": "x_e\nm", "rmse.y_e": "y_e\nm", "rmse.theta_e": "θ_e\nrad", "clearance": "clear-\nance m",
+    "chattering.v": "|dv_c|\nm/s²", "chattering.omega": "|dω_c|\nrad/s²", "collisions": "collide\n% of runs",
+}  # fmt: skip
+
+
+def print_comparison(out: Console, found: Sequence[Entry], runs: int) -> None:
+    """Print the tables, what the intervals are, and which runs stopped."""
+    for scenario in dict.fromkeys(one.scenario for one in found):
+        out.print(_table(scenario, [one for one in found if one.scenario == scenario]))
+        out.print()
+    if runs > 1:
+        sure = f"{100 * CONFIDENCE:.0f} %"
+        out.print(
+            f"{runs} runs each. Below means ± half of the {sure} confidence interval, by Student's t;", highlight=False
+        )
+        out.print(f"below shares of runs their {sure} confidence interval, by Wilson.", highlight=False)
+    for (scenario, law), count in {(one.scenario, one.controller): one.stopped for one in found}.items():
+        if count:
+            text = f"warning: {scenario}, {law}: {count} of {runs} stopped; they count among collisions only"
+            out.print(escape(text), highlight=False)
+
+
+def _table(scenario: str, found: Sequence[Entry]) -> Table:
+    table = Table(
+        title=f"{escape(scenario)}: RMSE, clearance, chattering, collisions", title_justify="left", title_style="bold",
+        header_style="bold dim", box=None, pad_edge=False, collapse_padding=True,
+    )  # fmt: skip
+    table.add_column("\nlaw")
+    table.add_column("\nrobot")
+    for head in _HEADS.values():
+        table.add_column(head, justify="right")
+    for law in dict.fromkeys(one.controller for one in found):
+        robots = tuple(dict.fromkeys(one.robot for one in found if one.controller == law))
+        for k, robot in enumerate(robots):
+            cells = {one.measure: one for one in found if (one.controller, one.robot) == (law, robot)}
+            name = _name(law, k, len(robots))
+            table.add_row(escape(name), escape(robot), *(_cell(cells[measure]) for measure in _HEADS))
+    return table
+
+
+def _name(law: str, row: int, rows: int) -> str:
+    """Return what stands beside one of a law's rows: its name, that of an ablation word by word down the rows."""
+    words = law.split("_") if "_without_" in law else [law]
+    return "\n".join(words[row:]) if row == rows - 1 else "".join(words[row : row + 1])
+
+
+def _cell(one: Entry) -> str:
+    if one.mean is None:
+        return ""
+    if one.measure == "collisions":
+        interval = "" if one.low is None or one.high is None else f"\n{100 * one.low:.0f} to {100 * one.high:.0f}"
+        return f"{100 * one.mean:.0f}{interval}"
+    return f"{one.mean:.4g}" + ("" if one.high is None else f"\n±{one.high - one.mean:.2g}")
