@@ -81,7 +81,7 @@ class Names:
     """Give out identifiers, each once.
 
     Greek letters are spelt out, accents dropped, and what is left outside ASCII becomes `uXXXX`; a name that the
-    language reserves gets a final `_`, one that is taken `_2`, `_3`, ...
+    language reserves gets a final `_fz`, one that is taken `_2`, `_3`, ... (IEC 61131-3 has no final underscores).
 
     Args:
         reserved: Names that must not be given out.
@@ -96,11 +96,11 @@ class Names:
         """Return the identifier for a name, which nothing else gets."""
         wanted = ascii_name(name)
         if self._key(wanted) in self._reserved or wanted in self._reserved or _OWN.match(wanted):
-            wanted += "_"
+            wanted += "_fz"
         found, number = wanted, 1
         while self._key(found) in self._taken:
             number += 1
-            found = f"{wanted}{number}" if wanted.endswith("_") else f"{wanted}_{number}"
+            found = f"{wanted}_{number}"
         self._taken.add(self._key(found))
         return found
 

@@ -30,7 +30,7 @@ def function_block(unit: Unit) -> str:
 
     Inputs are VAR_INPUT. Each output has a BOOL `NAME_valid` beside it: FALSE where an input is NaN or no rule gives a
     value; the output is 0 then. A state stands in the block: what is held, and the consequents of adaptive outputs,
-    which change by one Euler step of `dt` seconds after each evaluation (0: none).
+    which change by one Euler step of `time_step` seconds after each evaluation (0: none).
     """
     return _Block(unit).text()
 
@@ -38,11 +38,11 @@ def function_block(unit: Unit) -> str:
 class _Block:
     def __init__(self, unit: Unit) -> None:
         self.unit, self.name = unit, block_name(unit)
-        names = Names([*ST_RESERVED, self.name.lower(), "dt", "refused", "valid", "adapted"], fold=True)
+        names = Names([*ST_RESERVED, self.name.lower(), "time_step", "refused", "valid", "adapted"], fold=True)
         self.inputs = [names.claim(i.name) for i in unit.plan.inputs]
         self.outputs = [names.claim(o.name) for o in unit.plan.outputs]
         self.valid = [names.claim(f"{o}_valid") for o in self.outputs]
-        adaptive = [f"consequent{k}" for k in range(len(unit.plan.states))]
+        adaptive = [f"consequent_{k}" for k in range(len(unit.plan.states))]
         self.states = [names.claim(s) for s in (*adaptive, *(f"held_{self.outputs[o]}" for o in unit.plan.held))]
         self.rates = with_prefix(unit.rates, "R") if unit.rates is not None else None
         if self.rates is not None and any(isinstance(s, Refuse) for s in self.rates.body):
@@ -69,14 +69,14 @@ class _Block:
             "Where an output is not valid, it is 0: an input is NaN, or no rule gives it a value.",
         ]
         if self.unit.plan.states:
-            lines.append("Adaptive consequents change by one Euler step of dt seconds after each evaluation.")
+            lines.append("Adaptive consequents change by one Euler step of time_step seconds after each evaluation.")
         return lines
 
     def _interface(self, writer: STText) -> Iterator[str]:
         yield "VAR_INPUT"
         yield from (f"{INDENT}{i} : {writer.real};" for i in self.inputs)
         if self.rates is not None:
-            yield f"{INDENT}dt : {writer.real} := {writer.number(0.0)};"
+            yield f"{INDENT}time_step : {writer.real} := {writer.number(0.0)};"
         yield "END_VAR"
         yield "VAR_OUTPUT"
         for output, valid in zip(self.outputs, self.valid, strict=True):
@@ -142,14 +142,14 @@ class _Block:
     def _adaptation(self, writer: STText) -> Iterator[str]:
         assert self.rates is not None
         flat = self.unit.plan
-        yield f"IF {self._numbers()} AND (dt > {writer.number(0.0)}) THEN"
+        yield f"IF {self._numbers()} AND (time_step > {writer.number(0.0)}) THEN"
         yield from writer.block(self.rates.body, {}, 1)
         for k, (o, _) in enumerate(flat.states):
             output = flat.outputs[o]
             yield from writer.assigned(f"rate{k}", self.rates.results[k], 1)
             writer.reals.append(f"rate{k}")
             low, high = writer.number(output.lower), writer.number(output.upper)
-            step = f"LIMIT({low}, ({self.states[k]} + (dt * rate{k})), {high})"
+            step = f"LIMIT({low}, ({self.states[k]} + (time_step * rate{k})), {high})"
             if f"rate{k}_no" in writer.flags:
                 yield f"{INDENT}IF NOT rate{k}_no THEN"
                 yield f"{INDENT * 2}{self.states[k]} := {step};"

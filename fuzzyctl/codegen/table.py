@@ -29,8 +29,9 @@ if TYPE_CHECKING:
 MOST_ENTRIES: Final = 1 << 16
 #: Most corners of the boxes on which a table and an interpolating system are both multilinear.
 _MOST_CORNERS: Final = 1 << 22
-#: Most interval operations for the bound of a table, about ten seconds.
-_MOST_OPERATIONS: Final = 1_500_000
+#: Most interval operations for the bound of a table, a few seconds; and most parts that a cell is cut into.
+_MOST_OPERATIONS: Final = 400_000
+_MOST_PARTS: Final = 16
 #: A bound beyond this part of an output's span says nothing.
 USEFUL: Final = 0.5
 
@@ -174,7 +175,7 @@ def _enclosed(flat: Plan, table: Grid) -> tuple[float, ...]:
     budget = _MOST_OPERATIONS / max(1, math.prod(sizes) * _cost(program))
     if budget < 1.0:
         raise CodegenError("the error of the table is not bounded: the system is too large for interval analysis")
-    parts = max(1, math.floor(budget ** (1.0 / len(sizes))))
+    parts = min(_MOST_PARTS, max(1, math.floor(budget ** (1.0 / len(sizes)))))
     axes = [list(pairwise(refined(k, parts))) for k in table.knots]
     corners = [_at(t.value, table.knots, [refined(k, parts) for k in table.knots]) for t in table.outputs]
     worst = [0.0] * len(table.outputs)

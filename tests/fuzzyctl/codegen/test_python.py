@@ -1,0 +1,68 @@
+"""The generated module runs without fuzzyctl, and computes the same numbers."""
+
+import math
+import subprocess
+import sys
+
+import pytest
+
+from fuzzyctl.codegen.python_source import module, module_name
+from fuzzyctl.codegen.vectors import STEP, vectors
+
+
+def run(unit):
+    """Return the names of the generated module."""
+    names = {"__name__": "generated"}
+    exec(compile(module(unit), "generated", "exec"), names)
+    return names
+
+
+class TestNumbers:
+    def test_are_those_of_the_kernel(self, unit_of, kind):
+        unit = unit_of(kind)
+        names = run(unit)
+        function = names[module_name(unit)]
+        state = names["init"]() if "init" in names else None
+        for vector in vectors(unit):
+            arguments = [*vector.inputs, *([] if state is None else [state])]
+            if vector.refused:
+                with pytest.raises(ArithmeticError, match=vector.refused):
+                    function(*arguments)
+                continue
+            result = function(*arguments)
+            found = result if isinstance(result, tuple) else (result,)
+            for k, (a, b) in enumerate(zip(found, vector.outputs, strict=True)):
+                assert (math.isnan(a) and math.isnan(b)) or abs(a - b) <= unit.tolerance(k)
+            if "rates" in names:
+                adapt(state, names["rates"](*arguments), unit.plan)
+
+
+def adapt(state, rates, plan):
+    for k, (o, _) in enumerate(plan.states):
+        value = state[k] + STEP * rates[k]
+        if value == value:
+            state[k] = min(max(value, plan.outputs[o].lower), plan.outputs[o].upper)
+
+
+class TestModule:
+    def call(self, unit, tmp_path, *arguments):
+        path = tmp_path / f"{module_name(unit)}.py"
+        path.write_text(module(unit), encoding="utf-8")
+        # -S and -I: no installed package is in reach.
+        command = [sys.executable, "-I", "-S", str(path), *arguments]
+        return subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
+
+    def test_evaluates_its_arguments_without_any_package(self, unit_of, tmp_path):
+        done = self.call(unit_of("ais_reaction"), tmp_path, "0", "0")
+        assert (done.returncode, done.stdout, done.stderr) == (0, "f = 0.18\n", "")
+
+    @pytest.mark.parametrize(("arguments", "code"), [(["0"], 2), (["0", "zero"], 2), (["5", "0.9"], 1)])
+    def test_answers_mistakes_without_a_traceback(self, unit_of, tmp_path, arguments, code):
+        done = self.call(unit_of("refusing"), tmp_path, *arguments)
+        assert done.returncode == code
+        assert done.stderr
+        assert "Traceback" not in done.stderr
+
+    def test_prints_every_output(self, unit_of, tmp_path):
+        done = self.call(unit_of("chained"), tmp_path, "1", "-1")
+        assert [line.split(" = ")[0] for line in done.stdout.splitlines()] == ["u", "v"]

@@ -1,0 +1,103 @@
+"""Lookup tables stay within their proved errors; where none is found there is no table."""
+
+import numpy as np
+import pytest
+from scipy.interpolate import RegularGridInterpolator
+
+from fuzzyctl import loads
+from fuzzyctl.codegen.errors import CodegenError
+from fuzzyctl.codegen.unit import prepare
+from fuzzyctl.kernels.algorithm import Algorithm
+from fuzzyctl.kernels.compile import compile as compile_system
+
+
+def worst(unit, count=40_000, seed=4):
+    """Return the largest difference of table and system at random points in and around the ranges."""
+    rng = np.random.default_rng(seed)
+    columns = []
+    for i, variable in enumerate(unit.plan.inputs):
+        span = variable.upper - variable.lower
+        knots = unit.algorithm.grid.knots[unit.algorithm.grid.inputs.index(i)]
+        columns.append(
+            np.concatenate(
+                [rng.uniform(variable.lower - 0.1 * span, variable.upper + 0.1 * span, count), rng.choice(knots, 500)]
+            )
+        )
+    points = np.stack(columns, axis=1)
+    grid = unit.algorithm.grid
+    held = np.stack([np.clip(points[:, i], k[0], k[-1]) for i, k in zip(grid.inputs, grid.knots, strict=True)], axis=1)
+    shape = [len(k) for k in grid.knots]
+    tables = [RegularGridInterpolator(grid.knots, np.reshape(t.value, shape))(held) for t in grid.outputs]
+    table = np.stack(tables, axis=1)
+    exact = compile_system(unit.system, "numpy").batch(points).reshape(len(points), -1)
+    return np.abs(table - exact).max(axis=0)
+
+
+class TestError:
+    @pytest.mark.parametrize("points", [3, 7, 8, 20, 64])
+    def test_bounds_every_difference_and_is_attained_where_both_are_multilinear(self, unit_of, points):
+        unit = unit_of("ais_reaction", table=points)
+        (error,) = worst(unit)
+        assert error <= unit.table.errors[0] <= 1.25 * error
+
+    @pytest.mark.parametrize("points", [5, 9, 17, 33])
+    def test_is_rounding_where_the_knots_lie_on_the_table(self, unit_of, points):
+        unit = unit_of("ais_reaction", table=points)
+        assert unit.table.errors[0] < 1e-12
+
+    @pytest.mark.parametrize(("name", "points"), [("tipper", 33), ("exact", 33), ("middle", 65), ("norms", 33)])
+    def test_bounds_curved_systems_by_intervals(self, unit_of, name, points):
+        try:
+            unit = unit_of(name, table=points)
+        except CodegenError as error:
+            assert "no useful bound" in str(error)  # noqa: PT017 - both answers are honest
+            return
+        assert "interval" in unit.table.proof
+        assert (worst(unit, 5000) <= unit.table.errors).all()
+
+    def test_of_a_smooth_curve_falls_with_the_points(self):
+        text = (
+            "system s\ndefuzzifier weighted_average\ninput x in [0, 1]\n  a = gaussian(0, 0.5)\n"
+            "  b = gaussian(1, 0.5)\n"
+            "output u in [0, 1]\n  p = constant(0)\n  q = constant(1)\nif x is a then u is p\nif x is b then u is q\n"
+        )
+        units = [prepare(loads(text), text, table=n) for n in (9, 33, 129)]
+        bounds = [u.table.errors[0] for u in units]
+        assert bounds[0] > bounds[1] > bounds[2]
+        assert all(worst(u)[0] <= b for u, b in zip(units, bounds, strict=True))
+        assert bounds[2] < 0.01
+
+    def test_a_jump_is_in_the_bound_or_refused(self):
+        text = (
+            "system s\ndefuzzifier weighted_average\ninput x in [0, 1]\n  a = rectangle(-inf, 0.47)\n"
+            "  b = rectangle(0.47, inf)\noutput u in [0, 10]\n  p = constant(0)\n  q = constant(2)\n"
+            "if x is a then u is p\nif x is b then u is q\n"
+        )
+        unit = prepare(loads(text), text, table=17)
+        assert unit.table.errors[0] >= 1.0
+
+
+class TestRefusal:
+    @pytest.mark.parametrize(
+        ("name", "points", "reason"),
+        [
+            ("fcafsmc", 9, "a state has no table"),
+            ("holding", 9, "a state has no table"),
+            ("refusing", 9, "'u' may have no value"),
+            ("silent", 9, "'u' may have no value"),
+            ("open", 9, "'x' is extrapolated"),
+            ("ais_reaction", 1000, "more than 65,536 entries"),
+            ("ais_reaction", 2, "at most 0.845, of a span of 1.18; take more points"),
+            ("takagi", 8, "no useful bound is found"),
+        ],
+    )
+    def test_names_its_reason(self, unit_of, name, points, reason):
+        with pytest.raises(CodegenError, match=reason):
+            unit_of(name, table=points)
+
+
+def test_code_of_a_table_agrees_with_the_system(compiled, unit_of, sanitized):
+    unit = unit_of("boundary_layer", table=20)
+    assert isinstance(unit.algorithm, Algorithm)
+    built = compiled(unit, sanitized)
+    assert built.code == 0, built.output
