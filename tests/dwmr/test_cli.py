@@ -292,13 +292,15 @@ class TestStartUp:
             (["run", "paper", "--set", "robot.mass=-1"], 1),
             (["run", "paper", "--set", "rules.ais_reaction.k_s=0.6"], 1),
             (["run", "paper", "--set", "rules.ais_reaction.file=tipper.fz"], 1),
+            (["sweep", "nowhere.toml"], 2),
+            (["compare", "paper", "--set", "robot.mass=-1"], 1),
         ],
     )
     def test_loads_nothing_heavy_before_a_run(self, arguments, status):
         code = (
             "import sys\nfrom dwmr.cli.main import main\n"
             "try:\n    main(sys.argv[1:])\nexcept SystemExit as stop:\n    status = stop.code\n"
-            "heavy = {'numba', 'matplotlib', 'scipy'} & set(sys.modules)\n"
+            "heavy = {'numba', 'matplotlib', 'scipy', 'distributed', 'pyarrow'} & set(sys.modules)\n"
             "print('HEAVY', sorted(heavy), status)\n"
         )
         done = subprocess.run(

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from scipy import special
-
 #: Share of such intervals that hold the true value.
 CONFIDENCE = 0.95
 
@@ -26,6 +24,8 @@ def mean_interval(values: Sequence[float]) -> tuple[float, float] | None:
     n = len(values)
     if n < 2:
         return None
+    from scipy import special  # a second to load, and a mistake on the command line is answered without it
+
     mean = math.fsum(values) / n
     deviation = math.sqrt(math.fsum((v - mean) ** 2 for v in values) / (n - 1))
     half = float(special.stdtrit(n - 1, 0.5 + 0.5 * CONFIDENCE)) * deviation / math.sqrt(n)
@@ -42,6 +42,8 @@ def share_interval(hits: int, n: int) -> tuple[float, float] | None:
     """
     if n < 2:
         return None
+    from scipy import special
+
     z = float(special.ndtri(0.5 + 0.5 * CONFIDENCE))
     share, spread = hits / n, z * z / n
     middle = (share + 0.5 * spread) / (1.0 + spread)
