@@ -7,7 +7,7 @@ import math
 import os
 import sys
 import unicodedata
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import wraps
 from pathlib import Path
@@ -188,6 +188,19 @@ def to_number(text: str) -> float:
 
 def _list(names: Sequence[str]) -> str:
     return ", ".join(names) or "none"
+
+
+def missing_inputs(system: FuzzySystem, given: Mapping[str, float], command: str) -> list[Diagnostic]:
+    """Report each input without a value."""
+    form = " ".join(f"{v.name}=VALUE" for v in system.inputs)
+    found = []
+    for variable in (v for v in system.inputs if v.name not in given):
+        low, high = system.number(variable.lower), system.number(variable.upper)
+        unit = f" {variable.unit}" if variable.unit else ""
+        facts = (f"its range is [{low:.6g}, {high:.6g}]{unit}",)
+        help_text = f"write: fuzzyctl {command} FILE {form}"
+        found.append(Diagnostic("FZ501", f"input '{variable.name}' has no value", facts=facts, help=help_text))
+    return found
 
 
 def outside_range(system: FuzzySystem, values: dict[str, float]) -> list[Diagnostic]:

@@ -23,6 +23,7 @@ from fuzzyctl.cli.common import (
     answers_with_diagnostics,
     assignments,
     load_checked,
+    missing_inputs,
     outside_range,
     show,
     to_number,
@@ -66,9 +67,9 @@ def evaluate(
             raise click.UsageError("give INPUT=VALUE or --points, not both")
         return _evaluate_csv(system, compile_system(system, backend="numpy"), points, form)
     given = assignments(values, [v.name for v in system.inputs], "input")
-    missing = [v for v in system.inputs if v.name not in given]
+    missing = missing_inputs(system, given, "eval")
     if missing:
-        raise DiagnosticError([_missing(system, v.name) for v in missing])
+        raise DiagnosticError(missing)
     warnings = outside_range(system, given)
     results = _results(system, given)
     if form == "json":
@@ -81,19 +82,6 @@ def evaluate(
         unit = f" {output.unit}" if output.unit else ""
         click.echo(f"{output.name} = {results[output.name]!r}{unit}")
     return DONE
-
-
-def _missing(system: FuzzySystem, name: str) -> Diagnostic:
-    variable = system.input(name)
-    low, high = system.number(variable.lower), system.number(variable.upper)
-    unit = f" {variable.unit}" if variable.unit else ""
-    form = " ".join(f"{v.name}=VALUE" for v in system.inputs)
-    return Diagnostic(
-        "FZ501",
-        f"input '{name}' has no value",
-        facts=(f"its range is [{low:.6g}, {high:.6g}]{unit}",),
-        help=f"write: fuzzyctl eval FILE {form}",
-    )
 
 
 def _results(system: FuzzySystem, given: dict[str, float]) -> dict[str, float]:

@@ -14,6 +14,7 @@ from fuzzyctl.cli.fmt import fmt
 from fuzzyctl.cli.new import new
 from fuzzyctl.cli.plot import plot_surface, plot_terms
 from fuzzyctl.cli.show import show_system
+from fuzzyctl.cli.why import why
 
 
 @click.group(
@@ -38,6 +39,7 @@ What to do with it:
     fuzzyctl show tip.fz                    print it on one page, with what is proved
     fuzzyctl eval tip.fz service=7          evaluate one point
     fuzzyctl eval tip.fz --points in.csv    evaluate many: a CSV in, the same CSV with outputs out
+    fuzzyctl why tip.fz service=7           which rules act there, and what each contributes
     fuzzyctl plot-terms tip.fz              draw the terms
     fuzzyctl plot-surface tip.fz -o tip.png draw what it computes
     fuzzyctl fmt tip.fz                     lay it out
@@ -54,5 +56,5 @@ def main() -> None:
     """Check, evaluate and draw fuzzy systems written in .fz rule files."""
 
 
-for command in (new, check, explain, show_system, evaluate, plot_surface, plot_terms, fmt, codegen, doctor):
+for command in (new, check, explain, show_system, evaluate, plot_surface, plot_terms, fmt, codegen, doctor, why):
     main.add_command(command)

@@ -66,7 +66,7 @@ def plot_surface(
         if axis in fixed:
             message, help_text = f"'{axis}' is an axis and has a value too", f"drop '--at {axis}=...' or the axis"
             raise DiagnosticError([Diagnostic("FZ214", message, help=help_text)])
-    target = _target(out, f"{system.name}-{chosen}.png")
+    target = picture_file(out, f"{system.name}-{chosen}.png")
     from fuzzyctl.plot.style import saved
     from fuzzyctl.plot.surface import draw_surface
 
@@ -84,7 +84,7 @@ def plot_surface(
 def plot_terms(file: str, out: str | None, settings: tuple[str, ...], name: str | None) -> None:
     """Draw the terms of all inputs and outputs."""
     system = load_checked(file, settings, name)
-    target = _target(out, f"{system.name}-terms.png")
+    target = picture_file(out, f"{system.name}-terms.png")
     from fuzzyctl.plot.style import saved
     from fuzzyctl.plot.terms import draw_terms
 
@@ -113,7 +113,8 @@ def _known(name: str, names: list[str], kind: str) -> None:
         raise DiagnosticError([Diagnostic("FZ502", f"no {kind} '{name}'", facts=facts, help=help_text)])
 
 
-def _target(out: str | None, default: str) -> Path:
+def picture_file(out: str | None, default: str) -> Path:
+    """Return the file to draw to; a name that matplotlib has no format for, or in no folder, is a mistake."""
     target = Path(out or default)
     if target.suffix.lower() not in SUFFIXES:
         help_text = f"end the name with one of: {', '.join(SUFFIXES)}"

@@ -65,6 +65,18 @@ def rates(plan: Plan) -> Program:
     return _program(plan, builder, results)
 
 
+def trace(plan: Plan) -> Program:
+    """Write the program that computes, one after the other, all degrees, how far each rule acts, and all outputs."""
+    front = _Front(plan)
+    for position in plan.order:
+        front.write_output(position)
+    builder = front.builder
+    degrees = [front.degree(i) for i in range(len(plan.degrees))]
+    activations = [builder.let(front.activations[r]) for r in range(len(plan.rules))]
+    outputs = [builder.let(front.outputs[position]) for position in range(len(plan.outputs))]
+    return _program(plan, builder, [*degrees, *activations, *outputs])
+
+
 def term_degree(term: SetPlan) -> Program:
     """Write the program that computes the degree of one term."""
     builder = Builder()
@@ -145,6 +157,10 @@ class _Front:
     def nan(self, position: int) -> Expr:
         """Return whether an output has no value because what it depends on has none."""
         return any_nan([*self.raw, *(self.outputs[k] for k in self.plan.outputs[position].reads)])
+
+    def degree(self, position: int) -> Expr:
+        """Return a degree of the plan as an atom."""
+        return self._known[degree_name(position)]
 
     def write_output(self, position: int) -> None:
         """Write an output, and the rules that read it."""

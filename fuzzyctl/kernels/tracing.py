@@ -1,0 +1,195 @@
+"""Why a system gives what it gives at a point: degrees, rules that act, what each contributes, slopes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+from fuzzyctl.errors import ArgumentError, NoRuleFiresError, UnknownNameError
+from fuzzyctl.formats.fz import rule_text
+from fuzzyctl.kernels import inference, python_backend
+from fuzzyctl.kernels.defuzzify import consequent_hull
+from fuzzyctl.kernels.plan import OutputPlan, Plan, SetPlan, plan
+from fuzzyctl.model.rule import Rule
+from fuzzyctl.model.system import FuzzySystem
+
+#: Slopes are differences over this part of an input's range.
+STEP: Final = 1e-6
+
+
+@dataclass(frozen=True)
+class Contribution:
+    """What a rule does to one output.
+
+    Args:
+        output: The output.
+        term: The consequent's name, or its text for one without a name.
+        value: What it is in an average over rules, None for a fuzzy set or where it changes with the activation.
+        share: The rule's part of all activations that move the output, from 0 to 1.
+        pull: What it adds to the output compared with the average of the others, share · (value - output); None as for
+            `value`.
+    """
+
+    output: str
+    term: str
+    value: float | None
+    share: float
+    pull: float | None
+
+
+@dataclass(frozen=True)
+class FiredRule:
+    """A rule that acts.
+
+    Args:
+        number: Its number, from 1 on, in the order written.
+        text: The rule as `.fz` text; a cell of a table as the rule it stands for.
+        activation: Weight times firing strength, as the activation method lets it act.
+        contributions: One for each output that it sets.
+    """
+
+    number: int
+    text: str
+    activation: float
+    contributions: tuple[Contribution, ...]
+
+
+@dataclass(frozen=True)
+class Trace:
+    """An evaluation taken apart.
+
+    Args:
+        inputs: The point.
+        outputs: The outputs there.
+        degrees: The degrees that rules read, by variable and term.
+        rules: Those that act, by activation, the highest first.
+        silent: Number of rules that do not.
+        slopes: Change of each output per unit of each input, to the left and to the right of the point; they differ
+            where the surface has an edge.
+    """
+
+    inputs: dict[str, float]
+    outputs: dict[str, float]
+    degrees: dict[str, dict[str, float]]
+    rules: tuple[FiredRule, ...]
+    silent: int
+    slopes: dict[str, dict[str, tuple[float, float]]]
+
+
+def trace(system: FuzzySystem, values: Mapping[str, float]) -> Trace:
+    """Take an evaluation apart.
+
+    Args:
+        system: A well-formed system; adaptive outputs have their initial consequents, held ones their first values.
+        values: A number for every input.
+
+    Raises:
+        UnknownNameError: For a name that is no input.
+        ArgumentError: When an input is missing or no number.
+        NoRuleFiresError: Where no rule fires for an output that says `else error`.
+    """
+    flat = plan(system)
+    names = [i.name for i in flat.inputs]
+    for name in values:
+        if name not in names:
+            raise UnknownNameError("input", name, names)
+    missing = [n for n in names if n not in values]
+    if missing:
+        raise ArgumentError(f"a value is missing for: {', '.join(missing)}")
+    point = [python_backend.as_number(values[n]) for n in names]
+    program = inference.trace(flat)
+    found = _Traced(flat, python_backend.compile_source(python_backend.evaluation_source(program), program, names))
+    results = found.at(point)
+    count = len(flat.degrees)
+    activations = results[count : count + len(flat.rules)]
+    outputs = results[count + len(flat.rules) :]
+    acting = sorted((r for r, a in enumerate(activations) if a > 0.0), key=lambda r: -activations[r])
+    return Trace(
+        inputs=dict(zip(names, point, strict=True)),
+        outputs=dict(zip((o.name for o in flat.outputs), outputs, strict=True)),
+        degrees=_degrees(flat, results[:count]),
+        rules=tuple(_fired(system, flat, r, activations, outputs, dict(values)) for r in acting),
+        silent=len(flat.rules) - len(acting),
+        slopes=_slopes(flat, found, point),
+    )
+
+
+class _Traced:
+    """The compiled trace of a plan, called with its initial state."""
+
+    def __init__(self, flat: Plan, function: Any) -> None:
+        self.function = function
+        self.state = (flat.initial_state,) if flat.initial_state else ()
+
+    def at(self, point: list[float]) -> tuple[float, ...]:
+        results = self.function(*point, *self.state)
+        return results if isinstance(results, tuple) else (results,)
+
+
+def _degrees(flat: Plan, degrees: tuple[float, ...]) -> dict[str, dict[str, float]]:
+    found: dict[str, dict[str, float]] = {}
+    for d, value in zip(flat.degrees, degrees, strict=True):
+        found.setdefault(flat.variable(d.variable).name, {})[d.term] = value
+    return found
+
+
+def _fired(
+    system: FuzzySystem,
+    flat: Plan,
+    position: int,
+    activations: tuple[float, ...],
+    outputs: tuple[float, ...],
+    inputs: dict[str, float],
+) -> FiredRule:
+    rule = system.rules[position]
+    parts = []
+    for output, value in zip(flat.outputs, outputs, strict=True):
+        total = sum(activations[e.rule] for e in output.implied)
+        for entry in (e for e in output.implied if e.rule == position):
+            share = activations[position] / total if total else 0.0
+            own = _value(flat, output, output.terms[entry.term], inputs)
+            pull = None if own is None or output.kind == "weighted_sum" else share * (own - value)
+            parts.append(Contribution(output.name, _consequent(rule, output.name), own, share, pull))
+    return FiredRule(position + 1, rule_text(rule), activations[position], tuple(parts))
+
+
+def _value(flat: Plan, output: OutputPlan, term: SetPlan, inputs: dict[str, float]) -> float | None:
+    """Return what a consequent is in an average, None for a set and for what changes with the activation."""
+    if not output.over_rules or output.kind == "tsukamoto":
+        return None
+    if term.expression is None:
+        return term.peak if output.rate is not None else consequent_hull(output, [output.terms.index(term)])[0]
+    held = {
+        i.name: inputs[i.name] if i.extrapolate else min(max(inputs[i.name], i.lower), i.upper) for i in flat.inputs
+    }
+    function = python_backend.scalar_function(term.expression)
+    return float(function(**{n: held[n] for n in held if n in function.__code__.co_varnames}))
+
+
+def _consequent(rule: Rule, output: str) -> str:
+    for c in rule.consequents:
+        if c.output == output and isinstance(c.term, str):
+            return c.term
+    text = rule_text(rule)
+    return text.partition(f"{output} is ")[2].partition(" weight ")[0]
+
+
+def _slopes(flat: Plan, found: _Traced, point: list[float]) -> dict[str, dict[str, tuple[float, float]]]:
+    width = len(flat.outputs)
+
+    def outputs(changed: list[float]) -> tuple[float, ...]:
+        try:
+            return found.at(changed)[-width:]
+        except NoRuleFiresError:
+            return (math.nan,) * width
+
+    here = outputs(point)
+    slopes: dict[str, dict[str, tuple[float, float]]] = {o.name: {} for o in flat.outputs}
+    for k, variable in enumerate(flat.inputs):
+        step = STEP * (variable.upper - variable.lower)
+        left, right = (outputs([x + (side * step if i == k else 0.0) for i, x in enumerate(point)]) for side in (-1, 1))
+        for o, output in enumerate(flat.outputs):
+            slopes[output.name][variable.name] = ((here[o] - left[o]) / step, (right[o] - here[o]) / step)
+    return slopes

@@ -1,0 +1,148 @@
+import json
+import math
+
+import pytest
+from click.testing import CliRunner
+
+from fuzzyctl import load, loads
+from fuzzyctl.cli.main import main
+from fuzzyctl.errors import ArgumentError, NoRuleFiresError, UnknownNameError
+from fuzzyctl.kernels.tracing import trace
+from fuzzyctl.shipped import rules_folder
+
+RULES = rules_folder()
+
+MIXED = """
+system mixed
+defuzzifier weighted_average
+input x in [0, 10]
+  low  = triangle(-inf, 0, 10)
+  high = triangle(0, 10, inf)
+input y in [-1, 1]
+  terms N P
+output u in [0, 9]
+  flat = constant(4)
+  tilt = linear(0.5, 2, 1)
+output v in [0, 1] defuzzifier centroid implication product
+  a = triangle(0, 0.2, 0.4)
+  b = triangle(0.5, 0.7, 0.9)
+output w in [0, 1] else nan
+  one = constant(1)
+if x is low then u is flat, v is a weight 0.5
+if x is high then u is tilt
+if x is high and y is P then v is b
+if x is high and y is N then w is one
+"""
+
+
+@pytest.fixture
+def run():
+    return lambda *arguments: CliRunner().invoke(main, ["why", *arguments])
+
+
+class TestTrace:
+    def test_contributions_of_an_average_add_up(self):
+        system = load(RULES / "ais_reaction.fz")
+        found = trace(system, {"sigma": 0.01, "dsigma": 0.3})
+        output = found.outputs["f"]
+        assert output == pytest.approx(system(sigma=0.01, dsigma=0.3), abs=1e-15)
+        parts = [c for r in found.rules for c in r.contributions]
+        assert sum(c.share for c in parts) == pytest.approx(1.0)
+        assert sum(c.share * c.value for c in parts) == pytest.approx(output)
+        assert sum(c.pull for c in parts) == pytest.approx(0.0, abs=1e-15)
+        assert [r.activation for r in found.rules] == sorted((r.activation for r in found.rules), reverse=True)
+        assert len(found.rules) + found.silent == 25
+
+    def test_takes_apart_several_outputs_each_with_its_method(self):
+        found = trace(loads(MIXED), {"x": 4.0, "y": 0.5})
+        assert found.degrees == {"x": {"low": 0.6, "high": 0.4}, "y": {"N": 0.25, "P": 0.75}}
+        rules = {r.number: r for r in found.rules}
+        assert set(rules) == {1, 2, 3, 4}
+        assert rules[1].activation == 0.3
+        of_u, of_v = rules[1].contributions
+        assert (of_u.output, of_u.term, of_u.value, of_u.share) == ("u", "flat", 4.0, pytest.approx(0.3 / 0.7))
+        assert (of_v.output, of_v.value, of_v.pull) == ("v", None, None)
+        assert of_v.share == pytest.approx(0.3 / 0.7)
+        (tilted,) = rules[2].contributions
+        assert tilted.value == pytest.approx(0.5 * 4 + 2 * 0.5 + 1)
+
+    def test_values_beyond_the_range_count_as_they_do_in_the_system(self):
+        found = trace(loads(MIXED), {"x": 99.0, "y": 5.0})
+        assert found.outputs["u"] == pytest.approx(0.5 * 10 + 2 + 1)
+        assert found.rules[0].contributions[0].value == pytest.approx(8.0)
+        assert math.isnan(found.outputs["w"])
+
+    def test_slopes_differ_at_an_edge(self):
+        system = load(RULES / "ais_reaction.fz")
+        left, right = trace(system, {"sigma": 0.015, "dsigma": 0.0}).slopes["f"]["sigma"]
+        assert left == pytest.approx(-0.09 / 0.015 * 0 + (0.0 - 0.18) / 0.015, rel=1e-6)
+        assert right == pytest.approx((-0.66 - 0.0) / 0.015, rel=1e-6)
+
+    def test_refuses_what_an_evaluation_refuses(self):
+        system = load(RULES / "tipper.fz")
+        with pytest.raises(UnknownNameError, match="did you mean 'food'"):
+            trace(system, {"service": 1, "foot": 2})
+        with pytest.raises(ArgumentError, match="missing for: food"):
+            trace(system, {"service": 1})
+        with pytest.raises(ArgumentError, match="real number"):
+            trace(system, {"service": 1, "food": "good"})
+        with pytest.raises(NoRuleFiresError):
+            trace(loads(MIXED.replace("else nan", "else error")), {"x": 0.0, "y": 0.0})
+
+
+class TestWhy:
+    def test_prints_rules_by_their_activation(self, run):
+        result = run(str(RULES / "tipper.fz"), "service=7", "food=8")
+        assert result.exit_code == 0
+        lines = result.output.splitlines()
+        assert lines[0] == "tip = 20.344474774540355 %"
+        assert "Rules that act: 3; silent: 0" in lines
+        assert lines.index(
+            "  0.5       if service is excellent or food is delicious then tip is generous"
+        ) < lines.index("  0.4111    if service is good then tip is average")
+
+    def test_shows_as_many_rules_as_asked_for(self, run):
+        result = run(str(RULES / "tipper.fz"), "service=7", "food=8", "--rules", "1")
+        assert "and 2 more; --rules shows more of them" in result.output
+
+    def test_gives_data_to_programs(self, run, tmp_path):
+        (tmp_path / "m.fz").write_text(MIXED, encoding="utf-8")
+        data = json.loads(run(str(tmp_path / "m.fz"), "x=99", "y=1", "--format", "json").stdout)
+        assert data["outputs"]["w"] is None
+        assert data["rules"][0]["contributions"][0]["output"] == "u"
+        assert data["diagnostics"][0]["code"] == "FZ504"
+
+    @pytest.mark.parametrize("suffix", ["png", "svg", "pdf"])
+    def test_draws_systems_of_every_kind(self, run, tmp_path, suffix):
+        (tmp_path / "m.fz").write_text(MIXED, encoding="utf-8")
+        picture = tmp_path / f"why.{suffix}"
+        result = run(str(tmp_path / "m.fz"), "x=4", "y=0.5", "-o", str(picture))
+        assert result.exit_code == 0, result.output
+        assert picture.stat().st_size > 1000
+
+    def test_a_missing_input_is_named_with_its_range(self, run):
+        result = run(str(RULES / "tipper.fz"), "service=7")
+        assert result.exit_code == 1
+        assert "input 'food' has no value" in result.output
+        assert "write: fuzzyctl why FILE service=VALUE food=VALUE" in result.output
+
+    def test_a_picture_of_no_known_kind_is_refused(self, run, tmp_path):
+        result = run(str(RULES / "tipper.fz"), "service=7", "food=8", "-o", str(tmp_path / "why.bmp"))
+        assert result.exit_code == 1
+        assert "no picture format" in result.output
+
+
+def test_the_picture_cuts_terms_at_their_degrees(tmp_path):
+    from matplotlib.figure import Figure
+
+    from fuzzyctl.plot.rules import draw_rules
+
+    figure = Figure()
+    system = loads(MIXED)
+    draw_rules(figure, system, trace(system, {"x": 4.0, "y": 0.5}), 12)
+    rows = len(figure.axes) // 5
+    assert rows == 5
+    first = figure.axes[0]  # rule 2, x is high: the highest activation
+    assert max(first.lines[0].get_ydata()) == pytest.approx(1.0)
+    assert first.collections[0].get_paths()[0].vertices[:, 1].max() == pytest.approx(0.4)
+    assert first.lines[1].get_xdata()[0] == 4.0
