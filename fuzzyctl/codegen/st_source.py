@@ -131,6 +131,10 @@ class _Block:
             yield f"{pad}{output} := r{k};"
             missing = writer.missing(f"r{k}")
             yield f"{pad}{self.valid[k]} := {'TRUE' if missing == 'FALSE' else f'NOT {missing}'};"
+            if missing != "FALSE":
+                yield f"{pad}IF {missing} THEN"
+                yield f"{pad}{INDENT}{output} := {writer.number(0.0)};"
+                yield f"{pad}END_IF;"
         for entry, o in enumerate(self.unit.plan.held, start=len(self.unit.plan.states)):
             yield f"{pad}IF {self.valid[o]} THEN"
             yield f"{pad}{INDENT}{self.states[entry]} := {self.outputs[o]};"

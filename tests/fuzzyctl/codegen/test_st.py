@@ -300,7 +300,7 @@ def differences(unit):
             if valid:
                 worst = max(worst, abs(value - wanted) / unit.tolerance(k))
             else:
-                assert value == 0.0 or value != value
+                assert value == 0.0
     return worst
 
 

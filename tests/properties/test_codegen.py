@@ -1,0 +1,88 @@
+"""Systems of all kinds, drawn at random: generated C, Python and the kernel are the same function."""
+
+import importlib.util
+import math
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fuzzyctl.codegen import python_source
+from fuzzyctl.codegen.errors import CodegenError
+from fuzzyctl.codegen.files import generate
+from fuzzyctl.codegen.unit import prepare
+from fuzzyctl.codegen.vectors import vectors
+
+STRICT = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wconversion", "-Wdouble-promotion"]
+
+
+def of_other_tests(path):
+    """Return the module of another test, whose strategies or interpreter are used here too."""
+    file = Path(__file__).parents[1] / path
+    spec = importlib.util.spec_from_file_location(f"_shared_{file.stem}", file)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+engine, kernels = of_other_tests("properties/test_engine.py"), of_other_tests("properties/test_kernels.py")
+structured_text = of_other_tests("fuzzyctl/codegen/test_st.py")
+any_system = engine.systems() | kernels.systems(extrapolate=False)
+
+
+def compiled_and_run(unit, folder, flags):
+    for name, text in generate(unit, "c").files.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    sources = sorted(map(str, folder.glob("*.c")))
+    subprocess.run(["gcc", *STRICT, *flags, *sources, "-o", str(folder / "test"), "-lm"], check=True)
+    return subprocess.run([str(folder / "test")], capture_output=True, text=True, check=False)
+
+
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
+@engine.quick(25)
+@given(system=any_system)
+def test_c_agrees_with_the_kernel(tmp_path_factory, system):
+    unit = prepare(system, "")
+    flags = ["-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+    done = compiled_and_run(unit, tmp_path_factory.mktemp("c"), flags)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
+@engine.quick(12)
+@given(system=any_system)
+def test_single_precision_stays_within_its_tolerance(tmp_path_factory, system):
+    unit = prepare(system, "", precision="float")
+    done = compiled_and_run(unit, tmp_path_factory.mktemp("c"), ["-O1"])
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@engine.quick(40)
+@given(system=any_system)
+def test_structured_text_agrees_with_the_kernel(system):
+    try:
+        assert structured_text.differences(prepare(system, "")) <= 1.0
+    except CodegenError as error:
+        assert "no standard function" in str(error)  # noqa: PT017 - such as atan2
+
+
+@engine.quick(60)
+@given(system=any_system, seed=st.integers(0, 1000))
+def test_the_python_module_agrees_with_the_kernel(system, seed):
+    unit = prepare(system, "")
+    names = {"__name__": "generated"}
+    exec(compile(python_source.module(unit), "generated", "exec"), names)
+    function = names[python_source.module_name(unit)]
+    for vector in vectors(unit, seed=seed)[::7]:
+        if vector.refused:
+            with pytest.raises(ArithmeticError):
+                function(*vector.inputs)
+            continue
+        result = function(*vector.inputs)
+        for k, (a, b) in enumerate(
+            zip(result if isinstance(result, tuple) else (result,), vector.outputs, strict=True)
+        ):
+            assert (math.isnan(a) and math.isnan(b)) or abs(a - b) <= unit.tolerance(k)
