@@ -152,7 +152,7 @@ def _stores(layout: CLayout, text: CText, results: Sequence[str]) -> Iterator[st
 
 def _numbers(layout: CLayout) -> str:
     tests = [f"(!{layout.name}_is_nan({i}))" for i in layout.inputs]
-    return " && ".join(tests)
+    return bare(" && ".join(tests))
 
 
 def _init(layout: CLayout, text: CText) -> Iterator[str]:

@@ -1,0 +1,55 @@
+"""Generated text as it stands in a file: changes of it are seen and meant.
+
+After an intended change: FUZZYCTL_UPDATE_GOLDEN=1 python -m pytest tests/golden, then read the difference.
+"""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from fuzzyctl import __version__, load
+from fuzzyctl.codegen.files import generate
+from fuzzyctl.codegen.fixed import fixed_point, to_format
+from fuzzyctl.codegen.unit import prepare
+
+HERE = Path(__file__).parent / "codegen"
+RULES = Path(__file__).parents[2] / "rules"
+
+#: Folder of the golden files: rule file, target, format of fixed point, options.
+CASES = {
+    "c": ("ais_reaction", "c", None, {}),
+    "c-float": ("boundary_layer", "c", None, {"precision": "float"}),
+    "c-fixed": ("ais_reaction", "c", "Q3.12", {}),
+    "c-table": ("boundary_layer", "c", None, {"table": 6}),
+    "st": ("ais_reaction", "st", None, {}),
+    "python": ("ais_reaction", "python", None, {}),
+}
+
+
+def generated(case):
+    """Return the files of a case without their self-test, in which all numbers stand."""
+    rules, target, form, options = CASES[case]
+    path = RULES / f"{rules}.fz"
+    unit = prepare(load(path), path.read_text(encoding="utf-8"), **options)
+    fixed = fixed_point(unit, to_format(form)) if form else None
+    files = generate(unit, target, fixed).files
+    return {
+        name: text.replace(f"fuzzyctl {__version__}", "fuzzyctl VERSION").replace(unit.digest, "DIGEST")
+        for name, text in files.items()
+        if "_selftest" not in name
+    }
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_text_is_as_it_stands_in_the_file(case):
+    # Under another suffix, so that tools take the files for texts.
+    files = {f"{name}.txt": text for name, text in generated(case).items()}
+    folder = HERE / case
+    if os.environ.get("FUZZYCTL_UPDATE_GOLDEN"):
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, text in files.items():
+            (folder / name).write_text(text, encoding="utf-8", newline="\n")
+    assert sorted(files) == sorted(p.name for p in folder.iterdir())
+    for name, text in files.items():
+        assert text == (folder / name).read_text(encoding="utf-8"), f"{case}/{name}"
