@@ -1,0 +1,115 @@
+"""docs/explanation/reproduction.md prints numbers: they must be those that the runs and the result files give."""
+
+import importlib.util
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from dwmr import simulate
+from dwmr.fuzzy_gains import Rules
+from dwmr.metrics import TABLE_12, measure
+from dwmr.scenario_file import find, read
+
+EXPLANATION = Path(__file__).resolve().parents[2] / "docs" / "explanation"
+RESULTS = EXPLANATION / "reproduction"
+PAGE = (EXPLANATION / "reproduction.md").read_text(encoding="utf-8")
+NAMES = ("x_e", "y_e", "theta_e")
+#: How far a run may be from what the page prints: SMC chatters, and its followers differ between processors.
+BANDS = {"aifqsmc": 0.02, "fcafsmc": 0.02, "smc": 0.25}
+#: Goto, Bertol, Martins, Table 13.
+TABLE_13 = {"leader": (0.460, 0.588, 0.221), "follower1": (0.153, 0.243, 0.199), "follower2": (0.100, 0.156, 0.035)}
+
+
+def section(title):
+    return re.search(rf"^## {title}\n(.*?)(?=^## |\Z)", PAGE, flags=re.M | re.S)[1]
+
+
+def rows(title, columns):
+    """Return the rows of a section's table that begin with a name and have so many columns."""
+    found = [line.strip("| ").split(" | ") for line in section(title).splitlines() if re.match(r"\| [a-z]", line)]
+    return [cells for cells in found if len(cells) == columns and cells[-1][0].isdigit()]
+
+
+def tries():
+    spec = importlib.util.spec_from_file_location("tries", RESULTS / "tries.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def results(name):
+    return json.loads((RESULTS / name).read_text(encoding="utf-8"))
+
+
+def test_table_12_is_what_the_runs_give(measured):
+    table = rows("Table 12", 11)
+    assert len(table) == 9
+    for law, robot, *numbers in table:
+        for name, printed, ours, ratio in zip(NAMES, numbers[::3], numbers[1::3], numbers[2::3], strict=True):
+            assert float(printed) == TABLE_12[law][robot][name]
+            assert measured(law)["rmse"][robot][name] == pytest.approx(float(ours), rel=BANDS[law])
+            assert float(ours) / float(printed) == pytest.approx(float(ratio), abs=0.006)
+
+
+def test_table_13_is_what_the_undisturbed_run_gives():
+    file = read(find("undisturbed"))
+    rules = Rules(file.scenario.rules, file.folders, file.places)
+    found = measure(simulate.run(simulate.prepare(file, "aifqsmc", rules)), file.scenario)["rmse"]
+    table = rows("Table 13", 10)
+    assert len(table) == 3
+    for robot, *numbers in table:
+        assert tuple(map(float, numbers[::3])) == TABLE_13[robot]
+        assert [found[robot][name] for name in NAMES] == pytest.approx(list(map(float, numbers[1::3])), rel=0.02)
+
+
+def test_the_other_ways_to_measure_are_what_the_runs_give(measured):
+    table = rows("Other ways to measure", 9)
+    assert len(table) == 9
+    for law, robot, *numbers in table:
+        body, inertial = (measured(law)[f"rmse_{frame}"][robot] for frame in ("body", "inertial"))
+        angles = [body[name] for name in ("theta_e", "theta_e_star", "theta_e_unwrapped")]
+        got = [body["x_e"], body["y_e"], inertial["x_e"], inertial["y_e"], *angles]
+        assert got == pytest.approx(list(map(float, numbers)), rel=BANDS[law], abs=0.001), (law, robot)
+
+
+def test_the_calibration_is_what_its_result_file_says():
+    found = results("calibration.json")
+    for name, one in found["parameters"].items():
+        assert f"| `{name}` | {one['before']:g} | {one['value']:g} | {one['unit']} |" in PAGE
+    assert f"| cost | {found['cost']['before']:.2f} | {found['cost']['value']:.2f} | |" in PAGE
+    assert f"in {found['evaluations']} sets of values" in PAGE
+    for one in found["entries"]:
+        assert f"{one['before']:.2f} ({one['least']:.2f} to {one['greatest']:.2f})" in PAGE
+
+
+def test_the_result_file_of_the_calibration_is_about_the_shipped_values(measured):
+    found = results("calibration.json")
+    for one in found["entries"]:
+        ours = measured(one["law"])["rmse"][one["robot"]][one["error"]] / one["table_12"]
+        assert ours == pytest.approx(one["before"], rel=BANDS[one["law"]])
+
+
+def test_no_neighbour_of_the_shipped_values_leaves_the_bars():
+    for one in results("calibration.json")["entries"]:
+        if one["law"] != "smc":
+            bar = 0.20 if one["robot"] == "leader" else 0.25
+            assert 1.0 - bar <= one["least"] <= one["greatest"] <= 1.0 + bar, one
+
+
+def test_the_rows_of_what_was_tried_are_those_of_its_result_file():
+    found = results("tries.json")
+    shown = [line for line in section("Readings that were tried").splitlines() if line.startswith("| ")][1:]
+    assert shown == list(tries().rows(found))
+    assert [(one["name"], one["set"]) for one in found] == [(one["name"], one["set"]) for one in tries().tries()]
+
+
+@pytest.mark.parametrize(
+    "name", ["as shipped", "PD gains as forces", "only the leader is disturbed", "nothing disturbs"]
+)
+def test_what_was_tried_gives_what_the_result_file_says(name):
+    (one,) = [one for one in results("tries.json") if one["name"] == name]
+    got = tries().run("fcafsmc", one["set"])
+    for robot, errors in one["errors"]["fcafsmc"].items():
+        assert got[robot] == pytest.approx(errors, rel=0.02), robot
