@@ -234,7 +234,8 @@ class TestJournal:
             header = (tmp_path / NAME).read_bytes()
         assert not (tmp_path / NAME).exists()
         (tmp_path / NAME).write_bytes(header)
-        self.write(tmp_path)
+        with journal.journal(tmp_path, {"runs": 3}, False):
+            assert len((tmp_path / NAME).read_bytes()) < len(header)
 
     def test_what_changed_is_named(self, tmp_path):
         self.write(tmp_path)
