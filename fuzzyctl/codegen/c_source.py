@@ -27,7 +27,8 @@ def _promises(unit: Unit) -> list[str]:
     if unit.refusals:
         lines.append(f"Where no rule fires for {', '.join(unit.refusals)}, the status says so and every output is NaN.")
     if unit.precision == "float":
-        lines.append("The bounds are proved for double; single precision keeps those of clamped outputs to rounding.")
+        lines.append("The bounds are proved for double; single precision keeps them to rounding.")
+        lines.append("Activations below 1e-38 are 0 in single precision, as if no rule fired.")
     return lines
 
 

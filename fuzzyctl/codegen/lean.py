@@ -84,6 +84,13 @@ def _mapped(statement: Statement, change: Callable[[Expr], Expr]) -> Statement:
     raise CodegenError(f"a statement {type(statement).__name__} cannot be printed")
 
 
+def mapped(program: Program, change: Callable[[Expr], Expr]) -> Program:
+    """Return a program with every expression passed through `expr.replace`."""
+    results = tuple(replace(r, change) for r in program.results)
+    body = tuple(_mapped(s, change) for s in program.body)
+    return Program(program.arguments, program.state, program.tables, body, results)
+
+
 def _without_unread(program: Program, body: list[Statement], results: tuple[Expr, ...]) -> Program:
     live = set().union(*(read(r) for r in results))
     kept: list[Statement] = []

@@ -11,8 +11,10 @@ from typing import Any, Final
 
 from fuzzyctl.analysis.coverage import breakpoints
 from fuzzyctl.codegen.c_text import single
+from fuzzyctl.codegen.lean import mapped
 from fuzzyctl.codegen.unit import Unit
 from fuzzyctl.errors import NoRuleFiresError
+from fuzzyctl.expr import Compare, Expr, Number
 from fuzzyctl.kernels import inference, python_backend
 
 #: Most corners, and random points.
@@ -23,6 +25,9 @@ STEP: Final = 0.01
 #: A vector is left out where an output changes by more than this part of its tolerance within the last bits of the
 #: inputs: there, at a jump, targets may differ.
 _STEADY: Final = 0.25
+
+#: Activations below this may be 0 in single precision, whose smallest number with all digits is 1.2e-38.
+_UNDERFLOW: Final = 1e-30
 
 
 @dataclass(frozen=True)
@@ -88,6 +93,10 @@ class Reference:
         self.unit = unit
         program, names = unit.algorithm.point, [i.name for i in unit.plan.inputs]
         self._evaluate = python_backend.compile_source(python_backend.evaluation_source(program), program, names)
+        self._coarse = self._evaluate
+        if unit.precision == "float":
+            coarse = mapped(program, _above_underflow)
+            self._coarse = python_backend.compile_source(python_backend.evaluation_source(coarse), coarse, names)
         self.state = list(unit.plan.initial_state)
         self._rates: Callable[..., Any] | None = None
         if unit.plan.states:
@@ -96,9 +105,12 @@ class Reference:
 
     def evaluate(self, point: Sequence[float]) -> Vector:
         """Evaluate at a point; the state stays."""
+        return self._evaluated(self._evaluate, point)
+
+    def _evaluated(self, function: Callable[..., Any], point: Sequence[float]) -> Vector:
         state = (self.state,) if self.state else ()
         try:
-            result = self._evaluate(*point, *state)
+            result = function(*point, *state)
         except NoRuleFiresError as error:
             return Vector(tuple(point), (math.nan,) * len(self.unit.plan.outputs), error.output)
         return Vector(tuple(point), result if isinstance(result, tuple) else (result,))
@@ -128,8 +140,10 @@ class Reference:
                 self.state[k] = min(max(value, flat.outputs[o].lower), flat.outputs[o].upper)
 
     def steady(self, point: Sequence[float]) -> bool:
-        """Return whether the outputs stay what they are within the last bits of the inputs."""
+        """Return whether the outputs stay what they are within the last bits of the inputs, and of the activations."""
         own = self.evaluate(point)
+        if not self._alike(own, self._evaluated(self._coarse, point)):
+            return False
         return all(self._alike(own, self.evaluate(other)) for other in neighbours(point, self.unit.precision))
 
     def _alike(self, a: Vector, b: Vector) -> bool:
@@ -139,6 +153,14 @@ class Reference:
         return all(
             (math.isnan(x) and math.isnan(y)) or abs(x - y) <= _STEADY * self.unit.tolerance(k) for k, (x, y) in pairs
         )
+
+
+def _above_underflow(node: Expr) -> Expr:
+    """Take for 0 what may be 0 in single precision."""
+    match node:
+        case Compare(op=">", left=left, right=Number(value=0.0)):
+            return Compare(">", left, Number(_UNDERFLOW))
+    return node
 
 
 def neighbours(point: Sequence[float], precision: str) -> list[tuple[float, ...]]:
