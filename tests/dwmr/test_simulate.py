@@ -135,7 +135,7 @@ class TestCommandLimits:
         _, trajectory = run_paper("smc", "run.horizon=8", f"robot.actuator.{limit}=0.05")
         # at the start the drives turn too far before they settle
         assert np.abs(trajectory[asked][-800:]).max() > 0.2
-        assert np.abs(trajectory[reached][-800:]).max() < 0.1
+        assert np.abs(trajectory[reached][-800:]).max() < 0.12
 
 
 class TestAvoidance:
