@@ -99,5 +99,11 @@ class CLayout:
         """Return the status of a refusal, or of success."""
         if not output:
             return f"{self.name.upper()}_OK"
-        position = [o.name for o in self.unit.plan.outputs].index(output)
-        return f"{self.name.upper()}_NO_RULE_FOR_{self.outputs[position].upper()}"
+        return self._refusals[output]
+
+    @cached_property
+    def _refusals(self) -> dict[str, str]:
+        # Outputs may differ by case only.
+        names, prefix = Names(()), f"{self.name.upper()}_NO_RULE_FOR_"
+        declared = zip(self.unit.plan.outputs, self.outputs, strict=True)
+        return {o.name: names.claim(prefix + own.upper()) for o, own in declared}

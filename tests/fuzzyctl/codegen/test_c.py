@@ -6,9 +6,11 @@ import subprocess
 
 import pytest
 
+from fuzzyctl import loads
 from fuzzyctl.codegen import c_source
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.files import generate
+from fuzzyctl.codegen.unit import prepare
 from fuzzyctl.codegen.vectors import Reference, points, vectors
 
 
@@ -113,10 +115,19 @@ class TestSource:
     def test_the_same_system_gives_the_same_text(self, unit_of, kind):
         assert generate(unit_of(kind), "c").files == generate(unit_of(kind), "c").files
 
-    def test_knots_that_single_precision_cannot_tell_apart_are_refused(self, unit_of):
-        from fuzzyctl import loads
-        from fuzzyctl.codegen.unit import prepare
+    def test_refusals_of_outputs_that_differ_by_case_only_are_told_apart(self, compiled, sanitized):
+        text = (
+            "system s\ndefuzzifier weighted_average\ninput x in [0, 9]\n"
+            "  a = triangle(0, 1, 3)\n  b = triangle(2, 5, 6)\n"
+            "output u in [0, 1] else error\n  p = constant(0)\noutput U in [0, 1] else error\n  q = constant(1)\n"
+            "if x is a then u is p\nif x is b then U is q\n"
+        )
+        unit = prepare(loads(text), text)
+        assert {v.refused for v in vectors(unit)} >= {"u", "U"}
+        built = compiled(unit, sanitized)
+        assert built.code == 0, built.output
 
+    def test_knots_that_single_precision_cannot_tell_apart_are_refused(self, unit_of):
         text = (
             "system s\nand product\ndefuzzifier weighted_average\ninput x in [1000, 1001]\n"
             "  terms a@1000 b@1000.00001 c@1001\noutput u in [0, 1]\n  p = constant(0)\n  q = constant(1)\n"

@@ -79,6 +79,18 @@ class TestBound:
             exact = Fraction(min(max(x, 0), 4096), 4096)
             assert abs(Fraction(fixed.evaluate([x])[0], 4096) - exact) <= Fraction(fixed.errors[0])
 
+    def test_adds_up_every_rounding(self):
+        """Of a line on knots that the format has: entry, share, interpolation, result, and the table's own floats."""
+        text = (
+            "system s\nand product\ndefuzzifier weighted_average\ninput x in [0, 1]\n  terms a b\n"
+            "output u in [0, 1]\n  p = constant(0)\n  q = constant(1)\nif x is a then u is p\nif x is b then u is q\n"
+        )
+        fixed = fixed_point(prepare(loads(text), text), Format(3, 12))
+        entry = Fraction(1, 2 ** (12 + fixed.outputs[0].guard)) / 2
+        share = Fraction(1, 2 ** (fixed.share_bits + 1)) * (1 + 2 * entry)
+        result = Fraction(1, 2**13)
+        assert 0 <= fixed.errors[0] - float(entry + share + entry + result) <= 1e-12
+
     def test_adds_that_of_a_table(self, unit_of):
         unit = unit_of("boundary_layer", table=6)
         plain = fixed_point(unit_of("boundary_layer"), to_format("Q0.15"))
