@@ -210,8 +210,15 @@ def test_an_independent_run_agrees_for_20_s(independent, run_paper):
     assert np.abs(trajectory.values[:, :, :3] - independent[:, :, :3]).max() < 1e-6
 
 
-@pytest.mark.parametrize(("substeps", "band"), [(4, 5e-5), (8, 5e-6), (64, 1e-8)])
-def test_velocities_come_as_near_as_the_integration_steps_are_small(independent, run_paper, substeps, band):
-    """The largest difference is where friction turns round with a robot that stops, at about 3.1 s."""
-    _, trajectory = run_paper("aifqsmc", "run.horizon=20", f"run.substeps={substeps}")
-    assert np.abs(trajectory.values[:, :, :5] - independent).max() < band
+def test_velocities_converge_as_the_integration_steps_shrink(independent, run_paper):
+    """The largest difference is where friction turns round with a robot that stops, at about 3.1 s.
+
+    Its force has a kink there, so that a step that holds the kink is off by the square of its length times where in the
+    step the kink lies, not by the fourth power: a quarter of the step gives a sixteenth of the difference, give or take.
+    """
+    off = {}
+    for substeps in (4, 16, 64):
+        _, trajectory = run_paper("aifqsmc", "run.horizon=20", f"run.substeps={substeps}")
+        off[substeps] = np.abs(trajectory.values[:, :, :5] - independent).max()
+    assert off[16] < off[4] / 4
+    assert off[64] < 1e-8
