@@ -213,8 +213,8 @@ def test_an_independent_run_agrees_for_20_s(independent, run_paper):
 def test_velocities_converge_as_the_integration_steps_shrink(independent, run_paper):
     """The largest difference is where friction turns round with a robot that stops, at about 3.1 s.
 
-    Its force has a kink there. A step that holds the kink is off by the square of its length, times where in the step the
-    kink lies, and not by the fourth power: a quarter of the step gives about a sixteenth of the difference.
+    Its force has a kink there. A step that holds the kink is off by the square of its length times where in it the kink
+    lies, and not by the fourth power: a quarter of the step gives about a sixteenth of the difference.
     """
     off = {}
     for substeps in (4, 16, 64):
