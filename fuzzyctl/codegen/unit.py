@@ -11,7 +11,6 @@ from typing import Final, Literal
 
 from fuzzyctl import __version__
 from fuzzyctl.analysis.bounds import OutputBound, output_bounds
-from fuzzyctl.analysis.coverage import uncovered_of
 from fuzzyctl.codegen.lean import lean
 from fuzzyctl.codegen.table import Tabulated, tabulated
 from fuzzyctl.kernels import inference
@@ -66,7 +65,7 @@ class Unit:
 
     @cached_property
     def refusals(self) -> tuple[str, ...]:
-        """Outputs that refuse where no rule fires: those with `else error` for which that can happen."""
+        """Outputs that refuse where no rule fires: those with `else error`."""
         return tuple(s.output for s in self.evaluation.body if isinstance(s, Refuse))
 
     def scale(self, position: int) -> float:
@@ -118,11 +117,6 @@ def prepare(
         table=found,
         precision=precision,
     )
-
-
-def covered(unit: Unit, output: str) -> bool:
-    """Return whether it is proved that some rule always fires for an output."""
-    return uncovered_of(unit.plan)[output] is None
 
 
 def described(unit: Unit) -> list[str]:
