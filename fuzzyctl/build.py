@@ -13,28 +13,26 @@ system = build.system("tip", [service, tip], [table], defuzzifier="weighted_aver
 
 from __future__ import annotations
 
-import dataclasses
 import math
-import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from numbers import Real
-from typing import Any, Final, Literal, TypeVar
+from typing import Any, Literal, TypeVar
 
 from pydantic import ValidationError
 
-from fuzzyctl import fragments
-from fuzzyctl.errors import ArgumentError, Diagnostic, DiagnosticError, ValueOutOfBoundsError
-from fuzzyctl.expr import ONE, Expr, Name, Negate, Number
-from fuzzyctl.formats.fz import dumps
+from fuzzyctl import arguments, fragments, values
+from fuzzyctl.as_file import require_as_file
+from fuzzyctl.errors import ArgumentError
+from fuzzyctl.expr import ONE, Expr, Name, Negate
 from fuzzyctl.fragments import rule
-from fuzzyctl.loading import examine
-from fuzzyctl.model.guarantee import Guarantee, Param
+from fuzzyctl.model import variable as model
+from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
 from fuzzyctl.model.method import Activation, Defuzzifier, Method
 from fuzzyctl.model.node import Node
-from fuzzyctl.model.rule import Cell, Rule, RuleTable, literals
+from fuzzyctl.model.rule import Cell, Rule, RuleTable
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Fallback, Hold, Input, Membership, Output, Term
-from fuzzyctl.source import SourceText
+from fuzzyctl.model.variable import Fallback, Input, Membership, Output, Term
+from fuzzyctl.values import TermSpec, Value
 
 __all__ = [
     "Hold",
@@ -48,17 +46,9 @@ __all__ = [
     "system",
 ]
 
-#: A number, or the text of an expression over params.
-Value = float | int | str | Expr
-
-#: What a term may be given as: a number or the text of an expression (a constant), a kind with its parameters, such as
-#: ("triangle", 0, 1, 2) or "triangle(0, 1, 2)".
-TermSpec = float | int | str | Sequence[Any] | Membership
-
 _Part = TypeVar("_Part", bound=Node)
 
-#: Names as the language has them; which of them are words of the language is for the checks.
-_NAME: Final = re.compile(r"[^\W\d]\w*")
+_TERMS = "terms by name or a partition"
 
 
 def expression(value: Value) -> Expr:
@@ -67,24 +57,26 @@ def expression(value: Value) -> Expr:
     Raises:
         DiagnosticError: For a text that is no expression.
         ArgumentError: For anything else.
-        ValueOutOfBoundsError: For NaN, which no number of a system can be.
+        ValueOutOfBoundsError: For NaN, which no number of a system can be, and numbers beyond the range of floats.
     """
-    if isinstance(value, Expr):
-        return value
-    if isinstance(value, str):
-        return fragments.expression(value)
-    if not isinstance(value, Real):
-        raise ArgumentError(f"a number or the text of an expression is due, got {type(value).__name__}")
-    if value != value:
-        raise ValueOutOfBoundsError("a number of a system", value, "not NaN")
-    if math.isinf(value):  # a name, as in a file
-        return Name("inf") if value > 0 else Negate(Name("inf"))
-    return Number(float(value))
+    return values.expression("the value", value)
 
 
-def membership(kind: str, *arguments: Value, height: Value = 1) -> Membership:
+def Hold(start: Value | None = None) -> model.Hold:  # noqa: N802 - it reads as what it makes
+    """Return what `otherwise` takes where an output keeps its previous value, as `else hold(START)` does in a file.
+
+    Args:
+        start: What it is before any rule has fired; None for the middle of the range.
+    """
+    return model.Hold(start=None if start is None else values.expression("'start'", start))
+
+
+def membership(kind: str, *parameters: Value, height: Value = 1) -> Membership:
     """Return a membership function, such as `membership("triangle", -inf, 0, 1)`."""
-    return Membership(kind=kind, arguments=tuple(map(expression, arguments)), height=expression(height))
+    given = tuple(values.expression("a parameter", p) for p in parameters)
+    return Membership(
+        kind=arguments.text("'kind'", kind), arguments=given, height=values.expression("'height'", height)
+    )
 
 
 def partition(names: str | Sequence[str], peaks: Sequence[Value] | None = None) -> _Partition:
@@ -93,21 +85,35 @@ def partition(names: str | Sequence[str], peaks: Sequence[Value] | None = None) 
     Args:
         names: The terms, in a text separated by blanks or as a sequence.
         peaks: Their peaks; None spreads them evenly over the range of the variable.
+
+    Raises:
+        ArgumentError: For fewer than two terms, or another number of peaks.
     """
-    return _Partition(tuple(names.split() if isinstance(names, str) else names), peaks)
+    given = arguments.names("'names'", names)
+    at = None if peaks is None else arguments.items("'peaks'", "a list of numbers", peaks)
+    if len(given) < 2 or (at is not None and len(at) != len(given)):
+        raise ArgumentError(f"a partition needs two terms or more and a peak for each, got {given} and {peaks}")
+    return _Partition(given, None if at is None else tuple(values.expression("a peak", p) for p in at))
 
 
 class _Partition:
-    def __init__(self, names: tuple[str, ...], peaks: Sequence[Value] | None) -> None:
-        if len(names) < 2 or (peaks is not None and len(peaks) != len(names)):
-            raise ArgumentError(f"a partition needs two terms or more and a peak for each, got {names} and {peaks}")
+    def __init__(self, names: tuple[str, ...], peaks: tuple[Expr, ...] | None) -> None:
         self.names, self.peaks = names, peaks
 
-    def terms(self, lower: float, upper: float) -> dict[str, TermSpec]:
-        last = len(self.names) - 1
-        peaks = self.peaks or [(lower * (last - k) + upper * k) / last for k in range(last + 1)]
-        feet = [-math.inf, *peaks, math.inf]
-        return {n: ("triangle", feet[k], peaks[k], feet[k + 2]) for k, n in enumerate(self.names)}
+    def terms(self, lower: object, upper: object) -> list[tuple[str, Membership]]:
+        """Return terms in order; one that is named twice is kept, for the checks to find as in a file."""
+        peaks = self.peaks if self.peaks is not None else _even(lower, upper, len(self.names))
+        feet = [Negate(Name("inf")), *peaks, Name("inf")]
+        return [(n, membership("triangle", feet[k], peaks[k], feet[k + 2])) for k, n in enumerate(self.names)]
+
+
+def _even(lower: object, upper: object, count: int) -> tuple[Expr, ...]:
+    """Return peaks spread evenly from end to end."""
+    ends = [float(e) for e in (lower, upper) if isinstance(e, Real)]
+    if len(ends) < 2 or not all(map(math.isfinite, ends)):
+        raise ArgumentError("an even partition needs a range of finite numbers; give the peaks")
+    last = count - 1
+    return tuple(values.expression("a peak", (ends[0] * (last - k) + ends[1] * k) / last) for k in range(count))
 
 
 def input_variable(
@@ -132,7 +138,7 @@ def input_variable(
         extrapolate: Whether values outside the range go through the formulas instead of being clamped.
     """
     fields = _variable(name, lower, upper, terms, label, unit)
-    return _made(Input, fields | {"extrapolate": extrapolate})
+    return _made(Input, fields | {"extrapolate": arguments.flag("'extrapolate'", extrapolate)})
 
 
 def output_variable(
@@ -143,7 +149,7 @@ def output_variable(
     *,
     label: str = "",
     unit: str = "",
-    otherwise: Value | Fallback | Literal["hold"] | Hold | None = None,
+    otherwise: Value | Fallback | Literal["hold"] | model.Hold | None = None,
     adaptive: Value | None = None,
     implication: str | None = None,
     aggregation: str | None = None,
@@ -158,7 +164,8 @@ def output_variable(
         terms: Terms by name, or a `partition`.
         label: What plots write.
         unit: Its unit.
-        otherwise: What it is where no rule fires: a value, "midpoint", "nan", "error", "hold" or `Hold(start=...)`.
+        otherwise: What it is where no rule fires: a value, "midpoint", "nan", "error", "hold", "hold(0.5)"
+            or `Hold(0.5)`.
         adaptive: The rate of adaptive consequents.
         implication: Its own implication, None for the system's.
         aggregation: Its own aggregation, None for the system's.
@@ -166,24 +173,38 @@ def output_variable(
     """
     fields = _variable(name, lower, upper, terms, label, unit)
     own = None if defuzzifier is None else _defuzzifier(defuzzifier)
-    fields |= {"implication": implication, "aggregation": aggregation, "defuzzifier": own}
+    norms = {"implication": implication, "aggregation": aggregation}
+    fields |= {"defuzzifier": own} | _texts(**{n: v for n, v in norms.items() if v is not None})
     if otherwise is not None:
         fields["otherwise"] = _otherwise(otherwise)
     if adaptive is not None:
-        fields["adaptive"] = expression(adaptive)
+        fields["adaptive"] = values.expression("'adaptive'", adaptive)
     return _made(Output, fields)
 
 
-def _otherwise(given: Value | Hold) -> Expr | Hold | str:
-    if given == "hold":
-        return Hold()
-    if isinstance(given, Hold) or given in ("midpoint", "nan", "error"):
+def _otherwise(given: object) -> Expr | model.Hold | str:
+    """Return what a file writes behind `else`; expressions may go without their parentheses."""
+    if isinstance(given, model.Hold):
         return given
-    return expression(given)
+    if isinstance(given, str):
+        word = given.strip()
+        return word if word in ("midpoint", "nan", "error") else fragments.hold(word) or values.expression("", word)
+    return values.expression("'otherwise'", given)
 
 
-def _defuzzifier(given: str | Defuzzifier) -> Defuzzifier:
-    return given if isinstance(given, Defuzzifier) else Defuzzifier(kind=given)
+def _defuzzifier(given: object) -> Defuzzifier:
+    """Return a defuzzifier; whether there is one of that name is for the checks, which find all mistakes at once."""
+    if isinstance(given, Defuzzifier):
+        return given
+    name = arguments.instance("'defuzzifier'", str, "the text of a defuzzifier, or a Defuzzifier", given)
+    return fragments.defuzzifier(name) if "(" in name else Defuzzifier(kind=name)
+
+
+def _activation(given: object) -> Activation:
+    if given is None or isinstance(given, Activation):
+        return given or Activation()
+    due = "the text of an activation method, or an Activation"
+    return fragments.activation(arguments.instance("'activation'", str, due, given))
 
 
 def _made(kind: type[_Part], fields: Mapping[str, Any]) -> _Part:
@@ -193,39 +214,26 @@ def _made(kind: type[_Part], fields: Mapping[str, Any]) -> _Part:
         ArgumentError: For a field of a type that it cannot have.
     """
     try:
-        return kind.model_validate(fields)
+        return kind.model_validate(fields, strict=True)
     except ValidationError as error:
         first = error.errors()[0]
         field = ".".join(str(part) for part in first["loc"][:1])
-        raise ArgumentError(f"{field!r} of {kind.__name__.lower()} cannot be {first['input']!r}") from None
+        raise ArgumentError(f"{field!r} of {kind.__name__.lower()} cannot be {first['input']!r:.80}") from None
 
 
-def _variable(
-    name: str, lower: Value, upper: Value, terms: Mapping[str, TermSpec] | _Partition, label: str, unit: str
-) -> dict[str, Any]:
+def _variable(name: object, lower: object, upper: object, terms: object, label: object, unit: object) -> dict[str, Any]:
+    ends = {"lower": values.expression("'lower'", lower), "upper": values.expression("'upper'", upper)}
     if isinstance(terms, _Partition):
-        numbers = [e for e in (lower, upper) if isinstance(e, Real)]
-        if terms.peaks is None and len(numbers) < 2:
-            raise ArgumentError("an even partition needs a range of numbers; give the peaks")
-        terms = terms.terms(*(map(float, numbers) if len(numbers) == 2 else (0.0, 0.0)))
-    return {
-        "name": name,
-        "label": label,
-        "unit": unit,
-        "lower": expression(lower),
-        "upper": expression(upper),
-        "terms": tuple(Term(name=n, membership=_membership(t)) for n, t in terms.items()),
-    }
+        named = terms.terms(lower, upper)
+    else:
+        given = arguments.mapping("'terms'", _TERMS, terms)
+        named = [(n, values.membership(f"term {n!r}", t)) for n, t in given.items()]
+    made = tuple(Term(name=n, membership=m) for n, m in named)
+    return {**_texts(name=name, label=label, unit=unit), **ends, "terms": made}
 
 
-def _membership(spec: TermSpec) -> Membership:
-    if isinstance(spec, Membership):
-        return spec
-    if isinstance(spec, str):
-        return fragments.membership(spec) or membership("constant", spec)
-    if isinstance(spec, Sequence):
-        return membership(spec[0], *spec[1:])
-    return membership("constant", spec)
+def _texts(**given: object) -> dict[str, str]:
+    return {name: arguments.text(f"{name!r}", value) for name, value in given.items()}
 
 
 def rule_table(
@@ -253,44 +261,53 @@ def rule_table(
         ArgumentError: For rows and cells of the wrong length.
         DiagnosticError: For a text that is no cell or no condition.
     """
-    names = (outputs,) if isinstance(outputs, str) else tuple(outputs)
+    names = (outputs,) if isinstance(outputs, str) else arguments.names("'outputs'", outputs)
+    given = arguments.mapping("'cells'", "cells by the terms of the rows", cells)
+    arguments.text("'rows'", rows)
+    head = arguments.names("'headers'", headers)
     if columns is None:
-        head, body = tuple(cells), [[_cell(c, names) for c in cells.values()]]
+        if head:
+            raise ArgumentError("'headers' are the terms of 'columns', and none are given")
+        head, body = tuple(given), [tuple(_cell(f"cell {n!r}", c, names) for n, c in given.items())]
     else:
-        head = tuple(headers.split() if isinstance(headers, str) else headers)
-        body = [_row(label, given, names, len(head)) for label, given in cells.items()]
+        arguments.text("'columns'", columns)
+        body = [_row(label, row, names, len(head)) for label, row in given.items()]
     return RuleTable(
         outputs=names,
         rows=None if columns is None else rows,
         columns=rows if columns is None else columns,
-        row_terms=() if columns is None else tuple(cells),
+        row_terms=() if columns is None else tuple(given),
         column_terms=head,
-        cells=tuple(map(tuple, body)),
+        cells=tuple(body),
         condition=None if condition is None else fragments.antecedent(condition),
     )
 
 
-def _row(label: str, given: Any, outputs: tuple[str, ...], columns: int) -> list[Cell]:
-    row = fragments.cells(given) if isinstance(given, str) else [_cell(c, outputs) for c in given]
+def _row(label: str, given: object, outputs: tuple[str, ...], columns: int) -> tuple[Cell, ...]:
+    name = f"row {label!r}"
+    row = (
+        fragments.cells(given) if isinstance(given, str) else arguments.items(name, "cells in a text or a list", given)
+    )
     if len(row) != columns:
-        raise ArgumentError(f"row {label!r} has {len(row)} cells for {columns} columns")
-    return [_cell(c, outputs) for c in row]
+        raise ArgumentError(f"{name} has {len(row)} cells for {columns} columns")
+    return tuple(_cell(f"a cell of {name}", c, outputs) for c in row)
 
 
-def _cell(given: Any, outputs: tuple[str, ...]) -> Cell:
+def _cell(name: str, given: object, outputs: tuple[str, ...]) -> Cell:
     """Return one cell; a cell without a term stands for no rule."""
-    cell: Cell = given
     if given is None:
-        cell = Cell(terms=())
+        return Cell(terms=())
+    if isinstance(given, Cell):
+        cell = given
     elif isinstance(given, str):
         found = fragments.cells(given)
         if len(found) != 1:
             raise ArgumentError(f"one cell is due, got {given!r}")
         cell = found[0]
-    elif not isinstance(given, Cell):
-        cell = Cell(terms=(_membership(given),), weight=ONE)
+    else:
+        cell = Cell(terms=(values.membership(name, given),), weight=ONE)
     if cell.terms and len(cell.terms) != len(outputs):
-        raise ArgumentError(f"cell {given!r} names {len(cell.terms)} terms for {len(outputs)} outputs")
+        raise ArgumentError(f"{name} names {len(cell.terms)} terms for {len(outputs)} outputs")
     return cell
 
 
@@ -304,7 +321,7 @@ def system(
     title: str = "",
     citation: str = "",
     defuzzifier: str | Defuzzifier = "centroid",
-    activation: Activation | None = None,
+    activation: str | Activation | None = None,
     guarantees: Iterable[Guarantee | str] = (),
     conjunction: str = "min",
     disjunction: str = "max",
@@ -321,8 +338,8 @@ def system(
         hedges: Own hedges, each an expression over `x`, such as `{"fairly": "x ^ 0.7"}`.
         title: What it is, for people.
         citation: Where it comes from.
-        defuzzifier: A kind, or a `Defuzzifier`.
-        activation: An activation method.
+        defuzzifier: What stands behind `defuzzifier` in a file, or a `Defuzzifier`.
+        activation: What stands behind `activation` in a file, such as `"highest(count=1)"`, or an `Activation`.
         guarantees: What stands behind `require` in a file.
         conjunction, disjunction, implication, aggregation: Norms.
 
@@ -330,72 +347,51 @@ def system(
         DiagnosticError: With all mistakes, as for a file but without places.
         ArgumentError: For an argument of a type that it cannot have.
     """
-    given = list(variables)
-    fields = {"conjunction": conjunction, "disjunction": disjunction}
-    fields |= {"implication": implication, "aggregation": aggregation}
-    norms: dict[str, Any] = {**fields, "defuzzifier": _defuzzifier(defuzzifier)}
-    method = _made(Method, norms | {"activation": activation or Activation()})
+    given = arguments.items_of("'variables'", (Input, Output), "a list of inputs and outputs", variables)
+    norms = _texts(conjunction=conjunction, disjunction=disjunction, implication=implication, aggregation=aggregation)
+    method = {**norms, "defuzzifier": _defuzzifier(defuzzifier), "activation": _activation(activation)}
     built = _made(
         FuzzySystem,
         {
-            "name": name,
-            "title": title,
-            "citation": citation,
-            "params": tuple(_param(n, v) for n, v in (params or {}).items()),
-            "hedges": tuple(fragments.hedge(n, text) for n, text in (hedges or {}).items()),
-            "method": method,
+            **_texts(name=name, title=title, citation=citation),
+            "params": _params({} if params is None else params),
+            "hedges": _hedges({} if hedges is None else hedges),
+            "method": _made(Method, method),
             "inputs": tuple(v for v in given if isinstance(v, Input)),
             "outputs": tuple(v for v in given if isinstance(v, Output)),
-            "blocks": tuple(rule(r) if isinstance(r, str) else r for r in rules),
-            "guarantees": tuple(fragments.guarantee(g) if isinstance(g, str) else g for g in guarantees),
+            "blocks": _blocks(rules),
+            "guarantees": _guarantees(guarantees),
         },
     )
-    _require_as_file(built)
+    require_as_file(built)
     return built
 
 
-def _param(name: str, given: Value | tuple[Value, str]) -> Param:
+def _blocks(given: object) -> tuple[Rule | RuleTable, ...]:
+    due = "a list of rules, tables and texts of rules"
+    found = arguments.items_of("'rules'", (Rule, RuleTable, str), due, given)
+    return tuple(rule(r) if isinstance(r, str) else r for r in found)
+
+
+def _guarantees(given: object) -> tuple[Guarantee, ...]:
+    due = "a list of guarantees and texts of guarantees"
+    found = arguments.items_of("'guarantees'", (Guarantee, str), due, given)
+    return tuple(fragments.guarantee(g) if isinstance(g, str) else g for g in found)
+
+
+def _hedges(given: object) -> tuple[Hedge, ...]:
+    texts = arguments.mapping("'hedges'", "expressions over x by name", given)
+    return tuple(fragments.hedge(n, arguments.text(f"hedge {n!r}", t)) for n, t in texts.items())
+
+
+def _params(given: object) -> tuple[Param, ...]:
+    named = arguments.mapping("'params'", "values by name", given)
+    return tuple(_param(n, v) for n, v in named.items())
+
+
+def _param(name: str, given: object) -> Param:
+    what = f"param {name!r}"
+    if isinstance(given, tuple) and len(given) != 2:
+        raise ArgumentError(f"{what} must be a value, or a value and its unit, got {len(given)} of them")
     value, unit = given if isinstance(given, tuple) else (given, "")
-    return _made(Param, {"name": name, "expression": expression(value), "unit": unit})
-
-
-def _require_as_file(built: FuzzySystem) -> None:
-    """Check a system as the rule file that it prints as, so that Python and files have one set of checks.
-
-    Raises:
-        DiagnosticError: With all mistakes, without places.
-    """
-    mistakes = list(_no_names(built))
-    if mistakes:  # nothing can be printed
-        raise DiagnosticError(mistakes)
-    text = dumps(built)
-    read, found = examine(SourceText(f"system {built.name}", text))
-    errors = [_without_place(d) for d in found if d.severity == "error"]
-    if errors:
-        raise DiagnosticError(errors)
-    if read is None or dumps(read) != text:  # such as a name in a rule made by hand that prints as something else
-        raise ArgumentError(f"the system {built.name!r} has parts that no rule file can say")
-
-
-def _without_place(d: Diagnostic) -> Diagnostic:
-    """Return a diagnostic of a text that nobody has written: without lines, and without facts that name them."""
-    facts = tuple(re.sub(r" \(line \d+\)", "", fact) for fact in d.facts)
-    return dataclasses.replace(d, span=None, notes=(), facts=facts)
-
-
-def _no_names(built: FuzzySystem) -> Iterator[Diagnostic]:
-    """Find names that cannot be printed where a name is due."""
-    variables = (*built.inputs, *built.outputs)
-    named = [("system", built.name), *(("param", p.name) for p in built.params)]
-    named += [("hedge", h.name) for h in built.hedges] + [("variable", v.name) for v in variables]
-    named += [(f"term of '{v.name}'", t.name) for v in variables for t in v.terms]
-    for r in built.rules:
-        named += [("part of a rule", w) for i in literals(r.antecedent) for w in (i.variable, i.term, *i.hedges)]
-        named += [("part of a rule", w) for c in r.consequents for w in (c.output, c.term) if isinstance(w, str)]
-    for table in (b for b in built.blocks if isinstance(b, RuleTable)):
-        words = [*table.outputs, table.columns, *([table.rows] if table.rows else [])]
-        named += [("part of a table", w) for w in (*words, *table.row_terms, *table.column_terms)]
-    for what, name in dict.fromkeys(named):
-        if not _NAME.fullmatch(name):
-            help_text = "a name is a letter, and letters, digits and underscores behind it"
-            yield Diagnostic("FZ102", f"{name!r} cannot be the name of a {what}", help=help_text)
+    return Param(name=name, expression=values.expression(what, value), unit=arguments.text(f"the unit of {what}", unit))

@@ -5,8 +5,9 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from fuzzyctl import arguments
 from fuzzyctl.errors import Diagnostic, DiagnosticError
-from fuzzyctl.loading import choose, examine_all, in_order
+from fuzzyctl.loading import choose, chosen_name, examine_all, in_order
 from fuzzyctl.model.checks import check_model
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.reading import MAX_BYTES, read_source
@@ -28,12 +29,15 @@ def check(
 
     Raises:
         DiagnosticError: When the file cannot be read as text at all.
+        ArgumentError: For what is neither a path nor a system.
     """
+    system, max_bytes = chosen_name(system), arguments.bytes_allowed(max_bytes)
     if isinstance(path, FuzzySystem):
         diagnostics = check_model(path)
         if not _has_errors(diagnostics):
             diagnostics = [*diagnostics, *_analysed(path)]
         return (None if _has_errors(diagnostics) else path), diagnostics
+    path = arguments.path(path)
     source = read_source(path, max_bytes=max_bytes)
     return choose(source, *check_source(source, folder=Path(path).parent), system)
 

@@ -7,6 +7,7 @@ import os
 from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
 
+from fuzzyctl import arguments
 from fuzzyctl.assembly import Part, bring_in, split
 from fuzzyctl.errors import CODES, ArgumentError, Diagnostic, DiagnosticError, Note, closest
 from fuzzyctl.lang import syntax as sx
@@ -15,7 +16,7 @@ from fuzzyctl.model.checks import check_model
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.reading import MAX_BYTES, decode, read_source
 from fuzzyctl.resolve import resolve
-from fuzzyctl.source import SourceText
+from fuzzyctl.source import SourceText, Span
 
 __all__ = ["MAX_BYTES", "decode", "examine", "examine_all", "load", "load_all", "loads", "read_source"]
 
@@ -34,13 +35,16 @@ def load(path: str | os.PathLike[str], *, system: str | None = None, max_bytes: 
     Raises:
         DiagnosticError: With all mistakes of the file, each with line, column and help.
     """
-    source = read_source(path, max_bytes=max_bytes)
+    path, system = arguments.path(path), chosen_name(system)
+    source = read_source(path, max_bytes=arguments.bytes_allowed(max_bytes))
     return _required(examine(source, folder=Path(path).parent, system=system))
 
 
 def load_all(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES) -> tuple[FuzzySystem, ...]:
     """Read all fuzzy systems of a rule file, in the order written; see `load`."""
-    systems, diagnostics = examine_all(read_source(path, max_bytes=max_bytes), folder=Path(path).parent)
+    path = arguments.path(path)
+    source = read_source(path, max_bytes=arguments.bytes_allowed(max_bytes))
+    systems, diagnostics = examine_all(source, folder=Path(path).parent)
     errors = [d for d in diagnostics if d.severity == "error"]
     if errors:
         raise DiagnosticError(errors)
@@ -51,12 +55,35 @@ def loads(text: str, name: str = "<text>", *, system: str | None = None) -> Fuzz
     """Read a fuzzy system from a text; `name` is shown in diagnostics.
 
     Raises:
-        DiagnosticError: As `load`.
+        DiagnosticError: As `load`, and for characters that no text file can hold.
         ArgumentError: For what is no text.
     """
     if not isinstance(text, str):
         raise ArgumentError(f"the text of a rule file is due, got {type(text).__name__}; 'load' takes paths")
-    return _required(examine(SourceText(name, text), system=system))
+    source = SourceText(arguments.text("'name'", name), text)
+    _require_characters(source)
+    return _required(examine(source, system=chosen_name(system)))
+
+
+def chosen_name(system: object) -> str | None:
+    """Return the name of the system that is chosen among several.
+
+    Raises:
+        ArgumentError: For what is no name.
+    """
+    return None if system is None else arguments.instance("'system'", str, "the name of a system, or None", system)
+
+
+def _require_characters(source: SourceText) -> None:
+    """Refuse what no text file can hold, so that what can be read can be written.
+
+    Raises:
+        DiagnosticError: For NUL and for halves of surrogate pairs.
+    """
+    at = next((i for i, c in enumerate(source.text) if c == "\0" or "\ud800" <= c <= "\udfff"), None)
+    if at is not None:
+        message = f"the text cannot be that of a file: U+{ord(source.text[at]):04X} cannot stand in one"
+        raise DiagnosticError([Diagnostic("FZ002", message, Span(source, at, at + 1), help="remove it")])
 
 
 def examine(

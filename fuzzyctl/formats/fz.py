@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import os
+import re
 import unicodedata
 from collections.abc import Iterator
+from typing import Final
 
+from fuzzyctl import arguments
 from fuzzyctl.errors import ValueOutOfBoundsError
 from fuzzyctl.expr import ONE, Expr, Number, number_text, to_text
 from fuzzyctl.files import written_whole
@@ -16,6 +19,9 @@ from fuzzyctl.model.rule import And, Antecedent, Cell, Is, Not, Or, Rule, RuleTa
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Fallback, Hold, LinguisticVariable, Membership, Output
 from fuzzyctl.source import SourceText
+
+#: Characters that no string of a rule file can hold.
+_UNWRITABLE: Final = re.compile('["\\n\\r\\0\\ud800-\\udfff]')
 
 
 def dumps(system: FuzzySystem) -> str:
@@ -29,7 +35,9 @@ def dumps(system: FuzzySystem) -> str:
 
     Raises:
         ValueOutOfBoundsError: For a title, label, unit or citation that a `.fz` string cannot hold.
+        ArgumentError: For what is no system.
     """
+    arguments.instance("the system", FuzzySystem, "a FuzzySystem", system)
     raw = "\n".join(_lines(system)) + "\n"
     return format_source(SourceText(system.name, raw))
 
@@ -42,6 +50,7 @@ def dump(system: FuzzySystem, path: str | os.PathLike[str]) -> None:
         ValueOutOfBoundsError: As `dumps`.
     """
     text = dumps(system)
+    path = arguments.path(path)
     with written_whole(path) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="\n")
 
@@ -83,8 +92,9 @@ def _section(lines: list[str]) -> list[str]:
 
 def _string(before: str, text: str, what: str) -> str:
     """Return a quoted string after what introduces it; nothing for an empty one."""
-    if any(c in text for c in '"\n\r') or not unicodedata.is_normalized("NFC", text):
-        raise ValueOutOfBoundsError(what, text, "a text in Unicode NFC without double quotes and line ends")
+    if _UNWRITABLE.search(text) or not unicodedata.is_normalized("NFC", text):
+        bound = "a text in Unicode NFC without double quotes, line ends, NUL and halves of surrogate pairs"
+        raise ValueOutOfBoundsError(what, text, bound)
     return f'{before}"{text}"' if text else ""
 
 

@@ -234,13 +234,13 @@ class TestTheSameChecksAsAFile:
 
 class TestArguments:
     def test_of_the_wrong_type_are_named(self):
-        with pytest.raises(ArgumentError, match="'activation' of method cannot be 'highest'"):
-            build.system("s", [X, U], ["if x is L then u is A"], activation="highest")
-        with pytest.raises(ArgumentError, match="a number or the text of an expression is due, got list"):
+        with pytest.raises(ArgumentError, match="'activation' must be the text of an activation method"):
+            build.system("s", [X, U], ["if x is L then u is A"], activation=3)
+        with pytest.raises(ArgumentError, match="'lower' must be a number or the text of an expression, got list"):
             build.input_variable("x", [], 1, {})
         with pytest.raises(ValueOutOfBoundsError, match="not NaN"):
             build.input_variable("x", nan, 1, {})
-        with pytest.raises(ArgumentError, match="'label' of input cannot be 3"):
+        with pytest.raises(ArgumentError, match="'label' must be a text, got int"):
             build.input_variable("x", 0, 1, {}, label=3)
 
     def test_texts_hold_one_statement(self):
