@@ -11,56 +11,45 @@ from fuzzyctl.expr import (
     Call,
     Compare,
     Expr,
-    ExprError,
     Logic,
     Number,
     children,
-    evaluate,
     names_in,
     span_of,
     walk,
 )
+from fuzzyctl.model.numbers import Numbers
 from fuzzyctl.model.system import FuzzySystem
 
 
-def uncomputable_claims(system: FuzzySystem) -> Iterator[Diagnostic]:
+def uncomputable_claims(numbers: Numbers) -> Iterator[Diagnostic]:
     """Find parts of guarantees that depend on params only and have no value, or no finite one."""
-    for guarantee in system.guarantees:
+    for guarantee in numbers.system.guarantees:
         for expr in (guarantee.claim, guarantee.when):
-            for constant in _constants(expr, system) if expr is not None else ():
+            for constant in _constants(expr, numbers.system) if expr is not None else ():
                 place = span_of(constant) or guarantee.span
-                try:
-                    value = evaluate(constant, system.values)
-                except ExprError as error:
+                error, value = numbers.failure(constant), numbers.value(constant)
+                if error is not None:
                     yield Diagnostic("FZ307", error.message, error.span or place)
-                    continue
-                if math.isinf(value):
+                elif value is not None and math.isinf(value):
                     message = "a number of the guarantee is infinite"
                     yield Diagnostic("FZ302", message, place, help="only feet may be infinite; leave the bound out")
 
 
-def bad_claims(system: FuzzySystem) -> Iterator[Diagnostic]:
+def bad_claims(numbers: Numbers) -> Iterator[Diagnostic]:
     """Find bounds that no output can keep: a lower one above the upper one, and a negative slope."""
-    for guarantee in system.guarantees:
+    for guarantee in numbers.system.guarantees:
         for node in walk(guarantee.claim):
             if isinstance(node, Call) and node.function == "bounded":
-                low, high = (_number(a, system) for a in node.arguments[1:])
+                low, high = (numbers.finite(a) for a in node.arguments[1:])
                 if low is not None and high is not None and low > high:
                     message = f"the lower bound {low:.6g} is greater than the upper one, {high:.6g}"
                     yield Diagnostic("FZ302", message, node.span or guarantee.span, help="swap them")
             elif isinstance(node, Compare) and isinstance(node.left, Call) and node.left.function == "lipschitz":
-                bound = _number(node.right, system)
+                bound = numbers.finite(node.right)
                 if bound is not None and bound < 0:
                     message = f"the bound {bound:.6g} of a slope is below 0"
                     yield Diagnostic("FZ302", message, span_of(node.right) or guarantee.span)
-
-
-def _number(expr: Expr, system: FuzzySystem) -> float | None:
-    """Return the value of a bound; None for one that is no bound, which only Python can build."""
-    try:
-        return system.number(expr)
-    except ExprError:
-        return None
 
 
 def _constants(expr: Expr, system: FuzzySystem) -> Iterator[Expr]:

@@ -8,6 +8,7 @@ from itertools import product
 
 from fuzzyctl.errors import Diagnostic
 from fuzzyctl.formulas import MEMBERSHIP
+from fuzzyctl.model.numbers import Numbers
 from fuzzyctl.model.rule import RuleTable
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input
@@ -15,34 +16,33 @@ from fuzzyctl.model.variable import Input
 _Place = tuple[int, int]
 
 
-def uncovered_ranges(system: FuzzySystem) -> Iterator[Diagnostic]:
+def uncovered_ranges(numbers: Numbers) -> Iterator[Diagnostic]:
     """Find parts of an input's range where no term has a degree above 0.
 
     Where some output has no `else`, the proof of coverage reports such a part as the hole it makes.
     """
-    if any(o.otherwise is None and o.adaptive is None for o in system.outputs):
+    if any(o.otherwise is None and o.adaptive is None for o in numbers.system.outputs):
         return
-    for variable in system.inputs:
-        for low, high in _gaps(system, variable):
+    for variable in numbers.system.inputs:
+        for low, high in _gaps(numbers, variable):
             message = f"no term of '{variable.name}' covers its range from {low:.6g} to {high:.6g}"
             yield Diagnostic("FZ309", message, variable.span, "warning", help="widen a term, or shorten the range")
 
 
-def _gaps(system: FuzzySystem, variable: Input) -> list[tuple[float, float]]:
+def _gaps(numbers: Numbers, variable: Input) -> list[tuple[float, float]]:
     """Return the parts of the range, wider than a point, that no support reaches."""
+    ends, shapes = numbers.range(variable), numbers.shapes(variable)
+    if ends is None or len(shapes) < len(variable.terms):
+        return []  # where a term with bad parameters reaches nobody knows
     supports: list[tuple[float, float]] = []
-    for term in variable.terms:
-        formula = MEMBERSHIP.get(term.membership.kind)
-        numbers = tuple(map(system.number, term.membership.arguments)) if formula is not None else ()
-        if formula is None or formula.mistake(numbers) is not None:
-            return []  # where a term with bad parameters reaches nobody knows
-        vertices = formula.vertices(numbers)
+    for term, parameters in shapes:
+        vertices = MEMBERSHIP[term.membership.kind].vertices(parameters)
         if not vertices:
             return []  # curved terms are above 0 nearly everywhere
         left = vertices[0][0] if vertices[0][1] == 0 else -math.inf
         right = vertices[-1][0] if vertices[-1][1] == 0 else math.inf
         supports.append((left, right))
-    reached, upper = system.number(variable.lower), system.number(variable.upper)
+    reached, upper = ends
     gaps: list[tuple[float, float]] = []
     for left, right in sorted(supports):
         if left > reached:

@@ -12,13 +12,13 @@ from typing import Any, TypeVar
 from pydantic import Field, InstanceOf
 
 from fuzzyctl.errors import UnknownNameError, ValueOutOfBoundsError
-from fuzzyctl.expr import Expr, ExprError, Number, evaluate, names_in
+from fuzzyctl.expr import Expr, Number, evaluate
 from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
 from fuzzyctl.model.method import Method
 from fuzzyctl.model.node import Node
+from fuzzyctl.model.params import ParamValues
 from fuzzyctl.model.rule import Rule, RuleTable
 from fuzzyctl.model.variable import Input, Output
-from fuzzyctl.source import Span
 
 
 class FuzzySystem(Node):
@@ -72,7 +72,10 @@ class FuzzySystem(Node):
         Raises:
             ExprError: Where a param cannot be computed; a loaded system has none such.
         """
-        return param_values(self.params)
+        computed = ParamValues(self.params)
+        if computed.errors:
+            raise computed.errors[0]
+        return computed.values
 
     def number(self, expr: Expr) -> float:
         """Compute an expression over the params."""
@@ -155,47 +158,3 @@ def _find(kind: str, name: str, among: tuple[_Variable, ...]) -> _Variable:
         if variable.name == name:
             return variable
     raise UnknownNameError(kind, name, [v.name for v in among])
-
-
-class ParamCycleError(ExprError):
-    """Raised when a param depends on itself."""
-
-    def __init__(self, names: list[str], span: Span | None) -> None:
-        super().__init__(f"param '{names[0]}' depends on itself: {' → '.join(names)}", span)
-
-
-def param_values(params: tuple[Param, ...]) -> dict[str, float]:
-    """Compute all params, each after those it uses.
-
-    Raises:
-        ExprError: For an unknown name, a value that is not finite, or a cycle (`ParamCycleError`).
-    """
-    by_name = {p.name: p for p in params}
-    values: dict[str, float] = {}
-    for param in params:
-        _compute(param, by_name, values)
-    return values
-
-
-def _compute(start: Param, by_name: dict[str, Param], values: dict[str, float]) -> None:
-    """Compute a param and what it needs, without recursion: chains of params may be long."""
-    open_names: list[str] = [start.name]
-    is_open = {start.name}
-    while open_names:
-        param = by_name[open_names[-1]]
-        if param.name in values:
-            open_names.pop()
-            continue
-        needed = next((n for n in names_in(param.expression) if n.name in by_name and n.name not in values), None)
-        if needed is None:
-            value = evaluate(param.expression, values)
-            if abs(value) == float("inf"):
-                raise ExprError(f"param '{param.name}' is infinite", param.span)
-            is_open.discard(open_names[-1])
-            values[open_names.pop()] = value
-        elif needed.name in is_open:
-            cycle = [*open_names[open_names.index(needed.name) :], needed.name]
-            raise ParamCycleError(cycle, needed.span)
-        else:
-            open_names.append(needed.name)
-            is_open.add(needed.name)

@@ -20,6 +20,12 @@ from fuzzyctl.resolve.context import Context
 #: Most rules of one system, tables included.
 MAX_RULES: Final = 20_000
 
+#: Most outputs of one system; each may read others, and they are put in order before anything is computed.
+MAX_OUTPUTS: Final = 200
+
+#: What stands for an antecedent without a meaning in a system that has mistakes, of which only numbers are checked.
+_UNKNOWN: Final = And(operands=())
+
 
 def resolve_function(context: Context, term: sx.FunctionTerm) -> Membership | None:
     """Resolve a Takagi-Sugeno consequent: `constant(c)`, `linear(a, b, ..., c)`, `function(expression)`."""
@@ -47,7 +53,7 @@ def terms_of(variable: sx.Variable) -> list[str]:
 
 
 def resolve_rule(context: Context, statement: sx.Rule) -> Rule | None:
-    """Resolve an `if ... then ...` line."""
+    """Resolve an `if ... then ...` line; of one that has no meaning its numbers are kept, for the checks of numbers."""
     antecedent = _antecedent(context, statement.antecedent)
     consequents = [_consequent(context, c) for c in statement.consequents]
     ok = statement.weight is None or context.check_names(statement.weight, context.params, "param")
@@ -55,13 +61,11 @@ def resolve_rule(context: Context, statement: sx.Rule) -> Rule | None:
     for c in statement.consequents:
         if named.count(c.output.text) > 1:
             context.report("FZ215", f"the rule sets '{c.output.text}' twice", c.output.span)
-            return None
-    if antecedent is None or not ok or any(c is None for c in consequents):
-        return None
+            break
     return Rule(
-        antecedent=antecedent,
+        antecedent=antecedent if antecedent is not None else _UNKNOWN,
         consequents=tuple(c for c in consequents if c is not None),
-        weight=statement.weight if statement.weight is not None else ex.ONE,
+        weight=statement.weight if statement.weight is not None and ok else ex.ONE,
         span=statement.span,
     )
 
@@ -199,42 +203,65 @@ def resolve_table(context: Context, statement: sx.Table) -> RuleTable | None:
         if rows is columns and rows is not None:
             context.report("FZ214", f"the table crosses '{statement.first.text}' with itself", statement.second.span)
             return None
-    one_way = statement.second is None
     condition = _antecedent(context, statement.condition) if statement.condition is not None else None
-    if statement.condition is not None and condition is None:
+    if columns is None or rows is None or any(o is None for o in outputs):
         return None
-    if statement.incomplete or columns is None or rows is None or any(o is None for o in outputs):
-        return None
-    if statement.header is None or not statement.rows:
-        what = "header line with the terms of the columns" if statement.header is None else "rows"
-        context.report("FZ212", f"the table has no {what}", statement.span, help=_table_form(statement, columns, rows))
-        return None
-    if not one_way and _is_transposed(context, statement, rows, columns):
-        return None
-    known_outputs = [o for o in outputs if o is not None]
-    ok = _check_labels(context, columns, statement.header.terms, statement, "column")
-    if one_way:
-        ok = _check_one_way(context, statement) and ok
-    else:
-        ok = _check_rows(context, rows, statement) and ok
-    if not ok:
-        # Cells cannot be told apart while headers or labels are wrong.
-        return None
-    if not _same_counts(context, statement):
-        return None
-    cells = [_row(context, known_outputs, row, statement.header.terms) for row in statement.rows]
-    if any(c is None for c in cells):
-        return None
+    ok = _check_frame(context, statement, rows, columns)
+    cells = _cells(context, [o for o in outputs if o is not None], statement, ok)
+    one_way = statement.second is None
     return RuleTable(
         outputs=tuple(w.text for w in statement.outputs),
         rows=None if one_way else statement.first.text,
         columns=columns.name.text,
-        row_terms=() if one_way else tuple(r.label.text for r in statement.rows if r.label is not None),
-        column_terms=tuple(w.text for w in statement.header.terms),
-        cells=tuple(c for c in cells if c is not None),
+        row_terms=() if one_way else tuple(row.label.text for row, _ in cells if row.label is not None),
+        column_terms=tuple(w.text for w in statement.header.terms) if statement.header is not None else (),
+        cells=tuple(c for _, c in cells),
         condition=condition,
         span=statement.span,
     )
+
+
+def _cells(
+    context: Context, outputs: Sequence[sx.Variable], statement: sx.Table, framed: bool
+) -> list[tuple[sx.RowLine, tuple[Cell, ...]]]:
+    """Resolve the cells of all rows; while header and labels are wrong nobody knows how many a row should have."""
+    # Without a header its line may stand among the rows.
+    if statement.header is None or not _same_counts(context, statement):
+        return []
+    columns = statement.header.terms if framed else None
+    found = []
+    for row in statement.rows:
+        counted_right = columns is None or _has_count(context, row, columns)
+        cells = tuple(_cell(context, outputs, c) for c in row.cells) if counted_right else ()
+        found.append((row, cells))
+    # Only a table without mistakes goes beyond the checks of numbers, so gaps need no filling.
+    return [pair for pair in found if framed and pair[1]]
+
+
+def _check_frame(context: Context, statement: sx.Table, rows: sx.Variable, columns: sx.Variable) -> bool:
+    """Check what holds the cells: header and labels, each there and each a term."""
+    if statement.incomplete:
+        _check_what_is_there(context, statement, rows, columns)
+        return False
+    if statement.header is None or not statement.rows:
+        what = "header line with the terms of the columns" if statement.header is None else "rows"
+        context.report("FZ212", f"the table has no {what}", statement.span, help=_table_form(statement, columns, rows))
+        return False
+    if statement.second is not None and _is_transposed(context, statement, rows, columns):
+        return False
+    ok = _check_labels(context, columns, statement.header.terms, statement, "column")
+    if statement.second is None:
+        return _check_one_way(context, statement) and ok
+    return _check_rows(context, rows, statement) and ok
+
+
+def _check_what_is_there(context: Context, statement: sx.Table, rows: sx.Variable, columns: sx.Variable) -> None:
+    """Check the labels of a table of which a line could not be read; what is missing may have stood in that line."""
+    for word in statement.header.terms if statement.header is not None else ():
+        known_term(context, columns, word)
+    for row in statement.rows if statement.second is not None else ():
+        if row.label is not None:
+            known_term(context, rows, row.label)
 
 
 def _is_transposed(context: Context, statement: sx.Table, rows: sx.Variable, columns: sx.Variable) -> bool:
@@ -366,25 +393,24 @@ def _check_labels(
     return ok
 
 
-def _row(
-    context: Context, outputs: Sequence[sx.Variable], row: sx.RowLine, header: Sequence[sx.Word]
-) -> tuple[Cell, ...] | None:
-    if len(row.cells) != len(header):
-        place = row.cells[len(header)].span if len(row.cells) > len(header) else row.span
-        many = "too many" if len(row.cells) > len(header) else "too few"
-        context.report(
-            "FZ207",
-            f"the row has {counted(len(row.cells), 'cell')}, {many} for {counted(len(header), 'column')}",
-            place,
-            facts=(f"columns: {', '.join(w.text for w in header)}",),
-            help="write '.' in a cell where there is to be no rule" if len(row.cells) < len(header) else "",
-        )
-        return None
-    cells = [_cell(context, outputs, c) for c in row.cells]
-    return None if any(c is None for c in cells) else tuple(c for c in cells if c is not None)
+def _has_count(context: Context, row: sx.RowLine, header: Sequence[sx.Word]) -> bool:
+    """Check that a row has a cell for each column."""
+    if len(row.cells) == len(header):
+        return True
+    place = row.cells[len(header)].span if len(row.cells) > len(header) else row.span
+    many = "too many" if len(row.cells) > len(header) else "too few"
+    context.report(
+        "FZ207",
+        f"the row has {counted(len(row.cells), 'cell')}, {many} for {counted(len(header), 'column')}",
+        place,
+        facts=(f"columns: {', '.join(w.text for w in header)}",),
+        help="write '.' in a cell where there is to be no rule" if len(row.cells) < len(header) else "",
+    )
+    return False
 
 
-def _cell(context: Context, outputs: Sequence[sx.Variable], cell: sx.CellText) -> Cell | None:
+def _cell(context: Context, outputs: Sequence[sx.Variable], cell: sx.CellText) -> Cell:
+    """Resolve a cell; one without a meaning becomes an empty one."""
     if not cell.terms:
         return Cell(terms=(), span=cell.span)
     terms = [_cell_term(context, o, t) for o, t in zip(outputs, cell.terms, strict=True)]
@@ -392,7 +418,7 @@ def _cell(context: Context, outputs: Sequence[sx.Variable], cell: sx.CellText) -
     if cell.weight is not None:
         ok = context.check_names(cell.weight, context.params, "param") and ok
     if not ok:
-        return None
+        return Cell(terms=(), span=cell.span)
     return Cell(terms=tuple(t for t in terms if t is not None), weight=cell.weight or ex.ONE, span=cell.span)
 
 

@@ -9,12 +9,13 @@ from fuzzyctl.errors import CODES, WARNINGS, Diagnostic
 from fuzzyctl.expr import Call, names_in, walk
 from fuzzyctl.formulas import HEDGES
 from fuzzyctl.lang import syntax as sx
+from fuzzyctl.model.checks import check_values, in_order
 from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
 from fuzzyctl.model.rule import Rule, RuleTable, literals
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, Output
 from fuzzyctl.resolve.context import Context
-from fuzzyctl.resolve.rules import MAX_RULES, resolve_require, resolve_rule, resolve_table
+from fuzzyctl.resolve.rules import MAX_OUTPUTS, MAX_RULES, resolve_require, resolve_rule, resolve_table
 from fuzzyctl.resolve.settings import find_idle_settings, resolve_method
 from fuzzyctl.resolve.variables import resolve_param, resolve_variable
 from fuzzyctl.source import Span
@@ -44,14 +45,14 @@ def resolve(
     shared = [s for s in shared if not (isinstance(s, sx.Setting | sx.Activation) and s.keyword.text in own)]
     whole = dataclasses.replace(tree, statements=(*shared, *tree.statements))
     heads = _declare(context, whole)
-    system = None
-    if _has_heads(context, whole, heads, broken):
-        system = _build(context, whole, shared)
-    if system is not None and shared:
+    _check_heads(context, whole, heads, broken)
+    system = _build(context, whole, shared, heads[0] if heads else None)
+    if broken or any(d.severity == "error" for d in context.diagnostics):
+        # One mistake must not hide another: numbers are checked as far as they can be.
+        return None, in_order([*context.diagnostics, *check_values(system)])
+    if shared:
         system = _without_idle(system, {s.name.text for s in shared if isinstance(s, sx.Variable)})
-    context.diagnostics.sort(key=lambda d: d.span.start if d.span is not None else -1)
-    failed = broken or any(d.severity == "error" for d in context.diagnostics)
-    return (None if failed else system), context.diagnostics
+    return system, in_order(context.diagnostics)
 
 
 def _declare(context: Context, tree: sx.SyntaxTree) -> list[sx.System]:
@@ -104,15 +105,16 @@ def _only_warnings(context: Context, codes: Sequence[sx.Word]) -> None:
             context.report("FZ213", message, code.span, facts=facts, help="mend what it names")
 
 
-def _has_heads(context: Context, tree: sx.SyntaxTree, heads: list[sx.System], broken: bool) -> bool:
+def _check_heads(context: Context, tree: sx.SyntaxTree, heads: list[sx.System], broken: bool) -> None:
+    """Check that the statements are there which every system needs; a missing one may be a line that is broken."""
+    if broken:
+        return
     if not heads:
-        if not broken:
-            start = Span(tree.source, 0, 0)
-            message = "the file declares no system" if tree.statements else "the file holds no statement"
-            help_text = "begin with: system NAME \"title\"; 'docs/reference/language.md' shows a whole file"
-            context.report("FZ004", message, start, help=help_text)
-        return False
-    if not broken:
+        start = Span(tree.source, 0, 0)
+        message = "the file declares no system" if tree.statements else "the file holds no statement"
+        help_text = "begin with: system NAME \"title\"; 'docs/reference/language.md' shows a whole file"
+        context.report("FZ004", message, start, help=help_text)
+    else:
         missing = {
             "no input": "an 'input'" if not context.inputs else "",
             "no output": "an 'output'" if not context.outputs else "",
@@ -126,14 +128,15 @@ def _has_heads(context: Context, tree: sx.SyntaxTree, heads: list[sx.System], br
             context.report(
                 "FZ212", f"the system has {' and '.join(lacking)}", heads[0].name.span, help=f"add {repairs}"
             )
-    return True
 
 
-def _build(context: Context, tree: sx.SyntaxTree, shared: Sequence[sx.Statement]) -> FuzzySystem | None:
-    head = next(s for s in tree.statements if isinstance(s, sx.System))
+def _build(
+    context: Context, tree: sx.SyntaxTree, shared: Sequence[sx.Statement], head: sx.System | None
+) -> FuzzySystem:
+    """Build the system from all statements that have a meaning."""
     params: list[Param | None] = []
-    inputs: list[Input | None] = []
-    outputs: list[Output | None] = []
+    inputs: list[Input] = []
+    outputs: list[Output] = []
     blocks: list[RuleTable | Rule | None] = []
     guarantees: list[Guarantee | None] = []
     hedges: list[Hedge | None] = []
@@ -156,25 +159,23 @@ def _build(context: Context, tree: sx.SyntaxTree, shared: Sequence[sx.Statement]
             case sx.Require():
                 guarantees.append(resolve_require(context, s))
     method = resolve_method(context, tree.statements)
-    find_idle_settings(context, tree.statements, shared, method, [o for o in outputs if o is not None])
-    citation = _citation(context, tree)
-    if any(part is None for parts in (params, hedges, inputs, outputs, blocks, guarantees) for part in parts):
-        return None
-    if not _few_enough(context, [b for b in blocks if b is not None], head):
-        return None
+    find_idle_settings(context, tree.statements, shared, method, outputs)
+    known_blocks = tuple(b for b in blocks if b is not None)
+    place = head.name.span if head is not None else None
+    few = _few_enough(context, known_blocks, len(outputs), place)
     return FuzzySystem(
-        name=head.name.text,
-        title=head.title,
-        citation=citation,
+        name=head.name.text if head is not None else "",
+        title=head.title if head is not None else "",
+        citation=_citation(context, tree),
         params=tuple(p for p in params if p is not None),
         hedges=tuple(h for h in hedges if h is not None),
         method=method,
-        inputs=tuple(i for i in inputs if i is not None),
-        outputs=tuple(o for o in outputs if o is not None),
-        blocks=tuple(b for b in blocks if b is not None),
+        inputs=tuple(inputs),
+        outputs=tuple(outputs),
+        blocks=known_blocks if few else (),
         guarantees=tuple(g for g in guarantees if g is not None),
         path=tree.source.name,
-        span=head.name.span,
+        span=place,
     )
 
 
@@ -214,11 +215,15 @@ def _hedge(context: Context, s: sx.Hedge) -> Hedge | None:
     return Hedge(name=s.name.text, parameter=s.parameter.text, expression=s.expression, span=s.name.span)
 
 
-def _few_enough(context: Context, blocks: list[RuleTable | Rule], head: sx.System) -> bool:
-    count = sum(sum(map(len, b.cells)) if isinstance(b, RuleTable) else 1 for b in blocks)
-    if count > MAX_RULES:
-        context.report("FZ112", f"the system has {count} rules, more than {MAX_RULES}", head.name.span)
-    return count <= MAX_RULES
+def _few_enough(context: Context, blocks: Sequence[RuleTable | Rule], outputs: int, place: Span | None) -> bool:
+    """Check the size of a system, so that no file keeps a reader waiting."""
+    rules = sum(sum(map(len, b.cells)) if isinstance(b, RuleTable) else 1 for b in blocks)
+    if outputs > MAX_OUTPUTS:
+        help_text = "spread them over several systems"
+        context.report("FZ112", f"the system has {outputs} outputs, more than {MAX_OUTPUTS}", place, help=help_text)
+    if rules > MAX_RULES:
+        context.report("FZ112", f"the system has {rules} rules, more than {MAX_RULES}", place)
+    return rules <= MAX_RULES and outputs <= MAX_OUTPUTS
 
 
 def _citation(context: Context, tree: sx.SyntaxTree) -> str:

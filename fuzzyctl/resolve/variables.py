@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 from typing import Any, Final
 
 from fuzzyctl import expr as ex
@@ -20,6 +21,8 @@ MAX_TERMS: Final = 1000
 
 _FALLBACKS: Final[tuple[Fallback, ...]] = ("midpoint", "nan", "error")
 _INFINITY = ex.Name("inf")
+#: What stands for an expression without a meaning: a name that nothing declares, which has no value either.
+_NO_VALUE: Final = ex.Name("")
 
 
 def resolve_param(context: Context, statement: sx.Param) -> Param | None:
@@ -31,51 +34,51 @@ def resolve_param(context: Context, statement: sx.Param) -> Param | None:
     )
 
 
-def resolve_variable(context: Context, statement: sx.Variable) -> Input | Output | None:
-    """Resolve an `input` or `output` with its terms; None when a part of it has no meaning."""
-    ok = all([context.check_names(e, context.params, "param") for e in (statement.lower, statement.upper)])
+def resolve_variable(context: Context, statement: sx.Variable) -> Input | Output:
+    """Resolve an `input` or `output` with its terms; parts without a meaning are reported and left out."""
+    lower, upper = (_end(context, e) for e in (statement.lower, statement.upper))
+    statement = dataclasses.replace(statement, lower=lower, upper=upper)
     terms = _terms(context, statement)
     fields: dict[str, Any] = {
         "name": statement.name.text,
         "label": statement.label,
         "lower": statement.lower,
         "upper": statement.upper,
-        "terms": tuple(terms or ()),
+        "terms": tuple(terms),
         "span": statement.name.span,
     }
-    ok = _clauses(context, statement, fields) and ok
-    if not ok or terms is None:
-        return None
+    _clauses(context, statement, fields)
     return Input(**fields) if statement.keyword.text == "input" else Output(**fields)
 
 
-def _clauses(context: Context, statement: sx.Variable, fields: dict[str, Any]) -> bool:
+def _end(context: Context, end: ex.Expr) -> ex.Expr:
+    return end if context.check_names(end, context.params, "param") else _NO_VALUE
+
+
+def _clauses(context: Context, statement: sx.Variable, fields: dict[str, Any]) -> None:
     is_input = statement.keyword.text == "input"
     seen: set[str] = set()
-    ok = True
     for clause in statement.clauses:
         what = clause.setting.keyword.text if isinstance(clause, sx.SettingClause) else type(clause).__name__
         if what in seen:
             context.report("FZ215", "a clause is given twice", clause.span, help="remove one of them")
-            ok = False
         seen.add(what)
         match clause:
             case sx.UnitClause(text=text):
                 fields["unit"] = text
             case sx.ExtrapolateClause(span=span):
-                fields["extrapolate"] = True
-                ok = _only(context, is_input, "extrapolate", "an input", span) and ok
+                if _only(context, is_input, "extrapolate", "an input", span):
+                    fields["extrapolate"] = True
             case sx.FallbackClause(value=value, span=span):
-                fields["otherwise"] = _fallback(context, value)
-                ok = _only(context, not is_input, "else", "an output", span) and fields["otherwise"] is not None and ok
+                if _only(context, not is_input, "else", "an output", span):
+                    fields["otherwise"] = _fallback(context, value)
             case sx.SettingClause(setting=setting, span=span):
-                ok = _only(context, not is_input, setting.keyword.text, "an output", span) and ok
-                ok = resolve_own_setting(context, setting, fields) and ok
+                if _only(context, not is_input, setting.keyword.text, "an output", span):
+                    resolve_own_setting(context, setting, fields)
             case sx.AdaptiveClause(rate=rate, span=span):
-                fields["adaptive"] = rate
-                ok = _only(context, not is_input, "adaptive", "an output", span) and ok
-                ok = context.check_names(rate, [*context.params, *context.inputs], "param or input") and ok
-    return ok
+                if _only(context, not is_input, "adaptive", "an output", span):
+                    fields["adaptive"] = rate
+                context.check_names(rate, [*context.params, *context.inputs], "param or input")
 
 
 def _only(context: Context, right: bool, word: str, what: str, span: Any) -> bool:
@@ -106,10 +109,9 @@ def _fallback(context: Context, value: ex.Expr | sx.Word | sx.Held) -> ex.Expr |
     return value if context.check_names(value, context.params, "param") else None
 
 
-def _terms(context: Context, statement: sx.Variable) -> list[Term] | None:
+def _terms(context: Context, statement: sx.Variable) -> list[Term]:
     terms: list[Term] = []
     seen: dict[str, sx.Word] = {}
-    ok = True
     for line in statement.terms:
         if isinstance(line, sx.TermsLine):
             new = _partition(context, statement, line)
@@ -118,18 +120,17 @@ def _terms(context: Context, statement: sx.Variable) -> list[Term] | None:
             new = [_term(context, statement, line)]
             words = [line.name]
         for word, term in zip(words, new, strict=True):
-            ok = _is_new_term(context, word, seen) and term is not None and ok
-            terms.extend([term] if term is not None else [])
+            is_new = _is_new_term(context, word, seen)
+            terms.extend([term] if is_new and term is not None else [])
     # An output whose rules give numbers or functions needs none.
     if not seen and not statement.incomplete and statement.keyword.text == "input":
         message = f"{statement.keyword.text} '{statement.name.text}' has no terms"
         context.report("FZ212", message, statement.name.span, help="add lines such as: NB = triangle(-2, -1, 0)")
-        return None
     if len(seen) > MAX_TERMS:
         message = f"'{statement.name.text}' has {len(seen)} terms, more than {MAX_TERMS}"
         context.report("FZ112", message, statement.name.span)
-        return None
-    return terms if ok and not statement.incomplete else None
+        return []
+    return terms
 
 
 def _is_new_term(context: Context, word: sx.Word, seen: dict[str, sx.Word]) -> bool:

@@ -48,7 +48,7 @@ from fuzzyctl.lang.parser import grammar_text, parse
 from fuzzyctl.model.method import ACTIVATIONS, DEFUZZIFIERS, Grid
 from fuzzyctl.model.variable import Fallback
 from fuzzyctl.resolve.claims import FORMS
-from fuzzyctl.resolve.rules import MAX_RULES
+from fuzzyctl.resolve.rules import MAX_OUTPUTS, MAX_RULES
 from fuzzyctl.resolve.settings import PROFILES, RESOLUTIONS
 from fuzzyctl.resolve.variables import MAX_TERMS
 from fuzzyctl.source import SourceText
@@ -389,7 +389,7 @@ class TestReference:
 
     def test_the_limits_are_those_of_the_code(self) -> None:
         text = _reference("language.md").split("## Limits")[1].split("##")[0].replace("\u00a0", " ")
-        limits = [expr.MAX_DEPTH, MAX_NAME, MAX_TERMS, MAX_RULES, MAX_FILES, RESOLUTIONS[1]]
+        limits = [expr.MAX_DEPTH, MAX_NAME, MAX_TERMS, MAX_OUTPUTS, MAX_RULES, MAX_FILES, RESOLUTIONS[1]]
         assert [n for n in limits if f"| {n:,}".replace(",", " ") not in text and f"| {n}" not in text] == []
 
     def test_every_name_of_the_build_module_is_described(self) -> None:

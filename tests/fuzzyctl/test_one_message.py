@@ -392,3 +392,68 @@ class TestOutputsWithoutTerms:
         where, words = only(said(self.BARE, ("a a b", "0.5 a b"), after="if e is N then u is a\n"))
         assert where == "5 FZ212"
         assert "'a' is named here" in words
+
+
+def places(found):
+    """Return the errors found as `line code`."""
+    return [f"{line} {code}" for line, code, _ in found if code not in WARNINGS]
+
+
+class TestNoMistakeHidesAnother:
+    @pytest.mark.parametrize("average", ["center_average", "weighted_average", "weighted_sum"])
+    @pytest.mark.parametrize("term", ["piecewise(1, 0, 2)", "gaussian2(1, 0, 0, 1)"])
+    def test_an_unsound_term_of_an_output_is_named_and_not_averaged(self, average, term):
+        assert only(said(("weighted_average", average), ("constant(1)", term)))[0] == "6 FZ302"
+
+    def test_nor_is_it_inverted(self):
+        ramps = ("constant(1)", "s_shape(2, 1)"), ("constant(2)", "ramp(0, 1)")
+        assert places(said(("weighted_average", "tsukamoto"), *ramps)) == ["6 FZ302"]
+
+    @pytest.mark.parametrize(
+        "broken",
+        ["param q = 1 / 0", "param q = q", "if e is", "if e is M then u is a", "fuzz", "param q = r", "table v = e"],
+    )
+    def test_bad_numbers_are_found_beside_whatever_else_is_broken(self, broken):
+        bad = ("[-5, 5]", "[5, -5]"), ("constant(1)", "triangle(3, 2, 1)")
+        assert places(said(*bad, after=f"if e is N then u is a weight 3\n{broken}\n")) == [
+            "5 FZ304",
+            "6 FZ301",
+            "11 FZ302",
+            places(said(after=f"param u_max = 1\n{broken}\n"))[0],
+        ]
+
+    def test_a_rule_without_meaning_keeps_its_weight(self):
+        assert places(said(after="if e is M then u is a weight 3\n")) == ["11 FZ203", "11 FZ302"]
+
+    def test_cells_are_read_below_a_misspelt_header(self):
+        assert places(said(("N Z P\n  |", "N Z Q\n  |"), ("a a b", "a a c"))) == ["9 FZ203", "10 FZ203"]
+
+    def test_what_uses_a_param_without_value_is_not_at_fault(self):
+        after = "param q = 1 / 0\nparam r = q + 1\nrequire u <= r within q\nif e is N then u is a weight (q)\n"
+        assert places(said(("[-5, 5]", "[-q, q]"), after=after)) == ["11 FZ307"]
+
+    def test_an_expression_that_has_no_meaning_is_not_computed(self):
+        assert only(said(("[-1, 1]", "[-1, abs(1, 2)]")))[0] == "3 FZ303"
+
+    def test_a_broken_first_line_hides_nothing(self):
+        assert places(said(("system s", "systm s"), ("[-5, 5]", "[5, -5]"))) == ["1 FZ101", "5 FZ304"]
+
+
+class TestBounds:
+    def test_a_chain_of_outputs_is_bounded(self):
+        chain = "".join(f"output v{i} in [0, 1]\n  A = constant(1)\nif e is N then v{i} is A\n" for i in range(200))
+        where, words = only(said(after=chain))
+        assert where == "1 FZ112"
+        assert "201 outputs, more than 200" in words
+
+
+class TestElse:
+    @pytest.mark.parametrize("otherwise", ["6", "-6", "hold(6)", "(2 * 3)"])
+    def test_a_value_outside_the_range_is_warned_of(self, otherwise):
+        where, words = only(said(("[-5, 5]", f"[-5, 5] else {otherwise}")))
+        assert where == "5 FZ306"
+        assert f"the 'else' value {'-6' if otherwise == '-6' else '6'} lies outside the range [-5, 5] of 'u'" in words
+
+    @pytest.mark.parametrize("otherwise", ["5", "hold(-5)", "hold", "nan"])
+    def test_one_within_it_is_not(self, otherwise):
+        assert said(("[-5, 5]", f"[-5, 5] else {otherwise}")) == []

@@ -2,6 +2,8 @@ import pytest
 
 from fuzzyctl.loading import examine, loads
 from fuzzyctl.model.checks import CHECKS, check_model
+from fuzzyctl.model.shapes import SHAPE_CHECKS
+from fuzzyctl.model.values import VALUE_CHECKS
 from fuzzyctl.shipped import rules_folder
 from fuzzyctl.source import SourceText
 
@@ -19,7 +21,8 @@ class TestChecks:
         assert found(path.read_text(encoding="utf-8")) == []
 
     def test_every_check_is_named_once(self):
-        assert len({c.__name__ for c in CHECKS}) == len(CHECKS)
+        checks = (*CHECKS, *VALUE_CHECKS, *SHAPE_CHECKS)
+        assert len({c.__name__ for c in checks}) == len(checks)
 
     def test_a_curved_term_has_no_exact_centroid(self, changed):
         curved = ("Z = triangle(-2, 0, 2)", "Z = gaussian(0, 1)")

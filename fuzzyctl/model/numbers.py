@@ -1,0 +1,108 @@
+"""The numbers of a system, as far as they can be computed: the one gate through which checks see ranges and shapes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from fuzzyctl.expr import Expr, ExprError, evaluate
+from fuzzyctl.formulas import MEMBERSHIP
+from fuzzyctl.model.params import ParamValues
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import LinguisticVariable, Membership, Term
+
+#: A term with its parameters.
+Shape = tuple[Term, tuple[float, ...]]
+
+
+class Numbers:
+    """What can be computed of a system.
+
+    A check that asks here never meets a number that has a diagnostic of its own, nor a shape with bad parameters.
+
+    Args:
+        system: The system.
+        partial: Whether parts of it could not be read or resolved; what uses them then has no value and is no mistake.
+    """
+
+    def __init__(self, system: FuzzySystem, *, partial: bool = False) -> None:
+        self.system = system
+        self.params = ParamValues(system.params, partial=partial)
+        self._shapes: dict[int, list[Shape]] = {}
+
+    @property
+    def variables(self) -> tuple[LinguisticVariable, ...]:
+        """Inputs and outputs."""
+        return (*self.system.inputs, *self.system.outputs)
+
+    def failure(self, expr: Expr) -> ExprError | None:
+        """Return why an expression has no value; None where it has one, and where the reason is told elsewhere."""
+        if self.params.lacks(expr):
+            return None
+        try:
+            evaluate(expr, self.params.values)
+        except ExprError as error:
+            return error
+        return None
+
+    def value(self, expr: Expr) -> float | None:
+        """Return the value of an expression, None where it has none."""
+        try:
+            return evaluate(expr, self.params.values)
+        except ExprError:
+            return None
+
+    def finite(self, expr: Expr) -> float | None:
+        """Return the value of an expression, None where it has none or an infinite one."""
+        value = self.value(expr)
+        return value if value is not None and math.isfinite(value) else None
+
+    def ends(self, variable: LinguisticVariable) -> tuple[float, float] | None:
+        """Return the ends of a range, in whatever order; None where one of them has no finite value."""
+        low, high = self.finite(variable.lower), self.finite(variable.upper)
+        return (low, high) if low is not None and high is not None else None
+
+    def range(self, variable: LinguisticVariable) -> tuple[float, float] | None:
+        """Return the ends of a range that is none too wide and not empty, else None."""
+        ends = self.ends(variable)
+        return ends if ends is not None and 0 < ends[1] - ends[0] < math.inf else None
+
+    def given(self, variable: LinguisticVariable) -> list[Shape]:
+        """Return the terms that are fuzzy sets and whose parameters can be computed, good or bad."""
+        found = self._shapes.get(id(variable))
+        if found is None:
+            found = self._shapes[id(variable)] = list(self._given(variable))
+        return found
+
+    def shapes(self, variable: LinguisticVariable) -> list[Shape]:
+        """Return the terms that are fuzzy sets with sound parameters."""
+        return [(t, p) for t, p in self.given(variable) if MEMBERSHIP[t.membership.kind].mistake(p) is None]
+
+    def core(self, shape: Shape) -> float:
+        """Return the middle of the core of a term."""
+        term, parameters = shape
+        left, right = MEMBERSHIP[term.membership.kind].core(parameters)
+        return (left + right) / 2
+
+    def _given(self, variable: LinguisticVariable) -> Iterator[Shape]:
+        for term in variable.terms:
+            if term.membership.kind not in MEMBERSHIP:
+                continue
+            known = [
+                self.value(e) if may_be_infinite else self.finite(e)
+                for e, may_be_infinite, _ in parameters(term.membership, term.name)
+            ]
+            values = tuple(v for v in known if v is not None)
+            if len(values) == len(known):
+                yield term, values
+
+
+def parameters(membership: Membership, name: str) -> Iterator[tuple[Expr, bool, str]]:
+    """Yield the parameters of a term with whether each may be infinite and what it is."""
+    if membership.kind == "function":
+        return  # an expression over variables has no value of its own
+    formula = MEMBERSHIP.get(membership.kind)
+    for i, argument in enumerate(membership.arguments):
+        named = formula is not None and i < len(formula.parameters)
+        parameter = formula.parameters[i] if formula is not None and named else f"parameter {i + 1}"
+        yield argument, formula is not None and parameter in formula.infinite, f"{parameter} of '{name}'"

@@ -1,0 +1,176 @@
+"""Checks of shapes: whether terms suit the defuzzifier, and where they lie; only sound terms are seen."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from itertools import pairwise
+from typing import Final
+
+from fuzzyctl.errors import Diagnostic
+from fuzzyctl.expr import Expr, span_of
+from fuzzyctl.formulas import MEMBERSHIP, exact_centroid_possible, is_monotone
+from fuzzyctl.model.hints import uncovered_ranges
+from fuzzyctl.model.method import Defuzzifier
+from fuzzyctl.model.numbers import Numbers
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import Hold, Membership, Output
+from fuzzyctl.source import Span
+
+
+def misfitting_defuzzifier(numbers: Numbers) -> Iterator[Diagnostic]:
+    """Find output terms that the defuzzifier cannot handle."""
+    system = numbers.system
+    for output in system.outputs:
+        method = output.defuzzifier or system.method.defuzzifier
+        if output.adaptive is not None and not method.averages:
+            yield Diagnostic(
+                "FZ214",
+                f"adaptive output '{output.name}' needs a defuzzifier over rules, not '{method.kind}'",
+                output.span,
+                help="write: defuzzifier weighted_average",
+            )
+        if output.adaptive is not None:
+            continue
+        if method.kind == "tsukamoto":
+            yield from _not_monotone(numbers, output)
+        elif method.over_rules:
+            yield from _without_peak(numbers, output, method)
+        else:
+            yield from _without_names(system, output, method)
+            yield from _without_centroid(system, output, method)
+
+
+def _without_peak(numbers: Numbers, output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:
+    """Find terms that no average can take, since they reach 1 nowhere."""
+    for term, parameters in numbers.shapes(output):
+        if any(map(math.isinf, MEMBERSHIP[term.membership.kind].core(parameters))):
+            message = f"term '{term.name}' of '{output.name}' has no peak that '{method.kind}' could take"
+            help_text = "use s_shape or ramp, or write: defuzzifier tsukamoto"
+            yield Diagnostic("FZ214", message, term.membership.span or term.span, help=help_text)
+
+
+def _without_centroid(system: FuzzySystem, output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:
+    """Find terms of which no centroid, or no exact one, can be taken."""
+    implication = output.implication or system.method.implication
+    aggregation = output.aggregation or system.method.aggregation
+    for term in output.terms:
+        kind = term.membership.kind
+        average = "write: defuzzifier weighted_average"
+        sampled = "write: defuzzifier centroid(resolution=1000)"
+        if kind in ("linear", "function", "constant"):
+            message, help_text = (
+                f"term '{term.name}' of '{output.name}' is no set but a function of the inputs",
+                average,
+            )
+        elif kind == "singleton":
+            message, help_text = f"term '{term.name}' of '{output.name}' has no area, so it has no centroid", average
+        elif method.resolution is not None or exact_centroid_possible(kind, implication, aggregation):
+            continue
+        elif not exact_centroid_possible(kind, "min", "max"):
+            message = f"term '{term.name}' of '{output.name}' is curved; the exact centroid needs straight sides"
+            help_text = f"{sampled}, or use triangles and trapezoids"
+        else:
+            message = f"there is no exact centroid for implication '{implication}' and aggregation '{aggregation}'"
+            yield Diagnostic("FZ214", f"output '{output.name}': {message}", output.span, help=sampled)
+            return
+        yield Diagnostic("FZ214", message, term.membership.span or term.span, help=help_text)
+
+
+def _not_monotone(numbers: Numbers, output: Output) -> Iterator[Diagnostic]:
+    """Find consequents that Tsukamoto's method cannot invert."""
+    shapes = {t.name: p for t, p in numbers.shapes(output)}
+    for term in output.terms:
+        kind = term.membership.kind
+        # One with bad parameters has a diagnostic of its own.
+        if kind not in MEMBERSHIP or (term.name in shapes and not is_monotone(kind, shapes[term.name])):
+            message = f"term '{term.name}' of '{output.name}' is not monotone, so 'tsukamoto' cannot invert it"
+            help_text = "use ramp, sigmoid, s_shape, z_shape, concave, or a triangle with one infinite foot"
+            yield Diagnostic("FZ214", message, term.membership.span or term.span, help=help_text)
+    yield from _without_names(numbers.system, output, Defuzzifier(kind="tsukamoto"))
+
+
+def _without_names(system: FuzzySystem, output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:
+    """Find consequents without a name where sets are due."""
+    for rule in system.rules:
+        for c in rule.consequents:
+            if c.output == output.name and isinstance(c.term, Membership):
+                message = f"'{method.kind}' takes terms of '{output.name}', not numbers or functions"
+                yield Diagnostic("FZ214", message, c.term.span or c.span, help="write: defuzzifier weighted_average")
+
+
+def initial_consequents_outside(numbers: Numbers) -> Iterator[Diagnostic]:
+    """Find adaptive outputs whose consequents do not begin as numbers within the range."""
+    for output in numbers.system.outputs:
+        ends = numbers.range(output)
+        if output.adaptive is None or ends is None:
+            continue
+        low, high = ends
+        for term in output.terms:
+            if term.membership.kind not in MEMBERSHIP:
+                message = f"term '{term.name}' of adaptive output '{output.name}' must be a number"
+                yield Diagnostic("FZ214", message, term.span, help="write, for example: terms NB=0 ZO=0 PB=0")
+        for shape in numbers.shapes(output):
+            first = numbers.core(shape)
+            if not low <= first <= high:
+                message = f"the initial consequent {shape[0].name} = {first:.6g} lies outside [{low:.6g}, {high:.6g}]"
+                help_text = "adaptation is clipped to the range; start inside it"
+                yield Diagnostic("FZ302", message, shape[0].span, help=help_text)
+
+
+#: Kinds with one top in their middle; of the others the order says nothing.
+_PEAKED: Final = frozenset({"triangle", "trapezoid", "gaussian", "bell", "pi_shape", "cosine", "spike"})
+
+
+def terms_out_of_order(numbers: Numbers) -> Iterator[Diagnostic]:
+    """Find neighbouring terms whose cores are in descending order: mostly a slip in a number."""
+    for variable in numbers.system.inputs:
+        planned = [t for t in variable.terms if t.membership.kind in _PEAKED]
+        middles = [(s[0], numbers.core(s)) for s in numbers.shapes(variable) if s[0].membership.kind in _PEAKED]
+        if len(middles) < len(planned):
+            continue  # bad parameters have a diagnostic of their own
+        rising = sum(b[1] >= a[1] for a, b in pairwise(middles))
+        if rising * 2 < len(middles) - 1:
+            continue  # listed from high to low on purpose
+        for (left, a), (right, b) in pairwise(middles):
+            if b < a:
+                message = f"term '{right.name}' of '{variable.name}' lies left of '{left.name}' before it"
+                facts = (f"peak of '{left.name}': {a:.6g}, of '{right.name}': {b:.6g}",)
+                yield Diagnostic("FZ305", message, right.span, "warning", facts, help="check the numbers")
+
+
+def values_outside_range(numbers: Numbers) -> Iterator[Diagnostic]:
+    """Find peaks of outputs and values of `else` outside the range: nothing clips them to it."""
+    for output in numbers.system.outputs:
+        ends = numbers.range(output)
+        if ends is None:
+            continue
+        low, high = ends
+        # A peak computed like the end of the range may differ from it by rounding.
+        slack = 1e-9 * (high - low)
+        bounds = f"[{low:.6g}, {high:.6g}] of '{output.name}'"
+        for what, value, place in _lasting(numbers, output):
+            if math.isfinite(value) and not low - slack <= value <= high + slack:
+                message = f"the {what.format(f'{value:.6g}')} lies outside the range {bounds}"
+                thing = "peak" if what.startswith("peak") else "value"
+                yield Diagnostic("FZ306", message, place, "warning", help=f"widen the range, or move the {thing}")
+
+
+def _lasting(numbers: Numbers, output: Output) -> Iterator[tuple[str, float, Span | None]]:
+    """Yield what an output can become without being clipped: what it is, its value, and its place."""
+    for shape in numbers.shapes(output) if output.adaptive is None else ():
+        yield f"peak {{}} of '{shape[0].name}'", numbers.core(shape), shape[0].span
+    otherwise = output.otherwise.start if isinstance(output.otherwise, Hold) else output.otherwise
+    value = numbers.finite(otherwise) if isinstance(otherwise, Expr) else None
+    if isinstance(otherwise, Expr) and value is not None:
+        yield "'else' value {}", value, span_of(otherwise) or output.span
+
+
+#: Each needs whole variables and a known method, so they run where every statement has a meaning.
+SHAPE_CHECKS: Final[tuple[Callable[[Numbers], Iterator[Diagnostic]], ...]] = (
+    misfitting_defuzzifier,
+    initial_consequents_outside,
+    terms_out_of_order,
+    values_outside_range,
+    uncovered_ranges,
+)
