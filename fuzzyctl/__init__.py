@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from fuzzyctl.analysis.bounds import OutputBound, output_bounds
+    from fuzzyctl.analysis.prove import prove
+    from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Witness
     from fuzzyctl.checking import check
     from fuzzyctl.errors import (
         ArgumentError,
@@ -39,8 +41,12 @@ _HOMES = {
     "LinguisticVariable": "fuzzyctl.model.variable",
     "NoRuleFiresError": "fuzzyctl.errors",
     "OutputBound": "fuzzyctl.analysis.bounds",
+    "Proved": "fuzzyctl.analysis.verdicts",
+    "Refuted": "fuzzyctl.analysis.verdicts",
+    "Undecided": "fuzzyctl.analysis.verdicts",
     "UnknownNameError": "fuzzyctl.errors",
     "ValueOutOfBoundsError": "fuzzyctl.errors",
+    "Witness": "fuzzyctl.analysis.verdicts",
     "check": "fuzzyctl.checking",
     "compile": "fuzzyctl.kernels.compile",
     "dump": "fuzzyctl.formats.fz",
@@ -49,6 +55,7 @@ _HOMES = {
     "load_all": "fuzzyctl.loading",
     "loads": "fuzzyctl.loading",
     "output_bounds": "fuzzyctl.analysis.bounds",
+    "prove": "fuzzyctl.analysis.prove",
 }
 
 __all__ = [
@@ -61,8 +68,12 @@ __all__ = [
     "LinguisticVariable",
     "NoRuleFiresError",
     "OutputBound",
+    "Proved",
+    "Refuted",
+    "Undecided",
     "UnknownNameError",
     "ValueOutOfBoundsError",
+    "Witness",
     "check",
     "compile",
     "dump",
@@ -71,6 +82,7 @@ __all__ = [
     "load_all",
     "loads",
     "output_bounds",
+    "prove",
 ]
 
 

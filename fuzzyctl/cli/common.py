@@ -116,7 +116,7 @@ def load_checked(path: str, settings: Iterable[str] = (), name: str | None = Non
     texts = tuple(settings)
     values = assignments(texts, [p.name for p in system.params], "param")
     if values:
-        system = _with_params(system, values, texts)
+        system = with_params(system, values, texts)
     diagnostics = [*diagnostics, *coverage.diagnostics(system)]
     if any(d.severity == "error" for d in diagnostics):
         raise DiagnosticError(diagnostics)
@@ -124,7 +124,7 @@ def load_checked(path: str, settings: Iterable[str] = (), name: str | None = Non
     return system
 
 
-def _with_params(system: FuzzySystem, values: dict[str, float], texts: Sequence[str]) -> FuzzySystem:
+def with_params(system: FuzzySystem, values: dict[str, float], texts: Sequence[str]) -> FuzzySystem:
     """Set params; what is wrong with the system then comes from the command line, not from the file."""
     try:
         return system.with_params(**values)

@@ -13,6 +13,7 @@ from fuzzyctl.cli.explain import explain
 from fuzzyctl.cli.fmt import fmt
 from fuzzyctl.cli.new import new
 from fuzzyctl.cli.plot import plot_surface, plot_terms
+from fuzzyctl.cli.prove import prove
 from fuzzyctl.cli.show import show_system
 from fuzzyctl.cli.why import why
 
@@ -37,6 +38,7 @@ What to do with it:
     fuzzyctl check tip.fz                   find mistakes, each with its place and repair
     fuzzyctl explain FZ203                  what a mistake means, with an example
     fuzzyctl show tip.fz                    print it on one page, with what is proved
+    fuzzyctl prove tip.fz                   prove its guarantees, or find a point that breaks one
     fuzzyctl eval tip.fz service=7          evaluate one point
     fuzzyctl eval tip.fz --points in.csv    evaluate many: a CSV in, the same CSV with outputs out
     fuzzyctl why tip.fz service=7           which rules act there, and what each contributes
@@ -48,7 +50,7 @@ What to do with it:
     fuzzyctl doctor                         what is installed, and what is in use
 
 \b
-Exit codes: 0 done, 1 mistakes found, 2 wrong usage.
+Exit codes: 0 done, 1 mistakes found, 2 wrong usage, 3 a guarantee is undecided.
 """,
 )
 @click.version_option(fuzzyctl.__version__, prog_name="fuzzyctl")
@@ -56,5 +58,5 @@ def main() -> None:
     """Check, evaluate and draw fuzzy systems written in .fz rule files."""
 
 
-for command in (new, check, explain, show_system, evaluate, plot_surface, plot_terms, fmt, codegen, doctor, why):
+for command in (new, check, explain, show_system, evaluate, prove, plot_surface, plot_terms, fmt, codegen, doctor, why):
     main.add_command(command)

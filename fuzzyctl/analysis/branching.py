@@ -1,0 +1,307 @@
+"""Claims decided by subdivision: boxes are halved until the claim is seen to hold in each, or a point breaks it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Final
+
+import numpy as np
+
+from fuzzyctl.analysis.boxes import System, surely_false, surely_true
+from fuzzyctl.analysis.claims import Bound, Claim, Slope, bounds_in, is_limit
+from fuzzyctl.analysis.coverage import Side
+from fuzzyctl.analysis.enclosures import Array
+from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Witness
+from fuzzyctl.analysis.witnesses import Judge
+from fuzzyctl.expr import Binary
+
+#: Sides below this part of the range are not halved any more.
+_NARROW: Final = 1e-13
+#: Points tried as witnesses among the boxes of one step.
+_TRIED: Final = 4
+#: Points tried before any box is halved.
+_FIRST: Final = 400
+#: Most boxes that wait.
+_MOST: Final = 2_000_000
+#: Open boxes that a verdict shows.
+_SHOWN: Final = 10
+
+#: Told the boxes that are settled and those that are open.
+Told = Callable[[int, int], None]
+
+
+class Search:
+    """One search: open boxes, taken in batches from the end.
+
+    Args:
+        system: The system.
+        lo, hi: Ends of the boxes to begin with, shape (inputs, boxes).
+        timeout: Seconds.
+        told: Called after each batch.
+    """
+
+    def __init__(self, system: System, lo: Array, hi: Array, timeout: float, told: Told | None) -> None:
+        self.system, self.lo, self.hi = system, lo, hi
+        self.deadline, self.told, self.settled = time.monotonic() + timeout, told, 0
+        self.stuck: list[tuple[Array, Array]] = []
+        finite = np.isfinite(lo) & np.isfinite(hi)
+        with np.errstate(invalid="ignore"):
+            low, high = np.where(finite, lo, np.inf).min(axis=1), np.where(finite, hi, -np.inf).max(axis=1)
+            self.ranges = np.maximum(np.where(high > low, high - low, 1.0), 1e-300)[:, None]
+
+    def take(self) -> tuple[Array, Array]:
+        """Take the next batch."""
+        count = self.system.batch
+        lo, hi = self.lo[:, -count:], self.hi[:, -count:]
+        self.lo, self.hi = self.lo[:, :-count], self.hi[:, :-count]
+        return lo, hi
+
+    def put_halves(self, lo: Array, hi: Array, steepness: Array) -> None:
+        """Halve boxes across the side along which most is not known; keep apart those too small for it."""
+        with np.errstate(invalid="ignore", over="ignore"):
+            width = (hi - lo) / self.ranges
+            weight = np.where(np.isfinite(steepness), steepness * (hi - lo), np.inf)
+            floor = np.maximum(_NARROW, 8.0 * 2.0**-52 * np.maximum(np.abs(lo), np.abs(hi)) / self.ranges)
+        can = width > floor
+        # Steep sides first; where slopes are not known, or none matters, long ones.
+        unknown = ~np.isfinite(weight).all(axis=0) | (weight <= 0.0).all(axis=0)
+        score = np.where(can, np.where(unknown, width, np.where(np.isfinite(weight), weight, 0.0) + 1e-9 * width), -1.0)
+        axis = score.argmax(axis=0)
+        ready = can.any(axis=0)
+        if not ready.all():
+            self.stuck.append((lo[:, ~ready], hi[:, ~ready]))
+        lo, hi, axis = lo[:, ready], hi[:, ready], axis[ready]
+        boxes = np.arange(lo.shape[1])
+        middle = _between(lo[axis, boxes], hi[axis, boxes])
+        left, right = hi.copy(), lo.copy()
+        left[axis, boxes] = middle
+        right[axis, boxes] = np.nextafter(middle, np.inf)
+        self.lo, self.hi = np.hstack([self.lo, lo, right]), np.hstack([self.hi, left, hi])
+        if self.told is not None:
+            self.told(self.settled, self.lo.shape[1])
+
+    @property
+    def is_over(self) -> bool:
+        """Whether time or room is used up."""
+        return time.monotonic() > self.deadline or self.lo.shape[1] > _MOST
+
+    @property
+    def open_boxes(self) -> tuple[tuple[dict[str, Side], ...], int]:
+        """Some of the open boxes, and how many there are."""
+        lo = np.hstack([*(s[0] for s in self.stuck), self.lo])
+        hi = np.hstack([*(s[1] for s in self.stuck), self.hi])
+        shown = [
+            {n: _side(float(lo[i, k]), float(hi[i, k])) for i, n in enumerate(self.system.inputs)}
+            for k in range(min(_SHOWN, lo.shape[1]))
+        ]
+        return tuple(shown), lo.shape[1]
+
+
+def _side(lo: float, hi: float) -> Side:
+    """Return a side; of neighbouring floats no one wants to see the last digits."""
+    if lo == hi:
+        return Side(lo, hi)
+    return Side(float(np.nextafter(lo, -np.inf)), float(np.nextafter(hi, np.inf)), False, False)
+
+
+def _between(lo: Array, hi: Array) -> Array:
+    with np.errstate(invalid="ignore"):
+        middle = 0.5 * lo + 0.5 * hi
+    below, above = np.isinf(lo), np.isinf(hi)
+    middle = np.where(below, np.minimum(2.0 * hi, hi - 1.0), middle)
+    middle = np.where(above, np.maximum(2.0 * lo, lo + 1.0), middle)
+    middle = np.where(below & above, 0.0, middle)
+    return np.minimum(np.maximum(middle, np.maximum(lo, -1e308)), np.nextafter(hi, -np.inf))
+
+
+def decide(system: System, claim: Claim, judge: Judge, timeout: float, told: Told | None) -> Verdict:
+    """Decide a claim about points by subdivision."""
+    cells = system.cells([claim.truth, claim.region])
+    if cells is None:
+        return Undecided(claim.text, "its terms cut the inputs into too many cells")
+    witness = first_witness(claim, judge, *cells)
+    if witness is not None:
+        return Refuted(claim.text, witness)
+    with np.errstate(all="ignore"):
+        return _Pointwise(system, claim, judge, Search(system, *cells, timeout, told)).verdict()
+
+
+def first_witness(claim: Claim, judge: Judge, lo: Array, hi: Array) -> Witness | None:
+    """Look for a witness among middles of cells, of which points are corners."""
+    step = max(1, lo.shape[1] // _FIRST)
+    for k in range(0, lo.shape[1], step):
+        point = [float(x) for x in _middle(lo[:, k], hi[:, k])]
+        witness = judge.broken(claim.truth, claim.region, point)
+        if witness is not None:
+            return witness
+    return None
+
+
+def _middle(lo: Array, hi: Array) -> Array:
+    return np.minimum(np.maximum(np.where(lo == hi, lo, _between(lo, np.maximum(hi, lo))), lo), hi)
+
+
+class _Pointwise:
+    def __init__(self, system: System, claim: Claim, judge: Judge, search: Search) -> None:
+        self.system, self.claim, self.judge, self.search = system, claim, judge, search
+        self.compared = list(dict.fromkeys(bounds_in(claim.truth)))
+        self.conditions = list(dict.fromkeys(bounds_in(claim.region)))
+        self.only_exact = not any(b.tolerance or is_limit(system.system, b) for b in self.compared)
+        self.is_rounded = False
+
+    def verdict(self) -> Verdict:
+        search = self.search
+        while search.lo.shape[1]:
+            if search.is_over:
+                boxes, count = search.open_boxes
+                return Undecided(self.claim.text, "more time would decide it, or a wider tolerance", boxes, count)
+            witness = self._step()
+            if witness is not None:
+                return Refuted(self.claim.text, witness)
+            if sum(s[0].shape[1] for s in search.stuck) > _SHOWN:
+                break
+        if search.stuck:
+            boxes, count = search.open_boxes
+            reason = "it comes as close to its bound as rounding; a tolerance, such as 'within 1e-9', would decide it"
+            return Undecided(self.claim.text, reason, boxes, count)
+        note = "in exact arithmetic; kernels round" if self.is_rounded else ""
+        return Proved(self.claim.text, note=note)
+
+    def _step(self) -> Witness | None:
+        """Settle what can be settled of a batch, and halve the rest."""
+        lo, hi = self.search.take()
+        count = lo.shape[1]
+        exprs = [Binary("-", b.left, b.right) for b in (*self.conditions, *self.compared)]
+        found, void = self.system.enclose(exprs, lo, hi, sloped=True)
+        number = len(self.conditions)
+        upper = {b: np.broadcast_to(e.hi, count) for b, e in zip(self.conditions, found, strict=False)}
+        outside = np.broadcast_to(surely_false(self.claim.region, upper) | void, count)
+        lower: dict[Bound, Array] = {}
+        exact: dict[Bound, Array] = {}
+        steepness, points, lowest = np.zeros_like(lo), _middle(lo, hi), np.full(count, np.inf)
+        for b, e, expr in zip(self.compared, found[number:], exprs[number:], strict=True):
+            natural = np.broadcast_to(e.lo, count) + float(b.tolerance)
+            lower[b] = exact[b] = natural
+            if e.slopes is None:
+                continue
+            slopes = [np.broadcast_to(s, lo.shape) for s in e.slopes]
+            start, slack = _start(lo, hi, *slopes)
+            (there,), _ = self.system.enclose([expr], start, start, sloped=False)
+            straight = np.broadcast_to(there.lo, count) - slack * (1.0 + 1e-12) + float(b.tolerance)
+            straight = straight - np.abs(straight) * 1e-15
+            exact[b] = np.fmax(natural, straight)
+            lower[b] = np.fmax(natural, straight - np.broadcast_to(e.error, count))
+            steepness = np.fmax(steepness, np.maximum(np.abs(slopes[0]), np.abs(slopes[1])))
+            at = np.broadcast_to(there.lo, count) + float(b.tolerance)
+            points = np.where(at < lowest, start, points)
+            lowest = np.fmin(lowest, at)
+        done = outside | surely_true(self.claim.truth, lower)
+        if self.only_exact:
+            rounded = ~done & surely_true(self.claim.truth, exact)
+            self.is_rounded = self.is_rounded or bool(rounded.any())
+            done = done | rounded
+        done = np.broadcast_to(done, count)
+        self.search.settled += int(done.sum())
+        open_ = ~done
+        if not open_.any():
+            return None
+        order = np.argsort(lowest[open_])[:_TRIED]
+        for k in np.flatnonzero(open_)[order]:
+            for point in (points[:, k], _middle(lo[:, k], hi[:, k])):
+                witness = self.judge.broken(self.claim.truth, self.claim.region, [float(x) for x in point])
+                if witness is not None:
+                    return witness
+        self.search.put_halves(lo[:, open_], hi[:, open_], steepness[:, open_])
+        return None
+
+
+def _start(lo: Array, hi: Array, down: Array, up: Array) -> tuple[Array, Array]:
+    """Return where to expand for a lower bound, and how far values may fall from there.
+
+    Along an input in which the value rises or falls throughout it is the lower end; else the middle.
+    """
+    middle = _middle(lo, hi)
+    start = np.where(down >= 0.0, lo, np.where(up <= 0.0, hi, middle))
+    start = np.where(np.isfinite(start), start, middle)
+    reach = np.maximum(hi - start, start - lo)
+    free = (down >= 0.0) & np.isfinite(lo) | (up <= 0.0) & np.isfinite(hi)
+    steep = np.maximum(np.abs(down), np.abs(up))
+    with np.errstate(invalid="ignore"):
+        fall = np.where(free | (reach == 0.0), 0.0, steep * reach)
+    slack: Array = np.where(np.isnan(fall), np.inf, fall).sum(axis=0)
+    return start, slack
+
+
+def decide_slope(
+    system: System, claim: Claim, slope: Slope, judge: Judge, timeout: float, told: Told | None
+) -> Verdict:
+    """Decide a word about slopes by subdivision."""
+    output, axis = system.outputs.index(slope.output), system.inputs.index(slope.input)
+    cells = system.cells([])
+    if cells is None:
+        return Undecided(claim.text, "its terms cut the inputs into too many cells")
+    lo, hi = cells
+    whole = (lo < hi).all(axis=0)
+    for k in range(0, lo.shape[1], max(1, lo.shape[1] // _FIRST)):
+        witness = _broken(slope, judge, lo[:, k], hi[:, k], axis)
+        if witness is not None:
+            return Refuted(claim.text, witness)
+    if not system.is_continuous(output):
+        return Undecided(claim.text, f"'{slope.output}' is not known to be continuous")
+    search = Search(system, lo[:, whole], hi[:, whole], timeout, told)
+    with np.errstate(all="ignore"):
+        return _Sloped(system, claim, slope, judge, search).verdict(output, axis)
+
+
+def _broken(slope: Slope, judge: Judge, lo: Array, hi: Array, axis: int) -> Witness | None:
+    if not (np.isfinite(lo[axis]) and np.isfinite(hi[axis]) and lo[axis] < hi[axis]):
+        return None
+    point = [float(x) for x in _middle(lo, hi)]
+    point[axis] = float(lo[axis])
+    return judge.broken_slope(slope, point, float(hi[axis]), judge.rounding(slope.output))
+
+
+class _Sloped:
+    def __init__(self, system: System, claim: Claim, slope: Slope, judge: Judge, search: Search) -> None:
+        self.system, self.claim, self.slope, self.judge, self.search = system, claim, slope, judge, search
+
+    def verdict(self, output: int, axis: int) -> Verdict:
+        search = self.search
+        while search.lo.shape[1]:
+            if search.is_over:
+                boxes, count = search.open_boxes
+                return Undecided(self.claim.text, "more time would decide it", boxes, count)
+            witness = self._step(output, axis)
+            if witness is not None:
+                return Refuted(self.claim.text, witness)
+            if sum(s[0].shape[1] for s in search.stuck) > _SHOWN:
+                break
+        if search.stuck:
+            boxes, count = search.open_boxes
+            return Undecided(self.claim.text, "the slope comes as close to its bound as rounding", boxes, count)
+        return Proved(self.claim.text, note="in exact arithmetic; kernels round")
+
+    def _step(self, output: int, axis: int) -> Witness | None:
+        lo, hi = self.search.take()
+        own = list(self.system.inputs_of(lo, hi, sloped=True).values())
+        (found,), _ = self.system.evaluate(own, [output])
+        if found.slopes is None:
+            return None
+        down, up = (np.broadcast_to(s, lo.shape)[axis] for s in found.slopes)
+        match self.slope.word:
+            case "increasing":
+                open_ = ~(down >= 0.0)
+            case "decreasing":
+                open_ = ~(up <= 0.0)
+            case _:
+                open_ = ~(np.maximum(np.abs(down), np.abs(up)) <= self.slope.limit)
+        self.search.settled += int((~open_).sum())
+        if not open_.any():
+            return None
+        for k in np.flatnonzero(open_)[:_TRIED]:
+            witness = _broken(self.slope, self.judge, lo[:, k], hi[:, k], axis)
+            if witness is not None:
+                return witness
+        self.search.put_halves(lo[:, open_], hi[:, open_], np.zeros_like(lo[:, open_]))
+        return None

@@ -1,0 +1,229 @@
+"""Guarantees in normal form: `left >= right` with a tolerance, joined by all and any, and words about all points."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Final
+
+from fuzzyctl.expr import Call, Compare, Expr, Logic, Name, Negate, Number, names_in, to_text, walk
+from fuzzyctl.model.guarantee import Guarantee
+from fuzzyctl.model.system import FuzzySystem
+
+#: Words about two points of an input.
+SLOPES: Final = ("increasing", "decreasing", "lipschitz")
+
+
+@dataclass(frozen=True)
+class Bound:
+    """`left >= right - tolerance`, or `>` if it is strict.
+
+    Args:
+        left, right: Expressions over params, inputs and outputs.
+        tolerance: At least 0.
+        strict: Whether equality does not do.
+        origin: The comparison it was written as.
+    """
+
+    left: Expr
+    right: Expr
+    tolerance: Fraction
+    strict: bool
+    origin: Expr
+
+
+@dataclass(frozen=True)
+class Slope:
+    """A word about an output along an input.
+
+    Args:
+        word: One of `SLOPES`.
+        output, input: Their names.
+        limit: The bound of `lipschitz`, else 0.
+        tolerance: How far values may be off.
+        origin: As it was written.
+    """
+
+    word: str
+    output: str
+    input: str
+    limit: float
+    tolerance: Fraction
+    origin: Expr
+
+
+@dataclass(frozen=True)
+class Total:
+    """Some rule fires everywhere for an output."""
+
+    output: str
+    origin: Expr
+
+
+@dataclass(frozen=True)
+class Every:
+    """All of some truths; of none it is true."""
+
+    parts: tuple[Truth, ...]
+
+
+@dataclass(frozen=True)
+class Some:
+    """At least one of some truths."""
+
+    parts: tuple[Truth, ...]
+
+
+@dataclass(frozen=True)
+class Denied:
+    """The negation of a word about all points."""
+
+    part: Slope | Total
+
+
+Truth = Bound | Slope | Total | Every | Some | Denied
+Pointwise = Bound | Every | Some
+
+ALWAYS: Final = Every(())
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A guarantee of a system.
+
+    Args:
+        text: As a rule file writes it.
+        truth: What must hold.
+        region: Where it must hold.
+    """
+
+    text: str
+    truth: Truth
+    region: Truth
+
+
+def claim_of(system: FuzzySystem, guarantee: Guarantee) -> Claim:
+    """Return a guarantee in normal form."""
+    tolerance = Fraction(0)
+    text = to_text(guarantee.claim)
+    if guarantee.within is not None:
+        tolerance = Fraction(system.number(guarantee.within))
+        text += f" within {to_text(guarantee.within)}"
+    region: Truth = ALWAYS
+    if guarantee.when is not None:
+        region = _truth(system, guarantee.when, Fraction(0), True)
+        text += f" when {to_text(guarantee.when)}"
+    return Claim(text, _truth(system, guarantee.claim, tolerance, True), region)
+
+
+def speaks_of_all_points(truth: Truth) -> bool:
+    """Return whether a truth holds a word about all points, so that no single point has it or not."""
+    if isinstance(truth, Every | Some):
+        return any(speaks_of_all_points(p) for p in truth.parts)
+    return not isinstance(truth, Bound)
+
+
+def bounds_in(truth: Truth) -> Iterator[Bound]:
+    """Yield all comparisons."""
+    if isinstance(truth, Bound):
+        yield truth
+    elif isinstance(truth, Every | Some):
+        for part in truth.parts:
+            yield from bounds_in(part)
+
+
+def outputs_in(system: FuzzySystem, truth: Truth) -> set[str]:
+    """Return the names of the outputs that comparisons name."""
+    known = {o.name for o in system.outputs}
+    return {n for b in bounds_in(truth) for side in (b.left, b.right) for n in named(side) if n in known}
+
+
+def named(expr: Expr) -> Iterator[str]:
+    """Yield the names of variables and of what is called."""
+    for node in walk(expr):
+        if isinstance(node, Name):
+            yield node.name
+        elif isinstance(node, Call):
+            yield node.function
+
+
+def is_limit(system: FuzzySystem, bound: Bound) -> bool:
+    """Return whether one side is a number: such a claim is about the numbers that kernels return."""
+    variables = {v.name for v in (*system.inputs, *system.outputs)}
+    return any(not variables & set(named(side)) for side in (bound.left, bound.right))
+
+
+def _truth(system: FuzzySystem, expr: Expr, tolerance: Fraction, wanted: bool) -> Truth:
+    """Return a claim, or its negation if `wanted` is false, with `not` carried down to the comparisons."""
+    match expr:
+        case Logic(op="not", operands=(operand,)):
+            return _truth(system, operand, tolerance, not wanted)
+        case Logic(op=op, operands=operands):
+            parts = tuple(_truth(system, o, tolerance, wanted) for o in operands)
+            return Every(parts) if (op == "and") == wanted else Some(parts)
+        case Compare(op="<=", left=Call(function="lipschitz") as call, right=right):
+            limit = system.number(right)
+            slope = Slope("lipschitz", *_two_names(call), limit, tolerance, expr)
+            return slope if wanted else Denied(slope)
+        case Compare():
+            return _comparison(expr, tolerance, wanted)
+        case Call(function="bounded", arguments=(output, low, high)):
+            joined = (Compare(">=", output, low), Compare("<=", output, high))
+            return _truth(system, Logic("and", joined), tolerance, wanted)
+        case Call(function="total", arguments=(Name(name=name),)):
+            return Total(name, expr) if wanted else Denied(Total(name, expr))
+        case Call(function=word) if word in SLOPES:
+            slope = Slope(word, *_two_names(expr), 0.0, tolerance, expr)
+            return slope if wanted else Denied(slope)
+    raise TypeError(f"{to_text(expr)} is no claim")
+
+
+def _two_names(call: Call) -> tuple[str, str]:
+    first, second = (n.name for n in names_in(call))
+    return first, second
+
+
+_OPPOSITE: Final = {"<": ">=", "<=": ">", ">": "<=", ">=": "<", "==": "!=", "!=": "=="}
+
+
+def _comparison(expr: Compare, tolerance: Fraction, wanted: bool) -> Truth:
+    op: str = expr.op if wanted else _OPPOSITE[expr.op]
+    left, right = expr.left, expr.right
+    match op:
+        case ">=" | ">":
+            return _simplified(Bound(left, right, tolerance, op == ">", expr))
+        case "<=" | "<":
+            return _simplified(Bound(right, left, tolerance, op == "<", expr))
+        case "==":
+            return Every(tuple(_simplified(Bound(*p, tolerance, False, expr)) for p in ((left, right), (right, left))))
+    # What differs by anything differs; a tolerance would only make it true for all numbers.
+    return Some(tuple(_simplified(Bound(*p, Fraction(0), True, expr)) for p in ((left, right), (right, left))))
+
+
+def _simplified(bound: Bound) -> Truth:
+    """Write magnitudes, minima and maxima that stand alone as several comparisons, which are linear."""
+
+    def parts(sides: Sequence[tuple[Expr, Expr]]) -> tuple[Truth, ...]:
+        return tuple(_simplified(Bound(a, b, bound.tolerance, bound.strict, bound.origin)) for a, b in sides)
+
+    left, right = bound.left, bound.right
+    match left:
+        case Call(function="abs", arguments=(a,)):
+            return Some(parts([(a, right), (_negative(a), right)]))
+        case Call(function="max", arguments=several):
+            return Some(parts([(a, right) for a in several]))
+        case Call(function="min", arguments=several):
+            return Every(parts([(a, right) for a in several]))
+    match right:
+        case Call(function="abs", arguments=(a,)):
+            return Every(parts([(left, a), (left, _negative(a))]))
+        case Call(function="max", arguments=several):
+            return Every(parts([(left, a) for a in several]))
+        case Call(function="min", arguments=several):
+            return Some(parts([(left, a) for a in several]))
+    return bound
+
+
+def _negative(expr: Expr) -> Expr:
+    return Number(-expr.value) if isinstance(expr, Number) else Negate(expr)

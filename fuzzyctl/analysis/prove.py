@@ -1,0 +1,222 @@
+"""Proofs of guarantees, by the cheapest method that decides each: bounds, corners of cells, subdivision."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from functools import cached_property, partial
+from typing import Any, Final
+
+from fuzzyctl.analysis import vertices
+from fuzzyctl.analysis.affine import Reader
+from fuzzyctl.analysis.bounds import OutputBound, output_bounds
+from fuzzyctl.analysis.claims import (
+    ALWAYS,
+    Bound,
+    Claim,
+    Denied,
+    Every,
+    Slope,
+    Some,
+    Total,
+    Truth,
+    claim_of,
+    speaks_of_all_points,
+)
+from fuzzyctl.analysis.coverage import Hole, uncovered_of
+from fuzzyctl.analysis.coverage import Undecided as Unclear
+from fuzzyctl.analysis.exact import Surface, surface_of
+from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Witness
+from fuzzyctl.analysis.witnesses import Judge
+from fuzzyctl.kernels.plan import Plan, plan
+from fuzzyctl.model.guarantee import Guarantee
+from fuzzyctl.model.system import FuzzySystem
+
+#: Seconds that one guarantee may take.
+TIMEOUT: Final = 10.0
+
+#: Told now and then during a long proof: the claim, boxes settled, boxes open.
+Progress = Callable[[str, int, int], None]
+
+
+def prove(
+    path: str | os.PathLike[str] | FuzzySystem,
+    *,
+    system: str | None = None,
+    timeout: float = TIMEOUT,
+    progress: Progress | None = None,
+) -> tuple[Verdict, ...]:
+    """Prove the guarantees of a rule file or a system, for all inputs in their ranges.
+
+    Inputs outside their ranges are clamped, so that what is proved of outputs holds for all real inputs. A claim is
+    about the points where the outputs it names have a value; `total(f)` says that they do everywhere.
+
+    Args:
+        path: The `.fz` file, or the system.
+        system: Name of the system, where the file holds several.
+        timeout: Seconds that one guarantee may take.
+        progress: Called now and then during a long proof.
+
+    Returns:
+        One verdict for each guarantee, in the order written.
+
+    Raises:
+        DiagnosticError: For a file with mistakes.
+    """
+    if not isinstance(path, FuzzySystem):
+        from fuzzyctl.loading import load
+
+        path = load(path, system=system)
+    prover = Prover(path, timeout=timeout, progress=progress)
+    return tuple(prover.verdict(g) for g in path.guarantees)
+
+
+@dataclass
+class Prover:
+    """Proves guarantees of one system; what they need is computed once.
+
+    Args:
+        system: The system.
+        timeout: Seconds that one guarantee may take; 0 for the quick methods only.
+        progress: Called now and then.
+    """
+
+    system: FuzzySystem
+    timeout: float = TIMEOUT
+    progress: Progress | None = None
+    _boxed: Any = field(default=None, init=False, repr=False)
+
+    @cached_property
+    def plan(self) -> Plan:
+        """The system as numbers."""
+        return plan(self.system)
+
+    @cached_property
+    def surface(self) -> Surface | None:
+        """The outputs in rational arithmetic, None if they do not interpolate."""
+        return surface_of(self.plan)
+
+    @cached_property
+    def bounds(self) -> Mapping[str, OutputBound]:
+        """What the outputs lie between, seen from their consequents alone."""
+        return output_bounds(self.system)
+
+    @cached_property
+    def judge(self) -> Judge:
+        """What evaluates witnesses."""
+        return Judge(self.system)
+
+    def verdict(self, guarantee: Guarantee) -> Verdict:
+        """Return what is proved of a guarantee."""
+        claim = claim_of(self.system, guarantee)
+        return replace(self._settled(claim), claim=claim.text, span=guarantee.span)
+
+    def _settled(self, claim: Claim) -> Verdict:
+        match claim.truth:
+            case Slope():
+                return self._slope(claim, claim.truth)
+            case Total(output=output):
+                return self._total(claim, output)
+            case Denied(part=part):
+                return _denied(self._settled(replace(claim, truth=part)))
+            case Every(parts=parts) | Some(parts=parts) if speaks_of_all_points(claim.truth):
+                verdicts = [self._settled(replace(claim, truth=p)) for p in parts]
+                return _joined(claim, verdicts, every=isinstance(claim.truth, Every))
+        return self._pointwise(claim)
+
+    def _pointwise(self, claim: Claim) -> Verdict:
+        if self._follows_from_bounds(claim.truth):
+            return Proved(claim.text)
+        if self.surface is not None:
+            found = vertices.decide(self.system, self.surface, claim, self.judge)
+            if found is not None:
+                return found
+        return self._divided(claim)
+
+    def _follows_from_bounds(self, truth: Truth) -> bool:
+        if isinstance(truth, Bound):
+            return self._is_bounded(truth)
+        assert isinstance(truth, Every | Some)
+        return (all if isinstance(truth, Every) else any)(self._follows_from_bounds(p) for p in truth.parts)
+
+    def _is_bounded(self, bound: Bound) -> bool:
+        """Return whether one output and numbers are compared, and the bounds of the output say enough."""
+        reader = Reader(self.system)
+        left, right = reader.read(bound.left), reader.read(bound.right)
+        if left is None or right is None:
+            return False
+        own = left.plus(right, Fraction(-1))
+        if own.inputs or len(own.outputs) != 1:
+            return False
+        ((taken, factor),) = own.outputs.items()
+        known = self.bounds[self.system.outputs[taken.output].name]
+        if not all(abs(e) < float("inf") for e in (known.lo, known.hi)):
+            return False
+        least = min(own.number + factor * Fraction(e) for e in (known.lo, known.hi)) + bound.tolerance
+        return least > 0 or (least == 0 and not bound.strict)
+
+    def _total(self, claim: Claim, output: str) -> Verdict:
+        found = uncovered_of(self.plan)[output]
+        if found is None:
+            return Proved(claim.text)
+        if isinstance(found, Unclear):
+            return Undecided(claim.text, found.reason)
+        assert isinstance(found, Hole)
+        if claim.region != ALWAYS:
+            return Undecided(claim.text, f"no rule fires where {found}; whether that is in the region is not looked at")
+        return Refuted(claim.text, Witness(found.witness, ((f"rules that fire for {output}", 0.0),)))
+
+    def _slope(self, claim: Claim, slope: Slope) -> Verdict:
+        found: Verdict | None = None
+        if self.surface is not None:
+            found = vertices.decide_slope(self.system, self.surface, claim, slope, self.judge)
+        if found is None:
+            found = self._divided(claim)
+        if isinstance(found, Refuted) and claim.region != ALWAYS:
+            return Undecided(claim.text, "slopes are proved for all inputs only, and for some of them it is broken")
+        return found
+
+    def _divided(self, claim: Claim) -> Verdict:
+        """Decide a claim by subdivision, which needs numpy."""
+        if self.timeout <= 0.0:
+            return Undecided(claim.text, "it takes subdivision")
+        from fuzzyctl.analysis import branching
+        from fuzzyctl.analysis.boxes import System
+
+        if self._boxed is None:
+            self._boxed = System(self.system, self.plan)
+        told = None if self.progress is None else partial(self.progress, claim.text)
+        if isinstance(claim.truth, Slope):
+            return branching.decide_slope(self._boxed, claim, claim.truth, self.judge, self.timeout, told)
+        return branching.decide(self._boxed, claim, self.judge, self.timeout, told)
+
+
+def _denied(verdict: Verdict) -> Verdict:
+    match verdict:
+        case Refuted():
+            return Proved(verdict.claim)
+        case Proved():
+            return Undecided(verdict.claim, "what 'not' denies is proved, which no single point shows")
+    return verdict
+
+
+def _joined(claim: Claim, verdicts: list[Verdict], *, every: bool) -> Verdict:
+    """Join verdicts of parts that speak of all points."""
+    refuted = [v for v in verdicts if isinstance(v, Refuted)]
+    open_ones = [v for v in verdicts if isinstance(v, Undecided)]
+    proved = [v for v in verdicts if isinstance(v, Proved)]
+    if every:
+        order: list[Verdict] = [*refuted, *open_ones]
+        noted = [v for v in proved if v.note]
+        return (order or [*noted, Proved(claim.text)])[0]
+    if proved:
+        return proved[0]
+    if len(refuted) == len(verdicts) and all(not isinstance(p, Bound | Every | Some) for p in _parts(claim.truth)):
+        return refuted[0]
+    return Undecided(claim.text, "no part of 'or' is proved by itself")
+
+
+def _parts(truth: Truth) -> tuple[Truth, ...]:
+    return truth.parts if isinstance(truth, Every | Some) else (truth,)

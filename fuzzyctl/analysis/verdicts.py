@@ -1,0 +1,69 @@
+"""What a proof answers: proved, refuted by a witness, or undecided."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from fuzzyctl.analysis.coverage import Side
+from fuzzyctl.source import Span
+
+
+@dataclass(frozen=True)
+class Proved:
+    """A guarantee that holds for all inputs.
+
+    Args:
+        claim: The guarantee as a rule file writes it.
+        span: Where it stands, if it came from a text.
+        note: Of which numbers it holds, where that is not those that kernels return.
+    """
+
+    claim: str
+    span: Span | None = field(default=None, compare=False, repr=False)
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Witness:
+    """A point that breaks a guarantee, evaluated by a kernel.
+
+    Args:
+        point: Values of the inputs.
+        sides: What is compared there: texts with their values.
+        other: A second point, for claims that compare two, such as `increasing`.
+    """
+
+    point: dict[str, float]
+    sides: tuple[tuple[str, float], ...]
+    other: dict[str, float] | None = None
+
+
+@dataclass(frozen=True)
+class Refuted:
+    """A guarantee that a witness breaks; see `Proved`."""
+
+    claim: str
+    witness: Witness
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True)
+class Undecided:
+    """A guarantee that is neither proved nor refuted; see `Proved`.
+
+    Args:
+        claim: The guarantee.
+        reason: What would decide it.
+        boxes: Where it is open: some of the boxes that remain, the ends of each input by name.
+        remaining: How many boxes remain.
+        span: Where it stands.
+    """
+
+    claim: str
+    reason: str
+    boxes: tuple[dict[str, Side], ...] = ()
+    remaining: int = 0
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+
+Verdict = Proved | Refuted | Undecided

@@ -1,0 +1,185 @@
+"""Witnesses: points that break a claim when kernels evaluate it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from fractions import Fraction
+from functools import cached_property
+from typing import Any, Final
+
+from fuzzyctl.analysis.claims import Bound, Every, Slope, Some, Truth, bounds_in
+from fuzzyctl.analysis.verdicts import Witness
+from fuzzyctl.errors import NoRuleFiresError
+from fuzzyctl.expr import (
+    CONSTANTS,
+    FUNCTIONS,
+    Binary,
+    Call,
+    Compare,
+    Expr,
+    ExprError,
+    Name,
+    Negate,
+    Number,
+    evaluate,
+    to_text,
+)
+from fuzzyctl.kernels.compile import Kernel, compile
+from fuzzyctl.model.system import FuzzySystem
+
+#: What functions such as `exp` may be off by, relative to what is compared.
+_ROUNDING: Final = Fraction(1, 1 << 40)
+
+#: An exact number, and whether it was computed without functions that round.
+Value = tuple[Fraction, bool]
+
+
+class NoValueError(ArithmeticError):
+    """Raised where an expression has no value, such as an output that is NaN."""
+
+
+class Judge:
+    """Evaluates claims of a system at points."""
+
+    def __init__(self, system: FuzzySystem) -> None:
+        self.system = system
+        self.inputs = [v.name for v in system.inputs]
+        self.params: Mapping[str, float] = {**CONSTANTS, **system.values}
+
+    @cached_property
+    def kernel(self) -> Kernel:
+        """What users call."""
+        return compile(self.system, "python")
+
+    def outputs(self, point: Sequence[float]) -> dict[str, float]:
+        """Return the values of all outputs; NaN where one has none."""
+        names = [o.name for o in self.system.outputs]
+        state: list[Any] = [self.kernel.initial_state()] if self.kernel.n_states else []
+        try:
+            found = self.kernel(*point, *state)
+        except NoRuleFiresError:
+            return dict.fromkeys(names, math.nan)
+        return dict(zip(names, found if isinstance(found, tuple) else (found,), strict=True))
+
+    def broken(self, truth: Truth, region: Truth, point: Sequence[float]) -> Witness | None:
+        """Return a point as a witness if it lies in the region and the claim is false there."""
+        try:
+            if not self.holds(region, point) or self.holds(truth, point):
+                return None
+            failing = [b for b in bounds_in(truth) if not self.holds(b, point)]
+            return Witness(dict(zip(self.inputs, point, strict=True)), self._sides(failing[0], point))
+        except (NoValueError, ExprError, OverflowError):
+            return None
+
+    def _sides(self, bound: Bound, point: Sequence[float]) -> tuple[tuple[str, float], ...]:
+        origin = bound.origin
+        sides = (origin.left, origin.right) if isinstance(origin, Compare) else (bound.left, bound.right)
+        here = self.outputs(point)
+        found = {to_text(s): float(self.value(s, point, here)[0]) for s in sides if not isinstance(s, Number)}
+        return tuple(found.items())
+
+    def holds(self, truth: Truth, point: Sequence[float]) -> bool:
+        """Return whether a claim holds at a point, for the numbers that the kernel returns."""
+        match truth:
+            case Every(parts=parts):
+                return all(self.holds(p, point) for p in parts)
+            case Some(parts=parts):
+                return any(self.holds(p, point) for p in parts)
+            case Bound(left=left, right=right, tolerance=tolerance, strict=strict):
+                here = self.outputs(point)
+                (a, exact_a), (b, exact_b) = self.value(left, point, here), self.value(right, point, here)
+                slack = tolerance if exact_a and exact_b else tolerance + _ROUNDING * (abs(a) + abs(b))
+                return a - b + slack > 0 if strict and exact_a and exact_b else a - b + slack >= 0
+        raise TypeError(f"{type(truth).__name__} is about all points")
+
+    def value(self, expr: Expr, point: Sequence[float], here: Mapping[str, float]) -> Value:
+        """Return the value of an expression at a point, `here` being the outputs there."""
+        match expr:
+            case Number(value=number):
+                return _finite(number), True
+            case Name(name=name):
+                if name in self.inputs:
+                    return _finite(point[self.inputs.index(name)]), True
+                return _finite(here[name] if name in here else self.params[name]), True
+            case Negate(operand=operand):
+                a, exact = self.value(operand, point, here)
+                return -a, exact
+            case Binary(op="^", left=left, right=right):
+                return self._rounded(
+                    lambda u, v: evaluate(Binary("^", Number(u), Number(v)), {}), (left, right), point, here
+                )
+            case Binary(op=op, left=left, right=right):
+                return _combined(op, self.value(left, point, here), self.value(right, point, here))
+            case Call(function=function, arguments=arguments) if function in here:
+                given = [float(self.value(a, point, here)[0]) for a in arguments]
+                return _finite(self.outputs(given)[function]), True
+            case Call(function="abs" | "min" | "max" as function, arguments=arguments):
+                parts = [self.value(a, point, here) for a in arguments]
+                exact = all(e for _, e in parts)
+                numbers = [v for v, _ in parts]
+                return (abs(numbers[0]) if function == "abs" else {"min": min, "max": max}[function](numbers)), exact
+            case Call(function=function, arguments=arguments) if function in FUNCTIONS:
+                call = lambda *v: evaluate(Call(function, tuple(Number(x) for x in v)), {})  # noqa: E731
+                return self._rounded(call, arguments, point, here)
+        raise NoValueError
+
+    def _rounded(
+        self, function: Any, parts: Iterable[Expr], point: Sequence[float], here: Mapping[str, float]
+    ) -> Value:
+        return _finite(function(*(float(self.value(p, point, here)[0]) for p in parts))), False
+
+    def rounding(self, output: str) -> Fraction:
+        """Return what differences of an output may owe to rounding, generously."""
+        own = self.system.output(output)
+        ends = [abs(self.system.number(e)) for e in (own.lower, own.upper)]
+        return Fraction(max(ends)) / (1 << 36)
+
+    def broken_slope(self, slope: Slope, point: Sequence[float], far: float, error: Fraction) -> Witness | None:
+        """Return a pair of points that breaks a word about slopes: a point, and one with another value of the input.
+
+        Args:
+            slope: The claim.
+            point: The first point.
+            far: The input at the second point.
+            error: How far kernels may be off; a slope that is too steep by less is not shown.
+        """
+        k = self.inputs.index(slope.input)
+        first, second = list(point), list(point)
+        second[k] = far
+        if first[k] > far:
+            first, second = second, first
+        a, b = (self.outputs(p)[slope.output] for p in (first, second))
+        if math.isnan(a) or math.isnan(b) or first == second:
+            return None
+        rise = Fraction(b) - Fraction(a)
+        if slope.word == "lipschitz":
+            run = Fraction(second[k]) - Fraction(first[k])
+            broken = abs(rise) - Fraction(slope.limit) * run > slope.tolerance + 2 * error
+        else:
+            broken = (-rise if slope.word == "increasing" else rise) > slope.tolerance
+        if not broken:
+            return None
+        named = [dict(zip(self.inputs, p, strict=True)) for p in (first, second)]
+        sides = [(f"{slope.output} at {slope.input} = {p[k]:.9g}", v) for p, v in ((first, a), (second, b))]
+        return Witness(named[0], tuple(sides), named[1])
+
+
+def _finite(value: float) -> Fraction:
+    if not math.isfinite(value):
+        raise NoValueError
+    return Fraction(value)
+
+
+def _combined(op: str, a: Value, b: Value) -> Value:
+    exact = a[1] and b[1]
+    match op:
+        case "+":
+            return a[0] + b[0], exact
+        case "-":
+            return a[0] - b[0], exact
+        case "*":
+            return a[0] * b[0], exact
+    if not b[0]:
+        raise NoValueError
+    return a[0] / b[0], exact

@@ -1,0 +1,206 @@
+"""`fuzzyctl prove`: the guarantees of rule files, proved for all inputs or refuted by a point."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import click
+
+from fuzzyctl.cli.common import (
+    DONE,
+    FAILED,
+    FORMAT,
+    SET,
+    SYSTEM,
+    UNDECIDED,
+    answers_with_diagnostics,
+    assignments,
+    show,
+    with_params,
+)
+from fuzzyctl.errors import Diagnostic, DiagnosticError
+
+if TYPE_CHECKING:
+    from fuzzyctl.analysis.verdicts import Verdict, Witness
+    from fuzzyctl.model.system import FuzzySystem
+
+#: Seconds after which a proof shows how far it is.
+PATIENCE: Final = 1.0
+
+Proofs = list[tuple[str, "FuzzySystem", "tuple[Verdict, ...]"]]
+
+
+@click.command()
+@click.argument("files", nargs=-1, required=True, metavar="FILE...")
+@SET
+@SYSTEM
+@click.option(
+    "--timeout",
+    type=click.FloatRange(min=0.0),
+    default=10.0,
+    show_default=True,
+    metavar="SECONDS",
+    help="How long one guarantee may take.",
+)
+@FORMAT
+@answers_with_diagnostics
+def prove(files: tuple[str, ...], settings: tuple[str, ...], name: str | None, timeout: float, form: str) -> int:
+    """Prove the guarantees of rule files: their 'require' lines.
+
+    Each one is proved for all inputs, refuted by a point that is evaluated, or left undecided with what would decide
+    it. Exit code 1 if one is refuted or a file has mistakes, 3 if one is undecided.
+
+    \b
+    fuzzyctl prove rules/*.fz
+    fuzzyctl prove rules/ais_reaction.fz --set k_s=0.6
+    """
+    proofs: Proofs = []
+    mistakes: list[Diagnostic] = []
+    for file in files:
+        try:
+            systems = _systems(file, settings, name)
+        except DiagnosticError as error:
+            mistakes.extend(error.diagnostics)
+            continue
+        proofs.extend((file, s, _verdicts(s, timeout)) for s in systems)
+    if form == "json":
+        click.echo(json.dumps(_as_data(proofs, mistakes), ensure_ascii=False, indent=2))
+    else:
+        for line in _lines(proofs):
+            click.echo(line)
+        show(mistakes)
+    kinds = {type(v).__name__ for _, _, verdicts in proofs for v in verdicts}
+    if mistakes or "Refuted" in kinds:
+        return FAILED
+    return UNDECIDED if "Undecided" in kinds else DONE
+
+
+def _systems(file: str, settings: Sequence[str], name: str | None) -> list[FuzzySystem]:
+    """Return the systems of a file, or the one named, with params set.
+
+    Raises:
+        DiagnosticError: With the mistakes of the file.
+    """
+    from fuzzyctl.analysis import coverage
+    from fuzzyctl.loading import choose, examine_all
+    from fuzzyctl.reading import read_source
+
+    source = read_source(file)
+    systems, diagnostics = examine_all(source, folder=Path(file).parent)
+    if name is not None:
+        chosen, diagnostics = choose(source, systems, diagnostics, name)
+        systems = (chosen,) if chosen is not None else ()
+    mistakes = [d for d in diagnostics if d.severity == "error"]
+    found: list[FuzzySystem] = []
+    for system in () if mistakes else systems:
+        values = assignments(settings, [p.name for p in system.params], "param")
+        found.append(with_params(system, values, settings) if values else system)
+        mistakes.extend(d for d in coverage.diagnostics(found[-1]) if d.severity == "error")
+    if mistakes:
+        raise DiagnosticError(mistakes)
+    return found
+
+
+def _verdicts(system: FuzzySystem, timeout: float) -> tuple[Verdict, ...]:
+    from fuzzyctl.analysis.prove import prove as verdicts_of
+
+    with _progress() as told:
+        return verdicts_of(system, timeout=timeout, progress=told)
+
+
+@contextmanager
+def _progress() -> Iterator[Callable[[str, int, int], None] | None]:
+    """Show how far a long proof is, on terminals only."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.status import Status
+
+    status, begun, shown = Status("", console=Console(stderr=True)), time.monotonic(), False
+
+    def told(claim: str, settled: int, remaining: int) -> None:
+        nonlocal shown
+        if time.monotonic() - begun > PATIENCE:
+            status.update(f"{claim}: {settled:,} boxes settled, {remaining:,} open", spinner="dots")
+            if not shown:
+                status.start()
+                shown = True
+
+    try:
+        yield told
+    finally:
+        if shown:
+            status.stop()
+
+
+def _lines(proofs: Proofs) -> Iterator[str]:
+    count = {"proved": 0, "refuted": 0, "undecided": 0}
+    for file, system, verdicts in proofs:
+        if not verdicts:
+            yield f"{file}: {system.name}: no guarantees"
+        for verdict in verdicts:
+            word = type(verdict).__name__.lower()
+            count[word] += 1
+            place = str(verdict.span).rpartition(":")[0] if verdict.span is not None else file
+            yield f"{place}: {word}: {verdict.claim}"
+            yield from (f"    {line}" for line in _details(verdict))
+    yield ", ".join(f"{n} {word}" for word, n in count.items() if n or word == "proved")
+
+
+def _details(verdict: Verdict) -> Iterator[str]:
+    from fuzzyctl.analysis.verdicts import Proved, Refuted
+
+    if isinstance(verdict, Proved):
+        if verdict.note:
+            yield verdict.note
+    elif isinstance(verdict, Refuted):
+        yield _shown(verdict.witness)
+    else:
+        yield verdict.reason
+        for box in verdict.boxes[:3]:
+            yield "open: " + ", ".join(f"{n} {'=' if s.lower == s.upper else 'in'} {s}" for n, s in box.items())
+        if verdict.remaining > len(verdict.boxes[:3]) > 0:
+            yield f"and {verdict.remaining - len(verdict.boxes[:3])} more"
+
+
+def _shown(witness: Witness) -> str:
+    point = ", ".join(f"{n} = {v:.12g}" for n, v in witness.point.items())
+    values = ", ".join(f"{text} {'is' if ' = ' in text else '='} {v:.12g}" for text, v in witness.sides)
+    return f"at {point}: {values}"
+
+
+def _as_data(proofs: Proofs, mistakes: Sequence[Diagnostic]) -> dict[str, Any]:
+    systems = [
+        {"file": file, "system": s.name, "guarantees": [_verdict_data(v) for v in verdicts]}
+        for file, s, verdicts in proofs
+    ]
+    return {"systems": systems, "diagnostics": [d.as_dict() for d in mistakes]}
+
+
+def _verdict_data(verdict: Verdict) -> dict[str, Any]:
+    from fuzzyctl.analysis.verdicts import Proved, Refuted
+
+    data: dict[str, Any] = {
+        "claim": verdict.claim,
+        "line": verdict.span.line if verdict.span is not None else None,
+        "verdict": type(verdict).__name__.lower(),
+    }
+    if isinstance(verdict, Proved):
+        return data | {"note": verdict.note or None}
+    if isinstance(verdict, Refuted):
+        w = verdict.witness
+        return data | {"witness": {"point": w.point, "other": w.other, "values": dict(w.sides)}}
+    boxes = [{n: [_end(s.lower), _end(s.upper)] for n, s in box.items()} for box in verdict.boxes]
+    return data | {"reason": verdict.reason, "boxes": boxes, "remaining": verdict.remaining}
+
+
+def _end(value: float) -> float | str:
+    """Return an end of a box; JSON has no infinity."""
+    return value if abs(value) < float("inf") else ("inf" if value > 0 else "-inf")
