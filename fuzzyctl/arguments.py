@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterable, Mapping
 from collections.abc import Set as AbstractSet
 from typing import Any, Final, TypeVar
@@ -11,6 +12,8 @@ from fuzzyctl.errors import ArgumentError, ValueOutOfBoundsError
 
 #: Largest `max_bytes`; so much is set aside before a file is read.
 MOST_BYTES: Final = 1 << 30
+
+_NO_CHARACTER: Final = re.compile("[\\0\\ud800-\\udfff]")
 
 _Kind = TypeVar("_Kind")
 
@@ -22,6 +25,12 @@ def wrong(name: str, due: str, given: object) -> ArgumentError:
 
 def _called(given: object) -> str:
     return "None" if given is None else type(given).__name__
+
+
+def no_character(given: str) -> int | None:
+    """Return the place of a character that no text file can hold: NUL, or half of a surrogate pair."""
+    found = _NO_CHARACTER.search(given)
+    return None if found is None else found.start()
 
 
 def instance(name: str, kind: type[_Kind], due: str, given: object) -> _Kind:
@@ -85,12 +94,12 @@ def mapping(name: str, due: str, given: object) -> dict[str, Any]:
     return found
 
 
-def path(given: object) -> str | os.PathLike[str]:
-    """Return a path that a file system can have."""
+def path(given: object, hint: str = "") -> str:
+    """Return a path that a file system can have; `hint` is said of what is none."""
     name = os.fspath(given) if isinstance(given, str | os.PathLike) else None
     if not isinstance(name, str) or "\0" in name or not _encodable(name):
         shown = repr(given) if isinstance(given, str | bytes) else _called(given)
-        raise ArgumentError(f"the path of a rule file is due, got {shown:.80}; 'loads' takes texts")
+        raise ArgumentError(f"the path of a rule file is due, got {shown:.80}{hint}")
     return name
 
 

@@ -16,19 +16,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from numbers import Real
-from typing import Any, Literal, TypeVar
-
-from pydantic import ValidationError
+from typing import Any, Literal
 
 from fuzzyctl import arguments, fragments, values
 from fuzzyctl.as_file import require_as_file
-from fuzzyctl.errors import ArgumentError
+from fuzzyctl.errors import ArgumentError, counted
 from fuzzyctl.expr import ONE, Expr, Name, Negate
 from fuzzyctl.fragments import rule
 from fuzzyctl.model import variable as model
 from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
 from fuzzyctl.model.method import Activation, Defuzzifier, Method
-from fuzzyctl.model.node import Node
 from fuzzyctl.model.rule import Cell, Rule, RuleTable
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Fallback, Input, Membership, Output, Term
@@ -45,8 +42,6 @@ __all__ = [
     "rule_table",
     "system",
 ]
-
-_Part = TypeVar("_Part", bound=Node)
 
 _TERMS = "terms by name or a partition"
 
@@ -92,7 +87,8 @@ def partition(names: str | Sequence[str], peaks: Sequence[Value] | None = None) 
     given = arguments.names("'names'", names)
     at = None if peaks is None else arguments.items("'peaks'", "a list of numbers", peaks)
     if len(given) < 2 or (at is not None and len(at) != len(given)):
-        raise ArgumentError(f"a partition needs two terms or more and a peak for each, got {given} and {peaks}")
+        got = f"{counted(len(given), 'term')}{'' if at is None else ' and ' + counted(len(at), 'peak')}"
+        raise ArgumentError(f"a partition needs two terms or more and a peak for each, got {got}")
     return _Partition(given, None if at is None else tuple(values.expression("a peak", p) for p in at))
 
 
@@ -138,7 +134,7 @@ def input_variable(
         extrapolate: Whether values outside the range go through the formulas instead of being clamped.
     """
     fields = _variable(name, lower, upper, terms, label, unit)
-    return _made(Input, fields | {"extrapolate": arguments.flag("'extrapolate'", extrapolate)})
+    return Input(**fields, extrapolate=arguments.flag("'extrapolate'", extrapolate))
 
 
 def output_variable(
@@ -179,16 +175,17 @@ def output_variable(
         fields["otherwise"] = _otherwise(otherwise)
     if adaptive is not None:
         fields["adaptive"] = values.expression("'adaptive'", adaptive)
-    return _made(Output, fields)
+    return Output(**fields)
 
 
 def _otherwise(given: object) -> Expr | model.Hold | str:
     """Return what a file writes behind `else`; expressions may go without their parentheses."""
     if isinstance(given, model.Hold):
         return given
-    if isinstance(given, str):
-        word = given.strip()
-        return word if word in ("midpoint", "nan", "error") else fragments.hold(word) or values.expression("", word)
+    if isinstance(given, str) and given.strip() in ("midpoint", "nan", "error"):
+        return given.strip()
+    if isinstance(given, str) and (held := fragments.hold(given)) is not None:
+        return held
     return values.expression("'otherwise'", given)
 
 
@@ -207,20 +204,6 @@ def _activation(given: object) -> Activation:
     return fragments.activation(arguments.instance("'activation'", str, due, given))
 
 
-def _made(kind: type[_Part], fields: Mapping[str, Any]) -> _Part:
-    """Return a part of a model.
-
-    Raises:
-        ArgumentError: For a field of a type that it cannot have.
-    """
-    try:
-        return kind.model_validate(fields, strict=True)
-    except ValidationError as error:
-        first = error.errors()[0]
-        field = ".".join(str(part) for part in first["loc"][:1])
-        raise ArgumentError(f"{field!r} of {kind.__name__.lower()} cannot be {first['input']!r:.80}") from None
-
-
 def _variable(name: object, lower: object, upper: object, terms: object, label: object, unit: object) -> dict[str, Any]:
     ends = {"lower": values.expression("'lower'", lower), "upper": values.expression("'upper'", upper)}
     if isinstance(terms, _Partition):
@@ -232,7 +215,7 @@ def _variable(name: object, lower: object, upper: object, terms: object, label: 
     return {**_texts(name=name, label=label, unit=unit), **ends, "terms": made}
 
 
-def _texts(**given: object) -> dict[str, str]:
+def _texts(**given: object) -> dict[str, Any]:
     return {name: arguments.text(f"{name!r}", value) for name, value in given.items()}
 
 
@@ -349,19 +332,15 @@ def system(
     """
     given = arguments.items_of("'variables'", (Input, Output), "a list of inputs and outputs", variables)
     norms = _texts(conjunction=conjunction, disjunction=disjunction, implication=implication, aggregation=aggregation)
-    method = {**norms, "defuzzifier": _defuzzifier(defuzzifier), "activation": _activation(activation)}
-    built = _made(
-        FuzzySystem,
-        {
-            **_texts(name=name, title=title, citation=citation),
-            "params": _params({} if params is None else params),
-            "hedges": _hedges({} if hedges is None else hedges),
-            "method": _made(Method, method),
-            "inputs": tuple(v for v in given if isinstance(v, Input)),
-            "outputs": tuple(v for v in given if isinstance(v, Output)),
-            "blocks": _blocks(rules),
-            "guarantees": _guarantees(guarantees),
-        },
+    built = FuzzySystem(
+        **_texts(name=name, title=title, citation=citation),
+        params=_params({} if params is None else params),
+        hedges=_hedges({} if hedges is None else hedges),
+        method=Method(**norms, defuzzifier=_defuzzifier(defuzzifier), activation=_activation(activation)),
+        inputs=tuple(v for v in given if isinstance(v, Input)),
+        outputs=tuple(v for v in given if isinstance(v, Output)),
+        blocks=_blocks(rules),
+        guarantees=_guarantees(guarantees),
     )
     require_as_file(built)
     return built

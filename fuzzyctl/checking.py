@@ -37,7 +37,7 @@ def check(
         if not _has_errors(diagnostics):
             diagnostics = [*diagnostics, *_analysed(path)]
         return (None if _has_errors(diagnostics) else path), diagnostics
-    path = arguments.path(path)
+    path = arguments.path(path, "; 'loads' takes texts")
     source = read_source(path, max_bytes=max_bytes)
     return choose(source, *check_source(source, folder=Path(path).parent), system)
 

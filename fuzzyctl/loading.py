@@ -16,7 +16,7 @@ from fuzzyctl.model.checks import check_model
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.reading import MAX_BYTES, decode, read_source
 from fuzzyctl.resolve import resolve
-from fuzzyctl.source import SourceText, Span
+from fuzzyctl.source import SourceText
 
 __all__ = ["MAX_BYTES", "decode", "examine", "examine_all", "load", "load_all", "loads", "read_source"]
 
@@ -35,14 +35,14 @@ def load(path: str | os.PathLike[str], *, system: str | None = None, max_bytes: 
     Raises:
         DiagnosticError: With all mistakes of the file, each with line, column and help.
     """
-    path, system = arguments.path(path), chosen_name(system)
+    path, system = arguments.path(path, "; 'loads' takes texts"), chosen_name(system)
     source = read_source(path, max_bytes=arguments.bytes_allowed(max_bytes))
     return _required(examine(source, folder=Path(path).parent, system=system))
 
 
 def load_all(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES) -> tuple[FuzzySystem, ...]:
     """Read all fuzzy systems of a rule file, in the order written; see `load`."""
-    path = arguments.path(path)
+    path = arguments.path(path, "; 'loads' takes texts")
     source = read_source(path, max_bytes=arguments.bytes_allowed(max_bytes))
     systems, diagnostics = examine_all(source, folder=Path(path).parent)
     errors = [d for d in diagnostics if d.severity == "error"]
@@ -80,10 +80,10 @@ def _require_characters(source: SourceText) -> None:
     Raises:
         DiagnosticError: For NUL and for halves of surrogate pairs.
     """
-    at = next((i for i, c in enumerate(source.text) if c == "\0" or "\ud800" <= c <= "\udfff"), None)
-    if at is not None:
-        message = f"the text cannot be that of a file: U+{ord(source.text[at]):04X} cannot stand in one"
-        raise DiagnosticError([Diagnostic("FZ002", message, Span(source, at, at + 1), help="remove it")])
+    at = arguments.no_character(source.text)
+    if at is not None:  # shown by its number only, since half a pair cannot be printed
+        message = f"the text cannot be that of a file: U+{ord(source.text[at]):04X} in line {source.line_of(at)}"
+        raise DiagnosticError([Diagnostic("FZ002", message, file=source.name, help="remove it")])
 
 
 def examine(

@@ -28,6 +28,7 @@ def expression(name: str, value: object) -> Expr:
     if isinstance(value, Expr):
         return _writable(name, value)
     if isinstance(value, str):
+        _require_written(name, _NUMBER, value)
         return fragments.expression(value)
     if isinstance(value, bool) or not isinstance(value, Real):
         raise arguments.wrong(name, _NUMBER, value)
@@ -35,6 +36,11 @@ def expression(name: str, value: object) -> Expr:
     if math.isinf(number):  # a name, as in a file
         return Name("inf") if number > 0 else Negate(Name("inf"))
     return Number(number)
+
+
+def _require_written(name: str, due: str, given: str) -> None:
+    if not given.strip():
+        raise ArgumentError(f"{name} must be {due}, got an empty text")
 
 
 def _float(name: str, value: SupportsFloat) -> float:
@@ -62,6 +68,7 @@ def membership(name: str, spec: object) -> Membership:
     if isinstance(spec, Membership):
         return spec
     if isinstance(spec, str):
+        _require_written(name, _TERM, spec)
         return fragments.membership(spec) or _constant(name, spec)
     if isinstance(spec, Sequence) and not isinstance(spec, bytes | bytearray | memoryview):
         if not spec or not isinstance(spec[0], str):
