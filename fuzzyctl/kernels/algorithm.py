@@ -42,6 +42,13 @@ class Algorithm:
         return inference.evaluation(self.plan) if self.grid is None else interpolation.lookup(self.plan, self.grid)
 
     @cached_property
+    def interpreted(self) -> Program:
+        """The program for one point in generated Python."""
+        if self.grid is None:
+            return inference.evaluation(self.plan, branches=True)
+        return self.point
+
+    @cached_property
     def many(self) -> Program:
         """The program for loops over many points, of which compilers make vector instructions."""
         if self.grid is None:

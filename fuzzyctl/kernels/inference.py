@@ -17,17 +17,23 @@ from fuzzyctl.expr import (
     walk,
 )
 from fuzzyctl.kernels.activation import acting
+from fuzzyctl.kernels.branches import branched
 from fuzzyctl.kernels.defuzzify import Activation, defuzzify
 from fuzzyctl.kernels.plan import InputPlan, OutputPlan, Plan, SetPlan, degree_name, step_name
 from fuzzyctl.kernels.program import NAN, STATE, Builder, Item, Program, Refuse, any_nan, clip, times
 
 
-def evaluation(plan: Plan, *, many: bool = False) -> Program:
-    """Write the program that computes all outputs; `many` for loops over points, which are to have no branches.
+def evaluation(plan: Plan, *, many: bool = False, branches: bool = False) -> Program:
+    """Write the program that computes all outputs.
+
+    Args:
+        plan: What to compute.
+        many: Whether it is for loops over points, which are to have no choices.
+        branches: Whether it is for generated Python, where a branch costs less than a term that is 0.
 
     Its results are NaN where an input is NaN, and where an output is NaN that they depend on.
     """
-    front = _Front(plan, many=many)
+    front = _Front(plan, many=many, branches=branches)
     for position in plan.order:
         front.write_output(position)
     builder = front.builder
@@ -141,8 +147,8 @@ class _Front:
     Rules that read an output are written once that output is.
     """
 
-    def __init__(self, plan: Plan, *, many: bool = False) -> None:
-        self.plan, self.builder, self.many = plan, Builder(), many
+    def __init__(self, plan: Plan, *, many: bool = False, branches: bool = False) -> None:
+        self.plan, self.builder, self.many, self.branches = plan, Builder(), many, branches
         self._exact = _jumps(plan)
         self.raw = raw_names(plan)
         self.clamped = [_clamped(self.builder, i, x) for i, x in zip(plan.inputs, self.raw, strict=True)]
@@ -173,6 +179,12 @@ class _Front:
             self._write_rules()
 
     def _write_degrees(self, variable: int, x: Expr) -> None:
+        own = {degree_name(i): d.set for i, d in enumerate(self.plan.degrees) if d.variable == variable}
+        if self.branches and len(own) > 2 and all(d.has_sides for d in own.values()):
+            names = tuple(self.builder.fresh() for _ in own)
+            self.builder.statements.append(branched(names, x, list(own.values())))
+            self._known |= {n: Name(v) for n, v in zip(own, names, strict=True)}
+            return
         for i, d in enumerate(self.plan.degrees):
             if d.variable == variable:
                 degree = d.set.degree_for_many(x, exact=self._exact) if self.many else d.set.degree(x)

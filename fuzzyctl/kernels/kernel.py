@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final
 
 from fuzzyctl.errors import ArgumentError, FuzzyctlError, NoRuleFiresError, ValueOutOfBoundsError
-from fuzzyctl.kernels import inference, python_backend, sequence
+from fuzzyctl.kernels import inference, python_backend, quick, sequence
 from fuzzyctl.kernels.algorithm import algorithm_of
 from fuzzyctl.kernels.arguments import float_array, number_array, overflows, writable
 from fuzzyctl.kernels.plan import Plan
@@ -48,18 +48,18 @@ class Kernel:
         self.n_rules = len(plan.rules)
         self.n_states = len(plan.initial_state)
         self.algorithm = algorithm_of(plan, algorithm)
-        self._program = self.algorithm.point
+        self._program = self.algorithm.point if backend == "numba" else self.algorithm.interpreted
         self._refusals = {s.message: s.output for s in self._program.body if isinstance(s, Refuse)}
         #: Outputs that promise to have a value everywhere.
         self._promised = tuple(k for k, o in enumerate(plan.outputs) if o.otherwise is None)
         self._n_arguments = len(plan.inputs) + (1 if self.n_states else 0)
-        #: Number of arguments of a call that needs no preparation: a system without a state and with one output.
-        self._quick = -1 if self.n_states or len(plan.outputs) > 1 else len(plan.inputs)
         #: The function itself: plain Python, or compiled for use inside other compiled code. numba's is
         #: float64(float64, ...), with a last float64[::1] for the state; several outputs come as a tuple of float64.
         #: It raises ArithmeticError where no rule fires for an output that says `else error`, and does not check the
         #: length of the state.
         self.jit = self._evaluation()
+        if not self.n_states and len(plan.outputs) == 1:  # a call needs no preparation
+            self.__class__ = quick.specialised(Kernel, self.jit, len(plan.inputs))
 
     def __repr__(self) -> str:
         return f"Kernel({', '.join(self.input_names)} -> {', '.join(self.output_names)}; {self.backend})"
@@ -71,14 +71,6 @@ class Kernel:
             ArgumentError: For a wrong number of arguments, or one that is no real number.
             NoRuleFiresError: Where no rule fires for an output that says `else error` or has no `else`.
         """
-        # What follows costs as much as the function itself; the usual case needs none of it.
-        if len(arguments) == self._quick:
-            try:
-                result = self.jit(*arguments)
-                if result == result:
-                    return result
-            except (TypeError, ValueError, ArithmeticError):
-                pass  # found and named below
         return self._careful(arguments)
 
     def _careful(self, arguments: tuple[Any, ...]) -> Any:
@@ -116,7 +108,7 @@ class Kernel:
             points: Shape (..., inputs).
             state: The state, shape (..., states), for each point its own. Of shape (states,) it is the state before
                 the first point: adaptive consequents stay as they are, and an output that says `else hold` holds, point
-                after point in the order of memory, the last value before that is no NaN. Left out, it is the initial
+                after point in the order of indices, the last value before that is no NaN. Left out, it is the initial
                 state of a system without adaptive outputs.
             out: A contiguous array of float64 of the result's shape to write to; None for a new one.
             parallel: Whether all cores may be used; from 100,000 points on they are.

@@ -85,6 +85,7 @@ def _names(statement: Statement) -> set[str]:
             return {n for s in (*body, *sums) for n in _names(s)} - own
         case Refuse(condition=condition):
             return _needs(condition)
+    raise TypeError(f"arrays have no {type(statement).__name__}")
 
 
 def _needs(value: Expr) -> set[str]:

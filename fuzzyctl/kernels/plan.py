@@ -109,6 +109,11 @@ class SetPlan:
         return own if self.height == 1.0 else Binary("*", Number(self.height), own)
 
     @property
+    def has_sides(self) -> bool:
+        """Whether it is a triangle or trapezoid without jumps."""
+        return _sides(self) is not None
+
+    @property
     def vertices(self) -> tuple[Vertex, ...]:
         """Corners of a piecewise-linear set, empty for a curved one."""
         if self.expression is not None:

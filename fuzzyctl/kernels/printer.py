@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where
-from fuzzyctl.kernels.program import Accumulate, Assign, Item, Locate, Offset, Place, Refuse, Statement
+from fuzzyctl.kernels.program import Accumulate, Assign, Branches, Item, Locate, Offset, Place, Refuse, Row, Statement
 
 INDENT = "    "
 
@@ -158,6 +158,21 @@ class _Writer:
         raise TypeError(f"{type(expr).__name__} has no text in a program")
 
 
+def _branches(statement: Branches, dialect: Dialect) -> list[str]:
+    x = text(statement.x, dialect)
+
+    def halved(first: int, last: int) -> list[str]:
+        if first == last:
+            values = (text(v, dialect) for v in statement.values[first])
+            return [f"{n} = {v}" for n, v in zip(statement.names, values, strict=True)]
+        middle = (first + last + 1) // 2
+        upper, lower = halved(middle, last), halved(first, middle - 1)
+        test = f"if {x} >= {number(statement.cuts[middle - 1])}:"
+        return [test, *(INDENT + line for line in upper), "else:", *(INDENT + line for line in lower)]
+
+    return halved(0, len(statement.cuts))
+
+
 def _offset(parts: Sequence[tuple[str, int]]) -> str:
     return " + ".join(name if stride == 1 else f"{stride} * {name}" for name, stride in parts)
 
@@ -191,6 +206,10 @@ def block(
                 yield from (pad + line for line in dialect.locate(statement, text(x, dialect)))
             case Offset(name=name, parts=parts):
                 yield f"{pad}{name} = {_offset(parts)}"
+            case Branches():
+                yield from (pad + line for line in _branches(statement, dialect))
+            case Row(names=names, table=table, place=place):
+                yield f"{pad}{', '.join(names)} = {table}[{place}]"
             case Accumulate(count=count, counter=counter, body=body, sums=sums):
                 yield from (f"{pad}{s.name} = 0.0" for s in sums)
                 yield f"{pad}for {counter} in range({count}):"

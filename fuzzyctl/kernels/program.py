@@ -81,6 +81,38 @@ class Offset:
 
 
 @dataclass(frozen=True, slots=True)
+class Row:
+    """Give names to a row of a constant table; only generated Python has rows, see `python_rows`.
+
+    Args:
+        names: One for each number of the row.
+        table: Name of the array, which holds rows there.
+        place: Name of the integer that says which row.
+    """
+
+    names: tuple[str, ...]
+    table: str
+    place: str
+
+
+@dataclass(frozen=True, slots=True)
+class Branches:
+    """Give names to values that depend on where an atom lies; only generated Python has branches.
+
+    Args:
+        names: What is given a value.
+        x: The atom.
+        cuts: Rising; values change there, and at a cut those to its right count.
+        values: For each stretch between cuts, and beyond them, one value for each name.
+    """
+
+    names: tuple[str, ...]
+    x: Expr
+    cuts: tuple[float, ...]
+    values: tuple[tuple[Expr, ...], ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Accumulate:
     """Add up over the entries of constant tables.
 
@@ -110,7 +142,7 @@ class Refuse:
         return f"no rule fires for output '{self.output}'"
 
 
-Statement = Assign | Locate | Offset | Accumulate | Refuse
+Statement = Assign | Locate | Offset | Row | Branches | Accumulate | Refuse
 
 
 @dataclass(frozen=True)

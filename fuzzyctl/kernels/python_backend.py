@@ -14,6 +14,7 @@ from fuzzyctl.errors import ArgumentError, NoRuleFiresError
 from fuzzyctl.expr import Expr, names_in
 from fuzzyctl.kernels.printer import IEEE_SCALAR, INDENT, INTERPRETED, SCALAR, Dialect, block, text
 from fuzzyctl.kernels.program import STATE, Program
+from fuzzyctl.kernels.python_rows import with_rows
 
 #: Name of the array argument that a storing function writes to.
 RESULT: Final = "result"
@@ -21,6 +22,7 @@ RESULT: Final = "result"
 
 def evaluation_source(program: Program) -> str:
     """Return the text of the function `kernel(x0, ..., C)` that returns the outputs."""
+    program, _ = with_rows(program)
     results = ", ".join(text(r, SCALAR) for r in program.results)
     end = f"return {results}" if len(program.results) == 1 else f"return ({results})"
     return _function("kernel", program, [], [end], INTERPRETED)
@@ -46,7 +48,8 @@ def _function(name: str, program: Program, extra: list[str], end: list[str], dia
 
 def compile_source(source: str, program: Program, input_names: Sequence[str]) -> Callable[..., Any]:
     """Turn the text of a function into the function."""
-    namespace: dict[str, Any] = {**RUNTIME, **dict(program.tables)}
+    _, tables = with_rows(program)
+    namespace: dict[str, Any] = {**RUNTIME, **tables}
 
     def no_rule_fires(output: str, point: Sequence[float]) -> NoRuleFiresError:
         return NoRuleFiresError(output, point_text(input_names, point))
