@@ -82,6 +82,7 @@ def bring_in(tree: sx.SyntaxTree, folder: Path | None) -> tuple[sx.SyntaxTree, l
         lost_variable=tree.lost_variable or reader.lost_variable,
         lost_input=tree.lost_input or reader.lost_input,
         lost_file=reader.lost_file,
+        nameless=tree.nameless | reader.nameless,
     )
     return tree, reader.diagnostics
 
@@ -101,6 +102,7 @@ class _Reader:
         self.seen: set[Path] = set()
         #: What the files read could not say, as in a syntax tree.
         self.unread: frozenset[str] = frozenset()
+        self.nameless: frozenset[str] = frozenset()
         self.lost_variable = self.lost_input = self.lost_file = False
 
     def without_repeats(self, statements: tuple[sx.Statement, ...]) -> Iterator[sx.Statement]:
@@ -141,6 +143,7 @@ class _Reader:
             return []
         tree, mistakes = parse(source)
         self.unread |= tree.unread
+        self.nameless |= tree.nameless
         self.lost_variable = self.lost_variable or tree.lost_variable
         self.lost_input = self.lost_input or tree.lost_input
         self.diagnostics.extend(mistakes)

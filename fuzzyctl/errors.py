@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, Literal
 
-from fuzzyctl.peer_words import PEER_WORDS
+from fuzzyctl.peer_words import PEER_REMARKS, PEER_WORDS
 from fuzzyctl.source import Span
 
 Severity = Literal["error", "warning"]
@@ -281,7 +281,9 @@ def closest(name: str, known: Iterable[str]) -> str | None:
     bare = _bare(name)
     if bare in PEER_WORDS and name not in names:
         # What another tool calls it means more than what is spelt alike.
-        return next((word for word in PEER_WORDS[bare] if word in names), None)
+        meant = next((word for word in PEER_WORDS[bare] if word in names), None)
+        if meant is not None or not PEER_WORDS[bare]:
+            return meant
     if len(names) > _MOST_COMPARED:
         return _one_letter_away(name, tuple(names))
     folded = {_bare(n): n for n in reversed(names)}
@@ -326,7 +328,8 @@ def _without_a_letter(name: str) -> list[str]:
 def did_you_mean(name: str, known: Iterable[str]) -> str:
     """Return a help text that names the closest known name, or an empty string."""
     best = closest(name, known)
-    return f"did you mean '{best}'?" if best is not None else ""
+    remark = PEER_REMARKS.get(_bare(name), "")
+    return f"did you mean '{best}'?{' ' if remark else ''}{remark}" if best is not None else ""
 
 
 class FuzzyctlError(Exception):

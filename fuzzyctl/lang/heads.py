@@ -19,6 +19,8 @@ _VARIABLE: Final = re.compile(rf'\s*{NAME}\s+(?:"[^"\n]*"\s*)?in\s*\[')
 _CROSS: Final = rf'(?:\s+(?:x|×)\s+{NAME})(?:\s+from\s+"[^"\n]*")?|\s+from\s+"[^"\n]*"'
 _TABLE: Final = re.compile(rf"\s*{NAME}(?:\s*,\s*{NAME})*\s*=\s*{NAME}({_CROSS})?\s*")
 _BARRED_TERM: Final = re.compile(rf"\s*{NAME}\s*\|\s*(?:{'|'.join(MEMBERSHIP)})\s*\(")
+_NAMELESS: Final = re.compile(r'\s*(?:(?:input|output)\s*(?:in\s*\[|"|\[|$)|hedge\s*(?:\(|$)|param\s*(?:=|$))')
+_NAMELESS_PARAM: Final = re.compile(rf"\s*param\s*=\s*(?!{NAME}\s*\()")
 _NAMES: Final = re.compile(rf"\s*{NAME}(?:\s+{NAME})*\s*")
 
 
@@ -41,6 +43,15 @@ def headless(source: SourceText, line: LogicalLine, below: LogicalLine | None) -
     if _NAMES.fullmatch(text) and below is not None and below.kind == "row":
         return "header"
     return ""
+
+
+def is_nameless(source: SourceText, line: LogicalLine) -> bool:
+    """Whether a line that could not be read, or that looks like a term line, is a declaration without its name."""
+    text = source.text[line.start : line.end]
+    if line.kind == "term_line":
+        # A term may be called `param`, but then a membership function follows.
+        return _NAMELESS_PARAM.match(text) is not None
+    return _NAMELESS.match(text) is not None
 
 
 def looks_like_term(source: SourceText, line: LogicalLine) -> bool:

@@ -17,7 +17,7 @@ from fuzzyctl.errors import Diagnostic
 from fuzzyctl.lang import plain
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.builder import Builder
-from fuzzyctl.lang.heads import Headless, describe_headless, headless, looks_like_term
+from fuzzyctl.lang.heads import Headless, describe_headless, headless, is_nameless, looks_like_term
 from fuzzyctl.lang.lines import LineKind, LogicalLine, split
 from fuzzyctl.lang.mistakes import describe, describe_unknown_line, meant_keyword, orphan
 from fuzzyctl.source import SourceText, Span
@@ -100,6 +100,7 @@ class _Assembler:
         self.unread: set[str] = set()
         self.lost_variable = False
         self.lost_input = False
+        self.nameless: set[str] = set()
         #: A `with` line that waits for its table.
         self.condition: sx.With | None = None
 
@@ -108,6 +109,8 @@ class _Assembler:
         if len(self.diagnostics) >= MAX_MISTAKES:
             self._give_up(line)
             return
+        if line.kind == "term_line" and is_nameless(self.source, line):
+            line = dataclasses.replace(line, kind="statement")
         belongs = line.kind in ("term_line", "header", "row") or (line.kind == "statement" and line.word == "terms")
         what = headless(self.source, line, below) if line.kind in ("unknown", "term_line") else ""
         if what == "header" and self.block == "table":
@@ -174,6 +177,8 @@ class _Assembler:
         else:
             self._remember_words(line)
             self.lost_input = self.lost_input or line.word == "input"
+            if is_nameless(self.source, line):
+                self.nameless.add(line.word)
         if line.word in ("input", "output"):
             self.block = "variable" if node is not None else "broken"
         elif line.word == "table":
@@ -244,5 +249,6 @@ class _Assembler:
             unread=frozenset(self.unread),
             lost_variable=self.lost_variable,
             lost_input=self.lost_input or self.lost_variable,
+            nameless=frozenset(self.nameless),
         )
         return tree, self.diagnostics

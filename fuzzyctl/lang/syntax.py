@@ -393,6 +393,7 @@ class SyntaxTree:
         lost_variable: Whether terms stood below no input or output: one declaration is missing.
         lost_file: Whether some file that it uses could not be read at all.
         lost_input: Whether the declaration of some input could not be read, so that inputs cannot be counted.
+        nameless: Keywords of declarations whose name is missing; what an unknown name was meant for nobody can tell.
     """
 
     source: SourceText
@@ -402,3 +403,4 @@ class SyntaxTree:
     lost_variable: bool = False
     lost_input: bool = False
     lost_file: bool = False
+    nameless: frozenset[str] = frozenset()

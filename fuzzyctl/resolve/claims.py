@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from fuzzyctl import expr as ex
-from fuzzyctl.errors import closest, counted
+from fuzzyctl.errors import counted, did_you_mean
 from fuzzyctl.resolve.context import Context
 from fuzzyctl.source import Span
 
@@ -44,6 +44,9 @@ def check_claim(context: Context, claim: ex.Expr, *, truth: bool) -> bool:
             return False
         case ex.Call(function=function) if function in FORMS:
             return _check_form(context, claim, truth)
+        case ex.Call(function=function) if function not in ex.FUNCTIONS and function not in context.outputs:
+            _unknown_function(context, claim)
+            return False
         case ex.Call(function=function, span=span):
             parts = all([check_claim(context, p, truth=False) for p in claim.arguments])
             return _due(context, not truth, "a truth value", "a number", span) and _check_call(context, claim) and parts
@@ -100,20 +103,20 @@ def _check_call(context: Context, call: ex.Call) -> bool:
         message = f"'{call.function}' takes {counted(due, 'argument')}, not {len(call.arguments)}"
         context.report("FZ303", message, call.span, facts=(f"inputs: {', '.join(context.inputs)}",))
         return False
-    if call.function in ex.FUNCTIONS:
-        return context.check_call(call)
-    if call.function in context.unread or context.lost_variable:
-        return False
+    return context.check_call(call)
+
+
+def _unknown_function(context: Context, call: ex.Call) -> None:
+    if call.function in context.unread or context.lost_variable or "output" in context.nameless:
+        return
     known = [*ex.FUNCTIONS, *FORMS, *context.outputs]
-    near = closest(call.function, known)
     context.report(
         "FZ202",
         f"no function or output '{call.function}'",
         call.span,
         facts=(f"functions: {', '.join(known)}",),
-        help=f"did you mean '{near}'?" if near else "",
+        help=did_you_mean(call.function, known),
     )
-    return False
 
 
 def _check_form(context: Context, call: ex.Call, truth: bool) -> bool:

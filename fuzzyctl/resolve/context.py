@@ -24,6 +24,7 @@ class Context:
         lost_variable: Whether the declaration of some input or output is known to be missing.
         lost_input: Whether that of some input is, so that inputs cannot be counted.
         lost_file: Whether any declaration may be missing, since a used file could not be read.
+        nameless: Keywords of declarations whose name is missing.
         where: The place of each declaration.
     """
 
@@ -31,6 +32,7 @@ class Context:
     lost_variable: bool = False
     lost_input: bool = False
     lost_file: bool = False
+    nameless: frozenset[str] = frozenset()
 
     diagnostics: list[Diagnostic] = field(default_factory=list)
     where: dict[str, Span] = field(default_factory=dict)
@@ -76,6 +78,14 @@ class Context:
         self.where[word.text] = word.span
         return True
 
+    def is_free(self, word: sx.Word, what: str) -> bool:
+        """Report a name that is a word of the language."""
+        # `not` is a hedge already, which has a message of its own.
+        if word.text in sx.RESERVED and not (word.text == "not" and what == "a hedge"):
+            self.report("FZ201", f"'{word.text}' is a word of the language and cannot name {what}", word.span)
+            return False
+        return True
+
     def unknown(self, kind: str, word: sx.Word | ex.Name, known: Iterable[str], code: str = "FZ202") -> None:
         """Report a name that is not declared.
 
@@ -89,7 +99,8 @@ class Context:
         if (
             text in self.unread
             or (self.lost_file and code == "FZ202")
-            or (self.lost_variable and kind in ("input", "output", "name"))
+            or (self.lost_variable and kind in ("input", "output", "input or output", "name"))
+            or (code == "FZ202" and any(word in kind or kind == "name" for word in self.nameless))
         ):
             return
         names = list(known)

@@ -52,6 +52,19 @@ def terms_of(variable: sx.Variable) -> list[str]:
     return names
 
 
+def is_garbled(line: sx.TermLine | sx.TermsLine) -> bool:
+    """Whether a `terms` line mixes its forms or holds one name alone: what its terms are nobody can tell."""
+    if not isinstance(line, sx.TermsLine):
+        return False
+    kinds = {"@" if i.peak is not None else "=" if i.value is not None else "" for i in line.items}
+    return len(kinds) > 1 or (len(line.items) == 1 and kinds != {"="})
+
+
+def _is_unsure(variable: sx.Variable) -> bool:
+    """Whether a variable may have other terms than those that could be read."""
+    return variable.incomplete or any(is_garbled(line) for line in variable.terms)
+
+
 def resolve_rule(context: Context, statement: sx.Rule) -> Rule | None:
     """Resolve an `if ... then ...` line; of one that has no meaning its numbers are kept, for the checks of numbers."""
     antecedent = _antecedent(context, statement.antecedent)
@@ -77,7 +90,7 @@ def _antecedent(context: Context, truth: sx.Truth) -> Antecedent | None:
                 return None
             hedged = all([_known_hedge(context, h) for h in hedges])
             among = context.outputs if variable.text in context.outputs else context.inputs
-            if not _known_term(context, variable, term, among, "input") or not hedged:
+            if not _known_term(context, variable, term, among, "input or output") or not hedged:
                 return None
             return Is(variable=variable.text, term=term.text, hedges=tuple(h.text for h in hedges), span=span)
         case sx.Negation(operand=operand, span=span):
@@ -143,7 +156,8 @@ def _known_term(context: Context, variable: sx.Word, term: sx.Word, among: dict[
     if declared is None:
         # A variable whose own line was broken is no mistake of the rule's.
         if variable.text not in context.where:
-            context.unknown(kind, variable, among)
+            known = among if kind == "output" else [*context.inputs, *context.outputs]
+            context.unknown(kind, variable, known)
         elif variable.text in context.params:
             context.report("FZ214", f"'{variable.text}' is a param, not an {kind}", variable.span)
         return False
@@ -163,9 +177,9 @@ def known_term(context: Context, variable: sx.Variable, term: sx.Word, param_hel
         names = context.terms[id(variable)] = terms_of(variable)
     if term.text in names:
         return True
-    if not names and variable.keyword.text == "output" and not variable.incomplete:
+    if not names and variable.keyword.text == "output" and not _is_unsure(variable):
         _report_termless(context, variable, term)
-    elif names and not variable.incomplete:
+    elif names and not _is_unsure(variable):
         near = closest(term.text, names)
         help_text = param_help if term.text in context.params else f"did you mean '{near}'?" if near else ""
         context.report(
@@ -379,7 +393,7 @@ def _check_labels(
         seen[label.text] = label
         ok = known_term(context, variable, label) and ok
     missing = [t for t in terms_of(variable) if t not in seen]
-    if missing and ok and not variable.incomplete:
+    if missing and ok and not _is_unsure(variable):
         code = "FZ204" if what == "row" else "FZ205"
         place = statement.first.span if what == "row" or statement.header is None else statement.header.span
         names = ", ".join(f"'{m}'" for m in missing)

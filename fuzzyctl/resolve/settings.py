@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any, Final, TypeVar
 
 from fuzzyctl import expr as ex
-from fuzzyctl.errors import closest
+from fuzzyctl.errors import did_you_mean
 from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, DISJUNCTIONS, IMPLICATIONS
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.method import ACTIVATIONS, DEFUZZIFIERS, Activation, Defuzzifier, Method
@@ -103,13 +103,12 @@ def resolve_own_setting(context: Context, s: sx.Setting, values: dict[str, Any])
     """Resolve one setting of a system or of an output into the field it sets; False when it has no meaning."""
     field, known = _FIELDS[s.keyword.text]
     if s.value.text not in known:
-        near = closest(s.value.text, known)
         context.report(
             "FZ213",
             f"'{s.keyword.text}' knows no '{s.value.text}'",
             s.value.span,
             facts=(f"one of: {', '.join(known)}",),
-            help=f"did you mean '{near}'?" if near else "",
+            help=did_you_mean(s.value.text, known),
         )
         return False
     before = len(context.diagnostics)

@@ -40,6 +40,7 @@ def resolve(
         lost_variable=tree.lost_variable,
         lost_input=tree.lost_input,
         lost_file=tree.lost_file,
+        nameless=tree.nameless,
     )
     own = {s.keyword.text for s in tree.statements if isinstance(s, sx.Setting | sx.Activation)}
     shared = [s for s in shared if not (isinstance(s, sx.Setting | sx.Activation) and s.keyword.text in own)]
@@ -60,7 +61,8 @@ def _declare(context: Context, tree: sx.SyntaxTree) -> list[sx.System]:
     heads: list[sx.System] = []
     for statement in tree.statements:
         match statement:
-            case sx.System():
+            case sx.System(name=name):
+                context.is_free(name, "a system")
                 heads.append(statement)
             case sx.Version() if not _begins(context, tree, statement):
                 pass
@@ -71,7 +73,9 @@ def _declare(context: Context, tree: sx.SyntaxTree) -> list[sx.System]:
                 context.report("FZ111", f"language version {number.text} is not supported", number.span, help=help_text)
             case sx.Param(name=name) if context.declare(name, "a param"):
                 context.params[name.text] = statement
-            case sx.Hedge(name=name):
+            case sx.Hedge(name=name, parameter=parameter):
+                for word, what in ((name, "a hedge"), (parameter, "the variable of a hedge")):
+                    context.is_free(word, what)
                 if name.text in HEDGES or name.text in context.hedges:
                     own = context.hedges.get(name.text)
                     note = (own.name.span, "first declared here") if own is not None else None
@@ -115,9 +119,10 @@ def _check_heads(context: Context, tree: sx.SyntaxTree, heads: list[sx.System], 
         help_text = "begin with: system NAME \"title\"; 'docs/reference/language.md' shows a whole file"
         context.report("FZ004", message, start, help=help_text)
     else:
+        declared = {s.keyword.text for s in tree.statements if isinstance(s, sx.Variable)}
         missing = {
-            "no input": "an 'input'" if not context.inputs else "",
-            "no output": "an 'output'" if not context.outputs else "",
+            "no input": "an 'input'" if "input" not in declared else "",
+            "no output": "an 'output'" if "output" not in declared else "",
             "no rules": "a 'table' or an 'if' line"
             if not any(isinstance(s, sx.Rule | sx.Table) for s in tree.statements)
             else "",

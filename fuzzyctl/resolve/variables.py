@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import re
+from collections.abc import Sequence
 from typing import Any, Final
 
 from fuzzyctl import expr as ex
@@ -13,13 +15,14 @@ from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.variable import Fallback, Hold, Input, Membership, Output, Term
 from fuzzyctl.resolve.context import Context
-from fuzzyctl.resolve.rules import resolve_function
+from fuzzyctl.resolve.rules import is_garbled, resolve_function
 from fuzzyctl.resolve.settings import resolve_own_setting
 
 #: Most terms of one variable; more are no linguistic variable but a mistake of a generator.
 MAX_TERMS: Final = 1000
 
 _FALLBACKS: Final[tuple[Fallback, ...]] = ("midpoint", "nan", "error")
+_RUN_IN: Final = re.compile(r"(.*?\D)(\d+)")
 _INFINITY = ex.Name("inf")
 #: What stands for an expression without a meaning: a name that nothing declares, which has no value either.
 _NO_VALUE: Final = ex.Name("")
@@ -120,10 +123,11 @@ def _terms(context: Context, statement: sx.Variable) -> list[Term]:
             new = [_term(context, statement, line)]
             words = [line.name]
         for word, term in zip(words, new, strict=True):
-            is_new = _is_new_term(context, word, seen)
+            # Of a garbled line one message is enough.
+            is_new = not is_garbled(line) and _is_new_term(context, word, seen)
             terms.extend([term] if is_new and term is not None else [])
     # An output whose rules give numbers or functions needs none.
-    if not seen and not statement.incomplete and statement.keyword.text == "input":
+    if not statement.terms and not statement.incomplete and statement.keyword.text == "input":
         message = f"{statement.keyword.text} '{statement.name.text}' has no terms"
         context.report("FZ212", message, statement.name.span, help="add lines such as: NB = triangle(-2, -1, 0)")
     if len(seen) > MAX_TERMS:
@@ -134,8 +138,7 @@ def _terms(context: Context, statement: sx.Variable) -> list[Term]:
 
 
 def _is_new_term(context: Context, word: sx.Word, seen: dict[str, sx.Word]) -> bool:
-    if word.text in sx.RESERVED:
-        context.report("FZ201", f"'{word.text}' is a word of the language and cannot name a term", word.span)
+    if not context.is_free(word, "a term"):
         return False
     if word.text in seen:
         first = seen[word.text].span
@@ -241,14 +244,14 @@ def _arguments(
 def _partition(context: Context, statement: sx.Variable, line: sx.TermsLine) -> list[Term | None]:
     """Expand a `terms` line: triangles by their peaks, uniform triangles over the range, or singletons by value."""
     items = line.items
-    kinds = {"@" if i.peak is not None else "=" if i.value is not None else "" for i in items}
+    kinds = {_form(i) for i in items}
     if len(kinds) > 1:
-        odd = next(i for i in items if (i.peak is None) != (items[0].peak is None) or i.value is not items[0].value)
+        odd = next(i for i in items if _form(i) != _form(items[0]))
         context.report(
             "FZ214",
             "one 'terms' line mixes peaks (@), values (=) and bare names",
             odd.name.span,
-            help="give every term a peak, or every term a value, or none of them anything",
+            help=_joined(items) or "give every term a peak, or every term a value, or none of them anything",
         )
         return [None] * len(items)
     if any(
@@ -269,6 +272,17 @@ def _partition(context: Context, statement: sx.Variable, line: sx.TermsLine) -> 
         )
         for k, (i, p) in enumerate(zip(items, peaks, strict=True))
     ]
+
+
+def _form(item: sx.PartitionItem) -> str:
+    return "@" if item.peak is not None else "=" if item.value is not None else ""
+
+
+def _joined(items: Sequence[sx.PartitionItem]) -> str:
+    """Say how a name is written that ran into its number, such as Z0 for Z@0 or Z=0."""
+    sign = next(form for form in map(_form, items) if form)
+    run = next((found for i in items if not _form(i) and (found := _RUN_IN.fullmatch(i.name.text))), None)
+    return f"write {run[1]}{sign}{run[2]}" if run is not None else ""
 
 
 def _uniform(statement: sx.Variable, count: int) -> list[ex.Expr]:

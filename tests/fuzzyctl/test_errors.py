@@ -10,14 +10,17 @@ from fuzzyctl.errors import (
     UnknownNameError,
     ValueOutOfBoundsError,
     closest,
+    did_you_mean,
     look_alikes,
     render,
     render_all,
 )
+from fuzzyctl.expr import FUNCTIONS
 from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, DISJUNCTIONS, MEMBERSHIP
 from fuzzyctl.lang.syntax import STATEMENT_KEYWORDS
 from fuzzyctl.model.method import ACTIVATIONS, DEFUZZIFIERS
-from fuzzyctl.peer_words import PEER_WORDS
+from fuzzyctl.peer_words import PEER_REMARKS, PEER_WORDS
+from fuzzyctl.resolve.context import CLAIM_FUNCTIONS
 from fuzzyctl.source import SourceText, Span
 
 SOURCE = SourceText("a.fz", "one\nNS |  NM  NG  ZO\nthree\n")
@@ -135,6 +138,15 @@ class TestPeerWords:
             ("cog", DEFUZZIFIERS, "centroid"),
             ("mom", DEFUZZIFIERS, None),
             ("best", ACTIVATIONS, "highest"),
+            ("height", DEFUZZIFIERS, "center_average"),
+            ("CenterOfSums", DEFUZZIFIERS, "centroid"),
+            ("coa", DEFUZZIFIERS, "centroid"),
+            ("trap", MEMBERSHIP, "trapezoid"),
+            ("mamdani", CONJUNCTIONS, "min"),
+            ("larsen", CONJUNCTIONS, "product"),
+            ("ln", FUNCTIONS, "log"),
+            ("floor", FUNCTIONS, None),
+            ("sqr", FUNCTIONS, None),
         ],
     )
     def test_what_other_tools_call_it_comes_first(self, word, known, ours):
@@ -143,8 +155,14 @@ class TestPeerWords:
     def test_a_name_of_the_file_is_not_taken_for_one(self):
         assert closest("cog", ["cof", "centroid"]) == "centroid"
         assert closest("mom", ["mom", "mon"]) == "mom"
+        assert closest("height", ["heights", "width"]) == "heights"
 
     def test_every_word_means_something_of_the_language(self):
         words = {*MEMBERSHIP, *CONJUNCTIONS, *AGGREGATIONS, *DEFUZZIFIERS, *ACTIVATIONS, *STATEMENT_KEYWORDS}
+        words |= {*FUNCTIONS, *CLAIM_FUNCTIONS}
         assert {w for meant in PEER_WORDS.values() for w in meant} <= words
         assert all(word == word.casefold() and "_" not in word for word in PEER_WORDS)
+
+    def test_what_must_go_with_a_word_is_said(self):
+        assert "'aggregation sum'" in did_you_mean("center_of_sums", DEFUZZIFIERS)
+        assert all(PEER_WORDS[word] for word in PEER_REMARKS)

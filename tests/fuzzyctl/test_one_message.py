@@ -457,3 +457,68 @@ class TestElse:
     @pytest.mark.parametrize("otherwise", ["5", "hold(-5)", "hold", "nan"])
     def test_one_within_it_is_not(self, otherwise):
         assert said(("[-5, 5]", f"[-5, 5] else {otherwise}")) == []
+
+
+class TestMisspeltClaims:
+    @pytest.mark.parametrize(
+        ("claim", "meant"),
+        [("increasng(u, e)", "increasing"), ("monotone(u, e)", "increasing"), ("bound(u, 0, 1)", "bounded")],
+    )
+    def test_they_are_no_question_of_numbers_and_truth_values(self, claim, meant):
+        where, words = only(said(after=f"require {claim}\n"))
+        assert where == "11 FZ202"
+        assert f"did you mean '{meant}'?" in words
+
+
+class TestNamesThatAreMissingOrWrong:
+    USES = "param k = q\nif e is N then u is function(q * e)\nrequire u(-e) <= e + q\n"
+
+    @pytest.mark.parametrize(
+        ("old", "new", "place"),
+        [
+            ("input e", "input ", "3 FZ102"),
+            ("output u", "output ", "5 FZ102"),
+            ("output u", 'output "U"', "5 FZ102"),
+        ],
+    )
+    def test_a_variable(self, old, new, place):
+        assert only(said((old, new), after=self.USES.replace("param k = q", "param q = 1")))[0] == place
+
+    @pytest.mark.parametrize(("old", "new", "place"), [("e", "total", "3 FZ201"), ("u", "bounded", "5 FZ201")])
+    def test_a_variable_called_like_a_claim(self, old, new, place):
+        text = (
+            (BASE + "if e is P then u is b\nrequire u <= e\n")
+            .replace(f" {old} ", f" {new} ")
+            .replace(f"= {old}\n", f"= {new}\n")
+        )
+        _, diagnostics = check_source(SourceText("t.fz", text))
+        assert [f"{d.span.line} {d.code}" for d in diagnostics] == [place]
+
+    @pytest.mark.parametrize(("above", "place"), [("", "11 FZ102"), ("input e", "3 FZ102")])
+    def test_a_param(self, above, place):
+        line = "param  = 2\n"
+        found = said((above, line + above), after=self.USES) if above else said(after=line + self.USES)
+        assert places(found) == [place]
+
+    def test_a_hedge(self):
+        assert only(said(after="hedge (t) = t^2\nif e is steep N then u is a\n"))[0] == "11 FZ102"
+
+    @pytest.mark.parametrize(
+        ("terms", "part"),
+        [
+            ("terms N@-1 Z0 P@1", "write Z@0"),
+            ("terms N=-1 Z0 P=1", "write Z=0"),
+            ("terms N N@-1", "mixes peaks"),
+            ("terms N", "two terms or more"),
+        ],
+    )
+    def test_terms(self, terms, part):
+        where, words = only(said(("terms N Z P", terms)))
+        assert where == "4 FZ214"
+        assert part in words
+
+    @pytest.mark.parametrize("word", ["and", "or", "then", "weight", "inf", "pi", "not"])
+    def test_words_of_the_language_name_nothing(self, word):
+        assert only(said(("system s", f"system {word}")))[0] == "1 FZ201"
+        assert only(said(("defuzz", f"hedge {word}(x) = x\ndefuzz")))[0] == "2 FZ201"
+        assert only(said(("defuzz", f"hedge h({word}) = 1\ndefuzz")))[0] == "2 FZ201"
