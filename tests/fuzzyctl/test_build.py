@@ -1,8 +1,9 @@
 from math import inf, nan
 
+import numpy as np
 import pytest
 
-from fuzzyctl import build
+from fuzzyctl import build, check, compile
 from fuzzyctl.errors import ArgumentError, DiagnosticError, ValueOutOfBoundsError
 from fuzzyctl.formats.fz import dumps
 from fuzzyctl.loading import load, loads
@@ -249,3 +250,105 @@ class TestArguments:
                 build.expression(text)
         with pytest.raises((ArgumentError, DiagnosticError)):
             build.rule("if x is L then u is A\nif x is H then u is B")
+
+
+class TestFragments:
+    """Texts are written as behind the keyword of a file, and what is wrong with them is said of them alone."""
+
+    def built(self, **rest):
+        return build.system("s", [X, U], ["if x is L then u is A"], **{"defuzzifier": "weighted_average"} | rest)
+
+    def output(self, **rest):
+        return build.output_variable("u", 0, 1, {"A": 0}, **rest)
+
+    def test_hold_takes_a_number_or_a_text(self):
+        assert self.output(otherwise=build.Hold(0.5)) == self.output(otherwise="hold(0.5)")
+        assert self.output(otherwise=build.Hold(start="k / 2")) == self.output(otherwise="hold(k / 2)")
+        assert self.output(otherwise=build.Hold()) == self.output(otherwise=" hold ")
+        assert self.output(otherwise="hold(0.2)").otherwise.start == build.expression(0.2)
+        with pytest.raises(ArgumentError, match=r"is no value for 'otherwise'; the form is: hold\(START\)"):
+            self.output(otherwise="hold(0.2) adaptive rate (1)")
+
+    def test_otherwise_takes_words_and_expressions_without_parentheses(self):
+        assert self.output(otherwise=" nan ").otherwise == "nan"
+        assert self.output(otherwise="k + 1").otherwise == build.expression("k + 1")
+
+    def test_what_is_held_goes_on_in_the_order_of_indices(self):
+        gap = {"L": "triangle(-inf, 0, 0.1)", "H": "triangle(0.9, 1, inf)"}
+        held = build.output_variable("u", 0, 1, {"A": 0, "B": 1}, otherwise=build.Hold(0.5))
+        rules = ["if x is L then u is A", "if x is H then u is B"]
+        system = build.system("s", [build.input_variable("x", 0, 1, gap), held], rules, defuzzifier="weighted_average")
+        points = np.array([[0.5, 1.0, 0.5], [0.0, 0.5, 1.0]])[..., None]
+        for backend in ("numba", "numpy", "python"):
+            kernel = compile(system, backend)
+            assert kernel.batch(points).tolist() == [[0.5, 1, 1], [0, 0, 1]]
+            assert kernel.batch(np.asfortranarray(points)).tolist() == [[0.5, 1, 1], [0, 0, 1]]
+            assert kernel.batch(points[::-1, ::-1]).tolist() == [[1, 1, 0], [0, 1, 1]]
+
+    def test_activation_is_what_a_file_says(self):
+        for text in ("highest(count = 1)", "threshold(>= 0.1)", "first(count = 2, threshold = (k))"):
+            system = self.built(activation=text, params={"k": 0.1})
+            assert f"\nactivation {text}\n" in dumps(system)
+            assert loads(dumps(system)) == system
+        assert self.built(activation="general") == self.built()
+
+    @pytest.mark.parametrize(
+        ("text", "message"),
+        [
+            ("highest", "needs a count\n(.*\n)*.*write, for example: highest"),
+            ("hihgest(count=1)", "did you mean 'highest'"),
+            ("highest(count=1) general", "the form is: general"),
+        ],
+    )
+    def test_an_activation_that_there_is_not_is_refused(self, text, message):
+        with pytest.raises(DiagnosticError, match=message):
+            self.built(activation=text)
+
+    def test_a_defuzzifier_has_its_options(self):
+        y = build.output_variable("u", 0, 1, {"A": "triangle(0, 0.5, 1)"}, otherwise=0)
+        system = build.system("s", [X, y], ["if x is L then u is A"], defuzzifier="centroid(resolution=10)")
+        assert system.method.defuzzifier.resolution == 10
+        with pytest.raises(DiagnosticError, match="resolution = 0 is no whole number"):
+            self.built(defuzzifier="centroid(resolution=0)")
+
+    def test_terms_take_keywords_and_a_height(self):
+        terms = build.input_variable("x", 0, 1, {"A": "triangle(0, 1, right=k, height=0.5)"}).terms
+        assert terms[0].membership == build.membership("triangle", 0, 1, "k", height=0.5)
+        with pytest.raises(DiagnosticError, match=r"<term>:1:1: error\[FZ202\].*'triangel'"):
+            build.input_variable("x", 0, 1, {"A": "triangel(0, 1, 2)"})
+        assert build.input_variable("x", 0, 1, {"A": "max(k, 2)"}).terms[0].membership.kind == "constant"
+
+    @pytest.mark.parametrize(
+        ("call", "place", "form"),
+        [
+            (lambda: build.expression("1+"), "<expression>:1:2", "(k - 1) / 2"),
+            (lambda: build.rule("if x is then u is A"), "<rule>:1:9", "if INPUT is TERM"),
+            (lambda: build.rule_table("u", "x", {"L": "A *"}), "<table row>:1:3", "cells separated by blanks"),
+            (lambda: build.rule_table("u", "x", {"L": "A"}, condition="x is"), "<condition>:1:4", "INPUT is TERM and"),
+            (lambda: build.Hold("(1) 2"), "<expression>:1:5", "(k - 1) / 2"),
+            (lambda: TestFragments().output(otherwise="hold(1 +)"), "<value for 'otherwise'>:1:9", "hold(START)"),
+            (lambda: TestFragments().built(guarantees=["u <="]), "<guarantee>:1:4", "EXPRESSION >= EXPRESSION"),
+        ],
+    )
+    def test_a_broken_one_shows_its_own_form_and_place(self, call, place, form):
+        with pytest.raises(DiagnosticError) as error:
+            call()
+        shown = str(error.value)
+        assert place in shown
+        assert f"the form is: {form}" in shown
+        assert "param" not in shown
+        assert "_" not in shown
+
+    def test_expressions_of_texts_have_no_places(self):
+        """They would be those of a statement that nobody wrote."""
+        y = build.output_variable("u", 0, 1, {"A": "k * 2", "B": 1})
+        system = build.system("s", [X, y], ["if x is L then u is A"], params={"k": 0.1}, defuzzifier="weighted_average")
+        found = check(system)[1]
+        assert found
+        assert all(d.span is None for d in found)
+
+    def test_names_of_a_method_have_no_blanks(self):
+        with pytest.raises(DiagnosticError, match="'min ' cannot be the name of a conjunction"):
+            self.built(conjunction="min ")
+        with pytest.raises(DiagnosticError, match="'max ' cannot be the name of an aggregation"):
+            build.system("s", [X, self.output(aggregation="max ")], ["if x is L then u is A"])
