@@ -142,7 +142,10 @@ class TestArbitraryArguments:
             odd = attempt(build.output_variable, {**VARIABLE_ARGUMENTS, "name": "v", wrong: spec})
             if odd is not None:
                 built = attempt(build.system, {**SYSTEM_ARGUMENTS, "variables": [X, U, odd], "rules": [TABLE]})
-                assert built is None or fuzzyctl.loads(fuzzyctl.dumps(built)) == built
+                if built is not None:
+                    assert fuzzyctl.loads(fuzzyctl.dumps(built)) == built
+                    for function in (fuzzyctl.check, fuzzyctl.output_bounds, fuzzyctl.compile):
+                        attempt(lambda f=function, s=built: f(s), {})
 
     @settings(RELAXED, suppress_health_check=[HealthCheck.function_scoped_fixture])
     @given(path=ANYTHING)
