@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from fuzzyctl.analysis import intervals
 from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where
-from fuzzyctl.kernels.program import STATE, Accumulate, Assign, Item, Place, Program
+from fuzzyctl.kernels.program import STATE, Accumulate, Assign, Item, Place, Program, Refuse
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -150,6 +150,10 @@ class Interpreter:
                     self.names[name] = self.enclose(value)
                 case Accumulate():
                     self._accumulate(statement, tables)
+                case Refuse():
+                    pass  # claims are about points that have a value
+                case _:
+                    raise TypeError(f"{type(statement).__name__} has no enclosure")
         return [self.enclose(program.results[k]) for k in wanted]
 
     def _accumulate(self, statement: Accumulate, tables: Mapping[str, tuple[float, ...]]) -> None:
@@ -365,12 +369,14 @@ def _compare(op: str, a: Enclosure, b: Enclosure) -> Truths:
 
 def _call(function: str, a: list[Enclosure]) -> Enclosure:
     match function:
-        case "min" | "max":
-            join = smaller if function == "min" else larger
+        case "min" | "max" | "smaller" | "larger":
+            join = smaller if function in ("min", "smaller") else larger
             found = a[0]
             for other in a[1:]:
-                found = join(found, other)
+                found = _unless_nan(join(found, other), other)
             return found
+        case "divide":
+            return divided(a[0], a[1])
         case "clip":
             return _quotient_held(a[0], a[1], a[2])
         case "held":
@@ -389,6 +395,14 @@ def _call(function: str, a: list[Enclosure]) -> Enclosure:
             values = _scalars(lambda *x: intervals._call(function, list(x)), a)
             return _jumping(*values)
     raise TypeError(f"function {function!r} has no enclosure")
+
+
+def _unless_nan(found: Enclosure, second: Enclosure) -> Enclosure:
+    """Return a smaller or larger value; what may be NaN, the second operand hands on."""
+    bad = np.isneginf(second.lo) & np.isposinf(second.hi)
+    if not bad.any():
+        return found
+    return _sound(np.where(bad, np.nan, found.lo), found.hi, found.slopes, found.error)
 
 
 def _exp(a: Enclosure) -> Enclosure:

@@ -1,0 +1,291 @@
+"""Verdicts on guarantees: what is proved, what is refuted by a point, and what is honestly left open."""
+
+import re
+
+import pytest
+
+from fuzzyctl import Proved, Refuted, Undecided, load, loads, prove
+from fuzzyctl.analysis.prove import Prover
+
+LINE = """
+system line
+and product
+defuzzifier center_average
+param c = 1
+input e in [-1, 1]
+  terms N Z P
+input de in [-2, 2]
+  terms N Z P
+output u in [-1, 1]
+  terms NB=-1 NS=-0.5 ZO=0 PS=0.5 PB=1
+table u = e x de
+     N  Z  P
+ N | NB NS ZO
+ Z | NS ZO PS
+ P | ZO PS PB
+"""
+CURVED = (
+    re.sub(
+        r"(input \w+ in \[-(\d), \d\])\n  terms N Z P",
+        r"\1\n  N = gaussian(-\2, 0.4 * \2)\n  Z = gaussian(0, 0.4 * \2)\n  P = gaussian(\2, 0.4 * \2)",
+        LINE,
+    )
+    .replace("0.4 * 1", "0.4")
+    .replace("0.4 * 2", "0.8")
+)
+MAMDANI = (
+    LINE.replace("and product", "and min")
+    .replace("center_average", "centroid")
+    .replace("terms NB=-1 NS=-0.5 ZO=0 PS=0.5 PB=1", "terms NB NS ZO PS PB")
+)
+SAMPLED = MAMDANI.replace("centroid", "centroid(resolution=50)")
+WEIGHTED = LINE + "if e is P then u is PB weight 0.5\n"
+
+
+def verdicts(text, *claims, timeout=10.0):
+    return prove(loads(text + "".join(f"require {c}\n" for c in claims)), timeout=timeout)
+
+
+def words(text, *claims, timeout=10.0):
+    return [type(v).__name__ for v in verdicts(text, *claims, timeout=timeout)]
+
+
+def test_the_fixtures_are_what_they_are_called():
+    assert CURVED.count("gaussian") == 6
+    assert Prover(loads(LINE)).surface is not None
+    assert all(Prover(loads(t)).surface is None for t in (CURVED, MAMDANI, SAMPLED))
+    assert not Prover(loads(WEIGHTED)).surface.is_unity[0]
+
+
+@pytest.mark.parametrize(
+    "text", [LINE, CURVED, MAMDANI, SAMPLED, WEIGHTED], ids=["line", "curved", "min", "sampled", "weighted"]
+)
+class TestAnySystem:
+    def test_true_claims_are_proved(self, text):
+        claims = [
+            "bounded(u, -1, 1)",
+            "u <= 1.01 and not u < -1.01",
+            "u >= -0.6 when e >= 0 and de >= -1",
+            "u > -0.01 when e >= 0.2 and de > 0",
+            "abs(u) <= 1",
+            "total(u)",
+            "u * u <= 1.1",
+            "u <= 2 + e",
+            "u != 1.5",
+            "u(-e, de) <= 1 or e < 0",
+        ]
+        assert words(text, *claims) == ["Proved"] * len(claims)
+
+    def test_false_claims_are_refuted_by_points_that_break_them(self, text):
+        system = loads(text)
+        high, low, flat, mirrored, exact = verdicts(
+            text, "u <= 0.5", "u >= 0 when de >= 0.5", "u == 0", "u(-e, de) == u within 0.1", "u <= c - 0.7 or u < 0"
+        )
+        assert all(isinstance(v, Refuted) for v in (high, low, flat, mirrored, exact))
+        assert system(**high.witness.point) > 0.5
+        assert low.witness.point["de"] >= 0.5
+        assert system(**low.witness.point) < 0
+        assert system(**flat.witness.point) != 0
+        point = mirrored.witness.point
+        assert abs(system(e=-point["e"], de=point["de"]) - system(**point)) > 0.1
+        assert system(**exact.witness.point) > 0.3
+
+    def test_the_witness_says_what_both_sides_are(self, text):
+        (verdict,) = verdicts(text, "2 * u <= c / 2")
+        names = dict(verdict.witness.sides)
+        assert names["c / 2"] == 0.5
+        assert names["2 * u"] == 2 * loads(text)(**verdict.witness.point)
+
+    def test_a_slope_that_is_too_steep_is_refuted_by_two_points(self, text):
+        system = loads(text)
+        falling, steep = verdicts(text, "decreasing(u, de)", "lipschitz(u, e) <= 0.2")
+        for verdict in (falling, steep):
+            assert isinstance(verdict, Refuted)
+        a, b = falling.witness.point, falling.witness.other
+        assert a["de"] < b["de"]
+        assert system(**a) < system(**b)
+        a, b = steep.witness.point, steep.witness.other
+        assert abs(system(**a) - system(**b)) > 0.2 * abs(a["e"] - b["e"])
+        assert a["de"] == b["de"]
+
+
+class TestSlopes:
+    @pytest.mark.parametrize("text", [LINE, CURVED], ids=["line", "curved"])
+    def test_true_ones_are_proved_in_exact_arithmetic(self, text):
+        found = verdicts(
+            text, "increasing(u, e)", "increasing(u, de)", "lipschitz(u, e) <= 1.5", "lipschitz(u, de) <= 1"
+        )
+        assert [type(v) for v in found] == [Proved] * 4
+        assert all("exact arithmetic" in v.note for v in found)
+
+    def test_the_slope_of_a_line_is_known_exactly(self):
+        assert words(LINE, "lipschitz(u, de) <= 0.25", "lipschitz(u, de) <= 0.2499") == ["Proved", "Refuted"]
+
+    def test_a_tolerance_covers_rounding_and_small_falls(self):
+        text = (
+            LINE.replace("ZO PS PB", "ZO PS PS").replace("PS=0.5", "PS=0.5001").replace("Z | NS ZO PS", "Z | NS PS ZO")
+        )
+        falls = verdicts(text, "increasing(u, de)", "increasing(u, de) within 0.4", "increasing(u, de) within 0.51")
+        assert [type(v) for v in falls] == [Refuted, Refuted, Proved]
+        assert falls[2].note == ""
+
+    def test_a_slope_summed_over_several_cells_needs_their_whole_excess_as_tolerance(self):
+        # Between -1 and 1 u rises by 2, which is 1 more than the bound allows.
+        assert words(
+            LINE.replace("N  Z  P\n N | NB NS ZO", "N  Z  P\n N | NB ZO PB"), "lipschitz(u, de) <= 0.25 within 0.9"
+        ) == ["Refuted"]
+
+    def test_a_jump_has_no_slope(self):
+        text = LINE.replace(
+            "input e in [-1, 1]\n  terms N Z P",
+            "input e in [-1, 1]\n  N = rectangle(-1, 0)\n  Z = rectangle(0, 0.5)\n  P = rectangle(0.5, 1)",
+        )
+        (verdict,) = verdicts(text, "lipschitz(u, e) <= 1e9")
+        assert not isinstance(verdict, Proved)
+
+    def test_an_input_that_no_rule_reads_changes_nothing(self):
+        text = LINE.replace("output u", "input t in [0, 1]\n  terms A B\noutput u")
+        assert words(text, "increasing(u, t) and decreasing(u, t) and lipschitz(u, t) <= 0") == ["Proved"]
+
+
+class TestRounding:
+    def test_a_bound_that_is_touched_needs_a_tolerance(self):
+        bare, loose = verdicts(LINE, "u <= 0.5 when e <= 0", "u <= 0.5 within 1e-12 when e <= 0")
+        assert isinstance(bare, Undecided)
+        assert "within" in bare.reason
+        assert loose == Proved(loose.claim)
+
+    def test_an_equality_without_tolerance_is_about_exact_arithmetic(self):
+        bare, loose = verdicts(LINE, "u(-e, -de) == -u", "u(-e, -de) == -u within 1e-12")
+        assert isinstance(bare, Proved)
+        assert "exact arithmetic" in bare.note
+        assert loose == Proved(loose.claim)
+
+    def test_what_a_kernel_is_held_within_needs_none(self):
+        assert verdicts(LINE, "u <= 1")[0].note == ""
+
+    def test_a_claim_broken_in_the_last_digit_is_not_proved(self):
+        assert words(LINE, "u < 1", "u <= 1 - 1e-16 within 1e-17") == ["Refuted"] * 2
+
+
+class TestRegions:
+    def test_strict_and_open_conditions_are_told_from_closed_ones(self):
+        assert words(LINE, "u > 0 when e > 0 and de >= 0", "u > 0 when e >= 0 and de >= 0") == ["Undecided", "Refuted"]
+        assert words(LINE, "u < 1 when e < 1", "u < 1 when e <= 1") != ["Proved", "Proved"]
+
+    def test_a_region_that_is_empty_proves_everything(self):
+        assert words(LINE, "u >= 5 when e > 1") == ["Proved"]
+
+    def test_shifted_arguments_are_clamped_like_inputs(self):
+        assert words(LINE, "u(e + 5, de + 9) == 1 within 1e-12", "u(e + 1, 0) >= 0 within 1e-12") == ["Proved"] * 2
+        assert words(LINE, "u(e + 1, 0) >= 0.01") == ["Refuted"]
+
+    def test_inputs_without_a_range_are_taken_whole(self):
+        text = LINE.replace("e in [-1, 1]", "e in [-1, 1] extrapolate", 1)
+        assert words(text, "bounded(u, -1, 1)", "u >= e", timeout=2) == ["Proved", "Refuted"]
+        assert words(CURVED.replace("e in [-1, 1]", "e in [-1, 1] extrapolate", 1), "u <= 1", timeout=2) == ["Proved"]
+
+
+class TestUndecided:
+    def test_time_is_kept_and_open_boxes_are_shown(self):
+        (verdict,) = verdicts(CURVED, "u(-e, -de) == -u within 1e-13", timeout=0.2)
+        assert isinstance(verdict, Undecided)
+        assert verdict.remaining >= len(verdict.boxes) > 0
+        assert set(verdict.boxes[0]) == {"e", "de"}
+
+    def test_a_quotient_that_may_be_infinite_is_not_proved(self):
+        assert words(LINE, "1 / e <= 1e300", timeout=0.5) != ["Proved"]
+
+    def test_progress_is_told(self):
+        told = []
+        system = loads(CURVED + "require u(-e, -de) == -u within 1e-13\n")
+        prove(system, timeout=0.2, progress=lambda *state: told.append(state))
+        assert told[-1][0] == "u(-e, -de) == -u within 1e-13"
+        assert told[-1][1] + told[-1][2] > 0
+
+
+class TestWordsInLogic:
+    def test_parts_that_speak_of_all_points_are_joined(self):
+        claims = ["increasing(u, e) and u <= 1", "decreasing(u, e) or total(u)", "not decreasing(u, e)"]
+        assert words(LINE, *claims) == ["Proved"] * 3
+        assert words(LINE, "increasing(u, e) and u <= 0", "decreasing(u, e) or decreasing(u, de)") == ["Refuted"] * 2
+        assert words(LINE, "not increasing(u, e)") == ["Undecided"]
+
+    def test_a_hole_refutes_total(self):
+        text = LINE.replace("output u in [-1, 1]", "output u in [-1, 1] else 0").replace(
+            "e in [-1, 1]\n  terms N Z P",
+            "e in [-1, 1]\n  N = triangle(-2, -1, -0.5)\n  Z = triangle(-0.2, 0, 0.2)\n  P = triangle(0, 1, 2)",
+        )
+        (verdict,) = verdicts(text, "total(u)")
+        assert isinstance(verdict, Refuted)
+        assert -0.5 <= verdict.witness.point["e"] <= -0.2
+
+
+class TestSeededFaults:
+    """Twenty changes of the shipped files, each of which breaks a guarantee."""
+
+    CHANGES = [
+        ("ais_reaction", "triangle(0.09, 0.18, inf)", "triangle(0.09, 0.19, inf)"),
+        ("ais_reaction", "triangle(0.09, 0.18, inf)", "triangle(0.09, 0.1800001, inf)"),
+        ("ais_reaction", "PS = triangle(0, 0.09, 0.18)", "PS = triangle(0, 0.2, 0.3)"),
+        ("ais_reaction", "param k_s     = 0.55", "param k_s     = 0.56"),
+        ("ais_reaction", "param k_h_min = 0.1 ", "param k_h_min = 0.09 "),
+        ("ais_reaction", "param G_min   = 0.001", "param G_min   = 0.002"),
+        ("ais_reaction", "NB |  NB  NM  NM  NS  NS", "NB |  NM  NB  NM  NS  NS"),
+        ("ais_reaction", "NB |  NB  NM  NM  NS  NS", "NB |  NB  NM  NM  NS  PS"),
+        ("ais_reaction", "NS |  NM  NS  ZO  PS  ZO", "NS |  NM  NS  PS  ZO  ZO"),
+        ("ais_reaction", "NS |  NM  NS  ZO  PS  ZO", "NS |  NM  ZO  ZO  PS  ZO"),
+        ("ais_reaction", "PB |  NS  NS  NM  NM  NB", "PB |  NS  NS  NM  NM  NM"),
+        ("ais_reaction", "PB |  NS  NS  NM  NM  NB", "PB |  PS  NS  NM  NM  NB"),
+        ("ais_reaction", "NS = triangle(-0.030, -0.015, 0)\n  ZO = triangle(-0.015", "NS = triangle(-0.030, -0.014, 0)\n  ZO = triangle(-0.014"),
+        ("ais_reaction", "NS = triangle(-0.50, -0.25, 0)", "NS = triangle(-0.50, -0.24, 0)"),
+        ("boundary_layer", "VS = triangle(1e-6, 0.0050, 0.0162)", "VS = triangle(1e-6, 0.0049, 0.0162)"),
+        ("boundary_layer", "VB = triangle(0.0387, 0.0500, inf)\n\ntable", "VB = triangle(0.0387, 0.0501, inf)\n\ntable"),
+        ("boundary_layer", "|  VB  B  M  S  VS", "|  VB  M  B  S  VS"),
+        ("boundary_layer", "|  VB  B  M  S  VS", "|  VS  S  M  B  VB"),
+        ("fcafsmc", "PB=0", "PB=2.4"),
+        ("tipper", "generous = triangle(20, 25, 30)", "generous = triangle(38, 39, 40)"),
+    ]  # fmt: skip
+
+    @pytest.mark.parametrize(("name", "old", "new"), CHANGES)
+    def test_a_fault_is_refuted_by_a_valid_witness(self, rules, name, old, new):
+        text = (rules / f"{name}.fz").read_text(encoding="utf-8")
+        assert text.count(old) == 1
+        # Wider ranges let the consequent leave the bound that the guarantee keeps.
+        text = (
+            text.replace(old, new)
+            .replace("F in [-2, 2]", "F in [-2, 2.5]")
+            .replace("in [0, 30] unit", "in [0, 40] unit")
+        )
+        system = loads(text)
+        refuted = [v for v in prove(system) if isinstance(v, Refuted)]
+        assert refuted
+        for verdict in refuted:
+            assert self.BROKEN[verdict.claim](system, verdict.witness), verdict
+
+    #: Claims evaluated at a witness without the machinery of proofs: whether they are broken there.
+    BROKEN = {
+        "k_h_min - k_s * f >= G_min within 1e-12": lambda s, w: (
+            s.values["k_h_min"] - s.values["k_s"] * s(**w.point) < s.values["G_min"] - 1e-12
+        ),
+        "f(-sigma, -dsigma) == f within 1e-12": lambda s, w: (
+            abs(s(**{n: -v for n, v in w.point.items()}) - s(**w.point)) > 1e-12
+        ),
+        "f <= 0 when abs(sigma) >= 0.03": lambda s, w: abs(w.point["sigma"]) >= 0.03 and s(**w.point) > 0,
+        "beta >= 0.005 within 1e-12": lambda s, w: s(**w.point) < 0.005 - 1e-12,
+        "beta <= 0.05 within 1e-12": lambda s, w: s(**w.point) > 0.05 + 1e-12,
+        "decreasing(beta, abs_sigma)": lambda s, w: (
+            w.point["abs_sigma"] < w.other["abs_sigma"] and s(**w.point) < s(**w.other)
+        ),
+        "F <= 2": lambda s, w: s(**w.point) > 2,
+        "bounded(tip, 0, 30)": lambda s, w: not 0 <= s(**w.point) <= 30,
+    }
+
+    def test_the_shipped_files_are_proved(self, shipped):
+        for system in shipped.values():
+            assert [type(v) for v in prove(system)] == [Proved] * len(system.guarantees)
+
+
+def test_a_path_is_read(rules):
+    assert [v.claim for v in prove(rules / "tipper.fz")] == ["bounded(tip, 0, 30)"]
+    assert prove(load(rules / "tipper.fz"))[0].span.line == 33

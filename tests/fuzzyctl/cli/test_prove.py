@@ -1,0 +1,100 @@
+"""`fuzzyctl prove` as a user types it."""
+
+import json
+
+import pytest
+from click.testing import CliRunner
+
+from fuzzyctl.cli.main import main
+from fuzzyctl.shipped import rules_folder
+
+RULES = rules_folder()
+
+
+def run(*arguments):
+    return CliRunner().invoke(main, ["prove", *map(str, arguments)])
+
+
+@pytest.fixture
+def written(tmp_path):
+    def write(*claims, extra=""):
+        path = tmp_path / "line.fz"
+        text = "system line\ninput e in [-1, 1]\n  terms N Z P\noutput u in [-1, 1]\n  terms N Z P\n"
+        text += "and product\ndefuzzifier center_average\ntable u = e\n   N Z P\n | N Z P\n" + extra
+        path.write_text(text + "".join(f"require {c}\n" for c in claims), encoding="utf-8")
+        return path
+
+    return write
+
+
+def test_shipped_files_are_proved_one_line_each():
+    result = run(*sorted(RULES.glob("*.fz")))
+    assert result.exit_code == 0, result.output
+    lines = result.stdout.splitlines()
+    assert sum(": proved: " in line for line in lines) == 9
+    assert lines[-1] == "9 proved"
+
+
+def test_a_refuted_claim_shows_its_witness_and_fails(written):
+    result = run(written("u <= 0.5", "u <= 1"))
+    assert result.exit_code == 1
+    assert ":11: refuted: u <= 0.5\n    at e = 1: u = 1\n" in result.stdout
+    assert result.stdout.endswith("1 proved, 1 refuted\n")
+
+
+def test_an_undecided_claim_says_what_would_decide_it_and_exits_with_3(written):
+    result = run(written("u <= 0.5 when e <= 0.5"))
+    assert result.exit_code == 3
+    assert "within" in result.stdout
+
+
+def test_a_refuted_claim_counts_more_than_an_undecided_one(written):
+    assert run(written("u <= 0.5 when e <= 0.5", "u < 0")).exit_code == 1
+
+
+def test_params_may_be_set(written):
+    path = written("u <= c", extra="param c = 1\n")
+    assert run(path).exit_code == 0
+    result = run(path, "--set", "c=0.25")
+    assert result.exit_code == 1
+    assert "c = 0.25" in result.stdout
+    assert run(path, "--set", "d=1").exit_code == 1
+
+
+def test_json_holds_the_same(written):
+    result = run(written("u <= 0.5", "u <= 1", "u <= 0.5 when e <= 0.5", "decreasing(u, e)"), "--format", "json")
+    data = json.loads(result.stdout)
+    (system,) = data["systems"]
+    kinds = [g["verdict"] for g in system["guarantees"]]
+    assert kinds == ["refuted", "proved", "undecided", "refuted"]
+    assert system["guarantees"][0]["witness"] == {"point": {"e": 1.0}, "other": None, "values": {"u": 1.0}}
+    assert system["guarantees"][3]["witness"]["other"] is not None
+    assert system["guarantees"][0]["line"] == 11
+    assert data["diagnostics"] == []
+
+
+def test_a_mistake_in_the_file_is_a_diagnostic(written):
+    result = run(written("v <= 1"))
+    assert result.exit_code == 1
+    assert "FZ202" in result.stderr
+    data = json.loads(run(written("v <= 1"), "--format", "json").stdout)
+    assert data["diagnostics"][0]["code"] == "FZ202"
+
+
+def test_a_file_without_guarantees_says_so(written):
+    result = run(written())
+    assert result.exit_code == 0
+    assert "line: no guarantees" in result.stdout
+
+
+def test_one_of_several_systems_may_be_named(written, tmp_path):
+    both = tmp_path / "both.fz"
+    one = written("u <= 1").read_text(encoding="utf-8")
+    both.write_text(one + one.replace("system line", "system other").replace("u <= 1", "u <= 0"), encoding="utf-8")
+    assert run(both).exit_code == 1
+    assert run(both, "--system", "line").exit_code == 0
+    assert run(both, "--system", "none").exit_code == 1
+
+
+def test_a_negative_time_is_wrong_usage(written):
+    assert run(written("u <= 1"), "--timeout", "-1").exit_code == 2

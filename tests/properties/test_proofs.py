@@ -1,0 +1,120 @@
+"""What is proved holds for what kernels return: generated systems of every kind, at random points and at all corners.
+
+More of them: FUZZYCTL_PROOFS=1000 python -m pytest tests/properties/test_proofs.py
+"""
+
+import importlib.util
+import math
+import os
+from pathlib import Path
+
+import hypothesis.strategies as st
+import numpy as np
+from hypothesis import given, note
+
+from fuzzyctl.analysis.boxes import System
+from fuzzyctl.analysis.branching import _start
+from fuzzyctl.errors import FuzzyctlError, NoRuleFiresError
+from fuzzyctl.kernels.compile import compile as compile_system
+from fuzzyctl.kernels.plan import plan
+
+#: Generated systems of each test.
+COUNT = int(os.environ.get("FUZZYCTL_PROOFS", "40"))
+
+
+def sibling(name):
+    path = Path(__file__).parent / f"{name}.py"
+    spec = importlib.util.spec_from_file_location(f"generators_{name}", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+ENGINE, KERNELS, INTERPOLATION = (sibling(n) for n in ("test_engine", "test_kernels", "test_interpolation"))
+
+
+def kernels_of(system):
+    """All kernels that may differ in rounding."""
+    found = []
+    for backend in ("python", "numpy"):
+        for algorithm in ("rules", "interpolation"):
+            try:
+                found.append(compile_system(system, backend, algorithm=algorithm))
+            except FuzzyctlError:
+                assert algorithm == "interpolation"
+    return found
+
+
+def values_at(kernel, points, state):
+    """Values of shape (points, outputs); NaN where no rule fires."""
+    rows = []
+    for point in points:
+        try:
+            given = () if state is None else (state,)
+            row = np.atleast_1d(kernel.batch(np.array([point]), *(g[None] for g in given))[0])
+        except NoRuleFiresError:
+            row = np.full(len(kernel.output_names), math.nan)
+        rows.append(row)
+    return np.array(rows)
+
+
+def random_boxes(lo, hi, rng, count):
+    """Boxes within cells, and points in each: ends, their neighbours, and some between."""
+    finite = [
+        (np.where(np.isfinite(lo), lo, np.minimum(hi, 0) - 10.0)),
+        (np.where(np.isfinite(hi), hi, np.maximum(lo, 0) + 10.0)),
+    ]
+    chosen = rng.integers(0, lo.shape[1], count)
+    a, b = finite[0][:, chosen], finite[1][:, chosen]
+    shares = np.sort(rng.uniform(size=(2, *a.shape)) * (rng.uniform(size=a.shape) < 0.7), axis=0)
+    low = np.clip(a + shares[0] * (b - a), a, b)
+    high = np.where(rng.uniform(size=a.shape) < 0.5, b, np.clip(a + np.maximum(shares[1], shares[0]) * (b - a), low, b))
+    inside = [low, high, np.minimum(np.nextafter(low, np.inf), high), np.maximum(np.nextafter(high, -np.inf), low)]
+    inside += [np.clip(low + rng.uniform(size=low.shape) * (high - low), low, high) for _ in range(4)]
+    return low, high, inside
+
+
+def check_enclosures(system, seed, *, count=12, straight=True):
+    """Every kernel's numbers lie in the enclosures, and in those of first order."""
+    boxed = System(system, plan(system))
+    cells = boxed.cells([])
+    if cells is None:
+        return
+    kernels = kernels_of(system)
+    state = kernels[0].initial_state() if kernels[0].n_states else None
+    low, high, inside = random_boxes(*cells, np.random.default_rng(seed), count)
+    wanted = list(range(len(system.outputs)))
+    with np.errstate(all="ignore"):
+        found, void = boxed.evaluate(list(boxed.inputs_of(low, high, sloped=True).values()), wanted)
+    void = np.broadcast_to(void, count)
+    for points in inside:
+        for kernel in kernels:
+            values = values_at(kernel, points.T, state)
+            for k, e in zip(wanted, found, strict=True):
+                own = values[:, k]
+                fine = np.isnan(own) | ((np.broadcast_to(e.lo, count) <= own) & (own <= np.broadcast_to(e.hi, count)))
+                note(f"{kernel} {points.T[~fine]} {own[~fine]} {low.T[~fine]} {high.T[~fine]}")
+                assert fine.all()
+                assert not (void & ~np.isnan(own)).any() or len(wanted) > 1
+                if e.slopes is None or not straight:
+                    continue
+                down, up = (np.broadcast_to(s, low.shape) for s in e.slopes)
+                start, slack = _start(low, high, down, up)
+                with np.errstate(all="ignore"):
+                    (there,), _ = boxed.evaluate(list(boxed.inputs_of(start, start, sloped=False).values()), [k])
+                    least = there.lo - slack * (1 + 1e-12) - e.error
+                fine = np.isnan(own) | ~(own < least)
+                note(f"first order: {points.T[~fine]} {own[~fine]} {least[~fine] if least.ndim else least}")
+                assert fine.all()
+
+
+@ENGINE.quick(COUNT)
+@given(st.data())
+def test_enclosures_hold_what_kernels_return(data):
+    check_enclosures(data.draw(KERNELS.systems()), data.draw(st.integers(0, 1000)))
+
+
+@ENGINE.quick(COUNT)
+@given(st.data())
+def test_enclosures_hold_whatever_a_system_is_made_of(data):
+    check_enclosures(data.draw(ENGINE.systems()), data.draw(st.integers(0, 1000)))
