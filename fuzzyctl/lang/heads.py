@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from typing import Final, Literal
 
-from fuzzyctl.errors import Diagnostic
+from fuzzyctl.errors import Diagnostic, counted
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.lang.lines import LogicalLine
 from fuzzyctl.lang.mistakes import FORMS
-from fuzzyctl.lang.syntax import NAME
+from fuzzyctl.lang.syntax import NAME, Table
 from fuzzyctl.source import SourceText, Span
 
 #: What a line without a keyword is: the head of a variable or a table, or a header whose table is missing.
@@ -21,6 +22,7 @@ _TABLE: Final = re.compile(rf"\s*{NAME}(?:\s*,\s*{NAME})*\s*=\s*{NAME}({_CROSS})
 _BARRED_TERM: Final = re.compile(rf"\s*{NAME}\s*\|\s*(?:{'|'.join(MEMBERSHIP)})\s*\(")
 _NAMELESS: Final = re.compile(r'\s*(?:(?:input|output)\s*(?:in\s*\[|"|\[|$)|hedge\s*(?:\(|$)|param\s*(?:=|$))')
 _NAMELESS_PARAM: Final = re.compile(rf"\s*param\s*=\s*(?!{NAME}\s*\()")
+_CELL: Final = re.compile(r"[^\s=|\"<>:;]+")
 _NAMES: Final = re.compile(rf"\s*{NAME}(?:\s+{NAME})*\s*")
 
 
@@ -58,6 +60,28 @@ def looks_like_term(source: SourceText, line: LogicalLine) -> bool:
     """Whether a line with a bar is a term line rather than the row of a table."""
     text = source.text[line.start : line.end]
     return "=" in text or _BARRED_TERM.match(text) is not None
+
+
+def is_barless_row(source: SourceText, line: LogicalLine, columns: int, labelled: bool) -> bool:
+    """Whether a line below the header of a table is a row but for its bar: as many cells as there are columns."""
+    words = source.text[line.start : line.end].split()
+    if len(words) != columns + labelled or not all(map(_CELL.fullmatch, words)):
+        return False
+    return "is" not in words and "then" not in words
+
+
+def describe_barless(source: SourceText, rows: Sequence[LogicalLine], table: object) -> Diagnostic:
+    """Return the diagnostic for all rows of a table that lack their bar."""
+    first = rows[0]
+    text = source.text[first.start : first.end].strip()
+    place = Span(source, first.end - len(text), first.end)
+    labelled = isinstance(table, Table) and table.second is not None
+    label, cells = text.split(maxsplit=1) if labelled and " " in text else ("", text)
+    more = len(rows) - 1
+    facts = (f"and so {'does' if more == 1 else 'do'} {counted(more, 'other row')}",) if more else ()
+    return Diagnostic(
+        "FZ102", "the row lacks its bar", place, facts=facts, help=f"write '{f'{label} | {cells}'.strip()}'"
+    )
 
 
 def describe_headless(source: SourceText, line: LogicalLine, what: Headless) -> Diagnostic:

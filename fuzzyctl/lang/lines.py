@@ -26,7 +26,8 @@ _PIECE = re.compile(r'"[^"\n]*"|"[^"\n]*|#[^\n]*|[()\[\]|\n]|[^"#()\[\]|\n]+')
 _WORD = re.compile(rf"\s*({NAME})")
 _TERM = re.compile(rf"\s*{NAME}\s*=")
 _NAMES = re.compile(rf"\s*{NAME}(?:\s+{NAME})*\s*")
-_KEYWORD_LINE = re.compile(rf"\s*(?:{'|'.join(STATEMENT_KEYWORDS)})\b(?!\s*[=|])")
+# No row has two bars, so `require |` with a second one is a guarantee.
+_KEYWORD_LINE = re.compile(rf"\s*(?:(?:{'|'.join(STATEMENT_KEYWORDS)})\b(?!\s*[=|])|require\s*\|[^|]*\|)")
 # A rule may be broken before `and` and `or`, so these do not end an open parenthesis.
 _NEW_STATEMENT = re.compile(rf"\s*(?!(?:and|or)\b)(?:{'|'.join(STATEMENT_KEYWORDS)})\b(?!\s*[=|])")
 _TERM_LINE = re.compile(rf"\s*{NAME}\s*=\s*(?:{'|'.join(MEMBERSHIP)})\s*\(")

@@ -10,6 +10,7 @@ from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedTok
 
 from fuzzyctl.errors import Diagnostic, closest, look_alikes
 from fuzzyctl.lang.lines import LogicalLine
+from fuzzyctl.lang.slips import NO_RULE, SPELLINGS, corner, repair
 from fuzzyctl.lang.syntax import NAME, STATEMENT_KEYWORDS
 from fuzzyctl.source import SourceText, Span
 
@@ -80,6 +81,10 @@ _NUMBER_LIKE: Final = re.compile(r"[\w.]+")
 
 def describe(source: SourceText, line: LogicalLine, error: UnexpectedInput) -> Diagnostic:
     """Return the diagnostic for a line that the grammar refuses."""
+    place = corner(source, line)
+    if place is not None:
+        help_text = "leave it out: the header line holds the terms of the columns and nothing else"
+        return Diagnostic("FZ102", "a table of a rule file has no corner", Span(source, *place), help=help_text)
     form = FORMS.get(line.word, "") if line.kind == "statement" else _BELOW.get(line.kind, "")
     help_text = f"the form is: {form}" if form else ""
     if isinstance(error, UnexpectedCharacters):
@@ -94,16 +99,16 @@ def describe(source: SourceText, line: LogicalLine, error: UnexpectedInput) -> D
     facts = (f"expected {expected.replace('end of the line', f'end of the {unit}')}",) if expected else ()
     token = error.token
     if token.type == "$END":
-        place = Span(source, max(line.start, line.end - 1), line.end)
-        return Diagnostic("FZ102", f"the {unit} ends too early", place, facts=facts, help=help_text)
+        where = Span(source, max(line.start, line.end - 1), line.end)
+        repaired = repair(source, line, line.end) or help_text
+        return Diagnostic("FZ102", f"the {unit} ends too early", where, facts=facts, help=repaired)
     start = line.start + (token.start_pos or 0)
-    place = Span(source, start, start + len(token))
     return Diagnostic(
         "FZ102",
         f"unexpected '{token}'",
-        place,
+        Span(source, start, start + len(token)),
         facts=facts,
-        help=help_text if line.word == "fz" else _repair(error, help_text),
+        help=repair(source, line, start) or (help_text if line.word == "fz" else _repair(error, help_text)),
     )
 
 
@@ -166,6 +171,9 @@ def _bad_character(source: SourceText, line: LogicalLine, at: int, help_text: st
         return Diagnostic("FZ105", "texts stand in double quotes", place, help='write "..."')
     if char.isprintable() and (char.isascii() or not unicodedata.name(char, "")):
         return Diagnostic("FZ105", f"'{char}' cannot stand here", place, help=help_text)
+    if char in SPELLINGS:
+        is_dash = line.kind == "row" and unicodedata.category(char) == "Pd"
+        help_text = NO_RULE if is_dash else f"write '{SPELLINGS[char]}'"
     name = unicodedata.name(char, "a control character")
     shown = f"'{char}' (U+{ord(char):04X}, {name})" if char.isprintable() else f"U+{ord(char):04X} ({name})"
     return Diagnostic("FZ105", f"{shown} cannot stand here", place, help=help_text)

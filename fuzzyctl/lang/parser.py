@@ -17,7 +17,15 @@ from fuzzyctl.errors import Diagnostic
 from fuzzyctl.lang import plain
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.builder import Builder
-from fuzzyctl.lang.heads import Headless, describe_headless, headless, is_nameless, looks_like_term
+from fuzzyctl.lang.heads import (
+    Headless,
+    describe_barless,
+    describe_headless,
+    headless,
+    is_barless_row,
+    is_nameless,
+    looks_like_term,
+)
 from fuzzyctl.lang.lines import LineKind, LogicalLine, split
 from fuzzyctl.lang.mistakes import describe, describe_unknown_line, meant_keyword, orphan
 from fuzzyctl.source import SourceText, Span
@@ -101,6 +109,8 @@ class _Assembler:
         self.lost_variable = False
         self.lost_input = False
         self.nameless: set[str] = set()
+        #: Rows of the table that lack their bar.
+        self.barless: list[LogicalLine] = []
         #: A `with` line that waits for its table.
         self.condition: sx.With | None = None
 
@@ -111,6 +121,9 @@ class _Assembler:
             return
         if line.kind == "term_line" and is_nameless(self.source, line):
             line = dataclasses.replace(line, kind="statement")
+        if self.block == "table" and line.mistake is None and self._lacks_bar(line, below):
+            self.barless.append(line)
+            return
         belongs = line.kind in ("term_line", "header", "row") or (line.kind == "statement" and line.word == "terms")
         what = headless(self.source, line, below) if line.kind in ("unknown", "term_line") else ""
         if what == "header" and self.block == "table":
@@ -125,6 +138,15 @@ class _Assembler:
         else:
             self._close_block()
             self._take_statement(line)
+
+    def _lacks_bar(self, line: LogicalLine, below: LogicalLine | None) -> bool:
+        header = next((n for n in self.lines if isinstance(n, sx.HeaderLine)), None)
+        head = self.statements[-1]
+        if header is None or line.kind != "unknown" or not isinstance(head, sx.Table):
+            return False
+        # Names above a row are no second header.
+        above_row = headless(self.source, line, below) == "header"
+        return above_row or is_barless_row(self.source, line, len(header.terms), head.second is not None)
 
     def _give_up(self, line: LogicalLine) -> None:
         """Say once that the rest is not read: such a text is no rule file, and more messages would help nobody."""
@@ -227,6 +249,9 @@ class _Assembler:
         self.unread.update(_WORDS.findall(self.source.text, line.start, line.end))
 
     def _close_block(self) -> None:
+        if self.barless:
+            self.diagnostics.append(describe_barless(self.source, self.barless, self.statements[-1]))
+            self.incomplete = True
         if self.block in ("variable", "table"):
             head = self.statements[-1]
             if isinstance(head, sx.Variable):
@@ -238,7 +263,7 @@ class _Assembler:
                     head, header=headers[0] if headers else None, rows=rows, incomplete=self.incomplete
                 )
             self.statements[-1] = head
-        self.block, self.lines, self.incomplete = "", [], False
+        self.block, self.lines, self.incomplete, self.barless = "", [], False, []
 
     def finish(self) -> tuple[sx.SyntaxTree, list[Diagnostic]]:
         self._close_block()

@@ -259,7 +259,11 @@ def _check_frame(context: Context, statement: sx.Table, rows: sx.Variable, colum
         return False
     if statement.header is None or not statement.rows:
         what = "header line with the terms of the columns" if statement.header is None else "rows"
-        context.report("FZ212", f"the table has no {what}", statement.span, help=_table_form(statement, columns, rows))
+        form = _table_form(statement, columns, rows)
+        # A header that begins with a bar is a row to the parser.
+        barred = len(statement.rows) > 1 and statement.rows[0].label is None and not statement.csv
+        facts, help_text = ((form,), "leave the bar of the first line out") if barred else ((), form)
+        context.report("FZ212", f"the table has no {what}", statement.span, facts=facts, help=help_text)
         return False
     if statement.second is not None and _is_transposed(context, statement, rows, columns):
         return False

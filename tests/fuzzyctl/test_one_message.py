@@ -522,3 +522,88 @@ class TestNamesThatAreMissingOrWrong:
         assert only(said(("system s", f"system {word}")))[0] == "1 FZ201"
         assert only(said(("defuzz", f"hedge {word}(x) = x\ndefuzz")))[0] == "2 FZ201"
         assert only(said(("defuzz", f"hedge h({word}) = 1\ndefuzz")))[0] == "2 FZ201"
+
+
+TWO_WAY = (
+    ("output u", "input d in [0, 1]\n  terms A B\noutput u"),
+    ("table u = e\n    N Z P\n  | a a b\n", "table u = d x e\n    N Z P\n  A | a a b\n  B | b b a\n"),
+)
+
+
+class TestRowsAndHeadersAsPapersPrintThem:
+    @pytest.mark.parametrize(
+        ("without", "place", "help_text"),
+        [
+            ("A |", "12 FZ102", "write 'A | a a b'"),
+            ("B |", "13 FZ102", "write 'B | b b a'"),
+            ("AB", "12 FZ102", "and so does 1 other row | write 'A | a a b'"),
+        ],
+    )
+    def test_a_row_without_its_bar_is_shown_with_it(self, without, place, help_text):
+        bars = [(f"{label} |", f"{label}  ") for label in "AB" if label in without]
+        where, words = only(said(*TWO_WAY, *bars))
+        assert where == place
+        assert help_text in words
+
+    def test_so_is_that_of_a_one_way_table(self):
+        where, words = only(said(("| a a b", "  a a b")))
+        assert where == "10 FZ102"
+        assert "write '| a a b'" in words
+
+    def test_a_line_below_a_table_that_is_no_row_is_none(self):
+        where, words = only(said(after="fi e is N\n"))
+        assert where == "11 FZ101"
+        assert "begins no statement" in words
+
+    @pytest.mark.parametrize("corner", ["d\\e", "d/e", "d \\ e |"])
+    def test_a_corner_is_to_be_left_out(self, corner):
+        where, words = only(said(*TWO_WAY, ("    N Z P\n  A", f" {corner} N Z P\n  A")))
+        assert where == "11 FZ102"
+        assert "leave it out" in words
+
+    def test_so_is_the_bar_of_a_header(self):
+        where, words = only(said(*TWO_WAY, ("    N Z P\n  A", "  | N Z P\n  A")))
+        assert where == "10 FZ212"
+        assert "leave the bar of the first line out" in words
+
+
+class TestOtherNotations:
+    @pytest.mark.parametrize(
+        ("line", "help_text"),
+        [
+            ("require u = 1", "write '=='"),
+            ("require u => 1", "write '>='"),
+            ("require u =< 1", "write '<='"),
+            ("require u ≤ 1", "write '<='"),
+            ("require u <= e**2", "write '^'"),
+            ("param k = 2**3", "write '^'"),
+            ("require |u| <= 1", "write abs(u)"),
+            ("require u <= |e|", "write abs(e)"),
+            ("require 0 <= u <= 1", "write: require bounded(u, 0, 1)"),
+            ("require 0 < u < 1 within 1", "0 < u and u < 1"),
+            ("if e is N then u is 2*e + 3 weight 0.5", "u is function(2*e + 3)"),
+            ("if e is N then u = 2 + e", "u is function(2 + e)"),
+            ("if e is N then u is e + 2", "u is function(e + 2)"),
+            ("if e is N then u is -2", "u is constant(-2)"),
+            ("if e is N then u = a", "write: u is a"),
+            ("if e = N then u is a", "write 'is'"),
+            ("if e is N then u is very a", "hedges belong to antecedents"),
+        ],
+    )
+    def test_what_to_write_instead_is_said(self, line, help_text):
+        where, words = only(said(after=f"{line}\n"))
+        assert where.startswith("11 FZ10")
+        assert help_text in words
+
+    @pytest.mark.parametrize("cells", ["a - b", "- a b", "a b -", "a – b"])
+    def test_a_dash_is_no_empty_cell(self, cells):
+        where, words = only(said(("a a b", cells)))
+        assert where.startswith("10 FZ10")
+        assert "write '.' where there is to be no rule" in words
+
+    def test_an_output_that_an_antecedent_misspells_is_found(self):
+        _, words = only(
+            said(("output u", "output power"), ("u = e", "power = e"), after="if powr is a then power is a")
+        )
+        assert "inputs and outputs: e, power" in words
+        assert "did you mean 'power'?" in words
