@@ -3,8 +3,9 @@ from math import inf, nan
 import numpy as np
 import pytest
 
-from fuzzyctl import build, check, compile
+from fuzzyctl import build, compile
 from fuzzyctl.errors import ArgumentError, DiagnosticError, ValueOutOfBoundsError
+from fuzzyctl.expr import span_of, walk
 from fuzzyctl.formats.fz import dumps
 from fuzzyctl.loading import load, loads
 from fuzzyctl.model.rule import Consequent, Is, Rule
@@ -341,11 +342,18 @@ class TestFragments:
 
     def test_expressions_of_texts_have_no_places(self):
         """They would be those of a statement that nobody wrote."""
-        y = build.output_variable("u", 0, 1, {"A": "k * 2", "B": 1})
-        system = build.system("s", [X, y], ["if x is L then u is A"], params={"k": 0.1}, defuzzifier="weighted_average")
-        found = check(system)[1]
-        assert found
-        assert all(d.span is None for d in found)
+        (term,) = build.input_variable("x", 0, 1, {"A": "triangle(0, k, 2 * k)"}).terms
+        given = [*term.membership.arguments, build.expression("-k + max(1, k)"), build.Hold("k").start]
+        assert all(span_of(part) is None for e in given for part in walk(e))
+
+    def test_a_comment_hides_nothing(self):
+        with pytest.raises(ArgumentError, match="is no condition"):
+            build.rule_table("u", "x", {"L": "A"}, condition="x is L then u is A #")
+
+    def test_what_cannot_be_printed_is_refused_in_words_that_can(self):
+        with pytest.raises(ArgumentError, match="is no expression") as error:
+            build.expression("k \ud800")
+        assert str(error.value).encode()
 
     def test_names_of_a_method_have_no_blanks(self):
         with pytest.raises(DiagnosticError, match="'min ' cannot be the name of a conjunction"):
