@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from fuzzyctl.errors import Diagnostic, DiagnosticError, Note
+from fuzzyctl.errors import Diagnostic, DiagnosticError, Note, closest
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.csv_table import parse_csv_table
 from fuzzyctl.lang.parser import parse
@@ -184,10 +183,17 @@ class _Reader:
             return read_source(path)
         except DiagnosticError as error:
             (why,) = error.diagnostics
-            # The statement names files from where its own file stands.
-            help_text = why.help.replace(f"{self.folder}{os.sep}", "")
+            help_text = self._similar(path, place) if why.code == "FZ001" and not path.exists() else why.help
             self._report(f"{place.text} cannot be used: {why.message}", place, facts=why.facts, help=help_text)
             return None
+
+    def _similar(self, path: Path, place: Span) -> str:
+        """Name the file of that kind that was most likely meant, from where the file that uses it stands."""
+        user = Path(place.source.name).name
+        files = sorted(path.parent.glob(f"*{path.suffix}")) if path.suffix else []
+        names = [f.name for f in files if f.name != user or path.parent != self.folder]
+        near = closest(path.name, names)
+        return f"did you mean '{path.with_name(near).relative_to(self.folder or path.parent)}'?" if near else ""
 
     def _report(self, message: str, place: Span, *, facts: tuple[str, ...] = (), help: str = "") -> None:
         self.diagnostics.append(Diagnostic("FZ218", message, place, facts=facts, help=help))

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from collections.abc import Iterator
 from typing import Any, Final, Literal
 
-from fuzzyctl.errors import Diagnostic
+from fuzzyctl.errors import Diagnostic, counted
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.lines import LogicalLine
 from fuzzyctl.lang.parser import MAX_MISTAKES, parse_line
@@ -17,6 +18,9 @@ CSV_FORM: Final = (
     "the first line holds a field for the corner and the terms of the columns, each further line a term and its cells; "
     "a one-way table has one further line, which begins with an empty field"
 )
+
+_LINE: Final = re.compile(r"[^\n]+")
+_LONE_CR: Final = re.compile(r"\r(?!\n|\Z)")
 
 
 def parse_csv_table(table: sx.Table, source: SourceText) -> tuple[sx.Table, list[Diagnostic]]:
@@ -30,7 +34,7 @@ def parse_csv_table(table: sx.Table, source: SourceText) -> tuple[sx.Table, list
         The table with header and rows, and a diagnostic for each field that could not be read.
     """
     reader = _Reader(source)
-    lines = list(reader.lines())
+    lines = reader.without_surplus(list(reader.lines())) if reader.is_csv() else []
     header = reader.header(lines[0], [len(line) for line in lines[1:2]]) if lines else None
     rows = [row for line in lines[1:] if (row := reader.row(line)) is not None]
     incomplete = bool(reader.problems)
@@ -45,6 +49,34 @@ class _Reader:
         self.source = source
         self.problems: list[Diagnostic] = []
         self.separator = ","
+
+    def is_csv(self) -> bool:
+        """Report a file whose lines or fields are parted by something else, once for all of them."""
+        text = self.source.text
+        first = next((m for m in _LINE.finditer(text) if m[0].strip()), None)
+        lone = _LONE_CR.search(text)
+        if lone is not None:
+            place = Span(self.source, lone.start(), lone.end())
+            self._report("FZ105", "a line ends with CR alone", place, "save the file with line ends LF or CRLF")
+        elif first is not None and "\t" in first[0].rstrip() and not set(",;") & set(first[0]):
+            tab = first.start() + first[0].index("\t")
+            message, help_text = "the fields are parted by tabs", "part them by commas or semicolons"
+            self._report("FZ105", message, Span(self.source, tab, tab + 1), help_text)
+        return not self.problems
+
+    def without_surplus(self, lines: list[list[Span]]) -> list[list[Span]]:
+        """Drop the empty field behind a separator at the end of a line, and report it once."""
+        if not lines:
+            return lines
+        due = len(lines[0]) - (not lines[0][-1].text and len(lines[0]) > 1)
+        surplus = [line for line in lines if len(line) == due + 1 and not line[-1].text]
+        if surplus:
+            more = len(surplus) - 1
+            help_text = "remove it" if not more else f"remove it here and in {counted(more, 'other line')}"
+            at = surplus[0][-1].start
+            place = Span(self.source, max(0, at - 1), at)
+            self._report("FZ207", f"the line ends with a '{self.separator}' too many", place, help_text)
+        return [line[:due] if len(line) == due + 1 and not line[-1].text else line for line in lines]
 
     def lines(self) -> Iterator[list[Span]]:
         """Yield the fields of each line; lines of nothing but separators and blanks hold no row."""
@@ -113,6 +145,11 @@ class _Reader:
         if not field.text:
             help_text = "write '.' where there is to be no rule" if kind == "cell" else "write the term of the column"
             self._report("FZ207", f"the field of {what} is empty", field, help_text)
+            return None
+        if "#" in field.text:
+            at = field.start + field.text.index("#")
+            help_text = "a CSV file has no comments; leave it out"
+            self._report("FZ105", "'#' cannot stand here", Span(self.source, at, at + 1), help_text)
             return None
         line = LogicalLine(field.start, field.end, "", kind, "")
         node, problems = parse_line(self.source, line, kind)

@@ -112,7 +112,12 @@ class TestCsvFields:
         [
             (",N,Z,P\nN,,a,b,b\nZ,a,a,b\nP,a,a,b\n", "2 FZ207", "the field of cell 1 is empty | write '.'"),
             (",N,,P\nN,a,a,b\nZ,a,a,b\nP,a,a,b\n", "1 FZ207", "the field of column 2 is empty"),
-            (",N,Z,P\nN,a,a,b,\nZ,a,a,b\nP,a,a,b\n", "2 FZ207", "the field of cell 4 is empty"),
+            (",N,Z,P\nN,a,a,b,\nZ,a,a,b\nP,a,a,b\n", "2 FZ207", "a ',' too many | remove it"),
+            (";N;Z;P;\nN;a;a;b;\nZ;a;a;b;\nP;a;a;b\n", "1 FZ207", "remove it here and in 2 other lines"),
+            ("\tN\tZ\tP\nN\ta\ta\tb\nZ\ta\ta\tb\nP\ta\ta\tb\n", "1 FZ105", "parted by tabs"),
+            (",N,Z,P\rN,a,a,b\rZ,a,a,b\rP,a,a,b\r", "1 FZ105", "line ends LF or CRLF"),
+            (",N,Z,P\nN,a,a # why,b\nZ,a,a,b\nP,a,a,b\n", "2 FZ105", "no comments"),
+            (",N,Z,P\nN # why,a,a,b\nZ,a,a,b\nP,a,a,b\n", "2 FZ105", "no comments"),
             (",N,Z,P\nN,a a,b,b\nZ,a,a,b\nP,a,a,b\n", "2 FZ102", "unexpected 'a'"),
             (",N,Z,P\nN,linear(1, 2, 3),b,b\nZ,a,a,b\nP,a,a,b\n", "2 FZ103", "in double quotes"),
             (',N,Z,P\nN,"a,b,b\nZ,a,a,b\nP,a,a,b\n', "2 FZ104", "quoted field"),
@@ -380,6 +385,15 @@ class TestUsedFiles:
         where, words = only(said((self.USER[0][0], 'use "sub/zzz.fz"\n'), self.USER[1], folder=tmp_path))
         assert where == "3 FZ218"
         assert "did you mean 'sub/zz.fz'?" in words
+
+    @pytest.mark.parametrize(("name", "help_text"), [("minr.fz", ""), ("tabel.csv", "did you mean 'table.csv'?")])
+    def test_no_file_is_said_to_mean_itself(self, tmp_path, name, help_text):
+        for file in ("mine.fz", "table.csv"):
+            (tmp_path / file).write_text("param k = 1\n")
+        text = f'use "{name}"\n{BASE}' if name.endswith("fz") else BASE.replace("= e\n", f'= e from "{name}"\n', 1)
+        text = text.replace("    N Z P\n  | a a b\n", "") if name.endswith("csv") else text
+        _, diagnostics = check_source(SourceText("mine.fz", text), folder=tmp_path)
+        assert [(d.code, d.help) for d in diagnostics] == [("FZ218", help_text)]
 
 
 class TestOutputsWithoutTerms:
