@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Collection
 from typing import Any
 
 import numpy as np
@@ -71,32 +72,21 @@ def printed_frame(scenario: Scenario, robot: str) -> str:
     return "inertial" if scenario.robots[robot].formation is None else "body"
 
 
-def measure(trajectory: Trajectory, scenario: Scenario) -> dict[str, Any]:
-    """Return all measures of a run as plain data, ready for summary.json.
+def measure(trajectory: Trajectory, scenario: Scenario, wanted: Collection[str] | None = None) -> dict[str, Any]:
+    """Return the measures of a run as plain data, ready for summary.json.
 
     Args:
         trajectory: A run.
         scenario: What was run.
+        wanted: Names of the measures, None for all; some cost as much as the run. How the run ended is always there.
     """
     # numbers of a run that diverged may overflow; what is not finite shows as null
     with np.errstate(over="ignore", invalid="ignore"):
-        return _measure(trajectory, scenario)
-
-
-def _measure(trajectory: Trajectory, scenario: Scenario) -> dict[str, Any]:
-    names = trajectory.robots
-    result: dict[str, Any] = {
-        "rmse": {n: _rmse(trajectory, n, printed_frame(scenario, n)) for n in names},
-        "rmse_body": {n: _rmse(trajectory, n, "body") for n in names},
-        "rmse_inertial": {n: _rmse(trajectory, n, "inertial") for n in names},
-        "clearance": {n: _clearance(trajectory, scenario, n) for n in names},
-        "collisions": [c for n in names for c in _collisions(trajectory, scenario, n)],
-        "chattering": {n: _chattering(trajectory, scenario.run.dt, n) for n in names},
-        "avoidance_s": {n: _share(trajectory["obstacle"][:, i] >= 0) * _span(trajectory) for i, n in enumerate(names)},
-        "saturation": {n: _saturation(trajectory, scenario, n) for n in names},
-        "condition_violated": {n: _condition_violated(trajectory, scenario, n) for n in names},
-    }
-    result |= lyapunov.measure(trajectory, scenario)
+        result = {
+            name: of() for name, of in _measures(trajectory, scenario).items() if wanted is None or name in wanted
+        }
+        if wanted is None or {"lyapunov", "drift"} & set(wanted):
+            result |= lyapunov.measure(trajectory, scenario)
     if "g_ais_v" in trajectory.names:
         result["g_ais_min"] = float(min(trajectory["g_ais_v"].min(), trajectory["g_ais_omega"].min()))
     result["steps"] = len(trajectory.t) - 1
@@ -107,6 +97,22 @@ def _measure(trajectory: Trajectory, scenario: Scenario) -> dict[str, Any]:
         result["stopped"] = {"t": stop.t, "robot": stop.robot or None, "reason": stop.reason}
     result["wall_s"] = trajectory.wall_s
     return result
+
+
+def _measures(run: Trajectory, scenario: Scenario) -> dict[str, Callable[[], Any]]:
+    """Return how to compute each measure."""
+    names = run.robots
+    return {
+        "rmse": lambda: {n: _rmse(run, n, printed_frame(scenario, n)) for n in names},
+        "rmse_body": lambda: {n: _rmse(run, n, "body") for n in names},
+        "rmse_inertial": lambda: {n: _rmse(run, n, "inertial") for n in names},
+        "clearance": lambda: {n: _clearance(run, scenario, n) for n in names},
+        "collisions": lambda: [c for n in names for c in _collisions(run, scenario, n)],
+        "chattering": lambda: {n: _chattering(run, scenario.run.dt, n) for n in names},
+        "avoidance_s": lambda: {n: _share(run["obstacle"][:, i] >= 0) * _span(run) for i, n in enumerate(names)},
+        "saturation": lambda: {n: _saturation(run, scenario, n) for n in names},
+        "condition_violated": lambda: {n: _condition_violated(run, scenario, n) for n in names},
+    }
 
 
 def _rmse(trajectory: Trajectory, robot: str, frame: str) -> dict[str, float]:

@@ -3,6 +3,7 @@ import math
 import numpy as np
 import pytest
 
+from dwmr import metrics
 from dwmr.metrics import errors, measure, rmse
 from dwmr.scenario_file import find, read
 from dwmr.simulate import COLUMNS, SIGNALS, Stop, Trajectory
@@ -90,3 +91,13 @@ class TestMeasure:
     def test_tells_where_a_run_stopped(self):
         result = measure(trajectory(stop=Stop(0.01, "leader", "it fell over")), SCENARIO)
         assert result["stopped"] == {"t": 0.01, "robot": "leader", "reason": "it fell over"}
+
+
+def test_only_the_measures_wanted_are_computed(run_paper, monkeypatch):
+    file, trajectory = run_paper("aifqsmc", "run.horizon=2")
+    whole = measure(trajectory, file.scenario)
+    monkeypatch.setattr(metrics.lyapunov, "measure", lambda *_: pytest.fail("nobody asked for it"))
+    found = measure(trajectory, file.scenario, ("clearance", "collisions"))
+    ending = {"g_ais_min", "steps", "t_end", "stopped", "wall_s"}
+    assert set(found) == {"clearance", "collisions"} | ending
+    assert found == {name: whole[name] for name in found}

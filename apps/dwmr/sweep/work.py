@@ -64,7 +64,8 @@ def work(setup: Setup, run: Run) -> Outcome:
         if (f"{role}/{used.path.name}", used.sha256) not in setup.used:
             return Outcome(run.number, {}, 0.0, f"{used.path} changed while the sweep ran")
     trajectory = simulate.run(simulation)
-    return Outcome(run.number, dict(row(measure(trajectory, file.scenario), setup.measures)), trajectory.wall_s)
+    measures = measure(trajectory, file.scenario, setup.measures)
+    return Outcome(run.number, dict(row(measures, setup.measures, trajectory.robots)), trajectory.wall_s)
 
 
 @cache
@@ -73,12 +74,13 @@ def _known(setup: Setup) -> Known:
     return Known()
 
 
-def row(measures: Mapping[str, Any], wanted: Sequence[str]) -> Iterator[tuple[str, Any]]:
+def row(measures: Mapping[str, Any], wanted: Sequence[str], robots: Sequence[str]) -> Iterator[tuple[str, Any]]:
     """Yield columns and values of a run: how it ended, then the measures wanted, keys of tables joined by dots.
 
     Args:
         measures: From `metrics.measure`.
         wanted: Groups to keep; one that the control law does not have is left out.
+        robots: Names of the robots.
     """
     stopped = measures["stopped"] or {}
     yield "t_end", measures["t_end"]
@@ -87,7 +89,6 @@ def row(measures: Mapping[str, Any], wanted: Sequence[str]) -> Iterator[tuple[st
     yield "stop_reason", stopped.get("reason")
     for group in wanted:
         if group == "collisions":
-            robots = tuple(measures["rmse"])
             hits = [hit["robot"] for hit in measures["collisions"]]
             yield from ((f"collisions.{robot}", hits.count(robot)) for robot in robots)
         elif group in measures:
