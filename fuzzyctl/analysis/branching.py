@@ -11,7 +11,7 @@ import numpy as np
 from fuzzyctl.analysis.boxes import System, surely_false, surely_true
 from fuzzyctl.analysis.claims import Bound, Claim, Slope, bounds_in, is_limit
 from fuzzyctl.analysis.coverage import Side
-from fuzzyctl.analysis.enclosures import Array
+from fuzzyctl.analysis.enclosures import Array, Mask
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Witness
 from fuzzyctl.analysis.witnesses import Judge
 from fuzzyctl.expr import Binary
@@ -57,8 +57,12 @@ class Search:
         self.lo, self.hi = self.lo[:, :-count], self.hi[:, :-count]
         return lo, hi
 
-    def put_halves(self, lo: Array, hi: Array, steepness: Array) -> None:
-        """Halve boxes across the side along which most is not known; keep apart those too small for it."""
+    def put_halves(self, lo: Array, hi: Array, steepness: Array) -> Mask:
+        """Halve boxes across the side along which most is not known; keep apart those too small for it.
+
+        Returns:
+            Which boxes were halved: first all left halves have been put, then all right ones.
+        """
         with np.errstate(invalid="ignore", over="ignore"):
             width = (hi - lo) / self.ranges
             weight = np.where(np.isfinite(steepness), steepness * (hi - lo), np.inf)
@@ -68,7 +72,7 @@ class Search:
         unknown = ~np.isfinite(weight).all(axis=0) | (weight <= 0.0).all(axis=0)
         score = np.where(can, np.where(unknown, width, np.where(np.isfinite(weight), weight, 0.0) + 1e-9 * width), -1.0)
         axis = score.argmax(axis=0)
-        ready = can.any(axis=0)
+        ready: Mask = np.asarray(can.any(axis=0))
         if not ready.all():
             self.stuck.append((lo[:, ~ready], hi[:, ~ready]))
         lo, hi, axis = lo[:, ready], hi[:, ready], axis[ready]
@@ -80,6 +84,7 @@ class Search:
         self.lo, self.hi = np.hstack([self.lo, lo, right]), np.hstack([self.hi, left, hi])
         if self.told is not None:
             self.told(self.settled, self.lo.shape[1])
+        return ready
 
     @property
     def is_over(self) -> bool:
@@ -131,14 +136,15 @@ def first_witness(claim: Claim, judge: Judge, lo: Array, hi: Array) -> Witness |
     """Look for a witness among middles of cells, of which points are corners."""
     step = max(1, lo.shape[1] // _FIRST)
     for k in range(0, lo.shape[1], step):
-        point = [float(x) for x in _middle(lo[:, k], hi[:, k])]
+        point = [float(x) for x in middles(lo[:, k], hi[:, k])]
         witness = judge.broken(claim.truth, claim.region, point)
         if witness is not None:
             return witness
     return None
 
 
-def _middle(lo: Array, hi: Array) -> Array:
+def middles(lo: Array, hi: Array) -> Array:
+    """Return the middles of boxes, finite also where a side is not."""
     return np.minimum(np.maximum(np.where(lo == hi, lo, _between(lo, np.maximum(hi, lo))), lo), hi)
 
 
@@ -179,14 +185,14 @@ class _Pointwise:
         outside = np.broadcast_to(surely_false(self.claim.region, upper) | void, count)
         lower: dict[Bound, Array] = {}
         exact: dict[Bound, Array] = {}
-        steepness, points, lowest = np.zeros_like(lo), _middle(lo, hi), np.full(count, np.inf)
+        steepness, points, lowest = np.zeros_like(lo), middles(lo, hi), np.full(count, np.inf)
         for b, e, expr in zip(self.compared, found[number:], exprs[number:], strict=True):
             natural = np.broadcast_to(e.lo, count) + float(b.tolerance)
             lower[b] = exact[b] = natural
             if e.slopes is None:
                 continue
             slopes = [np.broadcast_to(s, lo.shape) for s in e.slopes]
-            start, slack = _start(lo, hi, *slopes)
+            start, slack = start_of(lo, hi, *slopes)
             (there,), _ = self.system.enclose([expr], start, start, sloped=False)
             straight = np.broadcast_to(there.lo, count) - slack * (1.0 + 1e-12) + float(b.tolerance)
             straight = straight - np.abs(straight) * 1e-15
@@ -208,7 +214,7 @@ class _Pointwise:
             return None
         order = np.argsort(lowest[open_])[:_TRIED]
         for k in np.flatnonzero(open_)[order]:
-            for point in (points[:, k], _middle(lo[:, k], hi[:, k])):
+            for point in (points[:, k], middles(lo[:, k], hi[:, k])):
                 witness = self.judge.broken(self.claim.truth, self.claim.region, [float(x) for x in point])
                 if witness is not None:
                     return witness
@@ -216,12 +222,12 @@ class _Pointwise:
         return None
 
 
-def _start(lo: Array, hi: Array, down: Array, up: Array) -> tuple[Array, Array]:
+def start_of(lo: Array, hi: Array, down: Array, up: Array) -> tuple[Array, Array]:
     """Return where to expand for a lower bound, and how far values may fall from there.
 
     Along an input in which the value rises or falls throughout it is the lower end; else the middle.
     """
-    middle = _middle(lo, hi)
+    middle = middles(lo, hi)
     start = np.where(down >= 0.0, lo, np.where(up <= 0.0, hi, middle))
     start = np.where(np.isfinite(start), start, middle)
     reach = np.maximum(hi - start, start - lo)
@@ -257,7 +263,7 @@ def decide_slope(
 def _broken(slope: Slope, judge: Judge, lo: Array, hi: Array, axis: int) -> Witness | None:
     if not (np.isfinite(lo[axis]) and np.isfinite(hi[axis]) and lo[axis] < hi[axis]):
         return None
-    point = [float(x) for x in _middle(lo, hi)]
+    point = [float(x) for x in middles(lo, hi)]
     point[axis] = float(lo[axis])
     return judge.broken_slope(slope, point, float(hi[axis]), judge.rounding(slope.output))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import click
 
 import fuzzyctl
+from fuzzyctl.cli.bounds import bounds
 from fuzzyctl.cli.check import check
 from fuzzyctl.cli.codegen import codegen
 from fuzzyctl.cli.doctor import doctor
@@ -39,6 +40,7 @@ What to do with it:
     fuzzyctl explain FZ203                  what a mistake means, with an example
     fuzzyctl show tip.fz                    print it on one page, with what is proved
     fuzzyctl prove tip.fz                   prove its guarantees, or find a point that breaks one
+    fuzzyctl bounds tip.fz                  bound its outputs and their slopes
     fuzzyctl eval tip.fz service=7          evaluate one point
     fuzzyctl eval tip.fz --points in.csv    evaluate many: a CSV in, the same CSV with outputs out
     fuzzyctl why tip.fz service=7           which rules act there, and what each contributes
@@ -58,5 +60,19 @@ def main() -> None:
     """Check, evaluate and draw fuzzy systems written in .fz rule files."""
 
 
-for command in (new, check, explain, show_system, evaluate, prove, plot_surface, plot_terms, fmt, codegen, doctor, why):
+for command in (
+    new,
+    check,
+    explain,
+    show_system,
+    evaluate,
+    prove,
+    bounds,
+    plot_surface,
+    plot_terms,
+    fmt,
+    codegen,
+    doctor,
+    why,
+):
     main.add_command(command)

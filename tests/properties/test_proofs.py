@@ -13,7 +13,7 @@ import numpy as np
 from hypothesis import given, note
 
 from fuzzyctl.analysis.boxes import System
-from fuzzyctl.analysis.branching import _start
+from fuzzyctl.analysis.branching import start_of
 from fuzzyctl.errors import FuzzyctlError, NoRuleFiresError
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.plan import plan
@@ -99,7 +99,7 @@ def check_enclosures(system, seed, *, count=12, straight=True):
                 if e.slopes is None or not straight:
                     continue
                 down, up = (np.broadcast_to(s, low.shape) for s in e.slopes)
-                start, slack = _start(low, high, down, up)
+                start, slack = start_of(low, high, down, up)
                 with np.errstate(all="ignore"):
                     (there,), _ = boxed.evaluate(list(boxed.inputs_of(start, start, sloped=False).values()), [k])
                     least = there.lo - slack * (1 + 1e-12) - e.error

@@ -221,31 +221,50 @@ class TestWordsInLogic:
         assert -0.5 <= verdict.witness.point["e"] <= -0.2
 
 
+CHANGES = [
+    ("ais_reaction", "triangle(0.09, 0.18, inf)", "triangle(0.09, 0.19, inf)"),
+    ("ais_reaction", "triangle(0.09, 0.18, inf)", "triangle(0.09, 0.1800001, inf)"),
+    ("ais_reaction", "PS = triangle(0, 0.09, 0.18)", "PS = triangle(0, 0.2, 0.3)"),
+    ("ais_reaction", "param k_s     = 0.55", "param k_s     = 0.56"),
+    ("ais_reaction", "param k_h_min = 0.1 ", "param k_h_min = 0.09 "),
+    ("ais_reaction", "param G_min   = 0.001", "param G_min   = 0.002"),
+    ("ais_reaction", "NB |  NB  NM  NM  NS  NS", "NB |  NM  NB  NM  NS  NS"),
+    ("ais_reaction", "NB |  NB  NM  NM  NS  NS", "NB |  NB  NM  NM  NS  PS"),
+    ("ais_reaction", "NS |  NM  NS  ZO  PS  ZO", "NS |  NM  NS  PS  ZO  ZO"),
+    ("ais_reaction", "NS |  NM  NS  ZO  PS  ZO", "NS |  NM  ZO  ZO  PS  ZO"),
+    ("ais_reaction", "PB |  NS  NS  NM  NM  NB", "PB |  NS  NS  NM  NM  NM"),
+    ("ais_reaction", "PB |  NS  NS  NM  NM  NB", "PB |  PS  NS  NM  NM  NB"),
+    ("ais_reaction", "ZO = triangle(-0.015, 0, 0.015)", "ZO = triangle(-0.014, 0, 0.015)"),
+    ("ais_reaction", "NS = triangle(-0.50, -0.25, 0)", "NS = triangle(-0.50, -0.24, 0)"),
+    ("boundary_layer", "VS = triangle(1e-6, 0.0050, 0.0162)", "VS = triangle(1e-6, 0.0049, 0.0162)"),
+    ("boundary_layer", "0.0500, inf)\n\ntable", "0.0501, inf)\n\ntable"),
+    ("boundary_layer", "|  VB  B  M  S  VS", "|  VB  M  B  S  VS"),
+    ("boundary_layer", "|  VB  B  M  S  VS", "|  VS  S  M  B  VB"),
+    ("fcafsmc", "PB=0", "PB=2.4"),
+    ("tipper", "generous = triangle(20, 25, 30)", "generous = triangle(38, 39, 40)"),
+]  # fmt: skip
+
+#: Claims evaluated at a witness without the machinery of proofs: whether they are broken there.
+BROKEN = {
+    "k_h_min - k_s * f >= G_min within 1e-12": lambda s, w: (
+        s.values["k_h_min"] - s.values["k_s"] * s(**w.point) < s.values["G_min"] - 1e-12
+    ),
+    "f(-sigma, -dsigma) == f within 1e-12": lambda s, w: (
+        abs(s(**{n: -v for n, v in w.point.items()}) - s(**w.point)) > 1e-12
+    ),
+    "f <= 0 when abs(sigma) >= 0.03": lambda s, w: abs(w.point["sigma"]) >= 0.03 and s(**w.point) > 0,
+    "beta >= 0.005 within 1e-12": lambda s, w: s(**w.point) < 0.005 - 1e-12,
+    "beta <= 0.05 within 1e-12": lambda s, w: s(**w.point) > 0.05 + 1e-12,
+    "decreasing(beta, abs_sigma)": lambda s, w: (
+        w.point["abs_sigma"] < w.other["abs_sigma"] and s(**w.point) < s(**w.other)
+    ),
+    "F <= 2": lambda s, w: s(**w.point) > 2,
+    "bounded(tip, 0, 30)": lambda s, w: not 0 <= s(**w.point) <= 30,
+}
+
+
 class TestSeededFaults:
     """Twenty changes of the shipped files, each of which breaks a guarantee."""
-
-    CHANGES = [
-        ("ais_reaction", "triangle(0.09, 0.18, inf)", "triangle(0.09, 0.19, inf)"),
-        ("ais_reaction", "triangle(0.09, 0.18, inf)", "triangle(0.09, 0.1800001, inf)"),
-        ("ais_reaction", "PS = triangle(0, 0.09, 0.18)", "PS = triangle(0, 0.2, 0.3)"),
-        ("ais_reaction", "param k_s     = 0.55", "param k_s     = 0.56"),
-        ("ais_reaction", "param k_h_min = 0.1 ", "param k_h_min = 0.09 "),
-        ("ais_reaction", "param G_min   = 0.001", "param G_min   = 0.002"),
-        ("ais_reaction", "NB |  NB  NM  NM  NS  NS", "NB |  NM  NB  NM  NS  NS"),
-        ("ais_reaction", "NB |  NB  NM  NM  NS  NS", "NB |  NB  NM  NM  NS  PS"),
-        ("ais_reaction", "NS |  NM  NS  ZO  PS  ZO", "NS |  NM  NS  PS  ZO  ZO"),
-        ("ais_reaction", "NS |  NM  NS  ZO  PS  ZO", "NS |  NM  ZO  ZO  PS  ZO"),
-        ("ais_reaction", "PB |  NS  NS  NM  NM  NB", "PB |  NS  NS  NM  NM  NM"),
-        ("ais_reaction", "PB |  NS  NS  NM  NM  NB", "PB |  PS  NS  NM  NM  NB"),
-        ("ais_reaction", "NS = triangle(-0.030, -0.015, 0)\n  ZO = triangle(-0.015", "NS = triangle(-0.030, -0.014, 0)\n  ZO = triangle(-0.014"),
-        ("ais_reaction", "NS = triangle(-0.50, -0.25, 0)", "NS = triangle(-0.50, -0.24, 0)"),
-        ("boundary_layer", "VS = triangle(1e-6, 0.0050, 0.0162)", "VS = triangle(1e-6, 0.0049, 0.0162)"),
-        ("boundary_layer", "VB = triangle(0.0387, 0.0500, inf)\n\ntable", "VB = triangle(0.0387, 0.0501, inf)\n\ntable"),
-        ("boundary_layer", "|  VB  B  M  S  VS", "|  VB  M  B  S  VS"),
-        ("boundary_layer", "|  VB  B  M  S  VS", "|  VS  S  M  B  VB"),
-        ("fcafsmc", "PB=0", "PB=2.4"),
-        ("tipper", "generous = triangle(20, 25, 30)", "generous = triangle(38, 39, 40)"),
-    ]  # fmt: skip
 
     @pytest.mark.parametrize(("name", "old", "new"), CHANGES)
     def test_a_fault_is_refuted_by_a_valid_witness(self, rules, name, old, new):
@@ -261,25 +280,7 @@ class TestSeededFaults:
         refuted = [v for v in prove(system) if isinstance(v, Refuted)]
         assert refuted
         for verdict in refuted:
-            assert self.BROKEN[verdict.claim](system, verdict.witness), verdict
-
-    #: Claims evaluated at a witness without the machinery of proofs: whether they are broken there.
-    BROKEN = {
-        "k_h_min - k_s * f >= G_min within 1e-12": lambda s, w: (
-            s.values["k_h_min"] - s.values["k_s"] * s(**w.point) < s.values["G_min"] - 1e-12
-        ),
-        "f(-sigma, -dsigma) == f within 1e-12": lambda s, w: (
-            abs(s(**{n: -v for n, v in w.point.items()}) - s(**w.point)) > 1e-12
-        ),
-        "f <= 0 when abs(sigma) >= 0.03": lambda s, w: abs(w.point["sigma"]) >= 0.03 and s(**w.point) > 0,
-        "beta >= 0.005 within 1e-12": lambda s, w: s(**w.point) < 0.005 - 1e-12,
-        "beta <= 0.05 within 1e-12": lambda s, w: s(**w.point) > 0.05 + 1e-12,
-        "decreasing(beta, abs_sigma)": lambda s, w: (
-            w.point["abs_sigma"] < w.other["abs_sigma"] and s(**w.point) < s(**w.other)
-        ),
-        "F <= 2": lambda s, w: s(**w.point) > 2,
-        "bounded(tip, 0, 30)": lambda s, w: not 0 <= s(**w.point) <= 30,
-    }
+            assert BROKEN[verdict.claim](system, verdict.witness), verdict
 
     def test_the_shipped_files_are_proved(self, shipped):
         for system in shipped.values():

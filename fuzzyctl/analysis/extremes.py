@@ -1,0 +1,143 @@
+"""The least and the largest value of each output, and how steep it is: proved, with points that come near them."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, Final
+
+from fuzzyctl.analysis.bounds import OutputBound, output_bounds
+from fuzzyctl.analysis.exact import Surface, surface_of
+from fuzzyctl.analysis.vertices import steepest
+from fuzzyctl.analysis.witnesses import Judge
+from fuzzyctl.kernels.plan import Plan, plan
+from fuzzyctl.model.system import FuzzySystem
+
+#: Seconds that one end of one output may take.
+TIMEOUT: Final = 5.0
+#: How near a bound must come to an attained value, as a part of the bounds of the consequents.
+GAP: Final = 0.01
+
+
+@dataclass(frozen=True)
+class Extent:
+    """What an output is over all inputs.
+
+    Args:
+        name: The output.
+        lo, hi: Every number that a kernel returns lies between them.
+        lo_at, hi_at: Points where kernels come nearest to them, as far as found.
+        lo_found, hi_found: What the output is there.
+        steepness: A bound of the slope along each input by name, in exact arithmetic; infinite where none is known.
+    """
+
+    name: str
+    lo: float
+    hi: float
+    lo_at: dict[str, float] | None
+    hi_at: dict[str, float] | None
+    lo_found: float
+    hi_found: float
+    steepness: dict[str, float]
+
+
+def extents(system: FuzzySystem, *, timeout: float = TIMEOUT) -> tuple[Extent, ...]:
+    """Bound every output over all inputs, and its slope along each of them.
+
+    Args:
+        system: A well-formed system.
+        timeout: Seconds that one end of one output may take.
+
+    Returns:
+        One for each output, in order.
+    """
+    flat = plan(system)
+    surface = surface_of(flat)
+    known = output_bounds(system)
+    finder = _AtCorners(system, surface) if surface is not None else _BySubdivision(system, flat, timeout)
+    judge = Judge(system)
+    return tuple(_extent(system, k, known[o.name], finder, judge) for k, o in enumerate(system.outputs))
+
+
+def _extent(system: FuzzySystem, position: int, known: OutputBound, finder: Any, judge: Judge) -> Extent:
+    """Take the tighter of what the consequents and what the whole system say."""
+    ends: list[tuple[float, dict[str, float] | None, float]] = []
+    for sign, value, at in ((1, known.lo, known.lo_at), (-1, known.hi, known.hi_at)):
+        if known.exact and at is None:
+            # Some state of an adaptive output attains it; there is no point to look for.
+            ends.append((value, None, math.nan))
+            continue
+        bound, point = (value, list(at.values())) if at is not None else finder.least(position, sign)
+        bound = max(value, bound) if sign > 0 else min(value, bound)
+        found = judge.outputs(point)[known.name] if point is not None else math.nan
+        ends.append((bound, dict(zip(judge.inputs, point, strict=True)) if point is not None else None, found))
+    (lo, lo_at, lo_found), (hi, hi_at, hi_found) = ends
+    steepness = {v.name: finder.steepest(position, i) for i, v in enumerate(system.inputs)}
+    return Extent(known.name, lo, hi, lo_at, hi_at, lo_found, hi_found, steepness)
+
+
+class _AtCorners:
+    """Systems that interpolate: everything is at corners."""
+
+    def __init__(self, system: FuzzySystem, surface: Surface) -> None:
+        self.system, self.surface = system, surface
+
+    def least(self, output: int, sign: int) -> tuple[float, list[float]]:
+        """Return the least (sign 1) or the largest value (-1), rounding included, and where it is."""
+        surface = self.surface
+
+        def value(corner: tuple[int, ...]) -> Fraction:
+            above, below = surface.sums_at(output, corner)
+            return sign * above / below
+
+        best = min(surface.indices, key=value)
+        bound = sign * (value(best) - surface.errors[output])
+        point = [self.system.number(v.lower) for v in self.system.inputs]
+        for k, i in enumerate(surface.inputs):
+            point[i] = float(surface.corners[k][best[k]])
+        return math.nextafter(float(bound), -sign * math.inf), point
+
+    def steepest(self, output: int, position: int) -> float:
+        """Return a bound of the slope along an input."""
+        if position not in self.surface.inputs:
+            return 0.0
+        bound = float(steepest(self.surface, output, self.surface.inputs.index(position)))
+        return math.nextafter(bound, math.inf) if bound else 0.0
+
+
+class _BySubdivision:
+    """Any other system: boxes are halved until the bound is near a value that is attained."""
+
+    def __init__(self, system: FuzzySystem, flat: Plan, timeout: float) -> None:
+        from fuzzyctl.analysis.boxes import System
+
+        self.boxed, self.timeout = System(system, flat), timeout
+        self.judge = Judge(system)
+
+    def least(self, output: int, sign: int) -> tuple[float, list[float] | None]:
+        """Return a lower bound (sign 1) or an upper one (-1), and a point that comes near it."""
+        from fuzzyctl.analysis.optimum import least
+
+        known = self.boxed.bounds[self.boxed.outputs[output]]
+        span = known.hi - known.lo
+        gap = GAP * span if math.isfinite(span) and span else GAP
+        bound, point = least(self.boxed, output, sign, gap, self._value(output, sign), self.deadline)
+        return sign * bound, point
+
+    def steepest(self, output: int, position: int) -> float:
+        """Return a bound of the slope along an input."""
+        from fuzzyctl.analysis.optimum import steepest
+
+        return steepest(self.boxed, output, position, self.deadline)
+
+    @property
+    def deadline(self) -> float:
+        """When the next search has to stop."""
+        return time.monotonic() + self.timeout
+
+    def _value(self, output: int, sign: int) -> Callable[[list[float]], float]:
+        name = self.boxed.outputs[output]
+        return lambda point: sign * self.judge.outputs(point)[name]

@@ -1,0 +1,85 @@
+"""`fuzzyctl bounds`: proved bounds of each output, points that attain them, and how steep it is."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from fuzzyctl.cli.common import DONE, FORMAT, SET, SYSTEM, answers_with_diagnostics, load_checked
+
+if TYPE_CHECKING:
+    from fuzzyctl.analysis.extremes import Extent
+    from fuzzyctl.model.system import FuzzySystem
+
+
+@click.command()
+@click.argument("file")
+@SET
+@SYSTEM
+@click.option(
+    "--timeout",
+    type=click.FloatRange(min=0.0),
+    default=5.0,
+    show_default=True,
+    metavar="SECONDS",
+    help="How long each end of an output, and each slope, may take.",
+)
+@FORMAT
+@answers_with_diagnostics
+def bounds(file: str, settings: tuple[str, ...], name: str | None, timeout: float, form: str) -> int:
+    """Print proved bounds of each output of a rule file.
+
+    No number that a kernel returns lies outside, for any inputs. Points where the output comes nearest are evaluated.
+    Slopes are bounds of how much an output changes per unit of each input.
+
+    \b
+    fuzzyctl bounds rules/ais_reaction.fz
+    """
+    from fuzzyctl.analysis.extremes import extents
+
+    system = load_checked(file, settings, name)
+    found = extents(system, timeout=timeout)
+    if form == "json":
+        data = {"system": system.name, "outputs": [_as_data(e) for e in found]}
+        click.echo(json.dumps(data, ensure_ascii=False, indent=2))
+    else:
+        click.echo("\n".join(line for e in found for line in _lines(system, e)))
+    return DONE
+
+
+def _lines(system: FuzzySystem, extent: Extent) -> Iterator[str]:
+    unit = system.output(extent.name).unit
+    yield f"{extent.name}: from {extent.lo:.9g} to {extent.hi:.9g}{' ' + unit if unit else ''}"
+    for value, at in ((extent.lo_found, extent.lo_at), (extent.hi_found, extent.hi_at)):
+        if at is not None and not math.isnan(value):
+            yield f"  {value:.9g} at {', '.join(f'{n} = {x:.9g}' for n, x in at.items())}"
+    slopes = [f"{s:.9g} along {n}" for n, s in extent.steepness.items() if math.isfinite(s)]
+    if slopes:
+        yield f"  slope at most {', '.join(slopes)}"
+    unknown = [n for n, s in extent.steepness.items() if not math.isfinite(s)]
+    if unknown:
+        yield f"  no bound of the slope is known along {', '.join(unknown)}"
+
+
+def _as_data(extent: Extent) -> dict[str, Any]:
+    return {
+        "name": extent.name,
+        "low": _plain(extent.lo),
+        "high": _plain(extent.hi),
+        "low_found": _plain(extent.lo_found),
+        "low_at": extent.lo_at,
+        "high_found": _plain(extent.hi_found),
+        "high_at": extent.hi_at,
+        "slopes": {n: _plain(s) for n, s in extent.steepness.items()},
+    }
+
+
+def _plain(value: float) -> float | str | None:
+    """Return a number as JSON has it: None for NaN, texts for infinities."""
+    if math.isnan(value):
+        return None
+    return value if math.isfinite(value) else ("inf" if value > 0 else "-inf")
