@@ -20,7 +20,8 @@ _VARIABLE: Final = re.compile(rf'\s*{NAME}\s+(?:"[^"\n]*"\s*)?in\s*\[')
 _CROSS: Final = rf'(?:\s+(?:x|×)\s+{NAME})(?:\s+from\s+"[^"\n]*")?|\s+from\s+"[^"\n]*"'
 _TABLE: Final = re.compile(rf"\s*{NAME}(?:\s*,\s*{NAME})*\s*=\s*{NAME}({_CROSS})?\s*")
 _BARRED_TERM: Final = re.compile(rf"\s*{NAME}\s*\|\s*(?:{'|'.join(MEMBERSHIP)})\s*\(")
-_NAMELESS: Final = re.compile(r'\s*(?:(?:input|output)\s*(?:in\s*\[|"|\[|$)|hedge\s*(?:\(|$)|param\s*(?:=|$))')
+_NAMELESS: Final = re.compile(rf"\s*(?:input|output)\s+in\s*\[|\s*(?:input|output|hedge|param)\b(?!\s*{NAME})")
+_RANGE: Final = re.compile(r"\bin\s*\[")
 _NAMELESS_PARAM: Final = re.compile(rf"\s*param\s*=\s*(?!{NAME}\s*\()")
 _CELL: Final = re.compile(r"[^\s=|\"<>:;]+")
 _NAMES: Final = re.compile(rf"\s*{NAME}(?:\s+{NAME})*\s*")
@@ -54,6 +55,11 @@ def is_nameless(source: SourceText, line: LogicalLine) -> bool:
         # A term may be called `param`, but then a membership function follows.
         return _NAMELESS_PARAM.match(text) is not None
     return _NAMELESS.match(text) is not None
+
+
+def looks_like_variable(source: SourceText, line: LogicalLine) -> bool:
+    """Whether a line that begins with no keyword has a range, as only the head of a variable has."""
+    return _RANGE.search(source.text, line.start, line.end) is not None
 
 
 def looks_like_term(source: SourceText, line: LogicalLine) -> bool:

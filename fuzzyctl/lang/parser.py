@@ -25,6 +25,7 @@ from fuzzyctl.lang.heads import (
     is_barless_row,
     is_nameless,
     looks_like_term,
+    looks_like_variable,
 )
 from fuzzyctl.lang.lines import LineKind, LogicalLine, split
 from fuzzyctl.lang.mistakes import describe, describe_unknown_line, meant_keyword, orphan
@@ -178,10 +179,11 @@ class _Assembler:
         self.diagnostics.append(line.mistake or describe_unknown_line(self.source, line, self.block))
         self.condition = None
         meant = meant_keyword(line.word)
-        if meant in ("input", "output", "table"):
+        is_variable = looks_like_variable(self.source, line)
+        if meant in ("input", "output", "table") or is_variable:
             # It was the head of the block that follows.
             self._begin_broken_block()
-            self.lost_input = self.lost_input or meant == "input"
+            self.lost_input = self.lost_input or meant == "input" or is_variable
 
     def _take_statement(self, line: LogicalLine) -> None:
         node = self._parse(line, "statement")

@@ -493,6 +493,10 @@ class TestNamesThatAreMissingOrWrong:
             ("input e", "input ", "3 FZ102"),
             ("output u", "output ", "5 FZ102"),
             ("output u", 'output "U"', "5 FZ102"),
+            ("output u", "output 0.5", "5 FZ102"),
+            ("input e", "input .", "3 FZ102"),
+            ("input e", "of e", "3 FZ101"),
+            ("output u", "0 u", "5 FZ101"),
         ],
     )
     def test_a_variable(self, old, new, place):
@@ -511,6 +515,7 @@ class TestNamesThatAreMissingOrWrong:
     @pytest.mark.parametrize(("above", "place"), [("", "11 FZ102"), ("input e", "3 FZ102")])
     def test_a_param(self, above, place):
         line = "param  = 2\n"
+        assert only(said(after="param . = 2\n" + self.USES))[0] == "11 FZ102"
         found = said((above, line + above), after=self.USES) if above else said(after=line + self.USES)
         assert places(found) == [place]
 
