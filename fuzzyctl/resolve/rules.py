@@ -62,7 +62,10 @@ def is_garbled(line: sx.TermLine | sx.TermsLine) -> bool:
 
 def _is_unsure(variable: sx.Variable) -> bool:
     """Whether a variable may have other terms than those that could be read."""
-    return variable.incomplete or any(is_garbled(line) for line in variable.terms)
+    names = terms_of(variable)
+    # Where a name is given twice the slip is most likely in the name, so that another one is missing now.
+    is_repeated = len(set(names)) < len(names)
+    return variable.incomplete or is_repeated or any(is_garbled(line) for line in variable.terms)
 
 
 def resolve_rule(context: Context, statement: sx.Rule) -> Rule | None:
