@@ -1,4 +1,4 @@
-"""Resolves rules, rule tables and guarantees."""
+"""Resolves rules and guarantees."""
 
 from __future__ import annotations
 
@@ -9,10 +9,9 @@ from fuzzyctl import expr as ex
 from fuzzyctl.errors import closest, counted, listed, look_alikes
 from fuzzyctl.formulas import HEDGES
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.lang.csv_table import CSV_FORM
 from fuzzyctl.lang.mistakes import RULE_WORDS, capital_keyword
 from fuzzyctl.model.guarantee import Guarantee
-from fuzzyctl.model.rule import And, Antecedent, Cell, Consequent, Is, Not, Or, Rule, RuleTable
+from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Not, Or, Rule
 from fuzzyctl.model.variable import Membership
 from fuzzyctl.resolve.claims import check_claim, check_condition, check_tolerance, names_output
 from fuzzyctl.resolve.context import Context
@@ -60,7 +59,7 @@ def is_garbled(line: sx.TermLine | sx.TermsLine) -> bool:
     return len(kinds) > 1 or (len(line.items) == 1 and kinds != {"="})
 
 
-def _is_unsure(variable: sx.Variable) -> bool:
+def is_unsure(variable: sx.Variable) -> bool:
     """Whether a variable may have other terms than those that could be read."""
     names = terms_of(variable)
     # Where a name is given twice the slip is most likely in the name, so that another one is missing now.
@@ -70,7 +69,7 @@ def _is_unsure(variable: sx.Variable) -> bool:
 
 def resolve_rule(context: Context, statement: sx.Rule) -> Rule | None:
     """Resolve an `if ... then ...` line; of one that has no meaning its numbers are kept, for the checks of numbers."""
-    antecedent = _antecedent(context, statement.antecedent)
+    antecedent = resolve_antecedent(context, statement.antecedent)
     consequents = [_consequent(context, c) for c in statement.consequents]
     ok = statement.weight is None or context.check_names(statement.weight, context.params, "param")
     named = [c.output.text for c in statement.consequents]
@@ -86,7 +85,8 @@ def resolve_rule(context: Context, statement: sx.Rule) -> Rule | None:
     )
 
 
-def _antecedent(context: Context, truth: sx.Truth) -> Antecedent | None:
+def resolve_antecedent(context: Context, truth: sx.Truth) -> Antecedent | None:
+    """Resolve what stands between `if` and `then`, or behind `with`; None when a part of it has no meaning."""
     match truth:
         case sx.Literal(variable=variable, hedges=hedges, term=term, span=span):
             if _runs_on(context, hedges):
@@ -97,12 +97,12 @@ def _antecedent(context: Context, truth: sx.Truth) -> Antecedent | None:
                 return None
             return Is(variable=variable.text, term=term.text, hedges=tuple(h.text for h in hedges), span=span)
         case sx.Negation(operand=operand, span=span):
-            inner = _antecedent(context, operand)
+            inner = resolve_antecedent(context, operand)
             return None if inner is None else Not(operand=inner, span=span)
         case sx.Group(operand=operand):
-            return _antecedent(context, operand)
+            return resolve_antecedent(context, operand)
         case sx.Chain(connective=connective, operands=operands, span=span):
-            parts = [_antecedent(context, o) for o in operands]
+            parts = [resolve_antecedent(context, o) for o in operands]
             known = tuple(p for p in parts if p is not None)
             if len(known) < len(parts):
                 return None
@@ -180,9 +180,9 @@ def known_term(context: Context, variable: sx.Variable, term: sx.Word, param_hel
         names = context.terms[id(variable)] = terms_of(variable)
     if term.text in names:
         return True
-    if not names and variable.keyword.text == "output" and not _is_unsure(variable):
+    if not names and variable.keyword.text == "output" and not is_unsure(variable):
         _report_termless(context, variable, term)
-    elif names and not _is_unsure(variable):
+    elif names and not is_unsure(variable):
         near = closest(term.text, names)
         help_text = param_help if term.text in context.params else f"did you mean '{near}'?" if near else ""
         context.report(
@@ -206,252 +206,6 @@ def _report_termless(context: Context, output: sx.Variable, term: sx.Word) -> No
         note = (term.span, f"'{term.text}' is named here")
         help_text = "add lines such as: NB = triangle(-2, -1, 0)"
         context.report("FZ212", f"output '{name}' has no terms", output.name.span, note=note, help=help_text)
-
-
-def resolve_table(context: Context, statement: sx.Table) -> RuleTable | None:
-    """Resolve a `table` with its header and rows."""
-    outputs = [_variable(context, w, context.outputs, "output") for w in statement.outputs]
-    if not _distinct(context, statement.outputs):
-        return None
-    rows = _variable(context, statement.first, context.inputs, "input")
-    columns = rows
-    if statement.second is not None:
-        columns = _variable(context, statement.second, context.inputs, "input")
-        if rows is columns and rows is not None:
-            context.report("FZ214", f"the table crosses '{statement.first.text}' with itself", statement.second.span)
-            return None
-    condition = _antecedent(context, statement.condition) if statement.condition is not None else None
-    if columns is None or rows is None or any(o is None for o in outputs):
-        return None
-    ok = _check_frame(context, statement, rows, columns)
-    cells = _cells(context, [o for o in outputs if o is not None], statement, ok)
-    one_way = statement.second is None
-    return RuleTable(
-        outputs=tuple(w.text for w in statement.outputs),
-        rows=None if one_way else statement.first.text,
-        columns=columns.name.text,
-        row_terms=() if one_way else tuple(row.label.text for row, _ in cells if row.label is not None),
-        column_terms=tuple(w.text for w in statement.header.terms) if statement.header is not None else (),
-        cells=tuple(c for _, c in cells),
-        condition=condition,
-        span=statement.span,
-    )
-
-
-def _cells(
-    context: Context, outputs: Sequence[sx.Variable], statement: sx.Table, framed: bool
-) -> list[tuple[sx.RowLine, tuple[Cell, ...]]]:
-    """Resolve the cells of all rows; while header and labels are wrong nobody knows how many a row should have."""
-    # Without a header its line may stand among the rows.
-    if statement.header is None or not _same_counts(context, statement):
-        return []
-    columns = statement.header.terms if framed else None
-    found = []
-    for row in statement.rows:
-        counted_right = columns is None or _has_count(context, row, columns)
-        cells = tuple(_cell(context, outputs, c) for c in row.cells) if counted_right else ()
-        found.append((row, cells))
-    # Only a table without mistakes goes beyond the checks of numbers, so gaps need no filling.
-    return [pair for pair in found if framed and pair[1]]
-
-
-def _check_frame(context: Context, statement: sx.Table, rows: sx.Variable, columns: sx.Variable) -> bool:
-    """Check what holds the cells: header and labels, each there and each a term."""
-    if statement.incomplete:
-        _check_what_is_there(context, statement, rows, columns)
-        return False
-    if statement.header is None or not statement.rows:
-        what = "header line with the terms of the columns" if statement.header is None else "rows"
-        form = _table_form(statement, columns, rows)
-        # A header that begins with a bar is a row to the parser.
-        barred = len(statement.rows) > 1 and statement.rows[0].label is None and not statement.csv
-        facts, help_text = ((form,), "leave the bar of the first line out") if barred else ((), form)
-        context.report("FZ212", f"the table has no {what}", statement.span, facts=facts, help=help_text)
-        return False
-    if statement.second is not None and _is_transposed(context, statement, rows, columns):
-        return False
-    ok = _check_labels(context, columns, statement.header.terms, statement, "column")
-    if statement.second is None:
-        return _check_one_way(context, statement) and ok
-    return _check_rows(context, rows, statement) and ok
-
-
-def _check_what_is_there(context: Context, statement: sx.Table, rows: sx.Variable, columns: sx.Variable) -> None:
-    """Check the labels of a table of which a line could not be read; what is missing may have stood in that line."""
-    for word in statement.header.terms if statement.header is not None else ():
-        known_term(context, columns, word)
-    for row in statement.rows if statement.second is not None else ():
-        if row.label is not None:
-            known_term(context, rows, row.label)
-
-
-def _is_transposed(context: Context, statement: sx.Table, rows: sx.Variable, columns: sx.Variable) -> bool:
-    """Report a table whose rows stand for the input of the columns, and the other way round."""
-    assert statement.header is not None
-    assert statement.second is not None
-    across = {w.text for w in statement.header.terms}
-    down = {r.label.text for r in statement.rows if r.label is not None}
-    if across == set(terms_of(columns)) or across != set(terms_of(rows)) or down != set(terms_of(columns)):
-        return False
-    first, second = statement.first, statement.second
-    message = f"rows and columns are swapped: '{first.text}' heads the columns, '{second.text}' the rows"
-    outputs = ", ".join(w.text for w in statement.outputs)
-    help_text = f"write: table {outputs} = {second.text} x {first.text}"
-    context.report("FZ214", message, first.span.to(second.span), help=help_text)
-    return True
-
-
-def _same_counts(context: Context, statement: sx.Table) -> bool:
-    """Check that every cell names one term for each output; one message for all that do not."""
-    due = len(statement.outputs)
-    odd = [c for row in statement.rows for c in row.cells if c.terms and len(c.terms) != due]
-    if not odd:
-        return True
-    cell = odd[0]
-    message = f"the cell names {counted(len(cell.terms), 'term')} for {counted(due, 'output')}"
-    help_text = "join the terms of a cell with '/', one an output"
-    if due == 1:
-        numbers = all(isinstance(t, ex.Expr) for t in cell.terms)
-        help_text = f"for a quotient write: ({cell.span.text})" if numbers else "name one term"
-    more = len(odd) - 1
-    facts = (f"and so {'does' if more == 1 else 'do'} {counted(more, 'other cell')}",) if more else ()
-    context.report("FZ207", message, cell.span, facts=facts, help=help_text)
-    return False
-
-
-def _table_form(statement: sx.Table, columns: sx.Variable, rows: sx.Variable) -> str:
-    """Say what a table looks like, with the terms of its own inputs."""
-    if statement.csv:
-        return f"the form of the file is: {CSV_FORM}"
-    terms = terms_of(columns)
-    header = " ".join(terms[:7]) + (" ..." if len(terms) > 7 else "")
-    cells = " ".join(["CELL"] * min(len(terms), 7)) + (" ..." if len(terms) > 7 else "")
-    if statement.second is None:
-        return f"the form is: a line '{header}', below it a line '| {cells}'"
-    label = next(iter(terms_of(rows)), "TERM")
-    each = f"for each term of '{statement.first.text}'"
-    return f"the form is: a line '{header}', below it a line '{label} | {cells}' {each}"
-
-
-def _distinct(context: Context, outputs: Sequence[sx.Word]) -> bool:
-    """Check that a table names each output once."""
-    seen: dict[str, sx.Word] = {}
-    for word in outputs:
-        if word.text in seen:
-            note = (seen[word.text].span, "first named here")
-            message = f"the table sets '{word.text}' twice"
-            context.report("FZ215", message, word.span, note=note, help="name each output once")
-            return False
-        seen[word.text] = word
-    return True
-
-
-def _variable(context: Context, word: sx.Word, among: dict[str, sx.Variable], kind: str) -> sx.Variable | None:
-    declared = among.get(word.text)
-    if declared is None and word.text not in context.where:
-        context.unknown(kind, word, among)
-    elif declared is None and (
-        word.text in context.inputs or word.text in context.outputs or word.text in context.params
-    ):
-        context.report("FZ214", f"'{word.text}' is not an {kind}", word.span, facts=(f"{kind}s: {', '.join(among)}",))
-    return declared
-
-
-def _check_one_way(context: Context, statement: sx.Table) -> bool:
-    row = statement.rows[0]
-    if row.label is not None:
-        bar = "an empty field" if statement.csv else "'|'"
-        help_text = f"begin the row with {bar}: the columns are the terms of '{statement.first.text}'"
-        context.report("FZ214", "the row of a one-way table has no label", row.label.span, help=help_text)
-        return False
-    if len(statement.rows) > 1:
-        help_text = f"the columns are the terms of '{statement.first.text}', and one row holds their cells"
-        context.report("FZ207", "a one-way table has one row", statement.rows[1].span, help=help_text)
-        return False
-    return True
-
-
-def _check_rows(context: Context, variable: sx.Variable, statement: sx.Table) -> bool:
-    unlabelled = [r for r in statement.rows if r.label is None]
-    for row in unlabelled:
-        where = "in its first field" if statement.csv else "before '|'"
-        message = f"the row lacks its term of '{variable.name.text}' {where}"
-        context.report("FZ207", message, row.span, facts=(f"terms: {', '.join(terms_of(variable))}",))
-    labels = [r.label for r in statement.rows if r.label is not None]
-    return not unlabelled and _check_labels(context, variable, labels, statement, "row")
-
-
-def _check_labels(
-    context: Context, variable: sx.Variable, labels: Sequence[sx.Word], statement: sx.Table, what: str
-) -> bool:
-    """Check that the labels of rows or columns are the terms of the variable, each once."""
-    ok = True
-    seen: dict[str, sx.Word] = {}
-    for label in labels:
-        if label.text in seen:
-            context.report(
-                "FZ206",
-                f"{what} '{label.text}' is given twice",
-                label.span,
-                note=(seen[label.text].span, "first given here"),
-                help=f"every term of '{variable.name.text}' has one {what}",
-            )
-            ok = False
-        seen[label.text] = label
-        ok = known_term(context, variable, label) and ok
-    missing = [t for t in terms_of(variable) if t not in seen]
-    if missing and ok and not _is_unsure(variable):
-        code = "FZ204" if what == "row" else "FZ205"
-        place = statement.first.span if what == "row" or statement.header is None else statement.header.span
-        names = ", ".join(f"'{m}'" for m in missing)
-        context.report(
-            code,
-            f"the table has no {what} for {names} of '{variable.name.text}'",
-            place,
-            help=f"add the {what}; write '.' in a cell where there is to be no rule",
-        )
-        return False
-    return ok
-
-
-def _has_count(context: Context, row: sx.RowLine, header: Sequence[sx.Word]) -> bool:
-    """Check that a row has a cell for each column."""
-    if len(row.cells) == len(header):
-        return True
-    place = row.cells[len(header)].span if len(row.cells) > len(header) else row.span
-    many = "too many" if len(row.cells) > len(header) else "too few"
-    context.report(
-        "FZ207",
-        f"the row has {counted(len(row.cells), 'cell')}, {many} for {counted(len(header), 'column')}",
-        place,
-        facts=(f"columns: {', '.join(w.text for w in header)}",),
-        help="write '.' in a cell where there is to be no rule" if len(row.cells) < len(header) else "",
-    )
-    return False
-
-
-def _cell(context: Context, outputs: Sequence[sx.Variable], cell: sx.CellText) -> Cell:
-    """Resolve a cell; one without a meaning becomes an empty one."""
-    if not cell.terms:
-        return Cell(terms=(), span=cell.span)
-    terms = [_cell_term(context, o, t) for o, t in zip(outputs, cell.terms, strict=True)]
-    ok = all(t is not None for t in terms)
-    if cell.weight is not None:
-        ok = context.check_names(cell.weight, context.params, "param") and ok
-    if not ok:
-        return Cell(terms=(), span=cell.span)
-    return Cell(terms=tuple(t for t in terms if t is not None), weight=cell.weight or ex.ONE, span=cell.span)
-
-
-def _cell_term(context: Context, output: sx.Variable, term: sx.ConsequentTerm) -> str | Membership | None:
-    match term:
-        case sx.Word():
-            return term.text if known_term(context, output, term, f"for the param write: ({term.text})") else None
-        case sx.FunctionTerm():
-            return resolve_function(context, term)
-    if not context.check_names(term, context.params, "param"):
-        return None
-    return Membership(kind="constant", arguments=(term,), span=ex.span_of(term))
 
 
 def resolve_require(context: Context, statement: sx.Require) -> Guarantee | None:

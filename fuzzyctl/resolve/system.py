@@ -15,8 +15,9 @@ from fuzzyctl.model.rule import Rule, RuleTable, literals
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, Output
 from fuzzyctl.resolve.context import Context
-from fuzzyctl.resolve.rules import MAX_OUTPUTS, MAX_RULES, resolve_require, resolve_rule, resolve_table
+from fuzzyctl.resolve.rules import MAX_OUTPUTS, MAX_RULES, resolve_require, resolve_rule
 from fuzzyctl.resolve.settings import find_idle_settings, resolve_method
+from fuzzyctl.resolve.tables import resolve_table
 from fuzzyctl.resolve.variables import resolve_param, resolve_variable
 from fuzzyctl.source import Span
 

@@ -1,0 +1,260 @@
+"""Resolves rule tables."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from fuzzyctl import expr as ex
+from fuzzyctl.errors import counted
+from fuzzyctl.lang import syntax as sx
+from fuzzyctl.lang.csv_table import CSV_FORM
+from fuzzyctl.model.rule import Cell, RuleTable
+from fuzzyctl.model.variable import Membership
+from fuzzyctl.resolve.context import Context
+from fuzzyctl.resolve.rules import is_unsure, known_term, resolve_antecedent, resolve_function, terms_of
+
+
+def resolve_table(context: Context, statement: sx.Table) -> RuleTable | None:
+    """Resolve a `table` with its header and rows."""
+    outputs = [_variable(context, w, context.outputs, "output") for w in statement.outputs]
+    if not _distinct(context, statement.outputs):
+        return None
+    rows = _variable(context, statement.first, context.inputs, "input")
+    columns = rows
+    if statement.second is not None:
+        columns = _variable(context, statement.second, context.inputs, "input")
+        if rows is columns and rows is not None:
+            context.report("FZ214", f"the table crosses '{statement.first.text}' with itself", statement.second.span)
+            return None
+    condition = resolve_antecedent(context, statement.condition) if statement.condition is not None else None
+    if columns is None or rows is None or any(o is None for o in outputs):
+        return None
+    ok = _check_frame(context, statement, rows, columns)
+    cells = _cells(context, [o for o in outputs if o is not None], statement, ok)
+    one_way = statement.second is None
+    return RuleTable(
+        outputs=tuple(w.text for w in statement.outputs),
+        rows=None if one_way else statement.first.text,
+        columns=columns.name.text,
+        row_terms=() if one_way else tuple(row.label.text for row, _ in cells if row.label is not None),
+        column_terms=tuple(w.text for w in statement.header.terms) if statement.header is not None else (),
+        cells=tuple(c for _, c in cells),
+        condition=condition,
+        span=statement.span,
+    )
+
+
+def _cells(
+    context: Context, outputs: Sequence[sx.Variable], statement: sx.Table, framed: bool
+) -> list[tuple[sx.RowLine, tuple[Cell, ...]]]:
+    """Resolve the cells of all rows; while header and labels are wrong nobody knows how many a row should have."""
+    # Without a header its line may stand among the rows.
+    if statement.header is None or not _same_counts(context, statement):
+        return []
+    columns = statement.header.terms if framed else None
+    found = []
+    for row in statement.rows:
+        counted_right = columns is None or _has_count(context, row, columns)
+        cells = tuple(_cell(context, outputs, c) for c in row.cells) if counted_right else ()
+        found.append((row, cells))
+    # Only a table without mistakes goes beyond the checks of numbers, so gaps need no filling.
+    return [pair for pair in found if framed and pair[1]]
+
+
+def _check_frame(context: Context, statement: sx.Table, rows: sx.Variable, columns: sx.Variable) -> bool:
+    """Check what holds the cells: header and labels, each there and each a term."""
+    if statement.incomplete:
+        _check_what_is_there(context, statement, rows, columns)
+        return False
+    if statement.header is None or not statement.rows:
+        what = "header line with the terms of the columns" if statement.header is None else "rows"
+        form = _table_form(statement, columns, rows)
+        # A header that begins with a bar is a row to the parser.
+        barred = len(statement.rows) > 1 and statement.rows[0].label is None and not statement.csv
+        facts, help_text = ((form,), "leave the bar of the first line out") if barred else ((), form)
+        context.report("FZ212", f"the table has no {what}", statement.span, facts=facts, help=help_text)
+        return False
+    if statement.second is not None and _is_transposed(context, statement, rows, columns):
+        return False
+    ok = _check_labels(context, columns, statement.header.terms, statement, "column")
+    if statement.second is None:
+        return _check_one_way(context, statement) and ok
+    return _check_rows(context, rows, statement) and ok
+
+
+def _check_what_is_there(context: Context, statement: sx.Table, rows: sx.Variable, columns: sx.Variable) -> None:
+    """Check the labels of a table of which a line could not be read; what is missing may have stood in that line."""
+    for word in statement.header.terms if statement.header is not None else ():
+        known_term(context, columns, word)
+    for row in statement.rows if statement.second is not None else ():
+        if row.label is not None:
+            known_term(context, rows, row.label)
+
+
+def _is_transposed(context: Context, statement: sx.Table, rows: sx.Variable, columns: sx.Variable) -> bool:
+    """Report a table whose rows stand for the input of the columns, and the other way round."""
+    assert statement.header is not None
+    assert statement.second is not None
+    across = {w.text for w in statement.header.terms}
+    down = {r.label.text for r in statement.rows if r.label is not None}
+    if across == set(terms_of(columns)) or across != set(terms_of(rows)) or down != set(terms_of(columns)):
+        return False
+    first, second = statement.first, statement.second
+    message = f"rows and columns are swapped: '{first.text}' heads the columns, '{second.text}' the rows"
+    outputs = ", ".join(w.text for w in statement.outputs)
+    help_text = f"write: table {outputs} = {second.text} x {first.text}"
+    context.report("FZ214", message, first.span.to(second.span), help=help_text)
+    return True
+
+
+def _same_counts(context: Context, statement: sx.Table) -> bool:
+    """Check that every cell names one term for each output; one message for all that do not."""
+    due = len(statement.outputs)
+    odd = [c for row in statement.rows for c in row.cells if c.terms and len(c.terms) != due]
+    if not odd:
+        return True
+    cell = odd[0]
+    message = f"the cell names {counted(len(cell.terms), 'term')} for {counted(due, 'output')}"
+    help_text = "join the terms of a cell with '/', one an output"
+    if due == 1:
+        numbers = all(isinstance(t, ex.Expr) for t in cell.terms)
+        help_text = f"for a quotient write: ({cell.span.text})" if numbers else "name one term"
+    more = len(odd) - 1
+    facts = (f"and so {'does' if more == 1 else 'do'} {counted(more, 'other cell')}",) if more else ()
+    context.report("FZ207", message, cell.span, facts=facts, help=help_text)
+    return False
+
+
+def _table_form(statement: sx.Table, columns: sx.Variable, rows: sx.Variable) -> str:
+    """Say what a table looks like, with the terms of its own inputs."""
+    if statement.csv:
+        return f"the form of the file is: {CSV_FORM}"
+    terms = terms_of(columns)
+    header = " ".join(terms[:7]) + (" ..." if len(terms) > 7 else "")
+    cells = " ".join(["CELL"] * min(len(terms), 7)) + (" ..." if len(terms) > 7 else "")
+    if statement.second is None:
+        return f"the form is: a line '{header}', below it a line '| {cells}'"
+    label = next(iter(terms_of(rows)), "TERM")
+    each = f"for each term of '{statement.first.text}'"
+    return f"the form is: a line '{header}', below it a line '{label} | {cells}' {each}"
+
+
+def _distinct(context: Context, outputs: Sequence[sx.Word]) -> bool:
+    """Check that a table names each output once."""
+    seen: dict[str, sx.Word] = {}
+    for word in outputs:
+        if word.text in seen:
+            note = (seen[word.text].span, "first named here")
+            message = f"the table sets '{word.text}' twice"
+            context.report("FZ215", message, word.span, note=note, help="name each output once")
+            return False
+        seen[word.text] = word
+    return True
+
+
+def _variable(context: Context, word: sx.Word, among: dict[str, sx.Variable], kind: str) -> sx.Variable | None:
+    declared = among.get(word.text)
+    if declared is None and word.text not in context.where:
+        context.unknown(kind, word, among)
+    elif declared is None and (
+        word.text in context.inputs or word.text in context.outputs or word.text in context.params
+    ):
+        context.report("FZ214", f"'{word.text}' is not an {kind}", word.span, facts=(f"{kind}s: {', '.join(among)}",))
+    return declared
+
+
+def _check_one_way(context: Context, statement: sx.Table) -> bool:
+    row = statement.rows[0]
+    if row.label is not None:
+        bar = "an empty field" if statement.csv else "'|'"
+        help_text = f"begin the row with {bar}: the columns are the terms of '{statement.first.text}'"
+        context.report("FZ214", "the row of a one-way table has no label", row.label.span, help=help_text)
+        return False
+    if len(statement.rows) > 1:
+        help_text = f"the columns are the terms of '{statement.first.text}', and one row holds their cells"
+        context.report("FZ207", "a one-way table has one row", statement.rows[1].span, help=help_text)
+        return False
+    return True
+
+
+def _check_rows(context: Context, variable: sx.Variable, statement: sx.Table) -> bool:
+    unlabelled = [r for r in statement.rows if r.label is None]
+    for row in unlabelled:
+        where = "in its first field" if statement.csv else "before '|'"
+        message = f"the row lacks its term of '{variable.name.text}' {where}"
+        context.report("FZ207", message, row.span, facts=(f"terms: {', '.join(terms_of(variable))}",))
+    labels = [r.label for r in statement.rows if r.label is not None]
+    return not unlabelled and _check_labels(context, variable, labels, statement, "row")
+
+
+def _check_labels(
+    context: Context, variable: sx.Variable, labels: Sequence[sx.Word], statement: sx.Table, what: str
+) -> bool:
+    """Check that the labels of rows or columns are the terms of the variable, each once."""
+    ok = True
+    seen: dict[str, sx.Word] = {}
+    for label in labels:
+        if label.text in seen:
+            context.report(
+                "FZ206",
+                f"{what} '{label.text}' is given twice",
+                label.span,
+                note=(seen[label.text].span, "first given here"),
+                help=f"every term of '{variable.name.text}' has one {what}",
+            )
+            ok = False
+        seen[label.text] = label
+        ok = known_term(context, variable, label) and ok
+    missing = [t for t in terms_of(variable) if t not in seen]
+    if missing and ok and not is_unsure(variable):
+        code = "FZ204" if what == "row" else "FZ205"
+        place = statement.first.span if what == "row" or statement.header is None else statement.header.span
+        names = ", ".join(f"'{m}'" for m in missing)
+        context.report(
+            code,
+            f"the table has no {what} for {names} of '{variable.name.text}'",
+            place,
+            help=f"add the {what}; write '.' in a cell where there is to be no rule",
+        )
+        return False
+    return ok
+
+
+def _has_count(context: Context, row: sx.RowLine, header: Sequence[sx.Word]) -> bool:
+    """Check that a row has a cell for each column."""
+    if len(row.cells) == len(header):
+        return True
+    place = row.cells[len(header)].span if len(row.cells) > len(header) else row.span
+    many = "too many" if len(row.cells) > len(header) else "too few"
+    context.report(
+        "FZ207",
+        f"the row has {counted(len(row.cells), 'cell')}, {many} for {counted(len(header), 'column')}",
+        place,
+        facts=(f"columns: {', '.join(w.text for w in header)}",),
+        help="write '.' in a cell where there is to be no rule" if len(row.cells) < len(header) else "",
+    )
+    return False
+
+
+def _cell(context: Context, outputs: Sequence[sx.Variable], cell: sx.CellText) -> Cell:
+    """Resolve a cell; one without a meaning becomes an empty one."""
+    if not cell.terms:
+        return Cell(terms=(), span=cell.span)
+    terms = [_cell_term(context, o, t) for o, t in zip(outputs, cell.terms, strict=True)]
+    ok = all(t is not None for t in terms)
+    if cell.weight is not None:
+        ok = context.check_names(cell.weight, context.params, "param") and ok
+    if not ok:
+        return Cell(terms=(), span=cell.span)
+    return Cell(terms=tuple(t for t in terms if t is not None), weight=cell.weight or ex.ONE, span=cell.span)
+
+
+def _cell_term(context: Context, output: sx.Variable, term: sx.ConsequentTerm) -> str | Membership | None:
+    match term:
+        case sx.Word():
+            return term.text if known_term(context, output, term, f"for the param write: ({term.text})") else None
+        case sx.FunctionTerm():
+            return resolve_function(context, term)
+    if not context.check_names(term, context.params, "param"):
+        return None
+    return Membership(kind="constant", arguments=(term,), span=ex.span_of(term))
