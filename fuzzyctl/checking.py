@@ -15,7 +15,11 @@ from fuzzyctl.source import SourceText
 
 
 def check(
-    path: str | os.PathLike[str] | FuzzySystem, *, system: str | None = None, max_bytes: int = MAX_BYTES
+    path: str | os.PathLike[str] | FuzzySystem,
+    *,
+    system: str | None = None,
+    max_bytes: int = MAX_BYTES,
+    guarantees: bool = False,
 ) -> tuple[FuzzySystem | None, list[Diagnostic]]:
     """Read and check a rule file, or check a system, such as one built in Python or one with other params.
 
@@ -23,6 +27,8 @@ def check(
         path: The `.fz` file, or the system.
         system: Name of the system, where the file holds several.
         max_bytes: Largest size that is read.
+        guarantees: Whether to look for guarantees that are quickly refuted, as the command does. They hold or not for
+            given params; who sets params afterwards proves them then.
 
     Returns:
         The system, None when there are errors, and all diagnostics in the order of their places.
@@ -35,19 +41,22 @@ def check(
     if isinstance(path, FuzzySystem):
         diagnostics = check_model(path)
         if not _has_errors(diagnostics):
-            diagnostics = [*diagnostics, *_analysed(path)]
+            diagnostics = [*diagnostics, *_analysed(path, guarantees=guarantees)]
         return (None if _has_errors(diagnostics) else path), diagnostics
     path = arguments.path(path, "; 'loads' takes texts")
     source = read_source(path, max_bytes=max_bytes)
-    return choose(source, *check_source(source, folder=Path(path).parent), system)
+    return choose(source, *check_source(source, folder=Path(path).parent, guarantees=guarantees), system)
 
 
-def check_source(source: SourceText, *, folder: Path | None = None) -> tuple[tuple[FuzzySystem, ...], list[Diagnostic]]:
+def check_source(
+    source: SourceText, *, folder: Path | None = None, guarantees: bool = True
+) -> tuple[tuple[FuzzySystem, ...], list[Diagnostic]]:
     """Check all systems of a source text.
 
     Args:
         source: The text.
         folder: Where the files stand that it uses; None for a text that may use none.
+        guarantees: Whether to look for guarantees that are quickly refuted.
 
     Returns:
         The systems without errors, and all diagnostics in the order of their places.
@@ -55,7 +64,7 @@ def check_source(source: SourceText, *, folder: Path | None = None) -> tuple[tup
     systems, diagnostics = examine_all(source, folder=folder)
     sound = []
     for system in systems:
-        found = _analysed(system)
+        found = _analysed(system, guarantees=guarantees)
         diagnostics = [*diagnostics, *found]
         if not _has_errors(found):
             sound.append(system)
@@ -66,11 +75,16 @@ def _has_errors(diagnostics: list[Diagnostic]) -> bool:
     return any(d.severity == "error" for d in diagnostics)
 
 
-def _analysed(system: FuzzySystem) -> list[Diagnostic]:
+def _analysed(system: FuzzySystem, *, guarantees: bool) -> list[Diagnostic]:
     """Return what only the analysis of a system without structural errors finds."""
     from fuzzyctl.analysis import coverage
 
     try:
-        return coverage.diagnostics(system)
+        found = coverage.diagnostics(system)
+        if guarantees and system.guarantees and not _has_errors(found):
+            from fuzzyctl.analysis import prove
+
+            found = [*found, *prove.diagnostics(system)]
+        return found
     except DiagnosticError as error:  # found by planning it
         return list(error.diagnostics)

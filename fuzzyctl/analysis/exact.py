@@ -135,14 +135,19 @@ class Surface:
         return tuple(Fraction(_Error(self, o).most()) for o in range(len(self.plan.outputs)))
 
 
-def surface_of(plan: Plan) -> Surface | None:
-    """Return the outputs of a system that interpolates, None for any other, or one with too many corners."""
+def surface_of(plan: Plan, *, most: int = MOST) -> Surface | None:
+    """Return the outputs of a system that interpolates, None for any other, or one with too many corners.
+
+    Args:
+        plan: The system.
+        most: Most products of corners and rules.
+    """
     grid = grid_of(plan)
-    if not isinstance(grid, Grid) or grid.size * len(plan.rules) > MOST:
+    if not isinstance(grid, Grid) or grid.size * len(plan.rules) > most:
         return None
     corners = tuple(_corners(plan, i) for i in grid.inputs)
     surface = Surface(plan, grid, grid.inputs, corners)
-    if len(surface.indices) * len(plan.rules) > MOST or not all(map(math.isfinite, map(float, surface.errors))):
+    if len(surface.indices) * len(plan.rules) > most or not all(map(math.isfinite, map(float, surface.errors))):
         return None
     return surface
 

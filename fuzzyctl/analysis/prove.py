@@ -9,7 +9,7 @@ from fractions import Fraction
 from functools import cached_property, partial
 from typing import Any, Final
 
-from fuzzyctl.analysis import vertices
+from fuzzyctl.analysis import sampling, vertices
 from fuzzyctl.analysis.affine import Reader
 from fuzzyctl.analysis.bounds import OutputBound, output_bounds
 from fuzzyctl.analysis.claims import (
@@ -30,12 +30,15 @@ from fuzzyctl.analysis.coverage import Undecided as Unclear
 from fuzzyctl.analysis.exact import Surface, surface_of
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Witness
 from fuzzyctl.analysis.witnesses import Judge
+from fuzzyctl.errors import Diagnostic
 from fuzzyctl.kernels.plan import Plan, plan
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.system import FuzzySystem
 
 #: Seconds that one guarantee may take.
 TIMEOUT: Final = 10.0
+#: Most products of corners and rules where no time is given.
+QUICK: Final = 10_000
 
 #: Told now and then during a long proof: the claim, boxes settled, boxes open.
 Progress = Callable[[str, int, int], None]
@@ -96,7 +99,7 @@ class Prover:
     @cached_property
     def surface(self) -> Surface | None:
         """The outputs in rational arithmetic, None if they do not interpolate."""
-        return surface_of(self.plan)
+        return surface_of(self.plan) if self.timeout > 0.0 else surface_of(self.plan, most=QUICK)
 
     @cached_property
     def bounds(self) -> Mapping[str, OutputBound]:
@@ -181,7 +184,8 @@ class Prover:
     def _divided(self, claim: Claim) -> Verdict:
         """Decide a claim by subdivision, which needs numpy."""
         if self.timeout <= 0.0:
-            return Undecided(claim.text, "it takes subdivision")
+            witness = sampling.witness_of(claim, self.plan, self.judge)
+            return Refuted(claim.text, witness) if witness else Undecided(claim.text, "it takes subdivision")
         from fuzzyctl.analysis import branching
         from fuzzyctl.analysis.boxes import System
 
@@ -191,6 +195,19 @@ class Prover:
         if isinstance(claim.truth, Slope):
             return branching.decide_slope(self._boxed, claim, claim.truth, self.judge, self.timeout, told)
         return branching.decide(self._boxed, claim, self.judge, self.timeout, told)
+
+
+def diagnostics(system: FuzzySystem) -> list[Diagnostic]:
+    """Report the guarantees that quick methods refute; what they leave open is not reported."""
+    prover = Prover(system, timeout=0.0)
+    found: list[Diagnostic] = []
+    for guarantee in system.guarantees:
+        verdict = prover.verdict(guarantee)
+        if isinstance(verdict, Refuted):
+            message = f"the guarantee '{verdict.claim}' does not hold"
+            help_text = "change the rules, or claim what holds"
+            found.append(Diagnostic("FZ402", message, guarantee.span, facts=(str(verdict.witness),), help=help_text))
+    return found
 
 
 def _denied(verdict: Verdict) -> Verdict:

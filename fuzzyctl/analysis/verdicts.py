@@ -37,6 +37,11 @@ class Witness:
     sides: tuple[tuple[str, float], ...]
     other: dict[str, float] | None = None
 
+    def __str__(self) -> str:
+        point = ", ".join(f"{n} = {v:.12g}" for n, v in self.point.items())
+        values = ", ".join(f"{text} {'is' if ' = ' in text else '='} {v:.12g}" for text, v in self.sides)
+        return f"at {point}: {values}"
+
 
 @dataclass(frozen=True)
 class Refuted:

@@ -39,7 +39,8 @@ def check(files: tuple[str, ...], denied: tuple[str, ...], allowed: tuple[str, .
     """Find the mistakes of rule files.
 
     Prints every mistake with file, line, column and repair. A system without 'else' must have a rule for every
-    point of its inputs' ranges; this is proved, not sampled. Exit code 1 if there is an error; warnings pass unless
+    point of its inputs' ranges; this is proved, not sampled. Guarantees that are quickly refuted are mistakes too;
+    'fuzzyctl prove' decides the others. Exit code 1 if there is an error; warnings pass unless
     they are denied.
 
     \b

@@ -27,7 +27,7 @@ from fuzzyctl.cli.common import (
 from fuzzyctl.errors import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
-    from fuzzyctl.analysis.verdicts import Verdict, Witness
+    from fuzzyctl.analysis.verdicts import Verdict
     from fuzzyctl.model.system import FuzzySystem
 
 #: Seconds after which a proof shows how far it is.
@@ -161,19 +161,13 @@ def _details(verdict: Verdict) -> Iterator[str]:
         if verdict.note:
             yield verdict.note
     elif isinstance(verdict, Refuted):
-        yield _shown(verdict.witness)
+        yield str(verdict.witness)
     else:
         yield verdict.reason
         for box in verdict.boxes[:3]:
             yield "open: " + ", ".join(f"{n} {'=' if s.lower == s.upper else 'in'} {s}" for n, s in box.items())
         if verdict.remaining > len(verdict.boxes[:3]) > 0:
             yield f"and {verdict.remaining - len(verdict.boxes[:3])} more"
-
-
-def _shown(witness: Witness) -> str:
-    point = ", ".join(f"{n} = {v:.12g}" for n, v in witness.point.items())
-    values = ", ".join(f"{text} {'is' if ' = ' in text else '='} {v:.12g}" for text, v in witness.sides)
-    return f"at {point}: {values}"
 
 
 def _as_data(proofs: Proofs, mistakes: Sequence[Diagnostic]) -> dict[str, Any]:

@@ -1,0 +1,62 @@
+"""Witnesses at a few points, without numpy and in no time: what `check` can afford where corners do not decide."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from itertools import islice, pairwise, product
+from typing import Final
+
+from fuzzyctl.analysis.claims import Claim, Slope
+from fuzzyctl.analysis.coverage import breakpoints
+from fuzzyctl.analysis.verdicts import Witness
+from fuzzyctl.analysis.witnesses import Judge
+from fuzzyctl.kernels.plan import Plan
+
+#: Most points tried.
+POINTS: Final = 400
+#: Seconds after which no further point is tried.
+SECONDS: Final = 0.05
+#: Most rules of a system whose kernel is worth printing for this.
+RULES: Final = 500
+
+
+def witness_of(claim: Claim, plan: Plan, judge: Judge) -> Witness | None:
+    """Look for a point that breaks a claim among the corners of terms and the middles between them."""
+    if plan.states or plan.held or len(plan.rules) > RULES:
+        return None
+    deadline = time.monotonic() + SECONDS
+    for point in islice(_points(plan), POINTS):
+        if time.monotonic() > deadline:
+            return None
+        found = _broken(claim, plan, judge, list(point))
+        if found is not None:
+            return found
+    return None
+
+
+def _broken(claim: Claim, plan: Plan, judge: Judge, point: list[float]) -> Witness | None:
+    if not isinstance(claim.truth, Slope):
+        return judge.broken(claim.truth, claim.region, point)
+    slope, k = claim.truth, judge.inputs.index(claim.truth.input)
+    error = judge.rounding(slope.output)
+    for far in _places(plan, k):
+        found = judge.broken_slope(slope, point, far, error) if far > point[k] else None
+        if found is not None:
+            return found
+    return None
+
+
+def _points(plan: Plan) -> Iterator[tuple[float, ...]]:
+    return product(*(_places(plan, i) for i in range(len(plan.inputs))))
+
+
+def _places(plan: Plan, position: int) -> list[float]:
+    """Return corners and middles of an input; where they are too many for all inputs together, fewer."""
+    variable = plan.inputs[position]
+    corners = breakpoints(variable, [d.set for d in plan.degrees if d.variable == position])
+    places = sorted({*corners, *(0.5 * a + 0.5 * b for a, b in pairwise(corners))})
+    most = max(3, round(POINTS ** (1.0 / len(plan.inputs))))
+    if len(places) <= most:
+        return places
+    return [places[round(k * (len(places) - 1) / (most - 1))] for k in range(most)]

@@ -1,0 +1,67 @@
+"""What `check` finds of guarantees, in no time."""
+
+import time
+
+import pytest
+
+import fuzzyctl
+from fuzzyctl.analysis.prove import diagnostics
+from fuzzyctl.checking import check_source
+from fuzzyctl.source import SourceText
+
+TEXT = """
+system s
+{method}
+input x in [-1, 1]
+  N = gaussian(-1, 0.4)
+  P = gaussian(1, 0.4)
+output u in [-1, 1]
+  terms N P
+table u = x
+   N P
+ | N P
+require {claim}
+"""
+CURVED = "and product\ndefuzzifier center_average"
+
+
+def found(claim, method=CURVED):
+    return [d.code for d in diagnostics(fuzzyctl.loads(TEXT.format(method=method, claim=claim)))]
+
+
+@pytest.mark.parametrize("claim", ["u <= 0.5", "decreasing(u, x)", "lipschitz(u, x) <= 0.1", "u(-x) == u within 0.1"])
+def test_a_broken_claim_about_a_curved_system_is_found(claim):
+    assert found(claim) == ["FZ402"]
+
+
+@pytest.mark.parametrize("claim", ["u <= 1", "increasing(u, x)", "u(-x) == -u within 1e-12"])
+def test_what_is_true_or_open_is_not_reported(claim):
+    assert found(claim) == []
+
+
+def test_a_witness_is_shown_where_the_guarantee_stands():
+    (found,) = diagnostics(fuzzyctl.loads(TEXT.format(method=CURVED, claim="u <= 0.5")))
+    assert found.span.text.startswith("require u")
+    assert found.facts[0].startswith("at x = 1: u = ")
+
+
+def test_a_system_whose_guarantee_is_broken_is_not_sound():
+    source = SourceText("s.fz", TEXT.format(method=CURVED, claim="u <= 0.5"))
+    systems, found = check_source(source)
+    assert systems == ()
+    assert [d.code for d in found] == ["FZ402"]
+    assert len(check_source(source, guarantees=False)[0]) == 1
+
+
+def test_check_from_python_leaves_guarantees_to_prove_unless_asked():
+    system = fuzzyctl.loads(TEXT.format(method=CURVED, claim="u <= 0.5"))
+    assert fuzzyctl.check(system) == (system, [])
+    assert [d.code for d in fuzzyctl.check(system, guarantees=True)[1]] == ["FZ402"]
+
+
+def test_the_shipped_files_take_no_time(rules):
+    sources = [SourceText(str(p), p.read_text(encoding="utf-8")) for p in sorted(rules.glob("*.fz"))]
+    check_source(sources[0])
+    begun = time.process_time()
+    assert [check_source(s)[1] for s in sources] == [[]] * len(sources)
+    assert time.process_time() - begun < 0.5
