@@ -15,9 +15,9 @@ from fuzzyctl.model.system import FuzzySystem
 SLOPES: Final = ("increasing", "decreasing", "lipschitz")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Bound:
-    """`left >= right - tolerance`, or `>` if it is strict.
+    """`left >= right - tolerance`, or `>` if it is strict; each is equal to itself only, which makes it a quick key.
 
     Args:
         left, right: Expressions over params, inputs and outputs.

@@ -6,14 +6,17 @@ More of them: FUZZYCTL_PROOFS=1000 python -m pytest tests/properties/test_proofs
 import importlib.util
 import math
 import os
+from fractions import Fraction
 from pathlib import Path
 
 import hypothesis.strategies as st
 import numpy as np
 from hypothesis import given, note
 
+from fuzzyctl import Proved, Refuted, loads, prove
 from fuzzyctl.analysis.boxes import System
 from fuzzyctl.analysis.branching import start_of
+from fuzzyctl.analysis.exact import surface_of
 from fuzzyctl.errors import FuzzyctlError, NoRuleFiresError
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.plan import plan
@@ -118,3 +121,58 @@ def test_enclosures_hold_what_kernels_return(data):
 @given(st.data())
 def test_enclosures_hold_whatever_a_system_is_made_of(data):
     check_enclosures(data.draw(ENGINE.systems()), data.draw(st.integers(0, 1000)))
+
+
+@ENGINE.quick(COUNT)
+@given(st.data())
+def test_kernels_are_as_near_to_rational_arithmetic_as_is_said(data):
+    text, knots = data.draw(INTERPOLATION.systems())
+    system = loads(text)
+    surface = surface_of(plan(system))
+    if surface is None:
+        return
+    points = INTERPOLATION.points_of(knots, data.draw(st.integers(0, 1000)))
+    for kernel in kernels_of(system):
+        for point, value in zip(points, values_at(kernel, points, None)[:, 0], strict=True):
+            held = [
+                x if v.extrapolate else min(max(x, v.lower.value), v.upper.value)
+                for x, v in zip(point, system.inputs, strict=True)
+            ]
+            above, below = surface.sums(0, [Fraction(max(min(x, 1e300), -1e300)) for x in held])
+            note(f"{text} {kernel} {point} {value} {float(above / below)} {float(surface.errors[0])}")
+            assert abs(Fraction(float(value)) - above / below) <= surface.errors[0]
+
+
+@ENGINE.quick(COUNT)
+@given(st.data())
+def test_what_is_proved_of_an_interpolating_system_holds_and_what_is_refuted_does_not(data):
+    text, knots = data.draw(INTERPOLATION.systems())
+    bound = data.draw(st.integers(-9, 9))
+    claims = [
+        f"u <= {bound}",
+        f"u >= {bound}",
+        f"u <= {bound} when x0 >= 1",
+        f"u(-x0{', x1, x2'[: 4 * (len(knots) - 1)]}) <= u + 1",
+    ]
+    system = loads(text + "\n" + "\n".join(f"require {c}" for c in claims) + "\n")
+    verdicts = prove(system, timeout=0.3)
+    points = INTERPOLATION.points_of(knots, data.draw(st.integers(0, 1000)))
+    for kernel in kernels_of(system):
+        inside = [
+            [min(max(x, v.lower.value), v.upper.value) for x, v in zip(p, system.inputs, strict=True)] for p in points
+        ]
+        values = values_at(kernel, inside, None)[:, 0]
+        mirrored = values_at(kernel, [[-p[0], *p[1:]] for p in inside], None)[:, 0]
+        broken = [
+            values > bound,
+            values < bound,
+            (values > bound) & (np.array([p[0] for p in inside]) >= 1),
+            mirrored > values + 1 + 1e-9,
+        ]
+        for verdict, where in zip(verdicts, broken, strict=True):
+            note(f"{text} {verdict} {np.array(inside)[where]}")
+            assert not (isinstance(verdict, Proved) and where.any())
+    for verdict, claim in zip(verdicts, claims, strict=True):
+        if isinstance(verdict, Refuted) and "when" not in claim and "(" not in claim:
+            value = system(**verdict.witness.point)
+            assert value > bound if "<=" in claim else value < bound
