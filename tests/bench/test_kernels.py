@@ -1,4 +1,4 @@
-"""The kernels beside hand-written C: the same numbers. `pytest tests/bench --benchmark-enable` prints what each costs.
+"""The kernels beside hand-written C: the same numbers. `pytest tests/bench -n 0 --benchmark-enable` prints what each costs.
 
 `python tests/bench/table.py` prints all of it in one table, with the ratios.
 """

@@ -1,7 +1,7 @@
 """The compiled loop against a hand-written C loop of the same model: the same trajectory, in at most 1.5 times the
 time.
 
-`pytest tests/bench --benchmark-enable` prints both in a table; a plain run compares them too, round by round.
+`pytest tests/bench -n 0 --benchmark-enable` prints both in a table; a plain run compares them too, round by round.
 """
 
 from __future__ import annotations
