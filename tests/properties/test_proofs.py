@@ -72,6 +72,8 @@ def random_boxes(lo, hi, rng, count):
     shares = np.sort(rng.uniform(size=(2, *a.shape)) * (rng.uniform(size=a.shape) < 0.7), axis=0)
     low = np.clip(a + shares[0] * (b - a), a, b)
     high = np.where(rng.uniform(size=a.shape) < 0.5, b, np.clip(a + np.maximum(shares[1], shares[0]) * (b - a), low, b))
+    # In points enclosures are so narrow that rounding shows.
+    high = np.where(rng.uniform(size=count) < 0.3, low, high)
     inside = [low, high, np.minimum(np.nextafter(low, np.inf), high), np.maximum(np.nextafter(high, -np.inf), low)]
     inside += [np.clip(low + rng.uniform(size=low.shape) * (high - low), low, high) for _ in range(4)]
     return low, high, inside
