@@ -1,6 +1,7 @@
-"""The kernels beside hand-written C: the same numbers. `pytest tests/bench -n 0 --benchmark-enable` prints what each costs.
+"""The kernels beside hand-written C: the same numbers.
 
-`python tests/bench/table.py` prints all of it in one table, with the ratios.
+`pytest tests/bench -n 0 --benchmark-enable` prints what each costs, `python tests/bench/table.py`
+prints all of it in one table, with the ratios.
 """
 
 from __future__ import annotations
