@@ -103,7 +103,7 @@ def merge(layers: Sequence[Layer], overrides: Mapping[str, str]) -> tuple[dict[s
     data: dict[str, Any] = {}
     places: Places | None = None
     for layer in reversed(layers):
-        hidden = frozenset(_replaced(data, layer.data))
+        hidden = frozenset(replaced(data, layer.data))
         data = overlay(data, layer.data)
         top = layer is layers[0]
         places = Places(layer.source, overrides if top else {}, places, hidden)
@@ -125,12 +125,12 @@ def _mergeable(under: Any, value: Any) -> bool:
     return both and value.get("kind", under.get("kind")) == under.get("kind")
 
 
-def _replaced(below: Mapping[str, Any], above: Mapping[str, Any], prefix: Key = ()) -> Iterator[Key]:
+def replaced(below: Mapping[str, Any], above: Mapping[str, Any], prefix: Key = ()) -> Iterator[Key]:
     """Yield the keys below which nothing of the lower table is left."""
     for key, value in above.items():
         under = below.get(key)
         if _mergeable(under, value):
-            yield from _replaced(below[key], value, (*prefix, key))
+            yield from replaced(below[key], value, (*prefix, key))
         elif under is not None:
             yield (*prefix, key)
 
@@ -194,6 +194,9 @@ def _parse(source: SourceText) -> dict[str, Any]:
 
 def _toml_error_place(message: str, source: SourceText) -> Span | None:
     """Find the place in `... (at line 3, column 7)`; Python 3.14 has attributes for it, 3.11 has not."""
+    if message.endswith("(at end of document)"):
+        end = len(source.text.rstrip())
+        return Span(source, max(0, end - 1), end)
     head, _, tail = message.partition("(at line ")
     if not head or not tail:
         return None

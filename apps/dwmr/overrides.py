@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from typing import Any
 
@@ -12,6 +13,8 @@ class OverrideError(Exception):
 
 #: Longest key; no table of a scenario is nested nearly as deep.
 DEEPEST = 20
+#: One part of a dotted key, quoted as TOML has it or bare, and what ends it.
+_PART = re.compile(r"""\s*(?:"([^"\\]*)"|'([^']*)'|([^.="']*?))\s*([.=]|$)""")
 
 
 def shorten(argument: str) -> str:
@@ -22,13 +25,12 @@ def shorten(argument: str) -> str:
 
 def override(data: dict[str, Any], argument: str) -> tuple[str, str]:
     """Set one value; return the full key and the argument that set it."""
-    key, equals, value = argument.partition("=")
-    parts = [p.strip() for p in key.split(".")]
+    parts, value = _split(argument)
     if not argument.isprintable():
         raise OverrideError(f"--set {shorten(argument)}: holds a line break or another control character")
     if len(parts) > DEEPEST:
         raise OverrideError(f"--set {shorten(argument)}: the key has {len(parts)} parts; no key has so many")
-    if not equals or not all(parts):
+    if value is None or not all(parts):
         raise OverrideError(f"--set {shorten(argument)}: expected key=value with a dotted key, such as run.horizon=20")
     node: Any = data
     for k, part in enumerate(parts[:-1]):
@@ -40,6 +42,17 @@ def override(data: dict[str, Any], argument: str) -> tuple[str, str]:
     else:
         raise OverrideError(f"--set {shorten(argument)}: {'.'.join(parts[:-1])} is a value, not a table")
     return ".".join(parts), shorten(argument)
+
+
+def _split(argument: str) -> tuple[list[str], str | None]:
+    """Return the parts of the dotted key and the text of the value, None without one or with a stray quote."""
+    parts, end = [], 0
+    while found := _PART.match(argument, end):
+        parts.append(found[1] or found[2] or found[3] or "")
+        end = found.end()
+        if found[4] != ".":
+            return parts, argument[end:] if found[4] else None
+    return parts, None
 
 
 def _child(node: Any, part: str, key: str, argument: str) -> Any:

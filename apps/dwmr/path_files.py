@@ -116,8 +116,9 @@ def _cells(
     for name, k in zip(COLUMNS, where, strict=True):
         value = _number(cells[k])
         if value is None or not abs(value) <= LARGEST_VALUE:
-            shown = cells[k].strip()[:40] or "nothing"
-            yield _at(source, number, f"column {name}: {shown} {_fault(value)}", column=k)
+            shown = cells[k].strip()[:40]
+            message = f"column {name}: {shown} {_fault(value)}" if shown else f"column {name} is empty"
+            yield _at(source, number, message, column=k)
         else:
             values.append(value)
     if len(values) < len(COLUMNS):

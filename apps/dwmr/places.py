@@ -48,6 +48,10 @@ class Places:
         heads = (".".join(path[:k]) for k in range(len(path), 0, -1))
         return next((self.overrides[head] for head in heads if head in self.overrides), "")
 
+    def given(self, *path: str) -> bool:
+        """Return whether an argument of the command line gave a key, or a whole table with it."""
+        return bool(self._argument(path))
+
     def resolve(self, path: tuple[str, ...]) -> tuple[str, Span | None, str]:
         """Return the key as its author wrote it, its place in the file, and its argument of the command line.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -10,13 +11,14 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from dwmr.layers import LARGEST_FILE, SHIPPED, merge, overlay, read_bytes, read_layers, shipped_names
+from dwmr import common_values
+from dwmr.layers import LARGEST_FILE, SHIPPED, merge, read_bytes, read_layers, shipped_names
 from dwmr.overrides import OverrideError, override, shorten
 from dwmr.path_files import LARGEST_PATH, PathRows, read_rows
-from dwmr.places import COMMON, Places
-from dwmr.scenario import Scenario
+from dwmr.places import COMMON, EXTENDS, Places
+from dwmr.scenario import Robot, Scenario
 from dwmr.scenario_checks import cross_checks, remarks
-from dwmr.scenario_mistakes import diagnose, show
+from dwmr.scenario_mistakes import diagnose, diagnose_unused
 from dwmr.shapes import Shape, shape_of
 from fuzzyctl.errors import Diagnostic, DiagnosticError, did_you_mean
 
@@ -96,26 +98,35 @@ def read(path: Path, overrides: Iterable[str] = ()) -> ScenarioFile:
     data, places = merge(layers, written)
     if "name" not in layers[0].data and len(layers) > 1:  # what changes a scenario is not that scenario
         data["name"] = path.stem
+    known, unused = tuple(_tables(data, "robots")), common_values.unused(data)
     for argument in overrides:
         key, given = override(data, argument)
         if key in written:
             raise OverrideError(f"--set {shorten(argument)}: {key} is given twice")
+        if key == EXTENDS or key.startswith(f"{EXTENDS}."):
+            raise OverrideError(f"--set {shorten(argument)}: {EXTENDS} cannot be set, only written in a scenario file")
         written[key] = given
     try:
-        scenario = _validate(_give_every_robot_the_common_values(data, places), places)
+        scenario = _validate(data, places, known)
     except RecursionError:
         raise DiagnosticError([Diagnostic("FZ901", "tables are nested too deeply", file=str(path))]) from None
     files = tuple(layer.path for layer in layers)
     folders = tuple(dict.fromkeys(one.parent for one in files))
     digest = hashlib.sha256(b"".join(layer.content for layer in layers))
-    mistakes = list(dict.fromkeys(cross_checks(scenario, places)))
+    idle = [key for key in common_values.unused(data) if places.given(COMMON, *key)]
+    mistakes = list(common_values.without_effect(idle, scenario.robots, places))
+    mistakes += dict.fromkeys(cross_checks(scenario, places))
     try:
         shape = shape_of(scenario.reference, _reader(folders, places, digest.update), places)
     except DiagnosticError as error:
         raise DiagnosticError([*mistakes, *error.diagnostics]) from None
     if mistakes:
         raise DiagnosticError(mistakes)
-    warnings = tuple(remarks(scenario, places))
+    # what an extending scenario or --set gives each robot of its own is no slip of the table below
+    own = frozenset(common_values.leaves(_tables(layers[0].data, COMMON)))
+    idle = [key for key in unused if key in own and not places.given(COMMON, *key)]
+    warned = common_values.without_effect(idle, scenario.robots, places)
+    warnings = (*remarks(scenario, places), *(dataclasses.replace(one, severity="warning") for one in warned))
     return ScenarioFile(scenario, path, places, digest.hexdigest(), shape, warnings, folders, files)
 
 
@@ -142,22 +153,24 @@ def _exists(path: Path) -> bool:
         return False
 
 
-def _give_every_robot_the_common_values(data: Mapping[str, Any], places: Places) -> dict[str, Any]:
-    """Merge the [robot] table under every robot of [robots]."""
-    rest = {k: v for k, v in data.items() if k != COMMON}
-    common, robots = data.get(COMMON, {}), data.get("robots")
-    if not isinstance(common, dict):
-        message = f"{COMMON} must be a table, got {show(common)}"
-        raise DiagnosticError([places.diagnostic("FZ904", COMMON, message)])
-    if isinstance(robots, dict):
-        rest["robots"] = {n: overlay(common, own) if isinstance(own, dict) else own for n, own in robots.items()}
-    return rest
+def _tables(data: Mapping[str, Any], key: str) -> Mapping[str, Any]:
+    table = data.get(key)
+    return table if isinstance(table, dict) else {}
 
 
-def _validate(data: Mapping[str, Any], places: Places) -> Scenario:
+def _validate(data: Mapping[str, Any], places: Places, known: Sequence[str]) -> Scenario:
+    """Return the scenario of some data; `known` are the robots that its files name."""
+    whole = common_values.give(data, places)
+    mistakes: list[Diagnostic] = []
+    scenario = None
     try:
-        return Scenario.model_validate(data)
+        scenario = Scenario.model_validate(whole)
     except ValidationError as error:
-        robots = data.get("robots")
-        count = len(robots) if isinstance(robots, dict) else 0
-        raise DiagnosticError(diagnose(error, places, robots=count)) from None
+        mistakes += diagnose(error, places, robots=len(_tables(whole, "robots")), known=known)
+    try:
+        Robot.model_validate(_tables(data, COMMON))
+    except ValidationError as error:
+        mistakes += diagnose_unused(error, places, common_values.unused(data))
+    if scenario is None or mistakes:
+        raise DiagnosticError(mistakes)
+    return scenario

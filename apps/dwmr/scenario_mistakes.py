@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from types import UnionType
 from typing import Any, Union, get_args, get_origin
 
@@ -15,7 +15,13 @@ from dwmr.scenario import Scenario
 from fuzzyctl.errors import Diagnostic, did_you_mean
 
 
-def diagnose(error: ValidationError, places: Places, prefix: tuple[str, ...] = (), robots: int = 0) -> list[Diagnostic]:
+def diagnose(
+    error: ValidationError,
+    places: Places,
+    prefix: tuple[str, ...] = (),
+    robots: int = 0,
+    known: Sequence[str] = (),
+) -> list[Diagnostic]:
     """Turn pydantic's errors into diagnostics in the order of their places.
 
     Args:
@@ -23,11 +29,38 @@ def diagnose(error: ValidationError, places: Places, prefix: tuple[str, ...] = (
         places: Where the keys stand.
         prefix: Key of the table that was validated.
         robots: How many robots there are; what all of them lack is missing in the common table.
+        known: The robots that files name; an incomplete one that only the command line names is a slip of its name.
     """
     # a mistake in the common table shows once, not once per robot
     errors = [e for e in error.errors(include_url=False) if not _miscounted(e, error)]
-    found = dict.fromkeys(_diagnose(e, places, prefix) for e in _once(errors, robots))
+    misspelt = dict.fromkeys(e["loc"][1] for e in errors if known and _lacks(e) and e["loc"][1] not in known)
+    errors = [e for e in errors if e["loc"][:1] != ("robots",) or e["loc"][1:2] == () or e["loc"][1] not in misspelt]
+    found = dict.fromkeys(_unknown_robot(places, str(name), known) for name in misspelt)
+    found |= dict.fromkeys(_diagnose(e, places, prefix) for e in _once(errors, robots - len(misspelt)))
     return sorted(found, key=lambda d: d.span.start if d.span else -1)
+
+
+def diagnose_unused(
+    error: ValidationError, places: Places, unused: Collection[tuple[str, ...]]
+) -> Iterable[Diagnostic]:
+    """Turn pydantic's errors about the common table into diagnostics, where no robot takes the value.
+
+    Args:
+        error: What pydantic found in the common table alone, which need not be complete.
+        places: Where the keys stand.
+        unused: Keys of the common table that no robot takes; the others are seen at the robots.
+    """
+    for one in error.errors(include_url=False):
+        loc = tuple(str(p) for p in one["loc"])
+        if one["type"] != "missing" and any(loc[:k] in unused for k in range(1, len(loc) + 1)):
+            yield _diagnose(one, places, (COMMON,))
+
+
+def _unknown_robot(places: Places, name: str, known: Sequence[str]) -> Diagnostic:
+    key = next((k for k in places.overrides if f"{k}.".startswith(f"robots.{name}.")), f"robots.{name}")
+    facts = (f"there are {', '.join(known)}",)
+    hint = did_you_mean(name, known)
+    return places.diagnostic("FZ902", key, f"there is no robot {name!r}", facts=facts, help=hint)
 
 
 def _miscounted(one: Any, error: ValidationError) -> bool:
@@ -166,6 +199,8 @@ def _as_written(path: tuple[str, ...]) -> tuple[str, ...]:
 def _type_at(path: tuple[str, ...]) -> type[BaseModel] | None:
     """Return the model of the table at a path of a scenario."""
     current: Any = Scenario
+    if path[:1] == (COMMON,):  # as every robot
+        path = ("robots", *path)
     for part in path:
         if isinstance(current, _Kinds):
             current = next((m for m in current.models if _kind(m) == part), None)

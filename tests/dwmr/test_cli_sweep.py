@@ -94,7 +94,9 @@ class TestSweep:
         require_same(one[1], tmp_path)
 
     def test_prints_json(self, one, tmp_path):
-        found = json.loads(dwmr("sweep", one[0], "-o", tmp_path, "--format", "json", "--set", "robot.d=0.3").stdout)
+        found = json.loads(
+            dwmr("sweep", one[0], "-o", tmp_path, "--format", "json", "--set", "robot.radius=0.5").stdout
+        )
         assert (found["runs"], found["stopped"], found["files"]) == (6, 0, ["results.csv", "sweep.json", "times.csv"])
 
     def test_a_run_that_diverges_is_a_row_with_its_reason(self, tmp_path):

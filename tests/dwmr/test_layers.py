@@ -4,6 +4,7 @@ import hashlib
 
 import pytest
 
+from dwmr.overrides import OverrideError
 from dwmr.scenario_file import find, read
 from fuzzyctl.errors import DiagnosticError
 
@@ -131,4 +132,5 @@ class TestMistakes:
         assert "more than 10 scenarios" in mistakes(path.with_name("s0.toml"))[0].message
 
     def test_include_the_key_as_an_override(self):
-        assert mistakes(PAPER, "extends=paper")[0].message == "unknown key extends"
+        with pytest.raises(OverrideError, match="extends cannot be set"):
+            read(PAPER, ["extends=paper"])

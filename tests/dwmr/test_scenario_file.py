@@ -138,6 +138,11 @@ class TestMistakes:
         assert one.code == "FZ901"
         assert one.span.source.line_text(one.span.line).startswith("dt = = 0.005")
 
+    def test_in_toml_that_ends_too_early_point_at_its_last_line(self, tmp_path):
+        (tmp_path / "x.toml").write_text("name = 'x'\na = [\n\n", encoding="utf-8")
+        (one,) = mistakes(tmp_path / "x.toml")
+        assert (one.code, one.place) == ("FZ901", f"{tmp_path / 'x.toml'}:2:5")
+
     @pytest.mark.parametrize(
         ("content", "code"),
         [(b"", "FZ901"), (b"\xff\xfe\x00binary", "FZ002"), (b"#" * (LARGEST_FILE + 1), "FZ003"), (b"x = 1", "FZ902")],
@@ -172,3 +177,73 @@ class TestOverrides:
     def test_that_reach_nothing_are_refused(self, argument):
         with pytest.raises(OverrideError, match="--set"):
             read(PAPER, [argument])
+
+    def test_name_keys_in_quotes_as_toml_does(self, edited):
+        robots = read(PAPER, ['robots."leader".mass=3', "robots . 'follower1'.mass = 4"]).scenario.robots
+        assert [r.mass for r in robots.values()] == [3, 4, 120.0]
+        path = edited(("[robots.follower2]", '[robots."a.b=c"]'))
+        assert read(path, ['robots."a.b=c".mass=5']).scenario.robots["a.b=c"].mass == 5
+        with pytest.raises(OverrideError, match="expected key=value"):
+            read(PAPER, ['robots."leader.mass=3'])
+
+    def test_of_a_misspelt_robot_say_so_once(self):
+        (one,) = mistakes(PAPER, "robots.folower1.mass=5")
+        assert (one.code, one.message) == ("FZ902", "there is no robot 'folower1'")
+        assert one.help == "did you mean 'follower1'?"
+        assert one.file == "--set robots.folower1.mass=5"
+
+    def test_may_add_a_whole_robot(self):
+        more = "robots.third={x_0=5.0, y_0=5.0, theta_0=0.0, d=0.4, delay=3.0}"
+        assert list(read(PAPER, [more]).scenario.robots) == ["leader", "follower1", "follower2", "third"]
+
+    @pytest.mark.parametrize("argument", ['extends="paper"', "extends=undisturbed", "extends.x=1"])
+    def test_cannot_change_what_a_scenario_extends(self, argument):
+        with pytest.raises(OverrideError, match="extends cannot be set, only written in a scenario file"):
+            read(PAPER, [argument])
+
+
+class TestCommonValuesThatNoRobotTakes:
+    @pytest.mark.parametrize(
+        ("argument", "message"),
+        [
+            ("robot.d=0", "robot.d must be > 0 m, got 0"),
+            ("robot.d=-1", "robot.d must be > 0 m, got -1"),
+            ('robot.x_0="a"', "robot.x_0 must be a number, got 'a'"),
+            ("robot.theta_0=nan", "robot.theta_0 must be a finite number, got nan"),
+            ("robot={d=0}", "robot.d must be > 0 m, got 0"),
+        ],
+    )
+    def test_are_checked_all_the_same(self, argument, message):
+        found = [d for d in mistakes(PAPER, argument) if not d.message.endswith("is missing")]
+        assert [(d.message, d.file) for d in found if d.code == "FZ904"] == [(message, f"--set {argument}")]
+
+    def test_are_checked_in_a_file_too(self, edited):
+        (one,) = mistakes(edited(("mass = 120.0", "mass = 120.0\nd = 0.0")))
+        assert one.message == "robot.d must be > 0 m, got 0.0"
+        assert one.span.source.line_text(one.span.line).startswith("d = 0.0")
+
+    def test_are_refused_on_the_command_line(self):
+        (one,) = mistakes(PAPER, "robot.d=0.9")
+        assert one.message == "robot.d is used by no robot: each has its own"
+        assert one.help == "set robots.leader.d, or robots.*.d in a sweep"
+        assert one.file == "--set robot.d=0.9"
+
+    def test_are_refused_inside_of_tables(self, edited):
+        own = [(f"[robots.{n}]", f"[robots.{n}]\nactuator.lag = 0.03") for n in ("leader", "follower1", "follower2")]
+        (one,) = mistakes(edited(*own), "robot.actuator.lag=0.05")
+        assert one.message.startswith("robot.actuator.lag is used by no robot")
+        assert read(edited(*own), ["robot.actuator.v_limit=1.5"]).scenario.robots["leader"].actuator.v_limit == 1.5
+
+    def test_are_warned_of_in_a_file(self, edited):
+        (one,) = read(edited(("mass = 120.0", "mass = 120.0\nd = 0.2"))).warnings
+        assert one.severity == "warning"
+        assert one.message.startswith("robot.d is used by no robot")
+        assert one.span.source.line_text(one.span.line).startswith("d = 0.2")
+
+    def test_are_no_slip_where_all_robots_are_given_their_own_above(self):
+        given = [f"robots.{name}.mass=90" for name in ("leader", "follower1", "follower2")]
+        assert read(PAPER, given).warnings == ()
+
+    @pytest.mark.parametrize("name", shipped_names())
+    def test_do_not_occur_in_shipped_scenarios(self, name):
+        assert not [w for w in read(find(name)).warnings if "used by no robot" in w.message]
