@@ -95,10 +95,13 @@ def read(path: Path, overrides: Iterable[str] = ()) -> ScenarioFile:
     """
     layers = read_layers(path)
     written: dict[str, str] = {}
-    data, places = merge(layers, written)
+    try:
+        data, places = merge(layers, written)
+        known, unused = tuple(_tables(data, "robots")), common_values.unused(data)
+    except RecursionError:
+        raise _too_deep(path) from None
     if "name" not in layers[0].data and len(layers) > 1:  # what changes a scenario is not that scenario
         data["name"] = path.stem
-    known, unused = tuple(_tables(data, "robots")), common_values.unused(data)
     for argument in overrides:
         key, given = override(data, argument)
         if key in written:
@@ -108,12 +111,12 @@ def read(path: Path, overrides: Iterable[str] = ()) -> ScenarioFile:
         written[key] = given
     try:
         scenario = _validate(data, places, known)
+        idle = [key for key in common_values.unused(data) if places.given(COMMON, *key)]
     except RecursionError:
-        raise DiagnosticError([Diagnostic("FZ901", "tables are nested too deeply", file=str(path))]) from None
+        raise _too_deep(path) from None
     files = tuple(layer.path for layer in layers)
     folders = tuple(dict.fromkeys(one.parent for one in files))
     digest = hashlib.sha256(b"".join(layer.content for layer in layers))
-    idle = [key for key in common_values.unused(data) if places.given(COMMON, *key)]
     mistakes = list(common_values.without_effect(idle, scenario.robots, places))
     mistakes += dict.fromkeys(cross_checks(scenario, places))
     try:
@@ -128,6 +131,10 @@ def read(path: Path, overrides: Iterable[str] = ()) -> ScenarioFile:
     warned = common_values.without_effect(idle, scenario.robots, places)
     warnings = (*remarks(scenario, places), *(dataclasses.replace(one, severity="warning") for one in warned))
     return ScenarioFile(scenario, path, places, digest.hexdigest(), shape, warnings, folders, files)
+
+
+def _too_deep(path: Path) -> DiagnosticError:
+    return DiagnosticError([Diagnostic("FZ901", "tables are nested too deeply", file=str(path))])
 
 
 def _reader(folders: Sequence[Path], places: Places, note: Callable[[bytes], object]) -> Callable[[str], PathRows]:

@@ -152,6 +152,12 @@ class TestMistakes:
         path.write_bytes(content)
         assert code in {d.code for d in mistakes(path)}
 
+    @pytest.mark.parametrize("above", ["", 'extends = "paper"\n'])
+    def test_include_tables_nested_too_deeply(self, tmp_path, above):
+        (tmp_path / "x.toml").write_text(f"{above}[robot.{'.'.join(['a'] * 3000)}]\nx = 1\n", encoding="utf-8")
+        (one,) = mistakes(tmp_path / "x.toml")
+        assert (one.code, one.message) == ("FZ901", "tables are nested too deeply")
+
     def test_include_folders(self, tmp_path):
         assert mistakes(tmp_path)[0].code == "FZ001"
 
