@@ -122,6 +122,13 @@ def _cache_root() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "fuzzyctl"
 
 
+def reason(error: Exception) -> str:
+    """Return the line of an error that says what is wrong; numba puts the step in which it failed before it."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    told = [line for line in lines if not line.startswith("Failed in ")]
+    return next(iter(told or lines), "no reason given")
+
+
 def function_type(signature: str) -> Any:
     """Return the type of a compiled function that is handed over as a value.
 

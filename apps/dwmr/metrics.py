@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Collection
 from typing import Any
 
@@ -75,11 +76,15 @@ def printed_frame(scenario: Scenario, robot: str) -> str:
 def measure(trajectory: Trajectory, scenario: Scenario, wanted: Collection[str] | None = None) -> dict[str, Any]:
     """Return the measures of a run as plain data, ready for summary.json.
 
+    A run that stopped early is measured up to its last sample [s] that is finite in all signals; `stopped` says why it
+    stopped, and `steps` and `t_end` count all of its samples.
+
     Args:
         trajectory: A run.
         scenario: What was run.
         wanted: Names of the measures, None for all; some cost as much as the run. How the run ended is always there.
     """
+    whole, trajectory = trajectory, finite_part(trajectory)
     # numbers of a run that diverged may overflow; what is not finite shows as null
     with np.errstate(over="ignore", invalid="ignore"):
         result = {
@@ -89,14 +94,29 @@ def measure(trajectory: Trajectory, scenario: Scenario, wanted: Collection[str] 
             result |= lyapunov.measure(trajectory, scenario)
     if "g_ais_v" in trajectory.names:
         result["g_ais_min"] = float(min(trajectory["g_ais_v"].min(), trajectory["g_ais_omega"].min()))
-    result["steps"] = len(trajectory.t) - 1
-    result["t_end"] = float(trajectory.t[-1])
+    result["steps"] = len(whole.t) - 1
+    result["t_end"] = float(whole.t[-1])
     result["stopped"] = None
     if trajectory.stop is not None:
         stop = trajectory.stop
         result["stopped"] = {"t": stop.t, "robot": stop.robot or None, "reason": stop.reason}
     result["wall_s"] = trajectory.wall_s
     return result
+
+
+def finite_part(trajectory: Trajectory) -> Trajectory:
+    """Return a run up to its last sample that is finite in all signals.
+
+    One that came to its end, or has no such sample, is returned whole.
+    """
+    if trajectory.stop is None:
+        return trajectory
+    values, law_values = trajectory.values, trajectory.law_values
+    finite = np.flatnonzero(np.isfinite(values).all(axis=(1, 2)) & np.isfinite(law_values).all(axis=(1, 2)))
+    if not finite.size:
+        return trajectory
+    end = int(finite[-1]) + 1
+    return dataclasses.replace(trajectory, t=trajectory.t[:end], values=values[:end], law_values=law_values[:end])
 
 
 def _measures(run: Trajectory, scenario: Scenario) -> dict[str, Callable[[], Any]]:

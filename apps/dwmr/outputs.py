@@ -12,6 +12,7 @@ import numpy as np
 from dwmr.folder import Results
 
 if TYPE_CHECKING:
+    from dwmr.scenario import Scenario
     from dwmr.simulate import Trajectory
 
 #: All files that a run leaves.
@@ -37,23 +38,23 @@ def to_json(data: Any) -> str:
 def write_trajectories(
     files: Results,
     trajectories: Sequence[Trajectory],
-    every: int,
+    scenario: Scenario,
     metadata: Mapping[str, Any],
     formats: Sequence[str] = ("npz",),
 ) -> None:
-    """Write the signals of all control laws, in each format as trajectory.FORMAT.
+    """Write the signals of all control laws with their Lyapunov functions, in each format as trajectory.FORMAT.
 
     Args:
         files: Where they go.
         trajectories: One per control law.
-        every: Samples between two that are saved.
+        scenario: What was run; of its samples every `run.save_every`-th is saved.
         metadata: What else to say about the run.
         formats: Of `data.FORMATS`.
     """
     from dwmr.data import files as formatted
     from dwmr.data import signals
 
-    data = signals.of(trajectories, every, _finite(metadata))
+    data = signals.of(trajectories, scenario, scenario.run.save_every, _finite(metadata))
     for one in formats:
         files.write(f"trajectory.{one}", lambda path: formatted.save(path, data))
 

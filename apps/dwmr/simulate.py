@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from time import perf_counter
 from types import ModuleType
 from typing import Any
@@ -14,6 +15,7 @@ from dwmr import controllers, noise, references
 from dwmr.checks import settings_of
 from dwmr.compiled import COMPILED, first_class, first_class_functions
 from dwmr.contracts import FloatArray, Law, Signal
+from dwmr.controllers.settings import LawSettings
 from dwmr.disturbances import DISTURBANCE, Load
 from dwmr.fuzzy_gains import Rules
 from dwmr.loop import COLUMNS, NOT_FINITE, SIGNALS, Memory, World, run_periods
@@ -101,8 +103,24 @@ def prepare(file: ScenarioFile, controller: str, rules: Rules) -> Simulation:
         DiagnosticError: At the first mistake; `checks.check` finds all of them, and faster.
     """
     module = controllers.find(controller, file.path.parent)
-    laws = {robot: module.init(settings_of(file, robot, controller), rules, robot) for robot in file.scenario.robots}
+    laws = {
+        robot: _law(module, settings_of(file, robot, controller), rules, robot, controller)
+        for robot in file.scenario.robots
+    }
     return Simulation(controller, file.scenario, file.shape, module, laws)
+
+
+def _law(module: ModuleType, settings: LawSettings, rules: Rules, robot: str, name: str) -> Law:
+    """Return the law of one robot; a law of one's own may raise or return anything."""
+    try:
+        law = module.init(settings, rules, robot)
+        if not isinstance(law, Law):
+            raise TypeError(f"init returns {type(law).__name__}, not Law")
+    except DiagnosticError:
+        raise
+    except Exception as error:
+        raise DiagnosticError([controllers.broken(name, Path(str(module.__file__)), error, "prepared")]) from error
+    return law
 
 
 def require_memory(simulations: Sequence[Simulation], places: Places) -> None:

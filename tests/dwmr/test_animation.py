@@ -151,6 +151,7 @@ class TestAnimate:
             (["paper", "-o", "{}/run.avi"], 2, "a film is a .gif or an .mp4"),
             (["paper", "-o", "{}/run.mp4"], 1, "write a GIF instead: -o "),
             (["paper", "--speed", "0"], 2, "0.0 is not in the range"),
+            (["paper", "--speed", "nan"], 2, "nan is not a number"),
             (["paper", "--fps", "61"], 2, "61 is not in the range"),
             (["paper", "--fps", "60"], 2, "at most 50 pictures"),
             (["paper", "--controller", "all"], 2, "a film shows one control law"),

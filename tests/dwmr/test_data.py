@@ -1,3 +1,4 @@
+import dataclasses
 import json
 import sys
 
@@ -7,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from dwmr import data
+from dwmr import data, lyapunov
+from dwmr.contracts import Signal
 from dwmr.data import files, parquet_file, signals
 from dwmr.data.signals import Data
 
@@ -33,8 +35,9 @@ def require_same(first, second):
 @pytest.fixture(scope="module")
 def real(run_paper):
     """Two laws with signals of their own, as `dwmr run` saves them."""
-    runs = [run_paper(law, "run.horizon=3")[1] for law in ("aifqsmc", "smc")]
-    return signals.of(runs, 4, {"scenario": {"text": [{"file": "ö.toml", "text": "θ = 'σ*' # \"\n\\"}]}, "load": 1.25})
+    runs = [run_paper(law, "run.horizon=3") for law in ("aifqsmc", "smc")]
+    about = {"scenario": {"text": [{"file": "ö.toml", "text": "θ = 'σ*' # \"\n\\"}]}, "load": 1.25}
+    return signals.of([one for _, one in runs], runs[0][0].scenario, 4, about)
 
 
 @pytest.mark.parametrize("name", data.FORMATS)
@@ -49,6 +52,17 @@ class TestEveryFormat:
         assert found.robots == ("leader", "follower1", "follower2")
         assert found.metadata["signals"]["sigma_omega"]["unit"] == "rad"
         assert "k_h_v" not in found.runs["smc"]
+
+    def test_holds_the_lyapunov_functions_of_the_whole_run(self, real, run_paper, tmp_path, name):
+        files.save(tmp_path / f"run.{name}", real)
+        found = data.load(tmp_path / f"run.{name}")
+        for law in ("aifqsmc", "smc"):
+            file, trajectory = run_paper(law, "run.horizon=3")
+            for signal, array in lyapunov.signals(trajectory, file.scenario).items():
+                assert equal(found.runs[law][signal], array[::4]), (law, signal)
+        assert found.metadata["signals"]["V_dot_10"]["unit"] == "(m² + rad²)/s"
+        assert "V_23" in found.runs["aifqsmc"]
+        assert "V_23" not in found.runs["smc"]
 
     def test_is_the_same_bytes_each_time(self, real, tmp_path, name, monkeypatch):
         import time
@@ -76,6 +90,20 @@ class TestEveryFormat:
         path.write_bytes(content)
         with pytest.raises(data.UnreadableDataError, match="does not hold"):
             data.load(path)
+
+
+class TestSignals:
+    def test_of_a_law_with_a_signal_of_the_same_name_keep_its_own(self, run_paper):
+        file, run = run_paper("smc", "run.horizon=3")
+        own = dataclasses.replace(run, law_signals=(*run.law_signals[:-1], Signal("V_10", "-", "its own")))
+        found = signals.of([own], file.scenario, 1, {})
+        assert equal(found.runs["smc"]["V_10"], own["V_10"])
+        assert found.metadata["signals"]["V_10"]["doc"] == "its own"
+
+    def test_of_an_unknown_law_have_no_lyapunov_functions(self, run_paper):
+        file, run = run_paper("smc", "run.horizon=3")
+        plain = dataclasses.replace(run, law_values=run.law_values[:, :, :0], law_signals=())
+        assert not {s.name for s in lyapunov.SIGNALS} & set(signals.of([plain], file.scenario, 1, {}).signals())
 
 
 class TestLoad:

@@ -52,6 +52,20 @@ class TestMeasure:
         assert result["rmse_body"]["leader"]["x_e"] == 3.0
         assert result["rmse_inertial"]["follower1"]["x_e"] == 5.0
 
+    def test_a_run_that_diverged_is_measured_as_far_as_it_is_finite(self):
+        stop = Stop(0.01, "leader", "v is not finite: the run diverged")
+        v = np.array([[0.0] * 3, [0.0] * 3, [math.inf, 0.0, 0.0]])
+        x_e = np.array([[3.0] * 3, [3.0] * 3, [math.nan, 9.0, 9.0]])
+        result = measure(trajectory(stop=stop, x_e=x_e, x=x_e, v=v), SCENARIO)
+        assert result["rmse_body"]["leader"]["x_e"] == 3.0
+        assert result["rmse_body"]["follower1"]["x_e"] == 3.0
+        assert math.isfinite(result["clearance"]["leader"])
+        assert (result["steps"], result["t_end"], result["stopped"]["t"]) == (2, 0.01, 0.01)
+
+    def test_a_run_without_a_finite_sample_is_measured_whole(self):
+        run = trajectory(stop=Stop(0.0, "leader", "diverged"), v=math.nan)
+        assert metrics.finite_part(run) is run
+
     def test_chattering_is_the_mean_change_of_the_command(self):
         v_c = np.array([[0.0], [0.1], [0.0]]) * [1, 2, 0]
         result = measure(trajectory(v_c=v_c), SCENARIO)

@@ -1,4 +1,5 @@
 import os
+import re
 
 import numpy as np
 import pytest
@@ -222,6 +223,27 @@ def step(error, dt, gains, state, kernels, next_state, signals):
         os.utime(tmp_path / "mine.py", ns=(1, 1))  # a change within the resolution of the clock
         after = simulate.run(self.ready(changed))
         assert after["twice"] == pytest.approx(1.5 * before["twice"])
+
+    @pytest.mark.parametrize(
+        ("before", "after", "words"),
+        [
+            ("np.zeros(1), ())", "np.zeros(0))", "TypeError: .*missing 1 required positional argument: 'kernels'"),
+            ("Law(np.array([settings.k]), np.zeros(1), ())", "None", "TypeError: init returns NoneType, not Law"),
+            ("settings.k]", "settings.q]", "AttributeError: .*q"),
+        ],
+    )
+    def test_whose_init_is_broken_is_named_with_its_line(self, tmp_path, before, after, words):
+        scenario = self.beside(tmp_path, self.LAW.replace(before, after))
+        with pytest.raises(DiagnosticError, match="the control law mine cannot be prepared") as caught:
+            self.ready(scenario)
+        assert re.search(words, str(caught.value))
+        assert str(tmp_path / "mine.py") in caught.value.diagnostics[0].place
+
+    @pytest.mark.skipif(not COMPILED, reason="needs numba")
+    def test_that_does_not_compile_is_told_which_name_is_unknown(self, tmp_path):
+        with pytest.raises(DiagnosticError, match="cannot be imported") as caught:
+            self.ready(self.beside(tmp_path, self.LAW.replace("gains[0] *", "nosuchgain *")))
+        assert "nosuchgain" in caught.value.diagnostics[0].facts[0]
 
     def test_does_not_take_the_place_of_a_shipped_law(self, tmp_path):
         (tmp_path / "smc.py").write_text("raise RuntimeError", encoding="utf-8")

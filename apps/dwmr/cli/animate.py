@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -22,6 +23,13 @@ MOST_PICTURES = 20_000
 Item = TypeVar("Item")
 
 
+def _number(context: click.Context, parameter: click.Parameter, value: float) -> float:
+    """Refuse what is no number; comparisons with a range let NaN pass."""
+    if math.isnan(value):
+        raise click.BadParameter(f"{value} is not a number")
+    return value
+
+
 @click.command(context_settings={"show_default": True})
 @click.argument("scenario")
 @click.option(
@@ -37,6 +45,7 @@ Item = TypeVar("Item")
 @click.option(
     "--speed",
     type=click.FloatRange(0.0, 1000.0, min_open=True),
+    callback=_number,
     default=10.0,
     metavar="FACTOR",
     help="Seconds of the run in one second of film.",

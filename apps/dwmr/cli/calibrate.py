@@ -14,6 +14,7 @@ from dwmr.cli.common import interrupts_wait, mistakes_as_diagnostics, progress, 
 
 if TYPE_CHECKING:
     from dwmr.calibration.search import Found
+    from dwmr.scenario import Scenario
 
 
 @click.command(context_settings={"show_default": True})
@@ -112,7 +113,25 @@ def _start(task: running.Task, names: tuple[str, ...], path: Path, force: bool) 
         raise click.BadParameter(f"{path} is the scenario itself, or one that it extends", param_hint="'--output'")
     if not path.parent.is_dir():
         raise DiagnosticError([Diagnostic("FZ005", f"{path} cannot be written: there is no folder {path.parent}")])
-    return dict(zip(names, present(file.scenario, names, file.places), strict=True))
+    values = dict(zip(names, present(file.scenario, names, file.places), strict=True))
+    _warn_of_another_run(file.scenario)
+    return values
+
+
+def _warn_of_another_run(scenario: Scenario) -> None:
+    """Warn of a scenario whose reference, horizon or obstacles are not those behind Table 12."""
+    from dwmr.scenario_file import find, read
+
+    paper = read(find("paper")).scenario
+    others = {
+        "reference": scenario.reference != paper.reference,
+        "run.horizon": scenario.run.horizon != paper.run.horizon,
+        "obstacles": scenario.obstacles != paper.obstacles,
+    }
+    found = [key for key, differs in others.items() if differs]
+    if found:
+        verb = "is" if found in (["reference"], ["run.horizon"]) else "are"
+        click.echo(f"warning: {', '.join(found)} {verb} not the paper's: Table 12 speaks of another run", err=True)
 
 
 def _search(task: running.Task, start: dict[str, float], evaluations: int, seed: int, jobs: int) -> Found:

@@ -103,7 +103,7 @@ def _write(
     scenario = task.file.scenario
     outputs.write_summary(files, summary)
     about = {**summary, "controllers": None, "scenario": {**summary["scenario"], "text": texts(task.file)}}
-    outputs.write_trajectories(files, trajectories, scenario.run.save_every, about, formats)
+    outputs.write_trajectories(files, trajectories, scenario, about, formats)
     for name, draw in (("path.png", figures.draw_path), ("errors.png", figures.draw_errors)):
         try:
             with figures.large_numbers():

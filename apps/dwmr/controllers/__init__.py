@@ -85,7 +85,7 @@ def find(name: str, folder: Path | None = None) -> ModuleType:
     try:
         module = importlib.import_module(f"{__name__}.{name}") if own is None else _load(own, own.stat().st_mtime_ns)
     except Exception as error:  # a law of one's own may raise anything
-        raise DiagnosticError([_broken(name, own, error)]) from error
+        raise DiagnosticError([broken(name, own, error, "imported")]) from error
     missing = [part for part in _PARTS if not hasattr(module, part)]
     if missing:
         message = f"the control law {name} has no {', '.join(missing)}"
@@ -111,13 +111,21 @@ def _load(path: Path, changed: int) -> ModuleType:
     return module
 
 
-def _broken(name: str, own: Path | None, error: Exception) -> Diagnostic:
-    """Describe what a law's file raised, with its line where the file itself is to blame."""
+def broken(name: str, own: Path | None, error: Exception, verb: str) -> Diagnostic:
+    """Describe what a law's file raised, with its line where the file itself is to blame.
+
+    Args:
+        name: Name of the law.
+        own: File of a law of one's own, or None.
+        error: What it raised.
+        verb: What cannot be done with the law: "imported" or "prepared".
+    """
+    from dwmr.compiled import reason
+
     here = (str(p) for f in __path__ if (p := Path(f) / f"{name}.py").exists())
     file = str(own) if own is not None else next(here, name)
     lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
     line = error.lineno if isinstance(error, SyntaxError) and error.filename == file else lines[-1] if lines else None
-    said = next((text.strip() for text in str(error).splitlines() if text.strip()), "no reason given")
-    facts = (f"{type(error).__name__}: {said}",)
+    facts = (f"{type(error).__name__}: {reason(error)}",)
     place = file if line is None else f"{file}:{line}"
-    return Diagnostic("FZ001", f"the control law {name} cannot be imported", facts=facts, file=place)
+    return Diagnostic("FZ001", f"the control law {name} cannot be {verb}", facts=facts, file=place)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
+    from dwmr.scenario import Scenario
     from dwmr.simulate import Trajectory
 
 FloatArray = NDArray[np.float64]
@@ -40,14 +41,19 @@ class Data:
         return tuple(dict.fromkeys(name for run in self.runs.values() for name in run if name != TIME))
 
 
-def of(trajectories: Sequence[Trajectory], every: int, metadata: Mapping[str, Any]) -> Data:
-    """Return the signals of some runs with their units.
+def of(trajectories: Sequence[Trajectory], scenario: Scenario, every: int, metadata: Mapping[str, Any]) -> Data:
+    """Return the signals of some runs with their units, the Lyapunov functions of `lyapunov.signals` among them.
+
+    Those are of the whole run, whatever is kept of it. A law without them has none, and where a signal of a law's own
+    has the name of one, that signal is kept.
 
     Args:
         trajectories: One per control law, of the same robots.
+        scenario: What was run.
         every: Samples between two that are kept.
         metadata: What else to say about the runs.
     """
+    from dwmr import lyapunov
     from dwmr.loop import SIGNALS
 
     units: dict[str, Any] = {TIME: {"unit": "s", "doc": "time"}}
@@ -57,6 +63,11 @@ def of(trajectories: Sequence[Trajectory], every: int, metadata: Mapping[str, An
         for signal in (*SIGNALS, *one.law_signals):
             runs[one.controller][signal.name] = one[signal.name][::every]
             units[signal.name] = {"unit": signal.unit, "doc": signal.doc}
+        found = lyapunov.signals(one, scenario)
+        for signal in lyapunov.SIGNALS:
+            if signal.name in found and signal.name not in one.names:
+                runs[one.controller][signal.name] = found[signal.name][::every]
+                units.setdefault(signal.name, {"unit": signal.unit, "doc": signal.doc})
     return Data(runs, {**metadata, "robots": list(trajectories[0].robots), "signals": units})
 
 

@@ -36,7 +36,7 @@ def draw_path(path: Path, trajectories: Sequence[Trajectory], scenario: Scenario
             _path_panel(axes, trajectory, scenario)
         panels[0].set_ylabel("y [m]")
         handles, labels = panels[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=4 if count == 1 else 8)
+        _draw_legend(figure, handles, labels, 4 if count == 1 else 8)
         figure.savefig(path, metadata={"Software": None})
 
 
@@ -58,9 +58,18 @@ def draw_errors(path: Path, trajectories: Sequence[Trajectory], scenario: Scenar
         for row in panels:
             _share_comparable_limits(row)
         frames = "errors as in Table 12: in inertial axes for a robot on the reference, in its own axes for a follower"
-        legend = figure.legend(*_legend(panels[0, 0]), loc="outside lower center", ncols=6, title=frames)
-        legend.get_title().set_fontsize("small")
+        _draw_legend(figure, *_legend(panels[0, 0]), 6, title=frames)
         figure.savefig(path, metadata={"Software": None})
+
+
+def _draw_legend(figure: Figure, handles: Sequence[Any], labels: Sequence[str], most: int, **options: Any) -> None:
+    """Draw a legend below the panels, in as many columns as the width of the figure has room for, `most` at most."""
+    for columns in range(most, 0, -1):
+        legend = figure.legend(handles, labels, loc="outside lower center", ncols=columns, **options)
+        legend.get_title().set_fontsize("small")
+        if columns == 1 or legend.get_window_extent().width <= figure.bbox.width:
+            return
+        legend.remove()
 
 
 def _path_panel(axes: Any, trajectory: Trajectory, scenario: Scenario) -> None:
