@@ -63,12 +63,12 @@ def circle_run(folder, law, by, move):
 
 class TestSceneTurnedAndMoved:
     @pytest.mark.parametrize(("by", "move"), [(0.0, (30.0, -12.0)), (2.5, (0.0, 0.0)), (-1.2, (-7.0, 4.0))])
-    @pytest.mark.parametrize(("law", "until"), [("aifqsmc", 19.0), ("fcafsmc", 25.0)])
-    def test_the_formation_does_the_same(self, tmp_path, law, until, by, move):
-        """The avoidance lasts from 11.5 to 19.7 s; after it AIFQSMC makes 1e-4 m of last bits in five seconds."""
+    @pytest.mark.parametrize("law", ["aifqsmc", "fcafsmc"])
+    def test_the_formation_does_the_same(self, tmp_path, law, by, move):
+        """Within the avoidance, which begins at 11.5 s, last bits grow about tenfold a second: 1e-9 m by 17 s."""
         usual, other = circle_run(tmp_path, law, 0.0, (0.0, 0.0)), circle_run(tmp_path, law, by, move)
-        seen = usual.t <= until
-        assert (usual["obstacle"][seen] >= 0).sum() > 1000
+        seen = usual.t <= 17.0
+        assert (usual["obstacle"][seen] >= 0).sum() > 500
         for name in ("x_e", "y_e"):
             assert np.abs(usual[name] - other[name])[seen].max() < 1e-8, name
         x, y = turned(usual["x"], usual["y"], by, move)
