@@ -119,7 +119,9 @@ def _law(module: ModuleType, settings: LawSettings, rules: Rules, robot: str, na
     except DiagnosticError:
         raise
     except Exception as error:
-        raise DiagnosticError([controllers.broken(name, Path(str(module.__file__)), error, "prepared")]) from error
+        raise DiagnosticError(
+            [controllers.diagnostic_of_broken_law(name, Path(str(module.__file__)), error, "prepared")]
+        ) from error
     return law
 
 

@@ -85,7 +85,7 @@ def find(name: str, folder: Path | None = None) -> ModuleType:
     try:
         module = importlib.import_module(f"{__name__}.{name}") if own is None else _load(own, own.stat().st_mtime_ns)
     except Exception as error:  # a law of one's own may raise anything
-        raise DiagnosticError([broken(name, own, error, "imported")]) from error
+        raise DiagnosticError([diagnostic_of_broken_law(name, own, error, "imported")]) from error
     missing = [part for part in _PARTS if not hasattr(module, part)]
     if missing:
         message = f"the control law {name} has no {', '.join(missing)}"
@@ -111,7 +111,7 @@ def _load(path: Path, changed: int) -> ModuleType:
     return module
 
 
-def broken(name: str, own: Path | None, error: Exception, verb: str) -> Diagnostic:
+def diagnostic_of_broken_law(name: str, own: Path | None, error: Exception, verb: str) -> Diagnostic:
     """Describe what a law's file raised, with its line where the file itself is to blame.
 
     Args:
