@@ -10,6 +10,7 @@ from fuzzyctl.expr import ExprError, to_text
 from fuzzyctl.formats.fz import activation_text, antecedent_text, cell_text, defuzzifier_text, guarantee_text, rule_text
 from fuzzyctl.model.method import Activation, Defuzzifier, Method
 from fuzzyctl.model.rule import Rule, RuleTable
+from fuzzyctl.model.semantics import Semantics
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Input, LinguisticVariable, Output, Term
 
@@ -59,6 +60,8 @@ def _setting(value: object) -> str:
             return defuzzifier_text(value)
         case Activation():
             return activation_text(value)
+        case Semantics(profile=profile):
+            return profile
     return str(value)
 
 
@@ -131,6 +134,8 @@ def _otherwise(system: FuzzySystem, v: Output) -> float | str | None:
 def _held_at_first(system: FuzzySystem, v: Output) -> float | str | None:
     if not isinstance(v.otherwise, Hold):
         return None
+    if v.otherwise.start == "nan":
+        return "nan"
     if v.otherwise.start is not None:
         return _plain(system.number(v.otherwise.start))
     return _plain(0.5 * system.number(v.lower) + 0.5 * system.number(v.upper))

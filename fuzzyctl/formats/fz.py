@@ -133,8 +133,12 @@ def activation_text(a: Activation) -> str:
 
 def _otherwise(otherwise: Expr | Fallback | Hold) -> str:
     if isinstance(otherwise, Hold):
-        return "hold" if otherwise.start is None else f"hold({to_text(otherwise.start)})"
+        return "hold" if otherwise.start is None else f"hold({_start(otherwise.start)})"
     return otherwise if isinstance(otherwise, str) else _value(otherwise)
+
+
+def _start(start: Expr | str) -> str:
+    return start if isinstance(start, str) else to_text(start)
 
 
 def _variable(variable: LinguisticVariable) -> Iterator[str]:

@@ -38,6 +38,7 @@ from fuzzyctl.formulas import (
 from fuzzyctl.kernels.program import DEEPEST, clip, depth
 from fuzzyctl.model.method import AVERAGES, OVER_RULES
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, literals
+from fuzzyctl.model.semantics import Semantics
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Input, LinguisticVariable, Membership, Output, Term
 
@@ -351,6 +352,7 @@ def plan(system: FuzzySystem) -> Plan:
         UnknownNameError: For an antecedent or consequent that names what is not declared.
         ExprError: For an expression without a value; a loaded system has none such.
     """
+    _require_computed(system)
     antecedents = _Antecedents(system)
     rules = tuple(
         RulePlan(antecedents.strength(rule.antecedent), _number(system, rule.weight)) for rule in system.rules
@@ -366,6 +368,18 @@ def plan(system: FuzzySystem) -> Plan:
         outputs=tuple(_output(system, output, r) for output, r in zip(system.outputs, reads, strict=True)),
         order=order,
     )
+
+
+def _require_computed(system: FuzzySystem) -> None:
+    """Refuse what kernels do not compute, so that nothing is computed in another way than it says."""
+    consequents = [c for rule in system.rules for c in rule.consequents]
+    for what, node, is_known in (
+        ("semantics", system.method, system.method.semantics == Semantics(profile=system.method.semantics.profile)),
+        *(("hedges in consequents", c, not c.hedges) for c in consequents),
+        *(("clamped outputs", o, not o.clamped) for o in system.outputs),
+    ):
+        if not is_known:
+            raise DiagnosticError([Diagnostic("FZ214", f"{what} are not computed", node.span)])
 
 
 #: Norms whose formulas mention each operand once, so that operands need no name of their own.
@@ -661,6 +675,8 @@ def _otherwise(system: FuzzySystem, output: Output, lower: float, upper: float) 
         case "error":
             return "error"
         case Hold(start=start):
+            if start == "nan":
+                return HeldPlan(math.nan)
             return HeldPlan(0.5 * lower + 0.5 * upper if start is None else _number(system, start))
     return _number(system, output.otherwise)
 

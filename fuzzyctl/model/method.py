@@ -8,6 +8,7 @@ from pydantic import InstanceOf
 
 from fuzzyctl.expr import Expr
 from fuzzyctl.model.node import Node
+from fuzzyctl.model.semantics import Semantics
 
 #: Defuzzifiers over rules: each rule counts with the middle of the core of its consequent term, weighted by its
 #: activation; implication and aggregation then have no effect. `center_average` is the name Mamdani systems use,
@@ -18,6 +19,9 @@ AVERAGES: Final = ("center_average", "weighted_average")
 #: membership function of its consequent has the degree of the activation, `weighted_sum` does not divide.
 OVER_RULES: Final = (*AVERAGES, "weighted_sum", "tsukamoto")
 
+#: Smallest, largest and mean of the places where the aggregated set is largest.
+MAXIMA: Final = ("som", "lom", "mom")
+
 #: All defuzzifiers.
 DEFUZZIFIERS: Final = ("centroid", *OVER_RULES)
 
@@ -27,7 +31,13 @@ DEFUZZIFIERS: Final = ("centroid", *OVER_RULES)
 #: `threshold`: those that compare with THRESHOLD as said.
 ACTIVATIONS: Final = ("general", "first", "last", "highest", "lowest", "proportional", "threshold")
 
-Grid = Literal["midpoint", "endpoints"]
+Grid = Literal["midpoint", "endpoints", "left"]
+
+#: How samples make an integral or its half. Centroid: `plain` sums, or `trapezoid` sums. Bisector: `interpolated`,
+#: where the area to the left is half, inside a cell too; `first`, the first sample up to which the sum is at least half;
+#: `nearest`, the mean of all samples up to which the sum is nearest to half; `walk`, from the left by trapezoids while
+#: the left part is the smaller one, then the nearer end; `two_sided`, from both ends, always on the smaller side.
+Rule = Literal["plain", "trapezoid", "interpolated", "first", "nearest", "walk", "two_sided"]
 
 
 class Defuzzifier(Node):
@@ -36,12 +46,19 @@ class Defuzzifier(Node):
     Args:
         kind: One of `DEFUZZIFIERS`.
         resolution: For `centroid` the number of sample points; None for the exact centroid.
-        grid: Where the samples stand: the middles of equal cells, or equal steps from end to end.
+        grid: Where the samples stand: the middles of equal cells, their left ends, or equal steps from end to end.
+        rule: What is made of the samples; None for the usual one: `plain` for a centroid, else
+            `interpolated`.
+        tolerance: Samples whose degree is at most this below the largest count as maxima.
+        by: What smallest and largest of `som` and `lom` are measured by: the value or its magnitude.
     """
 
     kind: str = "centroid"
     resolution: int | None = None
     grid: Grid = "midpoint"
+    rule: Rule | None = None
+    tolerance: float | None = None
+    by: Literal["value", "magnitude"] = "value"
 
     @property
     def averages(self) -> bool:
@@ -79,3 +96,4 @@ class Method(Node):
     aggregation: str = "max"
     activation: Activation = Activation()
     defuzzifier: Defuzzifier = Defuzzifier()
+    semantics: Semantics = Semantics()

@@ -48,10 +48,17 @@ class Or(Antecedent):
 
 
 class Consequent(Node):
-    """`output is term`; in tables of Takagi-Sugeno systems a consequent without a name may stand for the term."""
+    """`output is term`; in tables of Takagi-Sugeno systems a consequent without a name may stand for the term.
+
+    Args:
+        output: The output.
+        term: One of its terms.
+        hedges: Names of hedges as written; what they change is `Semantics.consequent_hedges`.
+    """
 
     output: str
     term: str | InstanceOf[Membership]
+    hedges: tuple[str, ...] = ()
 
 
 class Rule(Node):

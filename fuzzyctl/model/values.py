@@ -69,7 +69,7 @@ def all_numbers(system: FuzzySystem) -> Iterator[tuple[Expr, bool, str]]:
     for output in system.outputs:
         if isinstance(output.otherwise, Expr):
             yield output.otherwise, False, f"the 'else' value of '{output.name}'"
-        elif isinstance(output.otherwise, Hold) and output.otherwise.start is not None:
+        elif isinstance(output.otherwise, Hold) and isinstance(output.otherwise.start, Expr):
             yield output.otherwise.start, False, f"the value that '{output.name}' holds at first"
     for rule in system.rules:
         yield rule.weight, False, "the weight"

@@ -22,7 +22,7 @@ class Hold(Node):
         start: What it is before any rule has fired; None for the middle of the range.
     """
 
-    start: InstanceOf[Expr] | None = None
+    start: InstanceOf[Expr] | Literal["nan"] | None = None
 
 
 class Membership(Node):
@@ -86,6 +86,7 @@ class Output(LinguisticVariable):
         otherwise: What it is where no rule fires; None promises that some rule always fires.
         adaptive: For adaptive consequents the rate dC_k/dt divided by ξ_k, an expression over params and inputs;
             None for fixed ones. The terms then give the initial consequents and the range bounds them.
+        clamped: Whether its value is held within its range, as a sum of functions of the inputs may leave it.
         implication: Its own implication, None for the system's.
         aggregation: Its own aggregation, None for the system's.
         defuzzifier: Its own defuzzifier, None for the system's.
@@ -93,6 +94,7 @@ class Output(LinguisticVariable):
 
     otherwise: InstanceOf[Expr] | Fallback | Hold | None = None
     adaptive: InstanceOf[Expr] | None = None
+    clamped: bool = False
     implication: str | None = None
     aggregation: str | None = None
     defuzzifier: Defuzzifier | None = None

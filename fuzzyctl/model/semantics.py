@@ -1,0 +1,44 @@
+"""Named semantics: how a tool gets from firing strengths to numbers, as data.
+
+Two tools that read the same model print different numbers because they differ in such details. Each detail is a knob
+here; a profile is the set of knobs of one tool.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from fuzzyctl.model.node import Node
+
+
+class Semantics(Node):
+    """The knobs of inference that no norm, activation method or defuzzifier names; the defaults are `exact`.
+
+    Args:
+        profile: Name of the profile the knobs came from.
+        weight: Whether a rule's weight multiplies its firing strength before implication, or the implied set after it.
+        merge: What a sum over rules runs over: `rules`; `terms`, where rules of one consequent term are first joined by
+            the aggregation; or `places`, the same for consequents at one place.
+        total: What an average divides by: the `activations` of the rules summed over; their firing `strengths`, weights
+            left out; or the activations of `all_rules`, those included that do not name the output.
+        least: A rule acts only if its activation is above it.
+        equal: Degrees that differ by less count as equal where a drastic or nilpotent norm asks for equality.
+        chained: An output in an antecedent counts with its crisp `value`, or with the `degree` up to which its term has
+            been activated by the rules before.
+        consequent_hedges: A hedge in a consequent changes the `set`; the `activation`; or the activation of this and of
+            all later consequents of the rule, `carried`.
+        places: Places that `tsukamoto` finds are `clamped` to the range of the output, or `free`.
+        none_active: What the maxima of a set are that is 0 everywhere: none, so that the output is what it is where no
+            rule fires, `otherwise`; or all of the `range`.
+    """
+
+    profile: str = "exact"
+    weight: Literal["before", "after"] = "before"
+    merge: Literal["rules", "terms", "places"] = "rules"
+    total: Literal["activations", "strengths", "all_rules"] = "activations"
+    least: float = 0.0
+    equal: float = 0.0
+    chained: Literal["value", "degree"] = "value"
+    consequent_hedges: Literal["set", "activation", "carried"] = "set"
+    places: Literal["clamped", "free"] = "clamped"
+    none_active: Literal["otherwise", "range"] = "otherwise"
