@@ -34,7 +34,7 @@ ACTIVATIONS: Final = ("general", "first", "last", "highest", "lowest", "proporti
 Grid = Literal["midpoint", "endpoints", "left"]
 
 #: How samples make an integral or its half. Centroid: `plain` sums, or `trapezoid` sums. Bisector: `interpolated`,
-#: where the area to the left is half, inside a cell too; `first`, the first sample up to which the sum is at least half;
+#: where the area to the left is half, inside a cell too; `first`, the first sample up to which the sum is half or more;
 #: `nearest`, the mean of all samples up to which the sum is nearest to half; `walk`, from the left by trapezoids while
 #: the left part is the smaller one, then the nearer end; `two_sided`, from both ends, always on the smaller side.
 Rule = Literal["plain", "trapezoid", "interpolated", "first", "nearest", "walk", "two_sided"]
