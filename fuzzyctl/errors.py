@@ -15,7 +15,8 @@ from fuzzyctl.source import Span
 Severity = Literal["error", "warning"]
 
 #: Every diagnostic code with its title. Numbers are never given twice: FZ0 files, FZ1 syntax, FZ2 names and rules,
-#: FZ3 numbers and membership functions, FZ4 coverage and proofs, FZ5 values given to a command, FZ9 scenarios and runs.
+#: FZ3 numbers and membership functions, FZ4 coverage and proofs, FZ5 values given to a command, FZ6 files of other
+#: tools, FZ9 scenarios and runs.
 CODES: dict[str, str] = {
     "FZ001": "the file cannot be read",
     "FZ002": "the file is not UTF-8 text",
@@ -71,6 +72,14 @@ CODES: dict[str, str] = {
     "FZ503": "a value is not a number",
     "FZ504": "a value lies outside the range",
     "FZ505": "a points file is malformed",
+    "FZ601": "the line is not of its format",
+    "FZ602": "the file asks for what is not available",
+    "FZ603": "a part of the file has no effect",
+    "FZ604": "a name is changed",
+    "FZ605": "the file is read in another encoding",
+    "FZ606": "a count does not match",
+    "FZ607": "an index is out of range",
+    "FZ608": "the format cannot express the system",
     "FZ901": "a scenario file is malformed",
     "FZ902": "a scenario has an unknown key",
     "FZ903": "a scenario value is missing",
