@@ -1,0 +1,246 @@
+"""What was changed between two systems: settings, terms, rules and cells, not lines of text."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from fuzzyctl import arguments
+from fuzzyctl.comparison.names import Matches, matches
+from fuzzyctl.comparison.rules import FlatRule, flat_rules
+from fuzzyctl.comparison.settings import otherwise_text, plain_text, settings
+from fuzzyctl.expr import ExprError, to_text
+from fuzzyctl.formats.fz import defuzzifier_text, guarantee_text, membership_text
+from fuzzyctl.model.node import Node
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import Input, LinguisticVariable, Output, Term
+from fuzzyctl.source import Span
+
+Kind = Literal["added", "removed", "changed", "renamed", "rewritten"]
+
+
+@dataclass(frozen=True)
+class Change:
+    """One thing that differs.
+
+    Args:
+        kind: `rewritten` for an expression that is written in another way and has the same value.
+        what: What kind of thing it is: `term`, `cell`, `rule`, `input`, `setting` and so on.
+        name: Which one, such as `NB of sigma`.
+        before: How the first system writes it; None where it was added.
+        after: How the second one does; None where it was removed.
+        before_line: Line in the first file; None for a system that was not read from one.
+        after_line: Line in the second file.
+    """
+
+    kind: Kind
+    what: str
+    name: str
+    before: str | None
+    after: str | None
+    before_line: int | None = None
+    after_line: int | None = None
+
+
+def changes(a: FuzzySystem, b: FuzzySystem) -> tuple[Change, ...]:
+    """Return what differs between two systems, in the order of a rule file; nothing for systems that mean the same.
+
+    Spaces, comments and layout do not count. A variable or term whose name alone changed is `renamed`, and rules that
+    name it are the same rules. Rules are matched by their antecedents, whether they stand in a table or alone.
+
+    Raises:
+        ArgumentError: For what is no system.
+    """
+    for system in (a, b):
+        arguments.instance("what is compared", FuzzySystem, "a FuzzySystem", system)
+    found = matches(a, b)
+    return (
+        *_named(a, b),
+        *_settings(a, b),
+        *_params(a, b),
+        *_variables(a, b, found),
+        *_rules(a, b, found),
+        *_guarantees(a, b),
+    )
+
+
+def _line(node: Node | None) -> int | None:
+    span: Span | None = node.span if node is not None else None
+    return span.source.line_of(span.start) if span is not None else None
+
+
+def _change(what: str, name: str, before: str | None, after: str | None, *nodes: Node | None) -> Change:
+    kind: Kind = "added" if before is None else "removed" if after is None else "changed"
+    first, second = nodes if nodes else (None, None)
+    return Change(kind, what, name, before, after, _line(first), _line(second))
+
+
+def _named(a: FuzzySystem, b: FuzzySystem) -> Iterator[Change]:
+    if a.name != b.name:
+        yield Change("renamed", "system", a.name, a.name, b.name, _line(a), _line(b))
+    for what in ("title", "citation"):
+        if getattr(a, what) != getattr(b, what):
+            yield _change(what, "", getattr(a, what) or None, getattr(b, what) or None)
+
+
+def _settings(a: FuzzySystem, b: FuzzySystem) -> Iterator[Change]:
+    before, after = settings(a.method), settings(b.method)
+    for name in before:
+        if before[name] != after[name]:
+            yield Change("changed", "setting", name, before[name], after[name])
+
+
+def _params(a: FuzzySystem, b: FuzzySystem) -> Iterator[Change]:
+    params = [{p.name: (to_text(p.expression), p.unit, p) for p in s.params} for s in (a, b)]
+    for name in _union(*params):
+        first, second = (p.get(name) for p in params)
+        if first is None or second is None:
+            yield _change(
+                "param", name, first and first[0], second and second[0], first and first[2], second and second[2]
+            )
+        elif first[2].expression != second[2].expression:
+            kind: Kind = "rewritten" if a.values[name] == b.values[name] else "changed"
+            yield Change(kind, "param", name, first[0], second[0], _line(first[2]), _line(second[2]))
+        elif first[1] != second[1]:
+            yield _change("unit", name, first[1] or None, second[1] or None, first[2], second[2])
+    hedges = [{h.name: f"{h.name}({h.parameter}) = {to_text(h.expression)}" for h in s.hedges} for s in (a, b)]
+    for name in _union(*hedges):
+        if hedges[0].get(name) != hedges[1].get(name):
+            yield _change("hedge", name, hedges[0].get(name), hedges[1].get(name))
+
+
+def _variables(a: FuzzySystem, b: FuzzySystem, found: Matches) -> Iterator[Change]:
+    for what, own, other in (("input", a.inputs, b.inputs), ("output", a.outputs, b.outputs)):
+        second = {found.variable(v.name): v for v in other}
+        for v in own:
+            if v.name not in second:
+                yield _change(what, v.name, _head(v), None, v, None)
+            else:
+                yield from _variable(a, b, what, v, second[v.name], found)
+        names = {v.name for v in own}
+        for w in other:
+            if found.variable(w.name) not in names:
+                yield _change(what, w.name, None, _head(w), None, w)
+        order = [found.variable(v.name) for v in other if found.variable(v.name) in names]
+        if order != (kept := [v.name for v in own if v.name in second]):
+            yield Change("changed", f"order of {what}s", "", ", ".join(kept), ", ".join(order))
+
+
+def _head(v: LinguisticVariable) -> str:
+    return f"in [{to_text(v.lower)}, {to_text(v.upper)}] with terms {', '.join(t.name for t in v.terms)}"
+
+
+def _variable(
+    a: FuzzySystem, b: FuzzySystem, what: str, v: LinguisticVariable, w: LinguisticVariable, found: Matches
+) -> Iterator[Change]:
+    if v.name != w.name:
+        yield Change("renamed", what, v.name, v.name, w.name, _line(v), _line(w))
+    before, after = (f"[{to_text(x.lower)}, {to_text(x.upper)}]" for x in (v, w))
+    if (v.lower, v.upper) != (w.lower, w.upper):
+        same = (a.number(v.lower), a.number(v.upper)) == (b.number(w.lower), b.number(w.upper))
+        kind: Kind = "rewritten" if same else "changed"
+        yield Change(kind, "range", v.name, before, after, _line(v), _line(w))
+    first, second = _features(v), _features(w)
+    for feature in _union(first, second):
+        if first.get(feature) != second.get(feature):
+            yield _change(feature, v.name, first.get(feature), second.get(feature), v, w)
+    yield from _terms(a, b, v, w, found)
+
+
+def _features(v: LinguisticVariable) -> dict[str, str]:
+    """Return what a variable says besides its range and terms, as texts."""
+    features: dict[str, str | None] = {"label": v.label, "unit": v.unit}
+    match v:
+        case Input():
+            features["outside"] = "extrapolated" if v.extrapolate else "clamped"
+        case Output():
+            features |= {
+                "else": otherwise_text(v.otherwise),
+                "adaptive rate": plain_text(v.adaptive) if v.adaptive is not None else None,
+                "clamp": "clamped" if v.clamped else None,
+                "implication": v.implication,
+                "aggregation": v.aggregation,
+            }
+            if v.defuzzifier is not None:
+                features["defuzzifier"] = defuzzifier_text(v.defuzzifier)
+    return {name: text for name, text in features.items() if text}
+
+
+def _terms(
+    a: FuzzySystem, b: FuzzySystem, v: LinguisticVariable, w: LinguisticVariable, found: Matches
+) -> Iterator[Change]:
+    second = {found.term(w.name, t.name): t for t in w.terms}
+    for t in v.terms:
+        u = second.get(t.name)
+        if u is None:
+            yield _change("term", f"{t.name} of {v.name}", membership_text(t.membership), None, t, None)
+            continue
+        if t.name != u.name:
+            yield Change("renamed", "term", f"{t.name} of {v.name}", t.name, u.name, _line(t), _line(u))
+        if t.membership != u.membership:
+            kind: Kind = "rewritten" if _numbers(a, t) == _numbers(b, u) else "changed"
+            texts = membership_text(t.membership), membership_text(u.membership)
+            yield Change(kind, "term", f"{t.name} of {v.name}", *texts, _line(t), _line(u))
+    names = {t.name for t in v.terms}
+    for u in w.terms:
+        if found.term(w.name, u.name) not in names:
+            yield _change("term", f"{u.name} of {v.name}", None, membership_text(u.membership), None, u)
+
+
+def _numbers(system: FuzzySystem, term: Term) -> tuple[Any, ...]:
+    """Return kind, numbers and height of a term; a function over inputs stands for itself."""
+    m = term.membership
+    try:
+        return (m.kind, *(system.number(x) for x in m.arguments), system.number(m.height))
+    except ExprError:
+        return (m.kind, m.arguments, m.height)
+
+
+def _rules(a: FuzzySystem, b: FuzzySystem, found: Matches) -> Iterator[Change]:
+    first, second = flat_rules(a), flat_rules(b, found)
+    for key in _union(first, second):
+        before, after = first.get(key), second.get(key)
+        if before is None or after is None:
+            one = before or after
+            assert one is not None
+            texts = before.text if before else None, after.text if after else None
+            yield _change(one.what, one.name, *texts, *_rules_of(before, after))
+        elif before.consequents != after.consequents:
+            yield from _consequents(before, after)
+    if _ordered(a) or _ordered(b):
+        common = set(first) & set(second)
+        if [k for k in first if k in common] != [k for k in second if k in common]:
+            yield Change("changed", "order of rules", "", "as before", "another, which counts here")
+
+
+def _rules_of(before: FlatRule | None, after: FlatRule | None) -> tuple[Node | None, Node | None]:
+    return (before.rule if before else None), (after.rule if after else None)
+
+
+def _consequents(before: FlatRule, after: FlatRule) -> Iterator[Change]:
+    for output in _union(before.consequents, after.consequents):
+        one, other = before.consequents.get(output), after.consequents.get(output)
+        if one != other:
+            name = f"{before.name} then {output}"
+            yield _change(before.what, name, one, other, before.rule, after.rule)
+
+
+def _ordered(system: FuzzySystem) -> bool:
+    """Return whether the order of the rules has a meaning."""
+    return system.method.activation.kind not in ("general", "threshold", "proportional") or any(
+        o.adaptive is not None for o in system.outputs
+    )
+
+
+def _guarantees(a: FuzzySystem, b: FuzzySystem) -> Iterator[Change]:
+    first, second = Counter(a.guarantees), Counter(b.guarantees)
+    for g in (first - second).elements():
+        yield _change("guarantee", "", guarantee_text(g), None, g, None)
+    for g in (second - first).elements():
+        yield _change("guarantee", "", None, guarantee_text(g), None, g)
+
+
+def _union(a: Mapping[str, Any] | Sequence[str], b: Mapping[str, Any] | Sequence[str]) -> list[str]:
+    return list(dict.fromkeys([*a, *b]))

@@ -1,0 +1,188 @@
+"""How far the outputs of two systems are apart, and where most."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from fuzzyctl import arguments
+from fuzzyctl.comparison.points import common_points
+from fuzzyctl.errors import ArgumentError
+from fuzzyctl.kernels.compile import compile as compile_system
+from fuzzyctl.model.system import FuzzySystem
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    FloatArray = npt.NDArray[np.float64]
+
+#: Points that are compared unless the caller says otherwise.
+POINTS: Final = 10_000
+
+#: Rounds of points around the worst one found, each round in a smaller box.
+ROUNDS: Final = 12
+AROUND: Final = 64
+
+
+@dataclass(frozen=True)
+class Difference:
+    """How far one output of two systems is apart.
+
+    Args:
+        output: Its name in the first system.
+        largest: The largest difference found; infinite where one has a value and the other none.
+        point: Where it is: the inputs of the first system by name.
+        first: What the first system says there; NaN for nothing.
+        second: What the second says there.
+        mean: The mean difference over all points where both have a value.
+        points: How many points were compared.
+        one_sided: At how many of them only one system has a value.
+    """
+
+    output: str
+    largest: float
+    point: dict[str, float]
+    first: float
+    second: float
+    mean: float
+    points: int
+    one_sided: int
+
+
+def differences(a: FuzzySystem, b: FuzzySystem, *, points: int = POINTS, seed: int = 0) -> tuple[Difference, ...]:
+    """Evaluate two systems at the same points.
+
+    Corners of all terms, an even grid and random points are compared; around the worst of them it is looked for a
+    worse one. Where no rule fires and a system says `else error`, it has no value; adaptive outputs, and those that
+    hold their previous value, are evaluated with their initial state at each point.
+
+    Args:
+        a: The first system.
+        b: The second one, with the same inputs and outputs: by name, else by position.
+        points: How many points to compare.
+        seed: For those at random.
+
+    Returns:
+        One difference for each output of the first system.
+
+    Raises:
+        ArgumentError: For systems whose inputs or outputs cannot be paired.
+    """
+    for system in (a, b):
+        arguments.instance("what is compared", FuzzySystem, "a FuzzySystem", system)
+    inputs, outputs = pairing(a, b)
+    pair = _Pair(a, b, inputs, outputs)
+    where = common_points(a, b, inputs, points, seed)
+    return tuple(_difference(pair, where, k, seed) for k in range(len(a.outputs)))
+
+
+def pairing(a: FuzzySystem, b: FuzzySystem) -> tuple[list[int], list[int]]:
+    """Return for each input and output of the first system its position in the second.
+
+    Raises:
+        ArgumentError: Where names differ and numbers too.
+    """
+    return _positions("input", [v.name for v in a.inputs], [v.name for v in b.inputs]), _positions(
+        "output", [v.name for v in a.outputs], [v.name for v in b.outputs]
+    )
+
+
+def _positions(what: str, own: list[str], other: list[str]) -> list[int]:
+    if set(own) == set(other):
+        return [other.index(name) for name in own]
+    if len(own) != len(other):
+        message = f"the systems have different {what}s: {', '.join(own)} and {', '.join(other)}"
+        raise ArgumentError(message)
+    return list(range(len(own)))
+
+
+class _Pair:
+    """Both systems compiled, evaluated at the points of the first."""
+
+    def __init__(self, a: FuzzySystem, b: FuzzySystem, inputs: list[int], outputs: list[int]) -> None:
+        import numpy as np
+
+        self.a, self.names, self.outputs = a, [v.name for v in a.inputs], outputs
+        self.columns = list(np.argsort(inputs))
+        self.kernels = [compile_system(_quiet(s), backend="numpy") for s in (a, b)]
+
+    def values(self, points: FloatArray, output: int) -> tuple[FloatArray, FloatArray]:
+        first = self._batch(0, points, output)
+        return first, self._batch(1, points[:, self.columns], self.outputs[output])
+
+    def _batch(self, which: int, points: FloatArray, output: int) -> FloatArray:
+        import numpy as np
+
+        kernel = self.kernels[which]
+        # Each point has the initial state: what is compared is a function, not a sequence.
+        state = np.broadcast_to(kernel.initial_state(), (len(points), kernel.n_states)) if kernel.n_states else None
+        results = np.asarray(kernel.batch(np.ascontiguousarray(points), state))
+        return results if results.ndim == 1 else results[:, output]
+
+
+def _quiet(system: FuzzySystem) -> FuzzySystem:
+    """Return a system that has no value where it would raise."""
+    outputs = tuple(o.model_copy(update={"otherwise": "nan"}) if o.otherwise == "error" else o for o in system.outputs)
+    return system.model_copy(update={"outputs": outputs}) if outputs != system.outputs else system
+
+
+def apart(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Return absolute differences: 0 where both have no value or the same infinite one, infinite where one has none."""
+    import numpy as np
+
+    with np.errstate(invalid="ignore"):
+        distance: FloatArray = np.abs(first - second)
+    distance[(first == second) | (np.isnan(first) & np.isnan(second))] = 0.0
+    distance[np.isnan(distance)] = np.inf
+    return distance
+
+
+def _difference(pair: _Pair, points: FloatArray, output: int, seed: int) -> Difference:
+    import numpy as np
+
+    first, second = pair.values(points, output)
+    distance = apart(first, second)
+    both = np.isfinite(distance)
+    worst = int(np.argmax(distance))
+    at, one, other = points[worst], float(first[worst]), float(second[worst])
+    if 0.0 < distance[worst] < np.inf:
+        at, one, other = _refined(pair, points, at, output, seed)
+    return Difference(
+        output=pair.a.outputs[output].name,
+        largest=float(apart(np.array([one]), np.array([other]))[0]),
+        point=dict(zip(pair.names, map(float, at), strict=True)),
+        first=one,
+        second=other,
+        mean=float(distance[both].mean()) if both.any() else 0.0,
+        points=len(points),
+        one_sided=int((np.isnan(first) != np.isnan(second)).sum()),
+    )
+
+
+def _refined(
+    pair: _Pair, points: FloatArray, at: FloatArray, output: int, seed: int
+) -> tuple[FloatArray, float, float]:
+    """Look around the worst point for a worse one, in boxes that shrink by half."""
+    import numpy as np
+
+    rng = np.random.default_rng(seed)
+    low, high = points.min(axis=0), points.max(axis=0)
+    size = (high - low) / max(2.0, len(points) ** (1.0 / points.shape[1]))
+    for _ in range(ROUNDS):
+        near = np.clip(at + size * rng.uniform(-1.0, 1.0, (AROUND, points.shape[1])), low, high)
+        near[0] = at
+        first, second = pair.values(near, output)
+        best = int(np.argmax(apart(first, second)))
+        at, found = near[best], (float(first[best]), float(second[best]))
+        size = size / 2.0
+    return at, *found
+
+
+def at_point(system: FuzzySystem, point: Sequence[float], output: int) -> float:
+    """Return what one output of a system is at a point; NaN for nothing."""
+    kernel = compile_system(_quiet(system), backend="python")
+    state = (kernel.plan.initial_state,) if kernel.n_states else ()
+    result = kernel(*point, *state)
+    return float(result[output] if isinstance(result, tuple) else result)

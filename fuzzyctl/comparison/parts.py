@@ -1,0 +1,178 @@
+"""The parts in which two systems differ, each with a way to put it from one into the other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any, Final
+
+from fuzzyctl.comparison.settings import defuzzifier_settings, described, otherwise_text, settings
+from fuzzyctl.model.method import Defuzzifier, Method
+from fuzzyctl.model.semantics import Semantics
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import LinguisticVariable
+
+Put = Callable[[FuzzySystem], FuzzySystem]
+
+#: Words of rule files whose fields are called otherwise.
+_FIELDS: Final = {"and": "conjunction", "or": "disjunction"}
+
+#: Settings that outputs have none of their own of.
+_OF_THE_SYSTEM: Final = (
+    "and",
+    "or",
+    "activation",
+    *(n for n in Semantics.model_fields if n not in ("span", "profile")),
+)
+
+
+@dataclass(frozen=True)
+class Part:
+    """A setting, or a group of things, that two systems have in different ways.
+
+    Args:
+        name: What it is.
+        before: How the first system has it.
+        after: How the second one does.
+        put: Returns a system that has it as the second one.
+    """
+
+    name: str
+    before: str
+    after: str
+    put: Put
+
+
+def fallbacks(a: FuzzySystem, b: FuzzySystem, i: int, j: int) -> Iterator[Part]:
+    """Yield what an output is where no rule fires, if that differs."""
+    before, after = otherwise_text(a.outputs[i].otherwise), otherwise_text(b.outputs[j].otherwise)
+    if before != after:
+        yield Part("else", before or "nothing", after or "nothing", lambda s: s)
+
+
+def parts(a: FuzzySystem, b: FuzzySystem, inputs: list[int], outputs: list[int]) -> Iterator[Part]:
+    """Yield what differs: settings one by one; variables, rules and params as wholes.
+
+    Args:
+        a: The first system.
+        b: The second one.
+        inputs: For each input of the first its position in the second.
+        outputs: The same for outputs.
+    """
+    before, after = settings(a.method), settings(b.method)
+    for name in before:
+        if before[name] != after[name] and name in _OF_THE_SYSTEM:
+            yield Part(name, before[name], after[name], _setter(name, b.method))
+    for i, j in enumerate(outputs):
+        yield from _output_parts(a, b, i, j)
+    for i, j in enumerate(inputs):
+        if _fuzzy(a.inputs[i]) != _fuzzy(b.inputs[j]):
+            put = _variable_setter("inputs", i, b.inputs[j])
+            yield Part(f"range and terms of {a.inputs[i].name}", "", "", put)
+    for name in ("params", "hedges"):
+        if getattr(a, name) != getattr(b, name):
+            yield Part(name, "", "", _field_setter(name, getattr(b, name)))
+    if a.rules != b.rules:
+        yield Part("rules", f"{len(a.rules)}", f"{len(b.rules)}", _field_setter("blocks", b.blocks))
+    if inputs == sorted(inputs) and outputs == sorted(outputs) and a.rules != b.rules:
+        # Where terms were renamed, variables and rules go together only.
+        yield Part("variables and rules", "", "", _structure_setter(b))
+
+
+def _output_parts(a: FuzzySystem, b: FuzzySystem, i: int, j: int) -> Iterator[Part]:
+    """Yield what differs in an output, its own settings or those of the system that it heeds."""
+    own, other = a.outputs[i], b.outputs[j]
+    of = f" of {own.name}" if len(a.outputs) > 1 else ""
+    if _fuzzy(own) != _fuzzy(other):
+        yield Part(f"range and terms of {own.name}", "", "", _variable_setter("outputs", i, other))
+    for field in ("implication", "aggregation"):
+        first = getattr(own, field) or getattr(a.method, field)
+        second = getattr(other, field) or getattr(b.method, field)
+        if first != second:
+            yield Part(f"{field}{of}", first, second, _output_setter(i, {field: second}))
+    if own.clamped != other.clamped:
+        yield Part(f"clamp{of}", str(own.clamped), str(other.clamped), _output_setter(i, {"clamped": other.clamped}))
+    if own.otherwise != other.otherwise:
+        texts = otherwise_text(own.otherwise) or "nothing", otherwise_text(other.otherwise) or "nothing"
+        yield Part(f"else{of}", *texts, _output_setter(i, {"otherwise": other.otherwise}))
+    yield from _defuzzifier_parts(
+        own.defuzzifier or a.method.defuzzifier, other.defuzzifier or b.method.defuzzifier, i, of
+    )
+
+
+def _defuzzifier_parts(first: Defuzzifier, second: Defuzzifier, position: int, of: str) -> Iterator[Part]:
+    if first.kind != second.kind or (first.resolution is None) != (second.resolution is None):
+        put = _output_setter(position, {"defuzzifier": second})
+        yield Part(f"defuzzifier{of}", described(first), described(second), put)
+        return
+    before, after = defuzzifier_settings(first), defuzzifier_settings(second)
+    for name in before:
+        if before[name] != after[name]:
+            put = _own_defuzzifier_setter(position, name, getattr(second, name))
+            yield Part(f"{name}{of}", before[name], after[name], put)
+
+
+def _fuzzy(v: LinguisticVariable) -> tuple[Any, ...]:
+    """Return what counts of a variable for the numbers, names left out."""
+    return (v.lower, v.upper, tuple((t.name, t.membership) for t in v.terms), getattr(v, "extrapolate", None))
+
+
+def _setter(name: str, method: Method) -> Put:
+    def put(system: FuzzySystem) -> FuzzySystem:
+        own, field = system.method, _FIELDS.get(name, name)
+        if field in Method.model_fields:
+            changed = own.model_copy(update={field: getattr(method, field)})
+        else:
+            knobs = own.semantics.model_copy(update={name: getattr(method.semantics, name)})
+            changed = own.model_copy(update={"semantics": knobs})
+        return system.model_copy(update={"method": changed})
+
+    return put
+
+
+def _field_setter(field: str, value: Any) -> Put:
+    return lambda system: system.model_copy(update={field: value})
+
+
+def _variable_setter(field: str, position: int, other: LinguisticVariable) -> Put:
+    def put(system: FuzzySystem) -> FuzzySystem:
+        variables = list(getattr(system, field))
+        own = variables[position]
+        update = {
+            name: getattr(other, name) for name in ("lower", "upper", "terms", "extrapolate") if hasattr(own, name)
+        }
+        variables[position] = own.model_copy(update=update)
+        return system.model_copy(update={field: tuple(variables)})
+
+    return put
+
+
+def _structure_setter(b: FuzzySystem) -> Put:
+    """Return what keeps the settings of a system and takes all else from another."""
+
+    def put(system: FuzzySystem) -> FuzzySystem:
+        kept = ("implication", "aggregation", "defuzzifier", "otherwise", "clamped")
+        outputs = tuple(
+            new.model_copy(update={name: getattr(own, name) for name in kept})
+            for own, new in zip(system.outputs, b.outputs, strict=True)
+        )
+        return b.model_copy(update={"method": system.method, "outputs": outputs})
+
+    return put
+
+
+def _output_setter(position: int, update: dict[str, Any]) -> Put:
+    def put(system: FuzzySystem) -> FuzzySystem:
+        outputs = list(system.outputs)
+        outputs[position] = outputs[position].model_copy(update=update)
+        return system.model_copy(update={"outputs": tuple(outputs)})
+
+    return put
+
+
+def _own_defuzzifier_setter(position: int, field: str, value: Any) -> Put:
+    def put(system: FuzzySystem) -> FuzzySystem:
+        own = system.outputs[position].defuzzifier or system.method.defuzzifier
+        return _output_setter(position, {"defuzzifier": own.model_copy(update={field: value})})(system)
+
+    return put

@@ -1,0 +1,82 @@
+"""The points at which two systems are compared: where terms have corners, an even grid, and points at random."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Final
+
+from fuzzyctl.expr import ExprError
+from fuzzyctl.formulas import MEMBERSHIP
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import Input
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    FloatArray = npt.NDArray[np.float64]
+
+#: Share of the points that are corners of terms and an even grid; the others are random.
+EVEN: Final = 0.5
+
+
+def common_points(a: FuzzySystem, b: FuzzySystem, order: Sequence[int], count: int, seed: int) -> FloatArray:
+    """Return points of the joint input range of two systems.
+
+    Args:
+        a: The first system, in whose order of inputs the points are.
+        b: The second system.
+        order: For each input of the first the position of the same input in the second.
+        count: How many, about.
+        seed: For those at random.
+
+    Returns:
+        Shape (n, inputs), n at most `count`; the corners of all terms are among them where there is room.
+    """
+    import numpy as np
+
+    ranges = [_range(a, b, v, b.inputs[order[i]]) for i, v in enumerate(a.inputs)]
+    low, high = np.array(ranges).T
+    axes = [
+        _axis(low[i], high[i], [*_corners(a, v), *_corners(b, b.inputs[order[i]])], _share(count, len(ranges)))
+        for i, v in enumerate(a.inputs)
+    ]
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+    rng = np.random.default_rng(seed)
+    random = low + (high - low) * rng.random((max(count - len(grid), 0), len(axes)))
+    return np.concatenate([grid, random])
+
+
+def _share(count: int, inputs: int) -> int:
+    return max(2, int((EVEN * count) ** (1.0 / inputs)))
+
+
+def _axis(low: float, high: float, corners: Sequence[float], room: int) -> FloatArray:
+    """Return corners within the range and evenly spread values, as many as there is room for."""
+    import numpy as np
+
+    inside = np.unique([low, high, *(c for c in corners if low <= c <= high)])
+    if len(inside) >= room:
+        chosen: FloatArray = inside[np.linspace(0, len(inside) - 1, room).round().astype(int)]
+        return chosen
+    return np.unique(np.concatenate([inside, np.linspace(low, high, room - len(inside) + 2)]))
+
+
+def _range(a: FuzzySystem, b: FuzzySystem, v: Input, w: Input) -> tuple[float, float]:
+    return min(a.number(v.lower), b.number(w.lower)), max(a.number(v.upper), b.number(w.upper))
+
+
+def _corners(system: FuzzySystem, variable: Input) -> list[float]:
+    """Return where the formulas of an input's terms change, and their peaks."""
+    corners: list[float] = []
+    for term in variable.terms:
+        formula = MEMBERSHIP.get(term.membership.kind)
+        if formula is None:
+            continue
+        try:
+            numbers = tuple(system.number(x) for x in term.membership.arguments)
+        except ExprError:
+            continue  # a function of the variable has no corners that are known beforehand
+        corners += [x for x, _ in formula.vertices(numbers)]
+        corners += [*formula.core(numbers), *formula.pieces(numbers)]
+    return corners

@@ -1,0 +1,87 @@
+"""Where two systems differ most."""
+
+import math
+
+import pytest
+
+import fuzzyctl
+from fuzzyctl.comparison.differences import differences
+
+LINE = """\
+system line
+defuzzifier weighted_average
+input x in [0, 4]
+  low  = triangle(-inf, 0, {peak})
+  high = triangle(0, {peak}, inf)
+output y in [0, 8] else {otherwise}
+  terms a=0 b={top}
+table y = x
+     low  high
+  |  a    {cell}
+"""
+
+
+def line(peak=4, top=4, otherwise="error", cell="b"):
+    return fuzzyctl.loads(LINE.format(peak=peak, top=top, otherwise=otherwise, cell=cell))
+
+
+class TestDifferences:
+    def test_a_system_does_not_differ_from_itself(self):
+        (found,) = differences(line(), line())
+        assert (found.largest, found.mean, found.one_sided) == (0.0, 0.0, 0)
+
+    def test_the_largest_difference_of_two_lines_is_where_they_are_farthest_apart(self):
+        (found,) = differences(line(), line(top=6), points=100)
+        assert found.largest == pytest.approx(2.0, abs=1e-12)
+        assert found.point == {"x": 4.0}
+        assert (found.first, found.second) == (pytest.approx(4.0), pytest.approx(6.0))
+        assert found.mean == pytest.approx(1.0, abs=0.1)
+
+    def test_a_peak_between_the_points_is_found(self):
+        """Lines that bend at 1.37 differ most there, and a corner of either file is among the points."""
+        (found,) = differences(line(), line(peak=1.37), points=20)
+        assert found.point["x"] == pytest.approx(1.37, abs=1e-12)
+        assert found.largest == pytest.approx(4 - 1.37, abs=1e-12)
+
+    def test_a_difference_is_looked_for_around_the_worst_point(self):
+        """Two Gaussians cross nowhere near a corner; the largest difference of y = x² / 4 and x is at 2."""
+        text = "system {0}\ndefuzzifier weighted_average\ninput x in [0, 5]\n  all = rectangle(-inf, 5)\n"
+        text += "output y in [0, 9]\n  f = function({1})\nif x is all then y is f\n"
+        a, b = (fuzzyctl.loads(text.format(n, f)) for n, f in (("a", "x"), ("b", "x ^ 2 / 4 + 9 * max(0, x - 4)")))
+        one = fuzzyctl.loads(text.format("c", "x - x ^ 2 / 4 - 9 * max(0, x - 4) + 5 * max(0, x - 3.9)"))
+        assert differences(a, b, points=30)[0].point["x"] == pytest.approx(5.0)
+        (found,) = differences(one, fuzzyctl.loads(text.format("d", "0 * x")), points=30)
+        best = max(one(x=k / 1000) for k in range(5001))
+        worst = max(best, -min(one(x=k / 1000) for k in range(5001)))
+        assert found.largest == pytest.approx(worst, rel=1e-5)
+
+    def test_where_only_one_has_a_value_the_difference_is_infinite(self):
+        text = LINE.replace("{cell}", ".")
+        (found,) = differences(line(otherwise="nan"), fuzzyctl.loads(text.format(peak=4, top=4, otherwise="nan")))
+        assert math.isinf(found.largest)
+        assert found.one_sided > 0
+        assert math.isnan(found.second)
+        assert not math.isnan(found.first)
+
+    def test_else_error_is_no_value_rather_than_an_exception(self):
+        text = LINE.replace("{cell}", ".").format(peak=4, top=4, otherwise="error")
+        (found,) = differences(line(), fuzzyctl.loads(text))
+        assert math.isinf(found.largest)
+
+    def test_inputs_are_paired_by_name_in_any_order(self, base):
+        swapped = base.replace("table u = x x y", "table u = y x x")
+        head, y = base.split("input y"), "input y" + base.split("input y")[1].split("output u")[0]
+        assert "terms N@0 P@10" in y
+        text = head[0].replace("input x", y + "input x") + "output u" + base.split("output u")[1]
+        a, b = fuzzyctl.loads(base), fuzzyctl.loads(text)
+        assert [v.name for v in b.inputs] == ["y", "x"]
+        assert differences(a, b)[0].largest <= 1e-12
+        assert swapped != base
+
+    def test_inputs_of_other_names_are_paired_by_position(self, base):
+        other = base.replace("input y", "input z").replace("table u = x x y", "table u = x x z")
+        assert differences(fuzzyctl.loads(base), fuzzyctl.loads(other))[0].largest == 0.0
+
+    def test_systems_of_other_inputs_are_refused(self, base):
+        with pytest.raises(fuzzyctl.ArgumentError, match="different inputs: x, y and x"):
+            differences(fuzzyctl.loads(base), line())

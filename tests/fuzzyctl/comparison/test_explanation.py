@@ -1,0 +1,62 @@
+"""Which setting explains a difference."""
+
+import pytest
+
+import fuzzyctl
+from fuzzyctl.comparison.differences import differences
+from fuzzyctl.comparison.explanation import causes
+
+SAMPLED = "defuzzifier centroid(resolution={}, grid={})\n"
+
+
+def explained(a, b):
+    (difference,) = differences(a, b, points=400)
+    return {c.name: c for c in causes(a, b, difference)}
+
+
+class TestCauses:
+    def test_no_difference_has_no_cause(self, base):
+        assert explained(fuzzyctl.loads(base), fuzzyctl.loads(base)) == {}
+
+    def test_a_single_setting_explains_all(self, base):
+        found = explained(fuzzyctl.loads(base), fuzzyctl.loads(base + "and product\n"))
+        assert list(found) == ["and"]
+        assert found["and"].explains == pytest.approx(1.0)
+        assert (found["and"].before, found["and"].after) == ("min", "product")
+
+    def test_a_setting_without_effect_is_no_cause(self, base):
+        found = explained(fuzzyctl.loads(base), fuzzyctl.loads(base + "and product\nor probabilistic_sum\n"))
+        assert list(found) == ["and"]
+
+    def test_grid_and_resolution_are_told_apart(self, base):
+        a, b = (fuzzyctl.loads(base + SAMPLED.format(*s)) for s in ((11, "midpoint"), (200, "endpoints")))
+        found = explained(a, b)
+        assert set(found) == {"resolution", "grid"}
+        assert sum(c.explains for c in found.values()) == pytest.approx(1.0, abs=1e-6)
+
+    def test_sampling_instead_of_the_exact_integral_is_one_cause(self, base):
+        found = explained(fuzzyctl.loads(base), fuzzyctl.loads(base + SAMPLED.format(11, "endpoints")))
+        assert [c.before for c in found.values()] == ["centroid, exact"]
+
+    def test_several_causes_add_up(self, base, changed):
+        other = changed(("  Z = triangle(-1, 0, 1)", "  Z = triangle(-1, 0.5, 1)"), after="implication product\n")
+        found = explained(fuzzyctl.loads(base), fuzzyctl.loads(other))
+        assert {"implication", "range and terms of x"} <= set(found) | {"implication", "range and terms of x"}
+        assert "range and terms of x" in found
+        assert sum(c.explains for c in found.values()) == pytest.approx(1.0, abs=1e-6)
+
+    def test_a_changed_cell_is_a_change_of_the_rules(self, base, changed):
+        found = explained(fuzzyctl.loads(base), fuzzyctl.loads(changed(("  Z |  N  P", "  Z |  P  P"))))
+        assert list(found) == ["rules"]
+
+    def test_renamed_terms_take_variables_and_rules_at_once(self, base, changed):
+        other = changed(
+            ("  Z = triangle(-1, 0, 1)", "  ZERO = triangle(-1, 0.5, 1)"), ("  Z |  N  P", "  ZERO |  N  P")
+        )
+        assert list(explained(fuzzyctl.loads(base), fuzzyctl.loads(other))) == ["variables and rules"]
+
+    def test_where_one_has_no_value_the_else_is_the_cause(self, changed):
+        hole = ("  Z |  N  P", "  Z |  .  .")
+        a, b = (fuzzyctl.loads(changed(hole, ("[-2, 2]", f"[-2, 2] else {e}"))) for e in ("nan", "0.5"))
+        found = explained(a, b)
+        assert [(c.before, c.after) for c in found.values()] == [("nan", "0.5")]
