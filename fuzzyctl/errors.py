@@ -65,6 +65,8 @@ CODES: dict[str, str] = {
     "FZ308": "a param depends on itself",
     "FZ309": "terms leave a part of a range uncovered",
     "FZ310": "a table jumps",
+    "FZ311": "a table is symmetric but for one cell",
+    "FZ312": "units do not match",
     "FZ401": "in some region no rule fires",
     "FZ402": "a bound cannot be guaranteed",
     "FZ501": "a value is missing",
@@ -95,7 +97,7 @@ CODES: dict[str, str] = {
 
 #: Codes of rule files that are warnings, at least in some of their cases; all others are errors always.
 WARNINGS: frozenset[str] = frozenset(
-    {"FZ208", "FZ209", "FZ211", "FZ214", "FZ216", "FZ219", "FZ305", "FZ306", "FZ309", "FZ310"}
+    {"FZ208", "FZ209", "FZ211", "FZ214", "FZ216", "FZ219", "FZ305", "FZ306", "FZ309", "FZ310", "FZ311"}
 )
 
 

@@ -12,6 +12,7 @@ from fuzzyctl.assembly import Part, bring_in, split
 from fuzzyctl.errors import CODES, ArgumentError, Diagnostic, DiagnosticError, Note, closest
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.parser import parse
+from fuzzyctl.linking import link
 from fuzzyctl.model.checks import check_model
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.reading import MAX_BYTES, decode, read_source
@@ -134,8 +135,33 @@ def examine_all(source: SourceText, *, folder: Path | None = None) -> tuple[tupl
         diagnostics.extend(found)
         systems.extend([system] if system is not None else [])
     diagnostics.extend(_same_names(systems))
-    diagnostics = in_order(source, diagnostics)
-    return tuple(systems), apply_policy(diagnostics, [s for s in tree.statements if isinstance(s, sx.Allow)])
+    used = _Used(tree, folder)
+    linked, more = link(systems, used.system, broken=any(d.severity == "error" for d in diagnostics))
+    diagnostics = in_order(source, [*diagnostics, *more, *used.mistakes])
+    return linked, apply_policy(diagnostics, [s for s in tree.statements if isinstance(s, sx.Allow)])
+
+
+class _Used:
+    """The systems of the files that a file uses, read when one of them is named.
+
+    Attributes:
+        mistakes: Those of the files read.
+    """
+
+    def __init__(self, tree: sx.SyntaxTree, folder: Path | None) -> None:
+        names = dict.fromkeys(s.path for s in tree.statements if isinstance(s, sx.Use))
+        self.paths = [folder / name for name in names] if folder is not None else []
+        self.systems: dict[str, FuzzySystem] = {}
+        self.mistakes: list[Diagnostic] = []
+
+    def system(self, name: str) -> FuzzySystem | None:
+        """Return the system of that name in the first file that holds one."""
+        while name not in self.systems and self.paths:
+            path = self.paths.pop(0)
+            systems, found = examine_all(read_source(path), folder=path.parent)
+            self.mistakes.extend(d for d in found if d.severity == "error")
+            self.systems = {s.name: s for s in systems} | self.systems
+        return self.systems.get(name)
 
 
 def _examine_part(part: Part, broken: bool) -> tuple[FuzzySystem | None, list[Diagnostic]]:

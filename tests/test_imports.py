@@ -17,7 +17,7 @@ ORDER = [
     ["expr"],
     ["formulas"],
     ["lang", "model"],
-    ["resolve", "formats", "assembly"],
+    ["resolve", "formats", "assembly", "linking"],
     ["loading", "fragments"],
     ["as_file", "values"],
     ["build"],

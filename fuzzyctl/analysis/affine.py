@@ -31,10 +31,14 @@ class Line:
 
 @dataclass(frozen=True)
 class Taken:
-    """An output, by position, at some arguments, one for each input."""
+    """An output, by position, at some arguments, one for each input of its system.
+
+    `system` is 0 for the own one, from 1 on for those that its guarantees compare it with.
+    """
 
     output: int
     arguments: tuple[Line, ...]
+    system: int = 0
 
 
 @dataclass(frozen=True)
@@ -87,8 +91,13 @@ class Reader:
         self.values = {n: Fraction(v) for n, v in system.values.items()}
         self.values |= {n: Fraction(v) for n, v in CONSTANTS.items() if math.isfinite(v)}
         self.inputs = {v.name: i for i, v in enumerate(system.inputs)}
-        self.outputs = {v.name: i for i, v in enumerate(system.outputs)}
-        self.here = tuple(Line(i, Fraction(1), Fraction(0)) for i in range(len(system.inputs)))
+        self.outputs = {v.name: (0, i) for i, v in enumerate(system.outputs)}
+        #: The inputs of each system as they are at a point; of a compared one that has others too, nothing.
+        self.here = [tuple(Line(i, Fraction(1), Fraction(0)) for i in range(len(system.inputs)))]
+        for s, other in enumerate(system.compared, start=1):
+            self.outputs |= {f"{other.name}.{o.name}": (s, i) for i, o in enumerate(other.outputs)}
+            own = [self.inputs[v.name] for v in other.inputs if v.name in self.inputs]
+            self.here.append(tuple(Line(i, Fraction(1), Fraction(0)) for i in own))
 
     def read(self, expr: Expr) -> Affine | None:
         """Return an expression as a sum, None for one that is none."""
@@ -106,14 +115,16 @@ class Reader:
                 lines = [*self._lines(arguments)]
                 if len(lines) < len(arguments):
                     return None
-                return Affine(Fraction(0), {}, {Taken(self.outputs[function], tuple(lines)): Fraction(1)})
+                s, output = self.outputs[function]
+                return Affine(Fraction(0), {}, {Taken(output, tuple(lines), s): Fraction(1)})
         return None
 
     def _name(self, name: str) -> Affine | None:
         if name in self.inputs:
             return Affine(Fraction(0), {self.inputs[name]: Fraction(1)}, {})
         if name in self.outputs:
-            return Affine(Fraction(0), {}, {Taken(self.outputs[name], self.here): Fraction(1)})
+            s, output = self.outputs[name]
+            return Affine(Fraction(0), {}, {Taken(output, self.here[s], s): Fraction(1)})
         return _of_number(self.values[name]) if name in self.values else None
 
     def _lines(self, arguments: tuple[Expr, ...]) -> Iterator[Line]:

@@ -21,6 +21,7 @@ from fuzzyctl.expr import CONSTANTS, Call, Expr, Name, walk
 from fuzzyctl.kernels import inference
 from fuzzyctl.kernels.grid import Grid, grid_of
 from fuzzyctl.kernels.plan import Plan
+from fuzzyctl.kernels.plan import plan as plan_of
 from fuzzyctl.kernels.program import Accumulate, Item, Place, Program
 from fuzzyctl.model.system import FuzzySystem
 
@@ -51,6 +52,7 @@ class System:
 
     def __init__(self, system: FuzzySystem, plan: Plan) -> None:
         self.system, self.plan = system, plan
+        self.compared = {c.name: System(c, plan_of(c)) for c in system.compared}
         self.program: Program = inference.evaluation(plan)
         self.reader = Reader(system)
         self.inputs = [v.name for v in system.inputs]
@@ -90,6 +92,16 @@ class System:
         exact = [self.errors[k] for k in wanted]
         return [_widened(e, off) if off else e for e, off in zip(found, exact, strict=True)], runner.void
 
+    @cached_property
+    def _strengths(self) -> Program:
+        return inference.largest_activations(self.plan)
+
+    def strength(self, arguments: Sequence[Enclosure], output: int) -> Enclosure:
+        """Enclose the largest activation among the rules of an output."""
+        names = dict(zip(self._strengths.arguments, arguments, strict=True))
+        (found,) = Interpreter(names, self._state).run(self._strengths, [output])
+        return found
+
     def _state(self, item: Item) -> Enclosure:
         assert not isinstance(item.index, str | Place)
         states = self.plan.states
@@ -105,25 +117,45 @@ class System:
         own = self.inputs_of(lo, hi, sloped=sloped)
         names = {n: constant(v) for n, v in self.reader_values.items()} | own
         void = np.array(False)
-        here = sorted({self.outputs.index(n) for e in exprs for n in _names(e) if n in self.outputs})
-        if here:
-            found, quiet = self.evaluate(list(own.values()), here)
-            names |= {self.outputs[k]: e for k, e in zip(here, found, strict=True)}
+        for system, wanted in self._named(exprs).items():
+            found, quiet = system.evaluate([own[n] for n in system.inputs], [k for k, _ in wanted])
+            names |= {name: e for (_, name), e in zip(wanted, found, strict=True)}
             void = void | quiet
         taken: dict[Expr, Enclosure] = {}
 
         def call(expr: Call) -> Enclosure | None:
             nonlocal void
-            if expr.function not in self.outputs:
-                return None
             if expr not in taken:
-                arguments = [interpreter.enclose(a) for a in expr.arguments]
-                (taken[expr],), quiet = self.evaluate(arguments, [self.outputs.index(expr.function)])
+                if expr.function == "total":
+                    (output,) = expr.arguments
+                    assert isinstance(output, Name)
+                    taken[expr] = self.strength(list(own.values()), self.outputs.index(output.name))
+                    return taken[expr]
+                where = self._place_of(expr.function)
+                if where is None:
+                    return None
+                (taken[expr],), quiet = where[0].evaluate([interpreter.enclose(a) for a in expr.arguments], [where[1]])
                 void = void | quiet
             return taken[expr]
 
         interpreter = Interpreter(names, call=call)
         return [interpreter.enclose(e) for e in exprs], void
+
+    def _place_of(self, name: str) -> tuple[System, int] | None:
+        """Return the system and the position of an output, of this system or of one it is compared with."""
+        if name in self.outputs:
+            return self, self.outputs.index(name)
+        system, _, output = name.partition(".")
+        return (self.compared[system], self.compared[system].outputs.index(output)) if output else None
+
+    def _named(self, exprs: Sequence[Expr]) -> dict[System, list[tuple[int, str]]]:
+        """Return the outputs that are named at the point itself, by system, each with its name there."""
+        found: dict[System, list[tuple[int, str]]] = {}
+        for name in dict.fromkeys(n for e in exprs for n in _names(e)):
+            where = self._place_of(name)
+            if where is not None:
+                found.setdefault(where[0], []).append((where[1], name))
+        return found
 
     @cached_property
     def reader_values(self) -> dict[str, float]:
@@ -159,10 +191,12 @@ class System:
         line = own.line()
         if line is not None and line.input is not None:
             places[line.input].add(float(-line.shift / line.factor))
+        systems = [self, *self.compared.values()]
         for taken in own.outputs:
+            other = systems[taken.system]
             for i, argument in enumerate(taken.arguments):
-                if argument.input is not None and argument != self.reader.here[i]:
-                    bends = [Fraction(x) for x in self._places(i)]
+                if argument.input is not None and (other is not self or argument != self.reader.here[0][i]):
+                    bends = [Fraction(x) for x in (*other._places(i), *other._whole(i)) if isfinite(x)]
                     places[argument.input] |= {float((x - argument.shift) / argument.factor) for x in bends}
 
     def _whole(self, position: int) -> tuple[float, float]:

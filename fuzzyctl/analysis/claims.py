@@ -133,10 +133,9 @@ def bounds_in(truth: Truth) -> Iterator[Bound]:
             yield from bounds_in(part)
 
 
-def outputs_in(system: FuzzySystem, truth: Truth) -> set[str]:
-    """Return the names of the outputs that comparisons name."""
-    known = {o.name for o in system.outputs}
-    return {n for b in bounds_in(truth) for side in (b.left, b.right) for n in named(side) if n in known}
+def compared_outputs(system: FuzzySystem) -> set[str]:
+    """Return the outputs of other systems that guarantees may name."""
+    return {f"{c.name}.{o.name}" for c in system.compared for o in c.outputs}
 
 
 def named(expr: Expr) -> Iterator[str]:
@@ -150,7 +149,7 @@ def named(expr: Expr) -> Iterator[str]:
 
 def is_limit(system: FuzzySystem, bound: Bound) -> bool:
     """Return whether one side is a number: such a claim is about the numbers that kernels return."""
-    variables = {v.name for v in (*system.inputs, *system.outputs)}
+    variables = {v.name for v in (*system.inputs, *system.outputs)} | compared_outputs(system)
     return any(not variables & set(named(side)) for side in (bound.left, bound.right))
 
 

@@ -99,7 +99,15 @@ class Prover:
     @cached_property
     def surface(self) -> Surface | None:
         """The outputs in rational arithmetic, None if they do not interpolate."""
-        return surface_of(self.plan) if self.timeout > 0.0 else surface_of(self.plan, most=QUICK)
+        return self._surface_of(self.plan)
+
+    @cached_property
+    def surfaces(self) -> tuple[Surface | None, ...]:
+        """The own outputs and those of the compared systems."""
+        return self.surface, *(self._surface_of(plan(c)) for c in self.system.compared)
+
+    def _surface_of(self, flat: Plan) -> Surface | None:
+        return surface_of(flat) if self.timeout > 0.0 else surface_of(flat, most=QUICK)
 
     @cached_property
     def bounds(self) -> Mapping[str, OutputBound]:
@@ -132,11 +140,8 @@ class Prover:
     def _pointwise(self, claim: Claim) -> Verdict:
         if self._follows_from_bounds(claim.truth):
             return Proved(claim.text)
-        if self.surface is not None:
-            found = vertices.decide(self.system, self.surface, claim, self.judge)
-            if found is not None:
-                return found
-        return self._divided(claim)
+        found = vertices.decide(self.system, self.surfaces, claim, self.judge)
+        return self._divided(claim) if found is None else found
 
     def _follows_from_bounds(self, truth: Truth) -> bool:
         if isinstance(truth, Bound):
@@ -154,7 +159,8 @@ class Prover:
         if own.inputs or len(own.outputs) != 1:
             return False
         ((taken, factor),) = own.outputs.items()
-        known = self.bounds[self.system.outputs[taken.output].name]
+        system = (self.system, *self.system.compared)[taken.system]
+        known = (self.bounds if not taken.system else output_bounds(system))[system.outputs[taken.output].name]
         if not all(abs(e) < float("inf") for e in (known.lo, known.hi)):
             return False
         least = min(own.number + factor * Fraction(e) for e in (known.lo, known.hi)) + bound.tolerance

@@ -52,17 +52,24 @@ class _UnsuitedError(Exception):
     """Raised for a claim that is not decided at corners."""
 
 
-def decide(system: FuzzySystem, surface: Surface, claim: Claim, judge: Judge) -> Verdict | None:
-    """Decide a claim that compares sums of outputs and inputs; None for one that corners do not decide."""
+def decide(system: FuzzySystem, surfaces: Sequence[Surface | None], claim: Claim, judge: Judge) -> Verdict | None:
+    """Decide a claim that compares sums of outputs and inputs; None for one that corners do not decide.
+
+    Args:
+        system: The system.
+        surfaces: Its own, and those of the systems it is compared with; None for one that does not interpolate.
+        claim: The claim.
+        judge: What evaluates witnesses.
+    """
     try:
-        return _Decision(system, surface, claim, judge).verdict()
+        return _Decision(system, surfaces, claim, judge).verdict()
     except _UnsuitedError:
         return None
 
 
 class _Decision:
-    def __init__(self, system: FuzzySystem, surface: Surface, claim: Claim, judge: Judge) -> None:
-        self.system, self.surface, self.claim, self.judge = system, surface, claim, judge
+    def __init__(self, system: FuzzySystem, surfaces: Sequence[Surface | None], claim: Claim, judge: Judge) -> None:
+        self.system, self.surfaces, self.claim, self.judge = system, surfaces, claim, judge
         self.reader = Reader(system)
         self.region = {b: self._sum(b) for b in bounds_in(claim.region)}
         self.compared = {b: self._sum(b) for b in bounds_in(claim.truth)}
@@ -78,12 +85,19 @@ class _Decision:
             raise _UnsuitedError
         return left.plus(right, Fraction(-1))
 
+    def _surface(self, taken: Taken) -> Surface:
+        surface = self.surfaces[taken.system]
+        if surface is None:
+            raise _UnsuitedError
+        return surface
+
     def _require_multilinear(self, own: Affine) -> None:
         for taken in own.outputs:
-            read = [taken.arguments[i].input for i in self.surface.inputs if taken.arguments[i].input is not None]
+            surface = self._surface(taken)
+            read = [taken.arguments[i].input for i in surface.inputs if taken.arguments[i].input is not None]
             if len(set(read)) < len(read):
                 raise _UnsuitedError
-            if not self.surface.is_unity[taken.output] and (len(own.outputs) > 1 or own.inputs):
+            if not surface.is_unity[taken.output] and (len(own.outputs) > 1 or own.inputs):
                 raise _UnsuitedError
         if any(self.system.inputs[i].extrapolate for i in own.inputs):
             raise _UnsuitedError
@@ -94,8 +108,9 @@ class _Decision:
         found: list[set[Fraction]] = [set() for _ in self.system.inputs]
         for own in self.compared.values():
             for taken in own.outputs:
-                for k, i in enumerate(self.surface.inputs):
-                    _add_places(found, taken.arguments[i], self.surface.corners[k])
+                surface = self._surface(taken)
+                for k, i in enumerate(surface.inputs):
+                    _add_places(found, taken.arguments[i], surface.corners[k])
         for own in self.region.values():
             line = own.line()
             assert line is not None
@@ -194,7 +209,7 @@ class _Decision:
             own, point = self.compared[bound], self._point(vertex)
             total = own.number + sum((c * point[i] for i, c in own.inputs.items()), Fraction(0))
             for taken, factor in own.outputs.items():
-                above, below = self.surface.sums(taken.output, [a.at(point) for a in taken.arguments])
+                above, below = self._surface(taken).sums(taken.output, [a.at(point) for a in taken.arguments])
                 # The tolerance is added to the quotient later, so that the sign is all that may change here.
                 total += factor * above / below
             self.known[key] = total
@@ -210,12 +225,13 @@ class _Decision:
 
     def _error(self, taken: Taken) -> Fraction:
         """Return the error of an output, and of its arguments if floats cannot hold them."""
-        total = self.surface.errors[taken.output]
-        for k, i in enumerate(self.surface.inputs):
+        surface = self._surface(taken)
+        total = surface.errors[taken.output]
+        for k, i in enumerate(surface.inputs):
             line = taken.arguments[i]
             if not line.is_exact and line.input is not None:
                 farthest = max(abs(c * line.factor) for c in self.cuts[line.input]) + abs(line.shift)
-                total += farthest * Fraction(4, 1 << 53) * steepest(self.surface, taken.output, k)
+                total += farthest * Fraction(4, 1 << 53) * steepest(surface, taken.output, k)
         return total
 
     def _is_held(self, bound: Bound) -> bool:
@@ -224,7 +240,7 @@ class _Decision:
         if own.inputs or len(own.outputs) != 1:
             return False
         ((taken, factor),) = own.outputs.items()
-        ends = [own.number + bound.tolerance + factor * Fraction(e) for e in self.surface.hull(taken.output)]
+        ends = [own.number + bound.tolerance + factor * Fraction(e) for e in self._surface(taken).hull(taken.output)]
         return min(ends) > 0 or (min(ends) == 0 and not bound.strict)
 
     def _proved(self, level: Level) -> Verdict:

@@ -25,7 +25,9 @@ from fuzzyctl.expr import (
     evaluate,
     to_text,
 )
+from fuzzyctl.kernels import inference, python_backend
 from fuzzyctl.kernels.compile import Kernel, compile
+from fuzzyctl.kernels.plan import plan
 from fuzzyctl.model.system import FuzzySystem
 
 #: What functions such as `exp` may be off by, relative to what is compared.
@@ -46,6 +48,7 @@ class Judge:
         self.system = system
         self.inputs = [v.name for v in system.inputs]
         self.params: Mapping[str, float] = {**CONSTANTS, **system.values}
+        self.compared = {c.name: Judge(c) for c in system.compared}
 
     @cached_property
     def kernel(self) -> Kernel:
@@ -101,6 +104,8 @@ class Judge:
             case Name(name=name):
                 if name in self.inputs:
                     return _finite(point[self.inputs.index(name)]), True
+                if "." in name:
+                    return self._elsewhere(name, [point[self.inputs.index(n)] for n in self._inputs_of(name)]), True
                 return _finite(here[name] if name in here else self.params[name]), True
             case Negate(operand=operand):
                 a, exact = self.value(operand, point, here)
@@ -114,6 +119,10 @@ class Judge:
             case Call(function=function, arguments=arguments) if function in here:
                 given = [float(self.value(a, point, here)[0]) for a in arguments]
                 return _finite(self.outputs(given)[function]), True
+            case Call(function="total", arguments=(Name(name=name),)):
+                return _finite(self.strength(name, point)), True
+            case Call(function=function, arguments=arguments) if "." in function:
+                return self._elsewhere(function, [float(self.value(a, point, here)[0]) for a in arguments]), True
             case Call(function="abs" | "min" | "max" as function, arguments=arguments):
                 parts = [self.value(a, point, here) for a in arguments]
                 exact = all(e for _, e in parts)
@@ -123,6 +132,27 @@ class Judge:
                 call = lambda *v: evaluate(Call(function, tuple(Number(x) for x in v)), {})  # noqa: E731
                 return self._rounded(call, arguments, point, here)
         raise NoValueError
+
+    def strength(self, output: str, point: Sequence[float]) -> float:
+        """Return the largest activation among the rules of an output, as kernels compute it."""
+        found = self._strengths(*point)
+        several = found if isinstance(found, tuple) else (found,)
+        return float(several[[o.name for o in self.system.outputs].index(output)])
+
+    @cached_property
+    def _strengths(self) -> Any:
+        flat = plan(self.system)
+        program = inference.largest_activations(flat)
+        return python_backend.compile_source(python_backend.evaluation_source(program), program, self.inputs)
+
+    def _inputs_of(self, name: str) -> list[str]:
+        """Return the inputs of the system of an output of another one, `SYSTEM.OUTPUT`."""
+        return self.compared[name.partition(".")[0]].inputs
+
+    def _elsewhere(self, name: str, point: Sequence[float]) -> Fraction:
+        """Return an output of another system at a point of its inputs."""
+        system, _, output = name.partition(".")
+        return _finite(self.compared[system].outputs(point)[output])
 
     def _rounded(
         self, function: Any, parts: Iterable[Expr], point: Sequence[float], here: Mapping[str, float]

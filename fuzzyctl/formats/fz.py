@@ -31,7 +31,8 @@ def dumps(system: FuzzySystem) -> str:
         system: A well-formed system.
 
     Returns:
-        A text with `loads(dumps(system)) == system`; comments of a file it came from are not part of a system.
+        A text with `loads(dumps(system)) == system`; comments of a file it came from are not part of a system. Other
+        systems that guarantees name follow it: `loads` then takes `system=system.name`.
 
     Raises:
         ValueOutOfBoundsError: For a title, label, unit or citation that a `.fz` string cannot hold.
@@ -77,6 +78,8 @@ def _lines(system: FuzzySystem) -> Iterator[str]:
         yield rule_text(block)
         loose = True
     yield from _section([f"require {guarantee_text(g)}" for g in system.guarantees])
+    for other in system.compared:
+        yield from _section(list(_lines(other)))
 
 
 def guarantee_text(g: Guarantee) -> str:

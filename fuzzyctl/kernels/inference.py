@@ -83,6 +83,25 @@ def trace(plan: Plan) -> Program:
     return _program(plan, builder, [*degrees, *activations, *outputs])
 
 
+def largest_activations(plan: Plan) -> Program:
+    """Write the program that computes for each output the largest activation among its rules."""
+    front = _Front(plan)
+    read = {k for output in plan.outputs for k in output.reads}
+    for position in plan.order:
+        if position in read:
+            front.write_output(position)
+    builder = front.builder
+    # Where an output has no value, others may still be asked for.
+    builder.statements = [s for s in builder.statements if not isinstance(s, Refuse)]
+    results: list[Expr] = []
+    for position, output in enumerate(plan.outputs):
+        own: Expr = ZERO
+        for entry in output.implied:
+            own = builder.let(Call("max", (own, front.activations[entry.rule])))
+        results.append(Where(front.nan(position), NAN, own))
+    return _program(plan, builder, results)
+
+
 def term_degree(term: SetPlan) -> Program:
     """Write the program that computes the degree of one term."""
     builder = Builder()

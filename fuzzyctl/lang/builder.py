@@ -49,7 +49,7 @@ class Builder(Transformer[Token, Any]):
             message = f"the name has {len(token)} characters, more than {MAX_NAME}"
             self.problems.append(Diagnostic("FZ107", message, self._at(token), help="shorten it"))
         text = unicodedata.normalize("NFC", str(token))
-        if token.type == "NAME" and not text.isidentifier():
+        if token.type in ("NAME", "MEMBER") and not all(part.isidentifier() for part in text.split(".")):
             # Such as ½ and ², which are letters to a regular expression but not to a reader.
             self.problems.append(Diagnostic("FZ105", f"'{_short(text)}' is no name", self._at(token), help=NAME_RULE))
         return sx.Word(text, self._at(token))

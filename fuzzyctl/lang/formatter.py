@@ -15,7 +15,11 @@ from fuzzyctl.lang.lines import LogicalLine, split
 from fuzzyctl.lang.syntax import NAME
 from fuzzyctl.source import SourceText
 
-_TOKEN = re.compile(rf'"[^"\n]*"|(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?|{NAME}|<=|>=|==|!=|[^\s]')
+_NUMBER: Final = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
+#: An output of another system is one token, except in rows, where a point is a cell.
+_MEMBER: Final = rf"{NAME}(?:\.{NAME})?"
+_TOKEN: Final = re.compile(rf'"[^"\n]*"|{_NUMBER}|{_MEMBER}|<=|>=|==|!=|[^\s]')
+_CELL_TOKEN: Final = re.compile(rf"{_NUMBER}|{NAME}|[^\s]")
 
 #: Words after which an opening parenthesis stands apart.
 _APART: Final = frozenset({"and", "or", "not", "if", "else", "then", "when", "within", "rate", "weight", "require"})
@@ -139,7 +143,7 @@ def _cells(text: str) -> list[str]:
     """Split a row into cells: blanks separate them, except inside parentheses and around `/`, `*` and signs."""
     cells: list[str] = []
     depth, before = 0, ""
-    for token in _TOKEN.findall(text):
+    for token in _CELL_TOKEN.findall(text):
         is_call = token == "(" and before in ("linear", "function", "constant")
         inside = depth > 0 or token in ("/", "*") or before in ("/", "*", "+", "-")
         if cells and (is_call or inside):
@@ -173,7 +177,7 @@ def _glue(before: str, token: str, tight: str) -> str:
     if before in "([^" or token in ")],^" or before in tight or token in tight:
         return ""
     if token == "(":
-        is_call = re.fullmatch(NAME, before) is not None and before not in _APART
+        is_call = re.fullmatch(_MEMBER, before) is not None and before not in _APART
         return "" if is_call else " "
     return " "
 

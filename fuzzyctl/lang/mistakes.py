@@ -137,7 +137,7 @@ def capital_keyword(word: str, place: Span, code: str = "FZ102") -> Diagnostic:
 
 def _expected(error: UnexpectedToken) -> str:
     """List what may stand at the place, most telling first; operators that may always follow are left out."""
-    accepted = set(error.accepts or error.expected or ())
+    accepted = set(error.accepts or error.expected or ()) - {"MEMBER"}
     if "$END" in accepted or accepted & {"RPAR", "RSQB", "COMMA"}:
         accepted -= {"SUM", "PRODUCT", "POWER", "COMPARE", "AND", "OR"}
     words = sorted({_TERMINALS.get(t, f"'{t.removeprefix('K_').lower()}'") for t in accepted})
@@ -157,7 +157,7 @@ def _repair(error: UnexpectedToken, help_text: str) -> str:
         # Only a number or parentheses may stand here.
         sign = "" if "SUM" in accepted else "with its sign "
         return f"put a param {sign}in parentheses, such as ({'' if 'SUM' in accepted else '-'}{error.token})"
-    keywords = [t.removeprefix("K_").lower() for t in accepted if t not in _TERMINALS and t.isalpha()]
+    keywords = [t.removeprefix("K_").lower() for t in accepted - {"MEMBER"} if t not in _TERMINALS and t.isalpha()]
     near = closest(str(error.token), keywords) if error.token.type == "NAME" else None
     return f"did you mean '{near}'? {help_text}".strip() if near else help_text
 

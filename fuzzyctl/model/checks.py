@@ -12,7 +12,9 @@ from fuzzyctl.model.hints import jumping_tables
 from fuzzyctl.model.numbers import Numbers
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, literals
 from fuzzyctl.model.shapes import SHAPE_CHECKS
+from fuzzyctl.model.symmetry import odd_cells
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.units import unlike_units
 from fuzzyctl.model.values import VALUE_CHECKS, all_numbers
 from fuzzyctl.model.variable import Membership
 from fuzzyctl.source import Span
@@ -241,4 +243,6 @@ CHECKS: Final[tuple[Check, ...]] = (
     unused_params,
     unused_hedges,
     jumping_tables,
+    odd_cells,
+    unlike_units,
 )

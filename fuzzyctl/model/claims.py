@@ -45,6 +45,11 @@ def bad_claims(numbers: Numbers) -> Iterator[Diagnostic]:
                 if low is not None and high is not None and low > high:
                     message = f"the lower bound {low:.6g} is greater than the upper one, {high:.6g}"
                     yield Diagnostic("FZ302", message, node.span or guarantee.span, help="swap them")
+            elif isinstance(node, Compare) and isinstance(node.left, Call) and node.left.function == "total":
+                least = numbers.finite(node.right)
+                if least is not None and not 0 < least <= 1:
+                    message = f"the strength {least:.6g} lies outside (0, 1]"
+                    yield Diagnostic("FZ302", message, span_of(node.right) or guarantee.span)
             elif isinstance(node, Compare) and isinstance(node.left, Call) and node.left.function == "lipschitz":
                 bound = numbers.finite(node.right)
                 if bound is not None and bound < 0:
@@ -63,7 +68,7 @@ def _constants(expr: Expr, system: FuzzySystem) -> Iterator[Expr]:
 
 def _is_constant(expr: Expr, system: FuzzySystem) -> bool:
     variables = {v.name for v in (*system.inputs, *system.outputs)}
-    if isinstance(expr, Number) or any(n.name in variables for n in names_in(expr)):
+    if isinstance(expr, Number) or any(n.name in variables or "." in n.name for n in names_in(expr)):
         return False
     return not any(
         isinstance(n, Compare | Logic) or (isinstance(n, Call) and n.function not in FUNCTIONS) for n in walk(expr)

@@ -13,7 +13,8 @@ from fuzzyctl.model.rule import RuleTable
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input
 
-_Place = tuple[int, int]
+#: Row and column of a cell.
+Place = tuple[int, int]
 
 
 def uncovered_ranges(numbers: Numbers) -> Iterator[Diagnostic]:
@@ -58,21 +59,21 @@ def jumping_tables(system: FuzzySystem) -> Iterator[Diagnostic]:
     for block in system.blocks:
         if not isinstance(block, RuleTable) or len(block.outputs) != 1:
             continue
-        ranks = _ranks(system, block)
+        ranks = ranks_of(system, block)
         # In a small table one odd cell is as likely to be meant.
         if ranks is None or len(block.column_terms) < (5 if block.rows is None else 3):
             continue
-        culprit = _culprit(ranks)
-        if culprit is not None:
-            cell = block.cells[culprit[0]][culprit[1]]
+        odd = culprit(ranks)
+        if odd is not None:
+            cell = block.cells[odd[0]][odd[1]]
             message = f"the cell '{cell.terms[0]}' jumps in a table that is monotone but for it"
             yield Diagnostic("FZ310", message, cell.span, "warning", help="check the cell")
 
 
-def _culprit(ranks: list[list[int]]) -> _Place | None:
+def culprit(ranks: list[list[int]]) -> Place | None:
     """Return the one cell that is part of all breaks, None where there is no break or no such cell."""
     pairs = list(_neighbours(ranks))
-    found: set[_Place] = set()
+    found: set[Place] = set()
     for across, down in product((1, -1), repeat=2):
         bad = [
             {a, b}
@@ -86,7 +87,7 @@ def _culprit(ranks: list[list[int]]) -> _Place | None:
     return found.pop() if len(found) == 1 else None
 
 
-def _ranks(system: FuzzySystem, table: RuleTable) -> list[list[int]] | None:
+def ranks_of(system: FuzzySystem, table: RuleTable) -> list[list[int]] | None:
     """Return the place of each cell's term among the terms of the output; None where a cell is no term."""
     order = {t.name: i for i, t in enumerate(system.output(table.outputs[0]).terms)}
     ranks: list[list[int]] = []
@@ -98,7 +99,7 @@ def _ranks(system: FuzzySystem, table: RuleTable) -> list[list[int]] | None:
     return ranks
 
 
-def _neighbours(ranks: list[list[int]]) -> Iterator[tuple[_Place, _Place, bool]]:
+def _neighbours(ranks: list[list[int]]) -> Iterator[tuple[Place, Place, bool]]:
     for i, row in enumerate(ranks):
         for j in range(len(row)):
             if j + 1 < len(row):
@@ -107,5 +108,5 @@ def _neighbours(ranks: list[list[int]]) -> Iterator[tuple[_Place, _Place, bool]]
                 yield (i, j), (i + 1, j), True
 
 
-def _at(ranks: list[list[int]], place: _Place) -> int:
+def _at(ranks: list[list[int]], place: Place) -> int:
     return ranks[place[0]][place[1]]

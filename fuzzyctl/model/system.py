@@ -35,6 +35,7 @@ class FuzzySystem(Node):
         outputs: In the order of declaration, which is the order of a kernel's results.
         blocks: Rule tables and single rules in the order written.
         guarantees: The `require` statements.
+        compared: The other systems that they name, as `SYSTEM.OUTPUT`, without guarantees of their own.
         path: The file it was read from, or an empty string.
     """
 
@@ -48,6 +49,7 @@ class FuzzySystem(Node):
     outputs: tuple[Output, ...]
     blocks: tuple[InstanceOf[RuleTable] | InstanceOf[Rule], ...]
     guarantees: tuple[Guarantee, ...] = ()
+    compared: tuple[FuzzySystem, ...] = ()
     path: str = Field(default="", repr=False)
 
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> FuzzySystem:
@@ -110,11 +112,19 @@ class FuzzySystem(Node):
             p.model_copy(update={"expression": Number(float(values[p.name]))}) if p.name in values else p
             for p in self.params
         )
-        changed = FuzzySystem(**{k: getattr(self, k) for k in type(self).model_fields} | {"params": params})
+        compared = tuple(self._followed(c, values) for c in self.compared)
+        fields = {k: getattr(self, k) for k in type(self).model_fields}
+        changed = FuzzySystem(**fields | {"params": params, "compared": compared})
         from fuzzyctl.model.checks import require_well_formed
 
         require_well_formed(changed)
         return changed
+
+    def _followed(self, compared: FuzzySystem, values: Mapping[str, float]) -> FuzzySystem:
+        """Set in a compared system the params that are declared in one place for both."""
+        own = {(p.name, p.span) for p in self.params if p.span is not None}
+        shared = {p.name: values[p.name] for p in compared.params if p.name in values and (p.name, p.span) in own}
+        return compared.with_params(**shared) if shared else compared
 
     def __call__(self, **inputs: Any) -> Any:
         """Evaluate the system for numbers or arrays given by name.

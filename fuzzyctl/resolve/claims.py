@@ -1,4 +1,7 @@
-"""Checks the form of guarantees: names, numbers of arguments, and where a truth value or a number is due."""
+"""Checks the form of guarantees: names, numbers of arguments, and where a truth value or a number is due.
+
+`SYSTEM.OUTPUT` is an output of another system; whether there is one is seen when all systems are read (`linking`).
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ from fuzzyctl.source import Span
 
 #: What a guarantee may say of an output: the forms, and whether the word is a truth value by itself.
 FORMS: Final[dict[str, tuple[str, bool]]] = {
-    "total": ("total(OUTPUT)", True),
+    "total": ("total(OUTPUT), or total(OUTPUT) >= STRENGTH", True),
     "bounded": ("bounded(OUTPUT, LOW, HIGH)", True),
     "increasing": ("increasing(OUTPUT, INPUT)", True),
     "decreasing": ("decreasing(OUTPUT, INPUT)", True),
@@ -32,6 +35,9 @@ def check_claim(context: Context, claim: ex.Expr, *, truth: bool) -> bool:
         case ex.Compare(op="<=", left=ex.Call(function="lipschitz") as slope, right=bound, span=span):
             parts = all([_check_form(context, slope, False), context.check_names(bound, context.params, "param")])
             return _due(context, truth, "a number", "a comparison", span) and parts
+        case ex.Compare(op=">=", left=ex.Call(function="total") as total, right=least, span=span):
+            parts = all([_check_form(context, total, True), context.check_names(least, context.params, "param")])
+            return _due(context, truth, "a number", "a comparison", span) and parts
         case ex.Compare(left=left, right=right, span=span):
             parts = all([check_claim(context, p, truth=False) for p in (left, right)])
             return _due(context, truth, "a number", "a comparison", span) and parts
@@ -44,7 +50,7 @@ def check_claim(context: Context, claim: ex.Expr, *, truth: bool) -> bool:
             return False
         case ex.Call(function=function) if function in FORMS:
             return _check_form(context, claim, truth)
-        case ex.Call(function=function) if function not in ex.FUNCTIONS and function not in context.outputs:
+        case ex.Call(function=function) if not _is_known(context, function):
             _unknown_function(context, claim)
             return False
         case ex.Call(function=function, span=span):
@@ -52,7 +58,7 @@ def check_claim(context: Context, claim: ex.Expr, *, truth: bool) -> bool:
             return _due(context, not truth, "a truth value", "a number", span) and _check_call(context, claim) and parts
         case ex.Name(name=name, span=span):
             known = [*context.params, *context.inputs, *context.outputs]
-            if name not in known and name not in ex.CONSTANTS:
+            if name not in known and name not in ex.CONSTANTS and "." not in name:
                 context.unknown("name", claim, known)
                 return False
             return _due(context, not truth, "a truth value", "a number", span)
@@ -62,11 +68,10 @@ def check_claim(context: Context, claim: ex.Expr, *, truth: bool) -> bool:
 
 def names_output(context: Context, claim: ex.Expr) -> bool:
     """Whether a claim speaks of any output."""
-    return any(
-        (isinstance(n, ex.Name) and n.name in context.outputs)
-        or (isinstance(n, ex.Call) and n.function in context.outputs)
-        for n in ex.walk(claim)
-    )
+    named = [
+        n.name if isinstance(n, ex.Name) else n.function for n in ex.walk(claim) if isinstance(n, ex.Name | ex.Call)
+    ]
+    return any(name in context.outputs or "." in name for name in named)
 
 
 def check_condition(context: Context, condition: ex.Expr) -> bool:
@@ -95,7 +100,13 @@ def _due(context: Context, right: bool, due: str, given: str, span: Span | None)
     return right
 
 
+def _is_known(context: Context, function: str) -> bool:
+    return function in ex.FUNCTIONS or function in context.outputs or "." in function
+
+
 def _check_call(context: Context, call: ex.Call) -> bool:
+    if "." in call.function:
+        return True
     if call.function in context.outputs:
         due = len(context.inputs)
         if len(call.arguments) == due or context.lost_input:

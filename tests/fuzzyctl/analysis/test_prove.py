@@ -290,3 +290,35 @@ class TestSeededFaults:
 def test_a_path_is_read(rules):
     assert [v.claim for v in prove(rules / "tipper.fz")] == ["bounded(tip, 0, 30)"]
     assert prove(load(rules / "tipper.fz"))[0].span.line == 33
+
+
+class TestStrengths:
+    """`total(u) >= STRENGTH`: the largest activation is nowhere below."""
+
+    def test_the_weakest_place_of_a_partition_decides(self):
+        # With products of two halves four rules fire with 1/4 each.
+        assert words(LINE, "total(u) >= 0.24", "total(u) >= 0.26") == ["Proved", "Refuted"]
+        assert words(MAMDANI, "total(u) >= 0.49", "total(u) >= 0.51") == ["Proved", "Refuted"]
+
+    def test_a_touch_needs_a_tolerance(self):
+        assert words(LINE, "total(u) >= 0.25 within 1e-9") == ["Proved"]
+        assert words(LINE, "total(u) >= 0.25") == ["Undecided"]
+
+    def test_curved_terms_are_bounded_too(self):
+        assert words(CURVED, "total(u) >= 0.2", "total(u) >= 0.3") == ["Proved", "Refuted"]
+
+    def test_weights_count(self):
+        text = LINE.replace("P | ZO PS PB", "P | ZO PS*0.5 PB")
+        (verdict,) = verdicts(text, "total(u) >= 0.6 when e >= 0.999 and abs(de) <= 0.001")
+        assert isinstance(verdict, Refuted)
+        assert dict(verdict.witness.sides)["total(u)"] == pytest.approx(0.5, abs=0.01)
+        assert words(text, "total(u) >= 0.49 when e >= 0.999 and abs(de) <= 0.001") == ["Proved"]
+
+    def test_where_no_rule_fires_it_is_0(self):
+        gap = "system s\ndefuzzifier weighted_average\ninput x in [0, 3]\n  A = triangle(-inf, 0, 1)\n" + (
+            "  B = triangle(2, 3, inf)\noutput y in [0, 1] else error\n  terms l=0 h=1\ntable y = x\n A B\n| l h\n"
+        )
+        (verdict,) = verdicts(gap, "total(y) >= 0.001")
+        assert isinstance(verdict, Refuted)
+        assert 1 <= verdict.witness.point["x"] <= 2
+        assert words(gap, "total(y) >= 0.001 when x <= 0.99") == ["Proved"]

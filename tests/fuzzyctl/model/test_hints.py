@@ -1,7 +1,7 @@
 import pytest
 
 from fuzzyctl.loading import examine, loads
-from fuzzyctl.model.hints import _culprit
+from fuzzyctl.model.hints import culprit as culprit_of
 from fuzzyctl.shipped import rules_folder
 from fuzzyctl.source import SourceText
 
@@ -20,7 +20,7 @@ class TestCulprit:
         ],
     )
     def test_the_one_odd_cell_is_found(self, ranks, culprit):
-        assert _culprit(ranks) == culprit
+        assert culprit_of(ranks) == culprit
 
     @pytest.mark.parametrize("path", sorted(rules_folder().glob("*.fz")), ids=lambda p: p.name)
     def test_shipped_tables_do_not_jump(self, path):

@@ -1,0 +1,93 @@
+"""Checks that guarantees compare and add only what is measured in the same unit, as far as units are said.
+
+Numbers take any unit, and so does what is multiplied or divided: units are texts, and no one computes with them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from fuzzyctl.errors import Diagnostic
+from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, children, span_of, to_text
+from fuzzyctl.model.system import FuzzySystem
+
+#: Functions whose value is measured in the unit of their arguments.
+_JOINING = ("abs", "min", "max")
+
+
+def unlike_units(system: FuzzySystem) -> Iterator[Diagnostic]:
+    """Find quantities of different units that a guarantee compares, adds, or puts in each other's place."""
+    units = _Units(system)
+    for guarantee in system.guarantees:
+        units.unit(guarantee.claim)
+        if guarantee.when is not None:
+            units.unit(guarantee.when)
+        claim = guarantee.claim
+        if guarantee.within is not None and isinstance(claim, Compare):
+            units.join([claim.left, guarantee.within])
+    yield from units.mistakes
+
+
+class _Units:
+    def __init__(self, system: FuzzySystem) -> None:
+        self.of: dict[str, str] = {p.name: p.unit for p in system.params}
+        self.of |= {v.name: v.unit for v in (*system.inputs, *system.outputs)}
+        self.arguments = {o.name: [v.unit for v in system.inputs] for o in system.outputs}
+        for other in system.compared:
+            for o in other.outputs:
+                self.of[f"{other.name}.{o.name}"] = o.unit
+                self.arguments[f"{other.name}.{o.name}"] = [v.unit for v in other.inputs]
+        self.mistakes: list[Diagnostic] = []
+
+    def unit(self, expr: Expr) -> str:
+        """Return the unit of an expression, an empty text where it may be any."""
+        match expr:
+            case Name(name=name):
+                return self.of.get(name, "")
+            case Negate(operand=operand):
+                return self.unit(operand)
+            case Binary(op="+" | "-", left=left, right=right):
+                return self.join([left, right])
+            case Compare(left=Call(function="lipschitz" | "total")):
+                return ""
+            case Compare(left=left, right=right):
+                self.join([left, right])
+                return ""
+            case Call(function="bounded", arguments=arguments):
+                self.join(arguments)
+                return ""
+            case Call(function=function, arguments=arguments) if function in _JOINING:
+                return self.join(arguments)
+            case Call(function=function, arguments=arguments) if function in self.arguments:
+                self._take(expr, arguments, self.arguments[function])
+                return self.of[function]
+            case Logic(operands=operands):
+                for operand in operands:
+                    self.unit(operand)
+                return ""
+        for part in children(expr):
+            self.unit(part)
+        return ""
+
+    def join(self, parts: Sequence[Expr]) -> str:
+        """Return the unit that all parts share; report the first that has another than one before it."""
+        known = [(part, unit) for part in parts if (unit := self.unit(part))]
+        for part, unit in known[1:]:
+            if unit != known[0][1]:
+                first = to_text(known[0][0])
+                message = f"'{first}' is measured in {known[0][1]}, '{to_text(part)}' in {unit}"
+                self._report(message, part)
+                break
+        return known[0][1] if known else ""
+
+    def _take(self, call: Call, arguments: Sequence[Expr], due: Sequence[str]) -> None:
+        for argument, wanted in zip(arguments, due, strict=False):
+            given = self.unit(argument)
+            if given and wanted and given != wanted:
+                self._report(
+                    f"'{to_text(argument)}' is measured in {given}, '{call.function}' takes {wanted}", argument
+                )
+
+    def _report(self, message: str, place: Expr) -> None:
+        help_text = "compare what has the same unit, with a factor where units are to be converted"
+        self.mistakes.append(Diagnostic("FZ312", message, span_of(place), help=help_text))
