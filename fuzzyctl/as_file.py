@@ -90,7 +90,7 @@ def _in_rules(built: FuzzySystem) -> _Named:
             yield from (("a part of a rule", w) for w in (i.variable, i.term, *i.hedges))
         for c in r.consequents:
             name = c.term.kind if isinstance(c.term, Membership) else c.term
-            yield from (("a part of a rule", w) for w in (c.output, name))
+            yield from (("a part of a rule", w) for w in (c.output, *c.hedges, name))
 
 
 def _in_tables(built: FuzzySystem) -> _Named:

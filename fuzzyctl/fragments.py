@@ -155,7 +155,8 @@ def hold(text: str) -> Hold | None:
     clauses = _statement(_HOLD, text, sx.Variable).clauses
     if len(clauses) != 1 or not isinstance(clauses[0], sx.FallbackClause) or not isinstance(clauses[0].value, sx.Held):
         raise _no(_HOLD, text)
-    return Hold(start=_placeless(clauses[0].value.start))
+    start = clauses[0].value.start
+    return Hold(start="nan" if start == Name("nan") else _placeless(start))
 
 
 def _output(form: _Form, text: str) -> Output:
@@ -196,7 +197,7 @@ def rule(text: str) -> Rule:
     consequents = []
     for c in found.consequents:
         term = c.term.text if isinstance(c.term, sx.Word) else _function(c.term)
-        consequents.append(Consequent(output=c.output.text, term=term))
+        consequents.append(Consequent(output=c.output.text, term=term, hedges=tuple(h.text for h in c.hedges)))
     weight = ONE if found.weight is None else _placeless(found.weight)
     return Rule(antecedent=_antecedent(found.antecedent), consequents=tuple(consequents), weight=weight)
 

@@ -29,6 +29,7 @@ from fuzzyctl.lang.syntax import NAME, STATEMENT_KEYWORDS
 CLAUSES: Final = (
     "adaptive",
     "and",
+    "clamp",
     "else",
     "extrapolate",
     "from",

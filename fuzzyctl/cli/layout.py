@@ -41,7 +41,8 @@ def _lines(data: dict[str, Any], width: int) -> Iterator[Line]:
     for word in ("source", "file"):
         if data[word]:
             yield "text", f"{word}: {data[word]}"
-    yield from _section("Method", _pairs(data["method"].items()))
+    knobs = ", ".join(f"{knob} {value}" for knob, value in data["knobs"].items())
+    yield from _section("Method", _pairs((data["method"] | {"knobs": knobs}).items()))
     yield from _section("Params", _params(data["params"]))
     yield from _section("Hedges", [("text", f"  {h['meaning']}") for h in data["hedges"]])
     yield from _section("Inputs", [line for v in data["inputs"] for line in _input(v)])
@@ -98,6 +99,8 @@ def _output(v: dict[str, Any]) -> Iterator[Line]:
     if v["adaptive"] is not None:
         facts["adaptive"] = f"rate {v['adaptive']}"
     facts["else"] = _otherwise(v["else"], v["held_at_first"])
+    if v["clamped"]:
+        facts["clamped"] = "the value is held within the range"
     facts["values"] = _values(v["bounds"])
     facts["coverage"] = _coverage(v["coverage"], v["else"] is not None)
     yield from _pairs(facts.items(), "    ")

@@ -10,7 +10,7 @@ from fuzzyctl.expr import ExprError, to_text
 from fuzzyctl.formats.fz import activation_text, antecedent_text, cell_text, defuzzifier_text, guarantee_text, rule_text
 from fuzzyctl.model.method import Activation, Defuzzifier, Method
 from fuzzyctl.model.rule import Rule, RuleTable
-from fuzzyctl.model.semantics import Semantics
+from fuzzyctl.model.semantics import KNOBS, Semantics
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Input, LinguisticVariable, Output, Term
 
@@ -32,6 +32,7 @@ def summary(system: FuzzySystem) -> dict[str, Any]:
         "source": system.citation,
         "file": system.path,
         "method": _method(system.method),
+        "knobs": {knob: system.method.semantics.text(knob) for knob in KNOBS},
         "params": [
             {"name": p.name, "value": system.values[p.name], "expression": to_text(p.expression), "unit": p.unit}
             for p in system.params
@@ -117,6 +118,7 @@ def _outputs(system: FuzzySystem) -> list[dict[str, Any]]:
             "method": method,
             "else": _otherwise(system, v),
             "held_at_first": _held_at_first(system, v),
+            "clamped": v.clamped,
             "adaptive": to_text(v.adaptive) if v.adaptive else None,
         }
         found.append(_variable(system, v) | rest | proved[v.name])

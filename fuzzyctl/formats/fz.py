@@ -15,7 +15,9 @@ from fuzzyctl.files import written_whole
 from fuzzyctl.lang.formatter import format_source
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.method import Activation, Defuzzifier, Method
+from fuzzyctl.model.profiles import PROFILES, UNSET, Profile
 from fuzzyctl.model.rule import And, Antecedent, Cell, Is, Not, Or, Rule, RuleTable
+from fuzzyctl.model.semantics import KNOBS, Semantics
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Fallback, Hold, LinguisticVariable, Membership, Output
 from fuzzyctl.source import SourceText
@@ -66,7 +68,7 @@ def _lines(system: FuzzySystem) -> Iterator[str]:
         [f"param {p.name} = {to_text(p.expression)}{_string(' unit ', p.unit, 'unit')}" for p in system.params]
     )
     for variable in (*system.inputs, *system.outputs):
-        yield from _section(list(_variable(variable)))
+        yield from _section(list(_variable(variable, PROFILES[system.method.semantics.profile])))
     loose = False
     for block in system.blocks:
         if isinstance(block, RuleTable):
@@ -102,8 +104,11 @@ def _string(before: str, text: str, what: str) -> str:
 
 
 def _method(method: Method) -> Iterator[str]:
-    """Yield what differs from the defaults of the language version."""
-    usual = Method()
+    """Yield what differs from the profile in force."""
+    profile = PROFILES[method.semantics.profile]
+    usual = profile.method
+    if method.semantics != Semantics():
+        yield f"semantics {semantics_text(method.semantics)}"
     for keyword, field in (
         ("and", "conjunction"),
         ("or", "disjunction"),
@@ -114,8 +119,30 @@ def _method(method: Method) -> Iterator[str]:
             yield f"{keyword} {getattr(method, field)}"
     if method.activation != usual.activation:
         yield f"activation {activation_text(method.activation)}"
-    if method.defuzzifier != usual.defuzzifier:
-        yield f"defuzzifier {defuzzifier_text(method.defuzzifier)}"
+    if method.defuzzifier != profile.defuzzifier("centroid"):
+        yield f"defuzzifier {_defuzzifier_in(profile, method.defuzzifier)}"
+
+
+def semantics_text(semantics: Semantics) -> str:
+    """Return a profile with the knobs that differ from it."""
+    usual = PROFILES[semantics.profile].semantics
+    other = [f"{knob}={semantics.text(knob)}" for knob in KNOBS if getattr(semantics, knob) != getattr(usual, knob)]
+    return f"{semantics.profile}({', '.join(other)})" if other else semantics.profile
+
+
+def _defuzzifier_in(profile: Profile, d: Defuzzifier) -> str:
+    """Return a defuzzifier as it is written under a profile: with the options that differ from it."""
+    base = profile.defuzzifier(d.kind)
+    if base == Defuzzifier(kind=d.kind):
+        return defuzzifier_text(d)
+    options = []
+    if d.resolution is None and base.resolution is not None:
+        base, options = Defuzzifier(kind=d.kind), [f"resolution={UNSET['resolution']}"]
+    for name in ("resolution", "grid", "rule", "tolerance", "by"):
+        value = getattr(d, name)
+        if value != getattr(base, name):
+            options.append(f"{name}={UNSET[name] if value is None else value}")
+    return f"{d.kind}({', '.join(options)})" if options else d.kind
 
 
 def defuzzifier_text(d: Defuzzifier) -> str:
@@ -134,7 +161,7 @@ def activation_text(a: Activation) -> str:
     return f"{a.kind}({', '.join(options)})" if options else a.kind
 
 
-def _otherwise(otherwise: Expr | Fallback | Hold) -> str:
+def otherwise_text(otherwise: Expr | Fallback | Hold) -> str:
     if isinstance(otherwise, Hold):
         return "hold" if otherwise.start is None else f"hold({_start(otherwise.start)})"
     return otherwise if isinstance(otherwise, str) else _value(otherwise)
@@ -144,20 +171,22 @@ def _start(start: Expr | str) -> str:
     return start if isinstance(start, str) else to_text(start)
 
 
-def _variable(variable: LinguisticVariable) -> Iterator[str]:
+def _variable(variable: LinguisticVariable, profile: Profile) -> Iterator[str]:
     keyword = "output" if isinstance(variable, Output) else "input"
     head = f"{keyword} {variable.name}{_string(' ', variable.label, 'label')}"
     head += f" in [{to_text(variable.lower)}, {to_text(variable.upper)}]{_string(' unit ', variable.unit, 'unit')}"
     if isinstance(variable, Output):
-        if variable.otherwise is not None:
-            head += f" else {_otherwise(variable.otherwise)}"
+        if variable.otherwise is not None and variable.otherwise != profile.otherwise:
+            head += f" else {otherwise_text(variable.otherwise)}"
         if variable.adaptive is not None:
             head += f" adaptive rate {to_text(variable.adaptive)}"
         for keyword in ("implication", "aggregation"):
             if getattr(variable, keyword) is not None:
                 head += f" {keyword} {getattr(variable, keyword)}"
         if variable.defuzzifier is not None:
-            head += f" defuzzifier {defuzzifier_text(variable.defuzzifier)}"
+            head += f" defuzzifier {_defuzzifier_in(profile, variable.defuzzifier)}"
+        if variable.clamped:
+            head += " clamp"
     elif getattr(variable, "extrapolate", False):
         head += " extrapolate"
     yield head
@@ -206,7 +235,8 @@ def membership_text(membership: Membership) -> str:
 def rule_text(rule: Rule) -> str:
     """Return a single rule as a line."""
     consequents = ", ".join(
-        f"{c.output} is {c.term if isinstance(c.term, str) else membership_text(c.term)}" for c in rule.consequents
+        f"{c.output} is {' '.join([*c.hedges, c.term if isinstance(c.term, str) else membership_text(c.term)])}"
+        for c in rule.consequents
     )
     weight = f" weight {_value(rule.weight)}" if rule.weight != ONE else ""
     return f"if {antecedent_text(rule.antecedent, top=True)} then {consequents}{weight}"

@@ -116,8 +116,9 @@ class Builder(Transformer[Token, Any]):
         end = setting.options[-1].value.span if setting.options else setting.value.span
         return sx.SettingClause(setting, setting.keyword.span.to(end))
 
-    def semantics(self, keyword: Token, profile: Token) -> sx.Semantics:
-        return sx.Semantics(self.line, self._word(keyword), self._word(profile))
+    def semantics(self, keyword: Token, profile: Token, *options: sx.Option | None) -> sx.Semantics:
+        given = tuple(o for o in options if o is not None)
+        return sx.Semantics(self.line, self._word(keyword), self._word(profile), given)
 
     def activation(self, keyword: Token, kind: Token, *options: sx.ActivationOption | None) -> sx.Activation:
         given = tuple(o for o in options if o is not None)
@@ -164,6 +165,9 @@ class Builder(Transformer[Token, Any]):
     def extrapolate(self, keyword: Token) -> sx.ExtrapolateClause:
         return sx.ExtrapolateClause(self._at(keyword))
 
+    def clamp(self, keyword: Token) -> sx.ClampClause:
+        return sx.ClampClause(self._at(keyword))
+
     def adaptive(self, keyword: Token, _rate: Token, rate: ex.Expr) -> sx.AdaptiveClause:
         return sx.AdaptiveClause(rate, self._at(keyword).to(ex.span_of(rate) or self._at(keyword)))
 
@@ -205,8 +209,13 @@ class Builder(Transformer[Token, Any]):
         *consequents, _weight, weight = rest
         return sx.Rule(self.line, antecedent, tuple(consequents), weight)
 
-    def consequent(self, output: Token, _is: Token, term: Token | sx.FunctionTerm) -> sx.ConsequentText:
-        return sx.ConsequentText(self._word(output), self._word(term) if isinstance(term, Token) else term)
+    def consequent(self, output: Token, _is: Token, *words: Token | sx.FunctionTerm) -> sx.ConsequentText:
+        if isinstance(words[0], sx.FunctionTerm):
+            return sx.ConsequentText(self._word(output), words[0])
+        *hedges, term = self._words(tuple(w for w in words if isinstance(w, Token)))
+        if getattr(words[-1], "type", "") == "NOT":
+            self.problems.append(Diagnostic("FZ102", "'not' needs a term behind it", term.span))
+        return sx.ConsequentText(self._word(output), term, tuple(hedges))
 
     def function_term(self, kind: Token, *arguments: ex.Expr | None) -> sx.FunctionTerm:
         given = tuple(a for a in arguments if a is not None)

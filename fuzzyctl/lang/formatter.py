@@ -24,7 +24,7 @@ _CELL_TOKEN: Final = re.compile(rf"{_NUMBER}|{NAME}|[^\s]")
 #: Words after which an opening parenthesis stands apart.
 _APART: Final = frozenset({"and", "or", "not", "if", "else", "then", "when", "within", "rate", "weight", "require"})
 _BINARY: Final = frozenset({"+", "-", "*", "/", "<=", ">=", "==", "!=", "<", ">", "="})
-_SETTINGS: Final = frozenset({"and", "or", "implication", "aggregation", "defuzzifier"})
+_SETTINGS: Final = frozenset({"and", "or", "implication", "aggregation", "defuzzifier", "semantics"})
 _INDENT: Final = "  "
 
 

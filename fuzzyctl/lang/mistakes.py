@@ -20,7 +20,7 @@ FORMS: Final[dict[str, str]] = {
     "system": 'system NAME "title"',
     "source": 'source "where it comes from"',
     "use": 'use "file.fz"',
-    "semantics": "semantics exact",
+    "semantics": "semantics exact | matlab | fuzzylite(least=0, ...) | ...",
     "and": "and min | product | ...",
     "or": "or max | probabilistic_sum | ...",
     "implication": "implication min | product | ...",
@@ -76,6 +76,8 @@ RULE_WORDS: Final = frozenset({"is", "and", "or", "not", "then", "weight"})
 
 _NO_TERM: Final = re.compile(r"\bis\s+(and|or|then|\))(?!\w)")
 _WORD: Final = re.compile(NAME)
+#: What stands where the weight of a rule is due.
+_NEAR_WEIGHT: Final = re.compile(rf"(?<!\w)((?>{NAME}))\s++[-+]?(?:\.?\d\S*+|\([^()]*+\))\s*+(?:#.*)?$")
 _NUMBER_LIKE: Final = re.compile(r"[\w.]+")
 
 
@@ -122,6 +124,11 @@ def _slip_in_a_rule(source: SourceText, line: LogicalLine) -> Diagnostic | None:
         return Diagnostic(
             "FZ102", f"a term is missing before '{lacking[1]}'", place, help=f"the form is: {FORMS['if']}"
         )
+    late = _NEAR_WEIGHT.search(source.text, line.start, line.end)
+    if late is not None and late[1] != "weight" and closest(late[1], ["weight"]):
+        place = Span(source, late.start(1), late.end(1))
+        help_text = f"did you mean 'weight'? the form is: {FORMS['if']}"
+        return Diagnostic("FZ102", f"unexpected '{late[1]}'", place, help=help_text)
     for match in _WORD.finditer(source.text, line.start, line.end):
         small = match[0].lower()
         if small in RULE_WORDS and match[0] != small:

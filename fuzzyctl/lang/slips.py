@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from typing import Final
 
-from fuzzyctl.formulas import HEDGES
 from fuzzyctl.lang.lines import LogicalLine
 from fuzzyctl.lang.syntax import NAME
 from fuzzyctl.source import SourceText
@@ -79,13 +78,10 @@ def _in_a_rule(text: str, line: LogicalLine, at: int) -> str:
         return "write 'is' for '='" if text[at] == "=" else ""
     start = at + 1 if text[at] == "=" else found.start(2)
     value = _first_part(text[start : line.end])
-    words = value.split()
     if re.fullmatch(NAME, value):
         return f"write: {found[1]} is {value}"
     if _NUMBER.fullmatch(value):
         return f"for a number write: {found[1]} is constant({value})"
-    if len(words) == 2 and words[0] in HEDGES:
-        return f"hedges belong to antecedents; write: {found[1]} is {words[1]}"
     return f"for a formula write: {found[1]} is function({value})" if re.search(r"[-+*/^(]", value) else ""
 
 

@@ -98,10 +98,11 @@ class Setting(Statement):
 
 @dataclass(frozen=True, slots=True)
 class Semantics(Statement):
-    """`semantics PROFILE`."""
+    """`semantics PROFILE(...)`."""
 
     keyword: Word
     profile: Word
+    options: tuple[Option, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -230,6 +231,13 @@ class ExtrapolateClause:
 
 
 @dataclass(frozen=True, slots=True)
+class ClampClause:
+    """`clamp`."""
+
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
 class SettingClause:
     """`implication`, `aggregation` or `defuzzifier` of one output."""
 
@@ -237,7 +245,7 @@ class SettingClause:
     span: Span
 
 
-Clause = UnitClause | FallbackClause | AdaptiveClause | ExtrapolateClause | SettingClause
+Clause = UnitClause | FallbackClause | AdaptiveClause | ExtrapolateClause | ClampClause | SettingClause
 
 
 @dataclass(frozen=True, slots=True)
@@ -357,10 +365,11 @@ class Chain(Truth):
 
 @dataclass(frozen=True, slots=True)
 class ConsequentText:
-    """`output is term`."""
+    """`output is hedges term`."""
 
     output: Word
     term: Word | FunctionTerm
+    hedges: tuple[Word, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

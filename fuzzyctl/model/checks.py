@@ -115,6 +115,7 @@ def functions_read(system: FuzzySystem) -> Iterator[Diagnostic]:
 def unused_hedges(system: FuzzySystem) -> Iterator[Diagnostic]:
     """Find hedges of the system's own that no rule uses."""
     used = {h for rule in system.rules for i in literals(rule.antecedent) for h in i.hedges}
+    used |= {h for rule in system.rules for c in rule.consequents for h in c.hedges}
     for hedge in system.hedges:
         if hedge.name not in used:
             message = f"no rule uses hedge '{hedge.name}'"

@@ -6,7 +6,7 @@ here; a profile is the set of knobs of one tool.
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal
 
 from fuzzyctl.model.node import Node
 
@@ -21,12 +21,17 @@ class Semantics(Node):
             the aggregation; or `places`, the same for consequents at one place.
         total: What an average divides by: the `activations` of the rules summed over; their firing `strengths`, weights
             left out; or the activations of `all_rules`, those included that do not name the output.
-        least: A rule acts only if its activation is above it.
-        equal: Degrees that differ by less count as equal where a drastic or nilpotent norm asks for equality.
+        least: A rule acts only if its activation is above it; None for rules that always act. A rule of activation 0
+            that acts is felt only if a hedge in its consequent makes something of it.
+        equal: Degrees that differ by less count as equal where a drastic, nilpotent or Hamacher norm asks for equality.
         chained: An output in an antecedent counts with its crisp `value`, or with the `degree` up to which its term has
             been activated by the rules before.
         consequent_hedges: A hedge in a consequent changes the `set`; the `activation`; or the activation of this and of
-            all later consequents of the rule, `carried`.
+            all later consequents of the rule, `carried`. `undone` changes the set too, but where an output sums over
+            rules the activation, by the inverse of the hedge.
+        extremely: What that hedge is: `contrast`, 2x² up to ½ and 1 - 2(1 - x)² above; or `cube`, x³.
+        sigmoid_difference: What the difference of two sigmoids is where it is negative: its `magnitude`, or 0,
+            `clamped`.
         places: Places that `tsukamoto` finds are `clamped` to the range of the output, or `free`.
         none_active: What the maxima of a set are that is 0 everywhere: none, so that the output is what it is where no
             rule fires, `otherwise`; or all of the `range`.
@@ -36,9 +41,25 @@ class Semantics(Node):
     weight: Literal["before", "after"] = "before"
     merge: Literal["rules", "terms", "places"] = "rules"
     total: Literal["activations", "strengths", "all_rules"] = "activations"
-    least: float = 0.0
+    least: float | None = 0.0
     equal: float = 0.0
     chained: Literal["value", "degree"] = "value"
-    consequent_hedges: Literal["set", "activation", "carried"] = "set"
+    consequent_hedges: Literal["set", "activation", "carried", "undone"] = "set"
+    extremely: Literal["contrast", "cube"] = "contrast"
+    sigmoid_difference: Literal["magnitude", "clamped"] = "magnitude"
     places: Literal["clamped", "free"] = "clamped"
     none_active: Literal["otherwise", "range"] = "otherwise"
+
+    @property
+    def knobs(self) -> dict[str, Any]:
+        """Every knob by name, without the name of the profile."""
+        return {name: getattr(self, name) for name in KNOBS}
+
+    def text(self, knob: str) -> str:
+        """Return the value of a knob as rule files write it."""
+        value = getattr(self, knob)
+        return "none" if value is None else value if isinstance(value, str) else repr(float(value))
+
+
+#: Names of the knobs.
+KNOBS = tuple(name for name in Semantics.model_fields if name not in ("span", "profile"))

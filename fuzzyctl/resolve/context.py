@@ -9,6 +9,7 @@ from typing import Final
 from fuzzyctl import expr as ex
 from fuzzyctl.errors import Diagnostic, Note, closest, counted, listed, look_alikes
 from fuzzyctl.lang import syntax as sx
+from fuzzyctl.model.profiles import PROFILES, Profile
 from fuzzyctl.source import Span
 
 #: Words with a meaning of their own in guarantees.
@@ -34,6 +35,8 @@ class Context:
     lost_file: bool = False
     nameless: frozenset[str] = frozenset()
 
+    #: The profile in force, whose settings hold where the file says nothing.
+    profile: Profile = PROFILES["exact"]
     diagnostics: list[Diagnostic] = field(default_factory=list)
     where: dict[str, Span] = field(default_factory=dict)
     params: dict[str, sx.Param] = field(default_factory=dict)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Final
 
 from fuzzyctl import expr as ex
 from fuzzyctl.errors import closest, counted, listed, look_alikes
 from fuzzyctl.formulas import HEDGES
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.lang.mistakes import RULE_WORDS, capital_keyword
+from fuzzyctl.lang.mistakes import FORMS, RULE_WORDS, capital_keyword
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Not, Or, Rule
 from fuzzyctl.model.variable import Membership
@@ -136,12 +137,17 @@ def _known_hedge(context: Context, hedge: sx.Word) -> bool:
 
 
 def _consequent(context: Context, text: sx.ConsequentText) -> Consequent | None:
+    hedged = not text.hedges or (
+        not _term_runs_on(context, text) and all(_known_hedge(context, h) for h in text.hedges)
+    )
     if text.output.text in context.inputs:
         message = f"'{text.output.text}' is an input; a consequent sets an output"
         context.report("FZ214", message, text.output.span, facts=(f"outputs: {', '.join(context.outputs)}",))
         return None
     term: str | Membership | None
-    if isinstance(text.term, sx.Word):
+    if not hedged:
+        term = None
+    elif isinstance(text.term, sx.Word):
         known = _known_term(context, text.output, text.term, context.outputs, "output")
         term = text.term.text if known else None
     else:
@@ -151,7 +157,22 @@ def _consequent(context: Context, text: sx.ConsequentText) -> Consequent | None:
         term = resolve_function(context, text.term) if declared is not None else None
     if term is None:
         return None
-    return Consequent(output=text.output.text, term=term, span=text.output.span.to(text.term.span))
+    hedges = tuple(h.text for h in text.hedges)
+    return Consequent(output=text.output.text, term=term, hedges=hedges, span=text.output.span.to(text.term.span))
+
+
+def _term_runs_on(context: Context, text: sx.ConsequentText) -> bool:
+    """Report a word behind the term of a consequent, which makes the term look like a hedge."""
+    declared = context.outputs.get(text.output.text)
+    terms = terms_of(declared) if declared is not None else []
+    assert isinstance(text.term, sx.Word)
+    for word, after in pairwise((*text.hedges, text.term)):
+        if word.text in terms and word.text not in (*HEDGES, *context.hedges):
+            near = closest(after.text, ["weight"])
+            help_text = "did you mean 'weight'?" if near else f"a rule ends with its last term: {FORMS['if']}"
+            context.report("FZ102", f"unexpected '{after.text}'", after.span, help=help_text)
+            return True
+    return False
 
 
 def _known_term(context: Context, variable: sx.Word, term: sx.Word, among: dict[str, sx.Variable], kind: str) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterator, Sequence
 from typing import Any, Final, TypeVar
 
@@ -10,6 +11,7 @@ from fuzzyctl.errors import did_you_mean
 from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, DISJUNCTIONS, IMPLICATIONS
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.method import ACTIVATIONS, DEFUZZIFIERS, Activation, Defuzzifier, Method
+from fuzzyctl.model.profiles import UNSET
 from fuzzyctl.model.variable import Output
 from fuzzyctl.resolve.context import Context
 
@@ -22,9 +24,6 @@ _FIELDS: Final[dict[str, tuple[str, tuple[str, ...]]]] = {
 }
 
 _Option = TypeVar("_Option", sx.Option, sx.ActivationOption)
-
-#: Profiles of semantics that this version has; the others wait for the formats they belong to.
-PROFILES: Final = ("exact",)
 
 #: Bounds of the number of samples of a sampled centroid.
 RESOLUTIONS: Final = (2, 1_000_000)
@@ -51,11 +50,7 @@ def resolve_method(context: Context, statements: Sequence[sx.Statement]) -> Meth
                 resolve_own_setting(context, s, values)
             case sx.Activation(keyword=keyword) if _is_first(context, keyword, chosen):
                 values |= {"activation": _activation(context, s), "span": keyword.span}
-            case sx.Semantics(keyword=keyword) if not _is_first(context, keyword, chosen):
-                pass
-            case sx.Semantics(profile=profile) if profile.text not in PROFILES:
-                context.unknown("profile", profile, PROFILES, "FZ213")
-    return Method.model_validate(values)
+    return context.profile.method.model_copy(update={"defuzzifier": context.profile.defuzzifier("centroid"), **values})
 
 
 def find_idle_settings(
@@ -113,7 +108,7 @@ def resolve_own_setting(context: Context, s: sx.Setting, values: dict[str, Any])
         return False
     before = len(context.diagnostics)
     if field == "defuzzifier":
-        values[field] = _defuzzifier(context, s)
+        values[field] = _defuzzifier_in_force(context, s)
     else:
         _no_options(context, s)
         values[field] = s.value.text
@@ -165,6 +160,21 @@ def _defuzzifier(context: Context, setting: sx.Setting) -> Defuzzifier:
         help_text = "write, for example, centroid(resolution=1000, grid=midpoint)"
         context.report("FZ214", message, setting.span, help=help_text)
     return Defuzzifier.model_validate({"kind": "centroid", **fields})
+
+
+def _defuzzifier_in_force(context: Context, setting: sx.Setting) -> Defuzzifier:
+    """Return a defuzzifier with what the profile in force has for the options that are not given."""
+    options = [o for o in setting.options if UNSET.get(o.name.text) != o.value.text]
+    names = [o.name.text for o in setting.options]
+    base = context.profile.defuzzifier(setting.value.text)
+    if "resolution" in names and "resolution" not in [o.name.text for o in options]:
+        base = Defuzzifier(kind=base.kind)
+    elif base.resolution is not None and options and "resolution" not in names:
+        at = setting.value.span
+        options.append(sx.Option(sx.Word("resolution", at), sx.Word(str(base.resolution), at)))
+    given = _defuzzifier(context, dataclasses.replace(setting, options=tuple(options)))
+    fields = {name: getattr(given, name) for name in names if name in Defuzzifier.model_fields and name != "kind"}
+    return base.model_copy(update=fields)
 
 
 def _activation(context: Context, s: sx.Activation) -> Activation:

@@ -16,6 +16,7 @@ from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, Output
 from fuzzyctl.resolve.context import Context
 from fuzzyctl.resolve.rules import MAX_OUTPUTS, MAX_RULES, resolve_require, resolve_rule
+from fuzzyctl.resolve.semantics import resolve_semantics
 from fuzzyctl.resolve.settings import find_idle_settings, resolve_method
 from fuzzyctl.resolve.tables import resolve_table
 from fuzzyctl.resolve.variables import resolve_param, resolve_variable
@@ -43,8 +44,9 @@ def resolve(
         lost_file=tree.lost_file,
         nameless=tree.nameless,
     )
-    own = {s.keyword.text for s in tree.statements if isinstance(s, sx.Setting | sx.Activation)}
-    shared = [s for s in shared if not (isinstance(s, sx.Setting | sx.Activation) and s.keyword.text in own)]
+    settings = (sx.Setting, sx.Activation, sx.Semantics)
+    own = {s.keyword.text for s in tree.statements if isinstance(s, settings)}
+    shared = [s for s in shared if not (isinstance(s, settings) and s.keyword.text in own)]
     whole = dataclasses.replace(tree, statements=(*shared, *tree.statements))
     heads = _declare(context, whole)
     _check_heads(context, whole, heads, broken)
@@ -146,6 +148,7 @@ def _build(
     blocks: list[RuleTable | Rule | None] = []
     guarantees: list[Guarantee | None] = []
     hedges: list[Hedge | None] = []
+    semantics = resolve_semantics(context, tree.statements)
     for s in tree.statements:
         match s:
             case sx.Param(name=name) if context.params.get(name.text) is s:
@@ -164,7 +167,7 @@ def _build(
                 blocks.append(resolve_table(context, s))
             case sx.Require():
                 guarantees.append(resolve_require(context, s))
-    method = resolve_method(context, tree.statements)
+    method = resolve_method(context, tree.statements).model_copy(update={"semantics": semantics})
     find_idle_settings(context, tree.statements, shared, method, outputs)
     known_blocks = tuple(b for b in blocks if b is not None)
     place = head.name.span if head is not None else None

@@ -51,7 +51,9 @@ def resolve_variable(context: Context, statement: sx.Variable) -> Input | Output
         "span": statement.name.span,
     }
     _clauses(context, statement, fields)
-    return Input(**fields) if statement.keyword.text == "input" else Output(**fields)
+    if statement.keyword.text == "input":
+        return Input(**fields)
+    return Output(**{"otherwise": context.profile.otherwise, **fields})
 
 
 def _end(context: Context, end: ex.Expr) -> ex.Expr:
@@ -72,6 +74,9 @@ def _clauses(context: Context, statement: sx.Variable, fields: dict[str, Any]) -
             case sx.ExtrapolateClause(span=span):
                 if _only(context, is_input, "extrapolate", "an input", span):
                     fields["extrapolate"] = True
+            case sx.ClampClause(span=span):
+                if _only(context, not is_input, "clamp", "an output", span):
+                    fields["clamped"] = True
             case sx.FallbackClause(value=value, span=span):
                 if _only(context, not is_input, "else", "an output", span):
                     fields["otherwise"] = _fallback(context, value)
@@ -91,6 +96,8 @@ def _only(context: Context, right: bool, word: str, what: str, span: Any) -> boo
 
 
 def _fallback(context: Context, value: ex.Expr | sx.Word | sx.Held) -> ex.Expr | Fallback | Hold | None:
+    if isinstance(value, sx.Held) and value.start == ex.Name("nan") and "nan" not in context.params:
+        return Hold(start="nan")
     if isinstance(value, sx.Held):
         return Hold(start=value.start) if context.check_names(value.start, context.params, "param") else None
     if isinstance(value, sx.Word):

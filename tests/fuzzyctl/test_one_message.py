@@ -607,7 +607,9 @@ class TestOtherNotations:
             ("if e is N then u is -2", "u is constant(-2)"),
             ("if e is N then u = a", "write: u is a"),
             ("if e = N then u is a", "write 'is'"),
-            ("if e is N then u is very a", "hedges belong to antecedents"),
+            ("if e is N then u is a else u is a", "a rule ends with its last term"),
+            ("if e is N then u is a wieght", "did you mean 'weight'"),
+            ("if e is N then u is a wieght 0.5", "did you mean 'weight'"),
         ],
     )
     def test_what_to_write_instead_is_said(self, line, help_text):

@@ -2,8 +2,11 @@ import pytest
 
 from fuzzyctl.errors import DiagnosticError
 from fuzzyctl.expr import Name, Number
+from fuzzyctl.formats.fz import dumps
 from fuzzyctl.loading import examine, loads
 from fuzzyctl.model.method import Activation, Defuzzifier
+from fuzzyctl.model.profiles import PROFILES
+from fuzzyctl.model.variable import Hold
 from fuzzyctl.source import SourceText
 
 
@@ -50,9 +53,51 @@ class TestActivation:
 
 
 class TestSemantics:
-    def test_exact_is_the_profile_of_this_version(self, changed):
-        assert loads(with_settings(changed, "semantics exact")) is not None
-        assert errors(with_settings(changed, "semantics matlab")) == ["FZ213"]
+    def test_exact_changes_nothing(self, changed):
+        assert loads(with_settings(changed, "semantics exact")) == loads(changed())
+
+    def test_a_profile_sets_the_knobs_and_what_a_defuzzifier_is_without_options(self, changed):
+        method = loads(with_settings(changed, "semantics fuzzylite\ndefuzzifier centroid")).method
+        assert method.semantics == PROFILES["fuzzylite"].semantics
+        assert method.defuzzifier == Defuzzifier(kind="centroid", resolution=1000, grid="midpoint", rule="plain")
+
+    def test_what_is_said_overrides_the_profile(self, changed):
+        text = "semantics matlab(weight=after, least=1e-6)\ndefuzzifier centroid(resolution=201)"
+        method = loads(with_settings(changed, text)).method
+        assert (method.semantics.weight, method.semantics.least, method.semantics.merge) == ("after", 1e-6, "rules")
+        assert (method.defuzzifier.resolution, method.defuzzifier.grid) == (201, "endpoints")
+        own = loads(with_settings(changed, "semantics matlab\ndefuzzifier centroid(resolution=exact)")).method
+        assert own.defuzzifier == Defuzzifier()
+
+    def test_it_says_what_an_output_is_where_no_rule_fires(self, changed):
+        assert loads(with_settings(changed, "semantics matlab")).outputs[0].otherwise == "midpoint"
+        assert loads(with_settings(changed, "semantics jfuzzylogic")).outputs[0].otherwise == Hold(start="nan")
+        assert loads(with_settings(changed, "semantics jfuzzylogic")).method.aggregation == "sum"
+
+    @pytest.mark.parametrize(
+        ("text", "code"),
+        [
+            ("matlap", "FZ213"),
+            ("matlab(wieght=after)", "FZ213"),
+            ("matlab(weight=afer)", "FZ213"),
+            ("matlab(weight=1)", "FZ213"),
+            ("matlab(least=2)", "FZ302"),
+            ("matlab(least=nan)", "FZ302"),
+            ("matlab(equal=none)", "FZ302"),
+            ("matlab(least=0, least=0)", "FZ215"),
+            ("matlab\nsemantics exact", "FZ215"),
+        ],
+    )
+    def test_what_no_profile_and_no_knob_is(self, changed, text, code):
+        assert errors(with_settings(changed, f"semantics {text}")) == [code]
+
+    @pytest.mark.parametrize("name", PROFILES)
+    def test_every_profile_prints_and_reads_back(self, changed, name):
+        own = "fuzzylite(least=none, equal=0.25, total=strengths)" if name == "fuzzylite" else name
+        text = f"semantics {own}\ndefuzzifier centroid(resolution=77, grid=endpoints)"
+        for form in (text, f"semantics {own}", f"semantics {own}\ndefuzzifier centroid(resolution=exact)"):
+            system = loads(with_settings(changed, form))
+            assert loads(dumps(system)) == system
 
 
 class TestOwnSettings:

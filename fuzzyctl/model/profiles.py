@@ -1,0 +1,341 @@
+"""Profiles: the numerics of one tool as data, and a system under the numerics of another tool.
+
+What each says was measured by running the tool, or read in its sources or its manual where it says so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any, Final, Literal
+
+from fuzzyctl.errors import Diagnostic, DiagnosticError, UnknownNameError
+from fuzzyctl.expr import ZERO, Expr
+from fuzzyctl.model.method import MAXIMA, Defuzzifier, Grid, Method, Rule
+from fuzzyctl.model.semantics import Semantics
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import Fallback, Hold, Output
+
+#: Defuzzifiers that look at a set.
+OVER_SETS: Final = ("centroid", "bisector", *MAXIMA)
+#: Words that take back an option of a defuzzifier which the profile in force sets.
+UNSET: Final[Mapping[str, str]] = MappingProxyType({"resolution": "exact", "rule": "usual", "tolerance": "usual"})
+
+_SUMS: Final = ("weighted_average", "center_average", "weighted_sum")
+_TSUKAMOTO: Final = ("tsukamoto", "tsukamoto_sum", "inverse_tsukamoto", "inverse_tsukamoto_sum")
+
+
+@dataclass(frozen=True)
+class Profile:
+    """The numerics of a tool.
+
+    Args:
+        name: As rule files and `--as` write it.
+        tool: The tool with its version.
+        evidence: How its numbers are known.
+        semantics: The knobs.
+        defuzzifiers: What a defuzzifier is that is named without options; those left out are as under `exact`.
+        otherwise: What an output is where no rule fires, if the file says nothing.
+        method: Norms where a file names none.
+        evaluates: The defuzzifiers that the tool has; None for all.
+        keeps_resolution: Whether its files may say how many samples there are, so that they keep their own number.
+        has_activations: Whether it has other activation methods than `general`.
+        not_imitated: What the tool is known to do otherwise, and this profile on purpose does not.
+    """
+
+    name: str
+    tool: str
+    evidence: str = ""
+    semantics: Semantics = field(default_factory=Semantics)
+    defuzzifiers: Mapping[str, Defuzzifier] = field(default_factory=lambda: MappingProxyType({}))
+    otherwise: Expr | Fallback | Hold | None = None
+    method: Method = field(default_factory=Method)
+    evaluates: tuple[str, ...] | None = None
+    keeps_resolution: bool = False
+    has_activations: bool = False
+    not_imitated: tuple[str, ...] = ()
+
+    def defuzzifier(self, kind: str) -> Defuzzifier:
+        """Return what a defuzzifier is that is named without options."""
+        return self.defuzzifiers.get(kind, Defuzzifier(kind=kind))
+
+
+def _sampled(
+    resolution: int,
+    grid: Grid,
+    *,
+    centroid: Rule | None = "plain",
+    bisector: Rule | None,
+    tolerance: float = 0.0,
+    by: Literal["value", "magnitude"] = "value",
+) -> Mapping[str, Defuzzifier]:
+    """Return the defuzzifiers of a tool that samples sets."""
+    common: dict[str, Any] = {"resolution": resolution, "grid": grid}
+    found: dict[str, Defuzzifier] = {
+        "centroid": Defuzzifier(kind="centroid", rule=centroid, **common),
+        "bisector": Defuzzifier(kind="bisector", rule=bisector, **common),
+    }
+    for kind in MAXIMA:
+        measured: dict[str, Any] = {"by": by} if kind != "mom" else {}
+        found[kind] = Defuzzifier(kind=kind, tolerance=tolerance, **common, **measured)
+    return MappingProxyType(found)
+
+
+_OCTAVE_BUGS: Final = (
+    "its bisector is the index of a sample instead of its place; here it is the first sample up to which the sum is "
+    "half or more",
+    "a Sugeno output for which no rule fires stops with an index error; here it is NaN",
+    "its drastic sum of three or more degrees is not the drastic sum of pairs; here it is",
+)
+_FUZZYLITE_BUGS: Final = (
+    "an output that keeps its previous value lags one step behind; here it does not",
+    "inverse Tsukamoto throws; here it takes the degree of the activation, as pyfuzzylite does",
+    "a fourth parameter of gbellmf in a .fis file is read as a height, so that the term vanishes",
+    "rules that cannot be read are left out; here they are errors",
+    "of equal activations `highest` and `lowest` may choose any; here they choose the earliest",
+)
+
+#: All profiles by name.
+PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
+    {
+        p.name: p
+        for p in (
+            Profile("exact", "fuzzyctl itself", "the definitions of this reference", has_activations=True),
+            Profile(
+                "matlab",
+                "MATLAB Fuzzy Logic Toolbox",
+                "its manual, and Octave, which imitates it",
+                Semantics(profile="matlab"),
+                _sampled(101, "endpoints", bisector="first", by="magnitude"),
+                otherwise="midpoint",
+                evaluates=("centroid", "bisector", *MAXIMA, *_SUMS),
+            ),
+            Profile(
+                "octave",
+                "Octave fuzzy-logic-toolkit 0.6",
+                "its sources",
+                Semantics(
+                    profile="octave",
+                    merge="places",
+                    consequent_hedges="undone",
+                    extremely="cube",
+                    sigmoid_difference="clamped",
+                ),
+                _sampled(101, "endpoints", bisector="first"),
+                otherwise="nan",
+                evaluates=("centroid", "bisector", *MAXIMA, *_SUMS),
+                not_imitated=_OCTAVE_BUGS,
+            ),
+            Profile(
+                "octave_0_4",
+                "Octave fuzzy-logic-toolkit 0.4",
+                "measured with 0.4.6",
+                Semantics(
+                    profile="octave_0_4",
+                    merge="places",
+                    consequent_hedges="undone",
+                    extremely="cube",
+                    sigmoid_difference="clamped",
+                ),
+                _sampled(101, "endpoints", centroid="trapezoid", bisector="first"),
+                otherwise="nan",
+                evaluates=("centroid", "bisector", *MAXIMA, *_SUMS),
+                not_imitated=_OCTAVE_BUGS,
+            ),
+            Profile(
+                "fuzzylite",
+                "fuzzylite 7 (C++)",
+                "measured",
+                Semantics(
+                    profile="fuzzylite",
+                    merge="terms",
+                    least=1e-6,
+                    equal=1e-6,
+                    chained="degree",
+                    consequent_hedges="carried",
+                    places="free",
+                    none_active="range",
+                ),
+                _sampled(1000, "midpoint", bisector="nearest"),
+                otherwise="nan",
+                keeps_resolution=True,
+                has_activations=True,
+                not_imitated=_FUZZYLITE_BUGS,
+            ),
+            Profile(
+                "fuzzylite_6",
+                "fuzzylite 6 (C++)",
+                "its sources, and the files that come with it",
+                Semantics(
+                    profile="fuzzylite_6",
+                    least=1e-6,
+                    equal=1e-6,
+                    chained="degree",
+                    consequent_hedges="carried",
+                    places="free",
+                ),
+                _sampled(1000, "midpoint", bisector="two_sided", tolerance=1e-6),
+                otherwise="nan",
+                keeps_resolution=True,
+                has_activations=True,
+                not_imitated=(
+                    *_FUZZYLITE_BUGS[2:],
+                    "its bisector stands between the two samples where it stops, by their areas; here it is the last "
+                    "sample",
+                ),
+            ),
+            Profile(
+                "pyfuzzylite",
+                "pyfuzzylite 8",
+                "measured with 8.0.6",
+                Semantics(
+                    profile="pyfuzzylite",
+                    merge="terms",
+                    least=None,
+                    chained="degree",
+                    consequent_hedges="carried",
+                    places="free",
+                ),
+                _sampled(1000, "midpoint", bisector="nearest"),
+                otherwise="nan",
+                keeps_resolution=True,
+                has_activations=True,
+                not_imitated=(
+                    "a weighted sum to which no rule contributes is NaN, and so it is here, but 0 in fuzzylite",
+                    "four of its activation methods refuse arrays; here they do not",
+                ),
+            ),
+            Profile(
+                "jfuzzylogic",
+                "jFuzzyLogic 3",
+                "measured with revision 1f421d1b",
+                Semantics(profile="jfuzzylogic", merge="places"),
+                _sampled(1000, "left", bisector="two_sided"),
+                otherwise=Hold(start="nan"),
+                method=Method(aggregation="sum"),
+                evaluates=("centroid", "bisector", *MAXIMA, *_SUMS),
+                not_imitated=(
+                    "AND and OR bind equally, from left to right: a matter of reading its files, not of this profile",
+                    "samples are found by adding the step again and again, so that they drift by rounding",
+                ),
+            ),
+            Profile(
+                "simpful",
+                "simpful 2",
+                "measured with 2.12.0",
+                Semantics(profile="simpful", total="strengths"),
+                _sampled(1000, "endpoints", bisector=None),
+                otherwise=ZERO,
+                evaluates=("centroid", "weighted_average", "center_average"),
+                not_imitated=(
+                    "AND and OR bind from right to left: a matter of reading its files, not of this profile",
+                    "its product recurses for ever",
+                    "a term that its output does not have is taken for the last one; here it is an error",
+                ),
+            ),
+            Profile(
+                "scikit_fuzzy",
+                "scikit-fuzzy 0.5",
+                "measured with 0.5.0",
+                Semantics(profile="scikit_fuzzy", sigmoid_difference="clamped"),
+                MappingProxyType(
+                    {kind: Defuzzifier(kind=kind, tolerance=0.0 if kind in MAXIMA else None) for kind in OVER_SETS}
+                ),
+                otherwise="nan",
+                evaluates=OVER_SETS,
+                not_imitated=(
+                    "terms are polygons over the samples of a universe that the program gives; here they are the "
+                    "functions themselves",
+                    "where terms cross between samples the crossing is left out; here it is not",
+                    "a difference of sigmoids may be below 0; here it is 0 there",
+                    "an output for which no rule fires is missing from the result, or an exception; here it is NaN",
+                ),
+            ),
+            Profile(
+                "fuzzylogic_jl",
+                "FuzzyLogic.jl",
+                "the sources of revision e0b728d2",
+                Semantics(profile="fuzzylogic_jl", weight="after", total="all_rules", sigmoid_difference="clamped"),
+                _sampled(101, "endpoints", centroid="trapezoid", bisector="walk", tolerance=2.0**-52),
+                otherwise="nan",
+                evaluates=("centroid", "bisector", *MAXIMA, "weighted_average", "center_average"),
+                not_imitated=(
+                    "a zero in a rule of a .fis file shifts the inputs behind it",
+                    "the nilpotent minimum of a .fcl file is taken for the drastic product",
+                    "a trapezoid with a shoulder is NaN at its edge",
+                ),
+            ),
+        )
+    }
+)
+
+
+def profile(name: str) -> Profile:
+    """Return the profile of a name.
+
+    Raises:
+        UnknownNameError: For a name that no profile has.
+    """
+    if name not in PROFILES:
+        raise UnknownNameError("profile", name, PROFILES)
+    return PROFILES[name]
+
+
+def as_profile(system: FuzzySystem, name: str) -> FuzzySystem:
+    """Return the same system under the numerics of a profile.
+
+    Variables, terms, rules and norms stay. The knobs of the profile take the place of the system's, and so do its
+    grid, rule, tolerance and number of samples; a profile whose tool lets a file say how many samples there are leaves
+    a number that the system says on purpose. What an output is where no rule fires changes where it was the default of
+    the profile in force, unless the new one has none.
+
+    Args:
+        system: A well-formed system.
+        name: A profile.
+
+    Raises:
+        UnknownNameError: For a name that no profile has.
+        DiagnosticError: For a system that the tool cannot evaluate.
+    """
+    old, new = profile(system.method.semantics.profile), profile(name)
+    mistakes = _not_evaluated(system, new)
+    if mistakes:
+        raise DiagnosticError(mistakes)
+    method = system.method.model_copy(
+        update={"semantics": new.semantics, "defuzzifier": _defuzzifier(system.method.defuzzifier, old, new)}
+    )
+    outputs = tuple(_output(o, old, new) for o in system.outputs)
+    return system.model_copy(update={"method": method, "outputs": outputs})
+
+
+def _defuzzifier(own: Defuzzifier, old: Profile, new: Profile) -> Defuzzifier:
+    base = new.defuzzifier(own.kind)
+    said = own.resolution is not None and own.resolution != old.defuzzifier(own.kind).resolution
+    keeps = said and new.keeps_resolution and base.resolution is not None
+    return base.model_copy(update={"resolution": own.resolution}) if keeps else base
+
+
+def _output(own: Output, old: Profile, new: Profile) -> Output:
+    fields: dict[str, Any] = {}
+    if own.defuzzifier is not None:
+        fields["defuzzifier"] = _defuzzifier(own.defuzzifier, old, new)
+    if own.otherwise == old.otherwise and new.otherwise is not None:
+        fields["otherwise"] = new.otherwise
+    return own.model_copy(update=fields) if fields else own
+
+
+def _not_evaluated(system: FuzzySystem, new: Profile) -> list[Diagnostic]:
+    """Report what the tool of a profile does not have."""
+    found: dict[str, Diagnostic] = {}
+    activation = system.method.activation
+    if activation.kind != "general" and not new.has_activations:
+        message = f"profile '{new.name}' cannot evaluate the system: {new.tool} has no activation '{activation.kind}'"
+        found[""] = Diagnostic("FZ214", message, activation.span, help="use 'activation general'")
+    for output in system.outputs:
+        own = output.defuzzifier or system.method.defuzzifier
+        if new.evaluates is not None and own.kind not in new.evaluates:
+            message = f"profile '{new.name}' cannot evaluate output '{output.name}': {new.tool} has no '{own.kind}'"
+            facts = (f"it has: {', '.join(new.evaluates)}",)
+            found.setdefault(output.name, Diagnostic("FZ214", message, output.span, facts=facts))
+    return list(found.values())

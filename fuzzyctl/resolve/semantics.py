@@ -1,0 +1,80 @@
+"""Resolves the statement `semantics`: a profile, and knobs that differ from it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, Final, get_args
+
+from fuzzyctl.errors import closest
+from fuzzyctl.lang import syntax as sx
+from fuzzyctl.model.profiles import PROFILES
+from fuzzyctl.model.semantics import KNOBS, Semantics
+from fuzzyctl.resolve.context import Context
+
+#: What each knob may be; none for a number.
+CHOICES: Final[dict[str, tuple[str, ...]]] = {
+    name: tuple(word for word in get_args(Semantics.model_fields[name].annotation) if isinstance(word, str))
+    for name in KNOBS
+}
+
+#: Knobs that are numbers.
+NUMBERS: Final = tuple(name for name, words in CHOICES.items() if not words)
+
+
+def resolve_semantics(context: Context, statements: Sequence[sx.Statement]) -> Semantics:
+    """Resolve the semantics of a system, and enter the profile in force into the context."""
+    found = [s for s in statements if isinstance(s, sx.Semantics)]
+    if not found:
+        return context.profile.semantics
+    first, *rest = found
+    for again in rest:
+        note = (first.keyword.span, "first given here")
+        context.report("FZ215", "'semantics' is given twice", again.keyword.span, note=note, help="remove one of them")
+    if first.profile.text not in PROFILES:
+        context.unknown("profile", first.profile, PROFILES, "FZ213")
+    else:
+        context.profile = PROFILES[first.profile.text]
+    semantics = context.profile.semantics
+    return semantics.model_copy(update={**_knobs(context, first.options), "span": first.profile.span})
+
+
+def _knobs(context: Context, options: Sequence[sx.Option]) -> dict[str, Any]:
+    """Resolve the knobs that are given."""
+    values: dict[str, Any] = {}
+    seen: dict[str, sx.Word] = {}
+    for option in options:
+        name, word = option.name.text, option.value
+        if name in seen:
+            note = (seen[name].span, "first given here")
+            context.report("FZ215", f"'{name}' is given twice", option.name.span, note=note, help="remove one of them")
+            continue
+        seen[name] = option.name
+        if name not in KNOBS:
+            context.unknown("knob", option.name, KNOBS, "FZ213")
+        elif name in NUMBERS:
+            _number(context, name, word, values)
+        elif word.text not in CHOICES[name]:
+            near = closest(word.text, CHOICES[name])
+            facts = (f"one of: {', '.join(CHOICES[name])}",)
+            help_text = f"did you mean '{near}'?" if near else ""
+            context.report("FZ213", f"'{name}' knows no '{word.text}'", word.span, facts=facts, help=help_text)
+        else:
+            values[name] = word.text
+    return values
+
+
+def _number(context: Context, name: str, word: sx.Word, values: dict[str, Any]) -> None:
+    """Resolve a knob that is a number; `least` may be `none` as well."""
+    if name == "least" and word.text == "none":
+        values[name] = None
+        return
+    try:
+        value = float(word.text)
+    except ValueError:
+        value = math.nan
+    if not 0.0 <= value < 1.0 or word.text[0] not in "0123456789.":
+        bound = "no number from 0 to below 1" + (", and not 'none'" if name == "least" else "")
+        context.report("FZ302", f"{name} = {word.text} is {bound}", word.span)
+    else:
+        values[name] = value
