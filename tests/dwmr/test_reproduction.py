@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from dwmr import simulate
+from dwmr.calibration import parameters
 from dwmr.fuzzy_gains import Rules
 from dwmr.metrics import TABLE_12, measure
 from dwmr.scenario_file import find, read
@@ -84,6 +85,31 @@ def test_the_calibration_is_what_its_result_file_says():
         assert f"{one['before']:.2f} ({one['least']:.2f} to {one['greatest']:.2f})" in PAGE
 
 
+def test_the_longer_search_is_what_its_result_file_says():
+    found, page = results("calibration-1000.json"), section("What was fitted").partition("### A longer search")[2]
+    for name, one in found["parameters"].items():
+        assert f"| `{name}` | {one['before']:g} | {one['value']:g} | {one['unit']} |" in page
+    assert f"| cost | {found['cost']['before']:.2f} | {found['cost']['value']:.2f} | |" in page
+    assert f"In {found['evaluations']} sets of values" in page
+    errors = {(one["law"], one["robot"], one["error"]): one for one in found["entries"]}
+    assert f"follower2's θ_e comes to {errors['aifqsmc', 'follower2', 'theta_e']['greatest']:.2f} times" in page
+    assert f"the leader's x_e to {errors['aifqsmc', 'leader', 'x_e']['least']:.3f} times" in page
+    for (law, robot, _), one in errors.items():
+        assert law == "smc" or abs(one["ratio"] - 1.0) < (0.20 if robot == "leader" else 0.25)
+
+
+@pytest.mark.parametrize("law", ["aifqsmc", "fcafsmc"])
+def test_the_values_of_the_longer_search_give_its_ratios(law, measured):
+    found = results("calibration-1000.json")
+    values = {name: one["value"] for name, one in found["parameters"].items()}
+    scenario = read(find("paper")).scenario
+    keys = [(f"{key}={values[name]}") for name in values for key in parameters.keys(scenario, name, None)]
+    got = measured(law, *keys)["rmse"]
+    for one in found["entries"]:
+        if one["law"] == law:
+            assert got[one["robot"]][one["error"]] / one["table_12"] == pytest.approx(one["ratio"], rel=0.02), one
+
+
 def test_the_result_file_of_the_calibration_is_about_the_shipped_values(measured):
     found = results("calibration.json")
     for one in found["entries"]:
@@ -106,10 +132,21 @@ def test_the_rows_of_what_was_tried_are_those_of_its_result_file():
 
 
 @pytest.mark.parametrize(
-    "name", ["as shipped", "PD gains as forces", "only the leader is disturbed", "nothing disturbs"]
-)
-def test_what_was_tried_gives_what_the_result_file_says(name):
+    "name",
+    [
+        "as shipped", "PD gains as forces", "only the leader is disturbed", "nothing disturbs", "velocity limit 3 m/s",
+        "Eq. (76) as printed", "obstacle 2 passed on its other side",
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("law", ["aifqsmc", "fcafsmc"])
+def test_what_was_tried_gives_what_the_result_file_says(name, law):
     (one,) = [one for one in results("tries.json") if one["name"] == name]
-    got = tries().run("fcafsmc", one["set"])
-    for robot, errors in one["errors"]["fcafsmc"].items():
+    got = tries().run(law, one["set"])
+    for robot, errors in one["errors"][law].items():
         assert got[robot] == pytest.approx(errors, rel=0.02), robot
+
+
+@pytest.mark.parametrize("name", ["as shipped", "start at π/2, Table 4"])
+def test_what_was_tried_of_smcs_leader_gives_what_the_result_file_says(name):
+    (one,) = [one for one in results("tries.json") if one["name"] == name]
+    assert tries().run("smc", one["set"])["leader"] == pytest.approx(one["errors"]["smc"]["leader"], rel=BANDS["smc"])
