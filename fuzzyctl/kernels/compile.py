@@ -35,7 +35,7 @@ def compile(system: FuzzySystem, backend: str = "auto", *, algorithm: str = "aut
         system: A well-formed system.
         backend: "numba"; "numpy", which evaluates arrays with numpy and single points with generated Python; "python",
             which loops over the points of an array with the same Python; or "auto", which is numba where it can be
-            imported, else numpy.
+            imported, else numpy. Once it is compiled by numba, calls of the system by name use that.
         algorithm: "auto", "interpolation" or "rules"; all compute the same, up to rounding.
 
     Raises:
@@ -51,7 +51,10 @@ def compile(system: FuzzySystem, backend: str = "auto", *, algorithm: str = "aut
             raise ArgumentError(f"the {what} must be one of {', '.join(known)}, got {type(given).__name__}")
         if given not in known:
             raise UnknownNameError(what, given, known)
-    return Kernel(plan(system), _resolve(backend), algorithm)
+    kernel = Kernel(plan(system), _resolve(backend), algorithm)
+    if kernel.backend == "numba" and algorithm == "auto":
+        _remember(system, "python", kernel)
+    return kernel
 
 
 def _resolve(backend: str) -> str:
@@ -99,8 +102,9 @@ _CALLED: Final[dict[tuple[int, str], Kernel]] = {}
 def call_by_name(system: FuzzySystem, values: Mapping[str, Any]) -> Any:
     """Evaluate a system for numbers or arrays given by name; what `FuzzySystem.__call__` does.
 
-    Numbers go through generated Python, so that neither numpy nor numba is imported; arrays through numpy. Adaptive
-    outputs are evaluated with their initial consequents.
+    Numbers go through generated Python, so that neither numpy nor numba is imported, or through the kernel that numba
+    has compiled, if the caller had it do so; arrays through numpy. Adaptive outputs are evaluated with their initial
+    consequents.
 
     Args:
         system: The system.
@@ -162,7 +166,14 @@ def _call_arrays(kernel: Kernel, ordered: Sequence[Any]) -> Any:
 def _called(system: FuzzySystem, backend: str) -> Kernel:
     key = (id(system), backend)
     if key not in _CALLED:
-        _CALLED[key] = compile(system, backend)
+        _remember(system, backend, compile(system, backend))
+    return _CALLED[key]
+
+
+def _remember(system: FuzzySystem, backend: str, kernel: Kernel) -> None:
+    """Keep a kernel for calls by name in place of one of a backend."""
+    key = (id(system), backend)
+    if key not in _CALLED:
         # The identity may be used again once the system is gone.
         weakref.finalize(system, _CALLED.pop, key, None)
-    return _CALLED[key]
+    _CALLED[key] = kernel

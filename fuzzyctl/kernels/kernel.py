@@ -53,13 +53,9 @@ class Kernel:
         #: Outputs that promise to have a value everywhere.
         self._promised = tuple(k for k, o in enumerate(plan.outputs) if o.otherwise is None)
         self._n_arguments = len(plan.inputs) + (1 if self.n_states else 0)
-        #: The function itself: plain Python, or compiled for use inside other compiled code. numba's is
-        #: float64(float64, ...), with a last float64[::1] for the state; several outputs come as a tuple of float64.
-        #: It raises ArithmeticError where no rule fires for an output that says `else error`, and does not check the
-        #: length of the state.
-        self.jit = self._evaluation()
+        compiled = self.jit if backend == "numba" else None
         if not self.n_states and len(plan.outputs) == 1:  # a call needs no preparation
-            self.__class__ = quick.specialised(Kernel, self.jit, len(plan.inputs))
+            self.__class__ = quick.specialised(self, self._program, compiled)
 
     def __repr__(self) -> str:
         return f"Kernel({', '.join(self.input_names)} -> {', '.join(self.output_names)}; {self.backend})"
@@ -231,7 +227,19 @@ class Kernel:
             return numba_backend.evaluation_source(self._program)
         return python_backend.evaluation_source(self._program)
 
-    def _evaluation(self) -> Any:
+    @property
+    def raises(self) -> bool:
+        """Whether its function raises where no rule fires."""
+        return bool(self._refusals)
+
+    @cached_property
+    def jit(self) -> Any:
+        """The function itself: plain Python, or compiled for use inside other compiled code.
+
+        numba's is float64(float64, ...), with a last float64[::1] for the state; several outputs come as a tuple of
+        float64. It raises ArithmeticError where no rule fires for an output that says `else error`, and does not check
+        the length of the state.
+        """
         if self.backend == "numba":
             from fuzzyctl.kernels import numba_backend
 

@@ -88,7 +88,8 @@ def batch_source(program: Program) -> str:
     lines += block(program.body, dialect, refuse, 2)
     width = len(program.results)
     lines += [f"{pad}results[{width} * i + {k}] = {text(r, dialect)}" for k, r in enumerate(program.results)]
-    return _module(program, signature, [*lines, f"{INDENT}return -1"])
+    # Batches are shared among threads. A single call is shorter than giving up the interpreter's lock.
+    return _module(program, signature, [*lines, f"{INDENT}return -1"], ", nogil=True")
 
 
 def _arguments(program: Program) -> list[str]:
@@ -107,11 +108,10 @@ def _body(program: Program) -> list[str]:
     return list(block(program.body, SCALAR, refuse))
 
 
-def _module(program: Program, signature: str, lines: list[str]) -> str:
+def _module(program: Program, signature: str, lines: list[str], options: str = "") -> str:
     tables = [f"{name} = np.array({list(values)!r})" for name, values in program.tables]
     # error_model: 0/0 is NaN without a test; fastmath would delete the NaN that an input may bring.
-    # nogil: batches are shared among threads.
-    decorator = f'@njit("{signature}", cache=CACHE, error_model="numpy", nogil=True)'
+    decorator = f'@njit("{signature}", cache=CACHE, error_model="numpy"{options})'
     return "\n".join([_HEADER, *tables, *_helpers(lines), "", decorator, *lines]) + "\n"
 
 

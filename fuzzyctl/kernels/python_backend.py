@@ -6,7 +6,7 @@ The only text that is ever executed is what the printer makes of a program, in w
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from numbers import Real
 from typing import Any, Final
 
@@ -19,6 +19,12 @@ from fuzzyctl.kernels.python_rows import with_rows
 #: Name of the array argument that a storing function writes to.
 RESULT: Final = "result"
 
+#: What a function raises for arguments it does not take, and where no rule fires; found and named by the careful way.
+REFUSALS: Final = (TypeError, ValueError, ArithmeticError)
+
+#: Stands for an argument that is not given.
+_MISSING: Final[Any] = object()
+
 
 def evaluation_source(program: Program) -> str:
     """Return the text of the function `kernel(x0, ..., C)` that returns the outputs."""
@@ -26,6 +32,22 @@ def evaluation_source(program: Program) -> str:
     results = ", ".join(text(r, SCALAR) for r in program.results)
     end = f"return {results}" if len(program.results) == 1 else f"return ({results})"
     return _function("kernel", program, [], [end], INTERPRETED)
+
+
+def call_source(program: Program) -> str:
+    """Return the text of the method `call(self, x0, ...)` of a kernel without a state that returns one output.
+
+    Where an argument is missing, one too many or no number, where no rule fires and where the result is NaN it returns
+    what `self._careful` does with the arguments.
+    """
+    program, _ = with_rows(program)
+    names = list(program.arguments)
+    head = f"def call(self, {', '.join(f'{x}=missing' for x in names)}, /, *more):"
+    lines = [*_conversions(program), *_body(program, INTERPRETED)]
+    lines.append(f"{INDENT}result = {text(program.results[0], SCALAR)}")
+    tried = [f"{INDENT}if not more:", f"{INDENT * 2}try:", *(INDENT * 2 + line for line in lines)]
+    tried += [f"{INDENT * 3}if result == result: return result", f"{INDENT * 2}except refusals: pass"]
+    return "\n".join([head, *tried, f"{INDENT}return self._careful(given({', '.join(names)}, *more))"]) + "\n"
 
 
 def storing_source(program: Program) -> str:
@@ -36,14 +58,20 @@ def storing_source(program: Program) -> str:
 
 def _function(name: str, program: Program, extra: list[str], end: list[str], dialect: Dialect) -> str:
     arguments = [*program.arguments, *([STATE] if program.state else []), *extra]
-    point = ", ".join(program.arguments)
-    lines = [f"def {name}({', '.join(arguments)}):"]
+    lines = [f"def {name}({', '.join(arguments)}):", *_conversions(program), *_body(program, dialect)]
+    return "\n".join([*lines, *(INDENT + line for line in end)]) + "\n"
+
+
+def _conversions(program: Program) -> list[str]:
     # The check is a tenth of the price of a conversion, and nearly all arguments are floats already.
-    lines += [f"{INDENT}if type({x}) is not float: {x} = as_number({x})" for x in program.arguments]
-    lines += block(
+    return [f"{INDENT}if type({x}) is not float: {x} = as_number({x})" for x in program.arguments]
+
+
+def _body(program: Program, dialect: Dialect) -> Iterator[str]:
+    point = ", ".join(program.arguments)
+    return block(
         program.body, dialect, lambda condition, o: [f"if {condition}: raise no_rule_fires({o!r}, ({point},))"]
     )
-    return "\n".join([*lines, *(INDENT + line for line in end)]) + "\n"
 
 
 def compile_source(source: str, program: Program, input_names: Sequence[str]) -> Callable[..., Any]:
@@ -56,6 +84,20 @@ def compile_source(source: str, program: Program, input_names: Sequence[str]) ->
 
     namespace["no_rule_fires"] = no_rule_fires
     return _execute(source, namespace)
+
+
+def compile_call(program: Program) -> Callable[..., Any]:
+    """Return the method that `call_source` is the text of."""
+    _, tables = with_rows(program)
+    # The careful way says for which output no rule fires.
+    return _execute(call_source(program), {**RUNTIME, **tables, **_CALLING, "no_rule_fires": ArithmeticError})
+
+
+def _given(*arguments: Any) -> tuple[Any, ...]:
+    return tuple(a for a in arguments if a is not _MISSING)
+
+
+_CALLING: Final[Mapping[str, Any]] = {"missing": _MISSING, "given": _given, "refusals": REFUSALS}
 
 
 def scalar_function(expr: Expr) -> Callable[..., float]:
