@@ -1,0 +1,5 @@
+"""Reads and writes `.fis` files: fuzzy inference systems of MATLAB, Octave's fuzzy-logic-toolkit and fuzzylite."""
+
+from fuzzyctl.formats.fis.reader import read
+
+__all__ = ["read"]

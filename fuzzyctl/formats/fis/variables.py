@@ -1,0 +1,226 @@
+"""Makes linguistic variables of the sections `[Input1]` and `[Output1]`."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from typing import Final
+
+from fuzzyctl.errors import Note, counted
+from fuzzyctl.expr import Number
+from fuzzyctl.formats.findings import Findings, distinct, meant
+from fuzzyctl.formats.fis import values
+from fuzzyctl.formats.fis.sections import Entry, Section
+from fuzzyctl.formats.fis.values import RawTerm, Text
+from fuzzyctl.formats.fis.words import MEMBERSHIP_WORDS, MembershipWord
+from fuzzyctl.model.variable import Membership, Term
+from fuzzyctl.source import Span
+
+#: The key of a membership function: its number, and U or L of interval type-2 sets.
+_NUMBERED: Final = re.compile(r"mf *(\d{1,6}) *([ul]?)$", re.IGNORECASE)
+
+#: Keys in small letters; those after the first three are fuzzylite's.
+_KEYS: Final = ("name", "range", "nummfs", "enabled", "default", "lock", "lockprevious", "lockrange")
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A variable as read.
+
+    Args:
+        name: Its name, distinct from all others.
+        lower: The lower end of its range as written.
+        upper: The upper end.
+        terms: Its terms by their numbers.
+        span: Where its name stands, or its header.
+        broken: Whether some part of it could not be read.
+    """
+
+    name: str
+    lower: Number
+    upper: Number
+    terms: dict[int, Term]
+    span: Span
+    broken: bool
+
+
+class VariableReader:
+    """Read the variables of a file.
+
+    Args:
+        inputs: Number of inputs, for linear consequents.
+        findings: Where mistakes go.
+    """
+
+    def __init__(self, inputs: int, findings: Findings) -> None:
+        self.inputs = inputs
+        self.findings = findings
+        self.names: set[str] = set()
+
+    def read(self, section: Section) -> Variable:
+        """Read one variable; what cannot be read is reported and replaced by something harmless."""
+        before = len(self.findings.diagnostics)
+        self._check_keys(section)
+        name = self._name(section)
+        lower, upper = self._range(section, name.text)
+        terms = self._terms(section, name.text)
+        self._check_count(section, len(terms))
+        broken = any(d.severity == "error" for d in self.findings.diagnostics[before:])
+        return Variable(name.text, lower, upper, terms, name.span, broken)
+
+    def _check_keys(self, section: Section) -> None:
+        seen: dict[str, Entry] = {}
+        for entry in section.entries:
+            key = entry.key.lower()
+            earlier = seen.setdefault(key, entry)
+            if earlier is not entry:
+                note = Note(earlier.span, "first given here")
+                self.findings.error("FZ215", f"'{entry.key}' is given twice", entry.key_span, note=note)
+            elif key not in _KEYS and not _NUMBERED.match(key):
+                known = ["Name", "Range", "NumMFs", "MF1"]
+                help_text = meant(entry.key, known) or f"keys of a variable: {', '.join(known)}"
+                self.findings.warning("FZ603", f"nothing reads '{entry.key}'", entry.key_span, help=help_text)
+
+    def _name(self, section: Section) -> Text:
+        entry = section.entry("Name")
+        given = values.string(entry) if entry is not None else Text("", section.header)
+        wanted = given.text or f"{section.kind}{section.number or 1}"
+        name = distinct(wanted, self.names)
+        self.names.add(name)
+        if not given.text:
+            message = f"the {section.kind} has no name; it is called '{name}'"
+            self.findings.warning("FZ604", message, section.header, help=f"write: Name='{name}'")
+        elif name != wanted:
+            message = f"a second variable is called '{wanted}'; it becomes '{name}'"
+            self.findings.warning("FZ604", message, given.span, help="give it a name of its own")
+        return Text(name, given.span)
+
+    def _range(self, section: Section, name: str) -> tuple[Number, Number]:
+        entry = section.entry("Range")
+        found = values.vector(entry.value, self.findings) if entry is not None else None
+        if entry is None:
+            message = f"'{name}' has no range"
+            self.findings.error("FZ212", message, section.header, help="write, for example: Range=[0 10]")
+        elif found is not None and len(found) != 2:
+            message = f"the range of '{name}' has {counted(len(found), 'number')} instead of two"
+            self.findings.error("FZ601", message, entry.value, help="write, for example: Range=[0 10]")
+        if found is None or len(found) != 2:
+            return Number(0.0), Number(1.0)
+        return found[0], found[1]
+
+    def _terms(self, section: Section, variable: str) -> dict[int, Term]:
+        terms: dict[int, Term] = {}
+        names: set[str] = set()
+        for entry in section.entries:
+            match = _NUMBERED.match(entry.key)
+            if match is None:
+                continue
+            if match.group(2):
+                self._refuse_type_2(entry)
+                continue
+            number = int(match.group(1))
+            raw = values.term(entry, self.findings)
+            membership = self._membership(raw) if raw is not None else None
+            if raw is None or membership is None:
+                continue
+            name = self._term_name(raw.name, number, variable, names)
+            names.add(name)
+            terms[number] = Term(name=name, membership=membership, span=raw.name.span)
+        return terms
+
+    def _refuse_type_2(self, entry: Entry) -> None:
+        message = f"'{entry.key}' is one side of an interval type-2 fuzzy set"
+        self.findings.error("FZ602", message, entry.key_span, help="only type-1 sets are computed")
+
+    def _term_name(self, given: Text, number: int, variable: str, taken: set[str]) -> str:
+        wanted = given.text or f"mf{number}"
+        name = distinct(wanted, taken)
+        if not given.text:
+            message = f"term {number} of '{variable}' has no name; it is called '{name}'"
+            self.findings.warning("FZ604", message, given.span)
+        elif name != wanted:
+            message = f"a second term of '{variable}' is called '{wanted}'; it becomes '{name}'"
+            help_text = "rules name terms by their numbers, so nothing else changes"
+            self.findings.warning("FZ604", message, given.span, help=help_text)
+        return name
+
+    def _membership(self, raw: RawTerm) -> Membership | None:
+        function = raw.function.text.lower()
+        if function == "linear":
+            return self._linear(raw)
+        word = MEMBERSHIP_WORDS.get(function)
+        if word is None:
+            self._refuse_function(raw)
+            return None
+        given = self._counted(raw, word)
+        if given is None:
+            return None
+        return _shaped(raw, given, word)
+
+    def _refuse_function(self, raw: RawTerm) -> None:
+        name = raw.function.text
+        help_text = meant(name, MEMBERSHIP_WORDS) or "a function of one's own is a program, which cannot be read here"
+        message = f"there is no membership function '{name}'"
+        facts = (f"functions: {', '.join((*MEMBERSHIP_WORDS, 'linear'))}",)
+        self.findings.error("FZ602", message, raw.function.span, help=help_text, facts=facts)
+
+    def _counted(self, raw: RawTerm, word: MembershipWord) -> tuple[Number, ...] | None:
+        """Return as many parameters as the function takes; surplus ones are left out with a warning."""
+        given, name = raw.parameters, raw.function.text
+        if word.count is None:
+            return self._pairs(raw)
+        if len(given) < word.count:
+            message = f"'{name}' of '{raw.name.text}' has {counted(len(given), 'parameter')} instead of {word.count}"
+            self.findings.error("FZ303", message, raw.span, help=f"they are: [{word.form}]")
+            return None
+        if len(given) > word.count:
+            first, last = given[word.count].span, given[-1].span
+            place = first.to(last) if first is not None and last is not None else raw.span
+            message = f"'{name}' takes {counted(word.count, 'parameter')}; '{place.text}' has no effect"
+            self.findings.warning("FZ603", message, place, help="remove it")
+        return given[: word.count]
+
+    def _pairs(self, raw: RawTerm) -> tuple[Number, ...] | None:
+        if len(raw.parameters) < 4 or len(raw.parameters) % 2:
+            message = f"'{raw.function.text}' of '{raw.name.text}' takes pairs of numbers, two or more"
+            self.findings.error("FZ303", message, raw.span, help="they are: [x1 y1 x2 y2 ...]")
+            return None
+        return raw.parameters
+
+    def _linear(self, raw: RawTerm) -> Membership | None:
+        """Return a linear consequent: a coefficient for each input and a constant."""
+        due = self.inputs + 1
+        given = raw.parameters
+        if len(given) < due:
+            message = f"'linear' of '{raw.name.text}' has {counted(len(given), 'parameter')} instead of {due}"
+            help_text = "they are: a coefficient for each input, then a constant"
+            self.findings.error("FZ303", message, raw.span, help=help_text)
+            return None
+        surplus = given[due:]
+        if surplus:
+            place = surplus[0].span
+            message = f"'linear' takes {due} parameters here; {counted(len(surplus), 'more number')} have no effect"
+            self.findings.warning("FZ603", message, place, help="remove them")
+        return Membership(kind="linear", arguments=given[:due], span=raw.span)
+
+    def _check_count(self, section: Section, found: int) -> None:
+        entry = section.entry("NumMFs")
+        said = values.count(entry, self.findings) if entry is not None else None
+        written = sum(bool(_NUMBERED.match(e.key)) for e in section.entries)
+        if entry is not None and said is not None and said != written:
+            message = f"NumMFs says {said}, and there are {written}"
+            self.findings.warning("FZ606", message, entry.value, help="all that are written count")
+
+
+def _shaped(raw: RawTerm, given: tuple[Number, ...], word: MembershipWord) -> Membership:
+    """Return a membership with the parameters in the model's order; each keeps the place of an equal one as written."""
+    kind, parameters = word.shape(tuple(n.value for n in given))
+    places = {n.value: n.span for n in given}
+    arguments = tuple(Number(v, span=places.get(v) or places.get(-v)) for v in parameters)
+    return Membership(kind=kind, arguments=arguments, span=raw.span)
+
+
+def is_empty(variable: Variable) -> bool:
+    """Whether the ends of the range are equal, as MATLAB writes for Sugeno outputs whose range nobody set."""
+    return variable.lower.value == variable.upper.value and math.isfinite(variable.lower.value)

@@ -1,0 +1,39 @@
+"""Reads files of other tools as sound systems: what is an error in a rule file of one's own may be usual in theirs."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Final
+
+from fuzzyctl.errors import Diagnostic
+from fuzzyctl.formats.registry import Format
+from fuzzyctl.model.checks import check_model, in_order
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.source import SourceText
+
+#: Errors of rule files that are warnings in files of other tools, where the system still has a meaning.
+LENIENT: Final = frozenset({"FZ210"})
+
+#: Hints that say nothing about files of other tools: ranges of their outputs bound no consequent.
+_MEANT: Final = frozenset({"FZ306"})
+
+
+def examine_foreign(format: Format, source: SourceText) -> tuple[tuple[FuzzySystem, ...], list[Diagnostic]]:
+    """Read and check all systems of a file of another tool.
+
+    Returns:
+        The systems without errors, and all diagnostics in the order of their places.
+    """
+    systems, diagnostics = format.read(source)
+    sound = []
+    for system in systems:
+        found = [_softened(d, source) for d in check_model(system) if d.code not in _MEANT]
+        diagnostics = [*diagnostics, *found]
+        if not any(d.severity == "error" for d in found):
+            sound.append(system)
+    return tuple(sound), in_order(diagnostics)
+
+
+def _softened(diagnostic: Diagnostic, source: SourceText) -> Diagnostic:
+    severity = "warning" if diagnostic.code in LENIENT else diagnostic.severity
+    return dataclasses.replace(diagnostic, severity=severity, file=diagnostic.file or source.name)
