@@ -86,6 +86,23 @@ def bring_in(tree: sx.SyntaxTree, folder: Path | None) -> tuple[sx.SyntaxTree, l
     return tree, reader.diagnostics
 
 
+def files_read(path: Path) -> tuple[Path, ...]:
+    """Return the files that a rule file brings in, directly and through others, its tables in CSV files among them.
+
+    Args:
+        path: The rule file; it is not among them.
+
+    Raises:
+        DiagnosticError: When it cannot be read; files that it names and that cannot be read are left out.
+    """
+    tree, _ = parse(read_source(path))
+    reader = _Reader(path.parent)
+    for statement in tree.statements:
+        reader.fill(statement)
+    reader.use(tree.statements, (tree.source.name,))
+    return tuple(dict.fromkeys(reader.read))
+
+
 def _repeated(statement: sx.System, first: Span) -> Diagnostic:
     message = f"'system {statement.name.text}' is given twice"
     notes = (Note(first, "first given here"),)
@@ -99,6 +116,8 @@ class _Reader:
         self.folder = folder
         self.diagnostics: list[Diagnostic] = []
         self.seen: set[Path] = set()
+        #: Files that could be read, in the order of reading.
+        self.read: list[Path] = []
         #: What the files read could not say, as in a syntax tree.
         self.unread: frozenset[str] = frozenset()
         self.nameless: frozenset[str] = frozenset()
@@ -180,7 +199,9 @@ class _Reader:
 
     def _read(self, path: Path, place: Span) -> SourceText | None:
         try:
-            return read_source(path)
+            source = read_source(path)
+            self.read.append(path)
+            return source
         except DiagnosticError as error:
             (why,) = error.diagnostics
             help_text = self._similar(path, place) if why.code == "FZ001" and not path.exists() else why.help

@@ -9,6 +9,7 @@ from pydantic import ValidationError
 from dwmr import controllers
 from dwmr.controllers.settings import LawSettings
 from dwmr.fuzzy_gains import Rules
+from dwmr.overrides import split_key
 from dwmr.scenario_file import ScenarioFile
 from dwmr.scenario_mistakes import diagnose
 from fuzzyctl.errors import Diagnostic, DiagnosticError
@@ -53,5 +54,5 @@ def settings_of(file: ScenarioFile, robot: str, law: str) -> LawSettings:
     try:
         settings: LawSettings = controllers.find(law, file.path.parent).Settings.model_validate(given)
     except ValidationError as error:
-        raise DiagnosticError(diagnose(error, file.places, tuple(key.split(".")))) from None
+        raise DiagnosticError(diagnose(error, file.places, tuple(split_key(key)))) from None
     return settings

@@ -145,6 +145,7 @@ def _rule(rules: Rules, role: str) -> dict[str, Any]:
     found: dict[str, Any] = {
         "file": str(rules.used[role].path),
         "sha256": rules.used[role].sha256,
+        "files": dict(rules.used[role].files),
         "rules": count,
         "params": params,
         "output": output,

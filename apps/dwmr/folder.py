@@ -18,10 +18,11 @@ class Results:
     Args:
         folder: Where they go; it exists.
         names: Names of all files that a run may leave there.
+        help: What to do where files cannot be written.
     """
 
-    def __init__(self, folder: Path, names: Sequence[str]) -> None:
-        self.folder, self.names = folder, tuple(names)
+    def __init__(self, folder: Path, names: Sequence[str], help: str) -> None:
+        self.folder, self.names, self.help = folder, tuple(names), help
         self._parts: Path | None = None
 
     def write(self, name: str, fill: Callable[[Path], None]) -> None:
@@ -35,7 +36,7 @@ class Results:
                 self._parts = Path(tempfile.mkdtemp(dir=self.folder, prefix=".dwmr-"))
             fill(self._parts / name)
         except OSError as error:
-            raise _refused(self.folder / name, error) from error
+            raise _refused(self.folder / name, error, self.help) from error
 
     def drop(self, name: str) -> None:
         """Give up a file that waits."""
@@ -58,7 +59,7 @@ class Results:
                 if (self._parts / name).exists():
                     (self._parts / name).replace(self.folder / name)
         except OSError as error:
-            raise _refused(self.folder, error) from error
+            raise _refused(self.folder, error, self.help) from error
 
     def discard(self) -> None:
         """Remove what still waits."""
@@ -67,20 +68,21 @@ class Results:
 
 
 @contextmanager
-def results(folder: Path, names: Sequence[str]) -> Iterator[Results]:
+def results(folder: Path, names: Sequence[str], help: str = "name another folder with -o DIR") -> Iterator[Results]:
     """Offer a folder of results; a folder that was made for it and stays empty goes again.
 
     Args:
         folder: Where they go.
         names: Names of all files that a run may leave there.
+        help: What to do where files cannot be written.
 
     Raises:
         DiagnosticError: When files cannot be written there.
     """
     made = _missing(folder)
     try:
-        _prepare(folder, names)
-        files = Results(folder, names)
+        _prepare(folder, names, help)
+        files = Results(folder, names, help)
         try:
             yield files
         finally:
@@ -91,6 +93,17 @@ def results(folder: Path, names: Sequence[str]) -> Iterator[Results]:
                 one.rmdir()
 
 
+@contextmanager
+def one_file(path: Path) -> Iterator[Results]:
+    """Offer the way to a single file.
+
+    Raises:
+        DiagnosticError: When it cannot be written.
+    """
+    with results(path.parent, (path.name,), "name another file with -o FILE") as files:
+        yield files
+
+
 def _missing(folder: Path) -> list[Path]:
     """Return the folders that would have to be made, the innermost first."""
     with contextlib.suppress(OSError):
@@ -98,23 +111,23 @@ def _missing(folder: Path) -> list[Path]:
     return []
 
 
-def _prepare(folder: Path, names: Sequence[str]) -> None:
+def _prepare(folder: Path, names: Sequence[str], help: str) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile(dir=folder, prefix=".dwmr-"):
             pass
     except OSError as error:
-        raise _refused(folder, error) from error
+        raise _refused(folder, error, help) from error
     in_the_way = [name for name in names if (folder / name).is_dir()]
     if in_the_way:
-        raise DiagnosticError([_diagnostic(folder / name, "it is a folder") for name in in_the_way])
+        raise DiagnosticError([_diagnostic(folder / name, "it is a folder", help) for name in in_the_way])
 
 
-def _refused(path: Path, error: OSError) -> DiagnosticError:
-    return DiagnosticError([_diagnostic(path, error.strerror or str(error))])
+def _refused(path: Path, error: OSError, help: str) -> DiagnosticError:
+    return DiagnosticError([_diagnostic(path, error.strerror or str(error), help)])
 
 
-def _diagnostic(path: Path, reason: str) -> Diagnostic:
+def _diagnostic(path: Path, reason: str, help: str) -> Diagnostic:
     shown = str(path) if len(str(path)) <= 300 else f"{str(path)[:297]}..."
     message = f"{shown} cannot be written: {reason}"
-    return Diagnostic("FZ909", message, file=shown, help="name another folder with -o DIR")
+    return Diagnostic("FZ909", message, file=shown, help=help)

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import fuzzyctl
+from fuzzyctl.assembly import files_read
 from fuzzyctl.errors import Diagnostic, DiagnosticError, UnknownNameError, ValueOutOfBoundsError, closest, did_you_mean
 from fuzzyctl.expr import names_in
 from fuzzyctl.shipped import rules_folder
@@ -42,10 +43,25 @@ ROLES = {
 
 
 class Used(NamedTuple):
-    """A rule file that serves in a role: where it is and what it holds."""
+    """A rule file that serves in a role: where it is and what it holds.
+
+    Attributes:
+        path: The file.
+        sha256: Of the file and, after one another, of all files that it brings in.
+        files: Checksum of each of these files by name, as seen from the folder of the first.
+    """
 
     path: Path
     sha256: str
+    files: Mapping[str, str]
+
+
+def _used(path: Path) -> Used:
+    """Return a rule file with the checksums of all that it reads."""
+    names = {path.name: path} | {str(p.relative_to(path.parent)): p for p in files_read(path)}
+    contents = {name: one.read_bytes() for name, one in names.items()}
+    files = {name: hashlib.sha256(content).hexdigest() for name, content in contents.items()}
+    return Used(path, hashlib.sha256(b"".join(contents.values())).hexdigest(), files)
 
 
 #: Identity of a fuzzy system: its file and the values of its params.
@@ -56,7 +72,7 @@ class Known:
     """What has been read, proved and compiled; scenarios that differ in params share it.
 
     Attributes:
-        systems: By file: the system, the file's checksum and the warnings of its checks.
+        systems: By file: the system, the checksums of all that it reads, and the warnings of its checks.
         changed: Systems with other params.
         sound: Systems that give a number everywhere.
         bounds: Proved bounds of outputs.
@@ -64,7 +80,7 @@ class Known:
     """
 
     def __init__(self) -> None:
-        self.systems: dict[Path, tuple[Any, str, tuple[Diagnostic, ...]]] = {}
+        self.systems: dict[Path, tuple[Any, Used, tuple[Diagnostic, ...]]] = {}
         self.changed: dict[Key, Any] = {}
         self.sound: set[Key] = set()
         self.bounds: dict[Key, Any] = {}
@@ -259,11 +275,11 @@ class Rules:
             system, diagnostics = fuzzyctl.check(path)
             if system is None:
                 raise DiagnosticError(diagnostics)
-            self.known.systems[path] = (system, hashlib.sha256(path.read_bytes()).hexdigest(), tuple(diagnostics))
-        system, digest, found = self.known.systems[path]
+            self.known.systems[path] = (system, _used(path), tuple(diagnostics))
+        system, used, found = self.known.systems[path]
         if role not in self.used:
             _check_role(system, role, path)
-            self.used[role] = Used(path, digest)
+            self.used[role] = used
             self.warnings += [d for d in found if d not in self.warnings]
         return system
 

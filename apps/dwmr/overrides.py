@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections.abc import Iterable
 from typing import Any
 
 
@@ -14,6 +15,7 @@ class OverrideError(Exception):
 #: Longest key; no table of a scenario is nested nearly as deep.
 DEEPEST = 20
 #: One part of a dotted key, quoted as TOML has it or bare, and what ends it.
+_BARE = re.compile(r"[^\s.=\"']+")
 _PART = re.compile(r"""\s*(?:"([^"\\]*)"|'([^']*)'|([^.="']*?))\s*([.=]|$)""")
 
 
@@ -21,6 +23,17 @@ def shorten(argument: str) -> str:
     """Return an argument as one line of at most 80 characters."""
     line = "".join(c if c.isprintable() else repr(c)[1:-1] for c in argument[:80])
     return line if len(argument) <= 80 else f"{line[:77]}..."
+
+
+def split_key(key: str) -> list[str]:
+    """Return the parts of a dotted key; a part in quotes may hold dots. What is no dotted key is one part."""
+    parts, value = _split(f"{key}=")
+    return parts if value == "" else [key]
+
+
+def join_key(parts: Iterable[str]) -> str:
+    """Return parts as a dotted key, from which `split_key` gets them back: what a bare part cannot hold is quoted."""
+    return ".".join(part if _BARE.fullmatch(part) else f"'{part}'" if '"' in part else f'"{part}"' for part in parts)
 
 
 def override(data: dict[str, Any], argument: str) -> tuple[str, str]:

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
+from dwmr.overrides import split_key
 from dwmr.toml_places import key_places
 from fuzzyctl.errors import Diagnostic
 from fuzzyctl.source import SourceText, Span
@@ -72,6 +73,6 @@ class Places:
 
     def diagnostic(self, code: str, key: str, message: str, *, facts: Sequence[str] = (), help: str = "") -> Diagnostic:
         """Return a diagnostic about a key; its message stays as given."""
-        _, span, argument = self.resolve(tuple(key.split(".")))
+        _, span, argument = self.resolve(tuple(split_key(key)))
         file = f"--set {argument}" if argument else self.source.name
         return Diagnostic(code, message, span=span, facts=tuple(facts), help=help, file=file)

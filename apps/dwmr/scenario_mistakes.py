@@ -118,16 +118,12 @@ def _diagnose(error: Any, places: Places, prefix: tuple[str, ...]) -> Diagnostic
             message = f"{key} must be one of {kinds}, got {show(error['ctx']['tag'])}"
             hint = did_you_mean(str(error["ctx"]["tag"]), tuple(k.strip(" '") for k in kinds.split(",")))
             return Diagnostic("FZ904", message, span, help=hint, file=file)
-        case "too_short" | "too_long":
-            few = error["type"] == "too_short"
-            number = error["ctx"]["min_length" if few else "max_length"]
-            words = f"must have at {'least' if few else 'most'} {number} element{'s' if number != 1 else ''}"
-            count = error["ctx"]["actual_length"] or "none"
-            return Diagnostic("FZ904", f"{key} {words}, has {count}", span, facts=meaning, file=file)
+        case "too_short" | "too_long" | "string_too_short":
+            return Diagnostic("FZ904", f"{key} {length(error)}", span, facts=meaning, file=file)
         case "value_error":
             message = str(error["ctx"]["error"])
             return Diagnostic("FZ904", f"{key}: {message}", span, file=file)
-    must = _requirement(error) + (unit if error["type"] in _BOUNDS else "")
+    must = requirement(error) + (unit if error["type"] in _BOUNDS else "")
     return Diagnostic("FZ904", f"{key} must be {must}, got {show(error['input'])}", span, facts=meaning, file=file)
 
 
@@ -151,7 +147,18 @@ _KINDS = {
 }
 
 
-def _requirement(error: Any) -> str:
+def length(error: Any) -> str:
+    """Return what is wrong with the number of elements of a list, or of characters of a text."""
+    if error["type"] == "string_too_short":
+        return "must not be empty"
+    few = error["type"] == "too_short"
+    number = error["ctx"]["min_length" if few else "max_length"]
+    words = f"must have at {'least' if few else 'most'} {number} element{'s' if number != 1 else ''}"
+    return f"{words}, has {error['ctx']['actual_length'] or 'none'}"
+
+
+def requirement(error: Any) -> str:
+    """Return what a value must be."""
     kind, about = error["type"], error.get("ctx", {})
     if kind in _BOUNDS:
         name, symbol = _BOUNDS[kind]

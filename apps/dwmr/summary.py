@@ -28,6 +28,7 @@ def describe(file: ScenarioFile, rules: Rules, overrides: Sequence[str]) -> dict
             role: {
                 "file": used.path.name,
                 "sha256": used.sha256,
+                "files": dict(used.files),
                 "params": file.scenario.rules[role].params,
             }
             for role, used in sorted(rules.used.items())

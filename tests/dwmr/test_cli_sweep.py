@@ -85,6 +85,8 @@ class TestSweep:
         assert found["drift"]["leader"]["k_h_v"]["growth"] == float(row["drift.leader.k_h_v.growth"])
 
     def test_does_not_depend_on_the_number_of_processes(self, one, tmp_path):
+        (tmp_path / "sweep.json").write_bytes((one[1] / "sweep.json").read_bytes())
+        (tmp_path / "results.csv").write_text("of an earlier sweep", encoding="utf-8")
         dwmr("sweep", one[0], "-o", tmp_path, "--jobs", "3", "--data", "csv,parquet")
         require_same(one[1], tmp_path)
 
@@ -92,6 +94,19 @@ class TestSweep:
         done = dwmr("sweep", one[0], "-o", tmp_path, "--dask", "local:2", "--data", "csv,parquet")
         assert done.stderr == ""
         require_same(one[1], tmp_path)
+
+    @pytest.mark.parametrize("options", [(), ("--resume",)])
+    @pytest.mark.parametrize("beside", [None, "[]", '{"columns": {}}'])
+    def test_refuses_to_replace_files_that_no_sweep_wrote(self, one, tmp_path, beside, options):
+        (tmp_path / "results.csv").write_text("mine", encoding="utf-8")
+        if beside is not None:
+            (tmp_path / "sweep.json").write_text(beside, encoding="utf-8")
+        done = dwmr("sweep", one[0], "-o", tmp_path, *options, status=1)
+        assert "error[FZ909]" in done.stderr
+        assert "results.csv" in done.stderr
+        assert "no sweep wrote that" in done.stderr
+        assert (tmp_path / "results.csv").read_text(encoding="utf-8") == "mine"
+        assert len(list(tmp_path.iterdir())) == (1 if beside is None else 2)
 
     def test_prints_json(self, one, tmp_path):
         found = json.loads(

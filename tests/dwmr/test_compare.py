@@ -144,6 +144,10 @@ class TestCommand:
             (["papper"], 2, "did you mean 'paper'?"),
             (["paper", "--controller", "smc,pid"], 2, "'pid' is not one of"),
             (["paper", "--runs", "0"], 2, "0 is not in the range"),
+            (["paper", "paper"], 2, "'paper' is given twice"),
+            (["paper", str(find("paper"))], 2, "paper.toml is given twice"),
+            (["paper", "--controller", "smc,aifqsmc, smc"], 2, "'smc' is given twice"),
+            (["paper", "--set", "run.horizon=0.1", "-o", "/dev/null/x.csv"], 1, "name another file with -o FILE"),
             (["paper", "--set", "run.horizon"], 2, "expected key=value"),
             (["paper", "--set", "robot.mass=-1"], 1, "must be > 0 kg"),
             (["paper", "-o", "table.xlsx"], 2, "neither in .csv nor in .parquet"),
@@ -154,3 +158,9 @@ class TestCommand:
         monkeypatch.chdir(tmp_path)
         assert words in dwmr("compare", *arguments, status=status).stderr
         assert list(tmp_path.iterdir()) == []
+
+    def test_two_scenarios_of_one_name_are_refused(self, tmp_path):
+        (tmp_path / "other.toml").write_text('extends = "paper"\nname = "paper"\n', encoding="utf-8")
+        done = dwmr("compare", "paper", tmp_path / "other.toml", *SHORT, status=2)
+        assert "two scenarios have the name 'paper'" in done.stderr
+        assert "other.toml" in done.stderr

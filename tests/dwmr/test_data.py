@@ -40,6 +40,16 @@ def real(run_paper):
     return signals.of([one for _, one in runs], runs[0][0].scenario, 4, about)
 
 
+@pytest.mark.parametrize(("every", "count"), [(1, 601), (4, 151), (7, 87), (600, 2), (10_000, 2)])
+def test_the_first_and_the_last_sample_are_always_kept(run_paper, every, count):
+    file, run = run_paper("aifqsmc", "run.horizon=3")
+    kept = signals.of([run], file.scenario, every, {}).runs["aifqsmc"]
+    assert kept["t"].shape == (count,)
+    assert (kept["t"][0], kept["t"][-1]) == (0.0, 3.0)
+    assert np.array_equal(kept["x"][-1], run["x"][-1])
+    assert kept["V_10"].shape == (count, 3)
+
+
 @pytest.mark.parametrize("name", data.FORMATS)
 class TestEveryFormat:
     def test_gives_back_a_run_bit_for_bit(self, real, tmp_path, name):

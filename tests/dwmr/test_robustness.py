@@ -175,6 +175,29 @@ class TestFolder:
         assert done.returncode == 0, done.stderr
         assert list(json.loads(done.stdout)["rules"]) == ["ais_reaction", "boundary_layer"]
 
+    def test_summary_has_the_checksums_of_all_that_a_rule_file_reads(self, tmp_path):
+        text = (rules_folder() / "boundary_layer.fz").read_text(encoding="utf-8")
+        head, mark, tail = text.partition("input abs_sigma")
+        (tmp_path / "boundary_layer.fz").write_text(f'use "shared.fz"\n\n{head}{mark}{tail}', encoding="utf-8")
+
+        def rules():
+            options = ("--rules", tmp_path, "--set", "run.horizon=0.1", "--format", "json", "-o", tmp_path / "o")
+            done = dwmr("run", "paper", *options)
+            assert done.returncode == 0, done.stderr
+            return json.loads(done.stdout)["rules"]
+
+        (tmp_path / "shared.fz").write_text("param unused = 1\n", encoding="utf-8")
+        before = rules()
+        (tmp_path / "shared.fz").write_text("param unused = 2\n", encoding="utf-8")
+        after = rules()
+        assert list(after["boundary_layer"]["files"]) == ["boundary_layer.fz", "shared.fz"]
+        changed = [n for n, d in after["boundary_layer"]["files"].items() if d != before["boundary_layer"]["files"][n]]
+        assert changed == ["shared.fz"]
+        assert after["boundary_layer"]["sha256"] != before["boundary_layer"]["sha256"]
+        assert after["ais_reaction"] == before["ais_reaction"]
+        (digest,) = after["ais_reaction"]["files"].values()
+        assert digest == after["ais_reaction"]["sha256"]
+
 
 class TestRuleFolder:
     def test_that_holds_nothing_of_use_is_refused(self, tmp_path):

@@ -3,8 +3,11 @@ import json
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from dwmr.overrides import override
+from dwmr.overrides import join_key, override, split_key
+from dwmr.scenario_file import read as read_scenario
 from dwmr.sweep import about, journal, plan, results, spec_file, work
 from dwmr.sweep.journal import NAME, Journal
 from dwmr.sweep.variables import Variable, expand, literal
@@ -57,7 +60,14 @@ class TestSpec:
         ("old", "new", "line", "words"),
         [
             ("seed = 7", "sed = 7", 5, "unknown key sed"),
-            ("runs = 3", "runs = 0", 4, "runs must be greater than or equal to 1, got 0"),
+            ("runs = 3", "runs = 0", 4, "runs must be >= 1, got 0"),
+            ('"paper"', '""', 2, "scenario must not be empty"),
+            ('["smc", "aifqsmc"]', "[]", 3, "controllers must have at least 1 element, has none"),
+            ('["smc", "aifqsmc"]', '["smc", "smc"]', 3, "controllers has smc 2 times"),
+            ("seed = 7", 'measures = ["rmse", "rmse"]', 5, "measures has rmse 2 times"),
+            ("[0.4, 0.5]", "[0.4, 0.5, 0.4]", 11, "grid.rules.ais_reaction.k_s has 0.4 2 times"),
+            ("[100, 140]", "[100, 120, 140]", 14, "uniform must have at most 2 elements, has 3"),
+            ("[random]", "[random]\nrobots.leader.x_0 = { choice = [1] }", 16, "robots.leader.x_0 is given twice"),
             ("runs = 3", 'runs = "many"', 4, "runs must be a whole number, got 'many'"),
             ("seed = 7", 'measures = ["rsme"]', 5, "'rsme'"),
             ("uniform = [100, 140]", "unifrom = [100, 140]", 14, "unknown key random.robots.*.mass.unifrom"),
@@ -67,7 +77,7 @@ class TestSpec:
             ("uniform = [100, 140]", "choice = []", 14, "nothing to choose from"),
             ("normal = [0.0, 0.1]", "normal = [0.0, -0.1]", 15, "standard deviation"),
             ("normal = [0.0, 0.1]", "normal = [0.0, nan]", 15, "must be a finite number"),
-            ("[0.4, 0.5]", "[]", 11, "at least 1"),
+            ("[0.4, 0.5]", "[]", 11, "grid.rules.ais_reaction.k_s must have at least 1 element, has none"),
         ],
     )
     def test_answers_a_mistake_at_its_line(self, tmp_path, old, new, line, words):
@@ -77,10 +87,25 @@ class TestSpec:
         found = caught.value.diagnostics
         assert any(words in d.message and d.span is not None and d.span.line == line for d in found), found
 
+    def test_values_of_other_types_are_no_repetition(self, tmp_path):
+        read(tmp_path, SPEC.replace("[0.4, 0.5]", '[1, true, "1", 1.0]'))
+
     def test_a_scenario_may_lie_beside_it(self, tmp_path):
         (tmp_path / "mine.toml").write_text('extends = "paper"\nname = "mine"\n', encoding="utf-8")
         found = made(tmp_path, SPEC.replace('"paper"', '"mine.toml"'))
         assert {run.scenario for run in found.runs} == {"mine"}
+
+
+class TestKeys:
+    @given(
+        st.lists(st.text(st.characters(exclude_categories=["C", "Zl", "Zp"], exclude_characters="\"'\\"), min_size=1))
+    )
+    def test_parts_come_back(self, parts):
+        assert split_key(join_key(parts)) == (parts or [""])
+
+    @pytest.mark.parametrize("key", ['a."b', "a=b", "a.'b"])
+    def test_what_is_no_dotted_key_is_one_part(self, key):
+        assert split_key(key) == [key]
 
 
 class TestVariables:
@@ -92,6 +117,38 @@ class TestVariables:
             "robots.leader.mass", "robots.follower1.mass", "robots.follower2.mass", "robots.leader.x_0",
             "disturbances.0.v", "disturbances.1.v", "disturbances.2.v", "disturbances.3.v",
         ]  # fmt: skip
+
+    DOTTED = """
+extends = "paper"
+[robots."r.1"]
+x_0 = -3.0
+y_0 = -1.0
+theta_0 = 0.0
+d = 0.4
+formation = { leader = "leader", separation = 2.5, bearing = 3.0 }
+"""
+
+    @pytest.mark.parametrize("key", ["'robots.\"r.1\".x_0'", 'robots."r.1".x_0', "\"robots.'r.1'.x_0\""])
+    def test_a_name_with_a_dot_is_written_in_quotes(self, tmp_path, key):
+        (tmp_path / "dotted.toml").write_text(self.DOTTED, encoding="utf-8")
+        spec = f'scenario = "dotted.toml"\n[random]\n{key} = {{ uniform = [0.5, 0.6], relative = "offset" }}\n'
+        (run,) = made(tmp_path, spec).runs
+        assert list(run.values) == ['robots."r.1".x_0']
+        assert -2.5 <= run.values['robots."r.1".x_0'] <= -2.4
+        assert read_scenario(run.path, run.overrides).scenario.robots["r.1"].x_0 == run.values['robots."r.1".x_0']
+
+    def test_a_star_finds_names_with_dots(self, tmp_path):
+        (tmp_path / "dotted.toml").write_text(self.DOTTED, encoding="utf-8")
+        spec = 'scenario = "dotted.toml"\n[random]\n"robots.*.x_0" = { uniform = [-0.1, 0.1], relative = "offset" }\n'
+        (run,) = made(tmp_path, spec).runs
+        assert 'robots."r.1".x_0' in run.values
+        assert len(run.values) == 4
+
+    def test_a_mistake_about_a_name_with_a_dot_stands_at_its_line(self, tmp_path):
+        (tmp_path / "dotted.toml").write_text(self.DOTTED, encoding="utf-8")
+        (found,) = mistakes(tmp_path, 'scenario = "dotted.toml"\n[random]\nrobots."r.1".mass = { choice = [-1.0] }\n')
+        assert found.span.line == 3
+        assert "mass must be > 0 kg, got -1.0" in found.message
 
     def test_a_draw_depends_on_seed_repetition_and_key_alone(self, tmp_path):
         distribution = read(tmp_path).spec.random["robots.*.mass"]

@@ -1,5 +1,6 @@
 import pytest
 
+from fuzzyctl.assembly import files_read
 from fuzzyctl.errors import DiagnosticError
 from fuzzyctl.loading import examine_all, load, load_all, loads
 from fuzzyctl.reading import read_source
@@ -193,3 +194,16 @@ class TestAllowAndDeny:
     def test_unknown_codes_are_diagnosed(self, changed):
         with pytest.raises(DiagnosticError, match="no diagnostic code 'FZ2166'"):
             loads(changed(after="allow FZ2166\n"))
+
+
+class TestFilesRead:
+    def test_are_those_used_through_others_and_the_tables(self, tmp_path):
+        (tmp_path / "deep.fz").write_text("param k = 2\n")
+        (tmp_path / "used.fz").write_text('use "deep.fz"\ninput e in [-1, 1]\n  terms N Z P\n')
+        (tmp_path / "rows.csv").write_text("N,Z,P\n,N,Z,P\n")
+        rules = (
+            'use "used.fz"\nuse "gone.fz"\noutput u in [-2, 2]\n  terms N=-1 Z=0 P=(k)\ntable u = e from "rows.csv"\n'
+        )
+        (tmp_path / "main.fz").write_text(rules)
+        found = [path.name for path in files_read(tmp_path / "main.fz")]
+        assert sorted(found) == ["deep.fz", "rows.csv", "used.fz"]

@@ -102,10 +102,10 @@ def _check_film(path: Path, fps: int) -> None:
 
 def _film(task: running.Task, law: str, path: Path, speed: float, fps: int) -> bool:
     """Run, draw and write; return whether the run came to its end."""
-    from dwmr.folder import results
+    from dwmr.folder import one_file
 
     running.check(task, (law,))
-    with results(path.parent, (path.name,)) as files:
+    with one_file(path) as files:
         (trajectory,) = running.simulate(task, (law,))
         if trajectory.stop is not None and trajectory.stop.reason == "interrupted":
             raise KeyboardInterrupt

@@ -71,7 +71,10 @@ def compare(
 
         varied = comparison.variation(vary)
         laws = tuple(name.strip() for name in names.split(","))
+        _require_once("--controller", laws)
+        _require_once("SCENARIO...", scenarios)
         plans = [_plan(varied, name, laws, runs, seed, rules_folder, overrides) for name in scenarios]
+        _require_names(plans)
         found = _compute(plans, rules_folder, (jobs, cluster))
         if path is not None:
             _write(path, found)
@@ -89,6 +92,26 @@ def _require_format(path: Path | None) -> None:
     if suffix not in ("csv", "parquet"):
         raise click.BadParameter(f"{str(path)!r} ends neither in .csv nor in .parquet.", param_hint="'-o'")
     data_formats.require([suffix])
+
+
+def _require_once(option: str, words: Sequence[str]) -> None:
+    """Refuse a name that is given twice: it would be compared with itself."""
+    twice = next((word for k, word in enumerate(words) if word in words[:k]), None)
+    if twice is not None:
+        raise click.BadParameter(f"{twice!r} is given twice.", param_hint=f"'{option}'")
+
+
+def _require_names(plans: Sequence[Plan]) -> None:
+    """Refuse scenarios of the same name: the tables could not tell them apart."""
+    found: dict[str, Path] = {}
+    for file in (plan.scenario for plan in plans):
+        name = file.scenario.name
+        if name in found and found[name].resolve() == file.path.resolve():
+            raise click.BadParameter(f"{file.path} is given twice.", param_hint="'SCENARIO...'")
+        if name in found:
+            both = f"{found[name]} and {file.path}"
+            raise click.UsageError(f"two scenarios have the name {name!r}: {both}; give one of them another 'name'")
+        found[name] = file.path
 
 
 def _plan(
@@ -133,11 +156,11 @@ def _compute(plans: Sequence[Plan], rules_folder: Path | None, who: tuple[int | 
 
 
 def _write(path: Path, found: Sequence[Entry]) -> None:
-    from dwmr.folder import results
+    from dwmr.folder import one_file
     from dwmr.sweep.results import write_csv
 
     columns = {f.name: [getattr(one, f.name) for one in found] for f in dataclasses.fields(found[0])}
-    with results(path.parent, (path.name,)) as files:
+    with one_file(path) as files:
         if path.suffix.lower() == ".csv":
             files.write(path.name, lambda part: write_csv(part, columns))
         else:

@@ -20,7 +20,7 @@ from dwmr.cli.common import interrupts_wait, mistakes_as_diagnostics, terminated
     type=click.Path(path_type=Path),
     default=Path("report.html"),
     metavar="FILE",
-    help="Page to write.",
+    help="HTML page to write; one that exists is replaced.",
 )
 @running.controller_option
 @running.rules_option
@@ -41,11 +41,11 @@ def report(
 
 def _report(task: running.Task, names: tuple[str, ...], path: Path) -> bool:
     """Check, run and write; return whether every run came to its end."""
-    from dwmr.folder import results
+    from dwmr.folder import one_file
 
     running.check(task, names)
     _require_plotly()
-    with results(path.parent, (path.name,)) as files:
+    with one_file(path) as files:
         trajectories = running.simulate(task, names)
         if len(trajectories) < len(names) or any(t.stop and t.stop.reason == "interrupted" for t in trajectories):
             raise KeyboardInterrupt

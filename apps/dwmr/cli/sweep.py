@@ -99,6 +99,7 @@ def _sweep(
 
     rests_on = about.describe(file, plan, overrides)
     setup = Setup(plan.rules_folder, tuple(sorted(plan.used.items())), file.spec.measures)
+    journal.require_own(folder, NAMES)
     with results(folder, NAMES) as files:
         if resume:
             journal.require_something(folder, rests_on)

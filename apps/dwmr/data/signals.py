@@ -50,7 +50,7 @@ def of(trajectories: Sequence[Trajectory], scenario: Scenario, every: int, metad
     Args:
         trajectories: One per control law, of the same robots.
         scenario: What was run.
-        every: Samples between two that are kept.
+        every: Samples between two that are kept; the last sample always is.
         metadata: What else to say about the runs.
     """
     from dwmr import lyapunov
@@ -59,16 +59,22 @@ def of(trajectories: Sequence[Trajectory], scenario: Scenario, every: int, metad
     units: dict[str, Any] = {TIME: {"unit": "s", "doc": "time"}}
     runs: dict[str, dict[str, FloatArray]] = {}
     for one in trajectories:
-        runs[one.controller] = {TIME: one.t[::every]}
+        kept = _kept(len(one.t), every)
+        runs[one.controller] = {TIME: one.t[kept]}
         for signal in (*SIGNALS, *one.law_signals):
-            runs[one.controller][signal.name] = one[signal.name][::every]
+            runs[one.controller][signal.name] = one[signal.name][kept]
             units[signal.name] = {"unit": signal.unit, "doc": signal.doc}
         found = lyapunov.signals(one, scenario)
         for signal in lyapunov.SIGNALS:
             if signal.name in found and signal.name not in one.names:
-                runs[one.controller][signal.name] = found[signal.name][::every]
+                runs[one.controller][signal.name] = found[signal.name][kept]
                 units.setdefault(signal.name, {"unit": signal.unit, "doc": signal.doc})
     return Data(runs, {**metadata, "robots": list(trajectories[0].robots), "signals": units})
+
+
+def _kept(samples: int, every: int) -> NDArray[np.int64]:
+    """Return the numbers of the samples that are kept: every `every`-th from the first on, and the last."""
+    return np.union1d(np.arange(0, samples, every), [samples - 1])
 
 
 def rows(data: Data) -> dict[str, Any]:

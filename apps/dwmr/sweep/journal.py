@@ -15,6 +15,8 @@ from dwmr.sweep.work import Outcome
 from fuzzyctl.errors import Diagnostic, DiagnosticError
 
 NAME = "journal.jsonl"
+#: What the results of a finished sweep rest on.
+ABOUT = "sweep.json"
 
 
 class Journal:
@@ -80,15 +82,38 @@ def require_something(folder: Path, about: Mapping[str, Any]) -> None:
     """
     if (folder / NAME).exists():
         return
-    path = folder / "sweep.json"
-    try:
-        before = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        help_text = "leave --resume out to begin one"
-        raise _refused(folder, "holds no sweep to go on with", help=help_text) from None
-    before.pop("columns", None)
+    before = _finished(folder)
+    if before is None:
+        raise _refused(folder, "holds no sweep to go on with", help="leave --resume out to begin one")
+    path = folder / ABOUT
+    del before["columns"]
     refuse_changes(path, before, about)
     raise _refused(path, "belongs to a sweep that is finished", help="leave --resume out to begin it anew")
+
+
+def require_own(folder: Path, names: Sequence[str]) -> None:
+    """Refuse a folder with files that no sweep wrote under the names of a sweep's results; they would be lost.
+
+    Args:
+        folder: Of the results.
+        names: Of the files that a sweep leaves.
+
+    Raises:
+        DiagnosticError: Naming the files.
+    """
+    there = [name for name in names if (folder / name).exists()]
+    if there and _finished(folder) is None:
+        help_text = "move them away, or name another folder with -o DIR"
+        raise _refused(folder, f"holds {', '.join(there)}, and no sweep wrote that", help=help_text)
+
+
+def _finished(folder: Path) -> dict[str, Any] | None:
+    """Return what the results in a folder rest on, None where there are none of a sweep."""
+    try:
+        before = json.loads((folder / ABOUT).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return before if isinstance(before, dict) and {"spec", "runs", "columns"} <= before.keys() else None
 
 
 def remove(folder: Path) -> None:

@@ -12,7 +12,7 @@ from typing import Any
 
 from dwmr import checks, controllers, scenario_file
 from dwmr.fuzzy_gains import Known, Rules
-from dwmr.overrides import OverrideError
+from dwmr.overrides import OverrideError, split_key
 from dwmr.scenario_file import ScenarioFile
 from dwmr.sweep.spec_file import SpecFile
 from dwmr.sweep.variables import Variable, expand, generator, literal
@@ -244,7 +244,7 @@ def _written(file: SpecFile, key: str) -> tuple[str, str]:
     """Return the table of the SPEC that gives a key of the scenario, and the key as it is written there."""
     for table in ("set", "grid", "random"):
         for written in getattr(file.spec, table):
-            parts, pattern = key.split("."), written.split(".")
+            parts, pattern = split_key(key), split_key(written)
             if len(parts) == len(pattern) and all(p in (q, "*") for q, p in zip(parts, pattern, strict=True)):
                 return table, written
     return "random", key

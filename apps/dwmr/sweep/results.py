@@ -9,12 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from dwmr.folder import Results
+from dwmr.sweep.journal import ABOUT
 from dwmr.sweep.plan import Run
 from dwmr.sweep.variables import literal
 from dwmr.sweep.work import Outcome
 
 #: Files that a sweep may leave.
-NAMES = ("results.csv", "results.parquet", "sweep.json", "times.csv")
+NAMES = ("results.csv", "results.parquet", ABOUT, "times.csv")
 FORMATS = ("csv", "parquet")
 
 #: Units of what is kept of a run, by the last part of its column, and of its first part where that has one for all.
@@ -65,7 +66,7 @@ def write(
     """Write the results; with the same description they are the same bytes, `times.csv` aside."""
     found = table(runs, done)
     whole = {**about, "columns": {name: {"unit": unit(name)} for name in found}}
-    files.write("sweep.json", lambda path: _write_json(path, whole))
+    files.write(ABOUT, lambda path: _write_json(path, whole))
     for one in formats:
         if one == "csv":
             files.write("results.csv", lambda path: write_csv(path, found))

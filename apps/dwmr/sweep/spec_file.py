@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -12,8 +13,9 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from dwmr.layers import LARGEST_FILE, read_bytes
+from dwmr.overrides import join_key, split_key
 from dwmr.scenario_file import UnknownScenarioError, find
-from dwmr.scenario_mistakes import show
+from dwmr.scenario_mistakes import length, requirement, show
 from dwmr.sweep.spec import Distribution, Spec
 from dwmr.toml_places import key_places
 from fuzzyctl.errors import Diagnostic, DiagnosticError, did_you_mean
@@ -44,8 +46,8 @@ class SpecFile:
         return key_places(self.source.text)
 
     def span(self, *path: str) -> Span | None:
-        """Return the place of a key; of one in quotes or written as tables alike, else of its nearest parent."""
-        flat = (*path[:1], *(part for one in path[1:] for part in one.split(".")))
+        """Return the place of a key, dotted in quotes or written as tables, else of its nearest parent."""
+        flat = (*path[:1], *(part for one in path[1:] for part in split_key(one)))
         prefixes = [one[:k] for one in (path, flat) for k in range(len(one), 1, -1)]
         for candidate in (*prefixes, path[:1]):
             if found := self._places.get(candidate):
@@ -93,37 +95,55 @@ def read(path: Path) -> SpecFile:
 
 
 def _validate(data: Mapping[str, Any], source: SourceText, path: Path) -> Spec:
-    flat = {**data, **{name: dict(_flat(data[name], name)) for name in TABLES if isinstance(data.get(name), dict)}}
+    # only the text matters for places; the content is not valid yet
+    places = SpecFile(Spec(scenario="paper"), source, path)
+    flat, mistakes = dict(data), list[Diagnostic]()
+    for name in (name for name in TABLES if isinstance(data.get(name), dict)):
+        pairs = list(_flat(data[name], name))
+        flat[name] = dict(pairs)
+        for key in (key for key, times in Counter(key for key, _ in pairs).items() if times > 1):
+            mistakes.append(places.diagnostic("FZ904", (name, key), f"{name}.{key} is given twice"))
     try:
-        return Spec.model_validate(flat)
+        spec = Spec.model_validate(flat)
     except ValidationError as error:
-        # only the text matters for places; the content is not valid yet
-        places = SpecFile(Spec(scenario="paper"), source, path)
         found = dict.fromkeys(_diagnose(one, places) for one in error.errors(include_url=False))
-        raise DiagnosticError(sorted(found, key=lambda d: d.span.start if d.span else -1)) from None
+        raise DiagnosticError(sorted([*mistakes, *found], key=lambda d: d.span.start if d.span else -1)) from None
+    mistakes += repeated(spec, places)
+    if mistakes:
+        raise DiagnosticError(mistakes)
+    return spec
 
 
-def _flat(table: Mapping[str, Any], name: str, prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield keys and values of a table of a scenario's keys, which may be in quotes or written as tables."""
+def repeated(spec: Spec, places: SpecFile) -> Iterator[Diagnostic]:
+    """Yield what is named twice in the lists of a SPEC: it would be run twice, or once although it looks like more."""
+    lists: dict[tuple[str, ...], tuple[Any, ...]] = {
+        ("controllers",): spec.controllers or (),
+        ("measures",): spec.measures,
+    }
+    lists |= {("grid", key): values for key, values in spec.grid.items()}
+    for path, values in lists.items():
+        # 1 and true are equal in Python, but not in TOML
+        times = Counter((type(value).__name__, str(value)) for value in values)
+        for (_, text), count in times.items():
+            if count > 1:
+                yield places.diagnostic(
+                    "FZ904", path, f"{'.'.join(path)} has {text} {count} times", help="name it once"
+                )
+
+
+def _flat(table: Mapping[str, Any], name: str, before: tuple[str, ...] = ()) -> Iterator[tuple[str, Any]]:
+    """Yield dotted keys and values of a table of a scenario's keys, which may be in quotes or written as tables.
+
+    A key of a table within is a name, which may hold dots itself.
+    """
     for key, value in table.items():
+        parts = (*before, key) if before else tuple(split_key(key))
         # a distribution, or what was meant for one, is a table of the SPEC and not of the scenario
         leaf = name == "random" and isinstance(value, dict) and not any(isinstance(v, dict) for v in value.values())
         if isinstance(value, dict) and value and not leaf:
-            yield from _flat(value, name, f"{prefix}{key}.")
+            yield from _flat(value, name, parts)
         else:
-            yield f"{prefix}{key}", value
-
-
-_WORDS = {
-    "float_type": "a number",
-    "int_type": "a whole number",
-    "int_from_float": "a whole number",
-    "string_type": "text in quotes",
-    "finite_number": "a finite number",
-    "tuple_type": "a list",
-    "dict_type": "a table",
-    "model_type": "a table such as { uniform = [0.9, 1.1] }",
-}
+            yield join_key(parts), value
 
 
 def _diagnose(error: Any, places: SpecFile) -> Diagnostic:
@@ -147,5 +167,7 @@ def _diagnose(error: Any, places: SpecFile) -> Diagnostic:
             hint = did_you_mean(str(error["input"]), names)
             message = f"{key} must be one of {expected}, got {show(error['input'])}"
             return places.diagnostic("FZ904", path, message, help=hint)
-    must = _WORDS.get(error["type"], error["msg"].removeprefix("Input should be ").removeprefix("Value should "))
+        case "too_short" | "too_long" | "string_too_short" if error["loc"]:
+            return places.diagnostic("FZ904", path, f"{key} {length(error)}")
+    must = "a table such as { uniform = [0.9, 1.1] }" if error["type"] == "model_type" else requirement(error)
     return places.diagnostic("FZ904", path, f"{key} must be {must}, got {show(error['input'])}")

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from pydantic import BaseModel
 
+from dwmr.overrides import join_key, split_key
 from dwmr.scenario import Scenario
 from dwmr.sweep.spec import Distribution
 from dwmr.sweep.spec_file import SpecFile
 from fuzzyctl.errors import Diagnostic, DiagnosticError, did_you_mean
+
+#: Part of a key that stands for every robot, or every element of a list.
+_STAR = "*"
 
 
 @dataclass(frozen=True)
@@ -72,10 +76,14 @@ def expand(file: SpecFile, scenario: Scenario) -> tuple[Variable, ...]:
     found: dict[str, Variable] = {}
     mistakes: list[Diagnostic] = []
     for written, distribution in file.spec.random.items():
-        matches = dict(_matches(scenario, written.split("."))) if "*" in written else {written: _at(scenario, written)}
+        matches = (
+            dict(_matches(scenario, split_key(written)))
+            if _STAR in split_key(written)
+            else {written: _at(scenario, written)}
+        )
         if not matches:
             message = f"random.{written}: nothing in the scenario has this key"
-            hint = did_you_mean(written.rpartition(".")[2], _beside(scenario, written))
+            hint = did_you_mean(split_key(written)[-1], _beside(scenario, written))
             mistakes.append(file.diagnostic("FZ902", ("random", written), message, help=hint))
         for key, value in matches.items():
             relative = distribution.relative != "no"
@@ -97,27 +105,27 @@ def expand(file: SpecFile, scenario: Scenario) -> tuple[Variable, ...]:
 
 def has(scenario: Scenario, key: str) -> bool:
     """Return whether something in a scenario has a key, which may hold stars."""
-    return next(_matches(scenario, key.split(".")), None) is not None
+    return next(_matches(scenario, split_key(key)), None) is not None
 
 
 def _at(scenario: Scenario, key: str) -> Any:
-    return dict(_matches(scenario, key.split("."))).get(key)
+    return next((value for _, value in _matches(scenario, split_key(key))), None)
 
 
-def _matches(node: Any, parts: list[str], prefix: str = "") -> Iterator[tuple[str, Any]]:
+def _matches(node: Any, parts: Sequence[str], before: tuple[str, ...] = ()) -> Iterator[tuple[str, Any]]:
     """Yield the full keys that match a key with stars, and their values; a table that is absent has none."""
     if not parts:
-        yield prefix.removesuffix("."), node
+        yield join_key(before), node
         return
     children = _children(node)
-    for name in children if parts[0] == "*" else [parts[0]]:
+    for name in children if parts[0] == _STAR else [parts[0]]:
         if children.get(name) is not None:
-            yield from _matches(children[name], parts[1:], f"{prefix}{name}.")
+            yield from _matches(children[name], parts[1:], (*before, name))
 
 
 def _beside(scenario: Scenario, key: str) -> tuple[str, ...]:
     """Return the keys of the first table that would have to have the last part of a key."""
-    for _, parent in _matches(scenario, key.split(".")[:-1]):
+    for _, parent in _matches(scenario, split_key(key)[:-1]):
         return tuple(_children(parent))
     return ()
 
