@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from itertools import pairwise
+from functools import cache
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -22,8 +22,13 @@ if TYPE_CHECKING:
 
 #: Points that are converted at a time where an array is not as compiled code takes it.
 BLOCK: Final = 8192
-#: With fewer points starting a thread, and waiting for one whose core is busy, costs more than it saves.
+#: With fewer points waking a thread, and waiting for one whose core is busy, costs more than it saves.
 ENOUGH: Final = 100_000
+#: So many shares each thread takes, about, of so many points at least and at most: few enough that taking them costs
+#: nothing, many enough that no thread waits long for the last one.
+SHARES: Final = 6
+LEAST: Final = 1 << 14
+MOST: Final = 1 << 17
 
 
 def cores() -> int:
@@ -54,12 +59,41 @@ def run(fill: Fill, points: Any, states: FloatArray | None, results: FloatArray,
     workers = cores() if parallel and count >= ENOUGH else 1
     if workers == 1:
         work(0, count)
-        return
-    ends = [count * k // workers for k in range(workers + 1)]
-    with ThreadPoolExecutor(workers) as pool:
-        jobs = [pool.submit(work, a, b) for a, b in pairwise(ends)]
-        for job in jobs:  # in order, so that of several errors the one at the first point is raised
+    else:
+        _share(work, count, workers)
+
+
+def _share(work: Callable[[int, int], None], count: int, workers: int) -> None:
+    """Let several threads, this one among them, take one share after the other.
+
+    A core that is busy with something else takes fewer shares, so that the others need not wait for it.
+    """
+    size = min(max(count // (SHARES * workers), LEAST), MOST)
+    starts = iter(range(0, count, size))
+    failed: list[tuple[int, Exception]] = []
+
+    def take() -> None:
+        for start in starts:
+            try:
+                work(start, min(start + size, count))
+            except Exception as error:  # noqa: BLE001 - raised below, in the thread of the caller
+                failed.append((start, error))
+            if failed:
+                return
+
+    others = [_pool(os.getpid(), workers - 1).submit(take) for _ in range(workers - 1)]
+    take()
+    for job in others:
+        if not job.cancel():  # what has not begun yet has nothing left to do
             job.result()
+    if failed:  # shares are taken in order, so that the first point that fails is among these
+        raise min(failed, key=lambda f: f[0])[1]
+
+
+@cache
+def _pool(_process: int, threads: int) -> ThreadPoolExecutor:
+    """Return the threads that help, started once for each process, since a fork copies none."""
+    return ThreadPoolExecutor(threads, thread_name_prefix="fuzzyctl")
 
 
 def results_for(out: Any, shape: tuple[int, ...]) -> FloatArray:

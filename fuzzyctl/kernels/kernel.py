@@ -50,8 +50,9 @@ class Kernel:
         self.algorithm = algorithm_of(plan, algorithm)
         self._program = self.algorithm.point if backend == "numba" else self.algorithm.interpreted
         self._refusals = {s.message: s.output for s in self._program.body if isinstance(s, Refuse)}
-        #: Outputs that promise to have a value everywhere.
-        self._promised = tuple(k for k, o in enumerate(plan.outputs) if o.otherwise is None)
+        #: Outputs that promise to have a value everywhere, where it is not seen beforehand that they do.
+        certain = self.algorithm.grid is not None
+        self._promised = () if certain else tuple(k for k, o in enumerate(plan.outputs) if o.otherwise is None)
         self._n_arguments = len(plan.inputs) + (1 if self.n_states else 0)
         compiled = self.jit if backend == "numba" else None
         if not self.n_states and len(plan.outputs) == 1:  # a call needs no preparation
@@ -136,7 +137,9 @@ class Kernel:
             states = sequence.states_along(self.plan, self._results, flat, self._first_state(state))
         width = len(self.output_names)
         results = batching.results_for(out, shape if width == 1 else (*shape, width))
-        batching.run(self._checked_fill, flat, states, results.reshape(count, width), parallel=parallel)
+        # Threads of plain Python would only wait for each other.
+        shared = parallel and self.backend != "python"
+        batching.run(self._checked_fill, flat, states, results.reshape(count, width), parallel=shared)
         return results
 
     def _results(self, points: FloatArray, states: FloatArray) -> FloatArray:

@@ -1,5 +1,10 @@
 import math
+import os
+import signal
+import threading
+import time
 import tracemalloc
+import warnings
 
 import numpy as np
 import pytest
@@ -37,8 +42,9 @@ def kernel(request, tipper):
 
 @pytest.fixture
 def many(monkeypatch):
-    """Two threads, whatever the machine, from 1000 points on."""
+    """Two threads, whatever the machine, from 1000 points on, in shares of 500."""
     monkeypatch.setattr(batching, "ENOUGH", 1000)
+    monkeypatch.setattr(batching, "LEAST", 500)
     monkeypatch.setattr(batching, "cores", lambda: 2)
 
 
@@ -110,6 +116,36 @@ class TestThreads:
         points[[3500, 1200, 3999]] = [[5.0, 0.5], [4.5, 0.25], [5.5, 0.0]]
         with pytest.raises(NoRuleFiresError, match=r"x = 4.5, y = 0.25"):
             kernel.batch(points)
+
+    def test_share_the_points(self, kernel, monkeypatch):
+        own, seen = kernel._fill, []
+
+        def fill(points, states, results):
+            seen.append((threading.get_ident(), len(points)))
+            time.sleep(0.01)  # gives the other thread time to begin
+            own(points, states, results)
+
+        monkeypatch.setitem(kernel.__dict__, "_fill", fill)
+        kernel.batch(points_for(12_345))
+        assert len({thread for thread, _ in seen}) == 2
+        assert sum(count for _, count in seen) == 12_345
+
+    @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs processes that are copies of another")
+    def test_of_a_copied_process_are_its_own(self, kernel):
+        points = points_for(5000)
+        expected = kernel.batch(points)
+        with warnings.catch_warnings():  # that threads are not copied is what is tested
+            warnings.simplefilter("ignore", DeprecationWarning)
+            child = os.fork()
+        if child == 0:
+            os._exit(0 if np.array_equal(kernel.batch(points), expected) else 1)
+        until = time.monotonic() + 20
+        while (done := os.waitpid(child, os.WNOHANG)) == (0, 0) and time.monotonic() < until:
+            time.sleep(0.01)
+        if done == (0, 0):
+            os.kill(child, signal.SIGKILL)
+            os.waitpid(child, 0)
+        assert done == (child, 0)
 
     def test_nan_stays_where_it_is(self, kernel):
         points = points_for(5000)
