@@ -10,6 +10,8 @@ from pathlib import Path
 from fuzzyctl import arguments
 from fuzzyctl.assembly import Part, bring_in, split
 from fuzzyctl.errors import CODES, ArgumentError, Diagnostic, DiagnosticError, Note, closest
+from fuzzyctl.formats.foreign import examine_foreign
+from fuzzyctl.formats.registry import format_of
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.parser import parse
 from fuzzyctl.linking import link
@@ -23,10 +25,10 @@ __all__ = ["MAX_BYTES", "decode", "examine", "examine_all", "load", "load_all", 
 
 
 def load(path: str | os.PathLike[str], *, system: str | None = None, max_bytes: int = MAX_BYTES) -> FuzzySystem:
-    """Read a fuzzy system from a rule file.
+    """Read a fuzzy system from a rule file, or from a file of another tool.
 
     Args:
-        path: The `.fz` file.
+        path: The file; its suffix says the format: `.fz`, `.fll`, `.fis`, `.fcl`, `.fml` or `.xml`.
         system: Name of the system, where the file holds several.
         max_bytes: Largest size that is read.
 
@@ -53,7 +55,7 @@ def load_all(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES) -> tup
 
 
 def loads(text: str, name: str = "<text>", *, system: str | None = None) -> FuzzySystem:
-    """Read a fuzzy system from a text; `name` is shown in diagnostics.
+    """Read a fuzzy system from a text; `name` is shown in diagnostics, and its suffix says the format.
 
     Raises:
         DiagnosticError: As `load`, and for characters that no text file can hold.
@@ -124,7 +126,13 @@ def choose(
 
 
 def examine_all(source: SourceText, *, folder: Path | None = None) -> tuple[tuple[FuzzySystem, ...], list[Diagnostic]]:
-    """Do the same for all systems of a source; those with errors are left out."""
+    """Do the same for all systems of a source; those with errors are left out.
+
+    The suffix of the source's name says the format; whatever is no format of another tool is a rule file.
+    """
+    foreign = format_of(source.name)
+    if foreign is not None:
+        return examine_foreign(foreign, source)
     tree, mistakes = parse(source)
     tree, more = bring_in(tree, folder)
     diagnostics = [*mistakes, *more]

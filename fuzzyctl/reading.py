@@ -12,11 +12,15 @@ from fuzzyctl.source import SourceText
 #: Largest file that is read, in bytes, unless the caller says otherwise.
 MAX_BYTES: Final = 1 << 20
 
+#: Suffixes of files of other tools, which often are not UTF-8.
+FOREIGN: Final = frozenset({".fll", ".fis", ".fcl", ".fml", ".xml"})
+
 
 def read_source(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES) -> SourceText:
     """Read a file as text.
 
-    A byte order mark is dropped; lines may end with LF or CRLF.
+    A byte order mark is dropped; lines may end with LF or CRLF. Files of other tools may be UTF-16 with such a mark, or
+    Windows-1252 in place of UTF-8, and lines may end with CR.
 
     Raises:
         DiagnosticError: When the file is missing, a directory, unreadable, too large or not UTF-8 text.
@@ -39,6 +43,32 @@ def read_source(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES) -> 
 
 def decode(data: bytes, name: str) -> SourceText:
     """Return bytes as a source text; raises `DiagnosticError` when they are not UTF-8 text."""
+    if Path(name).suffix.lower() in FOREIGN:
+        return _decoded(data, name)
+    return _utf8(data, name)
+
+
+def _decoded(data: bytes, name: str) -> SourceText:
+    """Return the text of a file of another tool, whatever its encoding."""
+    source = None
+    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        try:
+            source = SourceText(name, data.decode("utf-16"), "UTF-16")
+        except UnicodeDecodeError:
+            message = "the file is no text: its mark says UTF-16, and its bytes are none"
+            raise DiagnosticError([Diagnostic("FZ002", message, file=name, help="save it as UTF-8")]) from None
+    try:
+        source = source or _utf8(data, name)
+    except DiagnosticError:
+        if b"\x00" in data:
+            raise
+        source = SourceText(name, data.decode("cp1252", errors="replace"), "Windows-1252")
+    if "\r" in source.text and "\n" not in source.text:
+        return SourceText(name, source.text.replace("\r", "\n"), source.encoding)
+    return source
+
+
+def _utf8(data: bytes, name: str) -> SourceText:
     nul = data.find(b"\x00")
     try:
         if nul >= 0:
@@ -62,6 +92,7 @@ def _unreadable(name: str, error: OSError) -> Diagnostic:
 def _neighbours(name: str) -> str:
     """Name the rule file that was most likely meant."""
     folder = Path(name).parent
-    names = sorted(p.name for p in folder.glob("*.fz")) if folder.is_dir() else []
+    suffixes = FOREIGN | {".fz"} if Path(name).suffix.lower() in FOREIGN else {".fz"}
+    names = sorted(p.name for p in folder.iterdir() if p.suffix.lower() in suffixes) if folder.is_dir() else []
     near = closest(Path(name).name, names)
     return f"did you mean '{folder / near}'?" if near else ""

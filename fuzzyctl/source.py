@@ -9,10 +9,17 @@ from functools import cached_property
 
 @dataclass(frozen=True)
 class SourceText:
-    """Hold a text together with the name it is shown under."""
+    """Hold a text together with the name it is shown under.
+
+    Args:
+        name: The name.
+        text: The text.
+        encoding: What its bytes were read as, for people; empty for UTF-8.
+    """
 
     name: str
     text: str = field(repr=False)
+    encoding: str = field(default="", compare=False)
 
     @cached_property
     def _line_starts(self) -> list[int]:

@@ -73,10 +73,16 @@ def _laid_out(file: str) -> _Laid:
     Raises:
         DiagnosticError: When it cannot be read, or has syntax errors.
     """
+    from fuzzyctl.formats.registry import format_of
     from fuzzyctl.lang.formatter import format_source
     from fuzzyctl.lang.parser import parse
     from fuzzyctl.reading import decode, read_source
 
+    foreign = format_of(file)
+    if foreign is not None:
+        message = f"only .fz files are laid out, and this is a {foreign.suffixes[0]} file"
+        help_text = f"'fuzzyctl convert {file} {Path(file).stem}.fz' makes one"
+        raise DiagnosticError([Diagnostic("FZ602", message, file=file, help=help_text)])
     data = sys.stdin.buffer.read() if file == "-" else b""
     source = decode(data, "<stdin>") if file == "-" else read_source(file)
     _, mistakes = parse(source)

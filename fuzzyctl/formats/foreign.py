@@ -31,6 +31,10 @@ def examine_foreign(format: Format, source: SourceText) -> tuple[tuple[FuzzySyst
         diagnostics = [*diagnostics, *found]
         if not any(d.severity == "error" for d in found):
             sound.append(system)
+    if source.encoding:
+        message = f"the file is not UTF-8; it is read as {source.encoding}"
+        help_text = "save it as UTF-8 if names look wrong"
+        diagnostics = [*diagnostics, Diagnostic("FZ605", message, None, "warning", help=help_text, file=source.name)]
     return tuple(sound), in_order(diagnostics)
 
 

@@ -1,0 +1,175 @@
+"""Files of other tools go through the same functions and commands as rule files."""
+
+import codecs
+
+import pytest
+
+import fuzzyctl
+from fuzzyctl.errors import DiagnosticError
+from fuzzyctl.formats.registry import FORMATS, SUFFIXES, format_of
+from fuzzyctl.loading import decode, examine_all, load, load_all, loads
+from fuzzyctl.reading import FOREIGN, MAX_BYTES
+from fuzzyctl.source import SourceText
+
+TIPPER = """\
+[System]
+Name='tipper'
+Type='mamdani'
+Version=2.0
+NumInputs=2
+NumOutputs=1
+NumRules=3
+AndMethod='min'
+OrMethod='max'
+ImpMethod='min'
+AggMethod='max'
+DefuzzMethod='centroid'
+
+[Input1]
+Name='service'
+Range=[0 10]
+NumMFs=3
+MF1='poor':'gaussmf',[1.5 0]
+MF2='good':'gaussmf',[1.5 5]
+MF3='excellent':'gaussmf',[1.5 10]
+
+[Input2]
+Name='food'
+Range=[0 10]
+NumMFs=2
+MF1='rancid':'trapmf',[0 0 1 3]
+MF2='delicious':'trapmf',[7 9 10 10]
+
+[Output1]
+Name='tip'
+Range=[0 30]
+NumMFs=3
+MF1='cheap':'trimf',[0 5 10]
+MF2='average':'trimf',[10 15 20]
+MF3='generous':'trimf',[20 25 30]
+
+[Rules]
+1 1, 1 (1) : 2
+2 0, 2 (1) : 1
+3 2, 3 (1) : 2
+"""
+
+
+@pytest.fixture
+def tipper(tmp_path):
+    path = tmp_path / "tipper.fis"
+    path.write_text(TIPPER, encoding="utf-8")
+    return path
+
+
+def codes(diagnostics):
+    return {d.code for d in diagnostics}
+
+
+class TestSuffixes:
+    def test_reading_and_the_registry_know_the_same_ones(self):
+        assert {".fz", *FOREIGN} == set(SUFFIXES)
+
+    @pytest.mark.parametrize(
+        ("name", "format"),
+        [
+            ("a.fll", "fll"),
+            ("A.FIS", "fis"),
+            ("x/y.fcl", "fcl"),
+            ("a.fml", "fml"),
+            ("a.xml", "fml"),
+            ("a.b.fis", "fis"),
+        ],
+    )
+    def test_a_suffix_says_the_format(self, name, format):
+        assert format_of(name) is FORMATS[format]
+
+    @pytest.mark.parametrize("name", ["a.fz", "a", "fis", "<text>", "-", "a.fis.txt"])
+    def test_everything_else_is_a_rule_file(self, name):
+        assert format_of(name) is None
+
+
+class TestLoading:
+    def test_load_takes_a_file_of_another_tool(self, tipper):
+        assert load(tipper).name == "tipper"
+        assert [s.name for s in load_all(tipper)] == ["tipper"]
+        assert load(tipper, system="tipper") == load(tipper)
+
+    def test_loads_goes_by_the_suffix_of_the_name(self, tipper):
+        assert loads(TIPPER, "t.fis") == load(tipper)
+        with pytest.raises(DiagnosticError):
+            loads(TIPPER)
+
+    def test_check_takes_one(self, tipper):
+        system, diagnostics = fuzzyctl.check(tipper)
+        assert system == load(tipper)
+        assert codes(diagnostics) == {"FZ309"}
+
+    def test_a_system_of_another_name_is_refused(self, tipper):
+        with pytest.raises(DiagnosticError, match="no system 'tip'"):
+            load(tipper, system="tip")
+
+    def test_matlab_documents_these_values_of_its_tipper(self, tipper):
+        system = load(tipper)
+        points = [(2, 1), (4, 5), (7, 8), (1, 2)]
+        printed = ["7.0168791431", "14.4584724643", "20.3413663053", "5.5585859298"]
+        assert [f"{system(service=s, food=f):.10f}" for s, f in points] == printed
+
+    def test_an_output_without_rules_is_a_warning_only(self):
+        more = TIPPER.replace("NumOutputs=1", "NumOutputs=2").replace(
+            "[Rules]", "[Output2]\nName='other'\nRange=[0 4]\nNumMFs=1\nMF1='a':'trimf',[0 1 2]\n\n[Rules]"
+        )
+        more = more.replace(", 1 (", ", 1 0 (").replace(", 2 (", ", 2 0 (").replace(", 3 (", ", 3 0 (")
+        systems, diagnostics = examine_all(SourceText("t.fis", more))
+        assert [(d.code, d.severity) for d in diagnostics if d.code == "FZ210"] == [("FZ210", "warning")]
+        assert systems[0](service=2, food=1)["other"] == 2.0
+
+
+class TestEncodings:
+    NAME = "Qualität"
+    TEXT = TIPPER.replace("'service'", f"'{NAME}'")
+
+    @pytest.mark.parametrize(
+        ("data", "read_as"),
+        [
+            (TEXT.encode(), ""),
+            (codecs.BOM_UTF8 + TEXT.encode(), ""),
+            (TEXT.encode("cp1252"), "Windows-1252"),
+            (TEXT.encode("utf-16"), "UTF-16"),
+            (codecs.BOM_UTF16_BE + TEXT.encode("utf-16-be"), "UTF-16"),
+            (TEXT.replace("\n", "\r\n").encode(), ""),
+            (TEXT.replace("\n", "\r").encode(), ""),
+            (TEXT.replace("\n", "\r\r\n").encode(), ""),
+        ],
+    )
+    def test_files_of_other_tools_come_in_many(self, data, read_as):
+        source = decode(data, "t.fis")
+        assert source.encoding == read_as
+        (system,), diagnostics = examine_all(source)
+        assert system.inputs[0].name == self.NAME
+        assert ("FZ605" in codes(diagnostics)) == bool(read_as)
+
+    @pytest.mark.parametrize("data", [b"\xff\xfe\x00", b"[System]\x00", b"\x00\xff"])
+    def test_what_is_no_text_is_refused(self, data):
+        with pytest.raises(DiagnosticError) as caught:
+            decode(data, "t.fis")
+        assert codes(caught.value.diagnostics) == {"FZ002"}
+
+    def test_rule_files_stay_utf_8(self):
+        with pytest.raises(DiagnosticError):
+            decode(self.TEXT.encode("cp1252"), "t.fz")
+
+
+class TestFiles:
+    def test_fifty_megabytes_are_not_read(self, tmp_path):
+        path = tmp_path / "big.fis"
+        path.write_bytes(b"[System]\n" + b"% x\n" * (50 << 18))
+        with pytest.raises(DiagnosticError) as caught:
+            load(path)
+        assert codes(caught.value.diagnostics) == {"FZ003"}
+        assert path.stat().st_size > MAX_BYTES
+
+    def test_a_misspelt_name_is_found(self, tipper):
+        with pytest.raises(DiagnosticError) as caught:
+            load(tipper.with_name("tiper.fis"))
+        assert "tipper.fis" in caught.value.diagnostics[0].help
