@@ -26,7 +26,9 @@ from fuzzyctl.fragments import rule
 from fuzzyctl.model import variable as model
 from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
 from fuzzyctl.model.method import Activation, Defuzzifier, Method
+from fuzzyctl.model.profiles import PROFILES, Profile
 from fuzzyctl.model.rule import Cell, Rule, RuleTable
+from fuzzyctl.model.semantics import Semantics
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Fallback, Input, Membership, Output, Term
 from fuzzyctl.values import TermSpec, Value
@@ -147,6 +149,7 @@ def output_variable(
     unit: str = "",
     otherwise: Value | Fallback | Literal["hold"] | model.Hold | None = None,
     adaptive: Value | None = None,
+    clamp: bool = False,
     implication: str | None = None,
     aggregation: str | None = None,
     defuzzifier: str | Defuzzifier | None = None,
@@ -163,6 +166,7 @@ def output_variable(
         otherwise: What it is where no rule fires: a value, "midpoint", "nan", "error", "hold", "hold(0.5)"
             or `Hold(0.5)`.
         adaptive: The rate of adaptive consequents.
+        clamp: Whether its value is held within its range.
         implication: Its own implication, None for the system's.
         aggregation: Its own aggregation, None for the system's.
         defuzzifier: Its own defuzzifier, None for the system's.
@@ -170,7 +174,9 @@ def output_variable(
     fields = _variable(name, lower, upper, terms, label, unit)
     own = None if defuzzifier is None else _defuzzifier(defuzzifier)
     norms = {"implication": implication, "aggregation": aggregation}
-    fields |= {"defuzzifier": own} | _texts(**{n: v for n, v in norms.items() if v is not None})
+    fields |= {"defuzzifier": own, "clamped": arguments.flag("'clamp'", clamp)} | _texts(
+        **{n: v for n, v in norms.items() if v is not None}
+    )
     if otherwise is not None:
         fields["otherwise"] = _otherwise(otherwise)
     if adaptive is not None:
@@ -189,12 +195,26 @@ def _otherwise(given: object) -> Expr | model.Hold | str:
     return values.expression("'otherwise'", given)
 
 
-def _defuzzifier(given: object) -> Defuzzifier:
+def _defuzzifier(given: object, profile: Profile = PROFILES["exact"]) -> Defuzzifier:
     """Return a defuzzifier; whether there is one of that name is for the checks, which find all mistakes at once."""
     if isinstance(given, Defuzzifier):
         return given
     name = arguments.instance("'defuzzifier'", str, "the text of a defuzzifier, or a Defuzzifier", given)
-    return fragments.defuzzifier(name) if "(" in name else Defuzzifier(kind=name)
+    return fragments.defuzzifier(name, profile) if "(" in name else profile.defuzzifier(name)
+
+
+def _method(semantics: object, defuzzifier: object, activation: object, norms: Mapping[str, str | None]) -> Method:
+    """Return a method: what is given, and what the profile in force has for the rest."""
+    knobs = semantics
+    if not isinstance(knobs, Semantics):
+        knobs = fragments.semantics(
+            arguments.instance("'semantics'", str, "the text of a profile, or a Semantics", knobs)
+        )
+    profile = PROFILES[knobs.profile]
+    own = profile.defuzzifier("centroid") if defuzzifier is None else _defuzzifier(defuzzifier, profile)
+    given = _texts(**{name: norm for name, norm in norms.items() if norm is not None})
+    update = {**given, "semantics": knobs, "defuzzifier": own, "activation": _activation(activation)}
+    return profile.method.model_copy(update=update)
 
 
 def _activation(given: object) -> Activation:
@@ -303,13 +323,14 @@ def system(
     hedges: Mapping[str, str] | None = None,
     title: str = "",
     citation: str = "",
-    defuzzifier: str | Defuzzifier = "centroid",
+    semantics: str | Semantics = "exact",
+    defuzzifier: str | Defuzzifier | None = None,
     activation: str | Activation | None = None,
     guarantees: Iterable[Guarantee | str] = (),
-    conjunction: str = "min",
-    disjunction: str = "max",
-    implication: str = "min",
-    aggregation: str = "max",
+    conjunction: str | None = None,
+    disjunction: str | None = None,
+    implication: str | None = None,
+    aggregation: str | None = None,
 ) -> FuzzySystem:
     """Build and check a system.
 
@@ -321,22 +342,24 @@ def system(
         hedges: Own hedges, each an expression over `x`, such as `{"fairly": "x ^ 0.7"}`.
         title: What it is, for people.
         citation: Where it comes from.
-        defuzzifier: What stands behind `defuzzifier` in a file, or a `Defuzzifier`.
+        semantics: What stands behind `semantics` in a file, such as `"matlab"`, or a `Semantics`.
+        defuzzifier: What stands behind `defuzzifier` in a file, or a `Defuzzifier`; None for the centroid.
         activation: What stands behind `activation` in a file, such as `"highest(count=1)"`, or an `Activation`.
         guarantees: What stands behind `require` in a file.
-        conjunction, disjunction, implication, aggregation: Norms.
+        conjunction, disjunction, implication, aggregation: Norms; None for those of the semantics.
 
     Raises:
         DiagnosticError: With all mistakes, as for a file but without places.
         ArgumentError: For an argument of a type that it cannot have.
     """
     given = arguments.items_of("'variables'", (Input, Output), "a list of inputs and outputs", variables)
-    norms = _texts(conjunction=conjunction, disjunction=disjunction, implication=implication, aggregation=aggregation)
+    norms = {"conjunction": conjunction, "disjunction": disjunction}
+    norms |= {"implication": implication, "aggregation": aggregation}
     built = FuzzySystem(
         **_texts(name=name, title=title, citation=citation),
         params=_params({} if params is None else params),
         hedges=_hedges({} if hedges is None else hedges),
-        method=Method(**norms, defuzzifier=_defuzzifier(defuzzifier), activation=_activation(activation)),
+        method=_method(semantics, defuzzifier, activation, norms),
         inputs=tuple(v for v in given if isinstance(v, Input)),
         outputs=tuple(v for v in given if isinstance(v, Output)),
         blocks=_blocks(rules),

@@ -14,9 +14,12 @@ from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.parser import parse
 from fuzzyctl.model.guarantee import Guarantee, Hedge
 from fuzzyctl.model.method import Activation, Defuzzifier, Method
+from fuzzyctl.model.profiles import PROFILES, Profile
 from fuzzyctl.model.rule import And, Antecedent, Cell, Consequent, Is, Not, Or, Rule
+from fuzzyctl.model.semantics import Semantics
 from fuzzyctl.model.variable import Hold, Membership, Output
 from fuzzyctl.resolve.context import Context
+from fuzzyctl.resolve.semantics import resolve_semantics
 from fuzzyctl.resolve.settings import resolve_method
 from fuzzyctl.resolve.variables import resolve_variable
 from fuzzyctl.source import SourceText, Span
@@ -56,6 +59,7 @@ _HOLD: Final = _Form("value for 'otherwise'", "hold(START)", "output _ in [0, 1]
 _ACTIVATION: Final = _Form(
     "activation", "general | first(count=2, threshold=0.1) | highest(count=1) | threshold(>= 0.5)", "activation "
 )
+_SEMANTICS: Final = _Form("profile of numerics", "matlab | fuzzylite(least=0)", "semantics ")
 _DEFUZZIFIER: Final = _Form("defuzzifier", "centroid | centroid(resolution=1000) | weighted_average", "defuzzifier ")
 
 
@@ -176,14 +180,24 @@ def activation(text: str) -> Activation:
     return Activation(kind=found.kind, count=found.count, threshold=threshold, comparison=found.comparison)
 
 
-def defuzzifier(text: str) -> Defuzzifier:
-    """Parse a defuzzifier such as `centroid(resolution=1000)`."""
-    return _method(_DEFUZZIFIER, text, sx.Setting).defuzzifier
+def defuzzifier(text: str, profile: Profile = PROFILES["exact"]) -> Defuzzifier:
+    """Parse a defuzzifier such as `centroid(resolution=1000)`; what it does not say comes from a profile."""
+    return _method(_DEFUZZIFIER, text, sx.Setting, profile).defuzzifier
 
 
-def _method(form: _Form, text: str, kind: type[sx.Statement]) -> Method:
+def semantics(text: str) -> Semantics:
+    """Parse a profile with its knobs, such as `fuzzylite(least=0)`."""
+    statement = _statement(_SEMANTICS, text, sx.Semantics)
+    context = _context(text)
+    found = resolve_semantics(context, [statement])
+    _refuse(_SEMANTICS, text, context.diagnostics)
+    return found.model_copy(update={"span": None})
+
+
+def _method(form: _Form, text: str, kind: type[sx.Statement], profile: Profile = PROFILES["exact"]) -> Method:
     statement = _statement(form, text, kind)
     context = _context(text)
+    context.profile = profile
     found = resolve_method(context, [statement])
     _refuse(form, text, context.diagnostics)
     return found

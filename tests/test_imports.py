@@ -23,7 +23,9 @@ ORDER = [
     ["build"],
     ["kernels"],
     ["analysis", "plot"],
-    ["checking", "highlight", "codegen"],
+    ["checking", "highlight", "codegen", "comparison"],
+    ["document"],
+    ["conversion"],
     ["cli"],
 ]
 RANK = {part: i for i, parts in enumerate(ORDER) for part in parts}

@@ -8,6 +8,9 @@ import fuzzyctl
 from fuzzyctl.cli.bounds import bounds
 from fuzzyctl.cli.check import check
 from fuzzyctl.cli.codegen import codegen
+from fuzzyctl.cli.compare import compare
+from fuzzyctl.cli.convert import convert
+from fuzzyctl.cli.diff import diff
 from fuzzyctl.cli.doctor import doctor
 from fuzzyctl.cli.eval import evaluate
 from fuzzyctl.cli.explain import explain
@@ -48,6 +51,9 @@ What to do with it:
     fuzzyctl plot-surface tip.fz -o tip.png draw what it computes
     fuzzyctl fmt tip.fz                     lay it out
     fuzzyctl codegen tip.fz --target c      write it as C99, or st, or python
+    fuzzyctl convert tip.fis tip.fz         from and to .fis, .fll, .fcl, .fml
+    fuzzyctl diff old.fz new.fz             what was changed: terms, rules, cells
+    fuzzyctl compare old.fz new.fz          where their numbers differ most, and why
     fuzzyctl new heater                     write another file to begin with
     fuzzyctl doctor                         what is installed, and what is in use
 
@@ -72,6 +78,9 @@ for command in (
     plot_terms,
     fmt,
     codegen,
+    compare,
+    convert,
+    diff,
     doctor,
     why,
 ):

@@ -62,7 +62,7 @@ def _lines(system: FuzzySystem) -> Iterator[str]:
     yield f"system {system.name}{_string(' ', system.title, 'title')}"
     if system.citation:
         yield f"source{_string(' ', system.citation, 'citation')}"
-    yield from _section(list(_method(system.method)))
+    yield from _section(list(method_lines(system.method)))
     yield from _section([f"hedge {h.name}({h.parameter}) = {to_text(h.expression)}" for h in system.hedges])
     yield from _section(
         [f"param {p.name} = {to_text(p.expression)}{_string(' unit ', p.unit, 'unit')}" for p in system.params]
@@ -103,7 +103,7 @@ def _string(before: str, text: str, what: str) -> str:
     return f'{before}"{text}"' if text else ""
 
 
-def _method(method: Method) -> Iterator[str]:
+def method_lines(method: Method) -> Iterator[str]:
     """Yield what differs from the profile in force."""
     profile = PROFILES[method.semantics.profile]
     usual = profile.method
@@ -147,8 +147,13 @@ def _defuzzifier_in(profile: Profile, d: Defuzzifier) -> str:
 
 def defuzzifier_text(d: Defuzzifier) -> str:
     """Return a defuzzifier with its options."""
-    options = f"(resolution={d.resolution}, grid={d.grid})" if d.resolution is not None else ""
-    return f"{d.kind}{options}"
+    usual = Defuzzifier(kind=d.kind)
+    options = [] if d.resolution is None else [f"resolution={d.resolution}", f"grid={d.grid}"]
+    for name in ("rule", "tolerance", "by"):
+        value = getattr(d, name)
+        if value != getattr(usual, name):
+            options.append(f"{name}={value}")
+    return f"{d.kind}({', '.join(options)})" if options else d.kind
 
 
 def activation_text(a: Activation) -> str:

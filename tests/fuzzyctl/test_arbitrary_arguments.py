@@ -195,7 +195,7 @@ class TestNamedArguments:
             ({"hedges": {3: "x"}}, "'hedges' must be expressions over x by name, got one with int for a name"),
             ({"title": b"x"}, "'title' must be a text, got bytes"),
             ({"name": b"a"}, "'name' must be a text, got bytes"),
-            ({"defuzzifier": None}, "'defuzzifier' must be the text of a defuzzifier"),
+            ({"defuzzifier": 3}, "'defuzzifier' must be the text of a defuzzifier"),
             ({"activation": ""}, "an activation is due, got an empty text; the form is: general"),
         ],
     )

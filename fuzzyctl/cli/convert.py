@@ -1,0 +1,176 @@
+"""`fuzzyctl convert`: a system in another format, with a report of what became of it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from fuzzyctl.cli.common import (
+    DONE,
+    FAILED,
+    FORMAT,
+    SET,
+    SYSTEM,
+    answers_with_diagnostics,
+    assignments,
+    show,
+    with_params,
+)
+from fuzzyctl.errors import Diagnostic, DiagnosticError
+
+if TYPE_CHECKING:
+    from fuzzyctl.conversion import Conversion
+    from fuzzyctl.formats.losses import Loss
+    from fuzzyctl.model.system import FuzzySystem
+
+
+@click.command()
+@click.argument("source", metavar="IN")
+@click.argument("target", metavar="OUT")
+@click.option("--to", "wanted", metavar="FORMAT", help="The format, where the suffix of OUT does not say it.")
+@click.option("--lossy", is_flag=True, help="Write it even though the format cannot express all of it.")
+@click.option("--force", is_flag=True, help="Replace OUT where it exists.")
+@click.option(
+    "--points",
+    type=click.IntRange(2, 10_000_000),
+    default=10_000,
+    show_default=True,
+    help="How many points to compare.",
+)
+@FORMAT
+@SET
+@SYSTEM
+@answers_with_diagnostics
+def convert(
+    source: str,
+    target: str,
+    wanted: str | None,
+    lossy: bool,
+    force: bool,
+    points: int,
+    form: str,
+    settings: tuple[str, ...],
+    name: str | None,
+) -> int:
+    """Write a system in another format, and report what became of it.
+
+    \b
+    fuzzyctl convert tipper.fis tipper.fz
+    fuzzyctl convert rules/tipper.fz tipper.fis
+    fuzzyctl convert tipper.fll tipper.md            a page with tables and pictures
+    fuzzyctl convert tipper.fcl - --to python        a module that builds it
+
+    The suffix of OUT says the format: .fz .fll .fis .fcl .fml .xml, and .py and .md, which are not read back. OUT may
+    be '-' for standard output, together with --to. The report goes to standard error then.
+
+    What is written is read back, and both are compared at corners of terms, on an even grid and at random points. What
+    the format cannot express is listed; where that changes numbers nothing is written without --lossy.
+    """
+    to = _target(target, wanted)
+    if target != "-" and Path(target).exists() and not force:
+        message = "the file exists"
+        raise DiagnosticError([Diagnostic("FZ005", message, file=target, help="name another file, or add --force")])
+    system = _loaded(source, settings, name)
+    from fuzzyctl.conversion import convert as converted
+
+    conversion = converted(system, to, points=points)
+    refused = bool(conversion.lossy) and not lossy
+    if not refused:
+        _write(system, conversion, target)
+    if form == "json" and target != "-":
+        click.echo(json.dumps(_data(source, target, conversion, refused), ensure_ascii=False, indent=2))
+    else:
+        click.echo("\n".join(_report(source, target, conversion, refused)), err=target == "-" or refused)
+    return FAILED if refused else DONE
+
+
+def _target(target: str, wanted: str | None) -> str:
+    """Return the format to write.
+
+    Raises:
+        DiagnosticError: For a suffix or a name that stands for none.
+    """
+    from fuzzyctl.conversion import TARGETS
+    from fuzzyctl.errors import closest
+
+    if wanted is not None:
+        if wanted in TARGETS:
+            return wanted
+        near = closest(wanted, TARGETS)
+        help_text = f"did you mean '{near}'?" if near else ""
+        facts = (f"formats: {', '.join(TARGETS)}",)
+        raise DiagnosticError([Diagnostic("FZ502", f"no format '{wanted}'", facts=facts, help=help_text)])
+    suffix = Path(target).suffix.lower()
+    for name, suffixes in TARGETS.items():
+        if suffix in suffixes:
+            return name
+    known = ", ".join(s for suffixes in TARGETS.values() for s in suffixes)
+    message = f"no format has the suffix '{suffix}'" if suffix else "the name has no suffix that says the format"
+    help_text = f"end the name with one of {known}, or add --to"
+    raise DiagnosticError([Diagnostic("FZ005", message, file=target, help=help_text)])
+
+
+def _loaded(source: str, settings: tuple[str, ...], name: str | None) -> FuzzySystem:
+    """Load a system of any format; its warnings are printed, its gaps are no mistakes of a conversion."""
+    from fuzzyctl.loading import examine
+    from fuzzyctl.reading import read_source
+
+    system, diagnostics = examine(read_source(source), folder=Path(source).parent, system=name)
+    if system is None:
+        raise DiagnosticError(diagnostics)
+    show(diagnostics)
+    values = assignments(settings, [p.name for p in system.params], "param")
+    return with_params(system, values, settings) if values else system
+
+
+def _write(system: FuzzySystem, conversion: Conversion, target: str) -> None:
+    if target == "-":
+        click.echo(conversion.text, nl=False)
+        return
+    from fuzzyctl.files import written_whole
+
+    text = conversion.text
+    if conversion.target == "markdown":
+        from fuzzyctl.document.markdown import page
+        from fuzzyctl.document.pictures import draw
+
+        text = page(system, draw(system, Path(target)))
+    with written_whole(target) as temporary:
+        temporary.write_text(text, encoding="utf-8", newline="\n")
+
+
+def _report(source: str, target: str, conversion: Conversion, refused: bool) -> list[str]:
+    lines = [] if refused else [f"wrote {target}"] if target != "-" else []
+    kept, lost = [x for x in conversion.losses if x.exact], list(conversion.lossy)
+    lines += _listed("said in another way, or left out; no number changes:", kept)
+    lines += _listed("cannot be expressed, and changes numbers:", lost)
+    if conversion.read_back is not None:
+        from fuzzyctl.cli.compare import compared_text
+
+        lines += compared_text(source, conversion.read_back, target, conversion.differences, conversion.causes)
+    if refused:
+        lines.append(f"error: nothing was written to {target}; add --lossy to write it all the same")
+    return lines
+
+
+def _listed(title: str, losses: Sequence[Loss]) -> list[str]:
+    return [title, *(f"  {loss}" for loss in losses)] if losses else []
+
+
+def _data(source: str, target: str, conversion: Conversion, refused: bool) -> dict[str, Any]:
+    from fuzzyctl.cli.compare import compared_data
+
+    return {
+        "in": source,
+        "out": target,
+        "format": conversion.target,
+        "written": not refused,
+        "losses": [
+            {"where": x.where, "what": x.what, "why": x.why, "changes_numbers": not x.exact} for x in conversion.losses
+        ],
+        "outputs": [compared_data(d, c) for d, c in zip(conversion.differences, conversion.causes, strict=True)],
+    }

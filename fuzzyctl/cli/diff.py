@@ -1,0 +1,95 @@
+"""`fuzzyctl diff`: what was changed between two rule files, in terms, rules and cells."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from fuzzyctl.cli.common import DONE, FAILED, FORMAT, SYSTEM, answers_with_diagnostics
+from fuzzyctl.errors import Diagnostic, DiagnosticError
+
+if TYPE_CHECKING:
+    from fuzzyctl.comparison.changes import Change
+    from fuzzyctl.model.system import FuzzySystem
+
+#: How a change begins its line.
+MARKS = {"added": "+", "removed": "-", "changed": "~", "renamed": "~", "rewritten": "="}
+
+
+@click.command()
+@click.argument("first")
+@click.argument("second")
+@FORMAT
+@SYSTEM
+@answers_with_diagnostics
+def diff(first: str, second: str, form: str, name: str | None) -> int:
+    """Show what was changed from one rule file to another.
+
+    \b
+    fuzzyctl diff old.fz new.fz
+    fuzzyctl diff tipper.fis tipper.fll
+
+    Settings, params, terms, rules, cells of tables and guarantees are compared, not lines of text: layout, comments and
+    the order of the parts of a rule do not count, and a term that was renamed is no other term. Systems of the same
+    name are compared where files hold several. '=' marks what is written in another way and has the same value.
+
+    Exit code: 0 where nothing was changed, 1 where something was.
+    """
+    pairs = _pairs(first, second, name)
+    from fuzzyctl.comparison.changes import changes
+
+    found = [(a.name, changes(a, b)) for a, b in pairs]
+    if form == "json":
+        data = {"first": first, "second": second, "systems": [_data(name, own) for name, own in found]}
+        click.echo(json.dumps(data, ensure_ascii=False, indent=2))
+    else:
+        for name, own in found:
+            if len(found) > 1 and own:
+                click.echo(f"system {name}")
+            for change in own:
+                click.echo(_line(change))
+        if not any(own for _, own in found):
+            click.echo("nothing was changed")
+    return FAILED if any(own for _, own in found) else DONE
+
+
+def _pairs(first: str, second: str, name: str | None) -> list[tuple[FuzzySystem, FuzzySystem]]:
+    """Load both files and pair their systems: by name, or the only ones.
+
+    Raises:
+        DiagnosticError: With the errors of both files, or where systems have no partner.
+    """
+    from fuzzyctl.loading import load, load_all
+
+    if name is not None:
+        return [(load(first, system=name), load(second, system=name))]
+    own, other = load_all(first), load_all(second)
+    if len(own) == len(other) == 1:
+        return [(own[0], other[0])]
+    by_name = {s.name: s for s in other}
+    lonely = [
+        Diagnostic("FZ502", f"system '{s.name}' stands in one of the files only", file=file, help="name one: --system")
+        for file, systems, names in ((first, own, set(by_name)), (second, other, {s.name for s in own}))
+        for s in systems
+        if s.name not in names
+    ]
+    if lonely:
+        raise DiagnosticError(lonely)
+    return [(s, by_name[s.name]) for s in own]
+
+
+def _data(name: str, changes: Sequence[Change]) -> dict[str, Any]:
+    return {"system": name, "changes": [dataclasses.asdict(c) for c in changes]}
+
+
+def _line(change: Change) -> str:
+    """Return a change on one line, with the lines of both files where it stands."""
+    lines = [f"{sign}{line}" for sign, line in (("-", change.before_line), ("+", change.after_line)) if line]
+    name = f" {change.name}" if change.name else ""
+    texts = " → ".join(t for t in (change.before, change.after) if t is not None)
+    place = f"   (lines {' '.join(lines)})" if lines else ""
+    return f"{MARKS[change.kind]} {change.what}{name}: {texts}{place}"

@@ -1,0 +1,102 @@
+"""From one format to another, with a report: what was left out, and how far the numbers are apart."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from fuzzyctl import arguments
+from fuzzyctl.comparison.differences import POINTS, Difference, differences
+from fuzzyctl.comparison.explanation import Cause, causes
+from fuzzyctl.document.python import module_text
+from fuzzyctl.errors import DiagnosticError, UnknownNameError
+from fuzzyctl.formats.fz import dumps
+from fuzzyctl.formats.identifiers import with_identifiers
+from fuzzyctl.formats.losses import Loss
+from fuzzyctl.formats.registry import FORMATS
+from fuzzyctl.loading import examine
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.source import SourceText
+
+#: What a system can be written as, besides the formats of other tools; Markdown and Python are not read back.
+OWN: Final = {"fz": ".fz", "python": ".py", "markdown": ".md"}
+
+#: All targets with their usual suffixes.
+TARGETS: Final[dict[str, tuple[str, ...]]] = {
+    **{name: (suffix,) for name, suffix in OWN.items()},
+    **{name: f.suffixes for name, f in FORMATS.items()},
+}
+
+
+@dataclass(frozen=True)
+class Conversion:
+    """A system in another format, and what became of it.
+
+    Args:
+        target: The format, a key of `TARGETS`.
+        text: The file.
+        losses: What the format cannot express; `Loss.exact` for what does not change a number.
+        read_back: The system that the text is read as; None for formats that are not read back.
+        differences: Between the original and what is read back, one for each output; empty for formats that are not.
+        causes: What explains each of them.
+    """
+
+    target: str
+    text: str
+    losses: tuple[Loss, ...]
+    read_back: FuzzySystem | None
+    differences: tuple[Difference, ...]
+    causes: tuple[tuple[Cause, ...], ...]
+
+    @property
+    def lossy(self) -> tuple[Loss, ...]:
+        """What changes the numbers."""
+        return tuple(loss for loss in self.losses if not loss.exact)
+
+
+def convert(system: FuzzySystem, target: str, *, points: int = POINTS) -> Conversion:
+    """Write a system in another format, read it back, and compare the numbers of both.
+
+    Args:
+        system: The system.
+        target: A key of `TARGETS`: fz, fll, fis, fcl, fml, python or markdown.
+        points: How many points to compare.
+
+    Raises:
+        UnknownNameError: For no such format.
+        DiagnosticError: For a system that the format cannot hold at all.
+        ArgumentError: For what is no system.
+    """
+    arguments.instance("the system", FuzzySystem, "a FuzzySystem", system)
+    if target not in TARGETS:
+        raise UnknownNameError("format", target, list(TARGETS))
+    text, losses = written(system, target)
+    if target in ("python", "markdown"):
+        return Conversion(target, text, tuple(losses), None, (), ())
+    back = _read_back(text, target)
+    found = differences(system, back, points=points)
+    return Conversion(target, text, tuple(losses), back, found, tuple(causes(system, back, d) for d in found))
+
+
+def written(system: FuzzySystem, target: str) -> tuple[str, list[Loss]]:
+    """Return a system as a text, with what the text does not say."""
+    if target in FORMATS:
+        return FORMATS[target].write(system)
+    named, losses = with_identifiers(system)
+    if target == "markdown":
+        from fuzzyctl.document.markdown import page
+
+        return page(system, {}), []
+    return (module_text(named) if target == "python" else dumps(named)), losses
+
+
+def _read_back(text: str, target: str) -> FuzzySystem:
+    """Return what a written text is read as.
+
+    Raises:
+        DiagnosticError: With the errors; a text that was just written has none unless the system had them.
+    """
+    system, diagnostics = examine(SourceText(f"converted{TARGETS[target][0]}", text))
+    if system is None:
+        raise DiagnosticError([d for d in diagnostics if d.severity == "error"])
+    return system

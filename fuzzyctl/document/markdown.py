@@ -1,0 +1,169 @@
+"""A system as a Markdown page: its settings, terms and rules in tables, its guarantees, and places for pictures."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Final
+
+from fuzzyctl.comparison.settings import described, otherwise_text
+from fuzzyctl.expr import Expr, ExprError, number_text, to_text
+from fuzzyctl.formats.fz import activation_text, antecedent_text, cell_text, guarantee_text, membership_text, rule_text
+from fuzzyctl.model.method import Method
+from fuzzyctl.model.rule import RuleTable
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import Input, LinguisticVariable, Membership, Output
+
+#: Characters that mean something in Markdown's running text and table cells.
+_SPECIAL: Final = re.compile(r"([\\`*_{}\[\]<>#|~$])")
+
+Row = Sequence[str]
+
+
+def page(system: FuzzySystem, pictures: Mapping[str, str]) -> str:
+    """Return a Markdown page about a system.
+
+    Args:
+        system: The system.
+        pictures: Paths of pictures, as the page links them: of the terms of variables by their names, of surfaces by
+            `surface NAME` with the name of the output.
+    """
+    lines = [f"# {_plain(system.title or system.name)}", ""]
+    if system.citation:
+        lines += [f"Source: {_plain(system.citation)}", ""]
+    for title, body in (
+        ("Method", _method(system.method)),
+        ("Params", _params(system)),
+        ("Hedges", [f"- {_code(f'{h.name}({h.parameter}) = {to_text(h.expression)}')}" for h in system.hedges]),
+    ):
+        lines += _section(title, body)
+    for kind, variables in (("Input", system.inputs), ("Output", system.outputs)):
+        for v in variables:
+            lines += _section(f"{kind} {_plain(v.name)}", _variable(system, v, pictures))
+    lines += _section("Rules", _rules(system))
+    lines += _section("Guarantees", [f"- {_code(guarantee_text(g))}" for g in system.guarantees])
+    return "\n".join(lines).rstrip("\n") + "\n"
+
+
+def _section(title: str, body: Sequence[str] | Iterator[str]) -> list[str]:
+    lines = list(body)
+    return [f"## {title}", "", *lines, ""] if lines else []
+
+
+def _plain(text: str) -> str:
+    return _SPECIAL.sub(r"\\\1", text)
+
+
+def _code(text: str) -> str:
+    return f"`{text}`"
+
+
+def _table(head: Row, rows: Sequence[Row]) -> list[str]:
+    """Return a table, its columns aligned in the text as well."""
+    cells = [[text.replace("|", "\\|") for text in row] for row in (head, *rows)]
+    widths = [max(len(row[k]) for row in cells) for k in range(len(head))]
+    lines = ["| " + " | ".join(f"{text:{w}}" for text, w in zip(row, widths, strict=True)) + " |" for row in cells]
+    return [lines[0], "|" + "|".join("-" * (w + 2) for w in widths) + "|", *lines[1:]]
+
+
+def _method(method: Method) -> list[str]:
+    rows = [
+        ("semantics", method.semantics.profile),
+        ("and", method.conjunction),
+        ("or", method.disjunction),
+    ]
+    if not method.defuzzifier.over_rules:
+        rows += [("implication", method.implication), ("aggregation", method.aggregation)]
+    rows += [("activation", activation_text(method.activation)), ("defuzzifier", described(method.defuzzifier))]
+    return _table(("setting", "value"), rows)
+
+
+def _params(system: FuzzySystem) -> list[str]:
+    rows = [
+        (_code(p.name), _number(system.values[p.name]), _code(to_text(p.expression)), _plain(p.unit))
+        for p in system.params
+    ]
+    return _table(("param", "value", "as written", "unit"), rows) if rows else []
+
+
+def _number(value: float) -> str:
+    text = f"{value:.6g}"
+    return text if float(text) == value else number_text(value)
+
+
+def _variable(system: FuzzySystem, v: LinguisticVariable, pictures: Mapping[str, str]) -> Iterator[str]:
+    low, high = _number(system.number(v.lower)), _number(system.number(v.upper))
+    unit = f" {_plain(v.unit)}" if v.unit else ""
+    label = f"{_plain(v.label)}, " if v.label else ""
+    yield f"{label}from {low} to {high}{unit}. {_besides(v)}".rstrip()
+    yield ""
+    if v.terms:
+        rows = [(_plain(t.name), _code(_membership(system, t.membership))) for t in v.terms]
+        yield from _table(("term", "membership function" if isinstance(v, Input) else "consequent"), rows)
+    for key, what in ((v.name, f"Terms of {v.name}"), (f"surface {v.name}", f"{v.name} over its inputs")):
+        if key in pictures and (isinstance(v, Output) or key == v.name):
+            yield ""
+            yield f"![{_plain(what)}]({pictures[key]})"
+
+
+def _besides(v: LinguisticVariable) -> str:
+    """Return what else there is to say of a variable, in sentences."""
+    match v:
+        case Input():
+            return "Values outside go through the formulas." if v.extrapolate else "Values outside are clamped."
+        case Output():
+            otherwise = otherwise_text(v.otherwise)
+            parts = [f"Where no rule fires: {_code(otherwise)}." if otherwise else "Some rule always fires."]
+            if v.clamped:
+                parts.append("The value is clamped to this range.")
+            if v.adaptive is not None:
+                parts.append(f"Its consequents adapt at the rate {_code(to_text(v.adaptive))}.")
+            own = [getattr(v, n) for n in ("implication", "aggregation") if getattr(v, n) is not None]
+            own += [described(v.defuzzifier)] if v.defuzzifier is not None else []
+            if own:
+                parts.append(f"It has its own {', '.join(map(_code, own))}.")
+            return " ".join(parts)
+    return ""
+
+
+def _membership(system: FuzzySystem, membership: Membership) -> str:
+    """Return a membership function with its numbers computed where they can be."""
+    if not any(_computable(system, a) for a in membership.arguments):
+        return membership_text(membership)
+    numbers = [_number(system.number(a)) if _computable(system, a) else to_text(a) for a in membership.arguments]
+    height = system.number(membership.height)
+    return f"{membership.kind}({', '.join(numbers)})" + (f" of height {_number(height)}" if height != 1.0 else "")
+
+
+def _computable(system: FuzzySystem, expr: Expr) -> bool:
+    try:
+        system.number(expr)
+    except ExprError:
+        return False
+    return True
+
+
+def _rules(system: FuzzySystem) -> Iterator[str]:
+    number = 0
+    for block in system.blocks:
+        if isinstance(block, RuleTable):
+            yield from ([""] if number else [])
+            yield from _rule_table(block)
+            yield ""
+            number = 0
+            continue
+        number += 1
+        yield f"{number}. {_code(rule_text(block))}"
+
+
+def _rule_table(table: RuleTable) -> Iterator[str]:
+    condition = f" if {_code(antecedent_text(table.condition, top=True))}" if table.condition is not None else ""
+    across = f"{table.rows} (rows) and {table.columns} (columns)" if table.rows else table.columns
+    yield f"{_plain(', '.join(table.outputs))} by {_plain(across)}{condition}:"
+    yield ""
+    head = ["", *map(_plain, table.column_terms)] if table.rows else list(map(_plain, table.column_terms))
+    rows = []
+    for k, row in enumerate(table.cells):
+        cells = [_plain(cell_text(c)) for c in row]
+        rows.append([f"**{_plain(table.row_terms[k])}**", *cells] if table.rows else cells)
+    yield from _table(head, rows)

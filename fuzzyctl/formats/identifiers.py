@@ -1,0 +1,172 @@
+"""Names that a rule file can hold, for systems from formats in which anything is a name."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Collection, Iterable
+from typing import Any, Final
+
+from fuzzyctl.expr import CONSTANTS, FUNCTIONS, Name, replace_names
+from fuzzyctl.formats.losses import Loss
+from fuzzyctl.formulas import HEDGES
+from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, RuleTable
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import LinguisticVariable, Membership
+
+#: Words that cannot be names where rules and expressions name things.
+_RESERVED: Final = {"and", "or", "not", "then", "is", "weight", "nan", "hold", *HEDGES, *CONSTANTS, *FUNCTIONS}
+
+_NAME: Final = re.compile(r"[^\W\d][\w\u0300-\u036f]*")
+
+#: Longest name of a rule file.
+_LONGEST: Final = 200
+
+
+def with_identifiers(system: FuzzySystem) -> tuple[FuzzySystem, list[Loss]]:
+    """Return a system whose names are identifiers, and which names were changed.
+
+    A variable keeps its name as its label where it has none of its own. Titles, labels and units lose double quotes and
+    line ends, which no string of a rule file can hold.
+    """
+    system = _with_plain_texts(system)
+    changed = _Names(system)
+    if not changed.losses:
+        return system, []
+    update: dict[str, Any] = {
+        "name": changed.system,
+        "inputs": tuple(changed.variable(v) for v in system.inputs),
+        "outputs": tuple(changed.variable(v) for v in system.outputs),
+        "blocks": tuple(changed.block(b) for b in system.blocks),
+    }
+    return system.model_copy(update=update), changed.losses
+
+
+def _with_plain_texts(system: FuzzySystem) -> FuzzySystem:
+    variables = {
+        field: tuple(
+            v.model_copy(update={"label": _plain(v.label), "unit": _plain(v.unit)}) for v in getattr(system, field)
+        )
+        for field in ("inputs", "outputs")
+    }
+    texts = {"title": _plain(system.title), "citation": _plain(system.citation)}
+    return system.model_copy(update={**variables, **texts})
+
+
+def _plain(text: str) -> str:
+    """Return a text that a string of a rule file can hold."""
+    lines = unicodedata.normalize("NFC", text).replace('"', "'").replace("\0", "")
+    return " ".join(lines.split()) if re.search(r"[\r\n]", lines) else lines
+
+
+def identifier(name: str, taken: Iterable[str] = ()) -> str:
+    """Return a name as an identifier that is none of those taken."""
+    text = unicodedata.normalize("NFC", name)
+    found = text
+    if not _is_name(text):
+        found = "_".join("".join(c if _is_name(f"_{c}") else " " for c in text).replace("_", " ").split()) or "unnamed"
+        found = found if _is_name(found) else f"_{found}"
+    found = unicodedata.normalize("NFC", found[: _LONGEST - 8])
+    if found in _RESERVED:
+        found = f"{found}_"
+    free, k, used = found, 1, set(taken)
+    while free in used:
+        k += 1
+        free = f"{found}_{k}"
+    return free
+
+
+def _is_name(text: str) -> bool:
+    """Return whether both rule files and Python take a text for a name."""
+    return text.isidentifier() and _NAME.fullmatch(text) is not None
+
+
+class _Names:
+    """What each name becomes; names that need no change keep theirs, and others make way for them."""
+
+    def __init__(self, system: FuzzySystem) -> None:
+        self.losses: list[Loss] = []
+        self.system = self._renamed(f"system '{system.name}'", [system.name])[system.name]
+        variables = [*system.inputs, *system.outputs]
+        params = [p.name for p in system.params]
+        self.variables = self._renamed("variable", [v.name for v in variables], params)
+        self.terms = {v.name: self._renamed(f"variable '{v.name}'", [t.name for t in v.terms]) for v in variables}
+
+    def _renamed(self, where: str, names: list[str], others: Collection[str] = ()) -> dict[str, str]:
+        kept = {n for n in names if identifier(n) == n} | set(others)
+        found = {n: n for n in names if n in kept}
+        for name in names:
+            if name not in found:
+                found[name] = identifier(name, {*kept, *found.values()})
+                why = f"it is called '{found[name]}'"
+                self.losses.append(Loss(where, f"the name '{name}'", why, exact=True))
+        return found
+
+    def variable(self, v: Any) -> Any:
+        terms = tuple(
+            t.model_copy(update={"name": self.terms[v.name][t.name], "membership": self.membership(t.membership)})
+            for t in v.terms
+        )
+        name = self.variables[v.name]
+        label = v.label or (v.name if name != v.name else "")
+        update: dict[str, Any] = {"name": name, "label": _plain(label), "terms": terms}
+        if getattr(v, "adaptive", None) is not None:
+            update["adaptive"] = replace_names(v.adaptive, self._expressions())
+        assert isinstance(v, LinguisticVariable)
+        return v.model_copy(update=update)
+
+    def membership(self, m: Membership) -> Membership:
+        return m.model_copy(update={"arguments": tuple(replace_names(a, self._expressions()) for a in m.arguments)})
+
+    def _expressions(self) -> dict[str, Any]:
+        return {old: Name(new) for old, new in self.variables.items() if old != new}
+
+    def block(self, block: Rule | RuleTable) -> Rule | RuleTable:
+        if isinstance(block, Rule):
+            consequents = tuple(
+                c.model_copy(update={"output": self.variables[c.output], "term": self._consequent(c.output, c.term)})
+                for c in block.consequents
+            )
+            return block.model_copy(
+                update={"antecedent": self.antecedent(block.antecedent), "consequents": consequents}
+            )
+        return self._table(block)
+
+    def _table(self, table: RuleTable) -> RuleTable:
+        rows = None if table.rows is None else self.variables[table.rows]
+        cells = tuple(
+            tuple(
+                c.model_copy(
+                    update={
+                        "terms": tuple(self._consequent(o, t) for o, t in zip(table.outputs, c.terms, strict=False))
+                    }
+                )
+                for c in row
+            )
+            for row in table.cells
+        )
+        update = {
+            "outputs": tuple(self.variables[o] for o in table.outputs),
+            "rows": rows,
+            "columns": self.variables[table.columns],
+            "row_terms": tuple(self.terms[table.rows][t] for t in table.row_terms) if table.rows is not None else (),
+            "column_terms": tuple(self.terms[table.columns][t] for t in table.column_terms),
+            "cells": cells,
+            "condition": None if table.condition is None else self.antecedent(table.condition),
+        }
+        return table.model_copy(update=update)
+
+    def _consequent(self, output: str, term: str | Membership) -> str | Membership:
+        return self.membership(term) if isinstance(term, Membership) else self.terms[output][term]
+
+    def antecedent(self, antecedent: Antecedent) -> Antecedent:
+        match antecedent:
+            case Is(variable=variable, term=term):
+                return antecedent.model_copy(
+                    update={"variable": self.variables[variable], "term": self.terms[variable][term]}
+                )
+            case Not(operand=operand):
+                return antecedent.model_copy(update={"operand": self.antecedent(operand)})
+            case And(operands=operands) | Or(operands=operands):
+                return antecedent.model_copy(update={"operands": tuple(map(self.antecedent, operands))})
+        raise TypeError(type(antecedent).__name__)

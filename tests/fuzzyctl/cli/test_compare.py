@@ -1,0 +1,79 @@
+"""`fuzzyctl compare` and `fuzzyctl diff` as a user types them."""
+
+import json
+
+import pytest
+from click.testing import CliRunner
+
+from fuzzyctl.cli.main import main
+
+
+def run(*arguments):
+    return CliRunner().invoke(main, [*map(str, arguments)])
+
+
+@pytest.fixture
+def files(tmp_path, base, changed):
+    first, second = tmp_path / "first.fz", tmp_path / "second.fz"
+    first.write_text(base, encoding="utf-8")
+    second.write_text(changed(("  Z |  N  P", "  Z |  Z  P"), after="and product\n"), encoding="utf-8")
+    return first, second
+
+
+class TestDiff:
+    def test_prints_a_line_for_each_change_and_exits_with_1(self, files):
+        result = run("diff", *files)
+        assert result.exit_code == 1
+        assert result.stdout == (
+            "~ setting and: min → product\n~ cell x is Z and y is N then u: N → Z   (lines -19 +19)\n"
+        )
+
+    def test_says_that_nothing_was_changed(self, files):
+        result = run("diff", files[0], files[0])
+        assert (result.exit_code, result.stdout) == (0, "nothing was changed\n")
+
+    def test_json_has_the_same(self, files):
+        data = json.loads(run("diff", *files, "--format", "json").stdout)
+        assert [c["what"] for c in data["systems"][0]["changes"]] == ["setting", "cell"]
+
+    def test_systems_are_paired_by_name(self, tmp_path, base):
+        two = tmp_path / "two.fz"
+        two.write_text(base + base.replace("system base", "system other"), encoding="utf-8")
+        result = run("diff", two, two)
+        assert result.exit_code == 0
+        one = tmp_path / "one.fz"
+        one.write_text(base, encoding="utf-8")
+        result = run("diff", two, one)
+        assert result.exit_code == 1
+        assert "system 'other' stands in one of the files only" in result.stderr
+        assert run("diff", two, one, "--system", "base").exit_code == 0
+
+
+class TestCompare:
+    def test_names_the_point_the_values_and_the_causes(self, files):
+        result = run("compare", *files, "--points", "200")
+        assert result.exit_code == 0
+        assert "u: largest difference" in result.stdout
+        assert "at x = " in result.stdout
+        assert "explains" in result.stdout
+
+    def test_within_fails_where_they_differ_by_more(self, files):
+        assert run("compare", *files, "--points", "200", "--within", "1e-6").exit_code == 1
+        assert run("compare", files[0], files[0], "--points", "200", "--within", "0").exit_code == 0
+
+    def test_json_has_the_same(self, files):
+        data = json.loads(run("compare", *files, "--points", "200", "--format", "json").stdout)
+        (output,) = data["pairs"][0]["outputs"]
+        assert output["largest"] > 0.1
+        assert sum(c["explains"] for c in output["causes"]) == pytest.approx(1.0, abs=1e-6)
+
+    def test_one_file_needs_two_profiles(self, files):
+        result = run("compare", files[0])
+        assert result.exit_code == 2
+        assert "--as" in result.stderr
+
+    def test_one_file_is_compared_with_itself_under_other_semantics(self, files):
+        result = run("compare", files[0], "--as", "exact,matlab,pyfuzzylite", "--points", "200")
+        assert result.exit_code == 0, result.output
+        assert result.stdout.count("largest difference") == 2
+        assert "as matlab" in result.stdout

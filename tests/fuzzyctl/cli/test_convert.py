@@ -1,0 +1,77 @@
+"""`fuzzyctl convert` as a user types it."""
+
+import json
+
+import pytest
+from click.testing import CliRunner
+
+import fuzzyctl
+from fuzzyctl.cli.main import main
+
+
+def run(*arguments):
+    return CliRunner().invoke(main, ["convert", *map(str, arguments)])
+
+
+@pytest.fixture
+def source(tmp_path, base):
+    path = tmp_path / "base.fz"
+    path.write_text(base + "require bounded(u, -2, 2)\n", encoding="utf-8")
+    return path
+
+
+def test_a_copy_in_the_same_format_has_no_difference(source, tmp_path):
+    result = run(source, tmp_path / "copy.fz", "--points", "100")
+    assert result.exit_code == 0, result.output
+    assert "wrote" in result.stdout
+    assert "u: no difference" in result.stdout
+    assert fuzzyctl.load(tmp_path / "copy.fz") == fuzzyctl.load(source)
+
+
+def test_a_file_that_exists_is_not_replaced_without_force(source, tmp_path):
+    target = tmp_path / "copy.fz"
+    target.write_text("mine", encoding="utf-8")
+    result = run(source, target)
+    assert result.exit_code == 1
+    assert "add --force" in result.stderr
+    assert target.read_text(encoding="utf-8") == "mine"
+    assert run(source, target, "--force", "--points", "100").exit_code == 0
+
+
+def test_standard_output_holds_the_text_and_nothing_else(source):
+    result = run(source, "-", "--to", "python")
+    assert result.exit_code == 0
+    assert result.stdout.startswith('"""base: Base"""')
+
+
+def test_a_page_comes_with_its_pictures(source, tmp_path):
+    result = run(source, tmp_path / "base.md")
+    assert result.exit_code == 0, result.output
+    assert "![Terms of x](base-pictures/x.svg)" in (tmp_path / "base.md").read_text(encoding="utf-8")
+    assert sorted(p.name for p in (tmp_path / "base-pictures").iterdir()) == [
+        "surface-u.svg",
+        "u.svg",
+        "x.svg",
+        "y.svg",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["out.fiz"], "no format has the suffix '.fiz'"),
+        (["out"], "no suffix that says the format"),
+        (["-", "--to", "fiss"], "did you mean 'fis'?"),
+    ],
+)
+def test_a_format_that_is_none_is_named(source, arguments, message):
+    result = run(source, *arguments)
+    assert result.exit_code == 1
+    assert message in result.stderr
+
+
+def test_json_reports_the_same(source, tmp_path):
+    data = json.loads(run(source, tmp_path / "copy.fz", "--format", "json", "--points", "100").stdout)
+    assert data["written"]
+    assert data["losses"] == []
+    assert data["outputs"][0]["largest"] == 0.0

@@ -1,0 +1,60 @@
+"""A page for people."""
+
+import pytest
+
+import fuzzyctl
+from fuzzyctl.document.markdown import page
+from fuzzyctl.document.pictures import draw
+from fuzzyctl.shipped import rules_folder
+
+
+@pytest.fixture
+def immune():
+    return fuzzyctl.load(rules_folder() / "ais_reaction.fz")
+
+
+def tables(text):
+    """Return the cells of all tables of a page, row by row."""
+    rows = [line for line in text.splitlines() if line.startswith("|")]
+    return [[cell.strip() for cell in row.strip("|").split("|")] for row in rows]
+
+
+def test_a_rule_table_stands_as_it_is_printed(immune):
+    rows = tables(page(immune, {}))
+    assert ["", "NB", "NS", "ZO", "PS", "PB"] in rows
+    assert ["**NS**", "NM", "NS", "ZO", "PS", "ZO"] in rows
+
+
+def test_numbers_are_computed_and_expressions_shown(immune):
+    text = page(immune, {})
+    assert "`triangle(0.09, 0.18, inf)`" in text
+    assert ["`f_max`", "0.18", "`(k_h_min - G_min) / k_s`", ""] in tables(text)
+
+
+def test_guarantees_and_source_are_listed(immune):
+    text = page(immune, {})
+    assert "- `f <= 0 when abs(sigma) >= 0.03`" in text
+    assert "Source: Goto, Bertol, Martins: Tables 2, 6 and 7" in text
+
+
+def test_markup_in_names_is_text(base):
+    system = fuzzyctl.loads(base.replace('"Base"', '"a_b *c* | [d]"'))
+    assert page(system, {}).startswith("# a\\_b \\*c\\* \\| \\[d\\]\n")
+
+
+def test_every_table_has_rows_of_one_length(immune):
+    tip = fuzzyctl.load(rules_folder() / "tipper.fz")
+    for system in (immune, tip):
+        lines = page(system, {}).splitlines()
+        blocks = "\n".join(lines).split("\n\n")
+        for block in (b.splitlines() for b in blocks if b.startswith("|")):
+            assert len({line.replace("\\|", "").count("|") for line in block}) == 1
+
+
+def test_pictures_are_drawn_beside_the_page_and_linked(immune, tmp_path):
+    found = draw(immune, tmp_path / "immune.md")
+    assert set(found) == {"sigma", "dsigma", "f", "surface f"}
+    text = page(immune, found)
+    for path in found.values():
+        assert (tmp_path / path).read_text(encoding="utf-8").lstrip().startswith("<?xml")
+        assert f"]({path})" in text

@@ -1,0 +1,46 @@
+"""Names of any kind become identifiers, and stay apart."""
+
+import keyword
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import fuzzyctl
+from fuzzyctl.formats.identifiers import identifier, with_identifiers
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("tip", "tip"),
+        ("very good", "very_good"),
+        ("1st", "_1st"),
+        ("σ*", "σ"),
+        ("%", "unnamed"),
+        ("not", "not_"),
+        ("out1mf-2", "out1mf_2"),
+    ],
+)
+def test_a_name_stays_as_near_as_it_can(name, expected):
+    assert identifier(name) == expected
+
+
+@given(st.lists(st.text(max_size=12), unique=True, max_size=8))
+def test_names_of_terms_stay_apart_and_the_file_reads_back(names):
+    text = "system s\ninput x in [0, 1]\n  A = ramp(0, 1)\noutput y in [0, 1] else 0\n  b = constant(1)\n"
+    system = fuzzyctl.loads(text + "defuzzifier weighted_average\nif x is A then y is b\n")
+    (x,), (y,) = system.inputs, system.outputs
+    terms = tuple(x.terms[0].model_copy(update={"name": n}) for n in ["A", *(n for n in names if n != "A")])
+    changed = system.model_copy(update={"inputs": (x.model_copy(update={"terms": terms, "name": "x y"}),)})
+    rule = system.blocks[0]
+    antecedent = rule.antecedent.model_copy(update={"variable": "x y"})
+    changed = changed.model_copy(update={"blocks": (rule.model_copy(update={"antecedent": antecedent}),)})
+    named, losses = with_identifiers(changed)
+    found = [t.name for t in named.inputs[0].terms]
+    assert len(set(found)) == len(found)
+    assert all(n.isidentifier() or keyword.iskeyword(n) for n in found)
+    assert fuzzyctl.loads(fuzzyctl.dumps(named)) == named
+    assert named.inputs[0].label == "x y"
+    assert all(loss.exact for loss in losses)
+    assert y.name == "y"
