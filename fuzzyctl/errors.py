@@ -82,6 +82,8 @@ CODES: dict[str, str] = {
     "FZ606": "a count does not match",
     "FZ607": "an index is out of range",
     "FZ608": "the format cannot express the system",
+    "FZ609": "tools read it differently",
+    "FZ610": "a range is estimated",
     "FZ901": "a scenario file is malformed",
     "FZ902": "a scenario has an unknown key",
     "FZ903": "a scenario value is missing",
