@@ -1,0 +1,5 @@
+"""Reads and writes `.fll` files: engines of fuzzylite, pyfuzzylite and jfuzzylite in the FuzzyLite Language."""
+
+from fuzzyctl.formats.fll.reader import read
+
+__all__ = ["read"]

@@ -1,0 +1,245 @@
+"""Reads an `.fll` file as a fuzzy system with the numerics of fuzzylite."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import PurePath
+
+from fuzzyctl.errors import Diagnostic, Note
+from fuzzyctl.expr import Number
+from fuzzyctl.formats.findings import Findings
+from fuzzyctl.formats.fll.lines import SPELT, Block, split
+from fuzzyctl.formats.fll.methods import defuzzifier, is_none, norm
+from fuzzyctl.formats.fll.rule_blocks import (
+    RuleBlock,
+    common_activation,
+    common_norm,
+    implication_of,
+    read_rule_blocks,
+)
+from fuzzyctl.formats.fll.rules import Known, RuleReader
+from fuzzyctl.formats.fll.terms import Place
+from fuzzyctl.formats.fll.variables import (
+    Variable,
+    corners,
+    finite_range,
+    named_twice,
+    otherwise,
+    own_name,
+    reached,
+    read_variable,
+)
+from fuzzyctl.formats.fll.words import T_NORMS
+from fuzzyctl.model.method import Defuzzifier, Method
+from fuzzyctl.model.profiles import Profile, profile
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import Input, Output
+from fuzzyctl.source import SourceText
+
+
+def read(source: SourceText) -> tuple[FuzzySystem | None, list[Diagnostic]]:
+    """Read a file.
+
+    Returns:
+        The system, None when there are errors, and all diagnostics in the order of their places.
+    """
+    findings = Findings(source)
+    system = _read(source, findings)
+    return (None if findings.failed else system), findings.in_order()
+
+
+def _read(source: SourceText, findings: Findings) -> FuzzySystem | None:
+    blocks = split(source, findings)
+    if not blocks:
+        if not findings.failed:
+            findings.error("FZ004", "the file declares no system", None, help="a file begins with: Engine: NAME")
+        return None
+    return _File(blocks, findings).system()
+
+
+class _File:
+    """Put the blocks of a file together.
+
+    Args:
+        blocks: The blocks.
+        findings: Where mistakes go.
+    """
+
+    def __init__(self, blocks: Sequence[Block], findings: Findings) -> None:
+        self.blocks = blocks
+        self.findings = findings
+        self.profile: Profile = profile("fuzzylite_6" if _is_old(blocks) else "fuzzylite")
+        self.inputs = self._of("inputvariable")
+        self.outputs = self._of("outputvariable")
+
+    def _of(self, kind: str) -> list[Block]:
+        return [b for b in self.blocks if b.kind == kind]
+
+    def system(self) -> FuzzySystem | None:
+        """Return the system, None after an error."""
+        findings = self.findings
+        self._check_blocks()
+        inputs, outputs = self._variables()
+        known = {v.name: self._known(v, v in outputs) for v in (*inputs, *outputs)}
+        enabled = [v for v in outputs if v.enabled]
+        for variable in outputs:
+            if not variable.enabled:
+                message = f"output '{variable.name}' is disabled; it is left out"
+                findings.warning("FZ603", message, variable.span, help="enable it, or remove it")
+        blocks = read_rule_blocks(self._of("ruleblock"), RuleReader(known, findings), findings)
+        if not blocks and not findings.failed:
+            findings.error("FZ212", "the file has no rule that is enabled", None, help="write a RuleBlock with rules")
+        if not enabled and outputs and not findings.failed:
+            findings.error("FZ212", "all outputs are disabled", outputs[0].span, help="enable one")
+        conjunction = common_norm(blocks, "conjunction", findings) or "min"
+        disjunction = common_norm(blocks, "disjunction", findings) or "max"
+        ranges = [self._input_range(v) for v in inputs]
+        made = [self._output(v, blocks, ranges) for v in enabled]
+        activation = common_activation(blocks, findings)
+        if findings.failed:
+            return None
+        method = Method(
+            conjunction=conjunction,
+            disjunction=disjunction,
+            implication=made[0].implication or "min",
+            aggregation=made[0].aggregation or "max",
+            activation=activation,
+            defuzzifier=made[0].defuzzifier or self.profile.defuzzifier("centroid"),
+            semantics=self.profile.semantics,
+        )
+        name, title = self._title()
+        return FuzzySystem(
+            name=name,
+            title=title,
+            method=method,
+            inputs=tuple(self._input(v, r) for v, r in zip(inputs, ranges, strict=True)),
+            outputs=tuple(_unless_common(o, method) for o in made),
+            blocks=tuple(r.rule for b in blocks for r in b.rules),
+            path=findings.source.name,
+        )
+
+    def _check_blocks(self) -> None:
+        engines = self._of("engine")
+        for again in engines[1:]:
+            note = Note(engines[0].head.span, "the first one is here")
+            message = "the file has a second engine"
+            self.findings.error("FZ215", message, again.head.span, help="put each into a file of its own", note=note)
+        for kind, blocks in (("inputvariable", self.inputs), ("outputvariable", self.outputs)):
+            if not blocks and not self.findings.failed:
+                self.findings.error("FZ212", f"the file has no {SPELT[kind]}", None, help=f"write: {SPELT[kind]}: NAME")
+
+    def _title(self) -> tuple[str, str]:
+        engines = self._of("engine")
+        name = engines[0].head.value.text if engines else ""
+        described = engines[0].line("description") if engines else None
+        title = described.value.text.replace('"', "'") if described is not None else ""
+        return name or PurePath(self.findings.source.name).stem, title
+
+    def _variables(self) -> tuple[list[Variable], list[Variable]]:
+        findings = self.findings
+        names = {id(b): own_name(b, findings) for b in (*self.inputs, *self.outputs)}
+        named_twice((*self.inputs, *self.outputs), list(names.values()), findings)
+        inputs = tuple(names[id(b)] for b in self.inputs)
+        outputs = tuple(names[id(b)] for b in self.outputs)
+        found: list[list[Variable]] = []
+        for blocks in (self.inputs, self.outputs):
+            is_input = blocks is self.inputs
+            found.append(
+                [
+                    read_variable(b, names[id(b)], Place(names[id(b)], inputs, outputs, is_input), findings)
+                    for b in blocks
+                ]
+            )
+        return found[0], found[1]
+
+    def _known(self, variable: Variable, is_output: bool) -> Known:
+        names = tuple(t.name for t in variable.terms)
+        return Known(variable.name, names, is_output, variable.enabled, variable.unread)
+
+    def _input_range(self, variable: Variable) -> tuple[Number, Number]:
+        return finite_range(variable, corners(t.membership for t in variable.terms), self.findings)
+
+    def _input(self, variable: Variable, ends: tuple[Number, Number]) -> Input:
+        unbounded = math.isinf(variable.lower.value) or math.isinf(variable.upper.value)
+        if not variable.enabled:
+            message = f"input '{variable.name}' is disabled, so that nothing can be one of its terms"
+            self.findings.warning("FZ603", message, variable.span, help="enable it, or remove it")
+        return Input(
+            name=variable.name,
+            label=variable.label,
+            lower=ends[0],
+            upper=ends[1],
+            terms=variable.terms,
+            extrapolate=not variable.lock_range or unbounded,
+            span=variable.span,
+        )
+
+    def _output(
+        self, variable: Variable, blocks: Sequence[RuleBlock], ranges: Sequence[tuple[Number, Number]]
+    ) -> Output:
+        findings = self.findings
+        block = variable.block
+        method = defuzzifier(block.line("defuzzifier"), variable, self.profile, findings)
+        is_set = any(variable.name in b.outputs for b in blocks)
+        if method is None and is_set and is_none(block.line("defuzzifier")):
+            message = f"output '{variable.name}' has no defuzzifier"
+            findings.error("FZ212", message, variable.span, help="write, for example: defuzzifier: Centroid 1000")
+        method = method or self.profile.defuzzifier("centroid")
+        over_rules = method.kind not in ("centroid", "bisector", "som", "lom", "mom")
+        line = block.line("aggregation", "accumulation")
+        aggregation = norm(line, findings, kind="aggregation")
+        if aggregation is None and is_none(line) and is_set and not over_rules:
+            message = f"output '{variable.name}' has no aggregation, which '{method.kind}' needs"
+            findings.error("FZ212", message, variable.span, help="write: aggregation: Maximum")
+        implication = None if over_rules else implication_of(variable.name, blocks, findings)
+        lower, upper = self._output_range(variable, ranges, over_rules)
+        return Output(
+            name=variable.name,
+            label=variable.label,
+            lower=lower,
+            upper=upper,
+            terms=variable.terms,
+            otherwise=otherwise(block, findings),
+            clamped=variable.lock_range and math.isfinite(variable.lower.value + variable.upper.value),
+            implication=implication,
+            aggregation=aggregation or ("sum" if over_rules else "max"),
+            defuzzifier=method,
+            span=variable.span,
+        )
+
+    def _output_range(
+        self, variable: Variable, ranges: Sequence[tuple[Number, Number]], over_rules: bool
+    ) -> tuple[Number, Number]:
+        """Return the range of an output; averages do not look at it: a file may give an infinite or empty one."""
+        if not over_rules:
+            if not math.isfinite(variable.lower.value + variable.upper.value):
+                message = f"the range of '{variable.name}' is infinite, and its defuzzifier samples it"
+                place = variable.lower.span or variable.span
+                self.findings.error("FZ302", message, place, help="write, for example: range: 0.0 10.0")
+            return variable.lower, variable.upper
+        inputs = [(low.value, high.value) for low, high in ranges]
+        ends = [e for t in variable.terms for e in reached(t.membership, inputs)]
+        ends += corners(t.membership for t in variable.terms if t.membership.kind not in ("constant", "linear"))
+        if variable.lower.value == variable.upper.value:
+            unknown = Number(-math.inf, span=variable.lower.span)
+            variable = Variable(**{**variable.__dict__, "lower": unknown, "upper": Number(math.inf)})
+        return finite_range(variable, ends, self.findings)
+
+
+def _is_old(blocks: Sequence[Block]) -> bool:
+    """Whether the file has words that fuzzylite 7 does not know any more."""
+    for block in blocks:
+        activation = block.line("activation")
+        if block.line("accumulation", "lock-valid") or (activation and activation.value.text in T_NORMS):
+            return True
+    return False
+
+
+def _unless_common(output: Output, method: Method) -> Output:
+    """Return an output without what the system says for it."""
+    own: dict[str, Defuzzifier | str | None] = {}
+    for field in ("implication", "aggregation", "defuzzifier"):
+        if getattr(output, field) == getattr(method, field):
+            own[field] = None
+    return output.model_copy(update=own)

@@ -1,0 +1,242 @@
+"""Makes rules of the lines `rule: if A is x and B is not y then C is z with 0.5`; `and` binds before `or`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+from fuzzyctl.expr import ONE, Number
+from fuzzyctl.formats.findings import Findings, meant
+from fuzzyctl.formats.fll.words import HEDGE_WORDS
+from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Or, Rule
+from fuzzyctl.source import Span
+
+_TOKEN: Final = re.compile(r"[()]|[^\s()]+")
+
+_FORM: Final = "a rule is written: if A is x and B is y then C is z with 0.5"
+
+#: Deepest nesting of parentheses.
+_DEEPEST: Final = 50
+
+
+@dataclass(frozen=True)
+class Known:
+    """A variable as rules see it.
+
+    Args:
+        name: Its name.
+        terms: Names of its terms.
+        is_output: Whether it is an output.
+        enabled: Whether it is enabled; the propositions of a disabled one are false.
+        unread: Names of terms that are declared and could not be read, which has been reported.
+    """
+
+    name: str
+    terms: tuple[str, ...]
+    is_output: bool
+    enabled: bool
+    unread: frozenset[str] = frozenset()
+
+
+class RuleError(ValueError):
+    """Raised for a rule that cannot be read."""
+
+    def __init__(self, code: str, message: str, span: Span, help: str = "", facts: tuple[str, ...] = ()) -> None:
+        super().__init__(message)
+        self.code, self.message, self.span, self.help, self.facts = code, message, span, help, facts
+
+
+class UnreadTermError(ValueError):
+    """Raised for a rule that names a term which has been reported."""
+
+
+@dataclass(frozen=True)
+class Read:
+    """A rule with the norms it needs."""
+
+    rule: Rule
+    uses_and: bool
+    uses_or: bool
+
+
+class RuleReader:
+    """Read the rules of a file.
+
+    Args:
+        variables: Inputs and outputs by name.
+        findings: Where mistakes go.
+    """
+
+    def __init__(self, variables: Mapping[str, Known], findings: Findings) -> None:
+        self.variables = variables
+        self.findings = findings
+
+    def read(self, span: Span) -> Read | None:
+        """Return a rule; None for one that is reported as broken or without effect."""
+        try:
+            return _RuleText(span, self.variables).read(self.findings)
+        except UnreadTermError:
+            return None
+        except RuleError as error:
+            self.findings.error(error.code, error.message, error.span, help=error.help, facts=error.facts)
+            return None
+
+
+class _RuleText:
+    def __init__(self, span: Span, variables: Mapping[str, Known]) -> None:
+        self.span = span
+        self.variables = variables
+        self.tokens = [
+            Span(span.source, m.start(), m.end()) for m in _TOKEN.finditer(span.source.text, span.start, span.end)
+        ]
+        self.next = 0
+        self.depth = 0
+        self.uses: set[str] = set()
+
+    def read(self, findings: Findings) -> Read | None:
+        self._expect("if")
+        antecedent = self._or()
+        self._expect("then")
+        consequents = self._consequents()
+        weight = self._weight()
+        if self.next < len(self.tokens):
+            place = self.tokens[self.next]
+            raise RuleError("FZ601", f"unexpected '{place.text[:40]}' in the rule", place, _FORM)
+        if not consequents:
+            message, help_text = "the rule sets only disabled outputs, so it has no effect", "enable one, or remove it"
+            findings.warning("FZ603", message, self.span, help=help_text)
+            return None
+        rule = Rule(antecedent=antecedent, consequents=consequents, weight=weight, span=self.span)
+        return Read(rule, "and" in self.uses, "or" in self.uses)
+
+    def _peek(self) -> str:
+        return self.tokens[self.next].text if self.next < len(self.tokens) else ""
+
+    def _take(self, due: str) -> Span:
+        if self.next >= len(self.tokens):
+            end = Span(self.span.source, max(self.span.start, self.span.end - 1), self.span.end)
+            raise RuleError("FZ601", f"the rule ends where {due} is due", end, _FORM)
+        self.next += 1
+        return self.tokens[self.next - 1]
+
+    def _expect(self, word: str) -> None:
+        place = self._take(f"'{word}'")
+        if place.text.lower() != word:
+            raise RuleError("FZ601", f"'{word}' is due, got '{place.text[:40]}'", place, _FORM)
+
+    def _or(self) -> Antecedent:
+        operands = [self._and()]
+        while self._peek().lower() == "or":
+            self.next += 1
+            operands.append(self._and())
+        if len(operands) == 1:
+            return operands[0]
+        self.uses.add("or")
+        return Or(operands=tuple(operands), span=self.span)
+
+    def _and(self) -> Antecedent:
+        operands = [self._operand()]
+        while self._peek().lower() == "and":
+            self.next += 1
+            operands.append(self._operand())
+        if len(operands) == 1:
+            return operands[0]
+        self.uses.add("and")
+        return And(operands=tuple(operands), span=self.span)
+
+    def _operand(self) -> Antecedent:
+        if self._peek() != "(":
+            return self._proposition()
+        place = self._take("'('")
+        self.depth += 1
+        if self.depth > _DEEPEST:
+            raise RuleError("FZ106", "the rule is nested too deeply", place)
+        inner = self._or()
+        if self._peek() != ")":
+            raise RuleError("FZ103", "a parenthesis is not closed", place)
+        self.next += 1
+        self.depth -= 1
+        return inner
+
+    def _proposition(self) -> Is:
+        variable, start = self._variable(output=False)
+        hedges = self._hedges(variable)
+        if hedges and hedges[-1] == "any" and (self._peek() not in variable.terms or self._peek() in ("and", "or")):
+            term = self._any_term(variable, start)
+        else:
+            term = self._term(variable)
+        if not variable.enabled:
+            hedges = ("not", "any")  # the propositions of a disabled variable are false, whatever it is
+        place = start.to(self.tokens[self.next - 1])
+        return Is(variable=variable.name, term=term, hedges=hedges, span=place)
+
+    def _any_term(self, variable: Known, start: Span) -> str:
+        """Return some term: `any` needs none."""
+        if not variable.terms:
+            message = f"'{variable.name}' has no term, which even 'any' needs here"
+            raise RuleError("FZ203", message, start, "give it a term")
+        return variable.terms[0]
+
+    def _variable(self, *, output: bool) -> tuple[Known, Span]:
+        place = self._take("a variable")
+        name = place.text
+        variable = self.variables.get(name)
+        if variable is None:
+            known = [v.name for v in self.variables.values() if v.is_output or not output]
+            message = f"there is no variable '{name[:40]}'"
+            facts = (f"variables: {', '.join(known)}",)
+            raise RuleError("FZ202", message, place, meant(name, known) or _FORM, facts)
+        if output and not variable.is_output:
+            message = f"'{name}' is an input, and stands behind 'then'"
+            raise RuleError("FZ202", message, place, "only outputs are set by rules")
+        self._expect("is")
+        return variable, place
+
+    def _hedges(self, variable: Known) -> tuple[str, ...]:
+        """Return the hedges before a term; a term of such a name is a term where no term follows it."""
+        found: list[str] = []
+        while self._peek() in HEDGE_WORDS:
+            following = self.tokens[self.next + 1].text if self.next + 1 < len(self.tokens) else ""
+            if self._peek() in variable.terms and not (following in variable.terms or following in HEDGE_WORDS):
+                break
+            found.append(self._take("a hedge").text)
+        return tuple(found)
+
+    def _term(self, variable: Known) -> str:
+        place = self._take("a term")
+        if place.text in variable.unread:
+            raise UnreadTermError
+        if place.text not in variable.terms:
+            message = f"'{variable.name}' has no term '{place.text[:40]}'"
+            facts = (f"terms of '{variable.name}': {', '.join(variable.terms) or 'none'}",)
+            known = [*variable.terms, *HEDGE_WORDS]
+            raise RuleError("FZ203", message, place, meant(place.text, known), facts)
+        return place.text
+
+    def _consequents(self) -> tuple[Consequent, ...]:
+        found = []
+        while True:
+            variable, start = self._variable(output=True)
+            hedges = self._hedges(variable)
+            term = self._term(variable)
+            place = start.to(self.tokens[self.next - 1])
+            if variable.enabled:
+                found.append(Consequent(output=variable.name, term=term, hedges=hedges, span=place))
+            if self._peek().lower() != "and":
+                return tuple(found)
+            self.next += 1
+
+    def _weight(self) -> Number:
+        if self._peek().lower() != "with":
+            return ONE
+        self.next += 1
+        place = self._take("a weight")
+        try:
+            value = float(place.text)
+        except ValueError:
+            raise RuleError("FZ601", f"the weight is a number, got '{place.text[:40]}'", place, _FORM) from None
+        if not 0 <= value <= 1:
+            raise RuleError("FZ302", f"the weight {place.text[:40]} lies outside [0, 1]", place)
+        return ONE if value == 1 else Number(value, span=place)

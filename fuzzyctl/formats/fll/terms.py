@@ -1,0 +1,186 @@
+"""Makes terms of the lines `term: NAME Triangle 0 1 2`."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Collection
+from dataclasses import dataclass
+from typing import Final
+
+from fuzzyctl.errors import counted
+from fuzzyctl.expr import ONE, Name, Number, names_in, replace_names
+from fuzzyctl.formats.findings import Findings, distinct, meant
+from fuzzyctl.formats.fll.functions import FormulaError, read_formula
+from fuzzyctl.formats.fll.lines import Line
+from fuzzyctl.formats.fll.words import TERM_WORDS, TERMS, TermWord
+from fuzzyctl.model.variable import Membership, Term
+from fuzzyctl.source import Span
+
+_WORD: Final = re.compile(r"\S+")
+
+_FORM: Final = "a term is written: term: NAME Triangle 0 1 2"
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a term stands: its variable, and what its formula may name.
+
+    Args:
+        variable: The variable.
+        inputs: The inputs in order.
+        outputs: The outputs in order.
+        is_input: Whether the variable is an input.
+    """
+
+    variable: str
+    inputs: tuple[str, ...]
+    outputs: Collection[str]
+    is_input: bool
+
+
+def words(span: Span) -> list[Span]:
+    """Return the words of a text with their places."""
+    return [Span(span.source, m.start(), m.end()) for m in _WORD.finditer(span.source.text, span.start, span.end)]
+
+
+def number(span: Span, findings: Findings) -> Number | None:
+    """Return a number, which may be infinite; None for what is none."""
+    try:
+        value = float(span.text)
+    except ValueError:
+        value = math.nan
+    if math.isnan(value) or "_" in span.text:
+        findings.error("FZ601", f"'{span.text[:40]}' is no number", span)
+        return None
+    return Number(value, span=span)
+
+
+class TermReader:
+    """Read the terms of a variable.
+
+    Args:
+        place: Where they stand.
+        findings: Where mistakes go.
+    """
+
+    def __init__(self, place: Place, findings: Findings) -> None:
+        self.place = place
+        self.findings = findings
+        self.names: set[str] = set()
+
+    def read(self, line: Line) -> Term | None:
+        """Return a term; None for one that is reported."""
+        found = words(line.value)
+        if len(found) < 2:
+            self.findings.error("FZ601", "the term has no name or no kind", line.span, help=_FORM)
+            return None
+        name, kind, *rest = found
+        membership = self._membership(kind, rest, line)
+        if membership is None:
+            return None
+        return Term(name=self._name(name), membership=membership, span=name)
+
+    def _name(self, name: Span) -> str:
+        own = distinct(name.text, self.names)
+        self.names.add(own)
+        if own != name.text:
+            message = f"a second term of '{self.place.variable}' is called '{name.text}'; it becomes '{own}'"
+            self.findings.warning("FZ604", message, name, help="rules mean the first; give it a name of its own")
+        return own
+
+    def _membership(self, kind: Span, rest: list[Span], line: Line) -> Membership | None:
+        if kind.text == "Function":
+            return self._function(rest, line)
+        if kind.text in ("Constant", "Linear", "Discrete"):
+            given = self._numbers(rest)
+            return None if given is None else self._special(kind.text, given, line)
+        word = TERM_WORDS.get(kind.text)
+        if word is None:
+            message = f"there is no term '{kind.text[:40]}'"
+            facts = (f"terms: {', '.join(TERMS)}",)
+            self.findings.error("FZ602", message, kind, help=meant(kind.text, TERMS), facts=facts)
+            return None
+        given = self._numbers(rest)
+        return None if given is None else self._shape(word, kind.text, given, line)
+
+    def _numbers(self, rest: list[Span]) -> tuple[Number, ...] | None:
+        given = [number(span, self.findings) for span in rest]
+        return None if any(n is None for n in given) else tuple(n for n in given if n is not None)
+
+    def _shape(self, word: TermWord, kind: str, given: tuple[Number, ...], line: Line) -> Membership | None:
+        if len(given) < word.count:
+            self._too_few(kind, given, word.form, line)
+            return None
+        self._surplus(kind, given, word.count + 1)
+        height = given[word.count] if len(given) > word.count else ONE
+        own, parameters = word.shape(tuple(n.value for n in given[: word.count]))
+        places = {n.value: n.span for n in given[: word.count]}
+        arguments = tuple(Number(v, span=places.get(v) or places.get(-v)) for v in parameters)
+        return Membership(kind=own, arguments=arguments, height=_height(height), span=line.value)
+
+    def _too_few(self, kind: str, given: tuple[Number, ...], form: str, line: Line) -> None:
+        message = f"'{kind}' has {counted(len(given), 'parameter')} instead of {len(form.split())}"
+        self.findings.error("FZ303", message, line.value, help=f"they are: {form}, and perhaps a height")
+
+    def _surplus(self, kind: str, given: tuple[Number, ...], most: int) -> None:
+        for extra in given[most : most + 1]:
+            message = f"'{kind}' takes {counted(most, 'number')} at most; what follows has no effect"
+            self.findings.warning("FZ603", message, extra.span, help="remove it")
+
+    def _special(self, kind: str, given: tuple[Number, ...], line: Line) -> Membership | None:
+        if kind == "Discrete":
+            return self._discrete(given, line)
+        if kind == "Constant":
+            if not given:
+                self._too_few(kind, given, "value", line)
+                return None
+            self._surplus(kind, given, 1)
+            return Membership(kind="constant", arguments=given[:1], span=line.value)
+        due = len(self.place.inputs)
+        if len(given) == due:
+            given = (*given, Number(0.0))  # the constant may be left out
+        if len(given) != due + 1:
+            message = f"'Linear' has {counted(len(given), 'parameter')} for {counted(due, 'input')}"
+            help_text = "they are: a coefficient for each input, and perhaps a constant"
+            self.findings.error("FZ303", message, line.value, help=help_text)
+            return None
+        return Membership(kind="linear", arguments=given, span=line.value)
+
+    def _discrete(self, given: tuple[Number, ...], line: Line) -> Membership | None:
+        """Return a polygon; an odd number behind its pairs is the height."""
+        if len(given) < 4:
+            self._too_few("Discrete", given, "x1 y1 x2 y2", line)
+            return None
+        pairs = len(given) // 2 * 2
+        height = given[pairs] if len(given) > pairs else ONE
+        return Membership(kind="piecewise", arguments=given[:pairs], height=_height(height), span=line.value)
+
+    def _function(self, rest: list[Span], line: Line) -> Membership | None:
+        """Return a formula: of the variable itself in a term of an input, of the inputs in one of an output."""
+        if not rest:
+            self.findings.error("FZ303", "'Function' has no formula", line.value, help="write, for example: sin(x) / x")
+            return None
+        span = rest[0].to(rest[-1])
+        place = self.place
+        names = {place.variable, "x"} if place.is_input else set(place.inputs)
+        try:
+            formula = read_formula(span, {*names, "x", *place.inputs, *place.outputs})
+        except FormulaError as error:
+            self.findings.error(error.code, error.message, error.span)
+            return None
+        for name in names_in(formula):
+            if name.name not in names and name.name != "pi":
+                due = f"'{place.variable}' itself" if place.is_input else "inputs"
+                message = f"a formula of '{place.variable}' may name {due}, and this one names '{name.name}'"
+                if name.name == "x":
+                    message = f"a formula of output '{place.variable}' that is a fuzzy set cannot be computed here"
+                self.findings.error("FZ602", message, name.span, help="write the set as another term, such as Discrete")
+                return None
+        if place.is_input and "x" not in place.inputs:
+            formula = replace_names(formula, {"x": Name(place.variable)})
+        return Membership(kind="function", arguments=(formula,), span=line.value)
+
+
+def _height(height: Number) -> Number:
+    return ONE if height.value == 1 else height

@@ -1,0 +1,157 @@
+"""Reads what the blocks `InputVariable` and `OutputVariable` say."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from fuzzyctl.errors import Note
+from fuzzyctl.expr import Expr, Number
+from fuzzyctl.formats.findings import Findings
+from fuzzyctl.formats.fll.lines import Block, Line
+from fuzzyctl.formats.fll.terms import Place, TermReader, number, words
+from fuzzyctl.model.variable import Fallback, Hold, Membership, Term
+from fuzzyctl.source import Span
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A variable as read.
+
+    Args:
+        name: Its name.
+        label: Its description.
+        lower, upper: The ends of its range, perhaps infinite.
+        terms: Its terms.
+        enabled: Whether rules see it.
+        lock_range: Whether it is held within its range.
+        block: Where it is declared.
+        unread: Names of terms that could not be read.
+    """
+
+    name: str
+    label: str
+    lower: Number
+    upper: Number
+    terms: tuple[Term, ...]
+    enabled: bool
+    lock_range: bool
+    block: Block
+    unread: frozenset[str]
+
+    @property
+    def span(self) -> Span:
+        """Where its name stands."""
+        value = self.block.head.value
+        return value if value.start < value.end else self.block.head.span
+
+
+def own_name(block: Block, findings: Findings) -> str:
+    """Return the name of a variable; what no name of a rule can hold is left out, as fuzzylite does."""
+    given = block.head.value.text
+    name = "".join(c for c in given if not c.isspace() and c not in "()")
+    if not name:
+        message = "the variable has no name"
+        findings.error("FZ212", message, block.head.span, help=f"write: {block.head.span.text.strip(': ')}: NAME")
+    elif name != given:
+        message = f"'{given[:60]}' is no name for rules; it becomes '{name[:60]}'"
+        findings.warning("FZ604", message, block.head.value, help="names have no blanks and no parentheses")
+    return name
+
+
+def flag(line: Line | None, usual: bool, findings: Findings) -> bool:
+    """Return a switch, or the usual one where it is not given."""
+    if line is None:
+        return usual
+    text = line.value.text.lower()
+    if text in ("true", "false"):
+        return text == "true"
+    findings.error("FZ601", f"'{line.key}' is true or false, got '{line.value.text[:40]}'", line.value)
+    return usual
+
+
+def read_variable(block: Block, name: str, place: Place, findings: Findings) -> Variable:
+    """Return a variable; what cannot be read is reported."""
+    terms = TermReader(place, findings)
+    read = [t for line in block.all("term") if (t := terms.read(line)) is not None]
+    lower, upper = _range(block, findings)
+    label = block.line("description")
+    return Variable(
+        name=name,
+        label=label.value.text.replace('"', "'") if label is not None else "",
+        lower=lower,
+        upper=upper,
+        terms=tuple(read),
+        enabled=flag(block.line("enabled"), True, findings),
+        lock_range=flag(block.line("lock-range"), False, findings),
+        block=block,
+        unread=frozenset(w[0].text for line in block.all("term") if (w := words(line.value))) - {t.name for t in read},
+    )
+
+
+def _range(block: Block, findings: Findings) -> tuple[Number, Number]:
+    line = block.line("range")
+    if line is None:
+        return Number(-math.inf), Number(math.inf)
+    ends = words(line.value)
+    if len(ends) != 2:
+        findings.error("FZ601", "a range has two numbers", line.value, help="write, for example: range: 0.0 10.0")
+        return Number(0.0), Number(1.0)
+    lower, upper = (number(end, findings) for end in ends)
+    return lower or Number(0.0), upper or Number(1.0)
+
+
+def finite_range(variable: Variable, ends: Iterable[float], findings: Findings) -> tuple[Number, Number]:
+    """Return a finite range: the one given, or what some places reach where it is infinite."""
+    lower, upper = variable.lower, variable.upper
+    if math.isfinite(lower.value) and math.isfinite(upper.value):
+        return lower, upper
+    finite = [e for e in ends if math.isfinite(e)]
+    low = lower.value if math.isfinite(lower.value) else min(finite, default=0.0)
+    high = upper.value if math.isfinite(upper.value) else max(finite, default=1.0)
+    if low >= high:
+        low, high = (low, low + 1.0) if math.isfinite(lower.value) else (high - 1.0, high)
+    message = f"the range of '{variable.name}' is infinite; [{low:.6g}, {high:.6g}] is what its terms need"
+    findings.warning("FZ603", message, lower.span or variable.span, help="give it a finite range")
+    return Number(low), Number(high)
+
+
+def corners(memberships: Iterable[Membership]) -> list[float]:
+    """Return the numbers of some memberships, which lie about where they matter."""
+    return [a.value for m in memberships for a in m.arguments if isinstance(a, Number)]
+
+
+def reached(membership: Membership, ranges: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    """Return the least and largest value of a constant or linear consequent over the ranges of the inputs."""
+    given = [a.value for a in membership.arguments if isinstance(a, Number)]
+    if membership.kind not in ("constant", "linear") or not given:
+        return math.inf, -math.inf
+    *coefficients, low = given
+    high = low
+    for factor, (first, last) in zip(coefficients, ranges, strict=False):
+        low += min(factor * first, factor * last)
+        high += max(factor * first, factor * last)
+    return low, high
+
+
+def otherwise(block: Block, findings: Findings) -> Expr | Fallback | Hold | None:
+    """Return what an output is where no rule fires: its default, or its previous value where that is locked."""
+    line = block.line("default")
+    default: Number | None = None
+    if line is not None and line.value.text.lower() not in ("nan", "-nan"):
+        default = number(line.value, findings)
+    locked = block.line("lock-previous", "lock-valid")
+    if flag(locked, False, findings):
+        return Hold(start=default if default is not None else "nan")
+    return default if default is not None else "nan"
+
+
+def named_twice(blocks: Sequence[Block], names: Sequence[str], findings: Findings) -> None:
+    """Report variables of one name, which rules could not tell apart."""
+    first: dict[str, Block] = {}
+    for block, name in zip(blocks, names, strict=True):
+        earlier = first.setdefault(name, block)
+        if earlier is not block:
+            note = Note(earlier.head.span, "first declared here")
+            findings.error("FZ201", f"variable '{name}' is declared twice", block.head.value, note=note)
