@@ -153,7 +153,7 @@ def _ends(
     declared: Output, flat: Plan, output: OutputPlan, terms: Sequence[int], *, covered: bool
 ) -> tuple[_End, _End]:
     """Bound the output where some rule fires."""
-    if output.kind == "weighted_sum":
+    if output.sums:
         return _sum_ends(flat, output)
     planned = [e.term for e in output.implied if flat.rules[e.rule].weight > 0.0]
     # Kernels hold their results within the hull of all rules; with functions of the inputs, of the rules that fire.

@@ -17,9 +17,10 @@ from fuzzyctl.analysis.intervals import Interval, decide, enclose
 from fuzzyctl.errors import Diagnostic
 from fuzzyctl.expr import Binary, Call, Compare, Expr, Name, Number, names_in, walk
 from fuzzyctl.formulas import CONJUNCTIONS, EXACT_IMPLICATIONS
-from fuzzyctl.kernels.defuzzify import sample_points, sampled_degrees, support
+from fuzzyctl.kernels.defuzzify import support
 from fuzzyctl.kernels.plan import InputPlan, OutputPlan, Plan, RulePlan, SetPlan, degree_name, plan, step_name
 from fuzzyctl.kernels.python_backend import scalar_function
+from fuzzyctl.kernels.sampling import sampled_degrees, seen_points
 from fuzzyctl.model.system import FuzzySystem
 
 #: A rule whose activation is at least this counts as firing: far above where sums and areas of activations lose digits.
@@ -529,7 +530,7 @@ def _counts(output: OutputPlan, term: SetPlan) -> bool:
     if output.over_rules:
         return True
     if output.resolution is not None:
-        return max(sampled_degrees(term, sample_points(output))) >= NARROW
+        return max(sampled_degrees(term, seen_points(output))) >= NARROW
     ends = support(output, term)
     return bool(ends) and ends[1] - ends[0] > NARROW * (output.upper - output.lower)
 
@@ -538,7 +539,7 @@ def _top(output: OutputPlan, term: SetPlan) -> float:
     """Return the largest degree of a consequent set that a sampled centroid sees."""
     if output.over_rules or output.resolution is None:
         return 1.0
-    return max(sampled_degrees(term, sample_points(output)))
+    return max(sampled_degrees(term, seen_points(output)))
 
 
 def _halved(box: tuple[Interval, ...]) -> list[tuple[Interval, ...]]:

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from fuzzyctl.analysis import intervals
 from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where
-from fuzzyctl.kernels.program import STATE, Accumulate, Assign, Item, Place, Program, Refuse
+from fuzzyctl.kernels.program import STATE, Accumulate, Assign, Fold, Item, Place, Program, Refuse
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -150,6 +150,9 @@ class Interpreter:
                     self.names[name] = self.enclose(value)
                 case Accumulate():
                     self._accumulate(statement, tables)
+                case Fold(then=then):
+                    # What is made of it is held within the hull of the sets; that is what is known.
+                    self.names |= {s.name: _anything() for s in then}
                 case Refuse():
                     pass  # claims are about points that have a value
                 case _:
@@ -171,6 +174,10 @@ class Interpreter:
             inner.names[assignment.name] = inner.enclose(assignment.value)
         for own in statement.sums:
             self.names[own.name] = _summed(inner.enclose(own.value), statement.count)
+
+
+def _anything() -> Enclosure:
+    return _jumping(np.array(-np.inf), np.array(np.inf))
 
 
 def _is_nan(expr: Expr) -> bool:

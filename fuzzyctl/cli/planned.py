@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Final
 
 from fuzzyctl.kernels.algorithm import algorithm_of
 from fuzzyctl.kernels.plan import Plan, plan
-from fuzzyctl.kernels.program import Accumulate, Assign, Locate, Program
+from fuzzyctl.kernels.program import Accumulate, Assign, Fold, Locate, Program
+from fuzzyctl.model.method import TSUKAMOTO
 from fuzzyctl.model.system import FuzzySystem
+
+#: What people call the defuzzifiers that look at a set.
+NAMES: Final = {
+    "centroid": "centroid",
+    "bisector": "bisector",
+    "som": "smallest of maxima",
+    "lom": "largest of maxima",
+    "mom": "mean of maxima",
+}
 
 
 def planned(system: FuzzySystem) -> dict[str, Any]:
@@ -34,10 +44,12 @@ def _output(flat: Plan, position: int) -> dict[str, Any]:
     how = "average of the consequents of rules"
     if output.kind == "weighted_sum":
         how = "sum over the consequents of rules"
-    elif output.kind == "tsukamoto":
-        how = "average of where monotone consequents have the activations"
+    elif output.kind in TSUKAMOTO:
+        what = "where monotone consequents have the activations" if output.inverts else "degrees of the activations"
+        how = f"{'sum' if output.sums else 'average'} of {what}"
     elif not output.over_rules:
-        how = f"centroid of {output.resolution} samples" if output.resolution is not None else "centroid in closed form"
+        form = "in closed form" if output.resolution is None else f"of {output.resolution} samples"
+        how = f"{NAMES[output.kind]} {form}"
     return {"name": output.name, "how": how, "reads": [flat.outputs[k].name for k in output.reads]}
 
 
@@ -45,7 +57,7 @@ def _program(program: Program) -> dict[str, int]:
     return {
         "assignments": sum(isinstance(s, Assign) for s in program.body),
         "lookups": sum(isinstance(s, Locate) for s in program.body),
-        "loops": sum(isinstance(s, Accumulate) for s in program.body),
+        "loops": sum(isinstance(s, Accumulate | Fold) for s in program.body),
         "table_numbers": sum(len(values) for _, values in program.tables),
     }
 

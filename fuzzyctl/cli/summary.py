@@ -55,8 +55,8 @@ def _method(method: Method) -> dict[str, str]:
 
 def _setting(value: object) -> str:
     match value:
-        case Defuzzifier(kind="centroid", resolution=None):
-            return "centroid, exact"
+        case Defuzzifier(resolution=None, over_rules=False):
+            return f"{defuzzifier_text(value)}, exact"
         case Defuzzifier():
             return defuzzifier_text(value)
         case Activation():

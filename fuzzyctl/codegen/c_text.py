@@ -16,6 +16,7 @@ from fuzzyctl.kernels.program import (
     STATE,
     Accumulate,
     Assign,
+    Fold,
     Item,
     Locate,
     Offset,
@@ -188,6 +189,12 @@ class CText:
                     yield f"{pad}for (size_t {k} = 0U; {k} < {count}U; ++{k}) {{"
                     yield from self.block(body, refusals, depth + 1)
                     yield from (f"{pad}{INDENT}{s.name} = {s.name} + {self.text(s.value)};" for s in sums)
+                    yield f"{pad}}}"
+                case Fold(count=count, counter=k, first=first, body=body, then=then):
+                    yield from (f"{pad}{real} {s.name} = {bare(self.text(s.value))};" for s in first)
+                    yield f"{pad}for (size_t {k} = 0U; {k} < {count}U; ++{k}) {{"
+                    yield from self.block(body, refusals, depth + 1)
+                    yield from (f"{pad}{INDENT}{s.name} = {bare(self.text(s.value))};" for s in then)
                     yield f"{pad}}}"
                 case Refuse(condition=condition, output=output):
                     yield f"{pad}if ({bare(self.condition(condition))}) {{"

@@ -12,6 +12,7 @@ from fuzzyctl.kernels.program import (
     STATE,
     Accumulate,
     Assign,
+    Fold,
     Item,
     Locate,
     Offset,
@@ -77,6 +78,9 @@ def _mapped(statement: Statement, change: Callable[[Expr], Expr]) -> Statement:
                 tuple(Assign(s.name, replace(s.value, change)) for s in body),
                 tuple(Assign(s.name, replace(s.value, change)) for s in sums),
             )
+        case Fold(count=count, counter=counter):
+            parts = (statement.first, statement.body, statement.then)
+            return Fold(count, counter, *(tuple(Assign(s.name, replace(s.value, change)) for s in p) for p in parts))
         case Refuse(condition=condition, output=output):
             return Refuse(replace(condition, change), output)
         case Locate() | Offset():
@@ -145,6 +149,9 @@ def with_prefix(program: Program, prefix: str) -> Program:
             case Accumulate(count=count, counter=counter, body=body, sums=sums):
                 inner, totals = (tuple(Assign(own(s.name), s.value) for s in part) for part in (body, sums))
                 return Accumulate(count, own(counter), inner, totals)
+            case Fold(count=count, counter=counter, first=first, body=body, then=then):
+                folded = [tuple(Assign(own(s.name), s.value) for s in part) for part in (first, body, then)]
+                return Fold(count, own(counter), *folded)
             case other:
                 return other
 
@@ -162,6 +169,8 @@ def written(statement: Statement) -> set[str]:
             return {name, rest}
         case Accumulate(sums=sums):
             return {s.name for s in sums}
+        case Fold(then=then):
+            return {s.name for s in then}
     return set()
 
 
@@ -176,6 +185,8 @@ def reads(statement: Statement) -> set[str]:
             return {name for name, _ in parts}
         case Accumulate(body=body, sums=sums):
             return set().union(*(read(s.value) for s in (*body, *sums)))
+        case Fold(first=first, body=body, then=then):
+            return set().union(*(read(s.value) for s in (*first, *body, *then)))
         case Refuse(condition=condition):
             return read(condition)
     raise CodegenError(f"a statement {type(statement).__name__} cannot be printed")
@@ -216,6 +227,8 @@ def expressions(program: Program) -> list[Expr]:
                 found.append(x)
             case Accumulate(body=body, sums=sums):
                 found += [s.value for s in (*body, *sums)]
+            case Fold(first=first, body=body, then=then):
+                found += [s.value for s in (*first, *body, *then)]
             case Refuse(condition=condition):
                 found.append(condition)
     return found

@@ -16,7 +16,7 @@ from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.lean import FALSE, TRUE, folding, read
 from fuzzyctl.codegen.unit import Precision
 from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where, replace, walk
-from fuzzyctl.kernels.program import STATE, Accumulate, Assign, Item, Locate, Offset, Place, Refuse, Statement
+from fuzzyctl.kernels.program import STATE, Accumulate, Assign, Fold, Item, Locate, Offset, Place, Refuse, Statement
 
 INDENT: Final = "  "
 #: Standard functions of IEC 61131-3 for those of programs.
@@ -101,6 +101,15 @@ class STText:
                     yield from self.block(body, refusals, depth + 1)
                     for s in sums:
                         yield from self.assigned(s.name, Binary("+", Name(s.name), s.value), depth + 1)
+                    yield f"{pad}END_FOR;"
+                case Fold(count=count, counter=k, first=first, body=body, then=then):
+                    self.integers.append(k)
+                    for s in first:
+                        yield from self.assigned(self._declared(s.name), s.value, depth)
+                    yield f"{pad}FOR {k} := 0 TO {count - 1} DO"
+                    yield from self.block(body, refusals, depth + 1)
+                    for s in then:
+                        yield from self.assigned(s.name, s.value, depth + 1)
                     yield f"{pad}END_FOR;"
                 case Refuse(condition=condition, output=output):
                     lines: list[str] = []

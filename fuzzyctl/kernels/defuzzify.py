@@ -5,15 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import reduce
-from itertools import groupby, pairwise
+from itertools import pairwise
 
 from fuzzyctl.expr import ZERO, Binary, Compare, Expr, Name, Number, Where, replace_names
-from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, Vertex
+from fuzzyctl.formulas import Vertex
+from fuzzyctl.kernels.bisector import sampled_bisector
 from fuzzyctl.kernels.centroid import exact_moments
+from fuzzyctl.kernels.maxima import sampled_maximum
 from fuzzyctl.kernels.plan import OutputPlan, SetPlan
-from fuzzyctl.kernels.program import NAN, STATE, Accumulate, Assign, Builder, Item, clip, times
+from fuzzyctl.kernels.program import NAN, STATE, Builder, Item, clip, times
 from fuzzyctl.kernels.python_backend import scalar_function
+from fuzzyctl.kernels.sampling import Samples, sample_points, sampled_degrees, sampled_moments
+from fuzzyctl.model.method import MAXIMA
 
 
 @dataclass(frozen=True)
@@ -56,29 +59,39 @@ def defuzzify(
         Its value as an atom, and the condition that some rule fires.
     """
     otherwise = previous or _otherwise(output)
-    offset = 0.0
     hull: Hull
     if output.over_rules:
         numerator, denominator, hull = _over_rules(builder, output, active, inputs)
-        if output.kind == "weighted_sum":
-            fires = Compare(">", denominator, ZERO)
+        fires = Compare(">", denominator, ZERO)
+        if output.sums:
             return builder.let(Where(fires, numerator, otherwise)), fires
-    elif output.resolution is None:
-        numerator, denominator = _exact(builder, output, active)
-        offset, hull = middle(output), support_hull(output, [a.term for a in active])
+        quotient: Expr = Binary("/", numerator, denominator)
     else:
-        numerator, denominator = _sampled(builder, output, active)
-        offset, hull = middle(output), support_hull(output, [a.term for a in active])
-    fires = Compare(">", denominator, ZERO)
-    quotient: Expr = Binary("/", numerator, denominator)
-    if offset != 0.0:
-        quotient = Binary("+", Number(offset), quotient)
+        place, measure = _of_set(builder, output, active)
+        hull = support_hull(output, [a.term for a in active])
+        fires = Compare(">" if output.kind not in MAXIMA or output.none_active == "otherwise" else ">=", measure, ZERO)
+        quotient = place if middle(output) == 0.0 else Binary("+", Number(middle(output)), place)
     # Quotients of rounded (or denormal) sums may leave the hull of what is averaged; proved bounds are bounds of the
     # numbers returned, so the value is held within the hull. NaN stays NaN.
     value = builder.let(clip(builder.let(Where(fires, quotient, otherwise)), *hull))
     if not _passes(hull, otherwise):
         value = builder.let(Where(fires, value, otherwise))
     return value, fires
+
+
+def _of_set(builder: Builder, output: OutputPlan, active: Sequence[Activation]) -> tuple[Expr, Expr]:
+    """Write what is made of the aggregated set: its place, counted from the middle, and what is above 0 with it."""
+    heights = _heights(builder, output, active)
+    if output.resolution is None:
+        area, moment = exact_moments(builder, output, heights)
+        return Binary("/", moment, area), area
+    samples = Samples.of(builder, output, heights)
+    if output.kind in MAXIMA:
+        return sampled_maximum(samples, middle(output))
+    if output.kind == "bisector":
+        return sampled_bisector(samples, middle(output))
+    moment, area = sampled_moments(samples, middle(output))
+    return Binary("/", moment, area), area
 
 
 def _otherwise(output: OutputPlan) -> Number:
@@ -111,22 +124,34 @@ def _values(output: OutputPlan, term: SetPlan) -> tuple[float, float]:
     """Return the ends of what a rule with this consequent can contribute; a function of the inputs is bounded later."""
     if term.expression is not None:
         return term.reach or (-math.inf, math.inf)
-    if output.kind != "tsukamoto":
+    if output.takes_degrees:
+        ends = [0.0, term.height]
+    elif output.inverts:
+        value = scalar_function(term.inverse(Name("w")))
+        ends = sorted(value(w) for w in (0.0, 1.0))
+    else:
         return term.peak, term.peak
-    value = scalar_function(term.inverse(Name("w")))
-    ends = sorted(min(max(value(w), output.lower), output.upper) for w in (0.0, 1.0))
+    if output.places == "clamped":
+        ends = [min(max(end, output.lower), output.upper) for end in ends]
     return ends[0], ends[1]
 
 
 def support_hull(output: OutputPlan, terms: Sequence[int]) -> tuple[float, float]:
-    """Return the ends of the part of the range where the centroid of these terms can lie."""
-    if output.resolution is not None:
-        points = sample_points(output)
-        degrees = [sampled_degrees(output.terms[t], points) for t in set(terms)]
-        inside = [x for i, x in enumerate(points) if any(d[i] > 0.0 for d in degrees)]
-    else:
+    """Return the ends of the part of the range where centroid, bisector and maxima of these terms can lie."""
+    whole = output.lower, output.upper
+    if output.kind in MAXIMA and output.none_active == "range":
+        return whole
+    if output.resolution is None:
         inside = [end for t in terms for end in support(output, output.terms[t])]
-    return (min(inside), max(inside)) if inside else (output.lower, output.upper)
+        return (min(inside), max(inside)) if inside else whole
+    points = sample_points(output)
+    degrees = [sampled_degrees(output.terms[t], points) for t in set(terms)]
+    inside = [x for i, x in enumerate(points) if any(d[i] > 0.0 for d in degrees)]
+    if not inside or output.rule in ("nearest", "two_sided"):
+        return whole
+    # What lies between samples may be a step away from those above 0.
+    beyond = (output.upper - output.lower) / max(len(points) - 1, 1) if output.kind == "bisector" else 0.0
+    return max(min(inside) - beyond, output.lower), min(max(inside) + beyond, output.upper)
 
 
 def support(output: OutputPlan, term: SetPlan) -> tuple[float, ...]:
@@ -144,21 +169,6 @@ def _whole(vertices: tuple[Vertex, ...]) -> tuple[Vertex, ...]:
     return ((-math.inf, vertices[0][1]), *vertices, (math.inf, vertices[-1][1]))
 
 
-def sample_points(output: OutputPlan) -> tuple[float, ...]:
-    """Return the grid of a sampled centroid: middles of equal cells, or equal steps from end to end."""
-    count = output.resolution or 0
-    width = output.upper - output.lower
-    if output.grid == "midpoint":
-        return tuple(output.lower + (i + 0.5) * width / count for i in range(count))
-    return tuple(output.lower + i * width / (count - 1) for i in range(count)) if count > 1 else (output.lower,)
-
-
-def sampled_degrees(term: SetPlan, points: Sequence[float]) -> tuple[float, ...]:
-    """Return the degrees of a term at some points."""
-    degree = scalar_function(term.degree(Name("x")))
-    return tuple(degree(x) for x in points)
-
-
 def _over_rules(
     builder: Builder, output: OutputPlan, active: Sequence[Activation], inputs: Mapping[str, Expr]
 ) -> tuple[Expr, Expr, Hull]:
@@ -171,7 +181,10 @@ def _over_rules(
         value = _consequent(builder, output, output.terms[a.term], a.strength, inputs)
         by_value.setdefault(value, []).append(a.strength)
     sums = {value: builder.total(parts) for value, parts in by_value.items()}
-    if all(output.terms[a.term].expression is None or output.terms[a.term].reach for a in active):
+    may_be_infinite = output.inverts and output.places == "free"
+    if not may_be_infinite and all(
+        output.terms[a.term].expression is None or output.terms[a.term].reach for a in active
+    ):
         numerator = builder.total(times(s, value) for value, s in sums.items() if value != ZERO)
         return numerator, builder.total(sums.values()), consequent_hull(output, [a.term for a in active])
     numerator = builder.total(_part(builder, s, value) for value, s in sums.items() if value != ZERO)
@@ -187,10 +200,13 @@ def _consequent(
     """Return the value of a rule's consequent as an atom."""
     if term.expression is not None:
         return builder.let(replace_names(term.expression, inputs))
-    if output.kind == "tsukamoto":
+    if output.inverts:
         place = builder.let(term.inverse(builder.let(term.share(strength))))
-        return builder.let(clip(place, output.lower, output.upper))
-    return Number(term.peak)
+    elif output.takes_degrees:
+        place = builder.let(term.degree(strength))
+    else:
+        return Number(term.peak)
+    return builder.let(clip(place, output.lower, output.upper)) if output.places == "clamped" else place
 
 
 def _part(builder: Builder, strength: Expr, value: Expr) -> Expr:
@@ -218,50 +234,3 @@ def _heights(builder: Builder, output: OutputPlan, active: Sequence[Activation])
         else:
             merged.append((term, builder.total(a.strength for a in own), sum(a.weight for a in own)))
     return merged
-
-
-def _exact(builder: Builder, output: OutputPlan, active: Sequence[Activation]) -> tuple[Expr, Expr]:
-    area, moment = exact_moments(builder, output, _heights(builder, output, active))
-    return moment, area
-
-
-def _sampled(builder: Builder, output: OutputPlan, active: Sequence[Activation]) -> tuple[Expr, Expr]:
-    """Σ x μ(x) / Σ μ(x) over the grid, x counted from the middle of the range.
-
-    The grid is cut into stretches where the same sets are above 0; the others cost nothing there.
-    """
-    points = sample_points(output)
-    sets = [(h, sampled_degrees(output.terms[t], points)) for t, h, _ in _heights(builder, output, active)]
-    areas: list[Expr] = []
-    moments: list[Expr] = []
-    present = [tuple(k for k, (_, degrees) in enumerate(sets) if degrees[i] > 0.0) for i in range(len(points))]
-    start = 0
-    for own, stretch in groupby(present):
-        stop = start + len(list(stretch))
-        if own:
-            here = [(sets[k][0], sets[k][1][start:stop]) for k in own]
-            area, moment = _stretch(builder, output, here, points[start:stop])
-            areas.append(area)
-            moments.append(moment)
-        start = stop
-    return builder.total(moments), builder.total(areas)
-
-
-def _stretch(
-    builder: Builder, output: OutputPlan, sets: Sequence[tuple[Expr, tuple[float, ...]]], points: Sequence[float]
-) -> tuple[Expr, Expr]:
-    """Add up area and moment over some samples."""
-    counter = builder.fresh()
-    inner = builder.inner()
-    parts: list[Expr] = []
-    for height, degrees in sets:
-        degree = Item(builder.table(degrees), counter)
-        parts.append(inner.let(CONJUNCTIONS[output.implication](height, inner.let(degree))))
-    join = AGGREGATIONS[output.aggregation]
-    joined = reduce(lambda a, b: inner.let(join(a, b)), parts)
-    x = Item(builder.table(p - middle(output) for p in points), counter)
-    area, moment = inner.fresh(), inner.fresh()
-    body = tuple(s for s in inner.statements if isinstance(s, Assign))
-    sums = (Assign(area, joined), Assign(moment, times(x, joined)))
-    builder.statements.append(Accumulate(len(points), counter, body, sums))
-    return Name(area), Name(moment)

@@ -15,6 +15,7 @@ from fuzzyctl.kernels.program import (
     STATE,
     Accumulate,
     Assign,
+    Fold,
     Item,
     Locate,
     Offset,
@@ -83,6 +84,9 @@ def _names(statement: Statement) -> set[str]:
         case Accumulate(counter=counter, body=body, sums=sums):
             own = {counter, *(s.name for s in body)}
             return {n for s in (*body, *sums) for n in _names(s)} - own
+        case Fold(counter=counter, first=first, body=body, then=then):
+            own = {counter, *(s.name for s in body)}
+            return {n for s in (*first, *body, *then) for n in _names(s)} - own
         case Refuse(condition=condition):
             return _needs(condition)
     raise TypeError(f"arrays have no {type(statement).__name__}")

@@ -36,7 +36,7 @@ from fuzzyctl.formulas import (
     one_minus,
 )
 from fuzzyctl.kernels.program import DEEPEST, clip, depth
-from fuzzyctl.model.method import AVERAGES, OVER_RULES
+from fuzzyctl.model.method import AVERAGES, OVER_RULES, SUMS
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, literals
 from fuzzyctl.model.semantics import Semantics
 from fuzzyctl.model.system import FuzzySystem
@@ -222,7 +222,7 @@ class OutputPlan:
         lower: Lower end of the range.
         upper: Upper end of the range.
         kind: The defuzzifier, one of `model.method.DEFUZZIFIERS`.
-        resolution: Sample points of a centroid, None for the exact one.
+        resolution: Sample points of the set, None for what is exact.
         grid: Where the sample points stand.
         implication: One of `formulas.IMPLICATIONS`.
         aggregation: One of `formulas.AGGREGATIONS`.
@@ -231,6 +231,11 @@ class OutputPlan:
         otherwise: What it is where no rule fires.
         rate: For an adaptive output dC_k/dt divided by ξ_k over the names of the inputs, else None.
         reads: Positions of the outputs it depends on, directly or through others.
+        rule: What is made of the samples; see `model.method.Defuzzifier`.
+        tolerance: Part of the largest degree by which maxima may fall short of it, None for the usual one.
+        by: What smallest and largest of the maxima are measured by.
+        places: Whether places that Tsukamoto's method finds are clamped to the range; see `model.semantics`.
+        none_active: What the maxima of a set are that is 0 everywhere; see there.
     """
 
     name: str
@@ -246,6 +251,11 @@ class OutputPlan:
     otherwise: Otherwise
     rate: Expr | None
     reads: tuple[int, ...] = ()
+    rule: str | None = None
+    tolerance: float | None = None
+    by: str = "value"
+    places: str = "clamped"
+    none_active: str = "otherwise"
 
     @property
     def averages(self) -> bool:
@@ -256,6 +266,21 @@ class OutputPlan:
     def over_rules(self) -> bool:
         """Whether it sums over rules rather than over a fuzzy set."""
         return self.kind in OVER_RULES
+
+    @property
+    def sums(self) -> bool:
+        """Whether it is a sum over rules that is not divided by the sum of their activations."""
+        return self.kind in SUMS
+
+    @property
+    def inverts(self) -> bool:
+        """Whether it takes the places where monotone consequents have the activations."""
+        return self.kind in ("tsukamoto", "tsukamoto_sum")
+
+    @property
+    def takes_degrees(self) -> bool:
+        """Whether it takes the degrees that consequents have at the activations."""
+        return self.kind in ("inverse_tsukamoto", "inverse_tsukamoto_sum")
 
 
 @dataclass(frozen=True)
@@ -659,6 +684,11 @@ def _output(system: FuzzySystem, output: Output, reads: tuple[int, ...]) -> Outp
         otherwise=_otherwise(system, output, lower, upper),
         rate=None if output.adaptive is None else _of_inputs(system, output.adaptive),
         reads=reads,
+        rule=defuzzifier.rule,
+        tolerance=defuzzifier.tolerance,
+        by=defuzzifier.by,
+        places=method.semantics.places,
+        none_active=method.semantics.none_active,
     )
     _require_suited(output, planned)
     return planned
@@ -701,10 +731,14 @@ def _require_suited(output: Output, planned: OutputPlan) -> None:
 def _misfit(output: OutputPlan, term: SetPlan) -> tuple[str, str] | None:
     """Return what is wrong with a consequent under the defuzzifier of its output, and the way out."""
     average = "use 'defuzzifier weighted_average'"
-    if output.kind == "tsukamoto":
+    if output.inverts:
         if is_monotone(term.kind, term.parameters):
             return None
         return f"'{term.kind}' is not monotone with these parameters", "use a ramp, or an infinite foot on one side"
+    if output.takes_degrees:
+        if term.expression is None and MEMBERSHIP[term.kind].fuzzy:
+            return None
+        return f"a '{term.kind}' is no set", average
     if output.over_rules:
         if term.expression is not None:
             return (f"a '{term.kind}' cannot adapt", "use constants") if output.rate is not None else None
@@ -712,11 +746,12 @@ def _misfit(output: OutputPlan, term: SetPlan) -> tuple[str, str] | None:
             return f"a '{term.kind}' has no finite peak", "use 'defuzzifier tsukamoto'"
         return None
     if term.expression is not None or not MEMBERSHIP[term.kind].fuzzy:
-        return f"a {term.kind} has no area, so it has no centroid", average
-    if output.resolution is not None or exact_centroid_possible(term.kind, output.implication, output.aggregation):
+        return f"a {term.kind} has no area, so it has no {output.kind}", average
+    is_exact = exact_centroid_possible(term.kind, output.implication, output.aggregation)
+    if output.resolution is not None or (is_exact and output.kind == "centroid"):
         return None
     if not term.vertices:
-        problem = f"the exact centroid needs piecewise-linear terms, and '{term.kind}' is curved"
+        problem = f"the exact {output.kind} needs piecewise-linear terms, and '{term.kind}' is curved"
     else:
-        problem = f"there is no exact centroid for '{output.implication}' and '{output.aggregation}'"
-    return problem, "sample it, such as 'defuzzifier centroid(resolution=1000)'"
+        problem = f"there is no exact {output.kind} for '{output.implication}' and '{output.aggregation}'"
+    return problem, f"sample it, such as 'defuzzifier {output.kind}(resolution=1000)'"

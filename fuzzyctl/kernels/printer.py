@@ -7,7 +7,19 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where
-from fuzzyctl.kernels.program import Accumulate, Assign, Branches, Item, Locate, Offset, Place, Refuse, Row, Statement
+from fuzzyctl.kernels.program import (
+    Accumulate,
+    Assign,
+    Branches,
+    Fold,
+    Item,
+    Locate,
+    Offset,
+    Place,
+    Refuse,
+    Row,
+    Statement,
+)
 
 INDENT = "    "
 
@@ -215,5 +227,9 @@ def block(
                 yield f"{pad}for {counter} in range({count}):"
                 yield from block(body, dialect, refuse, depth + 1)
                 yield from (f"{pad}{INDENT}{s.name} = {s.name} + {text(s.value, dialect)}" for s in sums)
+            case Fold(count=count, counter=counter, first=first, body=body, then=then):
+                yield from block(first, dialect, refuse, depth)
+                yield f"{pad}for {counter} in range({count}):"
+                yield from block((*body, *then), dialect, refuse, depth + 1)
             case Refuse(condition=condition, output=output):
                 yield from (pad + line for line in refuse(text(condition, dialect), output))

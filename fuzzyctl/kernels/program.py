@@ -130,6 +130,25 @@ class Accumulate:
 
 
 @dataclass(frozen=True, slots=True)
+class Fold:
+    """Carry values along the entries of constant tables: what a sum is not enough for.
+
+    Args:
+        count: Number of entries.
+        counter: Name of the position.
+        first: Names of what is carried, with what it is at first.
+        body: Assignments for each entry, from what is carried so far.
+        then: The same names as in `first`, with what is carried on; names and numbers that none of the names changes.
+    """
+
+    count: int
+    counter: str
+    first: tuple[Assign, ...]
+    body: tuple[Assign, ...]
+    then: tuple[Assign, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Refuse:
     """Stop where a condition holds: no rule fires for an output that says `else error`."""
 
@@ -142,7 +161,7 @@ class Refuse:
         return f"no rule fires for output '{self.output}'"
 
 
-Statement = Assign | Locate | Offset | Row | Branches | Accumulate | Refuse
+Statement = Assign | Locate | Offset | Row | Branches | Accumulate | Fold | Refuse
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from fuzzyctl.formats.fz import rule_text
 from fuzzyctl.kernels import inference, python_backend
 from fuzzyctl.kernels.defuzzify import consequent_hull
 from fuzzyctl.kernels.plan import OutputPlan, Plan, SetPlan, plan
+from fuzzyctl.model.method import TSUKAMOTO
 from fuzzyctl.model.rule import Rule
 from fuzzyctl.model.system import FuzzySystem
 
@@ -150,14 +151,14 @@ def _fired(
         for entry in (e for e in output.implied if e.rule == position):
             share = activations[position] / total if total else 0.0
             own = _value(flat, output, output.terms[entry.term], inputs)
-            pull = None if own is None or output.kind == "weighted_sum" else share * (own - value)
+            pull = None if own is None or output.sums else share * (own - value)
             parts.append(Contribution(output.name, _consequent(rule, output.name), own, share, pull))
     return FiredRule(position + 1, rule_text(rule), activations[position], tuple(parts))
 
 
 def _value(flat: Plan, output: OutputPlan, term: SetPlan, inputs: dict[str, float]) -> float | None:
     """Return what a consequent is in an average, None for a set and for what changes with the activation."""
-    if not output.over_rules or output.kind == "tsukamoto":
+    if not output.over_rules or output.kind in TSUKAMOTO:
         return None
     if term.expression is None:
         return term.peak if output.rate is not None else consequent_hull(output, [output.terms.index(term)])[0]

@@ -15,15 +15,21 @@ from fuzzyctl.model.semantics import Semantics
 #: `weighted_average` the one of Takagi-Sugeno systems; the formula is the same, Eq. (18) of Goto, Bertol, Martins.
 AVERAGES: Final = ("center_average", "weighted_average")
 
-#: Defuzzifiers whose result is a sum over rules; `tsukamoto` takes for each rule the value at which the monotone
-#: membership function of its consequent has the degree of the activation, `weighted_sum` does not divide.
-OVER_RULES: Final = (*AVERAGES, "weighted_sum", "tsukamoto")
+#: Defuzzifiers that take for each rule the value at which the monotone membership function of its consequent has the
+#: degree of the activation; the inverse ones take the degree that the consequent has at the activation.
+TSUKAMOTO: Final = ("tsukamoto", "tsukamoto_sum", "inverse_tsukamoto", "inverse_tsukamoto_sum")
+
+#: Defuzzifiers over rules that do not divide by the sum of the activations.
+SUMS: Final = ("weighted_sum", "tsukamoto_sum", "inverse_tsukamoto_sum")
+
+#: Defuzzifiers whose result is a sum over rules.
+OVER_RULES: Final = (*AVERAGES, "weighted_sum", *TSUKAMOTO)
 
 #: Smallest, largest and mean of the places where the aggregated set is largest.
 MAXIMA: Final = ("som", "lom", "mom")
 
 #: All defuzzifiers.
-DEFUZZIFIERS: Final = ("centroid", *OVER_RULES)
+DEFUZZIFIERS: Final = ("centroid", "bisector", *MAXIMA, *OVER_RULES)
 
 #: Activation methods: which rules act, given the activations of all. `first`, `last`: the first or last COUNT rules,
 #: in the order written, whose activation is above 0 and at least THRESHOLD; `highest`, `lowest`: the COUNT rules of
@@ -45,11 +51,11 @@ class Defuzzifier(Node):
 
     Args:
         kind: One of `DEFUZZIFIERS`.
-        resolution: For `centroid` the number of sample points; None for the exact centroid.
+        resolution: Number of sample points of a set; None for what is exact.
         grid: Where the samples stand: the middles of equal cells, their left ends, or equal steps from end to end.
         rule: What is made of the samples; None for the usual one: `plain` for a centroid, else
             `interpolated`.
-        tolerance: Samples whose degree is at most this below the largest count as maxima.
+        tolerance: Degrees that fall short of the largest by at most this part of it count as maxima; None for 1e-9.
         by: What smallest and largest of `som` and `lom` are measured by: the value or its magnitude.
     """
 

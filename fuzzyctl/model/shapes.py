@@ -11,7 +11,7 @@ from fuzzyctl.errors import Diagnostic
 from fuzzyctl.expr import Expr, span_of
 from fuzzyctl.formulas import MEMBERSHIP, exact_centroid_possible, is_monotone
 from fuzzyctl.model.hints import uncovered_ranges
-from fuzzyctl.model.method import Defuzzifier
+from fuzzyctl.model.method import TSUKAMOTO, Defuzzifier
 from fuzzyctl.model.numbers import Numbers
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Membership, Output
@@ -32,8 +32,11 @@ def misfitting_defuzzifier(numbers: Numbers) -> Iterator[Diagnostic]:
             )
         if output.adaptive is not None:
             continue
-        if method.kind == "tsukamoto":
-            yield from _not_monotone(numbers, output)
+        if method.kind in ("tsukamoto", "tsukamoto_sum"):
+            yield from _not_monotone(numbers, output, method)
+        elif method.kind in TSUKAMOTO:
+            yield from _without_names(system, output, method)
+            yield from _without_sets(output, method)
         elif method.over_rules:
             yield from _without_peak(numbers, output, method)
         else:
@@ -57,37 +60,52 @@ def _without_centroid(system: FuzzySystem, output: Output, method: Defuzzifier) 
     for term in output.terms:
         kind = term.membership.kind
         average = "write: defuzzifier weighted_average"
-        sampled = "write: defuzzifier centroid(resolution=1000)"
+        sampled = f"write: defuzzifier {method.kind}(resolution=1000)"
         if kind in ("linear", "function", "constant"):
             message, help_text = (
                 f"term '{term.name}' of '{output.name}' is no set but a function of the inputs",
                 average,
             )
         elif kind == "singleton":
-            message, help_text = f"term '{term.name}' of '{output.name}' has no area, so it has no centroid", average
-        elif method.resolution is not None or exact_centroid_possible(kind, implication, aggregation):
+            message, help_text = (
+                f"term '{term.name}' of '{output.name}' has no area, so it has no {method.kind}",
+                average,
+            )
+        elif method.resolution is not None or (
+            method.kind == "centroid" and exact_centroid_possible(kind, implication, aggregation)
+        ):
             continue
         elif not exact_centroid_possible(kind, "min", "max"):
-            message = f"term '{term.name}' of '{output.name}' is curved; the exact centroid needs straight sides"
+            message = f"term '{term.name}' of '{output.name}' is curved; the exact {method.kind} needs straight sides"
             help_text = f"{sampled}, or use triangles and trapezoids"
         else:
-            message = f"there is no exact centroid for implication '{implication}' and aggregation '{aggregation}'"
+            message = f"there is no exact {method.kind} for implication '{implication}' and aggregation '{aggregation}'"
             yield Diagnostic("FZ214", f"output '{output.name}': {message}", output.span, help=sampled)
             return
         yield Diagnostic("FZ214", message, term.membership.span or term.span, help=help_text)
 
 
-def _not_monotone(numbers: Numbers, output: Output) -> Iterator[Diagnostic]:
+def _without_sets(output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:
+    """Find terms without a degree at the activation."""
+    for term in output.terms:
+        kind = term.membership.kind
+        if kind not in MEMBERSHIP or not MEMBERSHIP[kind].fuzzy:
+            message = f"term '{term.name}' of '{output.name}' is no set, and '{method.kind}' takes its degrees"
+            help_text = "write: defuzzifier weighted_average"
+            yield Diagnostic("FZ214", message, term.membership.span or term.span, help=help_text)
+
+
+def _not_monotone(numbers: Numbers, output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:
     """Find consequents that Tsukamoto's method cannot invert."""
     shapes = {t.name: p for t, p in numbers.shapes(output)}
     for term in output.terms:
         kind = term.membership.kind
         # One with bad parameters has a diagnostic of its own.
         if kind not in MEMBERSHIP or (term.name in shapes and not is_monotone(kind, shapes[term.name])):
-            message = f"term '{term.name}' of '{output.name}' is not monotone, so 'tsukamoto' cannot invert it"
+            message = f"term '{term.name}' of '{output.name}' is not monotone, so '{method.kind}' cannot invert it"
             help_text = "use ramp, sigmoid, s_shape, z_shape, concave, or a triangle with one infinite foot"
             yield Diagnostic("FZ214", message, term.membership.span or term.span, help=help_text)
-    yield from _without_names(numbers.system, output, Defuzzifier(kind="tsukamoto"))
+    yield from _without_names(numbers.system, output, method)
 
 
 def _without_names(system: FuzzySystem, output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterator, Sequence
 from typing import Any, Final, TypeVar
 
@@ -14,6 +13,7 @@ from fuzzyctl.model.method import ACTIVATIONS, DEFUZZIFIERS, Activation, Defuzzi
 from fuzzyctl.model.profiles import UNSET
 from fuzzyctl.model.variable import Output
 from fuzzyctl.resolve.context import Context
+from fuzzyctl.resolve.defuzzifiers import resolve_options
 
 _FIELDS: Final[dict[str, tuple[str, tuple[str, ...]]]] = {
     "and": ("conjunction", tuple(CONJUNCTIONS)),
@@ -24,9 +24,6 @@ _FIELDS: Final[dict[str, tuple[str, tuple[str, ...]]]] = {
 }
 
 _Option = TypeVar("_Option", sx.Option, sx.ActivationOption)
-
-#: Bounds of the number of samples of a sampled centroid.
-RESOLUTIONS: Final = (2, 1_000_000)
 
 #: Options of the activation methods.
 _OPTIONS: Final[dict[str, tuple[str, ...]]] = {
@@ -134,34 +131,6 @@ def _no_options(context: Context, setting: sx.Setting) -> None:
         context.report("FZ213", f"'{setting.value.text}' takes no options", option.name.span, help="remove it")
 
 
-def _defuzzifier(context: Context, setting: sx.Setting) -> Defuzzifier:
-    fields: dict[str, int | str] = {}
-    if setting.value.text != "centroid":
-        _no_options(context, setting)
-        return Defuzzifier(kind=setting.value.text)
-    for option in _once(context, setting.options):
-        value = option.value.text
-        if option.name.text == "resolution":
-            low, high = RESOLUTIONS
-            if not value.isdigit() or not low <= int(value) <= high:
-                message = f"resolution = {value} is no whole number from {low} to {high}"
-                context.report("FZ302", message, option.value.span)
-            else:
-                fields["resolution"] = int(value)
-        elif option.name.text == "grid":
-            if value not in ("midpoint", "endpoints"):
-                context.report("FZ213", f"no grid '{value}'", option.value.span, facts=("one of: midpoint, endpoints",))
-            else:
-                fields["grid"] = value
-        else:
-            context.unknown("option", option.name, ("resolution", "grid"), "FZ213")
-    if "grid" in fields and "resolution" not in fields:
-        message = "'grid' needs 'resolution': the exact centroid has no grid"
-        help_text = "write, for example, centroid(resolution=1000, grid=midpoint)"
-        context.report("FZ214", message, setting.span, help=help_text)
-    return Defuzzifier.model_validate({"kind": "centroid", **fields})
-
-
 def _defuzzifier_in_force(context: Context, setting: sx.Setting) -> Defuzzifier:
     """Return a defuzzifier with what the profile in force has for the options that are not given."""
     options = [o for o in setting.options if UNSET.get(o.name.text) != o.value.text]
@@ -172,7 +141,7 @@ def _defuzzifier_in_force(context: Context, setting: sx.Setting) -> Defuzzifier:
     elif base.resolution is not None and options and "resolution" not in names:
         at = setting.value.span
         options.append(sx.Option(sx.Word("resolution", at), sx.Word(str(base.resolution), at)))
-    given = _defuzzifier(context, dataclasses.replace(setting, options=tuple(options)))
+    given = resolve_options(context, setting.value.text, _once(context, options))
     fields = {name: getattr(given, name) for name in names if name in Defuzzifier.model_fields and name != "kind"}
     return base.model_copy(update=fields)
 

@@ -46,10 +46,11 @@ from fuzzyctl.lang import syntax
 from fuzzyctl.lang.builder import MAX_NAME
 from fuzzyctl.lang.parser import grammar_text, parse
 from fuzzyctl.model.method import ACTIVATIONS, DEFUZZIFIERS, Grid
+from fuzzyctl.model.profiles import PROFILES
 from fuzzyctl.model.variable import Fallback
 from fuzzyctl.resolve.claims import FORMS
+from fuzzyctl.resolve.defuzzifiers import RESOLUTIONS
 from fuzzyctl.resolve.rules import MAX_OUTPUTS, MAX_RULES
-from fuzzyctl.resolve.settings import PROFILES, RESOLUTIONS
 from fuzzyctl.resolve.variables import MAX_TERMS
 from fuzzyctl.source import SourceText
 

@@ -35,7 +35,7 @@ class TestMethod:
             ("and min(resolution=3)", "FZ213"),
             ("defuzzifier centroid(resolution=1)", "FZ302"),
             ("defuzzifier centroid(resolution=5000000)", "FZ302"),
-            ("defuzzifier centroid(resolution=10, grid=left)", "FZ213"),
+            ("defuzzifier centroid(resolution=10, grid=right)", "FZ213"),
             ("defuzzifier centroid(grid=midpoint)", "FZ214"),
             ("defuzzifier centroid(samples=10)", "FZ213"),
             ("defuzzifier center_average(resolution=10)", "FZ213"),

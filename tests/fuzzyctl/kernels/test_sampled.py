@@ -1,0 +1,265 @@
+"""Sampled defuzzifiers against plain loops that say what each rule means."""
+
+import math
+
+import hypothesis.strategies as st
+import numpy as np
+import pytest
+from hypothesis import given
+
+from fuzzyctl import loads
+from fuzzyctl.kernels.compile import compile as compile_system
+from tests.properties.test_engine import quick
+
+BACKENDS = ("python", "numpy", "numba")
+LOWER, UPPER = -3.0, 5.0
+
+TEXT = """
+system s
+implication {implication}
+aggregation {aggregation}
+defuzzifier {defuzzifier}
+input x in [0, 1]
+  on = ramp(0, 1)
+input y in [0, 1]
+  on = ramp(0, 1)
+output u in [-3, 5] else 77
+  a = {a}
+  b = {b}
+if x is on then u is a
+if y is on then u is b
+"""
+
+
+def grid(kind, count):
+    step = (UPPER - LOWER) / (count - 1 if kind == "endpoints" else count)
+    return [LOWER + (i + (0.5 if kind == "midpoint" else 0.0)) * step for i in range(count)], step
+
+
+def triangle(left, top, right):
+    def degree(x):
+        if x <= top:
+            return 1.0 if left == top else max(0.0, (x - left) / (top - left))
+        return max(0.0, (right - x) / (right - top))
+
+    return degree
+
+
+def gaussian(mean, sigma):
+    return lambda x: math.exp(-0.5 * ((x - mean) / sigma) ** 2)
+
+
+TERMS = {
+    "triangle(-4, -2, 1)": triangle(-4, -2, 1),
+    "triangle(0, 2, 5)": triangle(0, 2, 5),
+    "triangle(-1, 0, 1)": triangle(-1, 0, 1),
+    "gaussian(1, 1.25)": gaussian(1, 1.25),
+}
+IMPLICATIONS = {"min": min, "product": lambda a, b: a * b}
+AGGREGATIONS = {"max": max, "sum": lambda a, b: a + b}
+
+
+# --- what each rule means --------------------------------------------------------------------------------------------
+
+
+def centroid_plain(x, v, _):
+    return sum(a * b for a, b in zip(x, v, strict=True)) / sum(v)
+
+
+def centroid_trapezoid(x, v, _):
+    weights = [0.5, *[1.0] * (len(v) - 2), 0.5]
+    return sum(w * a * b for w, a, b in zip(weights, x, v, strict=True)) / sum(
+        w * b for w, b in zip(weights, v, strict=True)
+    )
+
+
+def bisector_first(x, v, _):
+    sums = np.cumsum(v)
+    return next(place for place, s in zip(x, sums, strict=True) if s >= 0.5 * sums[-1])
+
+
+def bisector_nearest(x, v, _):
+    sums = np.cumsum(v)
+    away = np.abs(sums / sums[-1] - 0.5)
+    return float(np.mean([place for place, d in zip(x, away, strict=True) if d == away.min()]))
+
+
+def bisector_walk(x, v, _):
+    left, right, k = 0.0, 0.5 * (2.0 * sum(v) - v[0] - v[-1]), 0
+    while left < right:
+        area = 0.5 * (v[k] + v[k + 1])
+        left, right, k = left + area, right - area, k + 1
+    return x[k] if 0.5 * (v[k - 1] + v[k]) >= left - right else x[k - 1]
+
+
+def bisector_two_sided(x, v, _):
+    low, high, below, above = 0, len(v) - 1, 0.0, 0.0
+    while low < high:
+        if below <= above:
+            low += 1
+            below += v[low]
+        else:
+            high -= 1
+            above += v[high]
+    return x[low]
+
+
+def bisector_interpolated(x, v, kind):
+    fine = 20_000
+    step = x[1] - x[0]
+    if kind == "endpoints":
+        at = np.linspace(x[0], x[-1], fine * (len(x) - 1) + 1)
+        density = np.interp(at, x, v)
+        area = np.concatenate(([0.0], np.cumsum(0.5 * (density[1:] + density[:-1]))))
+    else:
+        first = x[0] - (0.5 * step if kind == "midpoint" else 0.0)
+        at = first + step / fine * np.arange(fine * len(x) + 1)
+        area = np.concatenate(([0.0], np.cumsum(np.repeat(v, fine))))
+    return float(np.interp(0.5 * area[-1], area, at))
+
+
+CENTROIDS = {"plain": centroid_plain, "trapezoid": centroid_trapezoid}
+BISECTORS = {
+    "first": bisector_first,
+    "nearest": bisector_nearest,
+    "walk": bisector_walk,
+    "two_sided": bisector_two_sided,
+    "interpolated": bisector_interpolated,
+}
+SETS = st.fixed_dictionaries(
+    {
+        "a": st.sampled_from(list(TERMS)),
+        "b": st.sampled_from(list(TERMS)),
+        "implication": st.sampled_from(list(IMPLICATIONS)),
+        "aggregation": st.sampled_from(list(AGGREGATIONS)),
+        "grid": st.sampled_from(["midpoint", "endpoints", "left"]),
+        "count": st.sampled_from([2, 3, 9, 40]),
+    }
+)
+#: Binary fractions, so that ties are ties in any order of additions.
+ACTIVATIONS = st.sampled_from([0.0, 0.25, 0.5, 0.8125, 1.0])
+
+
+def samples(chosen, x, y):
+    points, _ = grid(chosen["grid"], chosen["count"])
+    imply, join = IMPLICATIONS[chosen["implication"]], AGGREGATIONS[chosen["aggregation"]]
+    a, b = TERMS[chosen["a"]], TERMS[chosen["b"]]
+    return points, [join(imply(x, a(p)), imply(y, b(p))) for p in points]
+
+
+def compiled(chosen, defuzzifier):
+    options = {k: chosen[k] for k in ("a", "b", "implication", "aggregation")}
+    return loads(TEXT.format(defuzzifier=defuzzifier, **options))
+
+
+def evaluated(system, x, y, backends=("python", "numpy")):
+    """Return what all backends give, one point at a time and in batch."""
+    found = []
+    for backend in backends:
+        kernel = compile_system(system, backend)
+        found += [kernel(x, y), *kernel.batch([[x, y], [x, y]])]
+    assert found == pytest.approx([found[0]] * len(found), rel=1e-13, abs=1e-13)
+    return found[0]
+
+
+class TestRules:
+    @given(SETS, st.sampled_from([*CENTROIDS.items(), *BISECTORS.items()]), ACTIVATIONS, ACTIVATIONS)
+    @quick(250)
+    def test_each_is_what_a_plain_loop_says(self, chosen, rule, x, y):
+        name, reference = rule
+        kind = "centroid" if name in CENTROIDS else "bisector"
+        system = compiled(chosen, f"{kind}(resolution={chosen['count']}, grid={chosen['grid']}, rule={name})")
+        found = evaluated(system, x, y)
+        points, values = samples(chosen, x, y)
+        whole = sum(values[1:]) if name == "two_sided" else sum(values)
+        if whole <= 0.0:
+            assert found == 77
+            return
+        expected = reference(points, values, chosen["grid"])
+        if name in ("first", "nearest", "walk", "two_sided") and found != pytest.approx(expected, abs=1e-9):
+            # Only where sums that are equal but for rounding decide.
+            assert is_tie(values)
+            return
+        tolerance = 2e-3 if name == "interpolated" else 1e-12
+        assert found == pytest.approx(expected, abs=tolerance)
+
+    @pytest.mark.parametrize("rule", list(BISECTORS))
+    def test_compiled_code_gives_the_same(self, rule):
+        chosen = {"a": "triangle(-4, -2, 1)", "b": "gaussian(1, 1.25)", "implication": "min", "aggregation": "sum"}
+        system = compiled(chosen, f"bisector(resolution=30, grid=endpoints, rule={rule})")
+        for x, y in ((0.3, 0.9), (0.0, 0.4), (1.0, 0.0)):
+            evaluated(system, x, y, BACKENDS)
+
+    def test_half_of_the_area_at_a_gap_is_the_middle_of_the_gap(self):
+        chosen = {"a": "triangle(-3, -2, -1)", "b": "triangle(3, 4, 5)", "implication": "min", "aggregation": "max"}
+        for kind in ("midpoint", "endpoints"):
+            count = 41 if kind == "endpoints" else 40
+            system = compiled(chosen, f"bisector(resolution={count}, grid={kind})")
+            assert evaluated(system, 0.7, 0.7) == pytest.approx(1.0, abs=1e-12)
+
+
+def is_tie(values):
+    """Return whether half of a sum is a sum of samples but for rounding, in one of the ways that rules add up."""
+    sums, traps = np.cumsum(values), np.cumsum(0.5 * (np.array(values[1:]) + np.array(values[:-1])))
+    inner = np.cumsum(values[1:-1]) if len(values) > 2 else np.zeros(1)
+    close = [np.abs(2.0 * s - s[-1]) < 1e-9 for s in (sums, traps, inner) if len(s)]
+    halves = np.abs(np.abs(sums[:-1] / sums[-1] - 0.5) - np.abs(sums[1:] / sums[-1] - 0.5)) < 1e-9
+    trap_halves = np.abs(np.abs(traps[:-1] / traps[-1] - 0.5) - np.abs(traps[1:] / traps[-1] - 0.5)) < 1e-9
+    return any(c.any() for c in close) or bool(halves.any()) or bool(trap_halves.any())
+
+
+class TestMaxima:
+    @given(
+        SETS,
+        st.sampled_from(["som", "lom", "mom"]),
+        st.sampled_from(["value", "magnitude"]),
+        st.sampled_from([0.0, 1e-9, 0.25]),
+        ACTIVATIONS,
+        ACTIVATIONS,
+    )
+    @quick(200)
+    def test_they_are_the_samples_of_the_largest_degree(self, chosen, kind, by, tolerance, x, y):
+        options = f"resolution={chosen['count']}, grid={chosen['grid']}, tolerance={tolerance}"
+        measured = f", by={by}" if kind != "mom" else ""
+        found = evaluated(compiled(chosen, f"{kind}({options}{measured})"), x, y)
+        points, values = samples(chosen, x, y)
+        most = max(values)
+        if most <= 0.0:
+            assert found == 77
+            return
+        below, places, above = (
+            [p for p, v in zip(points, values, strict=True) if v >= (1.0 - tolerance + slack) * most]
+            for slack in (1e-12, 0.0, -1e-12)
+        )
+        if places != above or (tolerance > 0.0 and places != below):
+            return  # rounding decides which samples count
+        size = abs if by == "magnitude" else float
+        expected = {"som": min(places, key=size), "lom": max(places, key=size), "mom": sum(places) / len(places)}
+        assert found == pytest.approx(expected[kind], abs=1e-12)
+
+    @pytest.mark.parametrize("kind", ["som", "lom", "mom", "som(by=magnitude)", "lom(by=magnitude)"])
+    def test_compiled_code_gives_the_same(self, kind):
+        name, _, options = kind.partition("(")
+        chosen = {"a": "triangle(-4, -2, 1)", "b": "gaussian(1, 1.25)", "implication": "min", "aggregation": "max"}
+        tail = f", {options}" if options else ")"
+        system = compiled(chosen, f"{name}(resolution=30, grid=left{tail}")
+        for x, y in ((0.3, 0.9), (0.5, 0.5), (0.0, 0.4)):
+            evaluated(system, x, y, BACKENDS)
+
+    def test_tools_differ_where_a_plateau_lies_left_of_zero(self):
+        # The older manual of MATLAB: of a plateau from -8 to -2 the smallest is -2 and the largest -8.
+        text = """
+system s
+defuzzifier {}
+input x in [0, 1]
+  on = ramp(0, 1)
+output u in [-10, 10] else 0
+  a = trapezoid(-10, -8, -2, 2)
+if x is on then u is a
+"""
+        found = [
+            loads(text.format(f"{kind}(resolution=101, grid=endpoints, by={by})"))(x=1)
+            for by in ("value", "magnitude")
+            for kind in ("som", "lom")
+        ]
+        assert found == [-8, -2, -2, -8]
