@@ -160,6 +160,8 @@ def walk(expr: Expr) -> Iterator[Expr]:
 
 def names_in(expr: Expr) -> list[Name]:
     """Return the names an expression uses, in order of appearance."""
+    if type(expr) is Number:  # nearly all expressions of a system are
+        return []
     return [node for node in walk(expr) if isinstance(node, Name)]
 
 

@@ -40,14 +40,14 @@ def load(path: str | os.PathLike[str], *, system: str | None = None, max_bytes: 
     """
     path, system = arguments.path(path, "; 'loads' takes texts"), chosen_name(system)
     source = read_source(path, max_bytes=arguments.bytes_allowed(max_bytes))
-    return _required(examine(source, folder=Path(path).parent, system=system))
+    return _required(examine(source, folder=Path(path).parent, system=system, hints=False))
 
 
 def load_all(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES) -> tuple[FuzzySystem, ...]:
     """Read all fuzzy systems of a rule file, in the order written; see `load`."""
     path = arguments.path(path, "; 'loads' takes texts")
     source = read_source(path, max_bytes=arguments.bytes_allowed(max_bytes))
-    systems, diagnostics = examine_all(source, folder=Path(path).parent)
+    systems, diagnostics = examine_all(source, folder=Path(path).parent, hints=False)
     errors = [d for d in diagnostics if d.severity == "error"]
     if errors:
         raise DiagnosticError(errors)
@@ -65,7 +65,7 @@ def loads(text: str, name: str = "<text>", *, system: str | None = None) -> Fuzz
         raise ArgumentError(f"the text of a rule file is due, got {type(text).__name__}; 'load' takes paths")
     source = SourceText(arguments.text("'name'", name), text)
     _require_characters(source)
-    return _required(examine(source, system=chosen_name(system)))
+    return _required(examine(source, system=chosen_name(system), hints=False))
 
 
 def chosen_name(system: object) -> str | None:
@@ -90,7 +90,7 @@ def _require_characters(source: SourceText) -> None:
 
 
 def examine(
-    source: SourceText, *, folder: Path | None = None, system: str | None = None
+    source: SourceText, *, folder: Path | None = None, system: str | None = None, hints: bool = True
 ) -> tuple[FuzzySystem | None, list[Diagnostic]]:
     """Parse, assemble, resolve and check a source that holds one system, or several of which one is named.
 
@@ -98,11 +98,12 @@ def examine(
         source: The text.
         folder: Where the files stand that it uses; None for a text that may use none.
         system: Name of the system, where there are several.
+        hints: Whether to look for what can only be a warning; without it a file is read faster.
 
     Returns:
         The system, None when there are errors, and all diagnostics, warnings included, in the order of their places.
     """
-    return choose(source, *examine_all(source, folder=folder), system)
+    return choose(source, *examine_all(source, folder=folder, hints=hints), system)
 
 
 def choose(
@@ -125,7 +126,9 @@ def choose(
     return None, [*diagnostics, Diagnostic("FZ502", message, facts=facts, help=help_text, file=source.name)]
 
 
-def examine_all(source: SourceText, *, folder: Path | None = None) -> tuple[tuple[FuzzySystem, ...], list[Diagnostic]]:
+def examine_all(
+    source: SourceText, *, folder: Path | None = None, hints: bool = True
+) -> tuple[tuple[FuzzySystem, ...], list[Diagnostic]]:
     """Do the same for all systems of a source; those with errors are left out.
 
     The suffix of the source's name says the format; whatever is no format of another tool is a rule file.
@@ -138,15 +141,17 @@ def examine_all(source: SourceText, *, folder: Path | None = None) -> tuple[tupl
     diagnostics = [*mistakes, *more]
     broken = bool(diagnostics)
     systems: list[FuzzySystem] = []
+    policy = [s for s in tree.statements if isinstance(s, sx.Allow)]
+    hints = hints or any(line.keyword.text == "deny" for line in policy)
     for part in split(tree):
-        system, found = _examine_part(part, broken)
+        system, found = _examine_part(part, broken, hints)
         diagnostics.extend(found)
         systems.extend([system] if system is not None else [])
     diagnostics.extend(_same_names(systems))
     used = _Used(tree, folder)
     linked, more = link(systems, used.system, broken=any(d.severity == "error" for d in diagnostics))
     diagnostics = in_order(source, [*diagnostics, *more, *used.mistakes])
-    return linked, apply_policy(diagnostics, [s for s in tree.statements if isinstance(s, sx.Allow)])
+    return linked, apply_policy(diagnostics, policy)
 
 
 class _Used:
@@ -166,16 +171,16 @@ class _Used:
         """Return the system of that name in the first file that holds one."""
         while name not in self.systems and self.paths:
             path = self.paths.pop(0)
-            systems, found = examine_all(read_source(path), folder=path.parent)
+            systems, found = examine_all(read_source(path), folder=path.parent, hints=False)
             self.mistakes.extend(d for d in found if d.severity == "error")
             self.systems = {s.name: s for s in systems} | self.systems
         return self.systems.get(name)
 
 
-def _examine_part(part: Part, broken: bool) -> tuple[FuzzySystem | None, list[Diagnostic]]:
+def _examine_part(part: Part, broken: bool, hints: bool) -> tuple[FuzzySystem | None, list[Diagnostic]]:
     system, diagnostics = resolve(part.tree, part.shared, broken)
     if system is not None:
-        diagnostics = [*diagnostics, *check_model(system)]
+        diagnostics = [*diagnostics, *check_model(system, hints=hints)]
         # What is written once for several systems need not be used by each.
         diagnostics = [d for d in diagnostics if not (d.code in ("FZ208", "FZ216", "FZ219") and part.is_shared(d.span))]
     return (None if any(d.severity == "error" for d in diagnostics) else system), diagnostics

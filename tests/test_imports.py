@@ -41,6 +41,7 @@ ALLOWED = {
 HOMES = {
     "lark": {"fuzzyctl/lang"},
     "numba": {"fuzzyctl/kernels/numba_backend.py", "apps/dwmr"},
+    "llvmlite": {"fuzzyctl/kernels/entry.py"},
     "matplotlib": {"fuzzyctl/plot", "apps/dwmr/figures"},
     "mpl_toolkits": {"fuzzyctl/plot", "apps/dwmr/figures"},
     "click": {"fuzzyctl/cli", "apps/dwmr/cli"},
@@ -141,6 +142,12 @@ def test_a_light_command_loads_nothing_heavy(arguments, tmp_path):
         f"result = CliRunner().invoke(main, {arguments!r})\nassert result.exit_code == 0, result.output"
     )
     assert loaded_after(code) & HEAVY == set()
+
+
+def test_a_file_of_plain_lines_is_read_without_the_grammar():
+    code = f"import fuzzyctl\nfuzzyctl.load({str(ROOT / 'rules' / 'ais_reaction.fz')!r})"
+    assert "pydantic" in loaded_after(code)
+    assert "lark" not in loaded_after(code)
 
 
 def test_every_name_of_the_facade_exists_and_stands_in_order():

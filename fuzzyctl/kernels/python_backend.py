@@ -37,10 +37,11 @@ def evaluation_source(program: Program) -> str:
 def call_source(program: Program) -> str:
     """Return the text of the method `call(self, x0, ...)` of a kernel without a state that returns one output.
 
+    The program is one with rows.
+
     Where an argument is missing, one too many or no number, where no rule fires and where the result is NaN it returns
     what `self._careful` does with the arguments.
     """
-    program, _ = with_rows(program)
     names = list(program.arguments)
     head = f"def call(self, {', '.join(f'{x}=missing' for x in names)}, /, *more):"
     lines = [*_conversions(program), *_body(program, INTERPRETED)]
@@ -87,8 +88,8 @@ def compile_source(source: str, program: Program, input_names: Sequence[str]) ->
 
 
 def compile_call(program: Program) -> Callable[..., Any]:
-    """Return the method that `call_source` is the text of."""
-    _, tables = with_rows(program)
+    """Return the method `call(self, x0, ...)`, see `call_source`."""
+    program, tables = with_rows(program)
     # The careful way says for which output no rule fires.
     return _execute(call_source(program), {**RUNTIME, **tables, **_CALLING, "no_rule_fires": ArithmeticError})
 

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from typing import Any, Final
-
-from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
+from typing import TYPE_CHECKING, Any, Final
 
 from fuzzyctl.errors import Diagnostic, closest, look_alikes
 from fuzzyctl.lang.lines import LogicalLine
 from fuzzyctl.lang.slips import NO_RULE, SPELLINGS, corner, repair
 from fuzzyctl.lang.syntax import NAME, STATEMENT_KEYWORDS
 from fuzzyctl.source import SourceText, Span
+
+if TYPE_CHECKING:
+    from lark.exceptions import UnexpectedInput, UnexpectedToken
 
 #: How each statement is written: the help of a broken one.
 FORMS: Final[dict[str, str]] = {
@@ -89,6 +90,8 @@ def describe(source: SourceText, line: LogicalLine, error: UnexpectedInput) -> D
         return Diagnostic("FZ102", "a table of a rule file has no corner", Span(source, *place), help=help_text)
     form = FORMS.get(line.word, "") if line.kind == "statement" else _BELOW.get(line.kind, "")
     help_text = f"the form is: {form}" if form else ""
+    from lark.exceptions import UnexpectedCharacters, UnexpectedToken  # here, since only broken lines need them
+
     if isinstance(error, UnexpectedCharacters):
         position: Any = error.pos_in_stream
         return _bad_character(source, line, line.start + position, help_text)

@@ -4,19 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import re
-import threading
-from functools import lru_cache
-from importlib import resources
 from itertools import zip_longest
 from typing import Any, Final
-
-from lark import Lark
-from lark.exceptions import UnexpectedInput
 
 from fuzzyctl.errors import Diagnostic
 from fuzzyctl.lang import plain
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.lang.builder import Builder
 from fuzzyctl.lang.heads import (
     Headless,
     describe_barless,
@@ -28,37 +21,13 @@ from fuzzyctl.lang.heads import (
     looks_like_variable,
 )
 from fuzzyctl.lang.lines import LineKind, LogicalLine, split
-from fuzzyctl.lang.mistakes import describe, describe_unknown_line, meant_keyword, orphan
+from fuzzyctl.lang.mistakes import describe_unknown_line, meant_keyword, orphan
 from fuzzyctl.source import SourceText, Span
 
 #: So many lines that cannot be read are reported.
 MAX_MISTAKES: Final = 500
 
 _WORDS = re.compile(sx.NAME)
-
-# Lark calls the builder while it parses, and the builder must know where the line stands; one parse at a time.
-_LOCK = threading.Lock()
-
-
-@lru_cache(maxsize=1)
-def grammar_text() -> str:
-    """Return the text of the grammar."""
-    return resources.files("fuzzyctl.lang").joinpath("grammar.lark").read_text(encoding="utf-8")
-
-
-@lru_cache(maxsize=1)
-def _machine() -> tuple[Lark, Builder]:
-    builder = Builder()
-    starts = ["statement", "term_line", "header", "row", "label", "cell"]
-    lark = Lark(
-        grammar_text(),
-        parser="lalr",
-        lexer="contextual",
-        start=starts,
-        transformer=builder,
-        maybe_placeholders=True,
-    )
-    return lark, builder
 
 
 def parse(source: SourceText) -> tuple[sx.SyntaxTree, list[Diagnostic]]:
@@ -85,14 +54,10 @@ def parse_line(source: SourceText, line: LogicalLine, kind: LineKind) -> tuple[A
 
 def parse_by_grammar(source: SourceText, line: LogicalLine, kind: LineKind) -> tuple[Any, list[Diagnostic]]:
     """Do the same for any line, plain or not."""
-    lark, builder = _machine()
-    with _LOCK:
-        builder.begin(source, line)
-        try:
-            node = lark.parse(source.text[line.start : line.end], start=kind)
-        except UnexpectedInput as error:
-            return None, [describe(source, line, error)]
-        return (None if builder.problems else node), builder.problems
+    # Files of plain lines, which are read faster than the grammar is, need none.
+    from fuzzyctl.lang import grammar
+
+    return grammar.parse_line(source, line, kind)
 
 
 class _Assembler:

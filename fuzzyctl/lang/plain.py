@@ -1,4 +1,5 @@
-"""Reads what most lines of rule files are: rows of names, and terms whose parameters are numbers and names.
+"""Reads what most lines of rule files are: heads of systems, variables and tables, rows of names, and terms whose
+parameters are numbers and names.
 
 The grammar reads them too, token by token and ten times slower; a test holds the two to each other. Whatever is not as
 plain as this is left to the grammar, and with it every mistake.
@@ -6,29 +7,51 @@ plain as this is left to the grammar, and with it every mistake.
 
 from __future__ import annotations
 
-import math
 import re
+import unicodedata
+from collections.abc import Callable
 from typing import Any, Final
 
 from fuzzyctl import expr as ex
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.lines import LineKind, LogicalLine
+from fuzzyctl.lang.plain_expr import NAME as _NAME
+from fuzzyctl.lang.plain_expr import NUMBER as _NUMBER
+from fuzzyctl.lang.plain_expr import NotPlainError, Reader, finite
 from fuzzyctl.source import SourceText, Span
 
-_NAME: Final = r"[A-Za-z_][A-Za-z0-9_]{0,50}"
-_NUMBER: Final = r"(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _END: Final = r"[ \t\r]*"
+_STOP: Final = rf"{_END}\Z"
 _PARAMETER: Final = rf"[ \t]*-?(?:{_NUMBER}|{_NAME})[ \t]*"
 
 _HEADER: Final = re.compile(rf"[ \t]*{_NAME}(?:[ \t]+{_NAME})*{_END}")
 _ROW: Final = re.compile(rf"[ \t]*({_NAME})?[ \t]*\|((?:[ \t]+(?:{_NAME}|\.))+){_END}")
 _TERM: Final = re.compile(rf"[ \t]*({_NAME})[ \t]*=[ \t]*({_NAME})[ \t]*\(({_PARAMETER}(?:,{_PARAMETER})*)\){_END}")
+_STRING: Final = r'"([^"\n]*)"'
+_TITLE: Final = re.compile(rf"[ \t]*(system)[ \t]+({_NAME})(?:[ \t]*{_STRING})?{_STOP}")
+_SOURCE: Final = re.compile(rf"[ \t]*source[ \t]*{_STRING}{_STOP}")
+_SETTING: Final = re.compile(rf"[ \t]*(and|or|implication|aggregation|defuzzifier)[ \t]+({_NAME}){_STOP}")
+_PARAM: Final = re.compile(rf"[ \t]*param[ \t]+({_NAME})[ \t]*=([^\"#\n]*?)(?:\bunit[ \t]*{_STRING})?{_STOP}")
+_REQUIRE: Final = re.compile(r"[ \t]*require\b")
+_VARIABLE: Final = re.compile(
+    rf"[ \t]*(input|output)[ \t]+({_NAME})(?:[ \t]*{_STRING}[ \t]*|[ \t]+)in[ \t]*"
+    rf"\[({_PARAMETER}),({_PARAMETER})\](?:[ \t]*(unit)[ \t]*({_STRING}))?{_STOP}"
+)
+_TERMS: Final = re.compile(rf"[ \t]*terms((?:[ \t]+{_NAME})+){_STOP}")
+_TABLE: Final = re.compile(rf"[ \t]*table[ \t]+({_NAME})[ \t]*=[ \t]*({_NAME})(?:[ \t]+x[ \t]+({_NAME}))?{_STOP}")
 _WORD: Final = re.compile(rf"{_NAME}|\.")
 _VALUE: Final = re.compile(rf"(-?)({_NUMBER}|{_NAME})")
 
 
 def read(source: SourceText, line: LogicalLine, kind: LineKind) -> Any:
     """Return the node of a plain line, None for any other line."""
+    try:
+        return _read(source, line, kind)
+    except NotPlainError:
+        return None
+
+
+def _read(source: SourceText, line: LogicalLine, kind: LineKind) -> Any:
     text = source.text[line.start : line.end]
     whole = Span(source, line.start + len(text) - len(text.lstrip()), line.end)
     if kind == "header" and _HEADER.fullmatch(text):
@@ -39,7 +62,91 @@ def read(source: SourceText, line: LogicalLine, kind: LineKind) -> Any:
         return sx.RowLine(whole, label, cells)
     if kind == "term_line" and (term := _TERM.fullmatch(text)):
         return _term(source, line.start, whole, term)
+    if kind == "statement" and (statement := _STATEMENTS.get(line.word)):
+        form, build = statement
+        found = form.match(text)
+        return None if found is None else build(source, line.start, whole, found)
     return None
+
+
+def _system(source: SourceText, base: int, whole: Span, found: re.Match[str]) -> sx.System:
+    return sx.System(whole, _word(source, base, found, 2), _text(found[3]))
+
+
+def _citation(source: SourceText, base: int, whole: Span, found: re.Match[str]) -> sx.Citation:
+    return sx.Citation(whole, _text(found[1]))
+
+
+def _setting(source: SourceText, base: int, whole: Span, found: re.Match[str]) -> sx.Setting:
+    return sx.Setting(whole, _word(source, base, found, 1), _word(source, base, found, 2), ())
+
+
+def _param(source: SourceText, base: int, whole: Span, found: re.Match[str]) -> sx.Param:
+    reader = Reader(source, base + found.start(2), base + found.end(2))
+    value = reader.sum()
+    _require_end(reader)
+    return sx.Param(whole, _word(source, base, found, 1), value, _text(found[3]))
+
+
+def _guarantee(source: SourceText, base: int, whole: Span, found: re.Match[str]) -> sx.Require:
+    reader = Reader(source, base + found.end(), whole.end)
+    claim = reader.claim()
+    within = when = None
+    if reader.name == "within":
+        reader.advance()
+        within = reader.sum()
+    if reader.name == "when":
+        reader.advance()
+        when = reader.claim()
+    _require_end(reader)
+    return sx.Require(whole, claim, within, when)
+
+
+def _require_end(reader: Reader) -> None:
+    if not reader.at_end:
+        raise NotPlainError
+
+
+def _variable(source: SourceText, base: int, whole: Span, found: re.Match[str]) -> sx.Variable:
+    lower, upper = _number(source, base, found, 4), _number(source, base, found, 5)
+    clauses: tuple[sx.Clause, ...] = ()
+    if found[6] is not None:
+        clauses = (sx.UnitClause(_text(found[8]), Span(source, base + found.start(6), base + found.end(7))),)
+    keyword, name = _word(source, base, found, 1), _word(source, base, found, 2)
+    return sx.Variable(whole, keyword, name, _text(found[3]), lower, upper, clauses)
+
+
+def _partition(source: SourceText, base: int, whole: Span, found: re.Match[str]) -> sx.TermsLine:
+    words = (_word(source, base, m) for m in _WORD.finditer(found.string, *found.span(1)))
+    return sx.TermsLine(whole, tuple(sx.PartitionItem(w, None, None) for w in words))
+
+
+def _table(source: SourceText, base: int, whole: Span, found: re.Match[str]) -> sx.Table:
+    second = None if found[3] is None else _word(source, base, found, 3)
+    return sx.Table(whole, (_word(source, base, found, 1),), _word(source, base, found, 2), second, "", None)
+
+
+#: By the first word of a statement what a plain one looks like, and what it is.
+_STATEMENTS: Final[dict[str, tuple[re.Pattern[str], Callable[[SourceText, int, Span, re.Match[str]], Any]]]] = {
+    "system": (_TITLE, _system),
+    "source": (_SOURCE, _citation),
+    **dict.fromkeys(("and", "or", "implication", "aggregation", "defuzzifier"), (_SETTING, _setting)),
+    "param": (_PARAM, _param),
+    **dict.fromkeys(("input", "output"), (_VARIABLE, _variable)),
+    "require": (_REQUIRE, _guarantee),
+    "terms": (_TERMS, _partition),
+    "table": (_TABLE, _table),
+}
+
+
+def _text(found: str | None) -> str:
+    return "" if found is None else unicodedata.normalize("NFC", found)
+
+
+def _number(source: SourceText, base: int, found: re.Match[str], group: int) -> ex.Expr:
+    value = _VALUE.search(found.string, *found.span(group))
+    assert value is not None, "the form of the line holds one"
+    return _value(source, base, value, _at(source, base, value))
 
 
 def _at(source: SourceText, base: int, found: re.Match[str], group: int = 0) -> Span:
@@ -55,25 +162,20 @@ def _cell(source: SourceText, base: int, found: re.Match[str]) -> sx.CellText:
     return sx.CellText(() if found[0] == "." else (sx.Word(found[0], place),), None, place)
 
 
-def _term(source: SourceText, base: int, whole: Span, found: re.Match[str]) -> sx.TermLine | None:
+def _term(source: SourceText, base: int, whole: Span, found: re.Match[str]) -> sx.TermLine:
     arguments = []
     for value in _VALUE.finditer(found.string, *found.span(3)):
         place = _at(source, base, value)
-        expr = _value(source, base, value, place)
-        if expr is None:
-            return None
-        arguments.append(sx.Argument(expr, None, place))
+        arguments.append(sx.Argument(_value(source, base, value, place), None, place))
     name, kind = _word(source, base, found, 1), _word(source, base, found, 2)
     return sx.TermLine(whole, name, kind, tuple(arguments))
 
 
-def _value(source: SourceText, base: int, found: re.Match[str], place: Span) -> ex.Expr | None:
-    """Return a parameter, None for a number that a double cannot hold."""
+def _value(source: SourceText, base: int, found: re.Match[str], place: Span) -> ex.Expr:
+    """Return a parameter."""
     sign, text = found[1], found[2]
     if not (text[0].isdigit() or text[0] == "."):
         name = ex.Name(text, _at(source, base, found, 2))
         return ex.Negate(name, place) if sign else name
-    value = float(text)
-    if math.isinf(value) or (value == 0.0 and any(c in "123456789" for c in text.lower().partition("e")[0])):
-        return None
+    value = finite(text)
     return ex.Number(-value if sign else value, sign + text, place)

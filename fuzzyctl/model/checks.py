@@ -22,13 +22,17 @@ from fuzzyctl.source import Span
 Check = Callable[[FuzzySystem], Iterator[Diagnostic]]
 
 
-def check_model(system: FuzzySystem) -> list[Diagnostic]:
+def check_model(system: FuzzySystem, *, hints: bool = True) -> list[Diagnostic]:
     """Return all diagnostics of a system, in the order of their places.
 
     A number that cannot be computed, or a shape with bad parameters, costs only the checks that would look at it.
+
+    Args:
+        system: The system.
+        hints: Whether to run the checks that give nothing but warnings.
     """
     numbers = Numbers(system)
-    found = [d for check in CHECKS for d in check(system)]
+    found = [d for check in (*CHECKS, *(HINTS if hints else ())) for d in check(system)]
     found += [d for number_check in (*VALUE_CHECKS, *SHAPE_CHECKS) for d in number_check(numbers)]
     return in_order(found)
 
@@ -46,7 +50,7 @@ def in_order(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
 
 def require_well_formed(system: FuzzySystem) -> None:
     """Raise `DiagnosticError` when a system has errors; warnings pass."""
-    errors = [d for d in check_model(system) if d.severity == "error"]
+    errors = [d for d in check_model(system, hints=False) if d.severity == "error"]
     if errors:
         raise DiagnosticError(errors)
 
@@ -238,6 +242,11 @@ CHECKS: Final[tuple[Check, ...]] = (
     functions_read,
     several_adaptive_outputs,
     outputs_without_rules,
+    unlike_units,
+)
+
+#: Those of them that give nothing but warnings.
+HINTS: Final[tuple[Check, ...]] = (
     contradictory_rules,
     unused_inputs,
     unused_terms,
@@ -245,5 +254,4 @@ CHECKS: Final[tuple[Check, ...]] = (
     unused_hedges,
     jumping_tables,
     odd_cells,
-    unlike_units,
 )

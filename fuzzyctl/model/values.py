@@ -31,6 +31,10 @@ def uncomputable_numbers(numbers: Numbers) -> Iterator[Diagnostic]:
     yield from infinite
     seen: set[Span] = set()
     for expr, may_be_infinite, what in all_numbers(numbers.system):
+        if type(expr) is Number and math.isfinite(expr.value):  # nearly all are
+            if expr.span is not None:
+                seen.add(expr.span)
+            continue
         # The ends of a range are also peaks of an even partition; one place gives one diagnostic.
         place = span_of(expr)
         if place in seen or (place is None and infinite and not isinstance(expr, Number)):

@@ -44,7 +44,8 @@ from fuzzyctl.checking import check_source
 from fuzzyctl.cli.main import main as fuzzyctl_commands
 from fuzzyctl.lang import syntax
 from fuzzyctl.lang.builder import MAX_NAME
-from fuzzyctl.lang.parser import grammar_text, parse
+from fuzzyctl.lang.grammar import grammar_text
+from fuzzyctl.lang.parser import parse
 from fuzzyctl.model.method import ACTIVATIONS, DEFUZZIFIERS, Grid
 from fuzzyctl.model.profiles import PROFILES
 from fuzzyctl.model.variable import Fallback

@@ -1,7 +1,8 @@
 import pytest
 
+from fuzzyctl.errors import DiagnosticError
 from fuzzyctl.loading import examine, loads
-from fuzzyctl.model.checks import CHECKS, check_model
+from fuzzyctl.model.checks import CHECKS, HINTS, check_model
 from fuzzyctl.model.shapes import SHAPE_CHECKS
 from fuzzyctl.model.values import VALUE_CHECKS
 from fuzzyctl.shipped import rules_folder
@@ -21,8 +22,17 @@ class TestChecks:
         assert found(path.read_text(encoding="utf-8")) == []
 
     def test_every_check_is_named_once(self):
-        checks = (*CHECKS, *VALUE_CHECKS, *SHAPE_CHECKS)
+        checks = (*CHECKS, *HINTS, *VALUE_CHECKS, *SHAPE_CHECKS)
         assert len({c.__name__ for c in checks}) == len(checks)
+
+    def test_hints_are_warnings_and_loading_does_without_them(self, changed):
+        text = changed(("\ninput x", "\nparam k = 1\ninput x"), after="if x is N and y is N then u is P\n")
+        system = loads(text)
+        hints = [d for check in HINTS for d in check(system)]
+        assert sorted({d.code for d in hints}) == ["FZ209", "FZ216"]
+        assert {d.severity for d in hints} == {"warning"}
+        with pytest.raises(DiagnosticError, match="FZ216"):
+            loads(text + "deny FZ216\n")
 
     def test_a_curved_term_has_no_exact_centroid(self, changed):
         curved = ("Z = triangle(-2, 0, 2)", "Z = gaussian(0, 1)")

@@ -1,0 +1,53 @@
+"""The grammar at work: a logical line becomes a node, or a diagnostic."""
+
+from __future__ import annotations
+
+import threading
+from functools import cache
+from importlib import resources
+from typing import Any
+
+from lark import Lark
+from lark.exceptions import UnexpectedInput
+
+from fuzzyctl.errors import Diagnostic
+from fuzzyctl.lang.builder import Builder
+from fuzzyctl.lang.lines import LineKind, LogicalLine
+from fuzzyctl.lang.mistakes import describe
+from fuzzyctl.source import SourceText
+
+# Lark calls the builder while it parses, and the builder must know where the line stands; one parse at a time.
+_LOCK = threading.Lock()
+
+
+@cache
+def grammar_text() -> str:
+    """Return the text of the grammar."""
+    return resources.files("fuzzyctl.lang").joinpath("grammar.lark").read_text(encoding="utf-8")
+
+
+@cache
+def _machine() -> tuple[Lark, Builder]:
+    builder = Builder()
+    starts = ["statement", "term_line", "header", "row", "label", "cell"]
+    lark = Lark(
+        grammar_text(),
+        parser="lalr",
+        lexer="contextual",
+        start=starts,
+        transformer=builder,
+        maybe_placeholders=True,
+    )
+    return lark, builder
+
+
+def parse_line(source: SourceText, line: LogicalLine, kind: LineKind) -> tuple[Any, list[Diagnostic]]:
+    """Parse one line as one kind; the node is None when it could not be read."""
+    lark, builder = _machine()
+    with _LOCK:
+        builder.begin(source, line)
+        try:
+            node = lark.parse(source.text[line.start : line.end], start=kind)
+        except UnexpectedInput as error:
+            return None, [describe(source, line, error)]
+        return (None if builder.problems else node), builder.problems
