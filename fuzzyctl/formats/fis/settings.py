@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, cast
 
 from fuzzyctl.errors import Note
 from fuzzyctl.formats.findings import Findings, meant
@@ -22,6 +22,9 @@ _KEYS: Final = (
 _TYPES: Final = ("mamdani", "sugeno", "tsukamoto", "inverse tsukamoto", "hybrid")
 
 _GENERATED: Final = re.compile(r"generated (?:with|by) fuzzylite (\d{1,3})", re.IGNORECASE)
+
+#: What fuzzyctl writes into files whose numerics are not MATLAB's.
+_SAID: Final = re.compile(r"% numerics of (octave|fuzzylite|matlab)$")
 
 #: Keys of variables that only fuzzylite writes.
 _FUZZYLITE_KEYS: Final = frozenset({"enabled", "default", "lock", "lockprevious", "lockrange"})
@@ -60,6 +63,9 @@ def dialect_of(file: Sections, hedged: bool) -> Dialect:
         file: The file.
         hedged: Whether rules have hedges, which MATLAB does not know.
     """
+    said = next((m for c in file.comments if (m := _SAID.search(c)) is not None), None)
+    if said is not None:
+        return cast(Dialect, said.group(1))
     entries = [e for s in file.sections for e in s.entries if s.kind != "rules"]
     if any("generated" in c.lower() and "fuzzylite" in c.lower() for c in file.comments):
         return "fuzzylite"

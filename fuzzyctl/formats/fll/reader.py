@@ -92,8 +92,9 @@ class _File:
             findings.error("FZ212", "the file has no rule that is enabled", None, help="write a RuleBlock with rules")
         if not enabled and outputs and not findings.failed:
             findings.error("FZ212", "all outputs are disabled", outputs[0].span, help="enable one")
-        conjunction = common_norm(blocks, "conjunction", findings) or "min"
-        disjunction = common_norm(blocks, "disjunction", findings) or "max"
+        # A norm by which no rule joins is kept all the same.
+        conjunction = common_norm(blocks, "conjunction", findings) or (blocks and blocks[0].conjunction) or "min"
+        disjunction = common_norm(blocks, "disjunction", findings) or (blocks and blocks[0].disjunction) or "max"
         ranges = [self._input_range(v) for v in inputs]
         made = [self._output(v, blocks, ranges) for v in enabled]
         activation = common_activation(blocks, findings)
@@ -102,7 +103,7 @@ class _File:
         method = Method(
             conjunction=conjunction,
             disjunction=disjunction,
-            implication=made[0].implication or "min",
+            implication=made[0].implication or blocks[0].implication or "min",
             aggregation=made[0].aggregation or "max",
             activation=activation,
             defuzzifier=made[0].defuzzifier or self.profile.defuzzifier("centroid"),

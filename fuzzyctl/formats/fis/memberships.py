@@ -1,0 +1,101 @@
+"""Writes membership functions as `'trimf',[0 1 2]`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Final
+
+from fuzzyctl.expr import number_text
+from fuzzyctl.formats.fis.words import OF_FUZZYLITE
+
+Values = Sequence[float]
+
+#: A function of a `.fis` file with its parameters.
+Written = tuple[str, Values]
+
+
+def number(value: float) -> str:
+    """Return a number as MATLAB reads it."""
+    if math.isinf(value):
+        return "Inf" if value > 0 else "-Inf"
+    return number_text(value)
+
+
+def vector(values: Values) -> str:
+    """Return numbers between brackets."""
+    return f"[{' '.join(map(number, values))}]"
+
+
+def _trapezoid(p: Values) -> Written:
+    """Return a trapezoid; shoulders that never end are the functions that MATLAB has for them."""
+    left, left_top, right_top, right = p
+    if math.isinf(left) and math.isinf(right):
+        return "trapmf", (-math.inf, -math.inf, math.inf, math.inf)
+    if math.isinf(left):
+        return "linzmf", (right_top, right)
+    if math.isinf(right):
+        return "linsmf", (left, left_top)
+    return "trapmf", p
+
+
+def _triangle(p: Values) -> Written:
+    left, peak, right = p
+    return ("trimf", p) if math.isfinite(left) and math.isfinite(right) else _trapezoid((left, peak, peak, right))
+
+
+def _rectangle(p: Values) -> Written:
+    left, right = p
+    return _trapezoid((left, left if math.isfinite(left) else right, right if math.isfinite(right) else left, right))
+
+
+def _pi(p: Values) -> Written:
+    left, left_top, right_top, right = p
+    if math.isinf(left) and math.isinf(right):
+        return "trapmf", (-math.inf, -math.inf, math.inf, math.inf)
+    if math.isinf(left):
+        return "zmf", (right_top, right)
+    if math.isinf(right):
+        return "smf", (left, left_top)
+    return "pimf", p
+
+
+def _ramp(p: Values) -> Written:
+    return ("linsmf", p) if p[0] < p[1] else ("linzmf", (p[1], p[0]))
+
+
+_WRITERS: Final[dict[str, Callable[[Values], Written]]] = {
+    "triangle": _triangle,
+    "trapezoid": _trapezoid,
+    "rectangle": _rectangle,
+    "ramp": _ramp,
+    "gaussian": lambda p: ("gaussmf", (p[1], p[0])),
+    "gaussian2": lambda p: ("gauss2mf", (p[1], p[0], p[3], p[2])),
+    "bell": lambda p: ("gbellmf", (p[1], p[2], p[0])),
+    "sigmoid": lambda p: ("sigmf", (p[1], p[0])),
+    "sigmoid_difference": lambda p: ("dsigmf", (p[1], p[0], p[2], p[3])),
+    "sigmoid_product": lambda p: ("psigmf", (p[1], p[0], p[2], p[3])),
+    "s_shape": lambda p: ("smf", p),
+    "z_shape": lambda p: ("zmf", p),
+    "pi_shape": _pi,
+    "piecewise": lambda p: ("discretemf", p),
+    "concave": lambda p: ("concavemf", p),
+    "cosine": lambda p: ("cosinemf", p),
+    "spike": lambda p: ("spikemf", p),
+    "arc": lambda p: ("arcmf", p),
+    "semi_ellipse": lambda p: ("semiellipsemf", p),
+    "singleton": lambda p: ("constant", p),
+    "constant": lambda p: ("constant", p),
+    "linear": lambda p: ("linear", p),
+}
+
+
+def written(kind: str, parameters: Values) -> Written | None:
+    """Return a membership function as a file has it; None for a kind that no `.fis` file has."""
+    writer = _WRITERS.get(kind)
+    return writer(parameters) if writer is not None else None
+
+
+def is_of_matlab(function: str) -> bool:
+    """Whether MATLAB has a function, and not fuzzylite alone."""
+    return function not in OF_FUZZYLITE

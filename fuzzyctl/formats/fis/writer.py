@@ -1,0 +1,359 @@
+"""Writes a fuzzy system as a `.fis` file."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from decimal import Decimal
+from typing import Final
+
+from fuzzyctl.expr import Binary, Expr, Name, Number
+from fuzzyctl.formats import numerics
+from fuzzyctl.formats.fis import words
+from fuzzyctl.formats.fis.memberships import is_of_matlab, number, vector, written
+from fuzzyctl.formats.fis.words import Dialect
+from fuzzyctl.formats.losses import Loss
+from fuzzyctl.formulas import MEMBERSHIP
+from fuzzyctl.model.method import MAXIMA, Defuzzifier
+from fuzzyctl.model.profiles import Profile, profile
+from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Not, Or, Rule
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import Hold, Input, LinguisticVariable, Membership, Output, Term
+
+#: Digits behind the point of the number of a term, for hedges.
+_FRACTIONS: Final = {
+    (): Decimal(0),
+    ("somewhat",): Decimal("0.05"),
+    ("very",): Decimal("0.2"),
+    ("extremely",): Decimal("0.3"),
+    ("very", "very"): Decimal("0.4"),
+}
+
+_DEFUZZIFIERS: Final = {
+    "centroid": "centroid",
+    "bisector": "bisector",
+    "mom": "mom",
+    "som": "som",
+    "lom": "lom",
+    "weighted_average": "wtaver",
+    "center_average": "wtaver",
+    "weighted_sum": "wtsum",
+    "tsukamoto": "wtaver",
+    "inverse_tsukamoto": "wtaver",
+    "tsukamoto_sum": "wtsum",
+    "inverse_tsukamoto_sum": "wtsum",
+}
+
+_TYPES: Final = {"tsukamoto": "tsukamoto", "inverse": "inverse tsukamoto"}
+
+
+def _back(known: dict[str, str]) -> dict[str, str]:
+    """Return a table from the model's words to those of files; of several the first."""
+    back: dict[str, str] = {}
+    for word, own in known.items():
+        back.setdefault(own, word)
+    return back
+
+
+_CONJUNCTIONS: Final = _back(words.CONJUNCTION_WORDS)
+_DISJUNCTIONS: Final = _back(words.DISJUNCTION_WORDS)
+_AGGREGATIONS: Final = _back(words.AGGREGATION_WORDS)
+
+
+def write(system: FuzzySystem) -> tuple[str, list[Loss]]:
+    """Return a system as a text, with what the text does not say.
+
+    Raises:
+        DiagnosticError: With all reasons, for a system that no `.fis` file can hold.
+    """
+    return _Writer(numerics.named_consequents(system)).write()
+
+
+class _Writer:
+    def __init__(self, system: FuzzySystem) -> None:
+        self.system = system
+        self.losses: list[Loss] = []
+        self.reasons: list[str] = []
+        self.dialect: Dialect = _dialect(system)
+        self.profile: Profile = profile(self.dialect)
+        self.powers = {h.name: power for h in system.hedges if (power := _power(h.expression)) is not None}
+
+    def write(self) -> tuple[str, list[Loss]]:
+        """Return the text and the losses."""
+        system = self.system
+        self.reasons.extend(numerics.impossible(system))
+        lines = [*self._head(), *self._variables(), "[Rules]"]
+        lines.extend(self._rule(i, rule) for i, rule in enumerate(system.rules, 1))
+        if self.reasons:
+            raise numerics.cannot(system, ".fis", self.reasons)
+        self.losses.extend(numerics.unsaid_words(system, labels=False, title=False))
+        self.losses.extend(numerics.other_numerics(system, self.profile.semantics, self._becomes))
+        return "\n".join(lines) + "\n", sorted(set(self.losses))
+
+    # --- the head ------------------------------------------------------------------------------------------------
+
+    def _head(self) -> Iterator[str]:
+        system, method = self.system, self.system.method
+        if self.dialect != "matlab":
+            yield f"% numerics of {self.dialect}"
+        if method.activation.kind != "general":
+            self._lose(f"system '{system.name}'", f"activation {method.activation.kind}", "all rules act")
+        yield "[System]"
+        yield f"Name={_quoted(system.name)}"
+        yield f"Type='{self._type()}'"
+        yield "Version=2.0"
+        yield f"NumInputs={len(system.inputs)}"
+        yield f"NumOutputs={len(system.outputs)}"
+        yield f"NumRules={len(system.rules)}"
+        yield f"AndMethod='{self._norm(method.conjunction, _CONJUNCTIONS)}'"
+        yield f"OrMethod='{self._norm(method.disjunction, _DISJUNCTIONS)}'"
+        yield f"ImpMethod='{self._norm(self._common('implication'), _CONJUNCTIONS)}'"
+        yield f"AggMethod='{self._norm(self._common('aggregation'), _AGGREGATIONS)}'"
+        yield f"DefuzzMethod='{_DEFUZZIFIERS[self._kind()]}'"
+        yield ""
+
+    def _kind(self) -> str:
+        """Return the defuzzifier of all outputs; of several sorts there is none."""
+        kinds = {numerics.defuzzifier_of(self.system, o).kind: o for o in self.system.outputs}
+        words_of = {_DEFUZZIFIERS[k] for k in kinds}
+        if len(words_of) > 1:
+            self.reasons.append(f"outputs have several defuzzifiers: {', '.join(sorted(kinds))}")
+        return next(iter(kinds))
+
+    def _type(self) -> str:
+        kind = self._kind()
+        if kind in ("centroid", "bisector", *MAXIMA):
+            return "mamdani"
+        if "tsukamoto" not in kind:
+            return "sugeno"
+        if self.dialect != "fuzzylite":
+            self.reasons.append(f"'{kind}' is a defuzzifier that only fuzzylite has; see: semantics fuzzylite")
+        return "inverse tsukamoto" if kind.startswith("inverse") else "tsukamoto"
+
+    def _common(self, field: str) -> str:
+        """Return a norm that all outputs have; where they differ, that of the first."""
+        usual = getattr(self.system.method, field)
+        found = {getattr(o, field) or usual: o for o in reversed(self.system.outputs)}
+        first: str = getattr(self.system.outputs[0], field) or usual
+        for norm, output in found.items():
+            if norm != first and not numerics.defuzzifier_of(self.system, output).over_rules:
+                self._lose(f"output '{output.name}'", f"{field} {norm}", f"all outputs have '{first}'")
+        return first
+
+    def _norm(self, own: str, known: dict[str, str]) -> str:
+        word = known.get(own)
+        if word is None:
+            self.reasons.append(f"there is no norm '{own}'")
+            return own
+        if word in words.BEYOND_MATLAB and self.dialect == "matlab":
+            self._lose(f"system '{self.system.name}'", f"norm '{own}'", "MATLAB has none; Octave reads it")
+        return word
+
+    def _becomes(self, output: Output) -> Defuzzifier:
+        """Return the defuzzifier that the reader gives an output."""
+        kind = numerics.defuzzifier_of(self.system, output).kind
+        return self.profile.defuzzifier("weighted_average" if kind == "center_average" else kind)
+
+    def _lose(self, where: str, what: str, why: str, *, exact: bool = False) -> None:
+        self.losses.append(Loss(where, what, why, exact))
+
+    # --- variables -----------------------------------------------------------------------------------------------
+
+    def _variables(self) -> Iterator[str]:
+        for i, variable in enumerate(self.system.inputs, 1):
+            yield f"[Input{i}]"
+            yield from self._variable(variable)
+            yield ""
+        for i, output in enumerate(self.system.outputs, 1):
+            yield f"[Output{i}]"
+            yield from self._variable(output)
+            yield ""
+
+    def _variable(self, variable: LinguisticVariable) -> Iterator[str]:
+        low, high = (numerics.value(self.system, end) for end in (variable.lower, variable.upper))
+        yield f"Name={_quoted(variable.name)}"
+        yield f"Range={vector((low, high))}"
+        if isinstance(variable, Output):
+            yield from self._fallback(variable, (low + high) / 2)
+            if variable.clamped:
+                yield from self._switch(variable, "clamped to its range", "LockRange=1")
+        elif isinstance(variable, Input) and not variable.extrapolate:
+            yield from self._switch(variable, "clamped to its range", "LockRange=1", exact=True)
+        yield f"NumMFs={len(variable.terms)}"
+        for i, term in enumerate(variable.terms, 1):
+            yield f"MF{i}={_quoted(term.name)}:{self._term(variable, term)}"
+
+    def _switch(self, variable: LinguisticVariable, what: str, line: str, *, exact: bool = False) -> Iterator[str]:
+        if self.dialect == "fuzzylite":
+            yield line
+        else:
+            kind = "output" if isinstance(variable, Output) else "input"
+            why = "values outside the range are not clamped" if kind == "input" else "nothing clamps it"
+            self._lose(f"{kind} '{variable.name}'", what, why, exact=exact)
+
+    def _fallback(self, output: Output, middle: float) -> Iterator[str]:
+        """Write what the output is where no rule fires, as far as the tool lets a file say so."""
+        own = output.otherwise
+        if self.dialect == "fuzzylite":
+            start = own.start if isinstance(own, Hold) else own
+            default = start if isinstance(start, Expr) else None
+            held_middle = isinstance(own, Hold) and own.start is None
+            if own == "midpoint" or held_middle:
+                yield f"Default={number(middle)}"
+            elif default is not None:
+                yield f"Default={number(numerics.value(self.system, default))}"
+            if isinstance(own, Hold):
+                yield "LockPrevious=1"
+            return
+        there = self.profile.otherwise
+        same = own is None or own == there
+        if isinstance(own, Expr) and there == "midpoint":
+            same = numerics.value(self.system, own) == middle
+        if not same:
+            text = own if isinstance(own, str) else "hold" if isinstance(own, Hold) else "a value"
+            self._lose(f"output '{output.name}'", f"else {text}", f"it is '{there}' there where no rule fires")
+
+    def _term(self, variable: LinguisticVariable, term: Term) -> str:
+        membership = self._as_consequent(variable, term)
+        where = f"term '{term.name}' of '{variable.name}'"
+        if membership.kind == "function":
+            self.reasons.append(f"{where} is a formula")
+            return ""
+        parameters = [numerics.value(self.system, a) for a in membership.arguments]
+        height = numerics.value(self.system, membership.height)
+        if height != 1:
+            return self._low(membership, parameters, height, where)
+        found = written(membership.kind, parameters)
+        if found is None:
+            self.reasons.append(f"{where} is of the kind '{membership.kind}'")
+            return ""
+        function, values = found
+        if not is_of_matlab(function) and self.dialect != "fuzzylite":
+            self._lose(where, f"the kind '{membership.kind}'", f"only fuzzylite reads '{function}'")
+        return f"'{function}',{vector(values)}"
+
+    def _low(self, membership: Membership, parameters: list[float], height: float, where: str) -> str:
+        """Return a triangle below 1: a trapezoid whose tops are in reverse order, so that its sides cross before."""
+        if membership.kind != "triangle" or not all(map(math.isfinite, parameters)):
+            self.reasons.append(f"{where} has the height {height:.6g}")
+            return ""
+        left, peak, right = parameters
+        return f"'trapmf',{vector((left, left + (peak - left) / height, right - (right - peak) / height, right))}"
+
+    def _as_consequent(self, variable: LinguisticVariable, term: Term) -> Membership:
+        """Return what an output's term counts with: an average takes the middle of a set."""
+        membership = term.membership
+        if not isinstance(variable, Output) or not numerics.defuzzifier_of(self.system, variable).averages:
+            return membership
+        formula = MEMBERSHIP.get(membership.kind)
+        if formula is None or membership.kind == "constant":
+            return membership
+        low, high = formula.core(tuple(numerics.value(self.system, a) for a in membership.arguments))
+        if membership.kind != "singleton":
+            what = f"the set {membership.kind}"
+            self._lose(f"term '{term.name}' of '{variable.name}'", what, "an average takes its middle only", exact=True)
+        return Membership(kind="constant", arguments=(Number((low + high) / 2),))
+
+    # --- rules ---------------------------------------------------------------------------------------------------
+
+    def _rule(self, i: int, rule: Rule) -> str:
+        where = f"rule {i}"
+        connective, codes = self._antecedent(rule.antecedent, where)
+        if_part = " ".join(codes.get(v.name, "0") for v in self.system.inputs)
+        then_part = " ".join(self._consequent(o, rule, where) for o in self.system.outputs)
+        return f"{if_part}, {then_part} ({number(numerics.value(self.system, rule.weight))}) : {connective}"
+
+    def _antecedent(self, antecedent: Antecedent, where: str) -> tuple[int, dict[str, str]]:
+        """Return the connective and the numbers of terms by variable."""
+        connective = 2 if isinstance(antecedent, Or) else 1
+        operands = antecedent.operands if isinstance(antecedent, And | Or) else (antecedent,)
+        codes: dict[str, str] = {}
+        for operand in _flat(operands, type(antecedent)):
+            literal = _literal(operand)
+            if literal is None:
+                self.reasons.append(f"{where} mixes 'and', 'or' and 'not' of groups")
+                continue
+            if literal.hedges == ("any",) and connective == 1:
+                continue
+            if literal.variable in codes:
+                self.reasons.append(f"{where} names '{literal.variable}' twice")
+            if literal.variable not in [v.name for v in self.system.inputs]:
+                self.reasons.append(f"{where} reads output '{literal.variable}'")
+                continue
+            if literal.hedges == ("not", "any"):
+                connective = 2
+                continue
+            variable = self.system.input(literal.variable)
+            codes[literal.variable] = self._code(variable, literal.term, literal.hedges, where)
+        return connective, codes
+
+    def _consequent(self, output: Output, rule: Rule, where: str) -> str:
+        found = [c for c in rule.consequents if c.output == output.name]
+        if not found:
+            return "0"
+        if len(found) > 1:
+            self.reasons.append(f"{where} sets '{output.name}' twice")
+        first: Consequent = found[0]
+        assert isinstance(first.term, str)
+        return self._code(output, first.term, first.hedges, where)
+
+    def _code(self, variable: LinguisticVariable, term: str, hedges: tuple[str, ...], where: str) -> str:
+        place = [t.name for t in variable.terms].index(term) + 1
+        sign = ""
+        while hedges and hedges[0] == "not":
+            sign, hedges = "" if sign else "-", hedges[1:]
+        fraction = self._fraction(hedges)
+        if fraction is None:
+            self.reasons.append(f"{where} has the hedges '{' '.join(hedges)}'")
+            return "0"
+        if fraction and self.dialect == "matlab":
+            self._lose(where, f"hedges '{' '.join(hedges)}'", "MATLAB has none; Octave reads them")
+        return f"{sign}{place + fraction:f}" if fraction else f"{sign}{place}"
+
+    def _fraction(self, hedges: tuple[str, ...]) -> Decimal | None:
+        if hedges in _FRACTIONS:
+            return _FRACTIONS[hedges]
+        if len(hedges) == 1 and hedges[0] in self.powers and self.dialect != "fuzzylite":
+            return self.powers[hedges[0]] / 10
+        return None
+
+
+def _dialect(system: FuzzySystem) -> Dialect:
+    """Return the tool whose numerics are nearest to those of a system."""
+    name = system.method.semantics.profile
+    if name.startswith("octave"):
+        return "octave"
+    return "fuzzylite" if "fuzzylite" in name else "matlab"
+
+
+def _flat(operands: tuple[Antecedent, ...], kind: type[Antecedent]) -> Iterator[Antecedent]:
+    """Yield the operands of a group, those of groups of the same kind within it as its own."""
+    for operand in operands:
+        if isinstance(operand, And | Or) and type(operand) is kind:
+            yield from _flat(operand.operands, kind)
+        else:
+            yield operand
+
+
+def _literal(antecedent: Antecedent) -> Is | None:
+    """Return a proposition, with `not` before it as its first hedge; None for a group."""
+    hedges: tuple[str, ...] = ()
+    while isinstance(antecedent, Not):
+        hedges, antecedent = (*hedges, "not"), antecedent.operand
+    if not isinstance(antecedent, Is):
+        return None
+    return antecedent.model_copy(update={"hedges": (*hedges, *antecedent.hedges)})
+
+
+def _power(expression: Expr) -> Decimal | None:
+    """Return k for a hedge x^k that the digits behind a point can say."""
+    match expression:
+        case Binary(op="^", left=Name(), right=Number(value=exponent)):
+            found = Decimal(repr(exponent))
+            return found if 0 < found < 10 and found == round(found, 6) else None
+    return None
+
+
+def _quoted(text: str) -> str:
+    """Return a name between quotes; line ends become blanks, which no name of a file can hold."""
+    return "'" + " ".join(text.split()).replace("'", "''") + "'"

@@ -1,0 +1,34 @@
+"""Writes terms as `Triangle 0 1 2`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Final
+
+from fuzzyctl.expr import number_text
+from fuzzyctl.formats.fll.words import TERM_WORDS
+
+#: Terms by kind of the model; a rectangle that never ends is fuzzylite's Binary.
+_NAMES: Final[dict[str, str]] = {
+    **{word.kind: name for name, word in TERM_WORDS.items() if name not in ("Binary", "Rectangle")},
+    "rectangle": "Rectangle",
+    "piecewise": "Discrete",
+    "singleton": "Constant",
+    "constant": "Constant",
+    "linear": "Linear",
+}
+
+
+def written(kind: str, parameters: Sequence[float], height: float) -> str | None:
+    """Return a term as a file has it; None for a kind that fuzzylite does not have."""
+    name = _NAMES.get(kind)
+    if name is None:
+        return None
+    shown = list(parameters)
+    if kind == "rectangle" and any(map(math.isinf, shown)):
+        left, right = shown
+        name, shown = "Binary", ([left, math.inf] if math.isfinite(left) else [right, -math.inf])
+    if height != 1:
+        shown.append(height)
+    return " ".join([name, *map(number_text, shown)])

@@ -1,0 +1,243 @@
+"""Writes a fuzzy system as an `.fll` file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+from fuzzyctl.expr import Expr, number_text
+from fuzzyctl.formats import numerics
+from fuzzyctl.formats.fll.formulas import formula
+from fuzzyctl.formats.fll.terms_text import written
+from fuzzyctl.formats.fll.words import ACTIVATION_WORDS, HEDGE_WORDS, OF_SETS, S_NORMS, T_NORMS
+from fuzzyctl.formats.identifiers import with_identifiers
+from fuzzyctl.formats.losses import Loss
+from fuzzyctl.formulas import MEMBERSHIP
+from fuzzyctl.model.method import Defuzzifier
+from fuzzyctl.model.profiles import Profile, profile
+from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import Hold, LinguisticVariable, Output, Term
+
+_CONJUNCTIONS: Final = {own: word for word, own in T_NORMS.items()}
+_DISJUNCTIONS: Final = {own: word for word, own in S_NORMS.items()}
+_ACTIVATIONS: Final = {own: word for word, own in ACTIVATION_WORDS.items()}
+_DEFUZZIFIERS: Final = {own: word for word, own in OF_SETS.items()}
+
+_WEIGHTED: Final = {
+    "weighted_average": "WeightedAverage TakagiSugeno",
+    "center_average": "WeightedAverage TakagiSugeno",
+    "weighted_sum": "WeightedSum TakagiSugeno",
+    "tsukamoto": "WeightedAverage Tsukamoto",
+    "tsukamoto_sum": "WeightedSum Tsukamoto",
+    "inverse_tsukamoto": "WeightedAverage TakagiSugeno",
+    "inverse_tsukamoto_sum": "WeightedSum TakagiSugeno",
+}
+
+#: Norms for which `not (a and b)` is `not a or not b`, and the other way round.
+_DUAL: Final = frozenset(
+    {
+        ("min", "max"),
+        ("product", "probabilistic_sum"),
+        ("bounded_difference", "bounded_sum"),
+        ("drastic_product", "drastic_sum"),
+        ("einstein_product", "einstein_sum"),
+        ("hamacher_product", "hamacher_sum"),
+        ("nilpotent_minimum", "nilpotent_maximum"),
+    }
+)
+
+
+def write(system: FuzzySystem) -> tuple[str, list[Loss]]:
+    """Return a system as a text, with what the text does not say.
+
+    Raises:
+        DiagnosticError: With all reasons, for a system that no `.fll` file can hold.
+    """
+    named, losses = with_identifiers(numerics.named_consequents(system))
+    return _Writer(named, losses).write()
+
+
+class _Writer:
+    def __init__(self, system: FuzzySystem, losses: list[Loss]) -> None:
+        self.system = system
+        self.losses = losses
+        self.reasons: list[str] = []
+        self.profile: Profile = profile("fuzzylite")
+
+    def write(self) -> tuple[str, list[Loss]]:
+        """Return the text and the losses."""
+        system = self.system
+        self.reasons.extend(numerics.impossible(system))
+        lines = [f"Engine: {system.name}"]
+        if system.title:
+            lines.append(f"  description: {_plain(system.title)}")
+        for variable in (*system.inputs, *system.outputs):
+            lines.extend(self._variable(variable))
+        for implication, outputs in self._by_implication().items():
+            lines.extend(self._rule_block(implication, outputs))
+        if self.reasons:
+            raise numerics.cannot(system, ".fll", self.reasons)
+        self.losses.extend(numerics.unsaid_words(system, labels=True, title=True))
+        self.losses.extend(numerics.other_numerics(system, self.profile.semantics, self._becomes))
+        return "\n".join(lines) + "\n", sorted(set(self.losses))
+
+    # --- variables -----------------------------------------------------------------------------------------------
+
+    def _variable(self, variable: LinguisticVariable) -> Iterator[str]:
+        is_output = isinstance(variable, Output)
+        yield f"{'OutputVariable' if is_output else 'InputVariable'}: {variable.name}"
+        if variable.label:
+            yield f"  description: {_plain(variable.label)}"
+        low, high = (numerics.value(self.system, end) for end in (variable.lower, variable.upper))
+        yield "  enabled: true"
+        yield f"  range: {number_text(low)} {number_text(high)}"
+        locked = variable.clamped if isinstance(variable, Output) else not getattr(variable, "extrapolate", False)
+        yield f"  lock-range: {str(locked).lower()}"
+        if isinstance(variable, Output):
+            yield from self._output(variable, (low + high) / 2)
+        for term in variable.terms:
+            yield f"  term: {term.name} {self._term(variable, term)}"
+
+    def _output(self, output: Output, middle: float) -> Iterator[str]:
+        own = numerics.defuzzifier_of(self.system, output)
+        aggregation = output.aggregation or self.system.method.aggregation
+        plain_sum = own.over_rules and aggregation == "sum"
+        word = "none" if plain_sum else _DISJUNCTIONS.get(aggregation)
+        if word is None:
+            self.reasons.append(f"output '{output.name}': there is no aggregation '{aggregation}'")
+        yield f"  aggregation: {word}"
+        yield f"  defuzzifier: {self._defuzzifier(own)}"
+        start = output.otherwise.start if isinstance(output.otherwise, Hold) else output.otherwise
+        if isinstance(start, Expr):
+            yield f"  default: {number_text(numerics.value(self.system, start))}"
+        elif start == "midpoint" or (isinstance(output.otherwise, Hold) and start is None):
+            yield f"  default: {number_text(middle)}"
+        else:
+            yield "  default: nan"
+        if start == "error":
+            self._lose(f"output '{output.name}'", "else error", "it is nan where no rule fires", exact=True)
+        yield f"  lock-previous: {str(isinstance(output.otherwise, Hold)).lower()}"
+
+    def _defuzzifier(self, own: Defuzzifier) -> str:
+        if own.kind in _WEIGHTED:
+            return _WEIGHTED[own.kind]
+        word = _DEFUZZIFIERS[own.kind]
+        return word if own.resolution is None else f"{word} {own.resolution}"
+
+    def _becomes(self, output: Output) -> Defuzzifier:
+        """Return the defuzzifier that the reader gives an output."""
+        own = numerics.defuzzifier_of(self.system, output)
+        there = self.profile.defuzzifier("weighted_average" if own.kind == "center_average" else own.kind)
+        if own.resolution is None or there.resolution is None:
+            return there
+        return there.model_copy(update={"resolution": own.resolution})
+
+    def _lose(self, where: str, what: str, why: str, *, exact: bool = False) -> None:
+        self.losses.append(Loss(where, what, why, exact))
+
+    def _term(self, variable: LinguisticVariable, term: Term) -> str:
+        membership = term.membership
+        where = f"term '{term.name}' of '{variable.name}'"
+        if membership.kind == "function":
+            text = formula(membership.arguments[0], self.system.values)
+            if text is None:
+                self.reasons.append(f"{where} is a formula with a function that fuzzylite does not have")
+            return f"Function {text}"
+        parameters = [numerics.value(self.system, a) for a in membership.arguments]
+        height = numerics.value(self.system, membership.height)
+        if isinstance(variable, Output) and self._is_averaged(variable, term):
+            low, high = MEMBERSHIP[membership.kind].core(tuple(parameters))
+            if membership.kind != "singleton":
+                what, why = f"the set {membership.kind}", "an average takes its middle only"
+                self._lose(where, what, why, exact=True)
+            return f"Constant {number_text((low + high) / 2)}"
+        found = written(membership.kind, parameters, height)
+        if found is None:
+            self.reasons.append(f"{where} is of the kind '{membership.kind}'")
+        return found or ""
+
+    def _is_averaged(self, output: Output, term: Term) -> bool:
+        """Whether a term is a set that counts with its middle only."""
+        averages = numerics.defuzzifier_of(self.system, output).averages
+        return averages and term.membership.kind in MEMBERSHIP and term.membership.kind != "constant"
+
+    # --- rules ---------------------------------------------------------------------------------------------------
+
+    def _by_implication(self) -> dict[str, list[str]]:
+        """Return the outputs by their implication; outputs of averages go with the first."""
+        usual = self.system.method.implication
+        found: dict[str, list[str]] = {}
+        averaged: list[str] = []
+        for output in self.system.outputs:
+            if numerics.defuzzifier_of(self.system, output).over_rules:
+                averaged.append(output.name)
+            else:
+                found.setdefault(output.implication or usual, []).append(output.name)
+        if not found:
+            return {usual: averaged}
+        next(iter(found.values())).extend(averaged)
+        return found
+
+    def _rule_block(self, implication: str, outputs: Sequence[str]) -> Iterator[str]:
+        method = self.system.method
+        yield "RuleBlock:"
+        yield "  enabled: true"
+        yield f"  conjunction: {_CONJUNCTIONS[method.conjunction]}"
+        yield f"  disjunction: {_DISJUNCTIONS[method.disjunction]}"
+        yield f"  implication: {_CONJUNCTIONS[implication]}"
+        yield f"  activation: {self._activation()}"
+        for i, rule in enumerate(self.system.rules, 1):
+            consequents = [c for c in rule.consequents if c.output in outputs]
+            if len(consequents) < len(rule.consequents) and any(c.hedges for c in rule.consequents):
+                self.reasons.append(f"rule {i} has hedges in consequents of outputs with several implications")
+            if consequents:
+                narrowed = rule.model_copy(update={"consequents": tuple(consequents)})
+                yield f"  rule: {self._rule(narrowed, f'rule {i}')}"
+
+    def _activation(self) -> str:
+        own = self.system.method.activation
+        parts = [_ACTIVATIONS[own.kind]]
+        if own.count is not None:
+            parts.append(str(own.count))
+        if own.comparison is not None:
+            parts.append(own.comparison)
+        if own.threshold is not None:
+            parts.append(number_text(numerics.value(self.system, own.threshold)))
+        return " ".join(parts)
+
+    def _rule(self, rule: Rule, where: str) -> str:
+        antecedent = self._antecedent(rule.antecedent, where, negated=False, inside="or")
+        consequents = " and ".join(
+            f"{c.output} is {' '.join([*self._hedges(c.hedges, where), str(c.term)])}" for c in rule.consequents
+        )
+        weight = numerics.value(self.system, rule.weight)
+        return f"if {antecedent} then {consequents}{f' with {number_text(weight)}' if weight != 1 else ''}"
+
+    def _antecedent(self, antecedent: Antecedent, where: str, *, negated: bool, inside: str) -> str:
+        """Return an antecedent; `not` before a group goes to its parts, whose connective changes."""
+        match antecedent:
+            case Is(variable=variable, term=term, hedges=hedges):
+                given = self._hedges(("not", *hedges) if negated else hedges, where)
+                return f"{variable} is {' '.join([*given, term])}"
+            case Not(operand=operand):
+                return self._antecedent(operand, where, negated=not negated, inside=inside)
+            case And(operands=operands) | Or(operands=operands):
+                method = self.system.method
+                if negated and (method.conjunction, method.disjunction) not in _DUAL:
+                    self.reasons.append(f"{where} negates a group")
+                word = "and" if isinstance(antecedent, And) != negated else "or"
+                text = f" {word} ".join(self._antecedent(o, where, negated=negated, inside=word) for o in operands)
+                return text if (inside == "or" and word == "and") or inside == word == "or" else f"({text})"
+        raise TypeError(type(antecedent).__name__)
+
+    def _hedges(self, hedges: Sequence[str], where: str) -> list[str]:
+        for hedge in hedges:
+            if hedge not in HEDGE_WORDS:
+                self.reasons.append(f"{where} has the hedge '{hedge}'")
+        return list(hedges)
+
+
+def _plain(text: str) -> str:
+    """Return a description in one line without what begins a comment."""
+    return " ".join(text.replace("#", "").replace(";", ",").split())

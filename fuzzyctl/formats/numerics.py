@@ -1,0 +1,161 @@
+"""What a written file does not say of a system: numerics that its tool has in another way, and words for people."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Final
+
+from fuzzyctl.errors import Diagnostic, DiagnosticError
+from fuzzyctl.expr import Expr, Number
+from fuzzyctl.formats.findings import distinct
+from fuzzyctl.formats.fz import defuzzifier_text
+from fuzzyctl.formats.losses import Loss
+from fuzzyctl.model.method import MAXIMA, Defuzzifier
+from fuzzyctl.model.rule import literals
+from fuzzyctl.model.semantics import KNOBS, Semantics
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import Membership, Output, Term
+
+#: Norms that ask whether a degree equals 0 or 1, or a sum of two 1.
+_ASK_EQUALITY: Final = ("drastic", "nilpotent", "hamacher")
+
+
+def cannot(system: FuzzySystem, format: str, reasons: Sequence[str]) -> DiagnosticError:
+    """Return the error for a system that a format cannot hold at all."""
+    found = dict.fromkeys(reasons)
+    message = f"a {format} file cannot express '{system.name}'"
+    return DiagnosticError([Diagnostic("FZ608", message, system.span, facts=tuple(found), file=system.path)])
+
+
+def value(system: FuzzySystem, expr: Expr) -> float:
+    """Return the value of an expression over the params of a well-formed system."""
+    return expr.value if isinstance(expr, Number) else system.number(expr)
+
+
+def defuzzifier_of(system: FuzzySystem, output: Output) -> Defuzzifier:
+    """Return the defuzzifier of an output: its own or the system's."""
+    return output.defuzzifier or system.method.defuzzifier
+
+
+def other_numerics(
+    system: FuzzySystem, there: Semantics, defuzzifier: Callable[[Output], Defuzzifier]
+) -> Iterator[Loss]:
+    """Yield what the tool of a format computes in another way.
+
+    Args:
+        system: The system.
+        there: The knobs of the tool.
+        defuzzifier: What the defuzzifier of an output becomes.
+    """
+    own = system.method.semantics
+    for knob in KNOBS:
+        if getattr(own, knob) != getattr(there, knob) and _matters(system, knob):
+            why = f"{there.text(knob)} under '{there.profile}'"
+            yield Loss(f"system '{system.name}'", f"{knob} {own.text(knob)}", why)
+    for output in system.outputs:
+        before, after = defuzzifier_of(system, output), defuzzifier(output)
+        if before != after and not (before.over_rules and before.kind == after.kind):
+            yield Loss(f"output '{output.name}'", f"defuzzifier {_text(before)}", f"becomes {_text(after)}")
+
+
+def _text(defuzzifier: Defuzzifier) -> str:
+    exact = defuzzifier.resolution is None and not defuzzifier.over_rules
+    return f"{defuzzifier_text(defuzzifier)} without samples" if exact else defuzzifier_text(defuzzifier)
+
+
+def _matters(system: FuzzySystem, knob: str) -> bool:
+    """Whether a system would compute other numbers with another value of a knob."""
+    methods = [defuzzifier_of(system, o) for o in system.outputs]
+    norms = {system.method.conjunction, system.method.disjunction, system.method.implication, system.method.aggregation}
+    norms |= {n for o in system.outputs for n in (o.implication, o.aggregation) if n is not None}
+    hedges = {h for r in system.rules for i in literals(r.antecedent) for h in i.hedges}
+    consequent_hedges = {h for r in system.rules for c in r.consequents for h in c.hedges}
+    kinds = {t.membership.kind for v in (*system.inputs, *system.outputs) for t in v.terms}
+    weighted = any(value(system, r.weight) != 1 for r in system.rules)
+    outputs = {o.name for o in system.outputs}
+    relevant = {
+        "weight": weighted and any(not m.over_rules for m in methods) and norms != {"product"},
+        "merge": any(m.over_rules for m in methods) and _shared_terms(system),
+        "total": any(m.averages for m in methods) and (weighted or len(system.outputs) > 1),
+        "least": False,  # a difference of 1e-6 of an activation at most
+        "equal": any(n.startswith(_ASK_EQUALITY) for n in norms),
+        "chained": any(i.variable in outputs for r in system.rules for i in literals(r.antecedent)),
+        "consequent_hedges": bool(consequent_hedges),
+        "extremely": "extremely" in hedges | consequent_hedges,
+        "sigmoid_difference": "sigmoid_difference" in kinds,
+        "places": any("tsukamoto" in m.kind for m in methods),
+        "none_active": any(m.kind in MAXIMA for m in methods),
+    }
+    return relevant[knob]
+
+
+def _shared_terms(system: FuzzySystem) -> bool:
+    """Whether two rules name one term of an output."""
+    named = [(c.output, c.term) for r in system.rules for c in r.consequents]
+    return len(set(named)) < len(named)
+
+
+def unsaid_words(system: FuzzySystem, *, labels: bool, title: bool) -> Iterator[Loss]:
+    """Yield what says nothing to a kernel and has no place in a file.
+
+    Args:
+        system: The system.
+        labels: Whether the format has labels of variables.
+        title: Whether it has a title.
+    """
+    where = f"system '{system.name}'"
+    if system.title and not title:
+        yield Loss(where, "the title", "the format has none", exact=True)
+    if system.citation:
+        yield Loss(where, "the source", "the format has none", exact=True)
+    variables = (*system.inputs, *system.outputs)
+    if not labels and any(v.label for v in variables):
+        yield Loss(where, "labels of variables", "the format has none", exact=True)
+    if any(v.unit for v in variables) or any(p.unit for p in system.params):
+        yield Loss(where, "units", "the format has none", exact=True)
+    if system.params:
+        names = ", ".join(p.name for p in system.params)
+        yield Loss(where, f"params {names}", "written as their values", exact=True)
+    if system.guarantees:
+        yield Loss(where, "guarantees", "the format has none", exact=True)
+
+
+def impossible(system: FuzzySystem) -> Iterator[str]:
+    """Yield what no format of another tool has."""
+    for output in system.outputs:
+        if output.adaptive is not None:
+            yield f"output '{output.name}' is adaptive"
+    for rule in system.rules:
+        for c in rule.consequents:
+            if isinstance(c.term, Membership) and c.term.kind == "function":
+                yield f"a rule sets '{c.output}' to a formula without a name"
+
+
+def named_consequents(system: FuzzySystem) -> FuzzySystem:
+    """Return a system in which every consequent is a term: numbers written in rules and cells become terms."""
+    if not any(isinstance(c.term, Membership) for r in system.rules for c in r.consequents):
+        return system
+    outputs = {o.name: list(o.terms) for o in system.outputs}
+    names: dict[tuple[str, Membership], str] = {}
+    rules = []
+    for rule in system.rules:
+        consequents = []
+        for c in rule.consequents:
+            if isinstance(c.term, Membership):
+                name = _named(c.output, c.term, outputs, names)
+                c = c.model_copy(update={"term": name})
+            consequents.append(c)
+        rules.append(rule.model_copy(update={"consequents": tuple(consequents)}))
+    made = tuple(o.model_copy(update={"terms": tuple(outputs[o.name])}) for o in system.outputs)
+    return system.model_copy(update={"outputs": made, "blocks": tuple(rules)})
+
+
+def _named(
+    output: str, membership: Membership, outputs: dict[str, list[Term]], names: dict[tuple[str, Membership], str]
+) -> str:
+    key = (output, membership)
+    if key not in names:
+        terms = outputs[output]
+        names[key] = distinct(f"mf{len(terms) + 1}", [t.name for t in terms])
+        terms.append(Term(name=names[key], membership=membership))
+    return names[key]
