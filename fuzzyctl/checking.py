@@ -7,7 +7,7 @@ from pathlib import Path
 
 from fuzzyctl import arguments
 from fuzzyctl.errors import Diagnostic, DiagnosticError
-from fuzzyctl.loading import choose, chosen_name, examine_all, in_order
+from fuzzyctl.loading import choose, chosen_name, look_through
 from fuzzyctl.model.checks import check_model
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.reading import MAX_BYTES, read_source
@@ -61,14 +61,14 @@ def check_source(
     Returns:
         The systems without errors, and all diagnostics in the order of their places.
     """
-    systems, diagnostics = examine_all(source, folder=folder)
-    sound = []
-    for system in systems:
+    examined = look_through(source, folder=folder)
+    diagnostics, sound = examined.diagnostics, []
+    for system in examined.systems:
         found = _analysed(system, guarantees=guarantees)
         diagnostics = [*diagnostics, *found]
         if not _has_errors(found):
             sound.append(system)
-    return tuple(sound), in_order(source, diagnostics)
+    return tuple(sound), examined.told(diagnostics)
 
 
 def _has_errors(diagnostics: list[Diagnostic]) -> bool:
@@ -77,14 +77,21 @@ def _has_errors(diagnostics: list[Diagnostic]) -> bool:
 
 def _analysed(system: FuzzySystem, *, guarantees: bool) -> list[Diagnostic]:
     """Return what only the analysis of a system without structural errors finds."""
-    from fuzzyctl.analysis import coverage
+    from fuzzyctl.analysis import coverage, effects, jumps
+    from fuzzyctl.kernels.plan import plan
 
     try:
-        found = coverage.diagnostics(system)
-        if guarantees and system.guarantees and not _has_errors(found):
-            from fuzzyctl.analysis import prove
-
-            found = [*found, *prove.diagnostics(system)]
-        return found
-    except DiagnosticError as error:  # found by planning it
+        flat = plan(system)
+    except DiagnosticError as error:
         return list(error.diagnostics)
+    verdicts = coverage.uncovered_of(flat)
+    found = coverage.diagnostics_of(system, flat, verdicts)
+    idle = effects.diagnostics(system, flat)
+    if _has_errors(found):
+        return [*found, *idle]
+    found = [*found, *idle, *jumps.diagnostics(system, flat, verdicts)]
+    if guarantees and system.guarantees:
+        from fuzzyctl.analysis import prove
+
+        found.extend(prove.diagnostics(system))
+    return found

@@ -12,7 +12,8 @@ from typing import Any, Literal
 from fuzzyctl.peer_words import PEER_REMARKS, PEER_WORDS
 from fuzzyctl.source import Span
 
-Severity = Literal["error", "warning"]
+#: A hint is no mistake by itself; it fails nothing, unless its code is denied.
+Severity = Literal["error", "warning", "hint"]
 
 #: Every diagnostic code with its title. Numbers are never given twice: FZ0 files, FZ1 syntax, FZ2 names and rules,
 #: FZ3 numbers and membership functions, FZ4 coverage and proofs, FZ5 values given to a command, FZ6 files of other
@@ -69,6 +70,10 @@ CODES: dict[str, str] = {
     "FZ312": "units do not match",
     "FZ401": "in some region no rule fires",
     "FZ402": "a bound cannot be guaranteed",
+    "FZ403": "a rule never acts",
+    "FZ404": "a term never matters",
+    "FZ405": "an output jumps",
+    "FZ406": "degrees do not sum to 1",
     "FZ501": "a value is missing",
     "FZ502": "a name is not known to the system",
     "FZ503": "a value is not a number",
@@ -97,9 +102,10 @@ CODES: dict[str, str] = {
 }
 
 
-#: Codes of rule files that are warnings, at least in some of their cases; all others are errors always.
+#: Codes of rule files that are warnings or hints, at least in some of their cases; all others are errors always.
 WARNINGS: frozenset[str] = frozenset(
     {"FZ208", "FZ209", "FZ211", "FZ214", "FZ216", "FZ219", "FZ305", "FZ306", "FZ309", "FZ310", "FZ311"}
+    | {"FZ403", "FZ404", "FZ405", "FZ406"}
 )
 
 
@@ -119,7 +125,7 @@ class Diagnostic:
         code: A key of `CODES`.
         message: One line without a full stop that names the thing and what is wrong with it.
         span: Where it is, or None when it has no place in a text.
-        severity: "error" or "warning".
+        severity: "error", "warning" or "hint".
         facts: Lines that help to see why, such as the names that would have been right.
         help: What to do about it, or an empty string.
         notes: Other places that matter.
@@ -170,7 +176,7 @@ class Diagnostic:
 def render(diagnostic: Diagnostic, *, color: bool = False) -> str:
     """Return a diagnostic as text with its source line and a caret under the place."""
     paint = _paint if color else _plain
-    tone = "red" if diagnostic.severity == "error" else "yellow"
+    tone = _TONES[diagnostic.severity]
     place = f"{diagnostic.place}: " if diagnostic.place else ""
     head = f"{paint(place, 'bold')}{paint(f'{diagnostic.severity}[{diagnostic.code}]', tone)}: "
     lines = [head + paint(diagnostic.message, "bold")]
@@ -236,6 +242,7 @@ def _width(text: str) -> int:
     return sum(0 if unicodedata.combining(c) else wide.get(unicodedata.east_asian_width(c), 1) for c in text)
 
 
+_TONES: dict[Severity, str] = {"error": "red", "warning": "yellow", "hint": "cyan"}
 _STYLES = {"bold": "1", "red": "1;31", "yellow": "1;33", "cyan": "36", "blue": "34"}
 
 

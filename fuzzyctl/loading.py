@@ -133,9 +133,36 @@ def examine_all(
 
     The suffix of the source's name says the format; whatever is no format of another tool is a rule file.
     """
+    found = look_through(source, folder=folder, hints=hints)
+    return found.systems, found.told(found.diagnostics)
+
+
+@dataclasses.dataclass(frozen=True)
+class Examined:
+    """What a source holds.
+
+    Args:
+        source: The text.
+        systems: Those without errors.
+        diagnostics: All of them, whatever the file allows or denies.
+        policy: The lines that say what it does.
+    """
+
+    source: SourceText
+    systems: tuple[FuzzySystem, ...]
+    diagnostics: list[Diagnostic]
+    policy: tuple[sx.Allow, ...] = ()
+
+    def told(self, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
+        """Return diagnostics in order, as the lines of the file want them."""
+        return apply_policy(in_order(self.source, diagnostics), self.policy)
+
+
+def look_through(source: SourceText, *, folder: Path | None = None, hints: bool = True) -> Examined:
+    """Examine all systems of a source; what it allows and denies is left to whoever knows all diagnostics."""
     foreign = format_of(source.name)
     if foreign is not None:
-        return examine_foreign(foreign, source)
+        return Examined(source, *examine_foreign(foreign, source))
     tree, mistakes = parse(source)
     tree, more = bring_in(tree, folder)
     diagnostics = [*mistakes, *more]
@@ -150,8 +177,7 @@ def examine_all(
     diagnostics.extend(_same_names(systems))
     used = _Used(tree, folder)
     linked, more = link(systems, used.system, broken=any(d.severity == "error" for d in diagnostics))
-    diagnostics = in_order(source, [*diagnostics, *more, *used.mistakes])
-    return linked, apply_policy(diagnostics, policy)
+    return Examined(source, linked, [*diagnostics, *more, *used.mistakes], tuple(policy))
 
 
 class _Used:
@@ -198,7 +224,7 @@ def _same_names(systems: list[FuzzySystem]) -> list[Diagnostic]:
     return found
 
 
-def in_order(source: SourceText, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
+def in_order(source: SourceText, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
     """Sort by place, those of used files last, and drop what shared lines give once for each system."""
 
     def place(d: Diagnostic) -> tuple[bool, str, int]:
@@ -210,8 +236,8 @@ def in_order(source: SourceText, diagnostics: list[Diagnostic]) -> list[Diagnost
     return sorted(unique.values(), key=place)
 
 
-def apply_policy(diagnostics: list[Diagnostic], lines: list[sx.Allow]) -> list[Diagnostic]:
-    """Drop warnings that the file allows, and turn those that it denies into errors."""
+def apply_policy(diagnostics: list[Diagnostic], lines: Iterable[sx.Allow]) -> list[Diagnostic]:
+    """Drop warnings and hints that the file allows, and turn those that it denies into errors."""
     allowed: set[str] = set()
     denied: set[str] = set()
     found: list[Diagnostic] = []
@@ -229,7 +255,7 @@ def enforce(diagnostics: Iterable[Diagnostic], allowed: Collection[str], denied:
     """Drop allowed warnings, and turn denied ones into errors; a code that is both is denied."""
     found = []
     for d in diagnostics:
-        if d.severity == "warning" and d.code in denied:
+        if d.severity != "error" and d.code in denied:
             found.append(dataclasses.replace(d, severity="error"))
         elif d.severity == "error" or d.code not in allowed:
             found.append(d)

@@ -142,7 +142,11 @@ def _some_rule_acts(flat: Plan, output: OutputPlan) -> bool:
 def diagnostics(system: FuzzySystem) -> list[Diagnostic]:
     """Report each output without `else` for which some rule is not proved to fire always."""
     flat = plan(system)
-    verdicts = uncovered_of(flat)
+    return diagnostics_of(system, flat, uncovered_of(flat))
+
+
+def diagnostics_of(system: FuzzySystem, flat: Plan, verdicts: Mapping[str, Verdict]) -> list[Diagnostic]:
+    """Do the same for a system whose plan and verdicts are known."""
     found: list[Diagnostic] = []
     for position, output in enumerate(system.outputs):
         verdict = verdicts[output.name]

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import click
 
 from fuzzyctl.cli.common import DIAGNOSTICS_FORMAT, DONE, FAILED, answers_with_diagnostics, show
-from fuzzyctl.errors import CODES, Diagnostic, DiagnosticError, did_you_mean
+from fuzzyctl.errors import CODES, Diagnostic, DiagnosticError, counted, did_you_mean
 
 if TYPE_CHECKING:
     from fuzzyctl.model.system import FuzzySystem
@@ -62,7 +63,7 @@ def check(files: tuple[str, ...], denied: tuple[str, ...], allowed: tuple[str, .
         for line in clean:
             click.echo(line)
         if found:
-            click.echo(f"\n{_count(errors, 'error')}, {_count(len(found) - errors, 'warning')}", err=True)
+            click.echo(f"\n{_counted(found)}", err=True)
     return FAILED if errors else DONE
 
 
@@ -81,8 +82,12 @@ def _enforced(found: list[Diagnostic], denied: tuple[str, ...], allowed: tuple[s
     from fuzzyctl.loading import enforce
 
     every = set(CODES) - set(allowed) if WARNINGS in denied else set()
-    return enforce(found, allowed, every | set(denied))
+    return [
+        e for d in found for e in enforce([d], allowed, set(denied) | (every if d.severity == "warning" else set()))
+    ]
 
 
-def _count(number: int, what: str) -> str:
-    return f"{number} {what}{'' if number == 1 else 's'}"
+def _counted(found: list[Diagnostic]) -> str:
+    number = Counter(d.severity for d in found)
+    hints = [counted(number["hint"], "hint")] if number["hint"] else []
+    return ", ".join([counted(number["error"], "error"), counted(number["warning"], "warning"), *hints])

@@ -16,6 +16,10 @@ from fuzzyctl.source import Span
 #: Where SARIF 2.1.0 is defined; viewers tell versions apart by it.
 SARIF_SCHEMA: Final = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
 
+#: What SARIF and GitHub call a severity.
+_LEVELS: Final = {"error": "error", "warning": "warning", "hint": "note"}
+_COMMANDS: Final = {"error": "error", "warning": "warning", "hint": "notice"}
+
 
 def as_json(diagnostics: Sequence[Diagnostic]) -> str:
     """Return diagnostics as a JSON document."""
@@ -60,7 +64,7 @@ def _result(d: Diagnostic, index: int) -> dict[str, Any]:
     result: dict[str, Any] = {
         "ruleId": d.code,
         "ruleIndex": index,
-        "level": d.severity,
+        "level": _LEVELS[d.severity],
         "message": {"text": _text(d)},
     }
     if d.span is not None:
@@ -119,7 +123,7 @@ def _command(d: Diagnostic) -> str:
         properties["file"] = _shown_file(d.file)
     properties["title"] = f"{d.code}: {CODES[d.code]}"
     listed = ",".join(f"{key}={_escaped_property(str(value))}" for key, value in properties.items())
-    return f"::{d.severity} {listed}::{_escaped(_text(d))}"
+    return f"::{_COMMANDS[d.severity]} {listed}::{_escaped(_text(d))}"
 
 
 def _shown_file(name: str) -> str:

@@ -13,6 +13,7 @@ from fuzzyctl.formulas import MEMBERSHIP, exact_centroid_possible, is_monotone
 from fuzzyctl.model.hints import uncovered_ranges
 from fuzzyctl.model.method import TSUKAMOTO, Defuzzifier
 from fuzzyctl.model.numbers import Numbers
+from fuzzyctl.model.partitions import spoilt_partitions
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Membership, Output
 from fuzzyctl.source import Span
@@ -191,4 +192,5 @@ SHAPE_CHECKS: Final[tuple[Callable[[Numbers], Iterator[Diagnostic]], ...]] = (
     terms_out_of_order,
     values_outside_range,
     uncovered_ranges,
+    spoilt_partitions,
 )

@@ -74,10 +74,11 @@ def test_the_repair_leaves_nothing_to_say(code, tmp_path):
 
 
 @pytest.mark.parametrize("code", WITH_FILE)
-def test_a_warning_is_called_one(code):
+def test_a_warning_and_a_hint_are_called_so(code):
     page = _parts(code)
-    severities = set(re.findall(rf"(error|warning)\[{code}\]", page["message"]))
-    assert severities == {"warning" if page["meaning"].startswith("A warning: ") else "error"}
+    severities = set(re.findall(rf"(error|warning|hint)\[{code}\]", page["message"]))
+    begins = {"A warning: ": "warning", "A hint, ": "hint"}
+    assert severities == {next((word for text, word in begins.items() if page["meaning"].startswith(text)), "error")}
 
 
 @pytest.mark.parametrize("code", WITH_COMMAND)

@@ -1,0 +1,201 @@
+"""Rules that never act and terms that never matter: what a rule base says without effect.
+
+What is reported is proved; what is not reported may still be without effect for a reason that is not looked for.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from itertools import product
+from math import prod
+from typing import Final
+
+from fuzzyctl.analysis.coverage import Truths, activation_in, cells, degree_in, degrees_read
+from fuzzyctl.analysis.intervals import Interval, hull
+from fuzzyctl.errors import Diagnostic, Note, counted
+from fuzzyctl.expr import Number, number_text
+from fuzzyctl.formats.fz import antecedent_text
+from fuzzyctl.kernels.plan import DegreePlan, Plan, degree_name
+from fuzzyctl.model.rule import And, Antecedent, Or, Rule, literals
+from fuzzyctl.model.semantics import Semantics
+from fuzzyctl.model.system import FuzzySystem
+
+#: Most cells looked at for one rule that names an input twice.
+MOST_CELLS: Final = 2000
+#: Most rules of one consequent that are compared with each other.
+MOST_COMPARED: Final = 300
+
+#: A term of a variable, by their names.
+Named = tuple[str, str]
+
+
+def diagnostics(system: FuzzySystem, flat: Plan) -> list[Diagnostic]:
+    """Report rules that never act and terms of inputs whose degree is 0 in the whole range, each cause once."""
+    semantics = system.method.semantics
+    if semantics.least is None or semantics.chained != "value":
+        return []  # there a rule may act that does not fire, or fire though its terms lie apart
+    idle = _Idle(system, flat)
+    found = [_dead_term(system, idle, term) for term in idle.zero]
+    for position, rule in enumerate(system.rules):
+        named = {(i.variable, i.term) for i in literals(rule.antecedent)}
+        if position in idle.dead and not named & idle.zero.keys():
+            found.append(_dead_rule(idle, rule, idle.dead[position]))
+        elif position in idle.covered:
+            found.append(_covered_rule(rule, idle.covered[position]))
+    return found
+
+
+class _Idle:
+    """What has no effect.
+
+    Attributes:
+        zero: Terms of inputs that no value in the range belongs to, with the range.
+        dead: Positions of rules that never fire, each with the reason.
+        covered: Positions of rules that another one always outdoes, each with that rule.
+        lost: Terms that only rules of `dead` name, besides those of `zero`.
+    """
+
+    def __init__(self, system: FuzzySystem, flat: Plan) -> None:
+        self.system, self.flat = system, flat
+        self.degrees = [_reach(flat, d) for d in flat.degrees]
+        self.zero = dict(self._zero_terms())
+        self.dead = dict(self._dead_rules())
+        self.covered = dict(self._covered_rules())
+        alive = {t for r, rule in enumerate(system.rules) if r not in self.dead for t in _terms_of(rule)}
+        self.lost = {t for r in self.dead for t in _terms_of(system.rules[r])} - alive - self.zero.keys()
+
+    def _zero_terms(self) -> Iterator[tuple[Named, Interval]]:
+        for degree, reach in zip(self.flat.degrees, self.degrees, strict=True):
+            if degree.variable < len(self.flat.inputs) and reach[1] <= 0.0:
+                variable = self.flat.inputs[degree.variable]
+                yield (variable.name, degree.term), (variable.lower, variable.upper)
+
+    def _dead_rules(self) -> Iterator[tuple[int, str]]:
+        flat = self.flat
+        truths = Truths(flat, {degree_name(i): reach for i, reach in enumerate(self.degrees)})
+        reach = [activation_in(flat, rule, truths.strength(flat.strengths[rule.strength])) for rule in flat.rules]
+        for r, rule in enumerate(flat.rules):
+            weight = self.system.rules[r].weight
+            if rule.weight == 0.0:
+                # A weight that params compute may be switched on by them.
+                if isinstance(weight, Number):
+                    yield r, "its weight is 0"
+            elif reach[r][1] <= 0.0:
+                yield r, self._reason(r)
+            elif self._names_an_input_twice(r) and not self._fires_somewhere(r):
+                yield r, "the terms that it names of one input do not overlap"
+
+    def _reason(self, r: int) -> str:
+        method = self.flat.activation
+        if method.kind == "general":
+            return "its firing strength is 0 everywhere"
+        return f"'activation {method.kind}' always leaves it out: its threshold is {number_text(method.threshold)}"
+
+    def _names_an_input_twice(self, r: int) -> bool:
+        counts = Counter(i.variable for i in literals(self.system.rules[r].antecedent))
+        return max(counts.values()) > 1
+
+    def _fires_somewhere(self, r: int) -> bool:
+        """Return whether a rule may fire in some cell between the corners of its terms."""
+        flat = self.flat
+        strength = flat.strengths[flat.rules[r].strength]
+        own = {n: d for i, d in enumerate(flat.degrees) if (n := degree_name(i)) in degrees_read(flat, strength)}
+        variables = sorted({d.variable for d in own.values()})
+        sides = [cells(flat.variable(v), [d.set for d in own.values() if d.variable == v]) for v in variables]
+        if prod(len(s) for s in sides) > MOST_CELLS:
+            return True
+        for box in product(*sides):
+            at = dict(zip(variables, box, strict=True))
+            degrees = {n: degree_in(d.set, at[d.variable].floats) for n, d in own.items()}
+            fired = Truths(flat, degrees).strength(strength)
+            if activation_in(flat, flat.rules[r], fired)[1] > 0.0:
+                return True
+        return False
+
+    def _covered_rules(self) -> Iterator[tuple[int, Rule]]:
+        """Yield rules whose every consequent another one gives at least as much everywhere, where the larger counts."""
+        if self.flat.activation.kind != "general" or self.system.method.semantics != Semantics():
+            return
+        rivals: dict[tuple[int, int], list[int]] = {}
+        for o, output in enumerate(self.flat.outputs):
+            if not output.over_rules and output.aggregation == "max":
+                for entry in output.implied:
+                    rivals.setdefault((o, entry.term), []).append(entry.rule)
+        entries = Counter(e.rule for output in self.flat.outputs for e in output.implied)
+        outdone: dict[int, list[int]] = {}
+        for rules in rivals.values():
+            for r in rules if len(rules) <= MOST_COMPARED else ():
+                better = next((s for s in rules if s != r and s not in self.dead and self._outdoes(s, r)), None)
+                if better is not None and r not in self.dead:
+                    outdone.setdefault(r, []).append(better)
+        for r, better_ones in outdone.items():
+            if len(better_ones) == entries[r]:
+                yield r, self.system.rules[better_ones[0]]
+
+    def _outdoes(self, s: int, r: int) -> bool:
+        first, second = self.system.rules[s].antecedent, self.system.rules[r].antecedent
+        # Rules with the same antecedent have a message of their own.
+        return self.flat.rules[s].weight >= self.flat.rules[r].weight and first != second and _at_most(second, first)
+
+
+def _reach(flat: Plan, degree: DegreePlan) -> Interval:
+    """Enclose the degrees that a term has in the range of its variable."""
+    own = cells(flat.variable(degree.variable), [degree.set])
+    return hull(degree_in(degree.set, cell.floats) for cell in own)
+
+
+def _at_most(a: Antecedent, b: Antecedent) -> bool:
+    """Return whether the truth of a is at most that of b everywhere, whatever the norms are."""
+    if a == b:
+        return True
+    if isinstance(b, Or) and (_within(_joined(a, Or), b.operands) or any(_at_most(a, part) for part in b.operands)):
+        return True
+    return isinstance(a, And) and (
+        _within(_joined(b, And), a.operands) or any(_at_most(part, b) for part in a.operands)
+    )
+
+
+def _joined(antecedent: Antecedent, kind: type[And] | type[Or]) -> Sequence[Antecedent]:
+    return antecedent.operands if isinstance(antecedent, kind) else (antecedent,)
+
+
+def _within(few: Sequence[Antecedent], many: Sequence[Antecedent]) -> bool:
+    return not Counter(few) - Counter(many)
+
+
+def _terms_of(rule: Rule) -> set[Named]:
+    read = {(i.variable, i.term) for i in literals(rule.antecedent)}
+    return read | {(c.output, c.term) for c in rule.consequents if isinstance(c.term, str)}
+
+
+def _lost(idle: _Idle, rules: Sequence[Rule]) -> list[str]:
+    """Return what else never matters because these rules never act."""
+    terms = sorted({t for rule in rules for t in _terms_of(rule)} & idle.lost)
+    return [f"so term '{term}' of '{variable}' never matters" for variable, term in terms]
+
+
+def _dead_term(system: FuzzySystem, idle: _Idle, named: Named) -> Diagnostic:
+    name, term = named
+    low, high = idle.zero[named]
+    variable = system.input(name)
+    rules = [system.rules[r] for r in idle.dead if named in _terms_of(system.rules[r])]
+    message = f"term '{term}' of '{name}' has degree 0 in the whole range [{low:.6g}, {high:.6g}]"
+    facts = [f"{counted(len(rules), 'rule')} with it never fire{'s' if len(rules) == 1 else ''}"] if rules else []
+    declared = variable.term(term)
+    place = declared.span if declared is not None else variable.span
+    help_text = "widen the range, or move the term into it"
+    return Diagnostic("FZ404", message, place, "warning", (*facts, *_lost(idle, rules)), help_text)
+
+
+def _dead_rule(idle: _Idle, rule: Rule, reason: str) -> Diagnostic:
+    message = f"the rule 'if {antecedent_text(rule.antecedent, top=True)}' never acts"
+    return Diagnostic("FZ403", message, rule.span, "warning", (reason, *_lost(idle, [rule])), "remove or mend it")
+
+
+def _covered_rule(rule: Rule, better: Rule) -> Diagnostic:
+    message = f"the rule 'if {antecedent_text(rule.antecedent, top=True)}' changes nothing"
+    other = f"'if {antecedent_text(better.antecedent, top=True)}' gives the same consequent at least as much"
+    notes = (Note(better.span, other),) if better.span is not None else ()
+    facts = () if notes else (other,)
+    return Diagnostic("FZ403", message, rule.span, "warning", facts, "remove one of them, or make them differ", notes)

@@ -1,0 +1,165 @@
+"""Jumps of an output: two neighbouring numbers of an input between which it changes at once.
+
+They are looked for where terms jump, and where `else` takes over from the last rule; each is shown by evaluating it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations, islice, pairwise, product
+from typing import Final
+
+from fuzzyctl.analysis.coverage import Hole, Verdict, breakpoints, cells, degree_in
+from fuzzyctl.errors import Diagnostic, NoRuleFiresError, counted
+from fuzzyctl.expr import Expr, to_text
+from fuzzyctl.kernels import inference, python_backend
+from fuzzyctl.kernels.plan import InputPlan, OutputPlan, Plan, SetPlan
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import Output
+
+#: Changes below this part of an output's range are none that anyone would feel.
+LEAST: Final = 1e-3
+#: Most points at which the other inputs stand while one is moved over a place.
+MOST_POINTS: Final = 100
+#: Most places looked at.
+MOST_PLACES: Final = 100
+
+
+@dataclass(frozen=True)
+class Jump:
+    """A jump.
+
+    Args:
+        input: The input that is moved.
+        at: Where.
+        before, after: The output there and at a neighbouring number, or at both of them, the smaller one first.
+        others: Values of the other inputs.
+        places: At how many values of inputs the output jumps.
+        silent: Whether no rule fires on one side.
+    """
+
+    input: str
+    at: float
+    before: float
+    after: float
+    others: dict[str, float]
+    places: int
+    silent: bool
+
+    @property
+    def size(self) -> float:
+        """By how much the output changes."""
+        return abs(self.after - self.before)
+
+
+def diagnostics(system: FuzzySystem, flat: Plan, verdicts: dict[str, Verdict]) -> list[Diagnostic]:
+    """Report the largest jump of each output.
+
+    Args:
+        system: The system.
+        flat: Its plan.
+        verdicts: What is known of the outputs' coverage.
+    """
+    found = []
+    for output in system.outputs:
+        jump = largest_jump(flat, output.name, verdicts[output.name])
+        if jump is not None:
+            found.append(_diagnostic(output, jump))
+    return found
+
+
+def largest_jump(flat: Plan, name: str, verdict: Verdict) -> Jump | None:
+    """Return the largest jump found of an output, None where there is none to be found."""
+    position = next(k for k, o in enumerate(flat.outputs) if o.name == name)
+    output = flat.outputs[position]
+    if flat.initial_state:
+        return None  # it also depends on what was before
+    places = list(islice(_places(flat, output, isinstance(verdict, Hole)), MOST_PLACES))
+    if not places:
+        return None
+    value = _evaluator(flat, position)
+    found = [j for place in places for j in [_at(flat, output, value, *place)] if j is not None]
+    if not found:
+        return None
+    best = max(found, key=lambda j: j.size)
+    return Jump(best.input, best.at, best.before, best.after, best.others, len(found), best.silent)
+
+
+def _places(flat: Plan, output: OutputPlan, has_hole: bool) -> Iterator[tuple[int, float]]:
+    """Yield inputs and values at which an output may jump."""
+    for i, variable in enumerate(flat.inputs):
+        sets = [d.set for d in flat.degrees if d.variable == i]
+        jumps = {a[0] for s in sets for a, b in pairwise(s.vertices) if a[0] == b[0] and a[1] != b[1]}
+        if has_hole and isinstance(output.otherwise, float) and not _leaves_a_gap(variable, sets):
+            jumps |= set(breakpoints(variable, sets))
+        inside = (
+            x for x in jumps if math.isfinite(x) and (variable.extrapolate or variable.lower < x < variable.upper)
+        )
+        yield from ((i, x) for x in sorted(inside))
+
+
+def _leaves_a_gap(variable: InputPlan, sets: Sequence[SetPlan]) -> bool:
+    """Return whether no term of an input has a degree somewhere, which has a message of its own."""
+    return any(all(degree_in(s, cell.floats)[1] <= 0.0 for s in sets) for cell in cells(variable, sets))
+
+
+def _evaluator(flat: Plan, position: int) -> Callable[[Sequence[float]], float]:
+    program = inference.evaluation(flat)
+    names = [i.name for i in flat.inputs]
+    kernel = python_backend.compile_source(python_backend.evaluation_source(program), program, names)
+
+    def value(point: Sequence[float]) -> float:
+        try:
+            found = kernel(*point)
+        except NoRuleFiresError:
+            return math.nan
+        return float(found[position] if isinstance(found, tuple) else found)
+
+    return value
+
+
+def _at(
+    flat: Plan, output: OutputPlan, value: Callable[[Sequence[float]], float], position: int, x: float
+) -> Jump | None:
+    """Return the largest jump of an output at a value of one input."""
+    own, best = flat.inputs[position], None
+    for others in islice(_others(flat, position), MOST_POINTS):
+        sides = [math.nextafter(x, -math.inf), x, math.nextafter(x, math.inf)]
+        row = [value([*others[:position], side, *others[position:]]) for side in sides]
+        for a, b in combinations(row, 2):
+            if abs(b - a) > max(LEAST * (output.upper - output.lower), 0.0 if best is None else best.size):
+                at = dict(zip([v.name for v in flat.inputs if v is not own], others, strict=True))
+                best = Jump(own.name, x, a, b, at, 1, output.otherwise in (a, b))
+    return best
+
+
+def _others(flat: Plan, position: int) -> Iterator[tuple[float, ...]]:
+    """Yield values of the other inputs: corners of their terms and middles between them, of many only some."""
+    axes: list[list[float]] = []
+    count = max(1, len(flat.inputs) - 1)
+    most = max(2, round(MOST_POINTS ** (1.0 / count)))
+    for i, variable in enumerate(flat.inputs):
+        if i != position:
+            corners = breakpoints(variable, [d.set for d in flat.degrees if d.variable == i])
+            values = sorted({*corners, *(0.5 * a + 0.5 * b for a, b in pairwise(corners))})
+            step = (len(values) - 1) / (most - 1)
+            axes.append(values if len(values) <= most else [values[round(k * step)] for k in range(most)])
+    return product(*axes)
+
+
+def _diagnostic(output: Output, jump: Jump) -> Diagnostic:
+    message = f"output '{output.name}' jumps by {jump.size:.4g} at {jump.input} = {jump.at:.6g}"
+    where = f" for {', '.join(f'{n} = {v:.6g}' for n, v in jump.others.items())}" if jump.others else ""
+    facts = [f"from {jump.before:.6g} to {jump.after:.6g}{where}"]
+    if jump.silent and isinstance(output.otherwise, Expr):
+        facts.append(f"no rule fires beyond, and 'else {to_text(output.otherwise)}' holds")
+    elif jump.silent and isinstance(output.otherwise, str):
+        facts.append(f"no rule fires beyond, and 'else {output.otherwise}' holds")
+    else:
+        facts.append(f"a term of '{jump.input}' jumps there")
+    if jump.places > 1:
+        facts.append(f"it jumps at {counted(jump.places, 'place')} in all; this is the largest jump found")
+    help_text = "let terms overlap there; where the jump is meant, write 'allow FZ405'"
+    return Diagnostic("FZ405", message, output.span, "hint", tuple(facts), help_text)

@@ -1,0 +1,92 @@
+"""Partitions of unity: an input whose degrees sum to 1 but between one or two neighbours has a slip there, mostly."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final
+
+from fuzzyctl.errors import Diagnostic
+from fuzzyctl.formulas import MEMBERSHIP
+from fuzzyctl.formulas.memberships import Vertex
+from fuzzyctl.model.numbers import Numbers
+from fuzzyctl.model.variable import Input
+
+#: What a sum of degrees may differ from 1 by rounding of its terms' corners.
+_ROUNDING: Final = 1e-9
+#: Neighbours of which one slip may spoil the sum: those on both sides of a term.
+_MOST_BAD: Final = 2
+#: Where in a stretch a sum is looked at: two places tell a line, and the middle is shown.
+_LOOKS: Final = (0.5, 0.2)
+
+
+@dataclass(frozen=True)
+class _Set:
+    name: str
+    vertices: Sequence[Vertex]
+    core: tuple[float, float]
+
+    def degree(self, x: float) -> float:
+        """Return the degree of a value that is no corner."""
+        if x < self.vertices[0][0]:
+            return self.vertices[0][1]
+        for (a, u), (b, v) in pairwise(self.vertices):
+            if x < b:
+                return u + (v - u) * (x - a) / (b - a)
+        return self.vertices[-1][1]
+
+
+def spoilt_partitions(numbers: Numbers) -> Iterator[Diagnostic]:
+    """Find inputs whose degrees sum to 1 between most neighbouring terms, but not between one or two."""
+    for variable in numbers.system.inputs:
+        sets, ends = _sets(numbers, variable), numbers.range(variable)
+        if ends is None:
+            continue
+        gaps = [(a, b) for a, b in pairwise(sets) if ends[0] <= a.core[1] < b.core[0] <= ends[1]]
+        sums = [_sum_off(sets, a.core[1], b.core[0]) for a, b in gaps]
+        bad = [k for k, off in enumerate(sums) if off is not None]
+        good = len(gaps) - len(bad)
+        if bad and len(bad) <= _MOST_BAD and bad[-1] - bad[0] < _MOST_BAD and good >= max(2, len(bad)):
+            yield _diagnostic(variable, gaps, sums, bad)
+
+
+def _sets(numbers: Numbers, variable: Input) -> list[_Set]:
+    """Return the terms of an input by their cores; none if one is curved, has a height, or overlaps another's core."""
+    found = []
+    shapes = numbers.shapes(variable)
+    for term, parameters in shapes:
+        formula = MEMBERSHIP[term.membership.kind]
+        vertices = formula.vertices(parameters)
+        if not vertices or numbers.value(term.membership.height) != 1.0:
+            return []
+        left, right = formula.core(parameters)
+        found.append(_Set(term.name, vertices, (left, right)))
+    found.sort(key=lambda s: s.core)
+    apart = all(a.core[1] <= b.core[0] for a, b in pairwise(found))
+    return found if apart and len(shapes) == len(variable.terms) else []
+
+
+def _sum_off(sets: Sequence[_Set], low: float, high: float) -> tuple[float, float] | None:
+    """Return a place between two cores where the degrees do not sum to 1, and their sum there; None for none."""
+    corners = sorted({low, high} | {x for s in sets for x, _ in s.vertices if low < x < high})
+    for a, b in pairwise(corners):
+        for share in _LOOKS:
+            x = a + share * (b - a)
+            total = sum(s.degree(x) for s in sets)
+            if a < x < b and abs(total - 1.0) > _ROUNDING:
+                return x, total
+    return None
+
+
+def _diagnostic(
+    variable: Input,
+    gaps: Sequence[tuple[_Set, _Set]],
+    sums: Sequence[tuple[float, float] | None],
+    bad: Sequence[int],
+) -> Diagnostic:
+    first, last = gaps[bad[0]][0].name, gaps[bad[-1]][1].name
+    message = f"the degrees of '{variable.name}' sum to 1 between its terms, but not between '{first}' and '{last}'"
+    facts = tuple(f"at {variable.name} = {off[0]:.6g} they sum to {off[1]:.6g}" for k in bad if (off := sums[k]))
+    help_text = "check the feet and peaks there; where it is meant, write 'allow FZ406'"
+    return Diagnostic("FZ406", message, variable.span, "hint", facts, help_text)

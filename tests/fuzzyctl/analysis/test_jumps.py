@@ -1,0 +1,70 @@
+"""Places where an output changes at once."""
+
+import math
+
+import pytest
+
+from fuzzyctl import loads
+from fuzzyctl.analysis.coverage import uncovered_of
+from fuzzyctl.analysis.jumps import largest_jump
+from fuzzyctl.kernels.plan import plan
+
+SWITCH = """system s
+and product
+defuzzifier weighted_average
+input x in [0, 10]
+  A = {a}
+  B = {b}
+input y in [-1, 1]
+  terms N P
+output u in [0, 5]{otherwise}
+  terms low=1 high=4
+table u = x x y
+      N    P
+ A |  low  low
+ B |  low  {cell}
+"""
+
+
+def jump(a="ramp(6, 4)", b="ramp(4, 6)", otherwise="", cell="high"):
+    system = loads(SWITCH.format(a=a, b=b, otherwise=otherwise, cell=cell))
+    flat = plan(system)
+    found = largest_jump(flat, "u", uncovered_of(flat)["u"])
+    if found is not None:
+        near = [math.nextafter(found.at, side) for side in (-math.inf, math.inf)]
+        values = [system(**{found.input: x}, **found.others) for x in (near[0], found.at, near[1])]
+        assert {found.before, found.after} <= set(values)
+    return found
+
+
+class TestJumps:
+    def test_a_partition_has_none(self):
+        assert jump() is None
+
+    def test_terms_that_jump_are_shown_with_place_and_size(self):
+        found = jump("rectangle(-inf, 3)", "rectangle(3, inf)")
+        assert (found.input, found.at) == ("x", 3.0)
+        assert found.others == {"y": 1.0}
+        assert found.size == pytest.approx(3.0)
+        assert not found.silent
+
+    def test_a_term_whose_jump_changes_nothing_is_none(self):
+        assert jump("rectangle(-inf, 3)", "rectangle(3, inf)", cell="low") is None
+
+    def test_a_missing_cell_jumps_where_its_neighbours_end(self):
+        found = jump(otherwise=" else 0", cell=".")
+        assert found.silent
+        assert {found.before, found.after} == {1.0, 0.0}
+
+    def test_else_at_the_same_value_does_not(self):
+        assert jump(otherwise=" else 1", cell=".") is None
+
+    def test_nan_is_no_jump_and_what_is_held_is_not_looked_at(self):
+        assert jump(otherwise=" else nan", cell=".") is None
+        assert jump(otherwise=" else hold", cell=".") is None
+
+    def test_a_gap_between_terms_has_a_message_of_its_own(self):
+        assert jump("ramp(3, 2)", "ramp(6, 7)", otherwise=" else 3") is None
+
+    def test_the_ends_of_the_range_are_no_places(self):
+        assert jump("rectangle(-inf, 10)", "rectangle(10, inf)") is None
