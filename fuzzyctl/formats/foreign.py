@@ -6,9 +6,11 @@ import dataclasses
 from typing import Final
 
 from fuzzyctl.errors import Diagnostic
+from fuzzyctl.expr import ZERO, names_in
 from fuzzyctl.formats.registry import Format
 from fuzzyctl.model.checks import check_model, in_order
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import Input
 from fuzzyctl.source import SourceText
 
 #: Errors of rule files that are warnings in files of other tools, where the system still has a meaning.
@@ -27,7 +29,7 @@ def examine_foreign(format: Format, source: SourceText) -> tuple[tuple[FuzzySyst
     systems, diagnostics = format.read(source)
     sound = []
     for system in systems:
-        found = [_softened(d, source) for d in check_model(system) if d.code not in _MEANT]
+        found = [_softened(d, source) for d in check_model(system) if not _is_meant(d, system)]
         diagnostics = [*diagnostics, *found]
         if not any(d.severity == "error" for d in found):
             sound.append(system)
@@ -36,6 +38,28 @@ def examine_foreign(format: Format, source: SourceText) -> tuple[tuple[FuzzySyst
         help_text = "save it as UTF-8 if names look wrong"
         diagnostics = [*diagnostics, Diagnostic("FZ605", message, None, "warning", help=help_text, file=source.name)]
     return tuple(sound), in_order(diagnostics)
+
+
+def _is_meant(diagnostic: Diagnostic, system: FuzzySystem) -> bool:
+    """Whether a hint is about what files of other tools have on purpose.
+
+    An input without terms is one that linear consequents alone read; its range need not be covered.
+    """
+    if diagnostic.code not in ("FZ211", "FZ309"):
+        return diagnostic.code in _MEANT
+    variable = next((v for v in system.inputs if v.span == diagnostic.span), None)
+    return variable is not None and (not variable.terms if diagnostic.code == "FZ309" else _counts(variable, system))
+
+
+def _counts(variable: Input, system: FuzzySystem) -> bool:
+    """Whether a consequent that is a function of the inputs names one."""
+    place = system.inputs.index(variable)
+    for membership in (t.membership for o in system.outputs for t in o.terms):
+        if membership.kind == "linear" and membership.arguments[place] != ZERO:
+            return True
+        if membership.kind == "function" and variable.name in {n.name for n in names_in(membership.arguments[0])}:
+            return True
+    return False
 
 
 def _softened(diagnostic: Diagnostic, source: SourceText) -> Diagnostic:

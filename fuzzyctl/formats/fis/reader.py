@@ -223,7 +223,7 @@ class _Assembly:
         if entry is not None and values.string(entry).text.lower() not in ("nan", "-nan"):
             found = values.vector(entry.value, self.findings)
             default = found[0] if found and len(found) == 1 else None
-        if self._flag(section, "LockPrevious") or self._flag(section, "Lock"):
+        if any(self._flag(section, key) for key in ("LockPrevious", "LockValid", "Lock")):
             return Hold(start=default if default is not None else "nan")
         return default if default is not None else "nan"
 
@@ -233,6 +233,8 @@ class _Assembly:
         entry = self.settings.entry
         place = entry.value if entry is not None else variable.span
         sums = kind.startswith("weighted")
+        if self.settings.kind == "hybrid" and not sums and _is_sugeno(variable):
+            kind, sums = "weighted_average", True
         if self.dialect == "fuzzylite" and sums:
             return self.profile.defuzzifier(self._weighted(variable, kind))
         if sums and self.settings.kind == "mamdani":
@@ -250,3 +252,9 @@ class _Assembly:
             message = f"the terms of '{variable.name}' are partly sets and partly numbers or functions"
             self.findings.error("FZ214", message, variable.span, help="use one sort of terms")
         return KINDS[min(found)][kind == "weighted_sum"]
+
+
+def _is_sugeno(variable: Variable) -> bool:
+    """Whether the terms of an output are numbers and functions; in a hybrid system one line names the defuzzifier."""
+    kinds = {t.membership.kind for t in variable.terms.values()}
+    return bool(kinds) and kinds <= {"constant", "linear", "function"}

@@ -34,6 +34,9 @@ _HEDGES: Final = {
     Decimal("0.4"): ("very", "very"),
 }
 
+#: What fuzzylite writes for `any`, whatever the term.
+_ANY: Final = Decimal("0.99")
+
 
 @dataclass(frozen=True)
 class Code:
@@ -220,7 +223,7 @@ class RuleReader:
             return False
         sound = True
         for code, variable in zip(codes, variables, strict=True):
-            if code.number in variable.terms or (code.number == 0 and not code.fraction):
+            if code.number in variable.terms or (code.number == 0 and code.fraction in (0, _ANY)):
                 continue
             sound = False
             if not variable.broken:
@@ -247,6 +250,8 @@ class RuleReader:
         """Return the hedges for the digits behind the point."""
         if fraction in _HEDGES:
             return _HEDGES[fraction]
+        if fraction == _ANY and self.dialect == "fuzzylite":
+            return ("any",)
         if self.dialect == "fuzzylite":
             message = f"fuzzylite has no hedge for the fraction {fraction}"
             facts = (".05 somewhat, .2 very, .3 extremely, .4 very very",)

@@ -27,7 +27,7 @@ _GENERATED: Final = re.compile(r"generated (?:with|by) fuzzylite (\d{1,3})", re.
 _SAID: Final = re.compile(r"% numerics of (octave|fuzzylite|matlab)$")
 
 #: Keys of variables that only fuzzylite writes.
-_FUZZYLITE_KEYS: Final = frozenset({"enabled", "default", "lock", "lockprevious", "lockrange"})
+_FUZZYLITE_KEYS: Final = frozenset({"enabled", "default", "lock", "lockvalid", "lockprevious", "lockrange"})
 
 
 @dataclass(frozen=True)

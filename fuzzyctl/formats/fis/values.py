@@ -25,12 +25,13 @@ class Text:
 
 @dataclass(frozen=True)
 class RawTerm:
-    """A membership function as written: its name, the name of its function and its parameters."""
+    """A membership function as written: its name, its function, and its parameters or its formula."""
 
     name: Text
     function: Text
     parameters: tuple[Number, ...]
     span: Span
+    formula: Span | None = None
 
 
 def string(entry: Entry) -> Text:
@@ -94,6 +95,9 @@ def term(entry: Entry, findings: Findings) -> RawTerm | None:
     if _is_of_type_2(rest.text):
         _refuse_type_2(name, rest, findings)
         return None
+    if function.text.lower() == "function":
+        inner = _inside(rest, findings)
+        return None if inner is None else RawTerm(name, function, (), entry.value, inner)
     parameters = vector(rest, findings)
     if parameters is None:
         return None

@@ -8,12 +8,13 @@ from dataclasses import dataclass
 from typing import Final
 
 from fuzzyctl.errors import Note, counted
-from fuzzyctl.expr import Number
+from fuzzyctl.expr import Name, Number, replace_names
 from fuzzyctl.formats.findings import Findings, distinct, meant
 from fuzzyctl.formats.fis import values
 from fuzzyctl.formats.fis.sections import Entry, Section
 from fuzzyctl.formats.fis.values import RawTerm, Text
 from fuzzyctl.formats.fis.words import MEMBERSHIP_WORDS, MembershipWord
+from fuzzyctl.formats.fll.functions import FormulaError, read_formula
 from fuzzyctl.model.variable import Membership, Term
 from fuzzyctl.source import Span
 
@@ -21,7 +22,9 @@ from fuzzyctl.source import Span
 _NUMBERED: Final = re.compile(r"mf *(\d{1,6}) *([ul]?)$", re.IGNORECASE)
 
 #: Keys in small letters; those after the first three are fuzzylite's.
-_KEYS: Final = ("name", "range", "nummfs", "enabled", "default", "lock", "lockprevious", "lockrange")
+_KEYS: Final = (
+    "name", "range", "nummfs", "enabled", "default", "lock", "lockvalid", "lockprevious", "lockrange",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -57,12 +60,18 @@ class VariableReader:
         self.inputs = inputs
         self.findings = findings
         self.names: set[str] = set()
+        self.input_names: list[str] = []
+        self.reading = ""
+        self.padded = False
 
     def read(self, section: Section) -> Variable:
         """Read one variable; what cannot be read is reported and replaced by something harmless."""
         before = len(self.findings.diagnostics)
         self._check_keys(section)
         name = self._name(section)
+        self.reading = name.text
+        if section.kind == "input":
+            self.input_names.append(name.text)
         lower, upper = self._range(section, name.text)
         terms = self._terms(section, name.text)
         self._check_count(section, len(terms))
@@ -73,7 +82,7 @@ class VariableReader:
         seen: dict[str, Entry] = {}
         for entry in section.entries:
             key = entry.key.lower()
-            earlier = seen.setdefault(key, entry)
+            earlier = seen.setdefault(key, entry) if not _NUMBERED.match(key) else entry
             if earlier is not entry:
                 note = Note(earlier.span, "first given here")
                 self.findings.error("FZ215", f"'{entry.key}' is given twice", entry.key_span, note=note)
@@ -112,6 +121,8 @@ class VariableReader:
     def _terms(self, section: Section, variable: str) -> dict[int, Term]:
         terms: dict[int, Term] = {}
         names: set[str] = set()
+        again: list[tuple[Text, str]] = []
+        number = 0
         for entry in section.entries:
             match = _NUMBERED.match(entry.key)
             if match is None:
@@ -119,15 +130,32 @@ class VariableReader:
             if match.group(2):
                 self._refuse_type_2(entry)
                 continue
-            number = int(match.group(1))
+            number += 1
+            if int(match.group(1)) != number:
+                message = f"'{entry.key}' stands where MF{number} is due, and counts as that"
+                help_text = "rules number terms in the order written"
+                self.findings.warning("FZ606", message, entry.key_span, help=help_text)
             raw = values.term(entry, self.findings)
             membership = self._membership(raw) if raw is not None else None
             if raw is None or membership is None:
                 continue
             name = self._term_name(raw.name, number, variable, names)
+            if raw.name.text and name != raw.name.text:
+                again.append((raw.name, name))
             names.add(name)
             terms[number] = Term(name=name, membership=membership, span=raw.name.span)
+        self._warn_of_names(variable, again)
         return terms
+
+    def _warn_of_names(self, variable: str, again: list[tuple[Text, str]]) -> None:
+        """Warn of terms that have the name of another, once for a variable: tools give all the same name."""
+        if not again:
+            return
+        (first, name), *others = again
+        message = f"a second term of '{variable}' is called '{first.text}'; it becomes '{name}'"
+        facts = (f"and so on, {counted(len(others), 'more term')}",) if others else ()
+        help_text = "rules name terms by their numbers, so nothing else changes"
+        self.findings.warning("FZ604", message, first.span, help=help_text, facts=facts)
 
     def _refuse_type_2(self, entry: Entry) -> None:
         message = f"'{entry.key}' is one side of an interval type-2 fuzzy set"
@@ -139,16 +167,14 @@ class VariableReader:
         if not given.text:
             message = f"term {number} of '{variable}' has no name; it is called '{name}'"
             self.findings.warning("FZ604", message, given.span)
-        elif name != wanted:
-            message = f"a second term of '{variable}' is called '{wanted}'; it becomes '{name}'"
-            help_text = "rules name terms by their numbers, so nothing else changes"
-            self.findings.warning("FZ604", message, given.span, help=help_text)
         return name
 
     def _membership(self, raw: RawTerm) -> Membership | None:
         function = raw.function.text.lower()
         if function == "linear":
             return self._linear(raw)
+        if function == "function":
+            return self._formula(raw)
         word = MEMBERSHIP_WORDS.get(function)
         if word is None:
             self._refuse_function(raw)
@@ -175,11 +201,21 @@ class VariableReader:
             self.findings.error("FZ303", message, raw.span, help=f"they are: [{word.form}]")
             return None
         if len(given) > word.count:
-            first, last = given[word.count].span, given[-1].span
-            place = first.to(last) if first is not None and last is not None else raw.span
-            message = f"'{name}' takes {counted(word.count, 'parameter')}; '{place.text}' has no effect"
-            self.findings.warning("FZ603", message, place, help="remove it")
+            self._warn_of_surplus(raw, word.count)
         return given[: word.count]
+
+    def _warn_of_surplus(self, raw: RawTerm, due: int) -> None:
+        """Warn of parameters that nothing reads; of the zeros that old versions fill up with only once."""
+        surplus = raw.parameters[due:]
+        zeros = all(n.value == 0 for n in surplus)
+        if zeros and self.padded:
+            return
+        self.padded |= zeros
+        first, last = surplus[0].span, surplus[-1].span
+        place = first.to(last) if first is not None and last is not None else raw.span
+        message = f"'{raw.function.text}' takes {counted(due, 'parameter')}; '{place.text}' has no effect"
+        facts = ("old versions fill up with zeros; those of other functions are not listed",) if zeros else ()
+        self.findings.warning("FZ603", message, place, help="remove it", facts=facts)
 
     def _pairs(self, raw: RawTerm) -> tuple[Number, ...] | None:
         if len(raw.parameters) < 4 or len(raw.parameters) % 2:
@@ -203,6 +239,19 @@ class VariableReader:
             message = f"'linear' takes {due} parameters here; {counted(len(surplus), 'more number')} have no effect"
             self.findings.warning("FZ603", message, place, help="remove them")
         return Membership(kind="linear", arguments=given[:due], span=raw.span)
+
+    def _formula(self, raw: RawTerm) -> Membership | None:
+        """Return a formula of fuzzylite: over the variable itself in a term of an input, else over the inputs."""
+        of_input = self.reading in self.input_names
+        names = {self.reading, "x"} if of_input else set(self.input_names)
+        try:
+            formula = read_formula(raw.formula or raw.span, names)
+        except FormulaError as error:
+            self.findings.error(error.code, error.message, error.span)
+            return None
+        if of_input and "x" not in self.input_names:
+            formula = replace_names(formula, {"x": Name(self.reading)})
+        return Membership(kind="function", arguments=(formula,), span=raw.span)
 
     def _check_count(self, section: Section, found: int) -> None:
         entry = section.entry("NumMFs")

@@ -122,7 +122,7 @@ MEMBERSHIP_WORDS: Final[dict[str, MembershipWord]] = {
 }
 
 #: Those that only fuzzylite writes.
-OF_FUZZYLITE: Final = frozenset(list(MEMBERSHIP_WORDS)[list(MEMBERSHIP_WORDS).index("rampmf") :])
+OF_FUZZYLITE: Final = frozenset({"function", *list(MEMBERSHIP_WORDS)[list(MEMBERSHIP_WORDS).index("rampmf") :]})
 
 #: Triangular norms for `and` and implication.
 CONJUNCTION_WORDS: Final[dict[str, str]] = {
