@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice, product
 from typing import Any, Final
 
@@ -17,6 +17,7 @@ from fuzzyctl.analysis.coverage import (
     breakpoints,
     cells,
     degree_in,
+    effect_in,
     uncovered_of,
 )
 from fuzzyctl.analysis.intervals import ANYTHING, Interval, enclose, hull
@@ -88,15 +89,24 @@ def _bound(system: FuzzySystem, flat: Plan, output: OutputPlan, verdict: Verdict
     terms = _terms_that_fire(flat, output)
     ends = _ends(declared, flat, output, terms, covered=verdict is None)
     attained = output.rate is not None and bool(terms)
+    if output.clamped:
+        ends = _clamped(output, ends[0]), _clamped(output, ends[1])
     if output.averages and output.rate is None:
         ends = _locate(flat, output, ends)
     other = output.otherwise.start if isinstance(output.otherwise, HeldPlan) else output.otherwise
+    if output.clamped and isinstance(other, float):
+        other = _clamped(output, _End(other)).value
     if verdict is not None and isinstance(other, float) and not math.isnan(other):
         ends = _with_otherwise(declared, other, verdict, ends, only=not terms)
         attained = attained and ends[0].value >= output.lower and ends[1].value <= output.upper
     low, high = ends
     exact = attained or (low.at is not None and high.at is not None)
     return OutputBound(output.name, low.value, high.value, exact, low.span, high.span, low.at, high.at)
+
+
+def _clamped(output: OutputPlan, end: _End) -> _End:
+    """Return an end held within the range of the output; where it is attained, so is the end of the range."""
+    return replace(end, value=min(max(end.value, output.lower), output.upper))
 
 
 def _activations(flat: Plan) -> list[Interval]:
@@ -113,7 +123,7 @@ def _activations(flat: Plan) -> list[Interval]:
 def _terms_that_fire(flat: Plan, output: OutputPlan) -> list[int]:
     """Return the consequent terms of the rules whose activation is above 0 somewhere."""
     activations = _activations(flat)
-    return [e.term for e in output.implied if activations[e.rule][1] > 0.0]
+    return [e.term for e in output.implied if effect_in(flat, e, activations[e.rule])[1] > 0.0]
 
 
 def _hull(flat: Plan, output: OutputPlan, terms: Sequence[int]) -> Interval:
@@ -130,6 +140,7 @@ def _values(flat: Plan, term: SetPlan) -> Interval:
     """Enclose a consequent that is a function of the inputs."""
     assert term.expression is not None
     box = {i.name: ANYTHING if i.extrapolate else (i.lower, i.upper) for i in flat.inputs}
+    box |= {o.name: ANYTHING for o in flat.outputs}
     return enclose(term.expression, box)
 
 
@@ -139,7 +150,10 @@ def _sum_ends(flat: Plan, output: OutputPlan) -> tuple[_End, _End]:
     names = {"w": ANYTHING, "z": ANYTHING}
     low = high = size = 0.0
     for entry in output.implied:
-        names |= {"w": activations[entry.rule], "z": _hull(flat, output, [entry.term])}
+        acts = effect_in(flat, entry, activations[entry.rule])
+        if output.merge != "rules":  # it may count instead of rules that it is joined with, or they instead of it
+            acts = 0.0, 1.0 if acts[1] > 0.0 else 0.0
+        names |= {"w": acts, "z": _hull(flat, output, [entry.term])}
         least, most = (0.0, 0.0) if names["w"] == (0.0, 0.0) else enclose(_PRODUCT, names)
         low, high, size = low + least, high + most, size + max(abs(least), abs(most))
     margin = 4.0 * (len(output.implied) + 4) * 2.0**-53 * size
@@ -161,6 +175,8 @@ def _ends(
     wanted = _hull(flat, output, terms) if terms else held
     if any(output.terms[t].expression is not None and output.terms[t].reach is None for t in planned):
         held = wanted
+    if output.total != "activations":
+        wanted = held = hull([held, (0.0, 0.0)])
     margin = _rounding(output, terms)
     ends: list[_End] = []
     for k, sign in enumerate((-1.0, 1.0)):

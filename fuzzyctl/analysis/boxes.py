@@ -222,6 +222,8 @@ class System:
         norms = (method.conjunction, method.disjunction, own.implication, own.aggregation)
         if plan.activation.kind != "general" or own.reads or self.system.hedges:
             return False
+        if plan.least or own.equal or plan.chains or any(e.change is not None for e in own.implied):
+            return False
         if any(n.startswith(_JUMPING_NORMS) for n in norms):
             return False
         if any(own.terms[e.term].expression is not None for e in own.implied):

@@ -18,7 +18,19 @@ from fuzzyctl.errors import Diagnostic
 from fuzzyctl.expr import Binary, Call, Compare, Expr, Name, Number, names_in, walk
 from fuzzyctl.formulas import CONJUNCTIONS, EXACT_IMPLICATIONS
 from fuzzyctl.kernels.defuzzify import support
-from fuzzyctl.kernels.plan import InputPlan, OutputPlan, Plan, RulePlan, SetPlan, degree_name, plan, step_name
+from fuzzyctl.kernels.plan import (
+    ITSELF,
+    ImpliedPlan,
+    InputPlan,
+    OutputPlan,
+    Plan,
+    RulePlan,
+    SetPlan,
+    chain_name,
+    degree_name,
+    plan,
+    step_name,
+)
 from fuzzyctl.kernels.python_backend import scalar_function
 from fuzzyctl.kernels.sampling import sampled_degrees, seen_points
 from fuzzyctl.model.system import FuzzySystem
@@ -112,6 +124,8 @@ def _verdict(flat: Plan, output: OutputPlan, earlier: Mapping[int, Verdict]) -> 
     if found is not None and output.reads:
         # No output need ever have the value at which no rule fires; a hole is one for all their values.
         found = _Search(flat, output).verdict()
+    if isinstance(found, Hole) and output.total != "activations":
+        return Undecided("the average divides by more than the activations of its own rules")
     if found is not None:
         return found
     if not _some_rule_acts(flat, output):
@@ -129,6 +143,8 @@ def _some_rule_acts(flat: Plan, output: OutputPlan) -> bool:
     method = flat.activation
     if method.kind in ("general", "threshold"):
         return True
+    if flat.least or any(entry.change is not None for entry in output.implied):
+        return False
     own = {entry.rule for entry in output.implied if _counts(output, output.terms[entry.term])}
     if method.kind == "proportional":
         return output.over_rules or output.implication in EXACT_IMPLICATIONS
@@ -204,12 +220,21 @@ class Cell:
     is_point: bool
 
 
+def chain_in(flat: Plan, position: int) -> Interval:
+    """Enclose how far a term of an output may have been activated by the rules before."""
+    chain = flat.chains[position]
+    most = float(len(chain.entries)) if flat.outputs[chain.output].aggregation == "sum" else 1.0
+    return 0.0, most
+
+
 class Truths(Mapping[str, Interval]):
     """Intervals of degrees, and of the steps of firing strengths, each computed when it is asked for."""
 
     def __init__(self, flat: Plan, degrees: Mapping[str, Interval]) -> None:
         self._steps = {step_name(i): step for i, step in enumerate(flat.steps)}
-        self._known = dict(degrees)
+        self._known = {chain_name(i): chain_in(flat, i) for i in range(len(flat.chains))} | dict(degrees)
+        # What is chained may add up to more than a degree.
+        self._most = max((high for _, high in self._known.values()), default=1.0) if flat.chains else 1.0
 
     def __getitem__(self, name: str) -> Interval:
         waiting = [] if name in self._known else [name]
@@ -226,7 +251,7 @@ class Truths(Mapping[str, Interval]):
 
     def strength(self, expr: Expr) -> Interval:
         """Return the interval of a firing strength, which is a degree too."""
-        return _degrees(enclose(expr, self), 1.0)
+        return _degrees(enclose(expr, self), self._most)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._known)
@@ -260,7 +285,29 @@ def degrees_read(flat: Plan, strength: Expr) -> set[str]:
 
 
 def activation_in(flat: Plan, rule: RulePlan, strength: Interval) -> Interval:
-    """Enclose how far a rule acts: 0 where the activation method may leave it out."""
+    """Enclose how far a rule acts: 0 where the activation method may leave it out, or it is not above the least."""
+    low, high = _chosen(flat, rule, strength)
+    least = flat.least or 0.0
+    return (low if low > least else 0.0), (high if high > least else 0.0)
+
+
+def effect_in(flat: Plan, entry: ImpliedPlan, activation: Interval) -> Interval:
+    """Enclose the activation of a rule as one of its consequents feels it."""
+    low, high = activation
+    if entry.change is not None:
+        low, high = _degrees(enclose(entry.change, {ITSELF: activation}), math.inf)
+        if flat.least is not None:
+            # Hedges make nothing of a rule that does not act.
+            low, high = (low if activation[0] > 0.0 else 0.0), (high if activation[1] > 0.0 else 0.0)
+    return low * entry.factor, high * entry.factor
+
+
+def _always_acts(flat: Plan, entry: ImpliedPlan) -> bool:
+    """Return whether hedges may make something of a rule whose activation is 0."""
+    return flat.least is None and entry.change is not None
+
+
+def _chosen(flat: Plan, rule: RulePlan, strength: Interval) -> Interval:
     low, high = strength[0] * rule.weight, strength[1] * rule.weight
     method = flat.activation
     match method.kind:
@@ -334,19 +381,19 @@ class _Search:
 
     def _prepare(self) -> None:
         """Find the rules that count, their strengths, and the inputs they look at."""
-        self.rules: dict[int, list[tuple[RulePlan, float]]] = {}
+        self.rules: dict[int, list[tuple[ImpliedPlan, float]]] = {}
         self.implication = scalar_function(CONJUNCTIONS[self.output.implication](Name("a"), Name("b")))
         terms = {entry.term: self.output.terms[entry.term] for entry in self.output.implied}
         tops = {t: _top(self.output, term) for t, term in terms.items() if _counts(self.output, term)}
         for entry in self.output.implied:
             rule = self.plan.rules[entry.rule]
-            if rule.weight > 0.0 and entry.term in tops:
-                self.rules.setdefault(rule.strength, []).append((rule, tops[entry.term]))
+            if (rule.weight > 0.0 or _always_acts(self.plan, entry)) and entry.term in tops:
+                self.rules.setdefault(rule.strength, []).append((entry, tops[entry.term]))
         names = {n for s in self.rules for n in degrees_read(self.plan, self.plan.strengths[s])}
         named = {degree_name(i): d for i, d in enumerate(self.plan.degrees) if degree_name(i) in names}
         inputs = len(self.plan.inputs)
         self.degrees = {n: d for n, d in named.items() if self.free_outputs or d.variable < inputs}
-        self.fixed: dict[str, Interval] = {}
+        self.fixed: dict[str, Interval] = {chain_name(i): chain_in(self.plan, i) for i in range(len(self.plan.chains))}
         for n, d in named.items():
             if n not in self.degrees:
                 variable = self.plan.variable(d.variable)
@@ -374,7 +421,7 @@ class _Search:
         for s, rules in self.rules.items():
             names = _conjunction(self.plan.strengths[s])
             own = sorted(names, key=lambda n: self.degrees[n].variable)
-            sure = any(self._moved(rule, top, (strength, 1.0))[0] >= CERTAIN for rule, top in rules)
+            sure = any(self._moved(entry, top, (strength, 1.0))[0] >= CERTAIN for entry, top in rules)
             if sure and [self.degrees[n].variable for n in own] == self.used:
                 found.add(tuple(own))
         terms = [sum(d.variable == i for d in self.degrees.values()) for i in self.used]
@@ -390,16 +437,18 @@ class _Search:
         if self.spent > BUDGET:
             raise _SpentError
         fired = truths.strength(self.plan.strengths[strength])
-        moved = [self._moved(rule, top, fired) for rule, top in self.rules[strength]]
+        moved = [self._moved(entry, top, fired) for entry, top in self.rules[strength]]
         return max(low for low, _ in moved), max(high for _, high in moved)
 
-    def _moved(self, rule: RulePlan, top: float, fired: Interval) -> Interval:
+    def _moved(self, entry: ImpliedPlan, top: float, fired: Interval) -> Interval:
+        rule, gate = self.plan.rules[entry.rule], self.plan.least or 0.0
         low, high = activation_in(self.plan, rule, fired)
         if self.plan.activation.kind not in ("general", "threshold"):
             # Which rules act is settled for all of them together.
             least = self.plan.activation.threshold if self.plan.activation.kind in ("first", "last") else 0.0
             low = fired[0] * rule.weight
-            low = low if low >= least else 0.0
+            low = low if low >= least and low > gate else 0.0
+        low, high = effect_in(self.plan, entry, (low, high))
         if self.output.over_rules or self.output.implication in EXACT_IMPLICATIONS:
             return low, high
         return self.implication(low, top), self.implication(high, top)

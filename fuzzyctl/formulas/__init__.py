@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from fuzzyctl.formulas.memberships import MEMBERSHIP, MembershipFormula, Parameters, Vertex
+from fuzzyctl.formulas.memberships import MEMBERSHIP, VARIANTS, MembershipFormula, Parameters, Vertex, formula_of
 from fuzzyctl.formulas.norms import (
     AGGREGATIONS,
     CONJUNCTIONS,
@@ -17,7 +17,12 @@ from fuzzyctl.formulas.norms import (
     IMPLICATIONS,
     Hedge,
     Norm,
+    aggregation,
+    conjunction,
+    disjunction,
+    hedge,
     held,
+    inverse_hedge,
     one_minus,
 )
 
@@ -31,13 +36,20 @@ __all__ = [
     "HEDGE_SUMMARIES",
     "IMPLICATIONS",
     "MEMBERSHIP",
+    "VARIANTS",
     "Hedge",
     "MembershipFormula",
     "Norm",
     "Parameters",
     "Vertex",
+    "aggregation",
+    "conjunction",
+    "disjunction",
     "exact_centroid_possible",
+    "formula_of",
+    "hedge",
     "held",
+    "inverse_hedge",
     "is_monotone",
     "one_minus",
     "piecewise_linear",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, Expr, Number, Where
@@ -239,6 +239,11 @@ def _sigmoids(p: Parameters) -> tuple[Parameters, Parameters]:
 def _sigmoid_difference_degree(x: Expr, p: Parameters) -> Expr:
     first, second = (_sigmoid_degree(x, q) for q in _sigmoids(p))
     return Call("abs", (Binary("-", first, second),))
+
+
+def _clamped_difference_degree(x: Expr, p: Parameters) -> Expr:
+    first, second = (_sigmoid_degree(x, q) for q in _sigmoids(p))
+    return Call("max", (ZERO, Binary("-", first, second)))
 
 
 def _sigmoid_product_degree(x: Expr, p: Parameters) -> Expr:
@@ -638,3 +643,13 @@ MEMBERSHIP: Final[dict[str, MembershipFormula]] = {
         ),
     )
 }
+
+#: Functions as other tools compute them, by the kind that rule files write and what is different.
+VARIANTS: Final[dict[str, MembershipFormula]] = {
+    "sigmoid_difference clamped": replace(MEMBERSHIP["sigmoid_difference"], degree=_clamped_difference_degree),
+}
+
+
+def formula_of(kind: str) -> MembershipFormula:
+    """Return the formula of a membership function or a variant of one."""
+    return VARIANTS[kind] if kind in VARIANTS else MEMBERSHIP[kind]

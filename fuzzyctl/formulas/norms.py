@@ -117,6 +117,51 @@ IMPLICATIONS: Final = CONJUNCTIONS
 AGGREGATIONS: Final[dict[str, Norm]] = {"sum": lambda a, b: Binary("+", a, b), **DISJUNCTIONS}
 
 
+def _near(a: Expr, b: Expr, equal: float) -> Expr:
+    """Return whether two degrees differ by less than a number."""
+    return Logic(
+        "and", (Compare("<", Binary("-", a, b), Number(equal)), Compare("<", Binary("-", b, a), Number(equal)))
+    )
+
+
+def _lenient(name: str, equal: float) -> Norm | None:
+    """Return a norm that takes degrees for equal which differ by less than a number; None for one that does not ask."""
+    beyond = Number(equal)
+
+    def above(a: Expr, b: Expr) -> Expr:
+        """Return whether a + b is above 1, and not equal to it."""
+        return Compare(">=", Binary("-", a, one_minus(b)), beyond)
+
+    def below(a: Expr, b: Expr) -> Expr:
+        """Return whether a + b is below 1, and not equal to it."""
+        return Compare("<=", Binary("-", a, one_minus(b)), Number(-equal))
+
+    norms: dict[str, Norm] = {
+        "drastic_product": lambda a, b: Where(_near(_maximum(a, b), ONE, equal), _minimum(a, b), ZERO),
+        "drastic_sum": lambda a, b: Where(_near(_minimum(a, b), ZERO, equal), _maximum(a, b), ONE),
+        "nilpotent_minimum": lambda a, b: Where(above(a, b), _minimum(a, b), ZERO),
+        "nilpotent_maximum": lambda a, b: Where(below(a, b), _maximum(a, b), ONE),
+        "hamacher_product": lambda a, b: Where(Compare("<", Binary("+", a, b), beyond), ZERO, _hamacher_product(a, b)),
+        "hamacher_sum": lambda a, b: Where(_near(Binary("*", a, b), ONE, equal), ONE, _hamacher_sum(a, b)),
+    }
+    return norms.get(name)
+
+
+def conjunction(name: str, equal: float = 0.0) -> Norm:
+    """Return a triangular norm; `equal` is what degrees may differ by that count as equal."""
+    return (_lenient(name, equal) if equal > 0.0 else None) or CONJUNCTIONS[name]
+
+
+def disjunction(name: str, equal: float = 0.0) -> Norm:
+    """Return a triangular conorm; see `conjunction`."""
+    return (_lenient(name, equal) if equal > 0.0 else None) or DISJUNCTIONS[name]
+
+
+def aggregation(name: str, equal: float = 0.0) -> Norm:
+    """Return how implied sets are joined; see `conjunction`."""
+    return (_lenient(name, equal) if equal > 0.0 else None) or AGGREGATIONS[name]
+
+
 def _very(x: Expr) -> Expr:
     return Binary("*", x, x)
 
@@ -148,6 +193,10 @@ def _any(x: Expr) -> Expr:
     return ONE
 
 
+def _cube(x: Expr) -> Expr:
+    return Binary("*", x, Binary("*", x, x))
+
+
 #: Hedges by name; of several in a row the one nearest to the term applies first.
 HEDGES: Final[dict[str, Hedge]] = {
     "very": _very,
@@ -169,6 +218,27 @@ HEDGE_SUMMARIES: Final[dict[str, str]] = {
     "any": "1",
     "not": "1 - x",
 }
+
+
+#: The hedges whose effect the inverse of another undoes, for semantics that undo them.
+INVERSES: Final[dict[str, Hedge]] = {
+    "very": _somewhat,
+    "somewhat": _very,
+    "extremely": _seldom,
+    "seldom": _extremely,
+    "slightly": _cube,
+    "not": one_minus,
+}
+
+
+def hedge(name: str, *, cube: bool = False) -> Hedge:
+    """Return a hedge; `cube` says that `extremely` is x³ rather than a contrast."""
+    return _cube if cube and name == "extremely" else HEDGES[name]
+
+
+def inverse_hedge(name: str, *, cube: bool = False) -> Hedge | None:
+    """Return the inverse of a hedge, None where it has none."""
+    return _slightly if cube and name == "extremely" else INVERSES.get(name)
 
 
 def held(x: Expr) -> Expr:

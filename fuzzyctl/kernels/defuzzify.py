@@ -45,6 +45,7 @@ def defuzzify(
     active: Sequence[Activation],
     inputs: Mapping[str, Expr],
     previous: Expr | None,
+    total: Expr | None = None,
 ) -> tuple[Expr, Expr]:
     """Write the assignments for one output.
 
@@ -54,6 +55,7 @@ def defuzzify(
         active: The rules that name it, without those of activation 0.
         inputs: The clamped inputs by name, for consequents that are functions of them.
         previous: The previous value of an output that holds it where no rule fires, else None.
+        total: What an average divides by, None for the sum of the activations.
 
     Returns:
         Its value as an atom, and the condition that some rule fires.
@@ -62,6 +64,8 @@ def defuzzify(
     hull: Hull
     if output.over_rules:
         numerator, denominator, hull = _over_rules(builder, output, active, inputs)
+        if total is not None:
+            denominator, hull = total, with_zero(builder, hull)
         fires = Compare(">", denominator, ZERO)
         if output.sums:
             return builder.let(Where(fires, numerator, otherwise)), fires
@@ -96,6 +100,15 @@ def _of_set(builder: Builder, output: OutputPlan, active: Sequence[Activation]) 
 
 def _otherwise(output: OutputPlan) -> Number:
     return Number(output.otherwise) if isinstance(output.otherwise, float) else NAN
+
+
+def with_zero(builder: Builder, hull: Hull) -> Hull:
+    """Return what quotients lie within whose parts are divided by more than their sum."""
+    low, high = hull
+    if isinstance(low, float) and isinstance(high, float):
+        return min(low, 0.0), max(high, 0.0)
+    ends = [Number(end) if isinstance(end, float) else end for end in hull]
+    return builder.smallest([ends[0], ZERO]), builder.largest([ends[1], ZERO])
 
 
 def _passes(hull: Hull, otherwise: Expr) -> bool:

@@ -96,8 +96,16 @@ def _unsuited(plan: Plan) -> str:
         return "it has a state"
     if plan.activation.kind != "general":
         return f"activation '{plan.activation.kind}' compares rules"
-    if any(o.reads for o in plan.outputs):
+    if any(o.reads for o in plan.outputs) or plan.chains:
         return "rules read outputs"
+    if plan.least not in (None, 0.0):
+        return f"rules act only above {plan.least:g}"
+    if any(o.merge != "rules" or o.total != "activations" for o in plan.outputs):
+        return "averages run over something else than rules"
+    if any(e.change is not None or e.factor != 1.0 for o in plan.outputs for e in o.implied):
+        return "hedges or weights change what consequents feel"
+    if any(o.clamped for o in plan.outputs):
+        return "outputs are clamped"
     if not all(o.averages for o in plan.outputs):
         return "not all defuzzifiers are averages over rules"
     if any(o.terms[e.term].expression is not None for o in plan.outputs for e in o.implied):

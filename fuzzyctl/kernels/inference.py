@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import reduce
+
 from fuzzyctl.expr import (
     ZERO,
     Binary,
@@ -16,10 +18,22 @@ from fuzzyctl.expr import (
     replace_names,
     walk,
 )
+from fuzzyctl.formulas import aggregation
 from fuzzyctl.kernels.activation import acting
 from fuzzyctl.kernels.branches import branched
 from fuzzyctl.kernels.defuzzify import Activation, defuzzify
-from fuzzyctl.kernels.plan import InputPlan, OutputPlan, Plan, SetPlan, degree_name, step_name
+from fuzzyctl.kernels.merging import merged
+from fuzzyctl.kernels.plan import (
+    ITSELF,
+    ImpliedPlan,
+    InputPlan,
+    OutputPlan,
+    Plan,
+    SetPlan,
+    chain_name,
+    degree_name,
+    step_name,
+)
 from fuzzyctl.kernels.program import NAN, STATE, Builder, Item, Program, Refuse, any_nan, clip, times
 
 
@@ -145,6 +159,9 @@ def _jumps(plan: Plan) -> bool:
     """Return whether a rounding error may decide if a rule acts, as with complements, thresholds and drastic norms."""
     return (
         plan.activation.kind != "general"
+        or plan.least != 0.0
+        or bool(plan.chains)
+        or any(e.change is not None for o in plan.outputs for e in o.implied)
         or any(o.implication not in ("min", "product") for o in plan.outputs)
         or any(not _only_joins(e) for e in (*plan.steps, *plan.strengths))
     )
@@ -221,7 +238,41 @@ class _Front:
             r for r, rule in enumerate(self.plan.rules) if r not in self.activations and rule.strength in self._fired
         ]
         written = [self._activation(r) for r in rules]
-        self.activations |= dict(zip(rules, acting(self.builder, self.plan.activation, written), strict=True))
+        chosen = [self._gated(a) for a in acting(self.builder, self.plan.activation, written)]
+        self.activations |= dict(zip(rules, chosen, strict=True))
+        if self._write_chains():
+            self._write_rules()
+
+    def _gated(self, activation: Expr) -> Expr:
+        """Return an activation, or 0 where it is not above what a rule must exceed to act."""
+        least = self.plan.least
+        if least is None or least == 0.0 or activation == ZERO:
+            return activation
+        return self.builder.let(Where(Compare(">", activation, Number(least)), activation, ZERO))
+
+    def _write_chains(self) -> bool:
+        """Write how far terms of outputs have been activated by the rules before; return whether there is news."""
+        news = False
+        for i, chain in enumerate(self.plan.chains):
+            output = self.plan.outputs[chain.output]
+            entries = [output.implied[k] for k in chain.entries]
+            if chain_name(i) in self._known or any(e.rule not in self.activations for e in entries):
+                continue
+            join = aggregation(output.aggregation, output.equal)
+            parts = [self.effect(e) for e in entries]
+            self._known[chain_name(i)] = reduce(lambda a, b: self.builder.let(join(a, b)), parts)
+            news = True
+        return news
+
+    def effect(self, entry: ImpliedPlan) -> Expr:
+        """Return the activation of a rule as one of its consequents feels it, an atom."""
+        activation = self.activations[entry.rule]
+        if entry.change is not None:
+            changed = self.builder.let(replace_names(entry.change, {ITSELF: activation}))
+            if self.plan.least is not None:
+                changed = self.builder.let(Where(Compare(">", activation, ZERO), changed, ZERO))
+            activation = changed
+        return ZERO if activation == ZERO else self.builder.let(times(activation, Number(entry.factor)))
 
     def _computable(self, expr: Expr) -> bool:
         return all(n.name in self._known for n in names_in(expr))
@@ -236,22 +287,46 @@ class _Front:
         plan, output = self.plan, self.plan.outputs[position]
         states = {k: s for s, (o, k) in enumerate(plan.states) if o == position}
         active = [
-            Activation(self.activations[entry.rule], entry.term, states.get(k), _most(plan, entry.rule))
+            Activation(self.effect(entry), entry.term, states.get(k), _most(plan, entry))
             for k, entry in enumerate(output.implied)
         ]
         inputs = {i.name: x for i, x in zip(plan.inputs, self.clamped, strict=True)}
+        inputs |= {plan.outputs[k].name: self.outputs[k] for k in output.reads if k in self.outputs}
         firing = [a for a in active if a.strength != ZERO]
+        total = self._total(output)
+        if output.over_rules:
+            firing = merged(self.builder, output, firing, inputs)
         previous = Item(STATE, len(plan.states) + plan.held.index(position)) if position in plan.held else None
-        value, fires = defuzzify(self.builder, output, firing, inputs, previous)
+        value, fires = defuzzify(self.builder, output, firing, inputs, previous, total)
+        if output.clamped:
+            value = self.builder.let(clip(value, output.lower, output.upper))
         if output.otherwise == "error":
             quiet = Logic("and", (Logic("not", (fires,)), Logic("not", (self.nan(position),))))
             self.builder.statements.append(Refuse(quiet, output.name))
         return value
 
+    def _total(self, output: OutputPlan) -> Expr | None:
+        """Return what an average divides by, None for the sum of the activations of its rules."""
+        match output.total:
+            case "strengths":
+                rules = [self.plan.rules[e.rule] for e in output.implied]
+                return self.builder.total(self._fired[rule.strength] for rule in rules)
+            case "all_rules":
+                rest = [self._weighted(r) for r in range(len(self.plan.rules))]
+                return self.builder.total(rest)
+        return None
 
-def _most(plan: Plan, rule: int) -> float:
-    """Return the largest activation a rule can have."""
-    return 1.0 if plan.activation.kind == "proportional" else plan.rules[rule].weight
+    def _weighted(self, rule: int) -> Expr:
+        """Return the activation of a rule with its weight, wherever that counts."""
+        entries = [e for o in self.plan.outputs for e in o.implied if e.rule == rule]
+        factor = entries[0].factor if entries else 1.0
+        return times(self.activations[rule], Number(factor))
+
+
+def _most(plan: Plan, entry: ImpliedPlan) -> float:
+    """Return the largest activation that a rule can have in one of its consequents."""
+    most = 1.0 if plan.activation.kind == "proportional" or entry.change else plan.rules[entry.rule].weight
+    return most * entry.factor
 
 
 def _adaptive_front(plan: Plan) -> _Front:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from typing import Final, Literal
@@ -19,26 +20,32 @@ from fuzzyctl.expr import (
     Expr,
     Name,
     Number,
+    evaluate,
     names_in,
     replace,
     replace_names,
 )
 from fuzzyctl.formulas import (
-    CONJUNCTIONS,
-    DISJUNCTIONS,
     HEDGES,
     MEMBERSHIP,
+    VARIANTS,
     Norm,
     Vertex,
+    conjunction,
+    disjunction,
     exact_centroid_possible,
+    formula_of,
     held,
+    inverse_hedge,
     is_monotone,
     one_minus,
 )
+from fuzzyctl.formulas import hedge as usual_hedge
 from fuzzyctl.kernels.program import DEEPEST, clip, depth
 from fuzzyctl.model.method import AVERAGES, OVER_RULES, SUMS
-from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, literals
-from fuzzyctl.model.semantics import Semantics
+from fuzzyctl.model.misfits import misfitting_semantics
+from fuzzyctl.model.reads import reads_of
+from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Not, Or, Rule
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Input, LinguisticVariable, Membership, Output, Term
 
@@ -75,6 +82,7 @@ class SetPlan:
         height: The largest degree.
         expression: For `linear` and `function` consequents over the names of the inputs, for a `function` term of an
             input over `ITSELF`.
+        changes: What hedges and weights make of its degree, one after the other, each an expression over `ITSELF`.
         reach: For a `linear` consequent of inputs that are clamped the numbers it lies between, up to rounding; kernels
             hold what they compute within. None where nothing is known beforehand.
     """
@@ -84,14 +92,16 @@ class SetPlan:
     height: float = 1.0
     expression: Expr | None = None
     reach: tuple[float, float] | None = None
+    changes: tuple[Expr, ...] = ()
 
     def degree(self, x: Expr) -> Expr:
         """Return the degree of x."""
         if self.expression is not None:
             own = held(replace_names(self.expression, {ITSELF: x}))
         else:
-            own = MEMBERSHIP[self.kind].degree(x, self.parameters)
-        return own if self.height == 1.0 else Binary("*", Number(self.height), own)
+            own = formula_of(self.kind).degree(x, self.parameters)
+        whole = own if self.height == 1.0 else Binary("*", Number(self.height), own)
+        return reduce(lambda degree, change: replace_names(change, {ITSELF: degree}), self.changes, whole)
 
     def degree_for_many(self, x: Expr, *, exact: bool) -> Expr:
         """Return the degree of x as vector instructions like it: without choices, for triangles and trapezoids.
@@ -117,23 +127,26 @@ class SetPlan:
     @property
     def vertices(self) -> tuple[Vertex, ...]:
         """Corners of a piecewise-linear set, empty for a curved one."""
-        if self.expression is not None:
+        if self.expression is not None or not all(map(_is_straight, self.changes)):
             return ()
-        return tuple((x, self.height * y) for x, y in MEMBERSHIP[self.kind].vertices(self.parameters))
+        corners = [(x, self.height * y) for x, y in formula_of(self.kind).vertices(self.parameters)]
+        for change in self.changes:
+            corners = [(x, evaluate(change, {ITSELF: y})) for x, y in corners]
+        return tuple(corners)
 
     @property
     def pieces(self) -> tuple[float, ...]:
         """Finite places where the formula changes, such as corners."""
         if self.expression is not None:
             return ()
-        formula = MEMBERSHIP[self.kind]
+        formula = formula_of(self.kind)
         places = [*formula.core(self.parameters), *formula.pieces(self.parameters)]
         return tuple(sorted({x for x in places if not math.isinf(x)}))
 
     @property
     def peak(self) -> float:
         """The middle of the core: what the averages take (Eq. (18) of Goto, Bertol, Martins)."""
-        left, right = MEMBERSHIP[self.kind].core(self.parameters)
+        left, right = formula_of(self.kind).core(self.parameters)
         return left if left == right else 0.5 * left + 0.5 * right
 
     def share(self, activation: Expr) -> Expr:
@@ -144,16 +157,24 @@ class SetPlan:
 
     def inverse(self, share: Expr) -> Expr:
         """Return where a monotone set has a share, which must be a name, of its height."""
-        found = MEMBERSHIP[self.kind].inverse(share, self.parameters)
+        found = formula_of(self.kind).inverse(share, self.parameters)
         assert found is not None, "tsukamoto takes monotone sets only"
         return found
 
 
+def _is_straight(change: Expr) -> bool:
+    """Return whether a change of degrees is a line: a complement or a factor."""
+    match change:
+        case Binary(op="-" | "*", left=Number(), right=Name()):
+            return True
+    return False
+
+
 def _sides(term: SetPlan) -> list[tuple[float, float]] | None:
     """Return foot and top of the sides of a triangle or trapezoid, None for any other set."""
-    if term.expression is not None:
+    if term.expression is not None or term.changes:
         return None
-    corners = MEMBERSHIP[term.kind].vertices(term.parameters)
+    corners = formula_of(term.kind).vertices(term.parameters)
     tops = [x for x, y in corners if y == 1.0]
     feet = [x for x, y in corners if y == 0.0]
     if not feet or len(tops) + len(feet) < len(corners) or len({x for x, _ in corners}) < len(corners):
@@ -207,10 +228,32 @@ class RulePlan:
 
 @dataclass(frozen=True)
 class ImpliedPlan:
-    """The consequent of a rule in one output, both as positions."""
+    """The consequent of a rule in one output, both as positions.
+
+    Args:
+        rule: The rule.
+        term: The consequent term.
+        factor: What the activation is multiplied by in the end: a weight that counts after implication.
+        change: What hedges make of the activation, an expression over `ITSELF`; None for none.
+    """
 
     rule: int
     term: int
+    factor: float = 1.0
+    change: Expr | None = None
+
+
+@dataclass(frozen=True)
+class ChainPlan:
+    """How far a term of an output has been activated by the rules before, which later rules read.
+
+    Args:
+        output: Position of the output.
+        entries: Positions in its `implied`, of the rules before that name the term.
+    """
+
+    output: int
+    entries: tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -231,6 +274,10 @@ class OutputPlan:
         otherwise: What it is where no rule fires.
         rate: For an adaptive output dC_k/dt divided by ξ_k over the names of the inputs, else None.
         reads: Positions of the outputs it depends on, directly or through others.
+        merge: What a sum over rules runs over; see `model.semantics`.
+        total: What an average divides by; see there.
+        equal: What degrees may differ by that count as equal; see there.
+        clamped: Whether its value is held within its range.
         rule: What is made of the samples; see `model.method.Defuzzifier`.
         tolerance: Part of the largest degree by which maxima may fall short of it, None for the usual one.
         by: What smallest and largest of the maxima are measured by.
@@ -251,6 +298,10 @@ class OutputPlan:
     otherwise: Otherwise
     rate: Expr | None
     reads: tuple[int, ...] = ()
+    merge: str = "rules"
+    total: str = "activations"
+    equal: float = 0.0
+    clamped: bool = False
     rule: str | None = None
     tolerance: float | None = None
     by: str = "value"
@@ -307,6 +358,8 @@ class Plan:
         activation: Which rules act.
         outputs: In order of a kernel's results.
         order: Positions of the outputs, each after those it reads.
+        chains: Degrees of outputs that antecedents read while rules are evaluated.
+        least: A rule acts only if its activation is above it; None for rules that always act.
     """
 
     inputs: tuple[InputPlan, ...]
@@ -317,6 +370,8 @@ class Plan:
     activation: ActivationPlan
     outputs: tuple[OutputPlan, ...]
     order: tuple[int, ...]
+    chains: tuple[ChainPlan, ...] = ()
+    least: float | None = 0.0
 
     def variable(self, position: int) -> InputPlan:
         """Return an input, or an output as what antecedents read: its value within its range."""
@@ -362,6 +417,11 @@ def degree_name(index: int) -> str:
     return f"d{index}"
 
 
+def chain_name(index: int) -> str:
+    """Return the name that the degree of an output so far has inside firing strengths."""
+    return f"c{index}"
+
+
 def step_name(index: int) -> str:
     """Return the name that a step has inside firing strengths."""
     return f"t{index}"
@@ -377,34 +437,36 @@ def plan(system: FuzzySystem) -> Plan:
         UnknownNameError: For an antecedent or consequent that names what is not declared.
         ExprError: For an expression without a value; a loaded system has none such.
     """
-    _require_computed(system)
+    mistakes = list(misfitting_semantics(system))
+    if mistakes:
+        raise DiagnosticError(mistakes)
     antecedents = _Antecedents(system)
     rules = tuple(
-        RulePlan(antecedents.strength(rule.antecedent), _number(system, rule.weight)) for rule in system.rules
+        RulePlan(antecedents.strength(rule.antecedent, r), _first_weight(system, rule))
+        for r, rule in enumerate(system.rules)
     )
     order, reads = _order(system)
+    if system.method.semantics.total == "all_rules" and any(reads):
+        message = "'total=all_rules' divides by the activations of all rules, and some of them read an output"
+        raise DiagnosticError([Diagnostic("FZ214", message, system.method.semantics.span)])
     return Plan(
         inputs=tuple(_input(system, i) for i in system.inputs),
         degrees=tuple(antecedents.degrees.values()),
         steps=tuple(antecedents.steps),
         strengths=tuple(antecedents.strengths),
         rules=rules,
-        activation=_activation(system, chained=any(reads)),
+        activation=_activation(system, chained=any(reads) or bool(antecedents.chains)),
         outputs=tuple(_output(system, output, r) for output, r in zip(system.outputs, reads, strict=True)),
         order=order,
+        chains=tuple(antecedents.chains),
+        least=system.method.semantics.least,
     )
 
 
-def _require_computed(system: FuzzySystem) -> None:
-    """Refuse what kernels do not compute, so that nothing is computed in another way than it says."""
-    consequents = [c for rule in system.rules for c in rule.consequents]
-    for what, node, is_known in (
-        ("semantics", system.method, system.method.semantics == Semantics(profile=system.method.semantics.profile)),
-        *(("hedges in consequents", c, not c.hedges) for c in consequents),
-        *(("clamped outputs", o, not o.clamped) for o in system.outputs),
-    ):
-        if not is_known:
-            raise DiagnosticError([Diagnostic("FZ214", f"{what} are not computed", node.span)])
+def _first_weight(system: FuzzySystem, rule: Rule) -> float:
+    """Return the weight that counts before implication; a rule of weight 0 never acts."""
+    weight = _number(system, rule.weight)
+    return 1.0 if system.method.semantics.weight == "after" and weight != 0.0 else weight
 
 
 #: Norms whose formulas mention each operand once, so that operands need no name of their own.
@@ -423,8 +485,11 @@ class _Antecedents:
         self.names: dict[tuple[int, str], Name] = {}
         self.steps: dict[Expr, Name] = {}
         self.strengths: dict[Expr, int] = {}
+        self.chains: list[ChainPlan] = []
+        self.rule = 0
 
-    def strength(self, antecedent: Antecedent) -> int:
+    def strength(self, antecedent: Antecedent, rule: int) -> int:
+        self.rule = rule
         if _nesting(antecedent) > MAX_DEPTH:
             message = f"an antecedent is nested more than {MAX_DEPTH} deep"
             raise DiagnosticError([Diagnostic("FZ106", message, help="join the parts with one 'and' or 'or'")])
@@ -437,13 +502,13 @@ class _Antecedents:
             case Not(operand=operand):
                 return one_minus(self.shallow(self.truth(operand)))
             case And(operands=operands):
-                return self.join(CONJUNCTIONS, self.system.method.conjunction, operands)
+                return self.join(conjunction, self.system.method.conjunction, operands)
             case Or(operands=operands):
-                return self.join(DISJUNCTIONS, self.system.method.disjunction, operands)
+                return self.join(disjunction, self.system.method.disjunction, operands)
         raise TypeError(f"{type(antecedent).__name__} is no antecedent")
 
-    def join(self, norms: dict[str, Norm], name: str, operands: tuple[Antecedent, ...]) -> Expr:
-        norm, truths = norms[name], [self.truth(operand) for operand in operands]
+    def join(self, norms: Callable[[str, float], Norm], name: str, operands: tuple[Antecedent, ...]) -> Expr:
+        norm, truths = norms(name, self.system.method.semantics.equal), [self.truth(operand) for operand in operands]
         if name in _ONCE:
             return reduce(lambda a, b: norm(self.shallow(a), self.shallow(b)), truths)
         return reduce(lambda a, b: norm(self.named(a), self.named(b)), truths)
@@ -457,7 +522,7 @@ class _Antecedents:
             return held(guarded(replace_names(own.expression, inside)))
         if hedge not in HEDGES:
             raise UnknownNameError("hedge", hedge, [*HEDGES, *self.hedges])
-        return HEDGES[hedge](self.named(truth))
+        return usual_hedge(hedge, cube=self.system.method.semantics.extremely == "cube")(self.named(truth))
 
     def shallow(self, truth: Expr) -> Expr:
         """Return a truth, or a name for it where it is nested deeply."""
@@ -469,9 +534,28 @@ class _Antecedents:
             return truth
         return self.steps.setdefault(truth, Name(step_name(len(self.steps))))
 
+    def so_far(self, output: int, term: str) -> Expr:
+        """Return how far the rules before have activated a term of an output."""
+        name = self.system.outputs[output].name
+        terms = [t.name for t in self.system.outputs[output].terms]
+        if term not in terms:
+            raise UnknownNameError("term", term, terms)
+        concluded = [
+            (r, c.term) for r, rule in enumerate(self.system.rules) for c in rule.consequents if c.output == name
+        ]
+        entries = tuple(k for k, (r, own) in enumerate(concluded) if r < self.rule and own == term)
+        if not entries:
+            return ZERO
+        chain = ChainPlan(output, entries)
+        if chain not in self.chains:
+            self.chains.append(chain)
+        return Name(chain_name(self.chains.index(chain)))
+
     def degree(self, variable: str, term: str) -> Expr:
         if variable not in self.positions:
             raise UnknownNameError("input", variable, self.positions)
+        if self.system.method.semantics.chained == "degree" and self.positions[variable] >= len(self.system.inputs):
+            return self.so_far(self.positions[variable] - len(self.system.inputs), term)
         key = (self.positions[variable], term)
         if key not in self.degrees:
             declared = self.variables[key[0]]
@@ -534,9 +618,9 @@ def _require_known(expr: Expr, variables: set[str], numbers: dict[str, Expr]) ->
             raise UnknownNameError("input", name.name, sorted(variables))
 
 
-def _of_inputs(system: FuzzySystem, expr: Expr) -> Expr:
-    """Return an expression over the names of the inputs, params replaced by numbers."""
-    inputs = {i.name for i in system.inputs}
+def _of_inputs(system: FuzzySystem, expr: Expr, *, outputs: bool = False) -> Expr:
+    """Return an expression over the names of the inputs, and perhaps of the outputs, params replaced by numbers."""
+    inputs = {v.name for v in (*system.inputs, *(system.outputs if outputs else ()))}
     numbers = _constants(system, inputs)
     _require_known(expr, inputs, numbers)
     return replace_names(expr, numbers)
@@ -575,7 +659,9 @@ def _term_of_output(system: FuzzySystem, variable: str, term: Term) -> SetPlan:
 
 def _set(system: FuzzySystem, membership: Membership) -> SetPlan:
     height = _number(system, membership.height)
-    return SetPlan(membership.kind, tuple(_number(system, a) for a in membership.arguments), height)
+    variant = f"{membership.kind} {getattr(system.method.semantics, membership.kind, '')}"
+    kind = variant if variant in VARIANTS else membership.kind
+    return SetPlan(kind, tuple(_number(system, a) for a in membership.arguments), height)
 
 
 def _consequent(system: FuzzySystem, membership: Membership) -> SetPlan:
@@ -587,7 +673,9 @@ def _consequent(system: FuzzySystem, membership: Membership) -> SetPlan:
             reach = _reach(system, factors, constant)
             return SetPlan("linear", (), expression=_sum([*parts, Number(constant)]), reach=reach)
         case "function":
-            return SetPlan("function", (), expression=guarded(_of_inputs(system, membership.arguments[0])))
+            return SetPlan(
+                "function", (), expression=guarded(_of_inputs(system, membership.arguments[0], outputs=True))
+            )
     return _set(system, membership)
 
 
@@ -612,10 +700,8 @@ def _order(system: FuzzySystem) -> tuple[tuple[int, ...], list[tuple[int, ...]]]
     """Return the outputs each after those it reads, and for each all it depends on."""
     names = [o.name for o in system.outputs]
     direct: dict[str, set[str]] = {name: set() for name in names}
-    for rule in system.rules:
-        read = {i.variable for i in literals(rule.antecedent)} & set(names)
-        for consequent in rule.consequents:
-            direct.get(consequent.output, set()).update(read)
+    for output, read in reads_of(system):
+        direct.get(output, set()).update(read)
     reads: dict[str, set[str]] = {}
     order: list[str] = []
     while len(order) < len(names):
@@ -652,23 +738,15 @@ def _activation(system: FuzzySystem, *, chained: bool) -> ActivationPlan:
 def _output(system: FuzzySystem, output: Output, reads: tuple[int, ...]) -> OutputPlan:
     method = system.method
     defuzzifier = output.defuzzifier or method.defuzzifier
-    terms = [_consequent(system, term.membership) for term in output.terms]
-    positions = {term.name: i for i, term in enumerate(output.terms)}
-    implied: list[ImpliedPlan] = []
+    conclusions = _Conclusions(system, output)
     for r, rule in enumerate(system.rules):
-        for consequent in rule.consequents:
-            if consequent.output != output.name:
-                continue
-            term = consequent.term
-            if isinstance(term, Membership):
-                own = _consequent(system, term)
-                if own not in terms[len(output.terms) :]:
-                    terms.append(own)
-                implied.append(ImpliedPlan(r, terms.index(own, len(output.terms))))
-            elif term in positions:
-                implied.append(ImpliedPlan(r, positions[term]))
-            else:
-                raise UnknownNameError("term", term, positions)
+        for k, consequent in enumerate(rule.consequents):
+            if consequent.output == output.name:
+                conclusions.add(r, rule, k)
+    semantics = method.semantics
+    aggregation = output.aggregation or method.aggregation
+    # Of constants it does not matter whether those of one term are added up first.
+    joins = defuzzifier.over_rules and (aggregation != "sum" or defuzzifier.kind not in (*AVERAGES, "weighted_sum"))
     lower, upper = _number(system, output.lower), _number(system, output.upper)
     planned = OutputPlan(
         name=output.name,
@@ -678,20 +756,95 @@ def _output(system: FuzzySystem, output: Output, reads: tuple[int, ...]) -> Outp
         resolution=defuzzifier.resolution,
         grid=defuzzifier.grid,
         implication=output.implication or method.implication,
-        aggregation=output.aggregation or method.aggregation,
-        terms=tuple(terms),
-        implied=tuple(implied),
+        aggregation=aggregation,
+        terms=tuple(conclusions.terms),
+        implied=tuple(conclusions.implied),
         otherwise=_otherwise(system, output, lower, upper),
         rate=None if output.adaptive is None else _of_inputs(system, output.adaptive),
         reads=reads,
         rule=defuzzifier.rule,
         tolerance=defuzzifier.tolerance,
         by=defuzzifier.by,
-        places=method.semantics.places,
-        none_active=method.semantics.none_active,
+        places=semantics.places,
+        none_active=semantics.none_active,
+        merge=semantics.merge if joins else "rules",
+        total=semantics.total if defuzzifier.averages else "activations",
+        equal=semantics.equal,
+        clamped=output.clamped,
     )
     _require_suited(output, planned)
     return planned
+
+
+class _Conclusions:
+    """Collect the consequents of the rules in one output."""
+
+    def __init__(self, system: FuzzySystem, output: Output) -> None:
+        self.system, self.output = system, output
+        self.semantics = system.method.semantics
+        self.over_rules = (output.defuzzifier or system.method.defuzzifier).over_rules
+        self.implication = output.implication or system.method.implication
+        self.terms = [_consequent(system, term.membership) for term in output.terms]
+        self.positions = {term.name: i for i, term in enumerate(output.terms)}
+        self.implied: list[ImpliedPlan] = []
+
+    def add(self, position: int, rule: Rule, place: int) -> None:
+        """Add a consequent of a rule, the one at a place among all of its consequents."""
+        consequent = rule.consequents[place]
+        factor = _number(self.system, rule.weight) if self.semantics.weight == "after" else 1.0
+        term = self._term(consequent)
+        changes: list[Expr] = []
+        if not self.over_rules and self.semantics.consequent_hedges in ("set", "undone"):
+            changes += self._hedges(consequent)
+        if factor != 1.0 and not self.over_rules and self.implication == "min":
+            changes.append(Binary("*", Number(factor), Name(ITSELF)))
+        if changes:
+            term = self._own(dataclasses.replace(self.terms[term], changes=tuple(changes)))
+        self.implied.append(ImpliedPlan(position, term, factor, self._change(rule, place)))
+
+    def _term(self, consequent: Consequent) -> int:
+        term = consequent.term
+        if isinstance(term, Membership):
+            return self._own(_consequent(self.system, term))
+        if term not in self.positions:
+            raise UnknownNameError("term", term, self.positions)
+        return self.positions[term]
+
+    def _own(self, term: SetPlan) -> int:
+        """Return the position of a consequent without a name."""
+        if term not in self.terms[len(self.output.terms) :]:
+            self.terms.append(term)
+        return self.terms.index(term, len(self.output.terms))
+
+    def _hedges(self, consequent: Consequent, *, undone: bool = False) -> list[Expr]:
+        """Return what hedges do one after the other, the nearest to the term first, or what undoes them."""
+        return [_change(self.system, hedge, undone=undone) for hedge in reversed(consequent.hedges)]
+
+    def _change(self, rule: Rule, place: int) -> Expr | None:
+        """Return what hedges make of the activation of a rule in one of its consequents."""
+        how = self.semantics.consequent_hedges
+        if how == "set" or (how == "undone" and not self.over_rules):
+            return None
+        before = rule.consequents[:place] if how == "carried" else ()
+        changes = [c for own in (*before, rule.consequents[place]) for c in self._hedges(own, undone=how == "undone")]
+        if not changes:
+            return None
+        return reduce(lambda whole, change: replace_names(change, {ITSELF: whole}), changes)
+
+
+def _change(system: FuzzySystem, hedge: str, *, undone: bool) -> Expr:
+    """Return what a hedge, or its inverse, makes of a degree, an expression over `ITSELF`."""
+    x, cube = Name(ITSELF), system.method.semantics.extremely == "cube"
+    own = next((h for h in system.hedges if h.name == hedge), None)
+    if own is not None:
+        numbers = _constants(system, {own.parameter})
+        _require_known(own.expression, {own.parameter}, numbers)
+        return held(guarded(replace_names(own.expression, {**numbers, own.parameter: x})))
+    if hedge not in HEDGES:
+        raise UnknownNameError("hedge", hedge, [*HEDGES, *(h.name for h in system.hedges)])
+    found = inverse_hedge(hedge, cube=cube) if undone else usual_hedge(hedge, cube=cube)
+    assert found is not None, "hedges without an inverse are refused"
+    return found(x)
 
 
 def _otherwise(system: FuzzySystem, output: Output, lower: float, upper: float) -> Otherwise:
@@ -736,7 +889,7 @@ def _misfit(output: OutputPlan, term: SetPlan) -> tuple[str, str] | None:
             return None
         return f"'{term.kind}' is not monotone with these parameters", "use a ramp, or an infinite foot on one side"
     if output.takes_degrees:
-        if term.expression is None and MEMBERSHIP[term.kind].fuzzy:
+        if term.expression is None and formula_of(term.kind).fuzzy:
             return None
         return f"a '{term.kind}' is no set", average
     if output.over_rules:
@@ -745,9 +898,10 @@ def _misfit(output: OutputPlan, term: SetPlan) -> tuple[str, str] | None:
         if math.isinf(term.peak):
             return f"a '{term.kind}' has no finite peak", "use 'defuzzifier tsukamoto'"
         return None
-    if term.expression is not None or not MEMBERSHIP[term.kind].fuzzy:
+    if term.expression is not None or not formula_of(term.kind).fuzzy:
         return f"a {term.kind} has no area, so it has no {output.kind}", average
-    is_exact = exact_centroid_possible(term.kind, output.implication, output.aggregation)
+    straight = not term.changes or bool(term.vertices)
+    is_exact = straight and exact_centroid_possible(term.kind, output.implication, output.aggregation)
     if output.resolution is not None or (is_exact and output.kind == "centroid"):
         return None
     if not term.vertices:

@@ -9,7 +9,9 @@ from fuzzyctl.errors import Diagnostic, DiagnosticError, Note
 from fuzzyctl.expr import Expr, names_in
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.model.hints import jumping_tables
+from fuzzyctl.model.misfits import misfitting_semantics
 from fuzzyctl.model.numbers import Numbers
+from fuzzyctl.model.reads import reads_of
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, literals
 from fuzzyctl.model.shapes import SHAPE_CHECKS
 from fuzzyctl.model.symmetry import odd_cells
@@ -56,17 +58,15 @@ def require_well_formed(system: FuzzySystem) -> None:
 
 
 def circular_outputs(system: FuzzySystem) -> Iterator[Diagnostic]:
-    """Find outputs whose values depend on themselves through antecedents."""
+    """Find outputs whose values depend on themselves through antecedents and functions."""
     names = {o.name for o in system.outputs}
     needs: dict[str, dict[str, Span | None]] = {name: {} for name in names}
-    for rule in system.rules:
-        read = {i.variable: i.span for i in literals(rule.antecedent) if i.variable in names}
-        for c in rule.consequents:
-            needs[c.output].update(read)
-    for output in system.outputs:
-        path = _circle(output.name, needs)
-        if path and output.name == min(path):
-            span = needs[path[0]][path[1]] or output.span
+    for output, read in reads_of(system):
+        needs[output].update(read)
+    for declared in system.outputs:
+        path = _circle(declared.name, needs)
+        if path and declared.name == min(path):
+            span = needs[path[0]][path[1]] or declared.span
             message = f"outputs depend on each other in a circle: {' → '.join(path)}"
             yield Diagnostic("FZ217", message, span, help="let one of these rules read inputs only")
 
@@ -102,6 +102,8 @@ def misfitting_activation(system: FuzzySystem) -> Iterator[Diagnostic]:
 
 def functions_read(system: FuzzySystem) -> Iterator[Diagnostic]:
     """Find antecedents that name a term of an output that is no fuzzy set."""
+    if system.method.semantics.chained == "degree":
+        return  # how far a function has been activated is as good a degree as any
     outputs = {o.name: o for o in system.outputs}
     seen: set[tuple[str, str]] = set()
     for rule in system.rules:
@@ -239,6 +241,7 @@ def _functions(system: FuzzySystem) -> Iterator[Expr]:
 CHECKS: Final[tuple[Check, ...]] = (
     circular_outputs,
     misfitting_activation,
+    misfitting_semantics,
     functions_read,
     several_adaptive_outputs,
     outputs_without_rules,

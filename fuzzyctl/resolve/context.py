@@ -111,7 +111,7 @@ class Context:
         if " nor " in kind:
             message, listing = f"'{text}' is neither {kind}", "known here"
         else:
-            message, listing = f"no {kind} '{text}'", f"{kind.replace(' or ', 's and ')}s"
+            message, listing = f"no {kind} '{text}'", f"{kind.replace(', ', 's, ').replace(' or ', 's and ')}s"
         facts = (*look_alikes(text), f"{listing}: {listed(names)}" if names else f"there is no {kind}")
         self.report(code, message, word.span, facts=facts, help=f"did you mean '{near}'?" if near else "")
 

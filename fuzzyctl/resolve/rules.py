@@ -37,8 +37,8 @@ def resolve_function(context: Context, term: sx.FunctionTerm) -> Membership | No
         message = f"'{kind}' takes {counted(due, 'parameter')}, not {len(term.arguments)}"
         context.report("FZ303", message, term.span, facts=facts)
         return None
-    names = [*context.params, *context.inputs] if kind == "function" else list(context.params)
-    what = "param or input" if kind == "function" else "param"
+    names = [*context.params, *context.inputs, *context.outputs] if kind == "function" else list(context.params)
+    what = "param, input or output" if kind == "function" else "param"
     if not all([context.check_names(a, names, what) for a in term.arguments]):
         return None
     return Membership(kind=kind, arguments=term.arguments, span=term.span)

@@ -300,7 +300,7 @@ class TestSentences:
     @pytest.mark.parametrize(
         ("old", "new", "sentence"),
         [
-            ("constant(1)", "function(q)", "no param or input 'q' | params and inputs: e"),
+            ("constant(1)", "function(q)", "no param, input or output 'q' | params, inputs and outputs: e, u"),
             ("defuzz", "hedge h(x) = x * e\ndefuzz", "'e' is neither a param nor 'x' | known here: x"),
             ("  terms N Z P", "  N = function(q)", "'q' is neither a param nor 'e' itself | known here: e"),
             ("constant(1)", "constant(abs(1, 2))", "'abs' takes 1 argument, not 2"),
