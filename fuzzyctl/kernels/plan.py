@@ -180,7 +180,7 @@ def _sides(term: SetPlan) -> list[tuple[float, float]] | None:
     if not feet or len(tops) + len(feet) < len(corners) or len({x for x, _ in corners}) < len(corners):
         return None
     left, right = [x for x in feet if x < tops[0]], [x for x in feet if x > tops[-1]]
-    if len(left) > 1 or len(right) > 1:
+    if len(left) > 1 or len(right) > 1 or len(left) + len(right) < len(feet):  # else there is a valley between tops
         return None
     return [(x, tops[0]) for x in left] + [(x, tops[-1]) for x in right]
 

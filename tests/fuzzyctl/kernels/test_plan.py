@@ -2,10 +2,10 @@ import math
 
 import pytest
 
-from fuzzyctl import loads
+from fuzzyctl import compile, loads
 from fuzzyctl.errors import DiagnosticError, UnknownNameError
 from fuzzyctl.expr import Binary, Name
-from fuzzyctl.kernels.plan import plan
+from fuzzyctl.kernels.plan import SetPlan, plan
 from fuzzyctl.model.method import Defuzzifier
 from fuzzyctl.model.rule import Is
 
@@ -87,3 +87,28 @@ if x is b then u is A
         method = gappy().method.model_copy(update={"defuzzifier": Defuzzifier(kind="centroid")})
         with pytest.raises(DiagnosticError, match="a singleton has no area"):
             plan(gappy().model_copy(update={"method": method}))
+
+    def test_a_valley_between_tops_is_no_side(self):
+        assert SetPlan("piecewise", (0.0, 0.0, 1.0, 1.0, 2.0, 1.0, 3.0, 0.0)).has_sides
+        assert not SetPlan("piecewise", (0.0, 0.0, 1.0, 1.0, 2.0, 0.0, 3.0, 1.0)).has_sides
+        assert not SetPlan("piecewise", (0.0, 1.0, 1.0, 0.0, 2.0, 1.0)).has_sides
+
+    @pytest.mark.parametrize("corners", ["0, 0, 1, 1, 2, 0, 3, 1", "0, 1, 1, 0, 2, 1"])
+    def test_a_batch_falls_into_valleys(self, corners):
+        system = loads(
+            f"""
+system s
+and einstein_product
+input x in [0, 3]
+  w = piecewise({corners})
+output u in [0, 1] else nan
+  A = triangle(0, 0.5, 1)
+  B = triangle(0, 0, 0.5)
+if x is w and x is very w then u is A
+if x is somewhat w then u is B
+"""
+        )
+        points = [[x / 10] for x in range(31)]
+        kernel = compile(system, backend="numpy")
+        alone = [compile(system, backend="python")(*p) for p in points]
+        assert kernel.batch(points) == pytest.approx(alone, rel=1e-12, nan_ok=True)
