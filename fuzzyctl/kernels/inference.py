@@ -190,6 +190,7 @@ class _Front:
         self.clamped = [_clamped(self.builder, i, x) for i, x in zip(plan.inputs, self.raw, strict=True)]
         self.outputs: dict[int, Expr] = {}
         self.activations: dict[int, Expr] = {}
+        self._own: dict[int, Expr] = {}
         self._known: dict[str, Expr] = {}
         self._fired: dict[int, Expr] = {}
         for i, x in enumerate(self.clamped):
@@ -238,6 +239,7 @@ class _Front:
             r for r, rule in enumerate(self.plan.rules) if r not in self.activations and rule.strength in self._fired
         ]
         written = [self._activation(r) for r in rules]
+        self._own |= dict(zip(rules, written, strict=True))
         chosen = [self._gated(a) for a in acting(self.builder, self.plan.activation, written)]
         self.activations |= dict(zip(rules, chosen, strict=True))
         if self._write_chains():
@@ -269,10 +271,18 @@ class _Front:
         activation = self.activations[entry.rule]
         if entry.change is not None:
             changed = self.builder.let(replace_names(entry.change, {ITSELF: activation}))
-            if self.plan.least is not None:
-                changed = self.builder.let(Where(Compare(">", activation, ZERO), changed, ZERO))
-            activation = changed
+            acts = self._acts(entry.rule)
+            activation = changed if acts is None else self.builder.let(Where(acts, changed, ZERO))
         return ZERO if activation == ZERO else self.builder.let(times(activation, Number(entry.factor)))
+
+    def _acts(self, rule: int) -> Expr | None:
+        """Return whether a rule acts, so that hedges in its consequents count; None for one that always does."""
+        method = self.plan.activation
+        if self.plan.least is None and method.kind in ("general", "proportional"):
+            return None
+        if self.plan.least is None and method.kind == "threshold":
+            return Compare(method.comparison, self._own[rule], Number(method.threshold))  # type: ignore[arg-type]
+        return Compare(">", self.activations[rule], ZERO)
 
     def _computable(self, expr: Expr) -> bool:
         return all(n.name in self._known for n in names_in(expr))
