@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from fuzzyctl.formats.fz import dump, dumps
     from fuzzyctl.kernels.compile import Kernel, compile
     from fuzzyctl.loading import load, load_all, loads
+    from fuzzyctl.model.profiles import as_profile
     from fuzzyctl.model.system import FuzzySystem
     from fuzzyctl.model.variable import LinguisticVariable
 
@@ -47,6 +48,7 @@ _HOMES = {
     "UnknownNameError": "fuzzyctl.errors",
     "ValueOutOfBoundsError": "fuzzyctl.errors",
     "Witness": "fuzzyctl.analysis.verdicts",
+    "as_profile": "fuzzyctl.model.profiles",
     "check": "fuzzyctl.checking",
     "compile": "fuzzyctl.kernels.compile",
     "dump": "fuzzyctl.formats.fz",
@@ -74,6 +76,7 @@ __all__ = [
     "UnknownNameError",
     "ValueOutOfBoundsError",
     "Witness",
+    "as_profile",
     "check",
     "compile",
     "dump",

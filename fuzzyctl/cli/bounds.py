@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from fuzzyctl.cli.common import DONE, FORMAT, SET, SYSTEM, answers_with_diagnostics, load_checked
+from fuzzyctl.cli.common import AS, DONE, FORMAT, SET, SYSTEM, answers_with_diagnostics, load_checked
 
 if TYPE_CHECKING:
     from fuzzyctl.analysis.extremes import Extent
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 @click.argument("file")
 @SET
 @SYSTEM
+@AS
 @click.option(
     "--timeout",
     type=click.FloatRange(min=0.0),
@@ -30,7 +31,9 @@ if TYPE_CHECKING:
 )
 @FORMAT
 @answers_with_diagnostics
-def bounds(file: str, settings: tuple[str, ...], name: str | None, timeout: float, form: str) -> int:
+def bounds(
+    file: str, settings: tuple[str, ...], name: str | None, profile: str | None, timeout: float, form: str
+) -> int:
     """Print proved bounds of each output of a rule file.
 
     No number that a kernel returns lies outside, for any inputs. Points where the output comes nearest are evaluated.
@@ -41,10 +44,14 @@ def bounds(file: str, settings: tuple[str, ...], name: str | None, timeout: floa
     """
     from fuzzyctl.analysis.extremes import extents
 
-    system = load_checked(file, settings, name)
+    system = load_checked(file, settings, name, profile)
     found = extents(system, timeout=timeout)
     if form == "json":
-        data = {"system": system.name, "outputs": [_as_data(e) for e in found]}
+        data = {
+            "system": system.name,
+            "semantics": system.method.semantics.profile,
+            "outputs": [_as_data(e) for e in found],
+        }
         click.echo(json.dumps(data, ensure_ascii=False, indent=2))
     else:
         click.echo("\n".join(line for e in found for line in _lines(system, e)))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fuzzyctl.cli.common import DONE, FORMAT, SET, SYSTEM, answers_with_diagnostics, assignments, load_checked
+from fuzzyctl.cli.common import AS, DONE, FORMAT, SET, SYSTEM, answers_with_diagnostics, assignments, load_checked
 
 if TYPE_CHECKING:
     from fuzzyctl.codegen.fixed import Format
@@ -41,6 +41,7 @@ if TYPE_CHECKING:
 @FORMAT
 @SET
 @SYSTEM
+@AS
 @answers_with_diagnostics
 def codegen(
     file: str,
@@ -53,6 +54,7 @@ def codegen(
     form: str,
     settings: tuple[str, ...],
     name: str | None,
+    profile: str | None,
 ) -> int:
     """Write a system as C99, Structured Text (IEC 61131-3) or plain Python.
 
@@ -67,7 +69,7 @@ def codegen(
     chosen = _format(fixed, target, precision)
     if target == "python" and precision == "float":
         raise click.BadParameter("Python has double precision only", param_hint="--float")
-    system = load_checked(file, settings, name)
+    system = load_checked(file, settings, name, profile)
     from fuzzyctl.codegen.files import generate, write
     from fuzzyctl.codegen.fixed import fixed_point
     from fuzzyctl.codegen.unit import prepare
@@ -86,6 +88,7 @@ def codegen(
     if form == "json":
         data = {
             "system": system.name,
+            "semantics": system.method.semantics.profile,
             "target": target,
             "algorithm": unit.algorithm.name,
             "files": [str(p) for p in paths],

@@ -43,6 +43,27 @@ SET = click.option(
 SYSTEM = click.option("--system", "name", metavar="NAME", help="Which system, where the file holds several.")
 
 
+def _known_profile(_context: click.Context, _option: click.Parameter, given: str | None) -> str | None:
+    """Refuse what is no profile."""
+    if given is not None:
+        from fuzzyctl.model.profiles import PROFILES
+
+        if given not in PROFILES:
+            near = closest(given, PROFILES)
+            hint = f"did you mean '{near}'?" if near else f"there are: {', '.join(PROFILES)}"
+            raise click.BadParameter(f"no profile '{given}'; {hint}")
+    return given
+
+
+AS = click.option(
+    "--as",
+    "profile",
+    metavar="PROFILE",
+    callback=_known_profile,
+    help="Compute as a tool does, such as matlab, fuzzylite or exact, whatever the file says.",
+)
+
+
 def use_color(stream: Any) -> bool:
     """Whether a stream is a terminal that wants colour (https://no-color.org)."""
     return bool(stream.isatty()) and "NO_COLOR" not in os.environ and os.environ.get("TERM") != "dumb"
@@ -95,16 +116,19 @@ def _silence() -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def load_checked(path: str, settings: Iterable[str] = (), name: str | None = None) -> FuzzySystem:
+def load_checked(
+    path: str, settings: Iterable[str] = (), name: str | None = None, profile: str | None = None
+) -> FuzzySystem:
     """Load a rule file for use: all its checks must pass; warnings are printed.
 
     Args:
         path: The file.
         settings: `NAME=VALUE` for params.
         name: The system, where the file holds several.
+        profile: The profile to compute by; None for what the file says.
 
     Raises:
-        DiagnosticError: With all errors of the file.
+        DiagnosticError: With all errors of the file; for a system that the tool of the profile cannot evaluate.
     """
     from fuzzyctl.analysis import coverage
     from fuzzyctl.loading import examine
@@ -117,11 +141,21 @@ def load_checked(path: str, settings: Iterable[str] = (), name: str | None = Non
     values = assignments(texts, [p.name for p in system.params], "param")
     if values:
         system = with_params(system, values, texts)
+    system = under(system, profile)
     diagnostics = [*diagnostics, *coverage.diagnostics(system)]
     if any(d.severity == "error" for d in diagnostics):
         raise DiagnosticError(diagnostics)
     show(diagnostics)
     return system
+
+
+def under(system: FuzzySystem, profile: str | None) -> FuzzySystem:
+    """Return a system under a profile, or as it is."""
+    if profile is None:
+        return system
+    from fuzzyctl.model.profiles import as_profile
+
+    return as_profile(system, profile)
 
 
 def with_params(system: FuzzySystem, values: dict[str, float], texts: Sequence[str]) -> FuzzySystem:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Final, TextIO
 import click
 
 from fuzzyctl.cli.common import (
+    AS,
     DONE,
     FORMAT,
     SET,
@@ -45,9 +46,16 @@ BLOCK: Final = 8192
 @FORMAT
 @SET
 @SYSTEM
+@AS
 @answers_with_diagnostics
 def evaluate(
-    file: str, values: tuple[str, ...], points: str | None, form: str, settings: tuple[str, ...], name: str | None
+    file: str,
+    values: tuple[str, ...],
+    points: str | None,
+    form: str,
+    settings: tuple[str, ...],
+    name: str | None,
+    profile: str | None,
 ) -> int:
     """Evaluate a rule file at a point, or at all points of a CSV.
 
@@ -61,7 +69,7 @@ def evaluate(
     """
     from fuzzyctl.kernels.compile import compile as compile_system
 
-    system = load_checked(file, settings, name)
+    system = load_checked(file, settings, name, profile)
     if points is not None:
         if values:
             raise click.UsageError("give INPUT=VALUE or --points, not both")
@@ -73,7 +81,12 @@ def evaluate(
     warnings = outside_range(system, given)
     results = _results(system, given)
     if form == "json":
-        data: dict[str, Any] = {"system": system.name, "inputs": _plain(given), "outputs": _plain(results)}
+        data: dict[str, Any] = {
+            "system": system.name,
+            "semantics": system.method.semantics.profile,
+            "inputs": _plain(given),
+            "outputs": _plain(results),
+        }
         data["diagnostics"] = [w.as_dict() for w in warnings]
         click.echo(json.dumps(data, ensure_ascii=False, indent=2))
         return DONE

@@ -8,7 +8,16 @@ from pathlib import Path
 
 import click
 
-from fuzzyctl.cli.common import SET, SYSTEM, answers_with_diagnostics, assignments, load_checked, outside_range, show
+from fuzzyctl.cli.common import (
+    AS,
+    SET,
+    SYSTEM,
+    answers_with_diagnostics,
+    assignments,
+    load_checked,
+    outside_range,
+    show,
+)
 from fuzzyctl.errors import Diagnostic, DiagnosticError, closest
 
 #: What matplotlib is asked to write.
@@ -27,6 +36,7 @@ SUFFIXES = (".png", ".svg", ".pdf")
 @click.option("-o", "--out", "out", metavar="FILE", help="PNG, SVG or PDF.  [default: SYSTEM-OUTPUT.png]")
 @SET
 @SYSTEM
+@AS
 @answers_with_diagnostics
 def plot_surface(
     file: str,
@@ -38,6 +48,7 @@ def plot_surface(
     out: str | None,
     settings: tuple[str, ...],
     name: str | None,
+    profile: str | None,
 ) -> None:
     """Draw an output over one or two inputs.
 
@@ -47,7 +58,7 @@ def plot_surface(
 
     With -x alone, or a system of one input, the picture is a curve.
     """
-    system = load_checked(file, settings, name)
+    system = load_checked(file, settings, name, profile)
     inputs = [v.name for v in system.inputs]
     chosen = output or system.outputs[0].name
     _known(chosen, [o.name for o in system.outputs], "output")
@@ -80,10 +91,11 @@ def plot_surface(
 @click.option("-o", "--out", "out", metavar="FILE", help="PNG, SVG or PDF.  [default: SYSTEM-terms.png]")
 @SET
 @SYSTEM
+@AS
 @answers_with_diagnostics
-def plot_terms(file: str, out: str | None, settings: tuple[str, ...], name: str | None) -> None:
+def plot_terms(file: str, out: str | None, settings: tuple[str, ...], name: str | None, profile: str | None) -> None:
     """Draw the terms of all inputs and outputs."""
-    system = load_checked(file, settings, name)
+    system = load_checked(file, settings, name, profile)
     target = picture_file(out, f"{system.name}-terms.png")
     from fuzzyctl.plot.style import saved
     from fuzzyctl.plot.terms import draw_terms

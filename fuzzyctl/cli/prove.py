@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from fuzzyctl.cli.common import (
+    AS,
     DONE,
     FAILED,
     FORMAT,
@@ -22,6 +23,7 @@ from fuzzyctl.cli.common import (
     answers_with_diagnostics,
     assignments,
     show,
+    under,
     with_params,
 )
 from fuzzyctl.errors import Diagnostic, DiagnosticError
@@ -40,6 +42,7 @@ Proofs = list[tuple[str, "FuzzySystem", "tuple[Verdict, ...]"]]
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
 @SET
 @SYSTEM
+@AS
 @click.option(
     "--timeout",
     type=click.FloatRange(min=0.0),
@@ -50,7 +53,9 @@ Proofs = list[tuple[str, "FuzzySystem", "tuple[Verdict, ...]"]]
 )
 @FORMAT
 @answers_with_diagnostics
-def prove(files: tuple[str, ...], settings: tuple[str, ...], name: str | None, timeout: float, form: str) -> int:
+def prove(
+    files: tuple[str, ...], settings: tuple[str, ...], name: str | None, profile: str | None, timeout: float, form: str
+) -> int:
     """Prove the guarantees of rule files: their 'require' lines.
 
     Each one is proved for all inputs, refuted by a point that is evaluated, or left undecided with what would decide
@@ -64,7 +69,7 @@ def prove(files: tuple[str, ...], settings: tuple[str, ...], name: str | None, t
     mistakes: list[Diagnostic] = []
     for file in files:
         try:
-            systems = _systems(file, settings, name)
+            systems = _systems(file, settings, name, profile)
         except DiagnosticError as error:
             mistakes.extend(error.diagnostics)
             continue
@@ -81,8 +86,8 @@ def prove(files: tuple[str, ...], settings: tuple[str, ...], name: str | None, t
     return UNDECIDED if "Undecided" in kinds else DONE
 
 
-def _systems(file: str, settings: Sequence[str], name: str | None) -> list[FuzzySystem]:
-    """Return the systems of a file, or the one named, with params set.
+def _systems(file: str, settings: Sequence[str], name: str | None, profile: str | None) -> list[FuzzySystem]:
+    """Return the systems of a file, or the one named, with params set, under a profile.
 
     Raises:
         DiagnosticError: With the mistakes of the file.
@@ -100,7 +105,7 @@ def _systems(file: str, settings: Sequence[str], name: str | None) -> list[Fuzzy
     found: list[FuzzySystem] = []
     for system in () if mistakes else systems:
         values = assignments(settings, [p.name for p in system.params], "param")
-        found.append(with_params(system, values, settings) if values else system)
+        found.append(under(with_params(system, values, settings) if values else system, profile))
         mistakes.extend(d for d in coverage.diagnostics(found[-1]) if d.severity == "error")
     if mistakes:
         raise DiagnosticError(mistakes)
@@ -172,7 +177,12 @@ def _details(verdict: Verdict) -> Iterator[str]:
 
 def _as_data(proofs: Proofs, mistakes: Sequence[Diagnostic]) -> dict[str, Any]:
     systems = [
-        {"file": file, "system": s.name, "guarantees": [_verdict_data(v) for v in verdicts]}
+        {
+            "file": file,
+            "system": s.name,
+            "semantics": s.method.semantics.profile,
+            "guarantees": [_verdict_data(v) for v in verdicts],
+        }
         for file, s, verdicts in proofs
     ]
     return {"systems": systems, "diagnostics": [d.as_dict() for d in mistakes]}

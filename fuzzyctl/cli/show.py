@@ -9,7 +9,7 @@ from pathlib import Path
 
 import click
 
-from fuzzyctl.cli.common import DONE, FORMAT, SET, SYSTEM, answers_with_diagnostics, assignments, use_color
+from fuzzyctl.cli.common import AS, DONE, FORMAT, SET, SYSTEM, answers_with_diagnostics, assignments, under, use_color
 from fuzzyctl.errors import DiagnosticError
 from fuzzyctl.model.system import FuzzySystem
 
@@ -23,8 +23,11 @@ WIDTH = 120
 @FORMAT
 @SET
 @SYSTEM
+@AS
 @answers_with_diagnostics
-def show_system(file: str, only_plan: bool, form: str, settings: tuple[str, ...], name: str | None) -> int:
+def show_system(
+    file: str, only_plan: bool, form: str, settings: tuple[str, ...], name: str | None, profile: str | None
+) -> int:
     """Print a summary of a rule file.
 
     Ranges and terms with their numbers computed, the method in effect with its defaults, rules, and what is proved:
@@ -34,7 +37,7 @@ def show_system(file: str, only_plan: bool, form: str, settings: tuple[str, ...]
     from fuzzyctl.cli.layout import laid_out
     from fuzzyctl.cli.summary import summary
 
-    systems = _systems(file, settings, name)
+    systems = _systems(file, settings, name, profile)
     if only_plan:
         return _show_plan(systems, form)
     pages = [summary(system) for system in systems]
@@ -58,7 +61,7 @@ def _show_plan(systems: list[FuzzySystem], form: str) -> int:
     return DONE
 
 
-def _systems(file: str, settings: tuple[str, ...], name: str | None) -> list[FuzzySystem]:
+def _systems(file: str, settings: tuple[str, ...], name: str | None, profile: str | None) -> list[FuzzySystem]:
     """Load the systems to show; their warnings are for `fuzzyctl check`.
 
     Raises:
@@ -75,7 +78,7 @@ def _systems(file: str, settings: tuple[str, ...], name: str | None) -> list[Fuz
     errors = [d for d in diagnostics if d.severity == "error"]
     if errors:
         raise DiagnosticError(errors)
-    return [_with(system, settings) for system in systems]
+    return [under(_with(system, settings), profile) for system in systems]
 
 
 def _with(system: FuzzySystem, settings: tuple[str, ...]) -> FuzzySystem:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fuzzyctl.cli.common import (
+    AS,
     DONE,
     FORMAT,
     SET,
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
 @FORMAT
 @SET
 @SYSTEM
+@AS
 @answers_with_diagnostics
 def why(
     file: str,
@@ -45,6 +47,7 @@ def why(
     form: str,
     settings: tuple[str, ...],
     name: str | None,
+    profile: str | None,
 ) -> int:
     """Say why a system gives what it gives at a point.
 
@@ -56,7 +59,7 @@ def why(
     """
     from fuzzyctl.kernels.tracing import trace
 
-    system = load_checked(file, settings, name)
+    system = load_checked(file, settings, name, profile)
     given = assignments(values, [v.name for v in system.inputs], "input")
     missing = missing_inputs(system, given, "why")
     if missing:
@@ -64,7 +67,11 @@ def why(
     found = trace(system, given)
     warnings = outside_range(system, given)
     if form == "json":
-        data = {"system": system.name, **_plain(dataclasses.asdict(found))}
+        data = {
+            "system": system.name,
+            "semantics": system.method.semantics.profile,
+            **_plain(dataclasses.asdict(found)),
+        }
         data["diagnostics"] = [w.as_dict() for w in warnings]
         click.echo(json.dumps(data, ensure_ascii=False, indent=2))
     else:

@@ -1,0 +1,73 @@
+import json
+
+import pytest
+from click.testing import CliRunner
+
+from fuzzyctl.cli.main import main
+
+TIPPER = """system tip
+input service in [0, 10]
+  poor = triangle(-inf, 0, 5)
+  good = triangle(5, 10, inf)
+output tip in [0, 30]{}
+  cheap = triangle(0, 5, 10)
+  generous = triangle(20, 25, 30)
+if service is poor then tip is cheap
+if service is good then tip is generous
+require bounded(tip, 0, 30)
+"""
+
+
+def run(*arguments):
+    return CliRunner().invoke(main, list(arguments))
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "a.fz"
+    path.write_text(TIPPER.format(" else 7"))
+    return str(path)
+
+
+def test_each_command_computes_by_the_profile(file, tmp_path):
+    of_file = json.loads(run("eval", file, "service=2", "--format", "json").output)
+    as_matlab = json.loads(run("eval", file, "service=2", "--format", "json", "--as", "matlab").output)
+    assert (of_file["semantics"], as_matlab["semantics"]) == ("exact", "matlab")
+    as_left = json.loads(run("eval", file, "service=2", "--format", "json", "--as", "jfuzzylogic").output)
+    assert as_left["outputs"]["tip"] != of_file["outputs"]["tip"]
+    assert json.loads(run("show", file, "--format", "json", "--as", "octave").output)["knobs"]["merge"] == "places"
+    assert (
+        json.loads(run("why", file, "service=2", "--format", "json", "--as", "simpful").output)["semantics"]
+        == "simpful"
+    )
+    for command in ("bounds", "prove"):
+        assert "fuzzylite" in run(command, file, "--format", "json", "--as", "fuzzylite").output
+    for command in ("plot-surface", "plot-terms"):
+        result = run(command, file, "--as", "matlab", "-o", str(tmp_path / f"{command}.svg"))
+        assert result.exit_code == 0, result.output
+    out = tmp_path / "c"
+    result = run("codegen", file, "--target", "c", "-o", str(out), "--as", "matlab", "--format", "json")
+    assert result.exit_code == 0, result.output
+    assert json.loads(result.output)["semantics"] == "matlab"
+
+
+def test_a_file_with_gaps_is_evaluated_as_its_tool_does(tmp_path):
+    path = tmp_path / "gap.fz"
+    path.write_text(TIPPER.format(""))
+    assert "FZ401" in run("eval", str(path), "service=5").output
+    assert run("eval", str(path), "service=5", "--as", "matlab").output == "tip = 15.0\n"
+    assert run("eval", str(path), "service=5", "--as", "simpful").output == "tip = 0.0\n"
+
+
+def test_what_is_no_profile_is_wrong_usage(file):
+    result = run("eval", file, "service=2", "--as", "matlap")
+    assert result.exit_code == 2
+    assert "did you mean 'matlab'" in result.output
+
+
+def test_a_system_that_a_tool_cannot_evaluate_is_refused_with_the_reason(file, tmp_path):
+    path = tmp_path / "sugeno.fz"
+    path.write_text(TIPPER.format(" else 7").replace("\ninput", "\ndefuzzifier weighted_average\ninput", 1))
+    result = run("eval", str(path), "service=2", "--as", "scikit_fuzzy")
+    assert result.exit_code == 1
+    assert "scikit-fuzzy 0.5 has no 'weighted_average'" in result.output
