@@ -90,8 +90,16 @@ _WRITERS: Final[dict[str, Callable[[Values], Written]]] = {
 }
 
 
-def written(kind: str, parameters: Values) -> Written | None:
-    """Return a membership function as a file has it; None for a kind that no `.fis` file has."""
+def written(kind: str, parameters: Values, *, fuzzylite: bool) -> Written | None:
+    """Return a membership function as a file has it; None for a kind that no `.fis` file has.
+
+    Args:
+        kind: The kind.
+        parameters: Its parameters.
+        fuzzylite: Whether the file is for fuzzylite, which has functions of its own for some kinds.
+    """
+    if fuzzylite and kind in ("rectangle", "ramp"):
+        return ("rectmf" if kind == "rectangle" else "rampmf"), parameters
     writer = _WRITERS.get(kind)
     return writer(parameters) if writer is not None else None
 

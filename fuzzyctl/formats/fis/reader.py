@@ -14,7 +14,7 @@ from fuzzyctl.formats.findings import Findings
 from fuzzyctl.formats.fis import values
 from fuzzyctl.formats.fis.rules import RuleReader, raw_rules
 from fuzzyctl.formats.fis.sections import Section, Sections, split
-from fuzzyctl.formats.fis.settings import Settings, dialect_of, read_settings
+from fuzzyctl.formats.fis.settings import Settings, dialect_of, profile_of, read_settings
 from fuzzyctl.formats.fis.variables import Variable, VariableReader, is_empty
 from fuzzyctl.formats.fis.words import Dialect
 from fuzzyctl.formats.weighted import KINDS, weighted_kinds
@@ -22,7 +22,7 @@ from fuzzyctl.model.method import Defuzzifier, Method
 from fuzzyctl.model.profiles import profile
 from fuzzyctl.model.rule import Rule
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Fallback, Hold, Input, Output
+from fuzzyctl.model.variable import Fallback, Hold, Input, Membership, Output
 from fuzzyctl.source import SourceText
 
 #: A line that only FisPro's files have; they share the suffix and nothing else.
@@ -128,7 +128,7 @@ class _Assembly:
         self.dialect = dialect
         self.inputs = inputs
         self.findings = findings
-        self.profile = profile(dialect)
+        self.profile = profile(profile_of(file) or dialect)
 
     def system(self, outputs: Sequence[Variable], rules: tuple[Rule, ...], reader: RuleReader) -> FuzzySystem:
         """Return the system."""
@@ -173,7 +173,6 @@ class _Assembly:
         otherwise = self._otherwise(section)
         if is_empty(variable) and self.settings.weighted:
             lower, upper = self._reached(variable)
-            otherwise = variable.lower if otherwise == "midpoint" else otherwise
         return Output(
             name=variable.name,
             lower=lower,
@@ -186,22 +185,29 @@ class _Assembly:
         )
 
     def _reached(self, variable: Variable) -> tuple[Number, Number]:
-        """Return a range for a Sugeno output that has none, such as [0 0]: what its consequents reach."""
-        ends = [end for term in variable.terms.values() for end in self._ends(term.membership.arguments)]
-        finite = [e for e in ends if math.isfinite(e)]
-        low, high = min(finite, default=0.0), max(finite, default=0.0)
-        if low == high:
-            low, high = low - 1.0, high + 1.0
-        message = f"the range of '{variable.name}' is empty; [{low:.6g}, {high:.6g}] is what its terms reach"
-        help_text = "a Sugeno output needs a range only where no rule fires"
+        """Return a range for a Sugeno output that has none, such as [0 0].
+
+        It reaches as far as its consequents do, and its middle is the number given: what MATLAB takes where no rule
+        fires.
+        """
+        middle = variable.lower.value
+        ends = [end for term in variable.terms.values() for end in self._ends(term.membership)]
+        half = max((abs(e - middle) for e in ends if math.isfinite(e)), default=0.0) or 1.0
+        low, high = middle - half, middle + half
+        message = (
+            f"the range of '{variable.name}' is empty; it becomes [{low:.6g}, {high:.6g}], as far as its terms reach"
+        )
+        help_text = "give it a range; only its middle counts, where no rule fires"
         self.findings.warning("FZ603", message, variable.lower.span, help=help_text)
         return Number(low), Number(high)
 
-    def _ends(self, arguments: Sequence[Expr]) -> tuple[float, float]:
+    def _ends(self, membership: Membership) -> tuple[float, ...]:
         """Return the least and largest value of a linear consequent within the ranges of the inputs."""
-        given = [a.value for a in arguments if isinstance(a, Number)]
-        *coefficients, constant = given
-        low = high = constant
+        given = [a.value for a in membership.arguments if isinstance(a, Number)]
+        if membership.kind not in ("constant", "linear"):
+            return tuple(given)
+        *coefficients, low = given
+        high = low
         for factor, v in zip(coefficients, self.inputs, strict=False):
             ends = (factor * v.lower.value, factor * v.upper.value)
             low, high = low + min(ends), high + max(ends)

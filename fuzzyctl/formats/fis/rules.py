@@ -226,7 +226,7 @@ class RuleReader:
             if code.number in variable.terms or (code.number == 0 and code.fraction in (0, _ANY)):
                 continue
             sound = False
-            if not variable.broken:
+            if not 0 < code.number <= variable.written:  # else the term has been reported
                 self._no_such_term(code, variable)
         return sound
 

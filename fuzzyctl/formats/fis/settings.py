@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final, cast
+from typing import Final
 
 from fuzzyctl.errors import Note
 from fuzzyctl.formats.findings import Findings, meant
@@ -24,7 +24,7 @@ _TYPES: Final = ("mamdani", "sugeno", "tsukamoto", "inverse tsukamoto", "hybrid"
 _GENERATED: Final = re.compile(r"generated (?:with|by) fuzzylite (\d{1,3})", re.IGNORECASE)
 
 #: What fuzzyctl writes into files whose numerics are not MATLAB's.
-_SAID: Final = re.compile(r"% numerics of (octave|fuzzylite|matlab)$")
+_SAID: Final = re.compile(r"% numerics of (octave|octave_0_4|fuzzylite|fuzzylite_6|pyfuzzylite|matlab)$")
 
 #: Keys of variables that only fuzzylite writes.
 _FUZZYLITE_KEYS: Final = frozenset({"enabled", "default", "lock", "lockvalid", "lockprevious", "lockrange"})
@@ -56,6 +56,18 @@ class Settings:
         return self.defuzzifier.startswith("weighted")
 
 
+def profile_of(file: Sections) -> str | None:
+    """Return the profile that a comment of fuzzyctl names."""
+    return next((m.group(1) for c in file.comments if (m := _SAID.match(c)) is not None), None)
+
+
+def family(profile: str) -> Dialect:
+    """Return whose dialect goes with a profile."""
+    if profile.startswith("octave"):
+        return "octave"
+    return "fuzzylite" if "fuzzylite" in profile else "matlab"
+
+
 def dialect_of(file: Sections, hedged: bool) -> Dialect:
     """Tell who wrote a file; without a sign of another tool it is MATLAB.
 
@@ -63,9 +75,9 @@ def dialect_of(file: Sections, hedged: bool) -> Dialect:
         file: The file.
         hedged: Whether rules have hedges, which MATLAB does not know.
     """
-    said = next((m for c in file.comments if (m := _SAID.search(c)) is not None), None)
+    said = profile_of(file)
     if said is not None:
-        return cast(Dialect, said.group(1))
+        return family(said)
     entries = [e for s in file.sections for e in s.entries if s.kind != "rules"]
     if any("generated" in c.lower() and "fuzzylite" in c.lower() for c in file.comments):
         return "fuzzylite"

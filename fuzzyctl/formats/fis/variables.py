@@ -37,7 +37,7 @@ class Variable:
         upper: The upper end.
         terms: Its terms by their numbers.
         span: Where its name stands, or its header.
-        broken: Whether some part of it could not be read.
+        written: How many terms are written, those included that could not be read.
     """
 
     name: str
@@ -45,7 +45,7 @@ class Variable:
     upper: Number
     terms: dict[int, Term]
     span: Span
-    broken: bool
+    written: int
 
 
 class VariableReader:
@@ -66,7 +66,6 @@ class VariableReader:
 
     def read(self, section: Section) -> Variable:
         """Read one variable; what cannot be read is reported and replaced by something harmless."""
-        before = len(self.findings.diagnostics)
         self._check_keys(section)
         name = self._name(section)
         self.reading = name.text
@@ -74,9 +73,9 @@ class VariableReader:
             self.input_names.append(name.text)
         lower, upper = self._range(section, name.text)
         terms = self._terms(section, name.text)
-        self._check_count(section, len(terms))
-        broken = any(d.severity == "error" for d in self.findings.diagnostics[before:])
-        return Variable(name.text, lower, upper, terms, name.span, broken)
+        written = sum(bool(_NUMBERED.match(e.key)) for e in section.entries)
+        self._check_count(section, written)
+        return Variable(name.text, lower, upper, terms, name.span, written)
 
     def _check_keys(self, section: Section) -> None:
         seen: dict[str, Entry] = {}
@@ -253,10 +252,9 @@ class VariableReader:
             formula = replace_names(formula, {"x": Name(self.reading)})
         return Membership(kind="function", arguments=(formula,), span=raw.span)
 
-    def _check_count(self, section: Section, found: int) -> None:
+    def _check_count(self, section: Section, written: int) -> None:
         entry = section.entry("NumMFs")
         said = values.count(entry, self.findings) if entry is not None else None
-        written = sum(bool(_NUMBERED.match(e.key)) for e in section.entries)
         if entry is not None and said is not None and said != written:
             message = f"NumMFs says {said}, and there are {written}"
             self.findings.warning("FZ606", message, entry.value, help="all that are written count")

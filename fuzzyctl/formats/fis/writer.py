@@ -11,7 +11,9 @@ from fuzzyctl.expr import Binary, Expr, Name, Number
 from fuzzyctl.formats import numerics
 from fuzzyctl.formats.fis import words
 from fuzzyctl.formats.fis.memberships import is_of_matlab, number, vector, written
+from fuzzyctl.formats.fis.settings import family
 from fuzzyctl.formats.fis.words import Dialect
+from fuzzyctl.formats.fll.formulas import formula
 from fuzzyctl.formats.losses import Loss
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.model.method import MAXIMA, Defuzzifier
@@ -44,7 +46,7 @@ _DEFUZZIFIERS: Final = {
     "inverse_tsukamoto_sum": "wtsum",
 }
 
-_TYPES: Final = {"tsukamoto": "tsukamoto", "inverse": "inverse tsukamoto"}
+_OF_SETS: Final = ("centroid", "bisector", *MAXIMA)
 
 
 def _back(known: dict[str, str]) -> dict[str, str]:
@@ -74,8 +76,8 @@ class _Writer:
         self.system = system
         self.losses: list[Loss] = []
         self.reasons: list[str] = []
-        self.dialect: Dialect = _dialect(system)
-        self.profile: Profile = profile(self.dialect)
+        self.dialect: Dialect = family(system.method.semantics.profile)
+        self.profile: Profile = profile("matlab" if self.dialect == "matlab" else system.method.semantics.profile)
         self.powers = {h.name: power for h in system.hedges if (power := _power(h.expression)) is not None}
 
     def write(self) -> tuple[str, list[Loss]]:
@@ -95,7 +97,7 @@ class _Writer:
     def _head(self) -> Iterator[str]:
         system, method = self.system, self.system.method
         if self.dialect != "matlab":
-            yield f"% numerics of {self.dialect}"
+            yield f"% numerics of {self.profile.name}"
         if method.activation.kind != "general":
             self._lose(f"system '{system.name}'", f"activation {method.activation.kind}", "all rules act")
         yield "[System]"
@@ -112,17 +114,29 @@ class _Writer:
         yield f"DefuzzMethod='{_DEFUZZIFIERS[self._kind()]}'"
         yield ""
 
+    def _kinds(self) -> list[str]:
+        return list(dict.fromkeys(numerics.defuzzifier_of(self.system, o).kind for o in self.system.outputs))
+
+    def _is_hybrid(self) -> bool:
+        """Whether some outputs are sets and others averages of numbers, which fuzzylite calls a hybrid system."""
+        kinds = self._kinds()
+        of_sets = [k for k in kinds if k in _OF_SETS]
+        return self.dialect == "fuzzylite" and len(of_sets) == 1 and set(kinds) == {of_sets[0], "weighted_average"}
+
     def _kind(self) -> str:
-        """Return the defuzzifier of all outputs; of several sorts there is none."""
-        kinds = {numerics.defuzzifier_of(self.system, o).kind: o for o in self.system.outputs}
-        words_of = {_DEFUZZIFIERS[k] for k in kinds}
-        if len(words_of) > 1:
+        """Return the defuzzifier that the file names."""
+        kinds = self._kinds()
+        if self._is_hybrid():
+            return next(k for k in kinds if k in _OF_SETS)
+        if len({_DEFUZZIFIERS[k] for k in kinds}) > 1:
             self.reasons.append(f"outputs have several defuzzifiers: {', '.join(sorted(kinds))}")
-        return next(iter(kinds))
+        return kinds[0]
 
     def _type(self) -> str:
         kind = self._kind()
-        if kind in ("centroid", "bisector", *MAXIMA):
+        if self._is_hybrid():
+            return "hybrid"
+        if kind in _OF_SETS:
             return "mamdani"
         if "tsukamoto" not in kind:
             return "sugeno"
@@ -217,13 +231,15 @@ class _Writer:
         membership = self._as_consequent(variable, term)
         where = f"term '{term.name}' of '{variable.name}'"
         if membership.kind == "function":
-            self.reasons.append(f"{where} is a formula")
-            return ""
+            text = formula(membership.arguments[0], self.system.values)
+            if self.dialect != "fuzzylite" or text is None:
+                self.reasons.append(f"{where} is a formula")
+            return f"'function',[{text}]"
         parameters = [numerics.value(self.system, a) for a in membership.arguments]
         height = numerics.value(self.system, membership.height)
         if height != 1:
             return self._low(membership, parameters, height, where)
-        found = written(membership.kind, parameters)
+        found = written(membership.kind, parameters, fuzzylite=self.dialect == "fuzzylite")
         if found is None:
             self.reasons.append(f"{where} is of the kind '{membership.kind}'")
             return ""
@@ -316,14 +332,6 @@ class _Writer:
         if len(hedges) == 1 and hedges[0] in self.powers and self.dialect != "fuzzylite":
             return self.powers[hedges[0]] / 10
         return None
-
-
-def _dialect(system: FuzzySystem) -> Dialect:
-    """Return the tool whose numerics are nearest to those of a system."""
-    name = system.method.semantics.profile
-    if name.startswith("octave"):
-        return "octave"
-    return "fuzzylite" if "fuzzylite" in name else "matlab"
 
 
 def _flat(operands: tuple[Antecedent, ...], kind: type[Antecedent]) -> Iterator[Antecedent]:

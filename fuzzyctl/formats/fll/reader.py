@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from pathlib import PurePath
+from typing import Final
 
 from fuzzyctl.errors import Diagnostic, Note
 from fuzzyctl.expr import Number
@@ -36,6 +38,9 @@ from fuzzyctl.model.profiles import Profile, profile
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, Output
 from fuzzyctl.source import SourceText
+
+#: What fuzzyctl writes into files whose numerics are not those of the newest fuzzylite.
+_SAID: Final = re.compile(r"^# numerics of (fuzzylite|fuzzylite_6|pyfuzzylite)\r?$", re.MULTILINE)
 
 
 def read(source: SourceText) -> tuple[FuzzySystem | None, list[Diagnostic]]:
@@ -69,7 +74,9 @@ class _File:
     def __init__(self, blocks: Sequence[Block], findings: Findings) -> None:
         self.blocks = blocks
         self.findings = findings
-        self.profile: Profile = profile("fuzzylite_6" if _is_old(blocks) else "fuzzylite")
+        said = _SAID.search(findings.source.text)
+        usual = "fuzzylite_6" if _is_old(blocks) else "fuzzylite"
+        self.profile: Profile = profile(said.group(1) if said is not None else usual)
         self.inputs = self._of("inputvariable")
         self.outputs = self._of("outputvariable")
 

@@ -63,13 +63,15 @@ class _Writer:
         self.system = system
         self.losses = losses
         self.reasons: list[str] = []
-        self.profile: Profile = profile("fuzzylite")
+        own = system.method.semantics.profile
+        self.profile: Profile = profile(own if "fuzzylite" in own else "fuzzylite")
 
     def write(self) -> tuple[str, list[Loss]]:
         """Return the text and the losses."""
         system = self.system
         self.reasons.extend(numerics.impossible(system))
-        lines = [f"Engine: {system.name}"]
+        said = [] if self.profile.name == "fuzzylite" else [f"# numerics of {self.profile.name}"]
+        lines = [*said, f"Engine: {system.name}"]
         if system.title:
             lines.append(f"  description: {_plain(system.title)}")
         for variable in (*system.inputs, *system.outputs):
