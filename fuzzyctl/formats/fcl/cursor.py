@@ -1,0 +1,160 @@
+"""A place in the tokens of an FCL file: what stands there, what is due, and where to go on after a mistake."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from typing import Final
+
+from fuzzyctl.errors import Diagnostic, did_you_mean, listed
+from fuzzyctl.expr import Expr, Name, Number
+from fuzzyctl.formats.fcl.syntax import Word
+from fuzzyctl.formats.fcl.tokens import Token, tokenize
+from fuzzyctl.source import SourceText, Span
+
+#: Deepest nesting of parentheses.
+MAX_DEPTH: Final = 100
+
+#: Words that are numbers.
+_NUMBERS: Final = {"NAN": math.nan, "INF": math.inf, "INFINITY": math.inf}
+
+
+class Slip(Exception):  # noqa: N818 - a mistake of the user's, caught where the statement began
+    """Raised at a mistake; carries the diagnostic."""
+
+    def __init__(self, diagnostic: Diagnostic) -> None:
+        super().__init__(diagnostic.message)
+        self.diagnostic = diagnostic
+
+
+class Cursor:
+    """The tokens of a source, read from left to right.
+
+    Args:
+        source: The text.
+
+    Attributes:
+        source: The text.
+        comments: All its comments.
+        diagnostics: What was found so far.
+    """
+
+    def __init__(self, source: SourceText) -> None:
+        found = tokenize(source)
+        self.source, self.comments = source, found.comments
+        self.diagnostics: list[Diagnostic] = list(found.diagnostics)
+        self._tokens = found.tokens
+        self._at = 0
+
+    @property
+    def here(self) -> Token:
+        """The token that comes next."""
+        return self._tokens[self._at]
+
+    @property
+    def after(self) -> Token:
+        """The token behind the next one."""
+        return self._tokens[min(self._at + 1, len(self._tokens) - 1)]
+
+    @property
+    def before(self) -> Token:
+        """The token that was taken last."""
+        return self._tokens[max(self._at - 1, 0)]
+
+    def take(self) -> Token:
+        """Take the next token; the end is never passed."""
+        token = self.here
+        if token.kind != "end":
+            self._at += 1
+        return token
+
+    def accept(self, *texts: str) -> Token | None:
+        """Take the next token if it is one of some symbols, or keywords in capitals."""
+        token = self.here
+        if token.text in texts or (token.word and token.word in texts):
+            return self.take()
+        return None
+
+    def expect(self, *texts: str, what: str) -> Token:
+        """Take the next token, which must be one of some symbols or keywords."""
+        token = self.accept(*texts)
+        if token is None:
+            raise self.unexpected(what)
+        return token
+
+    def unexpected(self, what: str, known: Collection[str] = ()) -> Slip:
+        """Return the mistake that something else stands where `what` is due."""
+        token = self.here
+        if token.kind == "end":
+            message = f"the file ends where {what} is due"
+        else:
+            message = f"{what} is due, not '{_short(token.text)}'"
+        facts = (f"possible here: {listed(known)}",) if known else ()
+        help_text = did_you_mean(token.word, known) if known and token.word else ""
+        return Slip(Diagnostic("FZ601", message, self.span(token), facts=facts, help=help_text))
+
+    def span(self, first: Token, last: Token | None = None) -> Span:
+        """Return the place from a token to another one, or to the one taken last."""
+        if last is None:
+            last = self.before if self.before.start >= first.start else first
+        return Span(self.source, first.start, max(last.end, first.end))
+
+    def name(self, what: str) -> Word:
+        """Take a name; one may begin with digits, such as `2nd`."""
+        token = self.here
+        if token.kind == "number" and self.after.kind == "name" and self.after.start == token.end:
+            self.take()
+        elif token.kind != "name":
+            raise self.unexpected(what)
+        last = self.take()
+        span = Span(self.source, token.start, last.end)
+        return Word(span.text, span)
+
+    def value(self) -> Expr | None:
+        """Take a number with its sign, or a name that stands for one; None where neither stands."""
+        first = self.here
+        sign = self.take().text if first.text in ("+", "-") else ""
+        token = self.here
+        number = float(token.text) if token.kind == "number" else _NUMBERS.get(token.word)
+        if number is not None:
+            self.take()
+            if math.isinf(number) and not token.word:
+                raise Slip(Diagnostic("FZ108", "a double cannot hold this number", self.span(first)))
+            return Number(-number if sign == "-" else number, "", self.span(first))
+        if token.kind == "name" and not sign:
+            self.take()
+            return Name(token.text, self.span(token))
+        if sign:
+            raise self.unexpected("a number")
+        return None
+
+    def end_statement(self, starts: Collection[str]) -> None:
+        """Take the semicolon; it may be missing at the end of a line, and before a keyword that begins a statement."""
+        if self.accept(";"):
+            while self.accept(";"):
+                pass
+            return
+        token = self.here
+        if token.kind != "end" and not token.first and token.word not in starts:
+            raise self.unexpected("a semicolon")
+
+    def report(self, slip: Slip, stops: Collection[str]) -> None:
+        """Note a mistake, and go on behind the next semicolon or at a keyword that begins a line."""
+        self.diagnostics.append(slip.diagnostic)
+        while self.here.kind != "end":
+            token = self.here
+            if token.first and token.word in stops:
+                return
+            if self.take().text == ";":
+                return
+
+    def rest_of_line(self) -> list[Token]:
+        """Take the tokens that are left on the line of the one taken last."""
+        taken: list[Token] = []
+        while self.here.kind != "end" and not self.here.first:
+            taken.append(self.take())
+        return taken
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= 40 else text[:39] + "…"

@@ -1,0 +1,167 @@
+"""From the norms of rule blocks to the method of a system and to what is an output's own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+from fuzzyctl.errors import Note
+from fuzzyctl.formats.fcl import syntax as sx
+from fuzzyctl.formats.fcl.rules import RuleResolver, Vocabulary, same_either_way
+from fuzzyctl.formats.fcl.scope import Scope
+from fuzzyctl.formats.fcl.settings import Norms, norms
+from fuzzyctl.formats.fcl.variables import OutputDraft
+from fuzzyctl.model.method import Method
+from fuzzyctl.model.rule import And, Antecedent, Not, Or, Rule
+from fuzzyctl.model.semantics import Semantics
+from fuzzyctl.model.variable import Output
+
+#: Defuzzifiers over rules, for which implication has no effect, and accumulation only where terms are merged.
+_OVER_RULES: Final = frozenset({"weighted_average", "weighted_sum", "tsukamoto", "tsukamoto_sum"})
+
+
+class BlockRules:
+    """The rules of a function block with the norms of their rule blocks.
+
+    Args:
+        block: The function block.
+        scope: Where mistakes go.
+        vocabulary: What rules may name.
+
+    Attributes:
+        found: All rules without mistakes, in the order written.
+        norms: The norms of each rule block, with its rules.
+    """
+
+    def __init__(self, block: sx.FunctionBlock, scope: Scope, vocabulary: Vocabulary) -> None:
+        self.found: list[Rule] = []
+        self.norms: list[tuple[Norms, list[Rule]]] = []
+        resolver = RuleResolver(scope, vocabulary)
+        for part in block.rules:
+            rules = [r for r in map(resolver.rule, part.rules) if r is not None]
+            joins = frozenset(word for r in rules for word in _joins(r.antecedent))
+            self.norms.append((norms(part, scope, joins=joins), rules))
+            self.found.extend(rules)
+        if resolver.mixed is not None and not same_either_way(resolver.mixed):
+            _tell_mixed(resolver.mixed, scope)
+
+
+def _tell_mixed(condition: sx.Joined, scope: Scope) -> None:
+    left = scope.dialect.name == "jfuzzylogic"
+    order = "from left to right, as jFuzzyLogic does" if left else "AND first, as the standard has it"
+    message = f"AND and OR are mixed without parentheses; they are read {order}"
+    other = "the standard and fuzzylite read AND first" if left else "jFuzzyLogic reads them from left to right"
+    scope.warning("FZ609", message, condition.span, facts=(other,), help="write parentheses")
+
+
+def _joins(antecedent: Antecedent) -> Iterator[str]:
+    match antecedent:
+        case Not(operand=operand):
+            yield from _joins(operand)
+        case And(operands=operands) | Or(operands=operands):
+            yield "AND" if isinstance(antecedent, And) else "OR"
+            for operand in operands:
+                yield from _joins(operand)
+
+
+def method_of(drafts: list[OutputDraft], rules: BlockRules, scope: Scope) -> tuple[list[Output], Method]:
+    """Return the outputs with their own norms, and the method of the system."""
+    numerics = scope.dialect.numerics
+    conjunction = _common(rules, "AND", scope)
+    disjunction = _common(rules, "OR", scope)
+    made = [_with_norms(d, rules, scope) for d in drafts]
+    if not made:
+        return [], Method()
+    first = made[0]
+    method = Method(
+        conjunction=conjunction,
+        disjunction=disjunction,
+        implication=first.implication or "min",
+        aggregation=first.aggregation or "max",
+        defuzzifier=first.defuzzifier or numerics.defuzzifier("centroid"),
+        semantics=_semantics(drafts, made, scope),
+    )
+    return [_without_common(o, method) for o in made], method
+
+
+def _semantics(drafts: list[OutputDraft], made: list[Output], scope: Scope) -> Semantics:
+    """Return the knobs of the numerics, with those that the file itself sets."""
+    semantics = scope.dialect.numerics.semantics
+    averaged = any(
+        d.method in ("weighted_average", "weighted_sum") and o.aggregation != "sum"
+        for d, o in zip(drafts, made, strict=True)
+    )
+    changes: dict[str, str] = {}
+    if averaged and semantics.profile == "exact":
+        # The standard accumulates first: rules of one singleton are one.
+        changes["merge"] = "places"
+    if scope.clamped_differences:
+        changes["sigmoid_difference"] = "clamped"
+    return semantics.model_copy(update=changes) if changes else semantics
+
+
+def _with_norms(draft: OutputDraft, rules: BlockRules, scope: Scope) -> Output:
+    """Return an output with the norms of the rule blocks that conclude on it."""
+    blocks = [n for n, found in rules.norms if any(c.output == draft.name.text for r in found for c in r.consequents)]
+    numerics = scope.dialect.numerics
+    over_rules = draft.method in _OVER_RULES
+    implication = _agreed("ACT", [(n.implication, n) for n in blocks], draft, scope, needed=not over_rules)
+    said = [(n.accumulation, n) for n in blocks if n.accumulation is not None]
+    if draft.accumulation is not None:
+        said = [s for s in said if s[0] != draft.accumulation]
+        if said and not over_rules:
+            message = f"ACCU is given here and in RULEBLOCK, with another value: '{draft.accumulation}' is taken"
+            scope.warning("FZ609", message, draft.block.variable.span, help="keep one of them")
+        aggregation: str | None = draft.accumulation
+    else:
+        aggregation = _agreed("ACCU", said, draft, scope, needed=not over_rules)
+    return Output(
+        name=draft.name.text,
+        lower=draft.lower,
+        upper=draft.upper,
+        terms=draft.terms,
+        otherwise=draft.otherwise if draft.otherwise is not None else numerics.otherwise or "nan",
+        clamped=draft.clamped,
+        implication=implication or "min",
+        aggregation=aggregation or ("sum" if over_rules else numerics.method.aggregation),
+        defuzzifier=numerics.defuzzifier(draft.method),
+        span=draft.name.span,
+    )
+
+
+def _agreed(
+    keyword: str, said: Sequence[tuple[str | None, Norms]], draft: OutputDraft, scope: Scope, *, needed: bool
+) -> str | None:
+    """Return the norm that all rule blocks of an output name; an error where they differ and it matters."""
+    first = said[0] if said else None
+    other = next((s for s in said if first is not None and s[0] != first[0]), None)
+    if first is not None and other is not None and needed:
+        message = f"rule blocks with different {keyword} conclude on '{draft.name.text}'"
+        note = (Note(first[1].span, f"{keyword} is '{first[0]}' here"),)
+        help_text = f"'{other[0]}' here; one value for an output is available"
+        scope.error("FZ602", message, other[1].span, notes=note, help=help_text)
+    return first[0] if first is not None else None
+
+
+def _common(rules: BlockRules, keyword: str, scope: Scope) -> str:
+    """Return the norm for AND or OR: the one of the rule blocks whose rules use it."""
+    values = [(n.conjunction if keyword == "AND" else n.disjunction, n, found) for n, found in rules.norms]
+    using = [v for v in values if any(keyword in _joins(r.antecedent) for r in v[2])]
+    for value, block, _ in using:
+        if value != using[0][0]:
+            message = f"rule blocks with different {keyword}"
+            note = (Note(using[0][1].span, f"{keyword} is '{using[0][0]}' here"),)
+            scope.error("FZ602", message, block.span, notes=note, help=f"'{value}' here; one value is available")
+            break
+    chosen = using or values
+    return chosen[0][0] if chosen else ("min" if keyword == "AND" else "max")
+
+
+def _without_common(output: Output, method: Method) -> Output:
+    """Return an output without what it shares with the system."""
+    shared = {
+        name: None
+        for name in ("implication", "aggregation", "defuzzifier")
+        if getattr(output, name) == getattr(method, name)
+    }
+    return output.model_copy(update=shared)

@@ -1,0 +1,156 @@
+"""From a term as written to a membership function, or to a Takagi-Sugeno consequent."""
+
+from __future__ import annotations
+
+import math
+
+from fuzzyctl.errors import counted, listed
+from fuzzyctl.expr import ONE, Binary, Expr, Name, Number
+from fuzzyctl.formats.fcl.names import (
+    FUZZYLITE_SHAPES,
+    JFUZZYLOGIC_SHAPES,
+    SHAPE_WORDS,
+    ShapeWord,
+    fuzzylite_word,
+)
+from fuzzyctl.formats.fcl.scope import Scope
+from fuzzyctl.formats.fcl.syntax import Shape, TermLine
+from fuzzyctl.model.variable import Membership
+
+
+def membership(line: TermLine, scope: Scope, *, of_output: bool) -> Membership | None:
+    """Return the membership function of a term; None, with an error, for one that cannot be had."""
+    shape = line.shape
+    if shape.formula is not None:
+        return _function(shape, scope, of_output=of_output)
+    arguments = _numbers(shape, scope, line.name.text)
+    if arguments is None:
+        return None
+    if shape.points and (shape.kind is None or shape.kind.upper == "SINGLETONS"):
+        return _points(shape, arguments, scope)
+    if shape.kind is None:
+        return _single(shape, arguments, scope)
+    word = fuzzylite_word(shape.kind.text)
+    if word is not None and word not in FUZZYLITE_SHAPES:
+        return _special(word, shape, arguments, scope)
+    known = FUZZYLITE_SHAPES[word] if word is not None else JFUZZYLOGIC_SHAPES.get(shape.kind.upper)
+    if known is None or shape.points:
+        scope.error(
+            "FZ601", f"no shape '{shape.kind.text}'", shape.kind.span, facts=(f"shapes: {listed(SHAPE_WORDS)}",)
+        )
+        return None
+    return _known(known, shape, arguments, scope)
+
+
+def _numbers(shape: Shape, scope: Scope, name: str) -> tuple[Expr, ...] | None:
+    found = [scope.number(a, f"parameter {i} of '{name}'") for i, a in enumerate(shape.arguments, 1)]
+    return None if any(f is None for f in found) else tuple(f for f in found if f is not None)
+
+
+def _known(word: ShapeWord, shape: Shape, arguments: tuple[Expr, ...], scope: Scope) -> Membership | None:
+    count = len(word.parameters)
+    assert shape.kind is not None
+    if len(arguments) < count:
+        message = f"'{shape.kind.text}' takes {counted(count, 'parameter')}, got {len(arguments)}"
+        scope.error("FZ303", message, shape.span, help=f"they are: {', '.join(word.parameters)}")
+        return None
+    height = arguments[count] if word.height and len(arguments) > count else ONE
+    surplus = len(arguments) - count - (height is not ONE)
+    if surplus > 0:
+        message = f"'{shape.kind.text}' takes {counted(count, 'parameter')}; the rest has no effect"
+        scope.warning("FZ603", message, shape.span, help="remove what is left over")
+    if word is JFUZZYLOGIC_SHAPES["DSIGM"]:
+        scope.clamped_differences = True
+    return Membership(kind=word.kind, arguments=word.ordered(arguments[:count]), height=height, span=shape.span)
+
+
+def _points(shape: Shape, arguments: tuple[Expr, ...], scope: Scope) -> Membership | None:
+    if shape.kind is None:
+        if len(arguments) == 2:  # constant from end to end
+            arguments = (*arguments, Binary("+", arguments[0], ONE), arguments[1])
+            if isinstance(shape.arguments[0], Number):
+                arguments = (*arguments[:2], Number(shape.arguments[0].value + 1.0), arguments[1])
+        return Membership(kind="piecewise", arguments=arguments, span=shape.span)
+    if len(arguments) == 2 and arguments[1] == ONE:
+        return Membership(kind="singleton", arguments=arguments[:1], span=shape.span)
+    message = "a term of several singletons is not available"
+    scope.error("FZ602", message, shape.span, help="make a term of each point")
+    return None
+
+
+def _single(shape: Shape, arguments: tuple[Expr, ...], scope: Scope) -> Membership | None:
+    if len(arguments) == 1:
+        return Membership(kind="singleton", arguments=arguments, span=shape.span)
+    message = f"{counted(len(arguments), 'number')} without the word of a shape"
+    scope.error("FZ601", message, shape.span, facts=(f"shapes: {listed(SHAPE_WORDS)}",))
+    return None
+
+
+def _special(word: str, shape: Shape, arguments: tuple[Expr, ...], scope: Scope) -> Membership | None:
+    """Return what fuzzylite's words stand for whose parameters are counted otherwise."""
+    count = len(arguments)
+    if word == "Constant" and count == 1:
+        return Membership(kind="singleton", arguments=arguments, span=shape.span)
+    if word == "Binary" and count in (2, 3):
+        return _binary(shape, arguments, scope)
+    if word == "Linear" and count == len(scope.inputs) + 1:
+        return Membership(kind="linear", arguments=arguments, span=shape.span)
+    if word == "Discrete" and count >= 2:
+        height = arguments[-1] if count % 2 else ONE
+        return Membership(kind="piecewise", arguments=arguments[: count - count % 2], height=height, span=shape.span)
+    wanted = {
+        "Linear": f"a coefficient for each of {counted(len(scope.inputs), 'input')} and a constant",
+        "Discrete": "pairs x y",
+        "Binary": "start, direction",
+    }
+    scope.error("FZ303", f"'{word}' takes {wanted.get(word, 'one number')}, got {count}", shape.span)
+    return None
+
+
+def _binary(shape: Shape, arguments: tuple[Expr, ...], scope: Scope) -> Membership | None:
+    start, direction = (a.value if isinstance(a, Number) else math.nan for a in arguments[:2])
+    if math.isnan(start) or math.isnan(direction) or start == direction:
+        scope.error("FZ302", "'Binary' needs two different numbers: start and direction", shape.span)
+        return None
+    edge = arguments[0]
+    sides = (edge, Number(math.inf)) if direction > start else (Number(-math.inf), edge)
+    height = arguments[2] if len(arguments) == 3 else ONE
+    return Membership(kind="rectangle", arguments=sides, height=height, span=shape.span)
+
+
+def _function(shape: Shape, scope: Scope, *, of_output: bool) -> Membership | None:
+    if not of_output:
+        message = "a FUNCTION as a term of an input is not available"
+        scope.error("FZ602", message, shape.span, help="give it points or a shape")
+        return None
+    assert shape.formula is not None
+    expression = scope.function(shape.formula)
+    if expression is None:
+        return None
+    coefficients = linear_coefficients(expression, list(scope.inputs))
+    if coefficients is not None:
+        return Membership(kind="linear", arguments=coefficients, span=shape.span)
+    return Membership(kind="function", arguments=(expression,), span=shape.span)
+
+
+def linear_coefficients(expression: Expr, inputs: list[str]) -> tuple[Expr, ...] | None:
+    """Return the coefficients of `a * x + b * y + c` with every input in order, as `write` writes a linear consequent.
+
+    Any other sum stays a function, so that it is computed in the order in which it is written.
+    """
+    summands: list[Expr] = []
+    rest = expression
+    while isinstance(rest, Binary) and rest.op == "+" and len(summands) < len(inputs):
+        summands.append(rest.right)
+        rest = rest.left
+    constant, *products = [*summands, rest]
+    if not isinstance(constant, Number) or len(products) != len(inputs):
+        return None
+    found: list[Expr] = []
+    for name, summand in zip(inputs, reversed(products), strict=True):
+        match summand:
+            case Binary(op="*", left=Number() as coefficient, right=Name(name=variable)) if variable == name:
+                found.append(coefficient)
+            case _:
+                return None
+    return (*found, constant)

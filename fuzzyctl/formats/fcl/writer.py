@@ -1,0 +1,331 @@
+"""Writes a fuzzy system as FCL: in the standard's words as far as they go, then in those of a dialect."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+from fuzzyctl.expr import Expr, Name, number_text, replace_names
+from fuzzyctl.formats.fcl.dialect import USUAL_NUMERICS, DialectName
+from fuzzyctl.formats.fcl.names import (
+    ACCUMULATION_WORDS,
+    CONJUNCTION_WORDS,
+    DISJUNCTION_WORDS,
+)
+from fuzzyctl.formats.fcl.reader import read
+from fuzzyctl.formats.fcl.written_losses import losses_of
+from fuzzyctl.formats.fcl.written_names import WrittenNames
+from fuzzyctl.formats.fcl.written_shapes import (
+    counts_as_number,
+    linear_text,
+    middle_of_core,
+    needs_fuzzylite,
+    needs_jfuzzylogic,
+    shape_text,
+)
+from fuzzyctl.formats.losses import Loss
+from fuzzyctl.formulas import HEDGES
+from fuzzyctl.model.profiles import PROFILES
+from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, literals
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import Hold, Input, Membership, Output
+from fuzzyctl.source import SourceText
+
+_TITLES: Final[dict[DialectName, str]] = {
+    "standard": "Fuzzy Control Language of IEC 61131-7",
+    "jfuzzylogic": "Fuzzy Control Language with the extensions of jFuzzyLogic",
+    "fuzzylite": "Fuzzy Control Language in the dialect of fuzzylite",
+}
+
+#: Words for norms: of each dialect those it has, and the first that any has.
+_FUZZYLITE_NORMS: Final = {
+    "drastic_product": "DPROD",
+    "einstein_product": "EPROD",
+    "hamacher_product": "HPROD",
+    "nilpotent_minimum": "NMIN",
+    "drastic_sum": "DSUM",
+    "einstein_sum": "ESUM",
+    "hamacher_sum": "HSUM",
+    "nilpotent_maximum": "NMAX",
+    "sum": "USUM",
+}
+_ONLY_FUZZYLITE: Final = frozenset({"einstein_product", "hamacher_sum"})
+
+#: Words for defuzzifiers; what sums over rules is COGS whatever it takes of them.
+_METHODS: Final = {
+    "centroid": "COG",
+    "bisector": "COA",
+    "som": "LM",
+    "lom": "RM",
+    "mom": "MM",
+    "weighted_average": "COGS",
+    "center_average": "COGS",
+    "tsukamoto": "COGS",
+    "weighted_sum": "COGSS",
+    "tsukamoto_sum": "COGSS",
+}
+
+
+def write(system: FuzzySystem) -> tuple[str, list[Loss]]:
+    """Return a system as FCL, and what FCL cannot express of it.
+
+    The dialect is the plainest one that has words for all of it. A comment says whose numerics the system has where the
+    dialect alone would mean others.
+    """
+    writer = _Writer(system)
+    text = "\n".join(writer.lines()) + "\n"
+    read_back, _ = read(SourceText(f"{writer.names.system}.fcl", text))
+    return text, sorted({*writer.names.losses, *losses_of(system, read_back, writer.dialect, writer.names)})
+
+
+def dialect_for(system: FuzzySystem) -> DialectName:
+    """Return the plainest dialect that has words for a system; the one of its own numerics, where it says whose."""
+    if system.method.semantics.profile in ("fuzzylite", "fuzzylite_6", "pyfuzzylite") or _needs_fuzzylite(system):
+        return "fuzzylite"
+    terms = _written(system)
+    terms += [c.term for r in system.rules for c in r.consequents if isinstance(c.term, Membership)]
+    if system.method.semantics.profile == "jfuzzylogic" or any(map(needs_jfuzzylogic, terms)):
+        return "jfuzzylogic"
+    norms = {system.method.conjunction, system.method.disjunction, *_per_output(system, "implication")}
+    usual = {"min", "max", "product", "probabilistic_sum", "bounded_difference", "bounded_sum"}
+    return "standard" if norms <= usual else "jfuzzylogic"
+
+
+def _needs_fuzzylite(system: FuzzySystem) -> bool:
+    hedges = {h for r in system.rules for i in literals(r.antecedent) for h in i.hedges}
+    hedges |= {h for r in system.rules for c in r.consequents for h in c.hedges}
+    if hedges - {"not"} or any(o.clamped for o in system.outputs):
+        return True
+    if any(isinstance(o.otherwise, Hold) and isinstance(o.otherwise.start, Expr) for o in system.outputs):
+        return True
+    norms = {system.method.conjunction, system.method.disjunction}
+    norms |= {*_per_output(system, "implication"), *_per_output(system, "aggregation")}
+    if norms & _ONLY_FUZZYLITE:
+        return True
+    return any(needs_fuzzylite(m, system.values) for m in _written(system) if m.kind != "linear")
+
+
+def _written(system: FuzzySystem) -> list[Membership]:
+    """Return the terms that are written as what they are, not as numbers."""
+    found = [t.membership for v in system.inputs for t in v.terms]
+    for output in system.outputs:
+        found += [t.membership for t in output.terms if not counts_as_number(system, output, t.membership)]
+    return found
+
+
+def _per_output(system: FuzzySystem, field: str) -> list[str]:
+    return [getattr(o, field) or getattr(system.method, field) for o in system.outputs]
+
+
+class _Writer:
+    def __init__(self, system: FuzzySystem) -> None:
+        self._system = system
+        self.names = WrittenNames(system)
+        self.dialect = dialect_for(system)
+
+    def lines(self) -> Iterator[str]:
+        numerics = self._system.method.semantics.profile
+        yield f"// {_TITLES[self.dialect]}"
+        if self._system.title:
+            yield f"// {' '.join(self._system.title.split())}"
+        if numerics != USUAL_NUMERICS[self.dialect] and numerics in PROFILES:
+            yield f"// fuzzyctl: numerics {numerics}"
+        elif self.dialect == "standard":
+            yield "// fuzzyctl: numerics exact"
+        yield f"FUNCTION_BLOCK {self.names.system}"
+        yield ""
+        yield from self._declarations("VAR_INPUT", self._system.inputs)
+        yield from self._declarations("VAR_OUTPUT", self._system.outputs)
+        for variable in self._system.inputs:
+            yield from self._fuzzify(variable)
+        for output in self._system.outputs:
+            yield from self._defuzzify(output)
+        yield from self._rule_block()
+        yield "END_FUNCTION_BLOCK"
+
+    def _declarations(self, keyword: str, variables: tuple[Input, ...] | tuple[Output, ...]) -> Iterator[str]:
+        yield keyword
+        for variable in variables:
+            # jFuzzyLogic takes the range of an input here, fuzzylite in FUZZIFY.
+            here = isinstance(variable, Input) and self.dialect != "fuzzylite"
+            yield f"  {self.names.variables[variable.name]} : REAL;{' ' + self._range(variable) if here else ''}"
+        yield "END_VAR"
+        yield ""
+
+    def _range(self, variable: Input | Output) -> str:
+        ends = (self._system.number(variable.lower), self._system.number(variable.upper))
+        return f"RANGE := ({number_text(ends[0])} .. {number_text(ends[1])});"
+
+    def _fuzzify(self, variable: Input) -> Iterator[str]:
+        if not variable.terms and self.dialect != "fuzzylite":
+            return
+        yield f"FUZZIFY {self.names.variables[variable.name]}"
+        if self.dialect == "fuzzylite":
+            yield f"  {self._range(variable)}"
+        yield from self._terms(variable)
+        yield "END_FUZZIFY"
+        yield ""
+
+    def _terms(self, variable: Input | Output) -> Iterator[str]:
+        for term in variable.terms:
+            name = self.names.terms[variable.name][term.name]
+            membership = term.membership
+            if isinstance(variable, Output) and counts_as_number(self._system, variable, membership):
+                yield f"  TERM {name} := {number_text(middle_of_core(membership, self._system.values))};"
+            else:
+                yield f"  TERM {name} := {self._shape(membership)};"
+
+    def _shape(self, membership: Membership) -> str:
+        values = self._system.values
+        if membership.kind == "linear":
+            inputs = [self.names.variables[i.name] for i in self._system.inputs]
+            return linear_text(membership, values, inputs, self.dialect)
+        called: dict[str, Expr] = {old: Name(new) for old, new in self.names.variables.items()}
+        arguments = tuple(replace_names(a, called) for a in membership.arguments)
+        return shape_text(membership.model_copy(update={"arguments": arguments}), values, self.dialect)
+
+    def _defuzzify(self, output: Output) -> Iterator[str]:
+        yield f"DEFUZZIFY {self.names.variables[output.name]}"
+        yield f"  {self._range(output)}"
+        yield from self._terms(output)
+        yield from self._unnamed_terms(output)
+        defuzzifier = output.defuzzifier or self._system.method.defuzzifier
+        yield f"  METHOD : {_METHODS.get(defuzzifier.kind, 'COG')};"
+        if self.dialect == "fuzzylite" or self._accumulations_differ():
+            yield f"  ACCU : {self._accumulation(output)};"
+        default = self._default(output)
+        if default:
+            yield f"  DEFAULT := {default};"
+        if output.clamped and self.dialect == "fuzzylite":
+            yield "  LOCK : RANGE;"
+        yield "END_DEFUZZIFY"
+        yield ""
+
+    def _unnamed_terms(self, output: Output) -> Iterator[str]:
+        """Yield a term for each consequent that has none."""
+        for name, membership in self._unnamed(output.name).items():
+            yield f"  TERM {name} := {self._shape(membership)};"
+
+    def _unnamed(self, output: str) -> dict[str, Membership]:
+        taken = {n.upper() for n in self.names.terms[output].values()}
+        found: dict[str, Membership] = {}
+        for rule in self._system.rules:
+            for c in rule.consequents:
+                if c.output == output and isinstance(c.term, Membership) and c.term not in found.values():
+                    number = len(found) + 1
+                    while f"C{number}" in taken:
+                        number += 1
+                    taken.add(f"C{number}")
+                    found[f"c{number}"] = c.term
+        return found
+
+    def _accumulation(self, output: Output) -> str:
+        aggregation = output.aggregation or self._system.method.aggregation
+        defuzzifier = output.defuzzifier or self._system.method.defuzzifier
+        if defuzzifier.over_rules and self._system.method.semantics.merge == "rules":
+            aggregation = "sum"  # each rule counts for itself
+        return self._norm(aggregation, ACCUMULATION_WORDS)
+
+    def _accumulations_differ(self) -> bool:
+        return len({self._accumulation(o) for o in self._system.outputs}) > 1
+
+    def _norm(self, norm: str, words: dict[str, str]) -> str:
+        if self.dialect == "fuzzylite" and norm in _FUZZYLITE_NORMS:
+            return _FUZZYLITE_NORMS[norm]
+        if norm == "probabilistic_sum" and words is ACCUMULATION_WORDS and self.dialect != "fuzzylite":
+            return "PROBOR"
+        if norm == "hamacher_product":
+            return "HAMACHER"
+        if norm == "einstein_sum":
+            return "EINSTEIN" if words is not ACCUMULATION_WORDS else "ESUM"
+        return next((word for word, name in words.items() if name == norm), next(iter(words)))
+
+    def _default(self, output: Output) -> str:
+        """Return what stands behind DEFAULT, nothing where it says what the numerics say anyway."""
+        otherwise = output.otherwise
+        if isinstance(otherwise, Hold):
+            held = isinstance(otherwise.start, Expr) or otherwise.start is None
+            if self.dialect == "fuzzylite":
+                start = number_text(self._start(output, otherwise)) if held else "nan"
+                return f"{start} | NC"
+            return "NC"
+        if otherwise == "midpoint":
+            return number_text(self._middle(output))
+        if isinstance(otherwise, Expr):
+            return number_text(self._system.number(otherwise))
+        return "nan" if self.dialect == "fuzzylite" else ""
+
+    def _start(self, output: Output, hold: Hold) -> float:
+        return self._system.number(hold.start) if isinstance(hold.start, Expr) else self._middle(output)
+
+    def _middle(self, output: Output) -> float:
+        return self._system.number(output.lower) / 2 + self._system.number(output.upper) / 2
+
+    def _rule_block(self) -> Iterator[str]:
+        yield "RULEBLOCK rules"
+        method = self._system.method
+        yield from self._connectives()
+        implications = dict.fromkeys(_per_output(self._system, "implication"))
+        yield f"  ACT : {self._norm(next(iter(implications), method.implication), CONJUNCTION_WORDS)};"
+        if self.dialect != "fuzzylite" and self._system.outputs and not self._accumulations_differ():
+            yield f"  ACCU : {self._accumulation(self._system.outputs[0])};"
+        for number, rule in enumerate(self._system.rules, 1):
+            # fuzzylite wants the words of rules in small letters, and takes a semicolon for a part of the term.
+            end = "" if self.dialect == "fuzzylite" else ";"
+            yield f"  RULE {number} : {self._rule(rule)}{end}"
+        yield "END_RULEBLOCK"
+        yield ""
+
+    def _connectives(self) -> Iterator[str]:
+        """Yield AND and OR, the one that rules use last: of two that are no pair jFuzzyLogic takes the last."""
+        method = self._system.method
+        lines = [
+            f"  OR : {self._norm(method.disjunction, DISJUNCTION_WORDS)};",
+            f"  AND : {self._norm(method.conjunction, CONJUNCTION_WORDS)};",
+        ]
+        uses_and = any(_uses(And, r.antecedent) for r in self._system.rules)
+        yield from lines if uses_and else reversed(lines)
+
+    def _word(self, word: str) -> str:
+        return word.lower() if self.dialect == "fuzzylite" else word
+
+    def _rule(self, rule: Rule) -> str:
+        joint = " and " if self.dialect == "fuzzylite" else ", "
+        conclusions = joint.join(self._conclusion(rule, i) for i in range(len(rule.consequents)))
+        weight = self._system.number(rule.weight)
+        tail = f" {self._word('WITH')} {number_text(weight)}" if weight != 1.0 else ""
+        condition = self._antecedent(rule.antecedent, top=True)
+        return f"{self._word('IF')} {condition} {self._word('THEN')} {conclusions}{tail}"
+
+    def _conclusion(self, rule: Rule, index: int) -> str:
+        c = rule.consequents[index]
+        if isinstance(c.term, Membership):
+            term = next(n for n, m in self._unnamed(c.output).items() if m == c.term)
+        else:
+            term = self.names.terms[c.output][c.term]
+        return self._clause(c.output, c.hedges, term)
+
+    def _clause(self, variable: str, hedges: tuple[str, ...], term: str) -> str:
+        words = [self._word("NOT") if h == "not" else h for h in hedges if h in HEDGES]
+        return f"{self.names.variables[variable]} {self._word('IS')} {' '.join([*words, term])}"
+
+    def _antecedent(self, antecedent: Antecedent, *, top: bool = False) -> str:
+        match antecedent:
+            case Is(variable=variable, term=term, hedges=hedges):
+                return self._clause(variable, hedges, self.names.terms[variable][term])
+            case Not(operand=operand):
+                return f"{self._word('NOT')} ({self._antecedent(operand, top=True)})"
+            case And(operands=operands) | Or(operands=operands):
+                word = self._word("AND" if isinstance(antecedent, And) else "OR")
+                text = f" {word} ".join(self._antecedent(o) for o in operands)
+                return text if top else f"({text})"
+        raise TypeError(type(antecedent).__name__)
+
+
+def _uses(kind: type[And] | type[Or], antecedent: Antecedent) -> bool:
+    match antecedent:
+        case Not(operand=operand):
+            return _uses(kind, operand)
+        case And(operands=operands) | Or(operands=operands):
+            return isinstance(antecedent, kind) or any(_uses(kind, o) for o in operands)
+    return False

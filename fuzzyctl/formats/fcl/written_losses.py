@@ -1,0 +1,214 @@
+"""What an FCL text does not say of a system: found by what FCL has no words for, and by reading the text back."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from fuzzyctl.expr import Expr
+from fuzzyctl.formats.fcl.dialect import DialectName
+from fuzzyctl.formats.fcl.written_names import WrittenNames
+from fuzzyctl.formats.fcl.written_shapes import counts_as_number, says_otherwise, unknown_functions
+from fuzzyctl.formats.fz import defuzzifier_text
+from fuzzyctl.formats.losses import Loss
+from fuzzyctl.formulas import HEDGES
+from fuzzyctl.model.method import OVER_RULES, Defuzzifier
+from fuzzyctl.model.rule import And, Antecedent, Not, Or, RuleTable, literals
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import Hold, Input, Membership, Output
+
+
+def losses_of(
+    system: FuzzySystem, read_back: FuzzySystem | None, dialect: DialectName, names: WrittenNames
+) -> Iterator[Loss]:
+    """Yield what a text does not say.
+
+    Args:
+        system: The system.
+        read_back: What reading the text gives, None where it cannot be read.
+        dialect: The dialect of the text.
+        names: What its names became.
+    """
+    yield from _of_system(system)
+    for variable in system.inputs:
+        yield from _of_variable(system, variable, dialect)
+    for output in system.outputs:
+        yield from _of_variable(system, output, dialect)
+        yield from _of_output(system, output)
+    yield from _of_rules(system, dialect)
+    if read_back is None:
+        yield Loss(f"system '{system.name}'", "the system", "what is written cannot be read as FCL")
+    else:
+        yield from _of_numerics(system, read_back, names)
+
+
+def _of_system(system: FuzzySystem) -> Iterator[Loss]:
+    where = f"system '{system.name}'"
+    if system.title:
+        yield Loss(where, "title", "it is a comment", exact=True)
+    for param in system.params:
+        yield Loss(where, f"param '{param.name}'", "numbers stand for what it is used in", exact=True)
+    for hedge in system.hedges:
+        yield Loss(where, f"hedge '{hedge.name}'", "FCL has no hedges of one's own; it is left out")
+    if system.citation:
+        yield Loss(where, "source", "FCL has no words for it", exact=True)
+    if system.guarantees:
+        yield Loss(where, "guarantees", "FCL has no words for them", exact=True)
+    if any(isinstance(b, RuleTable) for b in system.blocks):
+        yield Loss(where, "tables", "they are written as single rules", exact=True)
+    if system.method.activation.kind != "general":
+        yield Loss(where, f"activation '{system.method.activation.kind}'", "in FCL all rules act")
+
+
+def _of_variable(system: FuzzySystem, variable: Input | Output, dialect: DialectName) -> Iterator[Loss]:
+    where = f"{'input' if isinstance(variable, Input) else 'output'} '{variable.name}'"
+    for what, text in (("label", variable.label), ("unit", variable.unit)):
+        if text:
+            yield Loss(where, what, "FCL has no words for it", exact=True)
+    if isinstance(variable, Input) and not variable.extrapolate:
+        yield Loss(where, "values outside the range", "they are not held at its ends", exact=True)
+    for term in variable.terms:
+        if isinstance(variable, Output) and counts_as_number(system, variable, term.membership):
+            read = any(i.variable == variable.name for r in system.rules for i in literals(r.antecedent))
+            why = "in an average only the middle of its core counts, which is written"
+            yield Loss(where, f"term '{term.name}'", why, exact=not read)
+        elif says_otherwise(term.membership, system.values, dialect):
+            yield Loss(where, f"term '{term.name}'", f"the {term.membership.kind} is written as points", exact=True)
+        yield from _of_function(f"{where}, term '{term.name}'", term.membership)
+
+
+def _of_function(where: str, membership: Membership) -> Iterator[Loss]:
+    for name in unknown_functions(membership):
+        yield Loss(where, f"function '{name}'", "no FCL tool has it")
+
+
+def _of_output(system: FuzzySystem, output: Output) -> Iterator[Loss]:
+    where = f"output '{output.name}'"
+    if output.adaptive is not None:
+        yield Loss(where, "adaptive consequents", "in FCL consequents stay as they are")
+    if output.otherwise is None:
+        yield Loss(where, "that some rule always fires", "FCL has no words for it", exact=True)
+    elif output.otherwise == "error":
+        yield Loss(where, "else error", "where no rule fires it is NaN")
+    elif output.otherwise == "midpoint":
+        yield Loss(where, "else midpoint", "the number is written", exact=True)
+    if any(isinstance(c.term, Membership) for r in system.rules for c in r.consequents if c.output == output.name):
+        yield Loss(where, "consequents without a name", "they are terms with names of their own", exact=True)
+        for rule in system.rules:
+            for c in rule.consequents:
+                if c.output == output.name and isinstance(c.term, Membership):
+                    yield from _of_function(where, c.term)
+
+
+def _of_rules(system: FuzzySystem, dialect: DialectName) -> Iterator[Loss]:
+    own = {h.name for h in system.hedges}
+    no_tool = {"slightly"} if dialect == "fuzzylite" else set()
+    implications = {o.implication or system.method.implication for o in system.outputs if _needs_sets(system, o)}
+    if len(implications) > 1:
+        yield Loss(f"system '{system.name}'", "implications", "a rule block has one ACT for all outputs")
+    for number, rule in enumerate(system.rules, 1):
+        hedges = {h for i in literals(rule.antecedent) for h in i.hedges}
+        hedges |= {h for c in rule.consequents for h in c.hedges}
+        for hedge in sorted(hedges & (own | no_tool) | (hedges - set(HEDGES))):
+            why = "it is left out" if hedge not in HEDGES else "only fuzzyctl reads it"
+            yield Loss(f"rule {number}", f"hedge '{hedge}'", f"no FCL tool has it; {why}")
+        if dialect == "fuzzylite" and _negates(rule.antecedent):
+            yield Loss(f"rule {number}", "not", "fuzzylite does not read NOT before a condition", exact=True)
+
+
+def _negates(antecedent: Antecedent) -> bool:
+    match antecedent:
+        case Not():
+            return True
+        case And(operands=operands) | Or(operands=operands):
+            return any(map(_negates, operands))
+    return False
+
+
+def _needs_sets(system: FuzzySystem, output: Output) -> bool:
+    return (output.defuzzifier or system.method.defuzzifier).kind not in OVER_RULES
+
+
+def _of_numerics(system: FuzzySystem, read_back: FuzzySystem, names: WrittenNames) -> Iterator[Loss]:
+    """Yield the settings that are others after reading the text back."""
+    where = f"system '{system.name}'"
+    for field in ("conjunction", "disjunction"):
+        said, found = getattr(system.method, field), getattr(read_back.method, field)
+        if said != found and any(_uses(field, r.antecedent) for r in system.rules):
+            yield Loss(where, f"{field} '{said}'", f"it is read as '{found}'")
+    ours, theirs = system.method.semantics.knobs, read_back.method.semantics.knobs
+    for knob in ours:
+        if ours[knob] != theirs[knob] and not _without_effect(knob, system):
+            why = f"FCL of these numerics has {system.method.semantics.model_copy(update=theirs).text(knob)}"
+            yield Loss(where, f"semantics {knob}={system.method.semantics.text(knob)}", why)
+    for output in system.outputs:
+        yield from _of_output_numerics(system, output, read_back, read_back.output(names.variables[output.name]))
+
+
+def _without_effect(knob: str, system: FuzzySystem) -> bool:
+    """Whether a knob says nothing about this system."""
+    kinds = {t.membership.kind for v in (*system.inputs, *system.outputs) for t in v.terms}
+    if knob == "sigmoid_difference":
+        return "sigmoid_difference" not in kinds
+    if knob in ("merge", "total"):
+        return all(_needs_sets(system, o) for o in system.outputs)
+    return knob == "consequent_hedges" and not any(c.hedges for r in system.rules for c in r.consequents)
+
+
+def _uses(field: str, antecedent: Antecedent) -> bool:
+    wanted = And if field == "conjunction" else Or
+    match antecedent:
+        case Not(operand=operand):
+            return _uses(field, operand)
+        case And(operands=operands) | Or(operands=operands):
+            return isinstance(antecedent, wanted) or any(_uses(field, o) for o in operands)
+    return False
+
+
+def _of_output_numerics(system: FuzzySystem, output: Output, read_back: FuzzySystem, found: Output) -> Iterator[Loss]:
+    where = f"output '{output.name}'"
+    ours = output.defuzzifier or system.method.defuzzifier
+    theirs = found.defuzzifier or read_back.method.defuzzifier
+    if _plain(ours) != _plain(theirs):
+        yield Loss(where, f"defuzzifier {_text(ours)}", f"it is read as {_text(theirs)}")
+    if _needs_sets(system, output) and output.adaptive is None:
+        for field in ("implication", "aggregation"):
+            said = getattr(output, field) or getattr(system.method, field)
+            read = getattr(found, field) or getattr(read_back.method, field)
+            if said != read:
+                yield Loss(where, f"{field} '{said}'", f"it is read as '{read}'")
+    elif not _needs_sets(system, output) and read_back.method.semantics.merge != "rules":
+        said = output.aggregation or system.method.aggregation
+        read = found.aggregation or read_back.method.aggregation
+        if said != read:
+            yield Loss(where, f"aggregation '{said}'", f"it is read as '{read}'")
+    if output.clamped and not found.clamped:
+        yield Loss(where, "clamp", "FCL has no words for it")
+    yield from _of_otherwise(system, output, found)
+
+
+def _of_otherwise(system: FuzzySystem, output: Output, found: Output) -> Iterator[Loss]:
+    said, read = output.otherwise, found.otherwise
+    if isinstance(said, Hold):
+        start = said.start if isinstance(said.start, Expr) else None
+        if not isinstance(read, Hold):
+            yield Loss(f"output '{output.name}'", "else hold", "FCL has no words for it")
+        elif (start is None) != (not isinstance(read.start, Expr)) and said.start is not None:
+            yield Loss(f"output '{output.name}'", "what it holds at first", "FCL has no words for it")
+        elif said.start is None and not isinstance(read.start, Expr):
+            yield Loss(f"output '{output.name}'", "the middle held at first", "FCL begins with NaN")
+    elif said == "nan" and read != "nan":
+        why = (
+            "where no rule fires it keeps its previous value"
+            if isinstance(read, Hold)
+            else "it has another value there"
+        )
+        yield Loss(f"output '{output.name}'", "else nan", why)
+
+
+def _plain(defuzzifier: Defuzzifier) -> Defuzzifier:
+    """Return a defuzzifier without the name that Mamdani systems have for the average."""
+    return defuzzifier.model_copy(update={"kind": "weighted_average"}) if defuzzifier.averages else defuzzifier
+
+
+def _text(defuzzifier: Defuzzifier) -> str:
+    return f"'{defuzzifier_text(defuzzifier)}'"

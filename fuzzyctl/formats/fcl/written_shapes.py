@@ -1,0 +1,159 @@
+"""Terms and functions as text, in the words of a dialect."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Final
+
+from fuzzyctl.expr import (
+    Binary,
+    Call,
+    Expr,
+    Name,
+    Negate,
+    Number,
+    evaluate,
+    number_text,
+    replace,
+    replace_names,
+    to_text,
+    walk,
+)
+from fuzzyctl.formats.fcl.dialect import DialectName
+from fuzzyctl.formats.fcl.names import FUZZYLITE_SHAPES
+from fuzzyctl.formulas import MEMBERSHIP, Parameters, piecewise_linear
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import Membership, Output
+
+#: Functions of expressions that jFuzzyLogic has, by its words.
+_JFUZZYLOGIC_FUNCTIONS: Final = {"exp": "EXP", "log": "LN", "sin": "SIN", "cos": "COS", "tan": "TAN", "abs": "ABS"}
+
+#: Functions of expressions that fuzzylite has besides.
+_FUZZYLITE_FUNCTIONS: Final = frozenset({*_JFUZZYLOGIC_FUNCTIONS, "sqrt", "min", "max", "atan2"})
+
+#: Words of jFuzzyLogic with their parameters in its order.
+_JFUZZYLOGIC: Final[Mapping[str, tuple[str, Callable[[Parameters], Parameters]]]] = {
+    "triangle": ("TRIAN", lambda p: p),
+    "trapezoid": ("TRAPE", lambda p: p),
+    "gaussian": ("GAUSS", lambda p: p),
+    "gaussian2": ("GAUSS2", lambda p: p),
+    "bell": ("GBELL", lambda p: (p[1], p[2], p[0])),
+    "sigmoid": ("SIGM", lambda p: (p[1], p[0])),
+    "sigmoid_difference": ("DSIGM", lambda p: (p[1], p[0], p[2], p[3])),
+    "cosine": ("COSINE", lambda p: (p[1] / 2, p[0])),
+}
+
+_FUZZYLITE: Final = {word.kind: name for name, word in FUZZYLITE_SHAPES.items()}
+
+
+def numbers(membership: Membership, values: Mapping[str, float]) -> Parameters:
+    """Return the parameters of a membership function."""
+    return tuple(evaluate(a, values) for a in membership.arguments)
+
+
+def counts_as_number(system: FuzzySystem, output: Output, membership: Membership) -> bool:
+    """Whether only the middle of a set's core counts: an average takes nothing else of a term."""
+    defuzzifier = output.defuzzifier or system.method.defuzzifier
+    averages = defuzzifier.averages or defuzzifier.kind == "weighted_sum"
+    return averages and membership.kind in MEMBERSHIP and MEMBERSHIP[membership.kind].fuzzy
+
+
+def middle_of_core(membership: Membership, values: Mapping[str, float]) -> float:
+    """Return the place at which an average takes a term."""
+    left, right = MEMBERSHIP[membership.kind].core(numbers(membership, values))
+    return (left + right) / 2
+
+
+def needs_fuzzylite(membership: Membership, values: Mapping[str, float]) -> bool:
+    """Whether only fuzzylite has a word for a term."""
+    kind = membership.kind
+    if kind in ("function", "linear"):
+        return any(c not in _JFUZZYLOGIC_FUNCTIONS for c in _functions(membership))
+    given = numbers(membership, values)
+    if _as_points(membership, given) or kind in ("singleton", "constant", "piecewise"):
+        return False
+    if evaluate(membership.height, values) != 1.0 or kind not in _JFUZZYLOGIC:
+        return True
+    return kind == "gaussian2" and given[0] > given[2]
+
+
+def needs_jfuzzylogic(membership: Membership) -> bool:
+    """Whether the standard alone, with its points and singletons, has no words for a term."""
+    return membership.kind not in ("singleton", "constant", "piecewise") or membership.kind in ("function", "linear")
+
+
+def unknown_functions(membership: Membership) -> list[str]:
+    """Return the functions of an expression that no FCL tool has."""
+    return sorted({c for c in _functions(membership) if c not in _FUZZYLITE_FUNCTIONS})
+
+
+def _functions(membership: Membership) -> list[str]:
+    if membership.kind != "function":
+        return []
+    return [node.function for node in walk(membership.arguments[0]) if isinstance(node, Call)]
+
+
+def _as_points(membership: Membership, given: Parameters) -> bool:
+    """Whether a term without a word in jFuzzyLogic is straight, so that points say the same."""
+    kind = membership.kind
+    if not piecewise_linear(kind) or kind == "piecewise":
+        return False
+    return kind not in _JFUZZYLOGIC or any(map(math.isinf, given)) or membership.height != Number(1.0)
+
+
+def shape_text(membership: Membership, values: Mapping[str, float], dialect: DialectName) -> str:
+    """Return what stands behind `TERM name :=`; expressions name variables as they are called in the file."""
+    kind = membership.kind
+    if kind == "function":
+        return f"{'Function' if dialect == 'fuzzylite' else 'FUNCTION'} {_formula(membership, values, dialect)}"
+    given = numbers(membership, values)
+    height = evaluate(membership.height, values)
+    if kind in ("singleton", "constant"):
+        return number_text(given[0])
+    if kind == "piecewise":
+        return _points(tuple(zip(given[::2], given[1::2], strict=True)), height)
+    if dialect == "fuzzylite":
+        parameters = given if height == 1.0 else (*given, height)
+        return " ".join([_FUZZYLITE[kind], *map(number_text, parameters)])
+    if _as_points(membership, given):
+        return _points(MEMBERSHIP[kind].vertices(given), height)
+    word, ordered = _JFUZZYLOGIC[kind]
+    return " ".join([word, *map(number_text, ordered(given))])
+
+
+def says_otherwise(membership: Membership, values: Mapping[str, float], dialect: DialectName) -> bool:
+    """Whether a term is written as points although it is of another kind."""
+    return (
+        dialect != "fuzzylite"
+        and membership.kind not in ("function", "linear", "singleton", "constant")
+        and (_as_points(membership, numbers(membership, values)))
+    )
+
+
+def _points(points: tuple[tuple[float, float], ...], height: float) -> str:
+    return " ".join(f"({number_text(x)}, {number_text(y * height)})" for x, y in points)
+
+
+def linear_text(membership: Membership, values: Mapping[str, float], inputs: list[str], dialect: DialectName) -> str:
+    """Return a linear consequent: a sum over all inputs in order, which reads back as one."""
+    given = numbers(membership, values)
+    if dialect == "fuzzylite":
+        return " ".join(["Linear", *map(number_text, given)])
+    products = [f"{number_text(a)} * {name}" for a, name in zip(given, inputs, strict=False)]
+    return "FUNCTION " + " + ".join([*products, number_text(given[-1])])
+
+
+def _formula(membership: Membership, values: Mapping[str, float], dialect: DialectName) -> str:
+    expression = replace_names(membership.arguments[0], {n: Number(v) for n, v in values.items()})
+
+    def worded(node: Expr) -> Expr:
+        if isinstance(node, Negate):  # jFuzzyLogic has signs at numbers only
+            return Binary("*", Number(-1.0), node.operand)
+        if isinstance(node, Call) and dialect != "fuzzylite" and node.function in _JFUZZYLOGIC_FUNCTIONS:
+            return Call(_JFUZZYLOGIC_FUNCTIONS[node.function], node.arguments)
+        if isinstance(node, Number):
+            return Number(node.value)
+        return Number(math.pi) if node == Name("pi") else node
+
+    return to_text(replace(expression, worded))

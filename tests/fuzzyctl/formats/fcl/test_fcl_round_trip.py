@@ -1,0 +1,282 @@
+"""Systems written as FCL read back as they were, and no text breaks the reader."""
+
+import math
+import time
+
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
+
+from fuzzyctl import loads
+from fuzzyctl.expr import ONE, Binary, Call, Name, Number
+from fuzzyctl.formats.fcl import read_all, write
+from fuzzyctl.formats.fcl.names import DUAL_OF
+from fuzzyctl.formulas import MEMBERSHIP
+from fuzzyctl.kernels.compile import compile as compiled
+from fuzzyctl.model.checks import check_model
+from fuzzyctl.model.method import Method
+from fuzzyctl.model.profiles import PROFILES
+from fuzzyctl.model.rule import And, Consequent, Is, Not, Or, Rule
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import Hold, Input, Membership, Output, Term
+from fuzzyctl.source import SourceText
+
+NUMBERS = st.floats(-1e6, 1e6, allow_subnormal=False)
+CONJUNCTIONS = ("min", "product", "bounded_difference")
+
+
+def number(value):
+    return Number(float(value))
+
+
+@st.composite
+def shapes(draw, kinds):
+    kind = draw(st.sampled_from(kinds))
+    formula = MEMBERSHIP[kind]
+    count = 2 * draw(st.integers(2, 5)) if formula.variadic else len(formula.parameters)
+    values = sorted(draw(st.lists(NUMBERS, min_size=count, max_size=count)))
+    if kind == "piecewise":
+        degrees = draw(st.lists(st.floats(0, 1), min_size=count // 2, max_size=count // 2))
+        values = [v for pair in zip(values, degrees, strict=False) for v in pair]
+    if kind in ("gaussian2", "sigmoid_difference", "bell", "cosine"):
+        values = draw(st.permutations(values))
+    if kind == "cosine":
+        values[1] = 2 * (values[1] / 2)
+    assume(formula.mistake(tuple(values)) is None)
+    return Membership(kind=kind, arguments=tuple(map(number, values)))
+
+
+@st.composite
+def variables(draw, name, kinds, make, **more):
+    low, high = sorted(draw(st.lists(NUMBERS, min_size=2, max_size=2, unique=True)))
+    names = draw(st.lists(st.sampled_from(["low", "Mid", "high_1", "x", "NB"]), min_size=1, max_size=4, unique=True))
+    terms = tuple(Term(name=n, membership=draw(shapes(kinds))) for n in names)
+    return make(name=name, lower=number(low), upper=number(high), terms=terms, **more)
+
+
+@st.composite
+def antecedents(draw, inputs, hedges, depth=0):
+    form = draw(st.sampled_from(["is", "is", "and", "or", "not"] if depth < 3 else ["is"]))
+    if form == "is":
+        variable = draw(st.sampled_from(inputs))
+        term = draw(st.sampled_from(variable.terms)).name
+        return Is(variable=variable.name, term=term, hedges=tuple(draw(st.lists(st.sampled_from(hedges), max_size=2))))
+    if form == "not":
+        return Not(operand=draw(antecedents(inputs, hedges, depth + 1)))
+    operands = draw(st.lists(antecedents(inputs, hedges, depth + 1), min_size=2, max_size=3))
+    return (And if form == "and" else Or)(operands=tuple(operands))
+
+
+@st.composite
+def systems(draw):
+    """Draw systems of which FCL can express all, with the numerics of each dialect."""
+    profile = PROFILES[draw(st.sampled_from(["exact", "jfuzzylogic", "fuzzylite"]))]
+    straight = ["piecewise", "triangle", "trapezoid"]
+    curved = ["gaussian", "bell", "sigmoid", "cosine"]
+    more = (
+        ["ramp", "rectangle", "s_shape", "pi_shape", "sigmoid_product", "spike"] if profile.name == "fuzzylite" else []
+    )
+    hedges = ["not", "very", "seldom"] if profile.name == "fuzzylite" else ["not"]
+    inputs = tuple(
+        draw(variables(name, straight + curved + more, Input, extrapolate=True)) for name in ("angle", "rate")
+    )
+    averaged = draw(st.booleans())
+    kind = "weighted_average" if averaged else draw(st.sampled_from(["centroid", "bisector", "som", "lom", "mom"]))
+    starts = [Hold(start="nan"), Number(2.5)]
+    starts += [] if profile.name == "jfuzzylogic" else ["nan"]
+    starts += [Hold(start=Number(-1.0))] if profile.name == "fuzzylite" else []
+    output = draw(
+        variables(
+            "force",
+            ["singleton"] if averaged else straight + (curved if profile.name != "exact" else []) + more,
+            Output,
+            otherwise=draw(st.sampled_from(starts)),
+        )
+    )
+    conjunction = draw(st.sampled_from(CONJUNCTIONS))
+    semantics = profile.semantics
+    rules = tuple(
+        Rule(
+            antecedent=draw(antecedents(inputs, hedges)),
+            consequents=(Consequent(output="force", term=draw(st.sampled_from(output.terms)).name),),
+            weight=draw(st.sampled_from([ONE, Number(0.25)])),
+        )
+        for _ in range(draw(st.integers(1, 4)))
+    )
+    return FuzzySystem(
+        name="drawn",
+        method=Method(
+            conjunction=conjunction,
+            disjunction=DUAL_OF[conjunction],
+            implication="min" if averaged else draw(st.sampled_from(["min", "product"])),
+            aggregation="sum" if averaged else draw(st.sampled_from(["max", "bounded_sum", "sum"])),
+            defuzzifier=profile.defuzzifier(kind),
+            semantics=semantics,
+        ),
+        inputs=inputs,
+        outputs=(output,),
+        blocks=rules,
+    )
+
+
+def read_back(text):
+    found, diagnostics = read_all(SourceText("drawn.fcl", text))
+    assert len(found) == 1, [d.message for d in diagnostics]
+    return found[0]
+
+
+@settings(deadline=None, max_examples=60, suppress_health_check=list(HealthCheck))
+@given(systems())
+def test_what_is_written_reads_back_as_the_same_system(system):
+    assume(not any(d.severity == "error" for d in check_model(system)))
+    text, losses = write(system)
+    assert [x for x in losses if x.what != "not"] == [], text  # fuzzylite has none before a condition
+    assert read_back(text) == system, text
+
+
+def test_nothing_is_left_to_do_the_second_time():
+    text, _ = write(loads(TIPPER, "tipper.fcl"))
+    again, losses = write(read_back(text))
+    assert again == text
+    assert losses == []
+
+
+TIPPER = """FUNCTION_BLOCK tipper // as jFuzzyLogic has it
+VAR_INPUT service : REAL; RANGE := (0 .. 10); food : REAL; RANGE := (0 .. 10); END_VAR
+VAR_OUTPUT tip : REAL; END_VAR
+FUZZIFY service
+ TERM poor := GAUSS 0 1.5; TERM good := GAUSS 5 1.5; TERM excellent := GAUSS 10 1.5;
+END_FUZZIFY
+FUZZIFY food
+ TERM rancid := TRAPE -2 0 1 3; TERM delicious := TRAPE 7 9 10 12;
+END_FUZZIFY
+DEFUZZIFY tip
+ TERM cheap := TRIAN 0 5 10; TERM average := TRIAN 10 15 20; TERM generous := TRIAN 20 25 30;
+ METHOD : COG; DEFAULT := 0; RANGE := (0 .. 30);
+END_DEFUZZIFY
+RULEBLOCK rules
+ ACCU : MAX; AND : MIN; ACT : MIN;
+ RULE 1 : IF service IS poor OR food IS rancid THEN tip IS cheap;
+ RULE 2 : IF service IS good THEN tip IS average;
+ RULE 3 : IF service IS excellent OR food IS delicious THEN tip IS generous;
+END_RULEBLOCK
+END_FUNCTION_BLOCK
+"""
+
+
+def test_the_tipper_has_the_numbers_of_jfuzzylogic():
+    # Run with jFuzzyLogic, revision 1f421d1b.
+    points = {(2, 1): 7.0151131237, (4, 5): 14.4530473104, (7, 8): 20.3444408811, (1, 2): 5.5540191962}
+    kernel = compiled(loads(TIPPER, "tipper.fcl"))
+    for point, value in points.items():
+        assert abs(kernel(*point) - value) < 5e-11  # the digits printed
+
+
+def minimal(**update):
+    x = Input(name="x", lower=number(0), upper=number(1), terms=(term("a", "triangle", 0, 0, 1),), extrapolate=True)
+    y = Output(name="y", lower=number(0), upper=number(1), terms=(term("b", "triangle", 0, 1, 1),), otherwise="nan")
+    rule = Rule(antecedent=Is(variable="x", term="a"), consequents=(Consequent(output="y", term="b"),))
+    fields = {"name": "m", "inputs": (x,), "outputs": (y,), "blocks": (rule,)}
+    return FuzzySystem(**(fields | update))
+
+
+def term(name, kind, *values):
+    return Term(name=name, membership=Membership(kind=kind, arguments=tuple(map(number, values))))
+
+
+def lossy(system):
+    return [str(loss) for loss in write(system)[1] if not loss.exact]
+
+
+def test_what_fcl_has_no_words_for_is_said():
+    base = minimal()
+    assert lossy(base) == []
+    y, rule = base.outputs[0], base.blocks[0]
+    sampled = Method(defuzzifier=PROFILES["matlab"].defuzzifier("centroid"))
+    assert "defuzzifier" in lossy(minimal(method=sampled))[0]
+    assert "else error" in lossy(minimal(outputs=(y.model_copy(update={"otherwise": "error"}),)))[0]
+    assert "adaptive" in lossy(minimal(outputs=(y.model_copy(update={"adaptive": ONE}),)))[0]
+    assert lossy(minimal(outputs=(y.model_copy(update={"clamped": True}),))) == []  # fuzzylite has a word
+    hedged = rule.model_copy(update={"antecedent": Is(variable="x", term="a", hedges=("slightly",))})
+    assert "hedge 'slightly'" in lossy(minimal(blocks=(hedged,)))[0]
+    assert (
+        "semantics weight=after"
+        in lossy(minimal(method=Method(semantics=PROFILES["exact"].semantics.model_copy(update={"weight": "after"}))))[
+            0
+        ]
+    )
+
+
+def test_matlab_numerics_are_named_in_a_comment():
+    profile = PROFILES["matlab"]
+    method = Method(defuzzifier=profile.defuzzifier("centroid"), semantics=profile.semantics)
+    output = minimal().outputs[0].model_copy(update={"otherwise": Number(0.5)})
+    system = minimal(method=method, outputs=(output,))
+    assert "else nan" in lossy(minimal(method=method))[0]  # MATLAB takes the middle
+    text, losses = write(system)
+    assert "// fuzzyctl: numerics matlab\n" in text
+    assert [str(x) for x in losses if not x.exact] == []
+    assert read_back(text).method == system.method
+
+
+def test_shoulders_are_points_and_functions_keep_their_value():
+    wave = Call("exp", (Binary("*", Name("x"), Number(-0.5)),))
+    shoulder = term("a", "triangle", -math.inf, 0, 1)
+    x = minimal().inputs[0].model_copy(update={"terms": (shoulder,)})
+    y = (
+        minimal()
+        .outputs[0]
+        .model_copy(update={"terms": (Term(name="b", membership=Membership(kind="function", arguments=(wave,))),)})
+    )
+    method = Method(defuzzifier=PROFILES["exact"].defuzzifier("weighted_average"))
+    system = minimal(inputs=(x,), outputs=(y,), method=method)
+    text, losses = write(system)
+    assert all(x.exact for x in losses)
+    assert "TERM a := (0, 1) (1, 0);" in text
+    assert "FUNCTION EXP(x * -0.5)" in text
+    assert read_back(text)(x=0.3) == system(x=0.3) == math.exp(-0.15)
+
+
+def test_names_that_fcl_cannot_hold_are_changed_and_that_is_said():
+    x = minimal().inputs[0].model_copy(update={"name": "Drehzahl [1/min]"})
+    rule = Rule(antecedent=Is(variable=x.name, term="a"), consequents=minimal().blocks[0].consequents)
+    text, losses = write(minimal(inputs=(x,), blocks=(rule,), name="MIN"))
+    assert "Drehzahl_1_min : REAL;" in text
+    assert "FUNCTION_BLOCK MIN_" in text
+    assert sorted(x.what for x in losses) == ["the name 'Drehzahl [1/min]'", "the name 'MIN'"]
+
+
+WORDS = st.sampled_from(
+    "FUNCTION_BLOCK END_FUNCTION_BLOCK VAR_INPUT END_VAR FUZZIFY x END_FUZZIFY TERM low := ( 0 , 1 ) ; DEFUZZIFY "
+    "METHOD : COG RANGE .. RULEBLOCK RULE IF IS THEN AND OR NOT WITH DEFAULT NC | ACCU END_RULEBLOCK FUNCTION + - * / "
+    "^ % TRIAN Triangle nan inf (* *) /* // # { \n".split(" ")
+)
+
+
+def survives(text):
+    begin = time.perf_counter()
+    found, diagnostics = read_all(SourceText("drawn.fcl", text))
+    assert found or diagnostics
+    assert time.perf_counter() - begin < 20  # of up to a megabyte, on a busy machine
+
+
+@settings(deadline=None, max_examples=200)
+@given(st.lists(WORDS, max_size=60).map(" ".join))
+def test_any_words_are_read_or_told(text):
+    survives(text)
+
+
+@settings(deadline=None, max_examples=200)
+@given(st.data())
+def test_any_change_of_a_file_is_read_or_told(data):
+    text = TIPPER
+    for _ in range(data.draw(st.integers(1, 4))):
+        at = data.draw(st.integers(0, len(text)))
+        until = min(len(text), at + data.draw(st.integers(0, 30)))
+        text = text[:at] + data.draw(st.text(max_size=6) | WORDS) + text[until:]
+    survives(text)
+
+
+def test_a_large_file_takes_bounded_time():
+    survives(TIPPER.replace("RULE 1", "RULE 1 : IF food IS nothing THEN tip IS cheap;\nRULE 1") * 300)
+    survives("RULE 1 : IF (" * 60_000)
+    survives("TERM a := (" * 60_000)
