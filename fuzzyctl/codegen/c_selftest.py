@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from fuzzyctl.codegen.c_layout import CLayout
 from fuzzyctl.codegen.c_source import comment, nan_lines
 from fuzzyctl.codegen.c_text import INDENT, wrapped
-from fuzzyctl.codegen.unit import Unit
+from fuzzyctl.codegen.unit import Precision, Unit
 from fuzzyctl.codegen.vectors import STEP, Vector
 
 
@@ -38,8 +38,19 @@ def _tables(layout: CLayout, found: Sequence[Vector]) -> Iterator[str]:
         yield f"static const {layout.name}_status refused[VECTORS] = {{"
         yield from wrapped([layout.status(v.refused) for v in found], INDENT)
         yield "};"
-    tolerances = ", ".join(literal(unit.tolerance(k), unit.precision) for k in range(len(layout.outputs)))
-    yield f"static const {real} tolerance[{len(layout.outputs)}] = {{{tolerances}}};"
+    if unit.precision == "double":  # of 32 bits on small targets, such as an AVR
+        yield "#if DBL_MANT_DIG < 53"
+        yield _tolerances(layout, "float")
+        yield "#else"
+    yield _tolerances(layout, unit.precision)
+    if unit.precision == "double":
+        yield "#endif"
+
+
+def _tolerances(layout: CLayout, precision: Precision) -> str:
+    unit, count = layout.unit, len(layout.outputs)
+    tolerances = ", ".join(literal(unit.tolerance(k, precision), unit.precision) for k in range(count))
+    return f"static const {layout.real} tolerance[{count}] = {{{tolerances}}};"
 
 
 def literal(value: float, precision: str) -> str:

@@ -75,9 +75,14 @@ class Unit:
         ends = [abs(e) for e in (output.lower, output.upper, bound.lo, bound.hi) if abs(e) < 1e300]
         return max([*ends, 1e-300])
 
-    def tolerance(self, position: int) -> float:
-        """Return the largest error of an output that the self-test allows."""
-        own = TOLERANCE[self.precision] * self.scale(position)
+    def tolerance(self, position: int, precision: Precision | None = None) -> float:
+        """Return the largest error of an output that the self-test allows.
+
+        Args:
+            position: Of the output.
+            precision: Of the target's numbers, where it is not what their type promises.
+        """
+        own = TOLERANCE[precision or self.precision] * self.scale(position)
         return own + (self.table.errors[position] if self.table else 0.0)
 
 

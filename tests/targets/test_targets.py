@@ -1,0 +1,48 @@
+"""Generated C on emulated microcontrollers, where the tools are installed; `tests/targets/run.py` does all cases."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent.parent))
+
+from targets import run
+
+FIXED = run.Case("ais_reaction", ("--fixed", "Q3.12"))
+
+
+def required(job: str) -> str:
+    """Return the job, or skip the test with the tools that it lacks."""
+    if run.missing(job):
+        pytest.skip(f"needs {' and '.join(run.missing(job))}, which are not installed")
+    return job
+
+
+@pytest.mark.parametrize("job", run.JOBS)
+def test_integers_agree_on_a_target(job: str, tmp_path: Path) -> None:
+    said = run.JOBS[required(job)][1](*run.generate(FIXED, tmp_path))
+    assert "352 vectors agree" in said or said.startswith("no rule but")
+
+
+@pytest.mark.parametrize("job", ["arm", "avr"])
+def test_a_wrong_kernel_is_found(job: str, tmp_path: Path) -> None:
+    source, selftest = run.generate(FIXED, tmp_path)
+    required(job)
+    text = source.read_text(encoding="utf-8")
+    assert "INT32_C(4096)" in text
+    source.write_text(text.replace("INT32_C(4096)", "INT32_C(4090)"), encoding="utf-8")
+    with pytest.raises(run.FailedError, match="failures"):
+        run.JOBS[job][1](source, selftest)
+
+
+def test_every_case_names_jobs_and_a_rule_file() -> None:
+    assert {job for case in run.CASES for job in case.tools} == set(run.JOBS)
+    assert all((run.RULES / f"{case.file}.fz").exists() for case in run.CASES)
+
+
+def test_a_tool_that_fails_is_quoted() -> None:
+    with pytest.raises(run.FailedError, match="no such thing"):
+        run.call(sys.executable, "-c", "raise SystemExit('no such thing')")
