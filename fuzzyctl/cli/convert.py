@@ -158,7 +158,16 @@ def _report(source: str, target: str, conversion: Conversion, refused: bool) -> 
 
 
 def _listed(title: str, losses: Sequence[Loss]) -> list[str]:
-    return [title, *(f"  {loss}" for loss in losses)] if losses else []
+    """Return a list under a title, one line for what is lost in the same way in several places."""
+    places: dict[tuple[str, str], list[str]] = {}
+    for loss in losses:
+        places.setdefault((loss.what, loss.why), []).append(loss.where)
+    lines = [f"  {_places(where)}: {what}: {why}" for (what, why), where in places.items()]
+    return [title, *lines] if losses else []
+
+
+def _places(where: Sequence[str]) -> str:
+    return where[0] if len(where) == 1 else f"{where[0]} and {len(where) - 1} more"
 
 
 def _data(source: str, target: str, conversion: Conversion, refused: bool) -> dict[str, Any]:

@@ -56,11 +56,14 @@ def causes(a: FuzzySystem, b: FuzzySystem, difference: Difference) -> tuple[Caus
     left, current, value = list(parts(a, b, inputs, outputs)), a, start
     while left and abs(value - target) > NOTHING * difference.largest:
         tried = [(part, *_with(current, part, point, output)) for part in left]
-        working = [(abs(v - target), k) for k, (_, s, v) in enumerate(tried) if s is not None and v != value]
-        working = [(far, k) for far, k in working if not math.isnan(far)]
+        working = [
+            (part.last, abs(v - target), k)
+            for k, (part, s, v) in enumerate(tried)
+            if s is not None and v != value and not math.isnan(v)
+        ]
         if not working:
             break  # what is left takes several parts at once
-        _, best = min(working)
+        *_, best = min(working)
         part, system, new = tried[best]
         assert system is not None
         share = (abs(value - target) - abs(new - target)) / difference.largest

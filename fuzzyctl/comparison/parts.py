@@ -35,12 +35,14 @@ class Part:
         before: How the first system has it.
         after: How the second one does.
         put: Returns a system that has it as the second one.
+        last: Whether it is for where no other part goes alone.
     """
 
     name: str
     before: str
     after: str
     put: Put
+    last: bool = False
 
 
 def fallbacks(a: FuzzySystem, b: FuzzySystem, i: int, j: int) -> Iterator[Part]:
@@ -73,10 +75,10 @@ def parts(a: FuzzySystem, b: FuzzySystem, inputs: list[int], outputs: list[int])
         if getattr(a, name) != getattr(b, name):
             yield Part(name, "", "", _field_setter(name, getattr(b, name)))
     if a.rules != b.rules:
-        yield Part("rules", f"{len(a.rules)}", f"{len(b.rules)}", _field_setter("blocks", b.blocks))
+        yield Part("rules", "", "", _field_setter("blocks", b.blocks))
     if inputs == sorted(inputs) and outputs == sorted(outputs) and a.rules != b.rules:
         # Where terms were renamed, variables and rules go together only.
-        yield Part("variables and rules", "", "", _structure_setter(b))
+        yield Part("variables and rules", "", "", _structure_setter(b), last=True)
 
 
 def _output_parts(a: FuzzySystem, b: FuzzySystem, i: int, j: int) -> Iterator[Part]:
