@@ -54,7 +54,8 @@ def other_numerics(
             yield Loss(f"system '{system.name}'", f"{knob} {own.text(knob)}", why)
     for output in system.outputs:
         before, after = defuzzifier_of(system, output), defuzzifier(output)
-        if before != after and not (before.over_rules and before.kind == after.kind):
+        same = (before.averages and after.averages) or (before.over_rules and before.kind == after.kind)
+        if before != after and not same:
             yield Loss(f"output '{output.name}'", f"defuzzifier {_text(before)}", f"becomes {_text(after)}")
 
 
@@ -85,6 +86,7 @@ def _matters(system: FuzzySystem, knob: str) -> bool:
         "sigmoid_difference": "sigmoid_difference" in kinds,
         "places": any("tsukamoto" in m.kind for m in methods),
         "none_active": any(m.kind in MAXIMA for m in methods),
+        "fallback": "function" in kinds or any("tsukamoto" in m.kind for m in methods),
     }
     return relevant[knob]
 
