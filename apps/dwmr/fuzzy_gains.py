@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from dwmr.contracts import FloatArray
     from dwmr.places import Places
     from dwmr.scenario import RuleFile
+    from fuzzyctl.analysis.verdicts import Verdict
     from fuzzyctl.source import Span
 
 #: Rulings of the constraint G_AIS >= G_min: the claim is checked within this much [m/s or rad/s].
@@ -76,6 +77,7 @@ class Known:
         changed: Systems with other params.
         sound: Systems that give a number everywhere.
         bounds: Proved bounds of outputs.
+        verdicts: On the guarantees of a file, by its checksum and the values of its params.
         kernels: Compiled kernels.
     """
 
@@ -84,6 +86,7 @@ class Known:
         self.changed: dict[Key, Any] = {}
         self.sound: set[Key] = set()
         self.bounds: dict[Key, Any] = {}
+        self.verdicts: dict[tuple[str, tuple[tuple[str, float], ...]], tuple[Verdict, ...]] = {}
         self.kernels: dict[Key, Any] = {}
 
 
@@ -159,7 +162,7 @@ class Rules:
         return found
 
     def prove_reaction(self, robot: str, channel: str, k_h_min: float | None, k_s: float | None) -> Any:
-        """Prove k̄_h − k_s sup f >= G_min > 0 for one channel of a robot.
+        """Prove k̄_h − k_s sup f >= G_min > 0, and what else the rule file requires, for one channel of a robot.
 
         Args:
             robot: Name of the robot.
@@ -191,17 +194,19 @@ class Rules:
             if not system.values[name] > 0.0:
                 raise DiagnosticError([self._not_positive(role, name, system.values[name], robot, channel, own)])
         _prove_gain(system, self._bounds(role, system)["f"], robot, channel)
+        self._prove_guarantees(role, system, f"robot {robot}, channel {channel}")
         return system
 
     def prove_boundary_layer(self) -> Any:
-        """Prove β > 0 and return the fuzzy system β(|σ*|).
+        """Prove β > 0, and what else the rule file requires, and return the fuzzy system β(|σ*|).
 
         Raises:
-            DiagnosticError: When β > 0 does not follow from the rule file.
+            DiagnosticError: When β > 0 does not follow from the rule file, or a guarantee is not proved.
         """
         system = self.system("boundary_layer", {})
         bound = self._bounds("boundary_layer", system)["beta"]
         if bound.lo > 0.0:
+            self._prove_guarantees("boundary_layer", system)
             return system
         message = f"the boundary layer is not guaranteed to be positive: β comes down to {bound.lo:.6g}"
         facts = ("Eq. (19) divides by β, so every value β can take must be > 0",)
@@ -224,9 +229,19 @@ class Rules:
         """Return the proved and compiled β(|σ*|)."""
         return self.kernel("boundary_layer", self.prove_boundary_layer()).jit
 
+    def prove_adaptive_gain(self) -> Any:
+        """Prove what the rule file requires and return the fuzzy system F(σ*).
+
+        Raises:
+            DiagnosticError: When a guarantee is not proved.
+        """
+        system = self.system("fcafsmc", {})
+        self._prove_guarantees("fcafsmc", system)
+        return system
+
     def adaptive_gain(self) -> tuple[Any, Any, FloatArray, float, float]:
         """Return F = C·ξ(σ*), the rates of C, C(0), and the bounds every consequent is kept in."""
-        system = self.system("fcafsmc", {})
+        system = self.prove_adaptive_gain()
         bound = self._bounds("fcafsmc", system)["F"]
         kernel = self.kernel("fcafsmc", system)
         return kernel.jit, kernel.jit_rates, kernel.initial_state(), bound.lo, bound.hi
@@ -272,7 +287,9 @@ class Rules:
         """Read and check the file of a role once, and remember its warnings."""
         path = self.used[role].path if role in self.used else self.path(role)
         if path not in self.known.systems:
-            system, diagnostics = fuzzyctl.check(path)
+            # Guarantees are proved at the values of each robot, see `_prove_guarantees`.
+            system, told = fuzzyctl.check(path, guarantees=False)
+            diagnostics = [d for d in told if d.severity != "hint"]
             if system is None:
                 raise DiagnosticError(diagnostics)
             self.known.systems[path] = (system, _used(path), tuple(diagnostics))
@@ -292,6 +309,24 @@ class Rules:
         if key not in self.known.bounds:
             self.known.bounds[key] = fuzzyctl.output_bounds(system)
         return self.known.bounds[key]
+
+    def _prove_guarantees(self, role: str, system: Any, where: str = "") -> None:
+        """Refuse a system unless every `require` line of its file is proved at its params; equal ones are proved once.
+
+        Args:
+            role: Which file it came from.
+            system: The system.
+            where: The robot and the channel whose gains are its params.
+
+        Raises:
+            DiagnosticError: With each guarantee that is refuted, or that cannot be decided in time.
+        """
+        key = self.used[role].sha256, tuple(sorted(system.values.items()))
+        if key not in self.known.verdicts:
+            self.known.verdicts[key] = fuzzyctl.prove(system)
+        broken = [v for v in self.known.verdicts[key] if not isinstance(v, fuzzyctl.Proved)]
+        if broken:
+            raise DiagnosticError([_unproved(v, str(self.used[role].path), where) for v in broken])
 
     def _require_coverage(self, role: str, system: Any) -> None:
         """Refuse a system that has no number as its output somewhere; params may have opened a hole.
@@ -358,6 +393,19 @@ class Rules:
         message = f"{key}: {self.path(role).name} has no param {name!r}"
         facts = (f"its params are {', '.join(known)}",) if known else ("it has no params",)
         return self.places.diagnostic("FZ902", key, message, facts=facts, help=did_you_mean(name, known))
+
+
+def _unproved(verdict: Verdict, path: str, where: str) -> Diagnostic:
+    """Describe a guarantee of a rule file that is refuted or open."""
+    if isinstance(verdict, fuzzyctl.Refuted):
+        message, reason = f"the guarantee '{verdict.claim}' does not hold", str(verdict.witness)
+        help_text = "change the rules or the gains, or claim what holds"
+    else:
+        assert isinstance(verdict, fuzzyctl.Undecided)
+        message, reason = f"the guarantee '{verdict.claim}' is not proved", verdict.reason
+        help_text = "a run needs it proved; 'fuzzyctl prove --timeout' takes more time"
+    facts = (where, reason) if where else (reason,)
+    return Diagnostic("FZ402", message, verdict.span, facts=facts, help=help_text, file=path)
 
 
 def _exists(path: Path) -> bool:

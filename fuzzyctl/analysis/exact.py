@@ -51,6 +51,9 @@ class Surface:
     _values: dict[tuple[int, tuple[int, ...]], tuple[Fraction, Fraction]] = field(
         default_factory=dict, compare=False, repr=False
     )
+    _raw: dict[tuple[int, tuple[int, ...]], tuple[Fraction, Fraction]] = field(
+        default_factory=dict, compare=False, repr=False
+    )
 
     def sums_at(self, output: int, corner: tuple[int, ...]) -> tuple[Fraction, Fraction]:
         """Return Σ w_r c_r and Σ w_r at a corner; where all sums are 1 the first one is the value of the output."""
@@ -63,6 +66,8 @@ class Surface:
     def sums(self, output: int, point: Sequence[Fraction]) -> tuple[Fraction, Fraction]:
         """Return the same at a point, one value for each input of the system."""
         places = [self._place(k, point[i]) for k, i in enumerate(self.inputs)]
+        if all(len(place) == 1 for place in places):
+            return self.sums_at(output, tuple(place[0][0] for place in places))
         above = below = Fraction(0)
         for choice in product(*places):
             share = math.prod((c[1] for c in choice), start=Fraction(1))
@@ -85,6 +90,12 @@ class Surface:
         return [(i, 1 - share), (i + 1, share)]
 
     def _raw_sums(self, output: int, corner: tuple[int, ...]) -> tuple[Fraction, Fraction]:
+        key = (output, corner)
+        if key not in self._raw:
+            self._raw[key] = self._summed(output, corner)
+        return self._raw[key]
+
+    def _summed(self, output: int, corner: tuple[int, ...]) -> tuple[Fraction, Fraction]:
         fired = self._strengths(corner)
         above = below = Fraction(0)
         planned = self.plan.outputs[output]

@@ -323,15 +323,15 @@ def steepest(surface: Surface, output: int, k: int) -> Fraction:
 
 
 def decide_slope(system: FuzzySystem, surface: Surface, claim: Claim, slope: Slope, judge: Judge) -> Verdict | None:
-    """Decide a word about slopes over all inputs; None where the output is a quotient of two sums."""
+    """Decide a word about slopes over all inputs; None for a quotient of two sums whose slopes corners do not show."""
     output = [o.name for o in system.outputs].index(slope.output)
     position = [i.name for i in system.inputs].index(slope.input)
-    if not surface.is_unity[output]:
-        return None
     error = surface.errors[output]
     if position not in surface.inputs:
         return Proved(claim.text)
     k = surface.inputs.index(position)
+    if not surface.is_unity[output]:
+        return _of_quotient(surface, output, k, claim, slope)
     worst, pair = _worst(surface, output, k, slope)
     if worst <= slope.tolerance:
         if worst + 2 * error <= slope.tolerance:
@@ -351,6 +351,41 @@ def decide_slope(system: FuzzySystem, surface: Surface, claim: Claim, slope: Slo
         claim.text,
         f"it is broken by {float(worst):.1e}, less than rounding in kernels can show; 'within' would decide it",
     )
+
+
+def _of_quotient(surface: Surface, output: int, k: int, claim: Claim, slope: Slope) -> Verdict | None:
+    """Prove that a quotient V / W of two multilinear sums does not fall, or not rise, along an input.
+
+    V' W - V W' does not depend on that input within a cell, and is quadratic in each other one: it has one sign if its
+    Bernstein coefficients have.
+    """
+    if slope.word == "lipschitz":
+        return None
+    sign = 1 if slope.word == "increasing" else -1
+    sides = [[(i, i + 1) for i in range(len(c) - 1)] if len(c) > 1 else [(0, 0)] for c in surface.corners]
+    for cell in product(*sides):
+        if any(sign * c < 0 for c in _coefficients(surface, output, k, cell)):
+            return None
+    error = surface.errors[output]
+    if 2 * error <= slope.tolerance:
+        return Proved(claim.text)
+    return Proved(claim.text, note=f"in exact arithmetic; kernels round by up to {float(error):.1e}")
+
+
+def _coefficients(surface: Surface, output: int, k: int, cell: Sequence[tuple[int, int]]) -> Iterator[Fraction]:
+    """Yield the Bernstein coefficients of V' W - V W' in a cell, but for positive factors."""
+    others = [tuple(dict.fromkeys(ends)) if j != k else (0,) for j, ends in enumerate(cell)]
+    totals: dict[tuple[int, ...], Fraction] = {}
+    for a, b in product(product(*others), repeat=2):
+        (v0, w0), (v1, w1) = (
+            surface.sums_at(output, (*corner[:k], end, *corner[k + 1 :]))
+            for corner, end in ((a, cell[k][0]), (b, cell[k][1]))
+        )
+        place = tuple(
+            (x != cell[j][0]) + (y != cell[j][0]) for j, (x, y) in enumerate(zip(a, b, strict=True)) if j != k
+        )
+        totals[place] = totals.get(place, Fraction(0)) + v1 * w0 - v0 * w1
+    yield from totals.values()
 
 
 Pair = tuple[tuple[int, ...], tuple[int, ...]]

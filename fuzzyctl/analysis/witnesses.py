@@ -8,7 +8,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any, Final
 
-from fuzzyctl.analysis.claims import Bound, Every, Slope, Some, Truth, bounds_in
+from fuzzyctl.analysis.claims import Bound, Every, Slope, Some, Truth, bounds_in, compared_outputs, is_limit, named
 from fuzzyctl.analysis.verdicts import Witness
 from fuzzyctl.errors import NoRuleFiresError
 from fuzzyctl.expr import (
@@ -89,10 +89,13 @@ class Judge:
                 return all(self.holds(p, point) for p in parts)
             case Some(parts=parts):
                 return any(self.holds(p, point) for p in parts)
-            case Bound(left=left, right=right, tolerance=tolerance, strict=strict):
+            case Bound(left=left, right=right, tolerance=tolerance, strict=strict) as bound:
                 here = self.outputs(point)
                 (a, exact_a), (b, exact_b) = self.value(left, point, here), self.value(right, point, here)
                 slack = tolerance if exact_a and exact_b else tolerance + _ROUNDING * (abs(a) + abs(b))
+                if not tolerance and not is_limit(self.system, bound):
+                    # Such a claim is about exact arithmetic, and a difference in the last digits breaks it not.
+                    slack += sum(map(self.rounding, {*named(left), *named(right)} & self._outputs), Fraction(0))
                 return a - b + slack > 0 if strict and exact_a and exact_b else a - b + slack >= 0
         raise TypeError(f"{type(truth).__name__} is about all points")
 
@@ -160,10 +163,16 @@ class Judge:
         return _finite(function(*(float(self.value(p, point, here)[0]) for p in parts))), False
 
     def rounding(self, output: str) -> Fraction:
-        """Return what differences of an output may owe to rounding, generously."""
-        own = self.system.output(output)
-        ends = [abs(self.system.number(e)) for e in (own.lower, own.upper)]
+        """Return what differences of an output, `SYSTEM.OUTPUT` for one of another system, may owe to rounding."""
+        other, _, name = output.rpartition(".")
+        system = self.compared[other].system if other else self.system
+        own = system.output(name)
+        ends = [abs(system.number(e)) for e in (own.lower, own.upper)]
         return Fraction(max(ends)) / (1 << 36)
+
+    @cached_property
+    def _outputs(self) -> set[str]:
+        return {o.name for o in self.system.outputs} | compared_outputs(self.system)
 
     def broken_slope(self, slope: Slope, point: Sequence[float], far: float, error: Fraction) -> Witness | None:
         """Return a pair of points that breaks a word about slopes: a point, and one with another value of the input.
@@ -172,7 +181,7 @@ class Judge:
             slope: The claim.
             point: The first point.
             far: The input at the second point.
-            error: How far kernels may be off; a slope that is too steep by less is not shown.
+            error: How far kernels may be off; what is broken by less may be rounding.
         """
         k = self.inputs.index(slope.input)
         first, second = list(point), list(point)
@@ -187,12 +196,12 @@ class Judge:
             run = Fraction(second[k]) - Fraction(first[k])
             broken = abs(rise) - Fraction(slope.limit) * run > slope.tolerance + 2 * error
         else:
-            broken = (-rise if slope.word == "increasing" else rise) > slope.tolerance
+            broken = (-rise if slope.word == "increasing" else rise) > slope.tolerance + 2 * error
         if not broken:
             return None
-        named = [dict(zip(self.inputs, p, strict=True)) for p in (first, second)]
+        places = [dict(zip(self.inputs, p, strict=True)) for p in (first, second)]
         sides = [(f"{slope.output} at {slope.input} = {p[k]:.9g}", v) for p, v in ((first, a), (second, b))]
-        return Witness(named[0], tuple(sides), named[1])
+        return Witness(places[0], tuple(sides), places[1])
 
 
 def _finite(value: float) -> Fraction:

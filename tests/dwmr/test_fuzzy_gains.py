@@ -60,13 +60,15 @@ class TestReaction:
         one = refusal(lambda: rules("rules.ais_reaction.G_min=0").prove_reaction("leader", "v", None, None))
         assert "G_min must be > 1e-12" in one.facts[1]
 
+    ANY = rules()
+
     @given(st.floats(0.01, 1.0), st.floats(0.01, 2.0))
     def test_is_accepted_exactly_when_the_constraint_holds(self, k_h_min, k_s):
         holds = k_h_min - k_s * 0.18 >= 0.001
         if abs(k_h_min - k_s * 0.18 - 0.001) < 1e-9:
             return
         try:
-            rules().prove_reaction("leader", "v", k_h_min, k_s)
+            self.ANY.prove_reaction("leader", "v", k_h_min, k_s)
             accepted = True
         except DiagnosticError:
             accepted = False
@@ -100,6 +102,58 @@ class TestAdaptiveGain:
         out = start.copy()
         rates(0.4, start, out)
         assert out.tolist() == pytest.approx([0, 0, 0, 0, 0, 0, 0.4])
+
+
+class TestGuarantees:
+    """What a rule file requires is proved before a run, with the params of each robot and channel."""
+
+    def test_a_swapped_cell_is_refused_with_the_point_that_shows_it(self, tmp_path):
+        folder = edited(tmp_path, "ais_reaction.fz", ("NS |  NM  NS  ZO  PS  ZO", "NS |  NM  NS  ZO  ZO  PS"))
+        one = refusal(lambda: rules(folder=folder).prove_reaction("leader", "v", None, None))
+        assert one.code == "FZ402"
+        assert "f(-sigma, -dsigma) == f" in one.message
+        assert one.span.source.line_text(one.span.line).startswith("require f(-sigma")
+        assert one.facts[0] == "robot leader, channel v"
+        assert one.facts[1].startswith("at sigma = ")
+
+    def test_values_of_one_channel_count(self, tmp_path):
+        folder = edited(tmp_path, "ais_reaction.fz", ("require f <= 0 when", "require k_s <= 0.5 or f <= 0 when"))
+        checked = rules(folder=folder)
+        checked.prove_reaction("leader", "v", None, 0.5)
+        checked.prove_reaction("leader", "omega", None, 0.55)
+        edited(tmp_path, "ais_reaction.fz", ("f <= 0 when abs(sigma) >= 0.03", "k_s * f <= 0.095"))
+        checked = rules(folder=folder)
+        checked.prove_reaction("leader", "v", None, 0.5)
+        one = refusal(lambda: checked.prove_reaction("leader", "omega", None, 0.55))
+        assert one.facts[0] == "robot leader, channel omega"
+
+    def test_the_boundary_layer_must_not_grow(self, tmp_path):
+        folder = edited(tmp_path, "boundary_layer.fz", ("VB  B  M  S  VS", "VB  M  B  S  VS"))
+        one = refusal(rules(folder=folder).prove_boundary_layer)
+        assert (one.code, "decreasing(beta, abs_sigma)" in one.message) == ("FZ402", True)
+
+    def test_so_are_those_of_the_adaptive_gain(self, tmp_path):
+        folder = edited(tmp_path, "fcafsmc.fz", ("require F <= 2", "require F <= 1.5"))
+        one = refusal(rules(folder=folder).adaptive_gain)
+        assert one.code == "FZ402"
+
+    def test_what_is_left_open_is_refused_too(self, tmp_path):
+        folder = edited(tmp_path, "boundary_layer.fz", ("beta <= 0.05 within 1e-12", "sqrt(beta * beta) <= 0.05"))
+        one = refusal(rules(folder=folder).prove_boundary_layer)
+        assert "is not proved" in one.message
+
+    def test_equal_ones_are_proved_once(self, tmp_path, monkeypatch):
+        import fuzzyctl
+
+        asked = []
+        real = fuzzyctl.prove
+        monkeypatch.setattr(fuzzyctl, "prove", lambda system: asked.append(system.name) or real(system))
+        checked = rules()
+        for robot in ("leader", "follower1"):
+            checked.prove_reaction(robot, "v", None, 0.5)
+            checked.prove_reaction(robot, "omega", None, 0.55)
+            checked.prove_boundary_layer()
+        assert sorted(asked) == ["ais_reaction", "ais_reaction", "boundary_layer"]
 
 
 class TestRoles:
@@ -186,7 +240,13 @@ class TestCoverage:
         assert f"'else {word}' is no number" in one.message
 
     def test_a_hole_filled_with_a_number_is_none(self, tmp_path):
-        folder = edited(tmp_path, "ais_reaction.fz", *self.HOLE, ("[-1, f_max]", "[-1, f_max] else 0"))
+        # The hole lies on one side only, which the guarantee of symmetry would not allow.
+        edits = (
+            *self.HOLE,
+            ("[-1, f_max]", "[-1, f_max] else 0"),
+            ("require f(-sigma, -dsigma) == f", "require f <= 9"),
+        )
+        folder = edited(tmp_path, "ais_reaction.fz", *edits)
         rules(folder=folder).prove_reaction("leader", "v", None, None)
 
     def test_a_hole_that_a_param_opens_is_refused(self, tmp_path):

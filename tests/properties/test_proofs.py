@@ -147,6 +147,28 @@ def test_kernels_are_as_near_to_rational_arithmetic_as_is_said(data):
 
 @ENGINE.quick(COUNT)
 @given(st.data())
+def test_what_is_proved_to_rise_rises_and_what_is_refuted_does_not(data):
+    text, knots = data.draw(INTERPOLATION.systems())
+    system = loads(text + "\nrequire increasing(u, x0)\nrequire decreasing(u, x0)\n")
+    rising, falling = prove(system, timeout=0.2)
+    rng = np.random.default_rng(data.draw(st.integers(0, 1000)))
+    ends = [(v.lower.value, v.upper.value) for v in system.inputs]
+    kernel = compile_system(system, "numpy", algorithm="rules")
+    for _ in range(8):
+        others = [rng.uniform(*e) if rng.uniform() < 0.5 else rng.choice(e) for e in ends[1:]]
+        row = sorted({*rng.uniform(*ends[0], 20), *ends[0], *(k for k in knots[0] if ends[0][0] <= k <= ends[0][1])})
+        steps = np.diff(values_at(kernel, [[x, *others] for x in row], None)[:, 0])
+        note(f"{text} {others} {row} {steps} {rising} {falling}")
+        assert not (isinstance(rising, Proved) and (steps < -1e-9).any())
+        assert not (isinstance(falling, Proved) and (steps > 1e-9).any())
+    for verdict, sign in ((rising, 1), (falling, -1)):
+        if isinstance(verdict, Refuted):
+            first, second = (system(**p) for p in (verdict.witness.point, verdict.witness.other))
+            assert sign * (second - first) < 0
+
+
+@ENGINE.quick(COUNT)
+@given(st.data())
 def test_what_is_proved_of_an_interpolating_system_holds_and_what_is_refuted_does_not(data):
     text, knots = data.draw(INTERPOLATION.systems())
     bound = data.draw(st.integers(-9, 9))

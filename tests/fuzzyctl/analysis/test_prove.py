@@ -322,3 +322,70 @@ class TestStrengths:
         assert isinstance(verdict, Refuted)
         assert 1 <= verdict.witness.point["x"] <= 2
         assert words(gap, "total(y) >= 0.001 when x <= 0.99") == ["Proved"]
+
+
+class TestRoundingRefutesNothing:
+    """Claims about exact arithmetic are not refuted by the last digits of what a kernel returns."""
+
+    CURVE = """
+system s
+and product
+defuzzifier weighted_average
+input e in [-1, 1]
+  N = gaussian(-1, 0.37)
+  Z = gaussian(0, 0.41)
+  P = gaussian(1, 0.37)
+output u in [-1, 1]
+  terms n=-1 z=0 p=1
+table u = e
+ N Z P
+| n z p
+"""
+
+    def test_of_two_expressions(self):
+        kernel = loads(self.CURVE)
+        assert any(kernel(e=-e) != -kernel(e=e) for e in (k / 97 for k in range(97)))
+        assert words(self.CURVE, "u(-e) == -u", "u(-e) >= -u", timeout=0.3) == ["Undecided"] * 2
+        assert words(self.CURVE, "u(-e) == -u within 1e-4") == ["Proved"]
+        # Where one side is a number, it is about what kernels return.
+        assert words(self.CURVE, "u + u(-e) == 0", timeout=0.3) == ["Refuted"]
+
+    def test_of_slopes(self):
+        flat = self.CURVE.replace("terms n=-1 z=0 p=1", "terms n=0.1 z=0.1 p=0.1")
+        values = [loads(flat)(e=k / 97) for k in range(97)]
+        assert max(values) - min(values) < 1e-15
+        assert words(flat, "decreasing(u, e)", "increasing(u, e)", timeout=0.3).count("Refuted") == 0
+
+    def test_a_true_break_is_still_shown(self):
+        tilted = self.CURVE.replace("p=1", "p=1.0001").replace("[-1, 1]\n  terms", "[-2, 2]\n  terms")
+        assert words(tilted, "u(-e) == -u", timeout=0.3) == ["Refuted"]
+        bumpy = self.CURVE.replace("0.37", "0.1").replace("0.41", "0.1").replace("z=0 p=1", "z=1 p=0.9")
+        assert words(bumpy, "increasing(u, e)", timeout=1) == ["Refuted"]
+
+
+class TestSlopesOfQuotients:
+    """Where activations do not sum to 1 the output is a quotient of two sums."""
+
+    TWO = WEIGHTED.replace("if e is P then u is PB weight 0.5", "if e is P and de is P then u is PB weight 0.5")
+
+    def test_they_are_proved_at_corners(self):
+        for text in (WEIGHTED, self.TWO):
+            found = verdicts(text, "increasing(u, e)", "increasing(u, de)", "decreasing(u, de)", timeout=0.001)
+            assert [type(v).__name__ for v in found] == ["Proved", "Proved", "Refuted"]
+            assert "exact arithmetic" in found[0].note
+
+    def test_a_tolerance_covers_rounding(self):
+        (verdict,) = verdicts(WEIGHTED, "increasing(u, e) within 1e-9")
+        assert (type(verdict).__name__, verdict.note) == ("Proved", "")
+
+    def test_a_stretch_where_nothing_changes_is_no_slope(self):
+        flat = LINE.replace(
+            "terms N Z P\ninput de",
+            "N = triangle(-inf, -1, -0.5)\n  Z = triangle(-0.9, 0, 0.9)\n  P = triangle(0.5, 1, inf)\ninput de",
+        )
+        assert not Prover(loads(flat)).surface.is_unity[0]
+        assert words(flat, "increasing(u, e)", "increasing(u, de)", timeout=0.001) == ["Proved"] * 2
+
+    def test_what_falls_somewhere_is_not_proved(self):
+        text = WEIGHTED.replace("Z | NS ZO PS", "Z | NS PS ZO")
+        assert words(text, "increasing(u, de)", "increasing(u, e)")[0] == "Refuted"
