@@ -76,7 +76,8 @@ def _matters(system: FuzzySystem, knob: str) -> bool:
     outputs = {o.name for o in system.outputs}
     relevant = {
         "weight": weighted and any(not m.over_rules for m in methods) and norms != {"product"},
-        "merge": any(m.over_rules for m in methods) and _shared_terms(system),
+        # Where rules stand by themselves a file says so: it adds them up.
+        "merge": system.method.semantics.merge != "rules" and _merges(system) and _shared_terms(system),
         "total": any(m.averages for m in methods) and (weighted or len(system.outputs) > 1),
         "least": False,  # a difference of 1e-6 of an activation at most
         "equal": any(n.startswith(_ASK_EQUALITY) for n in norms),
@@ -89,6 +90,12 @@ def _matters(system: FuzzySystem, knob: str) -> bool:
         "fallback": "function" in kinds or any("tsukamoto" in m.kind for m in methods),
     }
     return relevant[knob]
+
+
+def _merges(system: FuzzySystem) -> bool:
+    """Whether an output that sums over rules joins those of one term otherwise than by adding them."""
+    usual = system.method.aggregation
+    return any(defuzzifier_of(system, o).over_rules and (o.aggregation or usual) != "sum" for o in system.outputs)
 
 
 def _shared_terms(system: FuzzySystem) -> bool:

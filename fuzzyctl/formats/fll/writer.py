@@ -104,7 +104,9 @@ class _Writer:
     def _output(self, output: Output, middle: float) -> Iterator[str]:
         own = numerics.defuzzifier_of(self.system, output)
         aggregation = output.aggregation or self.system.method.aggregation
-        plain_sum = own.over_rules and aggregation == "sum"
+        # Rules that stand by themselves are added up, where fuzzylite would join those of one term.
+        alone = self.system.method.semantics.merge == "rules" != self.profile.semantics.merge
+        plain_sum = own.over_rules and (aggregation == "sum" or alone)
         word = "none" if plain_sum else _DISJUNCTIONS.get(aggregation)
         if word is None:
             self.reasons.append(f"output '{output.name}': there is no aggregation '{aggregation}'")
