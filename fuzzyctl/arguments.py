@@ -6,6 +6,7 @@ import os
 import re
 from collections.abc import Iterable, Mapping
 from collections.abc import Set as AbstractSet
+from numbers import Real
 from typing import Any, Final, TypeVar
 
 from fuzzyctl.errors import ArgumentError, ValueOutOfBoundsError
@@ -109,6 +110,16 @@ def _encodable(name: str) -> bool:
     except UnicodeEncodeError:
         return False
     return True
+
+
+def seconds(name: str, given: object) -> float:
+    """Return a time that is not negative; infinity is one."""
+    if isinstance(given, bool) or not isinstance(given, Real):
+        raise wrong(name, "a number of seconds", given)
+    value = float(given)
+    if not value >= 0.0:
+        raise ValueOutOfBoundsError(name, value, ">= 0", "s")
+    return value
 
 
 def bytes_allowed(given: object) -> int:

@@ -19,7 +19,7 @@ def check(
     *,
     system: str | None = None,
     max_bytes: int = MAX_BYTES,
-    guarantees: bool = False,
+    guarantees: bool = True,
 ) -> tuple[FuzzySystem | None, list[Diagnostic]]:
     """Read and check a rule file, or check a system, such as one built in Python or one with other params.
 
@@ -28,7 +28,7 @@ def check(
         system: Name of the system, where the file holds several.
         max_bytes: Largest size that is read.
         guarantees: Whether to look for guarantees that are quickly refuted, as the command does. They hold or not for
-            given params; who sets params afterwards proves them then.
+            given params; who sets params afterwards may leave it out here and prove them then.
 
     Returns:
         The system, None when there are errors, and all diagnostics in the order of their places.
@@ -37,6 +37,7 @@ def check(
         DiagnosticError: When the file cannot be read as text at all.
         ArgumentError: For what is neither a path nor a system.
     """
+    guarantees = arguments.flag("'guarantees'", guarantees)
     system, max_bytes = chosen_name(system), arguments.bytes_allowed(max_bytes)
     if isinstance(path, FuzzySystem):
         diagnostics = check_model(path)

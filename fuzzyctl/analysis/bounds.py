@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from itertools import islice, product
 from typing import Any, Final
 
+from fuzzyctl import arguments
 from fuzzyctl.analysis.coverage import (
     CERTAIN,
     Hole,
@@ -69,7 +70,11 @@ def output_bounds(system: FuzzySystem) -> dict[str, OutputBound]:
 
     Returns:
         A bound for each output by name.
+
+    Raises:
+        ArgumentError: For what is no system.
     """
+    arguments.instance("the system", FuzzySystem, "a FuzzySystem", system)
     flat = plan(system)
     verdicts = uncovered_of(flat)
     return {o.name: _bound(system, flat, o, verdicts[o.name]) for o in flat.outputs}

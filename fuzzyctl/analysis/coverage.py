@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise, product
 from typing import Final
 
+from fuzzyctl import arguments
 from fuzzyctl.analysis.intervals import Interval, decide, enclose
 from fuzzyctl.errors import Diagnostic
 from fuzzyctl.expr import Binary, Call, Compare, Expr, Name, Number, names_in, walk
@@ -107,7 +108,11 @@ def uncovered(system: FuzzySystem) -> dict[str, Verdict]:
     Returns:
         By name of the output None (proved: some rule always fires), a `Hole`, or `Undecided`. What is proved holds for
         the floats that kernels compute.
+
+    Raises:
+        ArgumentError: For what is no system.
     """
+    arguments.instance("the system", FuzzySystem, "a FuzzySystem", system)
     return uncovered_of(plan(system))
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Final
 
+from fuzzyctl import arguments
 from fuzzyctl.analysis.bounds import OutputBound, output_bounds
 from fuzzyctl.analysis.exact import Surface, surface_of
 from fuzzyctl.analysis.vertices import steepest
@@ -53,7 +54,13 @@ def extents(system: FuzzySystem, *, timeout: float = TIMEOUT) -> tuple[Extent, .
 
     Returns:
         One for each output, in order.
+
+    Raises:
+        ArgumentError: For what is no system, and for a timeout that is no number.
+        ValueOutOfBoundsError: For a negative timeout.
     """
+    arguments.instance("the system", FuzzySystem, "a FuzzySystem", system)
+    timeout = arguments.seconds("'timeout'", timeout)
     flat = plan(system)
     surface = surface_of(flat)
     known = output_bounds(system)

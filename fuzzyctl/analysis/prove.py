@@ -9,6 +9,7 @@ from fractions import Fraction
 from functools import cached_property, partial
 from typing import Any, Final
 
+from fuzzyctl import arguments
 from fuzzyctl.analysis import sampling, vertices
 from fuzzyctl.analysis.affine import Reader
 from fuzzyctl.analysis.bounds import OutputBound, output_bounds
@@ -67,7 +68,12 @@ def prove(
 
     Raises:
         DiagnosticError: For a file with mistakes.
+        ArgumentError: For what is neither a path nor a system, and for other arguments of a type they cannot have.
+        ValueOutOfBoundsError: For a negative timeout.
     """
+    timeout = arguments.seconds("'timeout'", timeout)
+    if progress is not None and not callable(progress):
+        raise arguments.wrong("'progress'", "a function, or None", progress)
     if not isinstance(path, FuzzySystem):
         from fuzzyctl.loading import load
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
+from fuzzyctl import arguments
 from fuzzyctl.errors import ArgumentError, NoRuleFiresError, UnknownNameError
 from fuzzyctl.formats.fz import rule_text
 from fuzzyctl.kernels import inference, python_backend
@@ -91,6 +92,8 @@ def trace(system: FuzzySystem, values: Mapping[str, float]) -> Trace:
         ArgumentError: When an input is missing or no number.
         NoRuleFiresError: Where no rule fires for an output that says `else error`.
     """
+    arguments.instance("the system", FuzzySystem, "a FuzzySystem", system)
+    values = arguments.mapping("'values'", "numbers by name of the input", values)
     flat = plan(system)
     names = [i.name for i in flat.inputs]
     for name in values:

@@ -12,7 +12,10 @@ from hypothesis import strategies as st
 
 import fuzzyctl
 from fuzzyctl import build
+from fuzzyctl.analysis.coverage import uncovered
+from fuzzyctl.analysis.extremes import extents
 from fuzzyctl.errors import FuzzyctlError
+from fuzzyctl.kernels.tracing import trace
 from fuzzyctl.model.method import Activation, Defuzzifier
 from fuzzyctl.model.rule import RuleTable
 
@@ -88,7 +91,12 @@ FUNCTIONS = {
     "load": (fuzzyctl.load, {"path": "nothing.fz", "system": None, "max_bytes": 100}),
     "load_all": (fuzzyctl.load_all, {"path": "nothing.fz", "max_bytes": 100}),
     "loads": (fuzzyctl.loads, {"text": fuzzyctl.dumps(SYSTEM), "name": "<text>", "system": None}),
-    "check": (fuzzyctl.check, {"path": SYSTEM, "system": None, "max_bytes": 100}),
+    "check": (fuzzyctl.check, {"path": SYSTEM, "system": None, "max_bytes": 100, "guarantees": True}),
+    "prove": (fuzzyctl.prove, {"path": SYSTEM, "system": None, "timeout": 1, "progress": None}),
+    "output_bounds": (fuzzyctl.output_bounds, {"system": SYSTEM}),
+    "extents": (extents, {"system": SYSTEM, "timeout": 0.1}),
+    "uncovered": (uncovered, {"system": SYSTEM}),
+    "trace": (trace, {"system": SYSTEM, "values": {"x": 0.5}}),
     "dumps": (fuzzyctl.dumps, {"system": SYSTEM}),
     "compile": (fuzzyctl.compile, {"system": SYSTEM, "backend": "python", "algorithm": "auto"}),
 }  # fmt: skip
