@@ -99,6 +99,8 @@ def _two_sided(samples: Samples, middle: float) -> tuple[Expr, Expr]:
     Which sample is next depends on the sums, so that degrees are computed from its place.
     """
     builder, points = samples.builder, samples.points
+    if len(points) == 1:
+        return Number(points[0] - middle), samples.at(0)
     inner, counter = builder.inner(), builder.fresh()
     step = (points[-1] - points[0]) / (len(points) - 1)
     low, high, below, above = (builder.fresh() for _ in range(4))

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from fuzzyctl.expr import ZERO, Binary, Compare, Expr, Name, Number, Where, replace_names
+from fuzzyctl.expr import ZERO, Binary, Compare, Expr, Logic, Name, Number, Where, replace_names
 from fuzzyctl.formulas import Vertex
 from fuzzyctl.kernels.bisector import sampled_bisector
 from fuzzyctl.kernels.centroid import exact_moments
@@ -28,12 +28,14 @@ class Activation:
         term: Position of its consequent term.
         state: Position of its adaptive consequent, None for a fixed one.
         weight: The largest activation it can have.
+        acts: Conditions besides an activation above 0 under which it acts; None for a rule that always does.
     """
 
     strength: Expr
     term: int
     state: int | None
     weight: float
+    acts: tuple[Expr, ...] | None = ()
 
 
 Hull = tuple[float | Expr, float | Expr]
@@ -68,7 +70,7 @@ def defuzzify(
             denominator, hull = total, with_zero(builder, hull)
         fires = Compare(">", denominator, ZERO)
         if output.sums:
-            return builder.let(Where(fires, numerator, otherwise)), fires
+            return _defined(builder, output, builder.let(Where(fires, numerator, otherwise)), fires, otherwise)
         quotient: Expr = Binary("/", numerator, denominator)
     else:
         place, measure = _of_set(builder, output, active)
@@ -80,7 +82,15 @@ def defuzzify(
     value = builder.let(clip(builder.let(Where(fires, quotient, otherwise)), *hull))
     if not _passes(hull, otherwise):
         value = builder.let(Where(fires, value, otherwise))
-    return value, fires
+    return _defined(builder, output, value, fires, otherwise)
+
+
+def _defined(builder: Builder, output: OutputPlan, value: Expr, fires: Expr, otherwise: Expr) -> tuple[Expr, Expr]:
+    """Return a value and whether there is one; where NaN is none, what the output is otherwise takes its place."""
+    if output.fallback == "unfired":
+        return value, fires
+    there = Compare("==", value, value)
+    return builder.let(Where(there, value, otherwise)), Logic("and", (fires, there))
 
 
 def _of_set(builder: Builder, output: OutputPlan, active: Sequence[Activation]) -> tuple[Expr, Expr]:
@@ -139,6 +149,8 @@ def _values(output: OutputPlan, term: SetPlan) -> tuple[float, float]:
         return term.reach or (-math.inf, math.inf)
     if output.takes_degrees:
         ends = [0.0, term.height]
+    elif output.inverts and output.places == "free":
+        return -math.inf, math.inf
     elif output.inverts:
         value = scalar_function(term.inverse(Name("w")))
         ends = sorted(value(w) for w in (0.0, 1.0))
@@ -190,8 +202,8 @@ def _over_rules(
         numerator = builder.total(times(a.strength, Item(STATE, a.state or 0)) for a in active)
         return numerator, builder.total(a.strength for a in active), consequent_hull(output, ())
     by_value: dict[Expr, list[Expr]] = {}
-    for a in active:
-        value = _consequent(builder, output, output.terms[a.term], a.strength, inputs)
+    values = [_consequent(builder, output, output.terms[a.term], a.strength, inputs) for a in active]
+    for a, value in zip(active, values, strict=True):
         by_value.setdefault(value, []).append(a.strength)
     sums = {value: builder.total(parts) for value, parts in by_value.items()}
     may_be_infinite = output.inverts and output.places == "free"
@@ -200,7 +212,9 @@ def _over_rules(
     ):
         numerator = builder.total(times(s, value) for value, s in sums.items() if value != ZERO)
         return numerator, builder.total(sums.values()), consequent_hull(output, [a.term for a in active])
-    numerator = builder.total(_part(builder, s, value) for value, s in sums.items() if value != ZERO)
+    numerator = builder.total(
+        _part(builder, s, value, _acting(active, values, value)) for value, s in sums.items() if value != ZERO
+    )
     denominator = builder.total(sums.values())
     least = builder.smallest(_if_firing(builder, s, value, math.inf) for value, s in sums.items())
     most = builder.largest(_if_firing(builder, s, value, -math.inf) for value, s in sums.items())
@@ -214,7 +228,9 @@ def _consequent(
     if term.expression is not None:
         return builder.let(replace_names(term.expression, inputs))
     if output.inverts:
-        place = builder.let(term.inverse(builder.let(term.share(strength))))
+        # Beyond its height a term has the degree nowhere; other tools go on with the formula of the inverse.
+        limited = output.places == "clamped" and (term.height != 1.0 or output.merge != "rules")
+        place = builder.let(term.inverse(builder.let(term.share(strength, limited=limited))))
     elif output.takes_degrees:
         place = builder.let(term.degree(strength))
     else:
@@ -222,10 +238,19 @@ def _consequent(
     return builder.let(clip(place, output.lower, output.upper)) if output.places == "clamped" else place
 
 
-def _part(builder: Builder, strength: Expr, value: Expr) -> Expr:
-    """Return activation · consequent; a function without a value, or an infinite one, counts only if its rule fires."""
+def _acting(active: Sequence[Activation], values: Sequence[Expr], value: Expr) -> tuple[Expr, ...] | None:
+    """Return conditions under which some rule of a consequent acts besides that it fires; None if one always does."""
+    own = [a.acts for a, v in zip(active, values, strict=True) if v == value]
+    return None if None in own else tuple(c for conditions in own for c in conditions or ())
+
+
+def _part(builder: Builder, strength: Expr, value: Expr, acts: tuple[Expr, ...] | None) -> Expr:
+    """Return activation · consequent; a function without a value, or an infinite one, counts only if its rule acts."""
     product = times(strength, value)
-    return product if isinstance(value, Number) else builder.let(Where(Compare(">", strength, ZERO), product, ZERO))
+    if isinstance(value, Number) or acts is None:
+        return product
+    fires = Compare(">", strength, ZERO)
+    return builder.let(Where(Logic("or", (fires, *acts)) if acts else fires, product, ZERO))
 
 
 def _if_firing(builder: Builder, strength: Expr, value: Expr, otherwise: float) -> Expr:

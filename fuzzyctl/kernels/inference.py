@@ -278,11 +278,18 @@ class _Front:
     def _acts(self, rule: int) -> Expr | None:
         """Return whether a rule acts, so that hedges in its consequents count; None for one that always does."""
         method = self.plan.activation
-        if self.plan.least is None and method.kind in ("general", "proportional"):
+        if self.plan.least is None and method.kind == "general":
             return None
         if self.plan.least is None and method.kind == "threshold":
             return Compare(method.comparison, self._own[rule], Number(method.threshold))  # type: ignore[arg-type]
         return Compare(">", self.activations[rule], ZERO)
+
+    def _besides(self, rule: int) -> tuple[Expr, ...] | None:
+        """Return conditions under which a rule acts though its activation may be 0; None if it always acts."""
+        if self.plan.least is not None:
+            return ()
+        acts = self._acts(rule)
+        return None if acts is None else (acts,) if self.plan.activation.kind == "threshold" else ()
 
     def _computable(self, expr: Expr) -> bool:
         return all(n.name in self._known for n in names_in(expr))
@@ -297,7 +304,7 @@ class _Front:
         plan, output = self.plan, self.plan.outputs[position]
         states = {k: s for s, (o, k) in enumerate(plan.states) if o == position}
         active = [
-            Activation(self.effect(entry), entry.term, states.get(k), _most(plan, entry))
+            Activation(self.effect(entry), entry.term, states.get(k), _most(plan, entry), self._besides(entry.rule))
             for k, entry in enumerate(output.implied)
         ]
         inputs = {i.name: x for i, x in zip(plan.inputs, self.clamped, strict=True)}

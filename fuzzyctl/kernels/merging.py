@@ -52,7 +52,9 @@ def _joined(builder: Builder, output: OutputPlan, own: Sequence[Activation]) -> 
     join = aggregation(output.aggregation, output.equal)
     strength = reduce(lambda a, b: builder.let(join(a, b)), (a.strength for a in own))
     most = sum(a.weight for a in own) if output.aggregation == "sum" else 1.0
-    return replace(own[0], strength=strength, weight=most)
+    conditions = [a.acts for a in own]
+    acts = None if None in conditions else tuple(c for found in conditions for c in found or ())
+    return replace(own[0], strength=strength, weight=most, acts=acts)
 
 
 def _meeting(

@@ -149,11 +149,10 @@ class SetPlan:
         left, right = formula_of(self.kind).core(self.parameters)
         return left if left == right else 0.5 * left + 0.5 * right
 
-    def share(self, activation: Expr) -> Expr:
-        """Return an activation relative to the height, at most 1."""
-        if self.height == 1.0:
-            return activation
-        return Call("min", (ONE, Binary("/", activation, Number(self.height))))
+    def share(self, activation: Expr, *, limited: bool = True) -> Expr:
+        """Return an activation relative to the height; `limited` to at most 1, which it may pass."""
+        own = activation if self.height == 1.0 else Binary("/", activation, Number(self.height))
+        return Call("min", (ONE, own)) if limited else own
 
     def inverse(self, share: Expr) -> Expr:
         """Return where a monotone set has a share, which must be a name, of its height."""
@@ -283,6 +282,7 @@ class OutputPlan:
         by: What smallest and largest of the maxima are measured by.
         places: Whether places that Tsukamoto's method finds are clamped to the range; see `model.semantics`.
         none_active: What the maxima of a set are that is 0 everywhere; see there.
+        fallback: Where it is what its `else` says; see there.
     """
 
     name: str
@@ -307,6 +307,7 @@ class OutputPlan:
     by: str = "value"
     places: str = "clamped"
     none_active: str = "otherwise"
+    fallback: str = "unfired"
 
     @property
     def averages(self) -> bool:
@@ -767,6 +768,7 @@ def _output(system: FuzzySystem, output: Output, reads: tuple[int, ...]) -> Outp
         by=defuzzifier.by,
         places=semantics.places,
         none_active=semantics.none_active,
+        fallback=semantics.fallback,
         merge=semantics.merge if joins else "rules",
         total=semantics.total if defuzzifier.averages else "activations",
         equal=semantics.equal,

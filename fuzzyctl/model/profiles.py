@@ -196,6 +196,7 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                     chained="degree",
                     consequent_hedges="carried",
                     places="free",
+                    fallback="undefined",
                 ),
                 _sampled(1000, "midpoint", bisector="nearest"),
                 otherwise="nan",

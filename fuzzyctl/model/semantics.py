@@ -35,6 +35,8 @@ class Semantics(Node):
         places: Places that `tsukamoto` finds are `clamped` to the range of the output, or `free`.
         none_active: What the maxima of a set are that is 0 everywhere: none, so that the output is what it is where no
             rule fires, `otherwise`; or all of the `range`.
+        fallback: Where an output is what its `else` says: where it is `unfired`; or wherever it has no value,
+            `undefined`, such as where a function in a consequent has none.
     """
 
     profile: str = "exact"
@@ -49,6 +51,7 @@ class Semantics(Node):
     sigmoid_difference: Literal["magnitude", "clamped"] = "magnitude"
     places: Literal["clamped", "free"] = "clamped"
     none_active: Literal["otherwise", "range"] = "otherwise"
+    fallback: Literal["unfired", "undefined"] = "unfired"
 
     @property
     def knobs(self) -> dict[str, Any]:
