@@ -19,6 +19,7 @@ def misfitting_semantics(system: FuzzySystem) -> Iterator[Diagnostic]:
     for output in system.outputs:
         yield from _adaptive(system, output)
         yield from _weighted_after(system, output)
+        yield from _divided(system, output)
     yield from _hedged(system)
 
 
@@ -43,6 +44,20 @@ def _weighted_after(system: FuzzySystem, output: Output) -> Iterator[Diagnostic]
     if system.method.semantics.weight == "after" and not over_rules and implication not in SCALABLE:
         message = f"output '{output.name}': 'weight=after' goes with the implications {' and '.join(SCALABLE)}"
         yield Diagnostic("FZ214", message, output.span, facts=(f"its implication is '{implication}'",))
+
+
+def _divided(system: FuzzySystem, output: Output) -> Iterator[Diagnostic]:
+    """An average that divides by something else than it sums over must not make its parts larger than that."""
+    semantics = system.method.semantics
+    if semantics.total == "activations" or not _defuzzifier(system, output).averages:
+        return
+    if semantics.merge != "rules":
+        message = f"output '{output.name}': 'total={semantics.total}' goes with 'merge=rules' only"
+        yield Diagnostic("FZ214", message, semantics.span or output.span, help="leave one of them out")
+    hedged = [c for rule in system.rules for c in rule.consequents if c.output == output.name and c.hedges]
+    if hedged:
+        message = f"'total={semantics.total}' does not know what hedges make of the activation of '{output.name}'"
+        yield Diagnostic("FZ214", message, hedged[0].span, help="leave the hedge out, or say 'total=activations'")
 
 
 def _hedged(system: FuzzySystem) -> Iterator[Diagnostic]:
