@@ -1,0 +1,256 @@
+"""From rule bases to rules: clauses are looked up, and terms defined by others are replaced by what they stand for."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from fuzzyctl.expr import ONE, Number
+from fuzzyctl.formats.fml.document import MAX_DEPTH, Element
+from fuzzyctl.formats.fml.names import CONJUNCTION_WORDS, DISJUNCTION_WORDS, MODIFIERS
+from fuzzyctl.formats.fml.scope import Scope
+from fuzzyctl.formats.fml.variables import KnowledgeBase, unknown
+from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Not, Or, Rule
+from fuzzyctl.source import Span
+
+_RULES: Final = ("rule", "tskrule")
+_METHODS: Final = ("andmethod", "ormethod")
+_BASE: Final = ("name", "type", "activationmethod", *_METHODS, "inferenceengine")
+_CLAUSES: Final = ("clause", "tskclause")
+
+#: Most conditions that one rule may become: definitions may use each other, and grow by that.
+_MOST_CONDITIONS: Final = 1000
+
+
+class RuleReader:
+    """Reads rule bases.
+
+    Args:
+        base: The variables.
+        scope: Where mistakes go.
+
+    Attributes:
+        rules: The rules in order.
+        conjunctions: Norms for AND that rules use, each with a place.
+        disjunctions: Norms for OR that rules use.
+        implications: Activation methods of each output.
+        modifiers: The modifiers that are used.
+    """
+
+    def __init__(self, base: KnowledgeBase, scope: Scope) -> None:
+        self._base, self._scope = base, scope
+        self._inputs = {i.name for i in base.inputs}
+        self._outputs = {o.name for o in base.outputs}
+        self._made = 0
+        self.rules: list[Rule] = []
+        self.conjunctions: dict[str, Span] = {}
+        self.disjunctions: dict[str, Span] = {}
+        self.implications: dict[str, dict[str, Span]] = {}
+        self.modifiers: dict[str, Span] = {}
+
+    def read(self, base: Element) -> None:
+        """Read one rule base."""
+        if base.name == "anyarulebase":
+            self._scope.error("FZ602", "AnYa rule bases are not available", base.span)
+            return
+        self._scope.known(base, _BASE, _RULES)
+        implication = self._scope.choice(base, "activationmethod", CONJUNCTION_WORDS, "min")
+        for element in base.all(*_RULES):
+            self._rule(element, base, implication)
+
+    def _rule(self, element: Element, base: Element, implication: str) -> None:
+        attributes = ("name", "connector", "operator", "weight", *_METHODS)
+        self._scope.known(element, attributes, ("antecedent", "consequent", "tskconsequent"))
+        self._made = 0
+        antecedent = self._antecedent(element, base)
+        weight = self._weight(element)
+        consequent = element.first("consequent", "tskconsequent")
+        if consequent is None:
+            self._scope.error("FZ601", f"<{element.tag}> has no consequent", element.span)
+            return
+        self._scope.known(consequent, (), ("then", "else", "tskthen", "tskelse", *_CLAUSES))
+        then = consequent.first("then", "tskthen") or consequent
+        conclusions = self._conclusions(then, implication)
+        otherwise = consequent.first("else", "tskelse")
+        if antecedent is None or weight is None or conclusions is None:
+            return
+        self.rules.append(Rule(antecedent=antecedent, consequents=conclusions, weight=weight, span=element.span))
+        if otherwise is not None:
+            self._else(otherwise, antecedent, weight, implication)
+
+    def _else(self, element: Element, antecedent: Antecedent, weight: Number, implication: str) -> None:
+        """Add the rule for where the antecedent does not hold; with a weight it would be 1 minus the weighted truth."""
+        conclusions = self._conclusions(element, implication)
+        if weight != ONE:
+            message = "<else> of a rule with a weight is not available"
+            self._scope.error("FZ602", message, element.span, help="write a rule of its own for it")
+        elif conclusions is not None:
+            self.rules.append(Rule(antecedent=Not(operand=antecedent), consequents=conclusions, span=element.span))
+
+    def _weight(self, element: Element) -> Number | None:
+        if not element.attributes.get("weight", "").strip():
+            return ONE
+        return self._scope.number(element, "weight")
+
+    def _antecedent(self, rule: Element, base: Element) -> Antecedent | None:
+        element = rule.first("antecedent")
+        if element is None or not element.children:
+            self._scope.error("FZ601", f"<{rule.tag}> has no antecedent", rule.span)
+            return None
+        self._scope.known(element, (), ("clause",))
+        clauses = [self._clause(c) for c in element.all("clause")]
+        if not clauses or any(c is None for c in clauses):
+            return None
+        operands = tuple(c for c in clauses if c is not None)
+        connector = rule.attributes.get("connector", "and").strip().lower() or "and"
+        if connector not in ("and", "or"):
+            message = f"the connector is '{connector}', neither and nor or"
+            self._scope.error("FZ213", message, rule.place("connector"))
+            return None
+        if len(operands) == 1:
+            return operands[0]
+        self._note_norm(connector, self._norm(rule, base, connector), rule.span)
+        return And(operands=operands) if connector == "and" else Or(operands=operands)
+
+    def _norm(self, rule: Element, base: Element, connector: str) -> str:
+        """Return the norm of a rule: its own, the one of its connector as drafts have it, or the rule base's."""
+        words = CONJUNCTION_WORDS if connector == "and" else DISJUNCTION_WORDS
+        usual = self._scope.choice(base, f"{connector}method", words, "min" if connector == "and" else "max")
+        usual = self._scope.choice(rule, "operator", words, usual)
+        return self._scope.choice(rule, f"{connector}method", words, usual)
+
+    def _note_norm(self, connector: str, norm: str, span: Span) -> None:
+        (self.conjunctions if connector == "and" else self.disjunctions).setdefault(norm, span)
+
+    def _named(self, clause: Element) -> tuple[str, str, Span, Span] | None:
+        """Return variable and term of a clause, which are elements in it, or attributes in an older dialect."""
+        self._scope.known(clause, ("modifier", "var", "variable", "term", "not"), ("variable", "term"))
+        found: list[tuple[str, Span]] = []
+        for what, attributes in (("variable", ("variable", "var")), ("term", ("term",))):
+            element = clause.first(what)
+            attribute = next((a for a in attributes if a in clause.attributes), None)
+            text = element.text if element is not None else clause.attributes.get(attribute or "", "")
+            if not text.strip():
+                self._scope.error("FZ601", f"<{clause.tag}> names no {what}", clause.span)
+                return None
+            place = element.span if element is not None else clause.place(attribute or what)
+            found.append((" ".join(text.split()), place))
+        return found[0][0], found[1][0], found[0][1], found[1][1]
+
+    def _clause(self, clause: Element) -> Antecedent | None:
+        named = self._named(clause)
+        if named is None:
+            return None
+        variable, term, place, term_place = named
+        hedges = self._modifier(clause)
+        if hedges is None or not self._declared(variable, term, place, term_place):
+            return None
+        return self._meaning((variable, term), hedges, clause.span, 0)
+
+    def _declared(self, variable: str, term: str, place: Span, term_place: Span) -> bool:
+        terms = self._base.terms.get(variable)
+        if terms is None:
+            message, facts, help_text = unknown("variable", variable, list(self._base.terms))
+            self._scope.error("FZ202", message, place, facts=facts, help=help_text)
+            return False
+        if term not in terms:
+            _, facts, help_text = unknown("term", term, terms)
+            self._scope.error("FZ203", f"'{variable}' has no term '{term}'", term_place, facts=facts, help=help_text)
+            return False
+        return True
+
+    def _modifier(self, clause: Element) -> tuple[str, ...] | None:
+        """Return the hedges of a clause; None, with an error, for one that is not available."""
+        negated = clause.attributes.get("not", "false").strip().lower() == "true"
+        word = clause.attributes.get("modifier", "").strip().lower()
+        first = ("not",) if negated else ()
+        if word in ("", "norm"):  # sets here reach 1, so that they are normal already
+            return first
+        if word == "plus" or word in MODIFIERS:
+            self.modifiers.setdefault(word, clause.place("modifier"))
+            return (*first, MODIFIERS.get(word, word))
+        facts = (f"modifiers: {', '.join(sorted({*MODIFIERS, 'norm', 'plus'}))}",)
+        self._scope.error("FZ602", f"the modifier '{word}' is not available", clause.place("modifier"), facts=facts)
+        return None
+
+    def _meaning(self, key: tuple[str, str], hedges: tuple[str, ...], span: Span, depth: int) -> Antecedent | None:
+        """Return what `variable is term` stands for."""
+        self._made += 1
+        if depth > MAX_DEPTH or self._made > _MOST_CONDITIONS:
+            self._scope.error("FZ106", f"the definition of '{key[1]}' uses itself, or too many others", span)
+            return None
+        definition = self._base.defined.get(key)
+        if definition is None:
+            hedges = (*hedges, "not") if key in self._base.negated else hedges
+            return Is(variable=key[0], term=key[1], hedges=hedges, span=span)
+        parts = list(definition.all("and", "or"))
+        if len(parts) != 1:
+            self._scope.error("FZ601", f"'{key[1]}' is defined by one <and> or <or>", definition.span)
+            return None
+        found = self._joined(parts[0], key[0], depth + 1)
+        if found is None or not hedges:
+            return found
+        if set(hedges) == {"not"}:
+            return Not(operand=found, span=span) if len(hedges) % 2 else found
+        message = f"a modifier of '{key[1]}', which is defined by others, is not available"
+        self._scope.error("FZ602", message, span)
+        return None
+
+    def _joined(self, element: Element, variable: str, depth: int) -> Antecedent | None:
+        """Return what <and> and <or> of a definition stand for."""
+        self._scope.known(element, ("t-norm", "t-conorm"), ("and", "or", "termname", "clause"))
+        if depth > MAX_DEPTH:
+            self._scope.error("FZ106", "definitions are nested too deeply", element.span)
+            return None
+        found = [self._part(child, variable, depth) for child in element.children if not child.foreign]
+        if len(found) < 2 or any(f is None for f in found):
+            if len(found) < 2:
+                self._scope.error("FZ601", f"<{element.tag}> joins two conditions or more", element.span)
+            return None
+        operands = tuple(f for f in found if f is not None)
+        connector = element.name
+        words, attribute = (CONJUNCTION_WORDS, "t-norm") if connector == "and" else (DISJUNCTION_WORDS, "t-conorm")
+        usual = "min" if connector == "and" else "max"
+        self._note_norm(connector, self._scope.choice(element, attribute, words, usual), element.span)
+        return And(operands=operands) if connector == "and" else Or(operands=operands)
+
+    def _part(self, child: Element, variable: str, depth: int) -> Antecedent | None:
+        if child.name in ("and", "or"):
+            return self._joined(child, variable, depth + 1)
+        if child.name == "clause":
+            return self._clause_of_definition(child, depth)
+        term = " ".join(child.text.split())
+        if child.name != "termname" or not self._declared(variable, term, child.span, child.span):
+            return None
+        negated = child.attributes.get("complement", "false").strip().lower() == "true"
+        return self._meaning((variable, term), ("not",) if negated else (), child.span, depth + 1)
+
+    def _clause_of_definition(self, clause: Element, depth: int) -> Antecedent | None:
+        named = self._named(clause)
+        hedges = self._modifier(clause)
+        if named is None or hedges is None or not self._declared(*named):
+            return None
+        return self._meaning(named[:2], hedges, clause.span, depth + 1)
+
+    def _conclusions(self, element: Element, implication: str) -> tuple[Consequent, ...] | None:
+        found = [self._conclusion(c, implication) for c in element.all(*_CLAUSES)]
+        if not found:
+            self._scope.error("FZ601", f"<{element.tag}> concludes nothing", element.span, help="add a <clause>")
+            return None
+        return None if any(f is None for f in found) else tuple(f for f in found if f is not None)
+
+    def _conclusion(self, clause: Element, implication: str) -> Consequent | None:
+        named = self._named(clause)
+        hedges = self._modifier(clause)
+        if named is None or hedges is None or not self._declared(*named):
+            return None
+        variable, term, place, _ = named
+        if variable not in self._outputs:
+            message, facts, help_text = unknown("output", variable, sorted(self._outputs))
+            self._scope.error("FZ202", message, place, facts=facts, help=help_text)
+            return None
+        if (variable, term) in self._base.defined:
+            self._scope.error("FZ602", f"a conclusion on '{term}', which is defined by others", clause.span)
+            return None
+        self.implications.setdefault(variable, {}).setdefault(implication, clause.span)
+        hedges = (*hedges, "not") if (variable, term) in self._base.negated else hedges
+        return Consequent(output=variable, term=term, hedges=hedges, span=clause.span)

@@ -1,0 +1,194 @@
+"""Writes a fuzzy system as FML of IEEE 1855."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+from xml.sax.saxutils import quoteattr
+
+from fuzzyctl.expr import ONE, Expr, number_text
+from fuzzyctl.formats.fml.names import CONJUNCTION_WORDS, DEFUZZIFIER_WORDS, DISJUNCTION_WORDS
+from fuzzyctl.formats.fml.written_losses import losses_of
+from fuzzyctl.formats.fml.written_rules import WrittenRules, takes_numbers
+from fuzzyctl.formats.fml.written_shapes import WrittenShape, written_shape
+from fuzzyctl.formats.losses import Loss
+from fuzzyctl.formulas import MEMBERSHIP
+from fuzzyctl.model.method import Defuzzifier
+from fuzzyctl.model.rule import Rule
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import Input, Membership, Output
+
+_RULE_BASES: Final = {"mamdani": "mamdaniRuleBase", "tsk": "tskRuleBase", "tsukamoto": "tsukamotoRuleBase"}
+
+
+def write(system: FuzzySystem) -> tuple[str, list[Loss]]:
+    """Return a system as FML, and what FML cannot express of it."""
+    writer = _Writer(system)
+    text = "\n".join(writer.lines()) + "\n"
+    return text, sorted({*writer.losses, *losses_of(system, writer.rules)})
+
+
+class _Writer:
+    def __init__(self, system: FuzzySystem) -> None:
+        self._system = system
+        self.losses: list[Loss] = []
+        self.rules = WrittenRules(system)
+
+    def lines(self) -> Iterator[str]:
+        yield '<?xml version="1.0" encoding="UTF-8"?>'
+        yield f'<fuzzySystem xmlns="http://www.ieee1855.org" name={_quoted(self._system.name)}>'
+        yield "  <knowledgeBase>"
+        for variable in self._system.inputs:
+            yield from self._sets(variable, "fuzzyVariable", "fuzzyTerm", 'type="input"')
+        for output in self._system.outputs:
+            yield from self._output(output)
+        yield from (f"    {line}" for line in self.rules.definitions())
+        yield "  </knowledgeBase>"
+        yield from self._rule_bases()
+        yield "</fuzzySystem>"
+
+    def _domain(self, variable: Input | Output) -> tuple[float, float]:
+        return self._system.number(variable.lower), self._system.number(variable.upper)
+
+    def _head(self, variable: Input | Output, tag: str, more: str, *, domain: bool = True) -> str:
+        low, high = self._domain(variable)
+        ends = f' domainleft="{number_text(low)}" domainright="{number_text(high)}"' if domain else ""
+        return f"    <{tag} name={_quoted(variable.name)}{ends} scale={_quoted(variable.unit)} {more}>"
+
+    def _sets(self, variable: Input | Output, tag: str, term_tag: str, more: str) -> Iterator[str]:
+        yield self._head(variable, tag, more)
+        where = f"{'input' if isinstance(variable, Input) else 'output'} '{variable.name}'"
+        for term in variable.terms:
+            shape = self._shape(variable, term.membership)
+            if shape.said:
+                self.losses.append(Loss(where, f"term '{term.name}'", shape.said, exact=shape.exact))
+            yield f'      <{term_tag} name={_quoted(term.name)} complement="false">'
+            yield from (f"        {line}" for line in _shape_lines(shape))
+            yield f"      </{term_tag}>"
+        yield f"    </{tag}>"
+
+    def _shape(self, variable: Input | Output, membership: Membership) -> WrittenShape:
+        if membership.kind in MEMBERSHIP:
+            return written_shape(membership, self._system.values, self._domain(variable))
+        said = "FML has no function as a term; a single number stands for it"
+        return WrittenShape("singletonShape", (self._domain(variable)[0],), said, exact=False)
+
+    def _output(self, output: Output) -> Iterator[str]:
+        default = f'defaultValue="{number_text(self._default(output))}"'
+        kind = self.rules.kind(output)
+        if kind == "tsk":
+            yield from self._tsk(output, default)
+            return
+        if kind == "tsukamoto":
+            more = f'type="output" combination="WA" {default}'
+            yield from self._sets(output, "tsukamotoVariable", "tsukamotoTerm", more)
+            return
+        defuzzifier = output.defuzzifier or self._system.method.defuzzifier
+        aggregation = output.aggregation or self._system.method.aggregation
+        word = _word(DISJUNCTION_WORDS, aggregation, "MAX")
+        method = _word(DEFUZZIFIER_WORDS, defuzzifier.kind, "COG")
+        more = f'type="output" accumulation="{word}" defuzzifier="{method}" {default}'
+        yield from self._sets(output, "fuzzyVariable", "fuzzyTerm", more)
+        self.losses += _of_method(f"output '{output.name}'", defuzzifier, aggregation)
+
+    def _tsk(self, output: Output, default: str) -> Iterator[str]:
+        # The range is no attribute of the standard, but no reader minds it, and no other place says it.
+        more = f'type="output" combination="WA" {default}'
+        yield self._head(output, "tskVariable", more)
+        named = {t.name: t.membership for t in output.terms} | self.rules.unnamed(output.name)
+        for name, membership in named.items():
+            order, coefficients = self._coefficients(output, name, membership)
+            yield f'      <tskTerm name={_quoted(name)} order="{order}">'
+            yield from (f"        <tskValue>{number_text(c)}</tskValue>" for c in coefficients)
+            yield "      </tskTerm>"
+        yield "    </tskVariable>"
+
+    def _coefficients(self, output: Output, name: str, membership: Membership) -> tuple[int, list[float]]:
+        where = f"output '{output.name}'"
+        if membership.kind == "linear":
+            *factors, constant = (self._system.number(a) for a in membership.arguments)
+            return 1, [constant, *factors]
+        if membership.kind == "function":
+            self.losses.append(Loss(where, f"term '{name}'", "FML has linear functions only; 0 stands for it"))
+            return 0, [0.0]
+        if takes_numbers(membership):
+            return 0, [self._system.number(membership.arguments[0])]
+        given = tuple(self._system.number(a) for a in membership.arguments)
+        left, right = MEMBERSHIP[membership.kind].core(given)
+        why = "in an average only the middle of its core counts, which is written"
+        self.losses.append(Loss(where, f"term '{name}'", why, exact=not self.rules.reads(output.name)))
+        return 0, [(left + right) / 2]
+
+    def _default(self, output: Output) -> float:
+        if isinstance(output.otherwise, Expr):
+            return self._system.number(output.otherwise)
+        where, middle = f"output '{output.name}'", sum(self._domain(output)) / 2
+        if output.otherwise == "midpoint":
+            self.losses.append(Loss(where, "else midpoint", "the number is written", exact=True))
+            return middle
+        if output.otherwise is None:
+            self.losses.append(Loss(where, "that some rule always fires", "FML has a value for that", exact=True))
+            return middle
+        said = output.otherwise if isinstance(output.otherwise, str) else "hold"
+        self.losses.append(Loss(where, f"else {said}", "FML has a number only; the middle of the range is written"))
+        return middle
+
+    def _rule_bases(self) -> Iterator[str]:
+        method = self._system.method
+        for number, ((kind, implication), rules) in enumerate(self.rules.groups(), 1):
+            tag = _RULE_BASES[kind]
+            act = _word(CONJUNCTION_WORDS, implication, "MIN")
+            conjunction = _word(CONJUNCTION_WORDS, method.conjunction, "MIN")
+            disjunction = _word(DISJUNCTION_WORDS, method.disjunction, "MAX")
+            norms = f'activationMethod="{act}" andMethod="{conjunction}" orMethod="{disjunction}"'
+            yield f'  <{tag} name="rules{number}" {norms}>'
+            for index, rule in rules:
+                yield from self._rule(index, rule, tsk=kind == "tsk")
+            yield f"  </{tag}>"
+
+    def _rule(self, index: int, rule: Rule, *, tsk: bool) -> Iterator[str]:
+        connector, clauses = self.rules.condition(index, rule)
+        tag, prefix = ("tskRule", "tsk") if tsk else ("rule", "")
+        consequent, then, clause_tag = (
+            ("tskConsequent", "tskThen", "tskClause") if tsk else ("consequent", "then", "clause")
+        )
+        weight = number_text(self._system.number(rule.weight)) if rule.weight != ONE else "1"
+        yield f'    <{tag} name="rule{index}{prefix}" connector="{connector}" weight="{weight}">'
+        yield "      <antecedent>"
+        yield from (f"        {c}" for c in clauses)
+        yield "      </antecedent>"
+        yield f"      <{consequent}><{then}>"
+        for c in rule.consequents:
+            term = c.term if isinstance(c.term, str) else self.rules.name_of(c.output, c.term)
+            yield f"        {self.rules.clause(c.output, term, c.hedges, clause_tag)}"
+        yield f"      </{then}></{consequent}>"
+        yield f"    </{tag}>"
+
+
+def _of_method(where: str, defuzzifier: Defuzzifier, aggregation: str) -> Iterator[Loss]:
+    if defuzzifier.kind not in DEFUZZIFIER_WORDS.values():
+        yield Loss(where, f"defuzzifier '{defuzzifier.kind}'", "COG is written")
+    elif defuzzifier != Defuzzifier(kind=defuzzifier.kind):
+        yield Loss(where, "how the set is sampled", "FML means the exact value")
+    if aggregation not in DISJUNCTION_WORDS.values():
+        yield Loss(where, f"aggregation '{aggregation}'", "MAX is written")
+
+
+def _word(words: dict[str, str], name: str, usual: str) -> str:
+    return next((word for word, meaning in words.items() if meaning == name), usual)
+
+
+def _shape_lines(shape: WrittenShape) -> Iterator[str]:
+    if shape.tag == "pointSetShape":
+        yield '<pointSetShape interpolationMethod="linear">'
+        for x, y in zip(shape.parameters[::2], shape.parameters[1::2], strict=True):
+            yield f'  <point x="{number_text(x)}" y="{number_text(y)}"/>'
+        yield "</pointSetShape>"
+        return
+    given = " ".join(f'param{i}="{number_text(v)}"' for i, v in enumerate(shape.parameters, 1))
+    yield f"<{shape.tag} {given}/>"
+
+
+def _quoted(text: str) -> str:
+    """Return a text as an attribute; line ends would be read as blanks."""
+    return quoteattr(text, {"\n": "&#10;", "\r": "&#13;", "\t": "&#9;"})

@@ -1,0 +1,85 @@
+"""What FML has no words for in a system."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from fuzzyctl.formats.fml.names import CONJUNCTION_WORDS, DISJUNCTION_WORDS
+from fuzzyctl.formats.fml.written_rules import WrittenRules
+from fuzzyctl.formats.losses import Loss
+from fuzzyctl.model.rule import And, Antecedent, Not, Or, RuleTable
+from fuzzyctl.model.semantics import Semantics
+from fuzzyctl.model.system import FuzzySystem
+
+
+def losses_of(system: FuzzySystem, rules: WrittenRules) -> Iterator[Loss]:
+    """Yield what a text of FML does not say, apart from its terms, which are told where they are written."""
+    yield from rules.losses
+    yield from _of_system(system)
+    yield from _of_method(system, rules)
+    for variable in (*system.inputs, *system.outputs):
+        if variable.label:
+            yield Loss(f"variable '{variable.name}'", "label", "FML has no words for it", exact=True)
+    for variable in system.inputs:
+        if variable.extrapolate:
+            why = "they are held at its ends"
+            yield Loss(f"input '{variable.name}'", "values outside the range", why, exact=True)
+    for output in system.outputs:
+        where = f"output '{output.name}'"
+        if output.adaptive is not None:
+            yield Loss(where, "adaptive consequents", "in FML consequents stay as they are")
+        if output.clamped:
+            yield Loss(where, "clamp", "FML has no words for it")
+        implication = output.implication or system.method.implication
+        if rules.kind(output) == "mamdani" and implication not in CONJUNCTION_WORDS.values():
+            yield Loss(where, f"implication '{implication}'", "MIN is written")
+        if rules.kind(output) == "tsk" and _defuzzifier(system, output.name) == "weighted_sum":
+            yield Loss(where, "weighted sum", "FML divides by the sum of the activations")
+        if rules.unnamed(output.name):
+            yield Loss(where, "consequents without a name", "they are terms with names of their own", exact=True)
+
+
+def _defuzzifier(system: FuzzySystem, output: str) -> str:
+    return (system.output(output).defuzzifier or system.method.defuzzifier).kind
+
+
+def _of_system(system: FuzzySystem) -> Iterator[Loss]:
+    where = f"system '{system.name}'"
+    for what, said in (("title", system.title), ("source", system.citation), ("guarantees", system.guarantees)):
+        if said:
+            yield Loss(where, what, "FML has no words for it", exact=True)
+    for param in system.params:
+        yield Loss(where, f"param '{param.name}'", "numbers stand for what it is used in", exact=True)
+    if any(isinstance(b, RuleTable) for b in system.blocks):
+        yield Loss(where, "tables", "they are written as single rules", exact=True)
+    if system.method.activation.kind != "general":
+        yield Loss(where, f"activation '{system.method.activation.kind}'", "in FML all rules act")
+
+
+def _of_method(system: FuzzySystem, rules: WrittenRules) -> Iterator[Loss]:
+    where = f"system '{system.name}'"
+    method = system.method
+    if method.conjunction not in CONJUNCTION_WORDS.values() and _uses(And, system):
+        yield Loss(where, f"and '{method.conjunction}'", "MIN is written")
+    if method.disjunction not in DISJUNCTION_WORDS.values() and _uses(Or, system):
+        yield Loss(where, f"or '{method.disjunction}'", "MAX is written")
+    if rules.negates_inside():
+        yield Loss(where, "'not' before several conditions", "FML has none inside of others; it is left out")
+    ours, usual = method.semantics.knobs, Semantics().knobs
+    for knob in ours:
+        if ours[knob] != usual[knob] and knob not in ("extremely", "sigmoid_difference"):
+            said = method.semantics.text(knob)
+            yield Loss(where, f"semantics {knob}={said}", f"FML means {Semantics().text(knob)}")
+
+
+def _uses(kind: type[And] | type[Or], system: FuzzySystem) -> bool:
+    return any(_has(kind, r.antecedent) for r in system.rules)
+
+
+def _has(kind: type[And] | type[Or], antecedent: Antecedent) -> bool:
+    match antecedent:
+        case Not(operand=operand):
+            return _has(kind, operand)
+        case And(operands=operands) | Or(operands=operands):
+            return isinstance(antecedent, kind) or any(_has(kind, o) for o in operands)
+    return False

@@ -1,0 +1,128 @@
+"""Terms as FML: the shape that is the same, or the one that comes nearest."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+from fuzzyctl.expr import Compare, Expr, Number, Where, evaluate, replace
+from fuzzyctl.formulas import MEMBERSHIP, Parameters, piecewise_linear
+from fuzzyctl.model.variable import Membership
+
+Ends = tuple[float, float]
+
+#: So many points stand for a curve that FML has no shape for.
+_SAMPLES: Final = 101
+
+#: Shapes with the same parameters in the same order.
+_SAME: Final = {
+    "triangle": "triangularShape",
+    "trapezoid": "trapezoidShape",
+    "gaussian": "gaussianShape",
+    "rectangle": "rectangularShape",
+    "singleton": "singletonShape",
+    "constant": "singletonShape",
+    "s_shape": "sShape",
+    "z_shape": "zShape",
+}
+
+
+@dataclass(frozen=True)
+class WrittenShape:
+    """A term as FML.
+
+    Args:
+        tag: Name of the element.
+        parameters: Its numbers; of a set of points the coordinates one after the other.
+        said: How it is said, where it is not the same function under another name; empty where it is.
+        exact: Whether it is the same function within the range of its variable.
+    """
+
+    tag: str
+    parameters: Parameters
+    said: str = ""
+    exact: bool = True
+
+
+def written_shape(membership: Membership, values: Mapping[str, float], domain: Ends) -> WrittenShape:
+    """Return a term that is a fuzzy set as FML."""
+    kind = membership.kind
+    given = tuple(evaluate(a, values) for a in membership.arguments)
+    height = evaluate(membership.height, values)
+    finite = all(map(math.isfinite, given))
+    if height == 1.0 and kind in _SAME and finite:
+        return WrittenShape(_SAME[kind], given)
+    if kind == "piecewise":
+        return _points(given, height)
+    if kind == "gaussian2" and height == 1.0 and (sided := _sided(given, domain)) is not None:
+        return sided
+    if kind == "pi_shape" and height == 1.0 and _is_even(given):
+        return WrittenShape("piShape", given[:2])
+    if piecewise_linear(kind):
+        return _straight(kind, given, height, domain)
+    return _sampled(kind, given, height, domain)
+
+
+def _points(given: Parameters, height: float) -> WrittenShape:
+    scaled = tuple(v if i % 2 == 0 else v * height for i, v in enumerate(given))
+    return WrittenShape("pointSetShape", scaled, "" if height == 1.0 else "it is written as points with its height")
+
+
+def _sided(given: Parameters, domain: Ends) -> WrittenShape | None:
+    """Return a Gaussian that is 1 up to an end of the domain."""
+    mean_left, sigma_left, mean_right, sigma_right = given
+    if mean_left == min(domain[0], mean_right) and sigma_left == sigma_right:
+        return WrittenShape("leftGaussianShape", (mean_right, sigma_right))
+    if mean_right == max(domain[1], mean_left) and sigma_left == sigma_right:
+        return WrittenShape("rightGaussianShape", (mean_left, sigma_left))
+    return None
+
+
+def _is_even(given: Parameters) -> bool:
+    left, top, right_top, right = given
+    return top == right_top and right == top + (top - left) and left < top
+
+
+def _straight(kind: str, given: Parameters, height: float, domain: Ends) -> WrittenShape:
+    """Return a straight term as points; a trapezoid, if it is one whose flat side reaches the end of the domain."""
+    corners = MEMBERSHIP[kind].vertices(given)
+    if height == 1.0 and kind != "rectangle":
+        if corners[0][1] == 1.0 and len(corners) == 2:
+            low = min(domain[0], corners[0][0])
+            block: Parameters = (low, low, corners[0][0], corners[1][0])
+            return WrittenShape("trapezoidShape", block, "its flat side ends where the range does")
+        if corners[-1][1] == 1.0 and len(corners) == 2:
+            high = max(domain[1], corners[1][0])
+            block = (corners[0][0], corners[1][0], high, high)
+            return WrittenShape("trapezoidShape", block, "its flat side ends where the range does")
+    if len(corners) == 1:  # 1 everywhere
+        corners = (corners[0], (corners[0][0] + 1.0, corners[0][1]))
+    parameters = tuple(v for x, y in corners for v in (x, y * height))
+    return WrittenShape("pointSetShape", parameters, "it is written as points")
+
+
+def _sampled(kind: str, given: Parameters, height: float, domain: Ends) -> WrittenShape:
+    low, high = domain
+    found: list[float] = []
+    for i in range(_SAMPLES):
+        x = low + (high - low) * i / (_SAMPLES - 1)
+        found += [x, height * _degree(kind, given, x)]
+    said = f"FML has no such shape; it is written as {_SAMPLES} points"
+    return WrittenShape("pointSetShape", tuple(found), said, exact=False)
+
+
+def _degree(kind: str, given: Parameters, x: float) -> float:
+    """Return the degree of a place; formulas choose by comparisons of numbers."""
+
+    def settled(expr: Expr) -> Expr:
+        if not isinstance(expr, Where):
+            return expr
+        condition = expr.condition
+        assert isinstance(condition, Compare)
+        left, right = evaluate(condition.left, {}), evaluate(condition.right, {})
+        holds = {"<": left < right, "<=": left <= right, ">": left > right, ">=": left >= right, "==": left == right}
+        return expr.then if holds[condition.op] else expr.otherwise
+
+    return min(1.0, max(0.0, evaluate(replace(MEMBERSHIP[kind].degree(Number(x), given), settled), {})))

@@ -1,0 +1,337 @@
+"""FML as JFML writes it, as drafts had it, and as people break it."""
+
+import time
+
+import pytest
+
+from fuzzyctl import loads
+from fuzzyctl.expr import Number
+from fuzzyctl.formats.fml import read
+from fuzzyctl.model.method import Defuzzifier
+from fuzzyctl.model.rule import And, Is, Not, Or
+from fuzzyctl.source import SourceText
+
+FOOD = """<fuzzyVariable name="food" scale="" domainleft="0.0" domainright="10.0" type="input">
+<fuzzyTerm name="rancid" complement="false"><triangularShape param1="0.0" param2="2.0" param3="5.5"/></fuzzyTerm>
+<fuzzyTerm name="delicious" complement="false">SHAPE</fuzzyTerm>
+</fuzzyVariable>"""
+TIP = """<fuzzyVariable name="tip" scale="%" domainleft="0" domainright="20" type="output" SETTINGS>
+<fuzzyTerm name="cheap"><triangularShape param1="0" param2="5" param3="10"/></fuzzyTerm>
+<fuzzyTerm name="generous"><triangularShape param1="10" param2="15" param3="20"/></fuzzyTerm>
+</fuzzyVariable>"""
+TSK = """<tskVariable name="tip" scale="" type="output" combination="WA" defaultValue="0.5">
+<tskTerm name="cheap" order="0"><tskValue>1.6</tskValue></tskTerm>
+<tskTerm name="generous" order="1"><tskValue>1.9</tskValue><tskValue>5.6</tskValue></tskTerm>
+</tskVariable>"""
+TRAPEZOID = '<trapezoidShape param1="5" param2="8" param3="10" param4="10"/>'
+
+
+def clause(variable, term, modifier=""):
+    said = f' modifier="{modifier}"' if modifier else ""
+    return f"<clause{said}>\n  <variable>{variable}</variable>\n  <term>{term}</term>\n</clause>"
+
+
+def rule(*clauses, then="cheap", attributes='connector="and" weight="1.0"', more="", tsk=False):
+    p, names = ("tsk", ("tskRule", "tskConsequent", "tskThen", "tskClause")) if tsk else ("", ())
+    tag, consequent, then_tag, clause_tag = names or ("rule", "consequent", "then", "clause")
+    conclusion = clause("tip", then).replace("clause>", f"{clause_tag}>")
+    return (
+        f'<{tag} name="r{p}" {attributes}><antecedent>{"".join(clauses)}</antecedent>'
+        f"<{consequent}><{then_tag}>{conclusion}</{then_tag}>{more}</{consequent}></{tag}>"
+    )
+
+
+RULES = rule(clause("food", "rancid")) + rule(clause("food", "delicious"), then="generous")
+
+
+def document(shape=TRAPEZOID, settings="", rules=RULES, knowledge="", tip=TIP, base="mamdaniRuleBase", methods=""):
+    return (
+        '<?xml version="1.0" encoding="UTF-8" standalone="yes"?>\n'
+        '<fuzzySystem xmlns="http://www.ieee1855.org" name="tipper - MAMDANI">\n<knowledgeBase>\n'
+        f"{FOOD.replace('SHAPE', shape)}\n{knowledge}{tip.replace('SETTINGS', settings)}\n</knowledgeBase>\n"
+        f'<{base} name="rules" {methods}>\n{rules}\n</{base}>\n</fuzzySystem>\n'
+    )
+
+
+def sound(text):
+    system, diagnostics = read(SourceText("x.fml", text))
+    assert system is not None, [d.message for d in diagnostics]
+    return system
+
+
+def errors(text):
+    system, diagnostics = read(SourceText("x.fml", text))
+    found = [d for d in diagnostics if d.severity == "error"]
+    assert (system is None) == bool(found)
+    return found
+
+
+def codes(text):
+    return [d.code for d in read(SourceText("x.fml", text))[1]]
+
+
+def delicious(shape):
+    membership = sound(document(shape)).input("food").term("delicious").membership
+    return membership.kind, tuple(a.value for a in membership.arguments)
+
+
+def test_a_mamdani_system():
+    system = sound(
+        document(settings='accumulation="BSUM" defuzzifier="COA" defaultValue="3"', methods='andMethod="PROD"')
+    )
+    assert system.name == "tipper - MAMDANI"
+    assert [v.name for v in (*system.inputs, *system.outputs)] == ["food", "tip"]
+    assert system.method.defuzzifier == Defuzzifier(kind="bisector")
+    assert system.method.aggregation == "bounded_sum"
+    output = system.output("tip")
+    assert (output.unit, output.otherwise) == ("%", Number(3.0))
+    assert [r.consequents[0].term for r in system.rules] == ["cheap", "generous"]
+    assert codes(document()) == []
+
+
+def test_its_numbers():
+    # Food 1: rancid to 0.5, and the triangle cut there has its centre of gravity at 5.
+    system = loads(document(), "x.xml")
+    assert system(food=1) == pytest.approx(5.0, abs=1e-12)
+    assert system(food=5.25 / 2 + 5.5) == pytest.approx(15.0, abs=1e-12)
+
+
+def test_an_output_without_a_default_is_0_where_no_rule_fires_as_the_standard_has_it():
+    far = '<triangularShape param1="8" param2="9" param3="10"/>'
+    assert sound(document(far))(food=7) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("shape", "kind", "parameters"),
+    [
+        ('<gaussianShape param1="5" param2="2"/>', "gaussian", (5, 2)),
+        ('<trapezoidalShape param1="1" param2="2" param3="3" param4="4"/>', "trapezoid", (1, 2, 3, 4)),
+        ('<rectangularShape param1="1" param2="2"/>', "rectangle", (1, 2)),
+        ('<singletonShape param1="2"/>', "singleton", (2,)),
+        ('<zShape param1="1" param2="2"/>', "z_shape", (1, 2)),
+        ('<sShape param1="1" param2="2"/>', "s_shape", (1, 2)),
+        ('<rightLinearShape param1="5.5" param2="10"/>', "ramp", (5.5, 10)),
+        ('<leftLinearShape param1="5.5" param2="10"/>', "ramp", (10, 5.5)),
+        ('<leftGaussianShape param1="3" param2="2"/>', "gaussian2", (0, 2, 3, 2)),
+        ('<rightGaussianShape param1="3" param2="2"/>', "gaussian2", (3, 2, 10, 2)),
+        ('<piShape param1="1" param2="1.5"/>', "pi_shape", (1, 1.5, 1.5, 2)),
+        ('<piShape param1="5" param2="4"/>', "pi_shape", (1, 5, 5, 9)),
+        ('<LeftLinearShape Param1="5.5" Param2="10"/>', "ramp", (5.5, 10)),  # a draft
+        ('<RightGaussianShape Param1="3" Param2="2"/>', "gaussian2", (0, 2, 3, 2)),
+        ('<PIShape Param1="4" Param2="5"/>', "pi_shape", (-1, 4, 4, 9)),
+        ('<pointSetShape><point x="4" y="0"/><point x="0" y="1"/></pointSetShape>', "piecewise", (0, 1, 4, 0)),
+    ],
+)
+def test_shapes(shape, kind, parameters):
+    text = shape
+    if shape[1].isupper():  # in a draft all shapes begin with a capital
+        draft = document(text).replace("triangularShape", "TriangularShape").replace("param", "Param")
+        membership = sound(draft).input("food").term("delicious").membership
+        assert (membership.kind, tuple(a.value for a in membership.arguments)) == (kind, parameters)
+        return
+    assert delicious(shape) == (kind, parameters)
+
+
+def test_what_tools_read_differently_is_told_once_for_each():
+    shapes = '<leftLinearShape param1="1" param2="2"/>'
+    both = document(shapes).replace('<triangularShape param1="0.0" param2="2.0" param3="5.5"/>', shapes)
+    assert codes(both) == ["FZ609"]
+    assert codes(document('<piShape param1="1" param2="2"/>')) == ["FZ609"]
+    assert codes(document(tip=TSK, base="tskRuleBase", rules=rule(clause("food", "rancid"), tsk=True)))[0] == "FZ609"
+
+
+def test_takagi_and_sugenos_terms_begin_with_their_constant():
+    rules = rule(clause("food", "delicious"), then="generous", tsk=True)
+    system = sound(document(tip=TSK, base="tskRuleBase", rules=rules))
+    membership = system.output("tip").term("generous").membership
+    assert (membership.kind, [a.value for a in membership.arguments]) == ("linear", [5.6, 1.9])
+    assert system(food=9) == pytest.approx(1.9 + 5.6 * 9, rel=1e-15)
+    assert system(food=0) == 0.5
+    assert (system.output("tip").lower, system.output("tip").upper) == (Number(1.6), Number(57.9))
+
+
+def test_tsukamotos_terms_are_inverted():
+    tip = TIP.replace("fuzzyVariable", "tsukamotoVariable").replace("fuzzyTerm", "tsukamotoTerm")
+    tip = tip.replace('<triangularShape param1="0" param2="5" param3="10"/>', '<zShape param1="0" param2="10"/>')
+    tip = tip.replace('<triangularShape param1="10" param2="15" param3="20"/>', '<sShape param1="10" param2="20"/>')
+    system = sound(document(tip=tip, base="tsukamotoRuleBase"))
+    assert system.method.defuzzifier.kind == "tsukamoto"
+    assert system(food=1) == pytest.approx(5.0, abs=1e-12)  # z_shape(0, 10) is 0.5 at 5
+
+
+@pytest.mark.parametrize(
+    ("attributes", "expected"),
+    [
+        ('connector="and"', And),
+        ('connector="OR"', Or),
+        ("", And),
+        ('connector="or" operator="MAX"', Or),
+    ],
+)
+def test_connectors(attributes, expected):
+    system = sound(document(rules=rule(clause("food", "rancid"), clause("food", "delicious"), attributes=attributes)))
+    operands = (Is(variable="food", term="rancid"), Is(variable="food", term="delicious"))
+    assert system.rules[0].antecedent == expected(operands=operands)
+
+
+def test_modifiers_are_hedges_and_extremely_is_the_standards_cube():
+    def read_with(modifier):
+        return sound(document(rules=rule(clause("food", "rancid", modifier))))
+
+    assert read_with("very").rules[0].antecedent.hedges == ("very",)
+    assert read_with("norm").rules[0].antecedent.hedges == ()
+    assert read_with("more_or_less").rules[0].antecedent.hedges == ("slightly",)
+    assert read_with("extremely").method.semantics.extremely == "cube"
+    assert read_with("intensify").rules[0].antecedent.hedges == ("extremely",)
+    assert read_with("intensify").method.semantics.extremely == "contrast"
+    assert read_with("plus").hedges[0].name == "plus"
+
+
+def test_a_complement_is_a_function_of_its_own_or_a_hedge():
+    straight = document().replace('name="rancid" complement="false"', 'name="rancid" complement="TRUE"')
+    term = sound(straight).input("food").term("rancid").membership
+    assert (term.kind, [a.value for a in term.arguments]) == ("piecewise", [0, 1, 2, 0, 5.5, 1])
+    curved = document('<gaussianShape param1="5" param2="2"/>').replace(
+        'name="delicious" complement="false"', 'name="delicious" complement="true"'
+    )
+    assert sound(curved).rules[1].antecedent == Is(variable="food", term="delicious", hedges=("not",))
+
+
+def test_circular_definitions_and_aggregated_variables_stand_for_conditions():
+    circular = "<circularDefinition><or><termName>rancid</termName><termName>other</termName></or></circularDefinition>"
+    other = '<fuzzyTerm name="other"><singletonShape param1="3"/></fuzzyTerm>'
+    text = document(circular).replace("</fuzzyVariable>", other + "</fuzzyVariable>", 1)
+    rancid, third = Is(variable="food", term="rancid"), Is(variable="food", term="other")
+    assert sound(text).rules[1].antecedent == Or(operands=(rancid, third))
+    aggregated = (
+        '<aggregatedFuzzyVariable name="quality" type="input"><aggregatedFuzzyTerm name="bad"><or t-conorm="MAX">'
+        f"{clause('food', 'rancid', 'very')}{clause('food', 'delicious')}</or></aggregatedFuzzyTerm>"
+        "</aggregatedFuzzyVariable>"
+    )
+    system = sound(document(knowledge=aggregated, rules=rule(clause("quality", "bad", "not"))))
+    very = Is(variable="food", term="rancid", hedges=("very",))
+    assert system.rules[0].antecedent == Not(operand=Or(operands=(very, Is(variable="food", term="delicious"))))
+    assert [v.name for v in system.inputs] == ["food"]
+    refused = document(knowledge=aggregated, rules=rule(clause("quality", "bad", "very")))
+    assert errors(refused)[0].code == "FZ602"
+
+
+def test_a_definition_that_uses_itself_is_told():
+    circular = (
+        "<circularDefinition><or><termName>rancid</termName><termName>delicious</termName></or></circularDefinition>"
+    )
+    assert errors(document(circular))[0].code == "FZ106"
+
+
+def test_else_is_a_rule_for_where_the_condition_does_not_hold():
+    more = f"<else>{clause('tip', 'generous')}</else>"
+    system = sound(document(rules=rule(clause("food", "rancid"), more=more)))
+    assert system.rules[1].antecedent == Not(operand=Is(variable="food", term="rancid"))
+    assert system.rules[1].consequents[0].term == "generous"
+    weighted = rule(clause("food", "rancid"), more=more, attributes='weight="0.5"')
+    assert [e.code for e in errors(document(rules=weighted))] == ["FZ602"]
+
+
+def test_the_dialect_of_pyit2fls():
+    text = document(base="RuleBase").replace("fuzzySystem", "FuzzySystem").replace("knowledgeBase", "KnowledgeBase")
+    short = '<Rule name="a" connector="and"><Antecedent><Clause var="food" term="rancid" NOT="true"/></Antecedent>'
+    short += '<Consequent><Clause var="tip" term="cheap"/></Consequent></Rule>'
+    system = sound(text.replace(RULES, short))
+    assert system.rules[0].antecedent == Is(variable="food", term="rancid", hedges=("not",))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "code", "place"),
+    [
+        ('param2="2.0"', "", "FZ601", (5, 45)),
+        ('param2="2.0"', 'param2="two"', "FZ601", (5, 82)),
+        ('param2="2.0"', 'param2="nan"', "FZ601", (5, 82)),
+        ("trapezoidShape", "trapezoid", "FZ601", (6, 48)),
+        ("<triangularShape", "<customShape", "FZ602", (5, 45)),
+        ('name="rancid"', 'name="rotten"', "FZ203", (16, 0)),
+        ("<variable>food</variable>", "<variable>fod</variable>", "FZ202", (15, 3)),
+        ('type="output"', 'type="outputs"', "FZ213", None),
+        ('domainleft="0.0"', "", "FZ601", None),
+        ('connector="and"', 'connector="xor"', "FZ213", None),
+        ("mamdaniRuleBase", "anYaRuleBase", "FZ602", None),
+        ("<antecedent>", "<antecedents>", "FZ601", None),
+        ("fuzzySystem", "frbsPMML", "FZ004", (2, 1)),
+        ('type="input"', 'type="output"', "FZ212", None),
+        ('weight="1.0"', 'weight="heavy"', "FZ601", None),
+    ],
+)
+def test_a_mistake_is_told_with_its_place(old, new, code, place):
+    text = document(rules=rule(clause("food", "rancid")))
+    changed = text.replace(old, new) if old not in ('type="input"',) else text.replace(old, new, 1)
+    if old == "<antecedent>":
+        changed = changed.replace("</antecedent>", "</antecedents>")
+    found = errors(changed)
+    assert code in [e.code for e in found]
+    if place is not None:
+        spans = [(e.span.line, e.span.column) for e in found if e.code == code]
+        assert any(s[0] == place[0] and place[1] in (0, s[1]) for s in spans), spans
+
+
+def test_an_unknown_attribute_is_told_and_not_dropped_silently():
+    assert codes(document().replace("weight=", "wieght=")) == ["FZ603", "FZ603"]
+    assert codes(document().replace('name="tipper', 'networkAddress="10.0.0.7" name="tipper')) == ["FZ603"]
+
+
+def test_rules_with_different_methods_are_refused():
+    both = [clause("food", "rancid"), clause("food", "delicious")]
+    rules = rule(*both, attributes='andMethod="MIN"') + rule(*both, attributes='andMethod="PROD"')
+    assert [e.code for e in errors(document(rules=rules))] == ["FZ602"]
+
+
+def test_truncated_xml_is_told_with_what_is_open():
+    found = errors(document()[:700])
+    assert found[0].code == "FZ601"
+    assert "ends before" in found[0].message
+    assert found[0].facts[-1].startswith("not closed: <")
+    mismatched = errors(document().replace("</knowledgeBase>", "</knowledge>"))
+    assert (mismatched[0].code, mismatched[0].message) == ("FZ601", "the XML is broken: mismatched tag")
+    assert mismatched[0].span.line == 12
+
+
+BOMB = (
+    '<?xml version="1.0"?>\n<!DOCTYPE lolz [<!ENTITY a "ha">'
+    + "".join(f'<!ENTITY a{i} "{f"&a{i - 1};" * 10 if i > 1 else "&a;" * 10}">' for i in range(1, 12))
+    + ']>\n<fuzzySystem name="&a11;"/>'
+)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        BOMB,
+        '<!DOCTYPE f SYSTEM "file:///etc/passwd">\n<fuzzySystem/>',
+        '<!DOCTYPE f [<!ENTITY x SYSTEM "file:///etc/passwd">]>\n<fuzzySystem name="&x;"/>',
+    ],
+)
+def test_what_could_expand_is_refused_at_once(text):
+    begin = time.perf_counter()
+    found = errors(text)
+    assert [e.code for e in found] == ["FZ602"]
+    assert "document type declaration" in found[0].message
+    assert time.perf_counter() - begin < 1
+
+
+def test_an_undeclared_entity_and_deep_nesting_are_told():
+    assert errors('<fuzzySystem name="&x;"/>')[0].message == "the XML is broken: undefined entity"
+    assert errors("<a>" * 100_000)[0].code == "FZ106"
+    deep = document().replace("<knowledgeBase>", "<knowledgeBase>" + "<x>" * 150, 1)
+    assert errors(deep)[0].code == "FZ106"
+
+
+def test_places_count_characters_not_bytes():
+    text = (
+        document()
+        .replace('name="tipper - MAMDANI"', 'name="Trinkgeld für Gäste €"')
+        .replace('param2="2.0"', 'param2="zwölf"')
+    )
+    assert [(e.span.line, e.span.text) for e in errors(text)] == [(5, '"zwölf"')]
+
+
+def test_an_encoding_that_is_declared_says_nothing_of_a_text():
+    text = document().replace("UTF-8", "ISO-8859-1").replace("tipper - MAMDANI", "Gäste")
+    assert sound(text).name == "Gäste"

@@ -1,0 +1,224 @@
+"""Systems written as FML read back as they were, and no text breaks the reader."""
+
+import math
+import time
+
+import pytest
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
+
+from fuzzyctl.expr import ONE, Binary, Call, Name, Number
+from fuzzyctl.formats.fml import read, write
+from fuzzyctl.formulas import MEMBERSHIP
+from fuzzyctl.model.checks import check_model
+from fuzzyctl.model.method import Defuzzifier, Method
+from fuzzyctl.model.rule import And, Consequent, Is, Not, Or, Rule
+from fuzzyctl.model.semantics import Semantics
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import Hold, Input, Membership, Output, Term
+from fuzzyctl.source import SourceText
+
+NUMBERS = st.floats(-1e6, 1e6, allow_subnormal=False)
+SETS = ("triangle", "trapezoid", "gaussian", "rectangle", "s_shape", "z_shape", "piecewise")
+NAMES = ["low", "Mid", "über alles", "a<b & 'c' \"d\"", "NB"]
+
+
+def number(value):
+    return Number(float(value))
+
+
+@st.composite
+def shapes(draw, kinds):
+    kind = draw(st.sampled_from(kinds))
+    formula = MEMBERSHIP[kind]
+    count = 2 * draw(st.integers(2, 4)) if formula.variadic else len(formula.parameters)
+    values = sorted(draw(st.lists(NUMBERS, min_size=count, max_size=count)))
+    if kind == "piecewise":
+        degrees = draw(st.lists(st.floats(0, 1), min_size=count // 2, max_size=count // 2))
+        values = [v for pair in zip(values, degrees, strict=False) for v in pair]
+    assume(formula.mistake(tuple(values)) is None)
+    return Membership(kind=kind, arguments=tuple(map(number, values)))
+
+
+@st.composite
+def variables(draw, name, kinds, make, **more):
+    low, high = sorted(draw(st.lists(NUMBERS, min_size=2, max_size=2, unique=True)))
+    names = draw(st.lists(st.sampled_from(NAMES), min_size=1, max_size=4, unique=True))
+    terms = tuple(Term(name=n, membership=draw(shapes(kinds))) for n in names)
+    unit = draw(st.sampled_from(["", "%", "rad/s"]))
+    return make(name=name, unit=unit, lower=number(low), upper=number(high), terms=terms, **more)
+
+
+@st.composite
+def literals(draw, inputs):
+    variable = draw(st.sampled_from(inputs))
+    hedges = draw(st.sampled_from([(), (), ("not",), ("very",), ("slightly",), ("extremely",)]))
+    return Is(variable=variable.name, term=draw(st.sampled_from(variable.terms)).name, hedges=hedges)
+
+
+@st.composite
+def antecedents(draw, inputs):
+    """Draw conditions joined by one connector, whose parts may be trees of pairs."""
+    kind = draw(st.sampled_from([None, And, Or]))
+    if kind is None:
+        return draw(literals(inputs))
+    parts = st.one_of(literals(inputs), pairs(inputs, 2), pairs(inputs, 1).map(lambda a: Not(operand=a)))
+    return kind(operands=tuple(draw(st.lists(parts, min_size=2, max_size=3))))
+
+
+@st.composite
+def pairs(draw, inputs, depth):
+    part = literals(inputs) if depth == 1 else st.one_of(literals(inputs), pairs(inputs, depth - 1))
+    return draw(st.sampled_from([And, Or]))(operands=(draw(part), draw(part)))
+
+
+@st.composite
+def systems(draw):
+    inputs = tuple(draw(variables(name, (*SETS, "singleton"), Input)) for name in ("angle", "rate in °/s"))
+    averaged = draw(st.booleans())
+    defuzzifier = (
+        "weighted_average" if averaged else draw(st.sampled_from(["centroid", "bisector", "som", "lom", "mom"]))
+    )
+    output = draw(variables("force", ["constant"] if averaged else SETS, Output, otherwise=draw(NUMBERS.map(number))))
+    rules = tuple(
+        Rule(
+            antecedent=draw(antecedents(inputs)),
+            consequents=(Consequent(output="force", term=draw(st.sampled_from(output.terms)).name),),
+            weight=draw(st.sampled_from([ONE, Number(0.25)])),
+        )
+        for _ in range(draw(st.integers(1, 4)))
+    )
+    uses = " ".join(map(repr, rules))
+    return FuzzySystem(
+        name="drawn <1>",
+        method=Method(
+            conjunction=draw(st.sampled_from(["min", "product", "nilpotent_minimum"])) if "And(" in uses else "min",
+            disjunction=draw(st.sampled_from(["max", "hamacher_sum"])) if "Or(" in uses else "max",
+            implication="min" if averaged else draw(st.sampled_from(["min", "product", "einstein_product"])),
+            aggregation="sum" if averaged else draw(st.sampled_from(["max", "bounded_sum"])),
+            defuzzifier=Defuzzifier(kind=defuzzifier),
+            semantics=draw(st.sampled_from([Semantics(), Semantics(extremely="cube")]))
+            if "extremely" in uses
+            else Semantics(),
+        ),
+        inputs=inputs,
+        outputs=(output,),
+        blocks=rules,
+    )
+
+
+def read_back(text):
+    system, diagnostics = read(SourceText("drawn.fml", text))
+    assert system is not None, [(str(d.span), d.message) for d in diagnostics]
+    return system
+
+
+@settings(deadline=None, max_examples=60, suppress_health_check=list(HealthCheck))
+@given(systems())
+def test_what_is_written_reads_back_as_the_same_system(system):
+    assume(not any(d.severity == "error" and d.code != "FZ214" for d in check_model(system)))
+    text, losses = write(system)
+    assert losses == [], text
+    assert read_back(text) == system, text
+
+
+def minimal(**update):
+    x = Input(name="x", lower=number(0), upper=number(1), terms=(term("a", "triangle", 0, 0, 1),))
+    y = Output(name="y", lower=number(0), upper=number(4), terms=(term("b", "triangle", 0, 1, 1),), otherwise=ONE)
+    rule = Rule(antecedent=Is(variable="x", term="a"), consequents=(Consequent(output="y", term="b"),))
+    return FuzzySystem(**({"name": "m", "inputs": (x,), "outputs": (y,), "blocks": (rule,)} | update))
+
+
+def term(name, kind, *values, height=1):
+    membership = Membership(kind=kind, arguments=tuple(map(number, values)), height=number(height))
+    return Term(name=name, membership=membership)
+
+
+def with_output(**update):
+    return minimal(outputs=(minimal().outputs[0].model_copy(update=update),))
+
+
+def lossy(system):
+    return [str(x) for x in write(system)[1] if not x.exact]
+
+
+@pytest.mark.parametrize(
+    ("system", "said"),
+    [
+        (with_output(otherwise=Hold()), "else hold"),
+        (with_output(otherwise="nan"), "else nan"),
+        (with_output(adaptive=ONE), "adaptive"),
+        (with_output(clamped=True), "clamp"),
+        (with_output(terms=(term("b", "bell", 2, 1, 3),)), "written as 101 points"),
+        (minimal(method=Method(defuzzifier=Defuzzifier(resolution=101))), "how the set is sampled"),
+        (minimal(method=Method(aggregation="sum")), "aggregation 'sum'"),
+        (minimal(method=Method(semantics=Semantics(weight="after"))), "semantics weight=after"),
+        (
+            minimal(
+                blocks=(
+                    minimal()
+                    .blocks[0]
+                    .model_copy(update={"antecedent": Is(variable="x", term="a", hedges=("very", "very"))}),
+                )
+            ),
+            "hedges 'very very'",
+        ),
+    ],
+    ids=lambda v: v if isinstance(v, str) else "",
+)
+def test_what_fml_has_no_words_for_is_said(system, said):
+    assert lossy(minimal()) == []
+    assert any(said in x for x in lossy(system)), lossy(system)
+
+
+def test_shoulders_end_where_the_range_does():
+    shoulder = term("a", "triangle", -math.inf, 0.25, 1)
+    x = minimal().inputs[0].model_copy(update={"terms": (shoulder,)})
+    text, losses = write(minimal(inputs=(x,)))
+    assert '<trapezoidShape param1="0" param2="0" param3="0.25" param4="1"/>' in text
+    assert all(loss.exact for loss in losses)
+
+
+def test_linear_consequents_begin_with_their_constant_and_functions_are_a_loss():
+    linear = Term(name="b", membership=Membership(kind="linear", arguments=(number(3), number(2))))
+    method = Method(defuzzifier=Defuzzifier(kind="weighted_average"), aggregation="sum")
+    system = minimal(outputs=(minimal().outputs[0].model_copy(update={"terms": (linear,)}),), method=method)
+    text, losses = write(system)
+    assert '<tskTerm name="b" order="1">\n        <tskValue>2</tskValue>\n        <tskValue>3</tskValue>' in text
+    assert losses == []
+    assert read_back(text) == system
+    wave = Membership(kind="function", arguments=(Call("sin", (Binary("*", Name("x"), Number(2.0)),)),))
+    function = minimal(
+        outputs=(minimal().outputs[0].model_copy(update={"terms": (Term(name="b", membership=wave),)}),), method=method
+    )
+    assert "linear functions only" in lossy(function)[0]
+
+
+WORDS = st.sampled_from(
+    ["<", ">", "/>", "</", "fuzzySystem", "knowledgeBase", "&amp;", "&x;", '"', "name=", "param1=", "<!--", "<![CDATA["]
+)
+
+
+@settings(deadline=None, max_examples=200)
+@given(st.data())
+def test_any_change_of_a_file_is_read_or_told(data):
+    text, _ = write(minimal())
+    for _ in range(data.draw(st.integers(1, 4))):
+        at = data.draw(st.integers(0, len(text)))
+        until = min(len(text), at + data.draw(st.integers(0, 40)))
+        text = text[:at] + data.draw(st.text(max_size=6) | WORDS) + text[until:]
+    begin = time.perf_counter()
+    system, diagnostics = read(SourceText("x.fml", text))
+    assert system is not None or diagnostics
+    assert time.perf_counter() - begin < 20
+
+
+def test_a_large_file_takes_bounded_time():
+    text, _ = write(minimal())
+    head, tail = text.split("    <rule ", 1)
+    rule, end = tail.split("</rule>\n", 1)
+    begin = time.perf_counter()
+    system = read_back(head + ("    <rule " + rule + "</rule>\n") * 2000 + end)
+    assert len(system.rules) == 2000
+    read(SourceText("x.fml", "<fuzzySystem>" + "<x/>" * 100_000 + "</fuzzySystem>"))
+    assert time.perf_counter() - begin < 20
