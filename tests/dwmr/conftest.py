@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import pytest
 from hypothesis import settings
 
 from dwmr import simulate
+from dwmr.cli.main import main
 from dwmr.fuzzy_gains import Rules
 from dwmr.metrics import measure
 from dwmr.scenario_file import ScenarioFile, find, read
@@ -43,5 +45,24 @@ def measured(run_paper: Callable[..., Any]) -> Callable[..., dict[str, Any]]:
     def run(law: str, *overrides: Iterable[str]) -> dict[str, Any]:
         file, trajectory = run_paper(law, *overrides)
         return measure(trajectory, file.scenario)
+
+    return run
+
+
+@pytest.fixture
+def dwmr(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Callable[..., tuple[Any, str, str]]:
+    """A function that runs a command in an empty folder: (status, standard output, standard error)."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments: object) -> tuple[Any, str, str]:
+        status: Any = 0
+        try:
+            main(list(map(str, arguments)))
+        except SystemExit as stop:
+            status = stop.code
+        said = capsys.readouterr()
+        return status, said.out, said.err
 
     return run

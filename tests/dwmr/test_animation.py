@@ -183,3 +183,9 @@ class TestAnimate:
         assert done.returncode == 1
         assert "warning: aifqsmc stopped at t = 1.005 s" in done.stderr
         assert (tmp_path / "run.gif").exists()
+
+    def test_of_huge_numbers_says_nothing_else(self, tmp_path):
+        done = dwmr("animate", "paper", "--set", "robots.leader.x_0=1e300", "-o", tmp_path / "run.gif")
+        assert done.stderr.splitlines() == [
+            "warning: aifqsmc stopped at t = 0.000 s: omega_c is not finite: the run diverged"
+        ]

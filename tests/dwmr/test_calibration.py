@@ -10,7 +10,6 @@ from dwmr.calibration.cost import ENTRIES, UNSAFE, Outcome, Scorer, bar, cost
 from dwmr.calibration.parameters import PARAMETERS, USUAL, keys, overrides, present
 from dwmr.calibration.search import explore
 from dwmr.calibration.writing import scenario_text
-from dwmr.cli.main import main
 from dwmr.scenario_file import find, read
 from fuzzyctl.errors import DiagnosticError
 
@@ -18,23 +17,6 @@ PERFECT = dict.fromkeys(ENTRIES, 1.0)
 SHORT = 'extends = "paper"\nname = "short"\n\n[run]\nhorizon = 4.0\n'
 NAMES = ("constant_v", "sinusoid_v")
 START = {"constant_v": 0.2, "sinusoid_v": 0.2}
-
-
-@pytest.fixture
-def dwmr(tmp_path, monkeypatch, capsys):
-    """A function that runs a command in an empty folder: (status, standard output, standard error)."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments):
-        status = 0
-        try:
-            main(list(map(str, arguments)))
-        except SystemExit as stop:
-            status = stop.code
-        said = capsys.readouterr()
-        return status, said.out, said.err
-
-    return run
 
 
 class TestCost:

@@ -7,26 +7,8 @@ import sys
 
 import pytest
 
-from dwmr.cli.main import main
 from dwmr.scenario_file import find, read, shipped_names
 from fuzzyctl.shipped import rules_folder
-
-
-@pytest.fixture
-def dwmr(tmp_path, monkeypatch, capsys):
-    """A function that runs a command in an empty folder: (status, standard output, standard error)."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments):
-        status = 0
-        try:
-            main(list(map(str, arguments)))
-        except SystemExit as stop:
-            status = stop.code
-        said = capsys.readouterr()
-        return status, said.out, said.err
-
-    return run
 
 
 class TestNew:

@@ -233,3 +233,9 @@ class TestReport:
         assert done.returncode == 1
         assert "warning: aifqsmc stopped at t = 1.005 s" in done.stderr
         assert "aifqsmc: stopped at t = 1.005 s" in (tmp_path / "a.html").read_text(encoding="utf-8")
+
+    def test_of_huge_numbers_says_nothing_else(self, tmp_path):
+        done = dwmr("report", "paper", "--set", "robots.leader.x_0=1e300", "-o", tmp_path / "a.html")
+        assert done.stderr.splitlines() == [
+            "warning: aifqsmc stopped at t = 0.000 s: omega_c is not finite: the run diverged"
+        ]

@@ -126,8 +126,10 @@ class TestContent:
         figure, trajectory, _ = drawn(20)
         beta = trajectory["beta_v"][:, 1]
         label = r"$\sigma_{v}^*$ [m]"
-        assert same(line(figure, label, r"boundary layer $-\beta$", "follower1"), trajectory.t, -beta)
-        assert same(line(figure, label, r"boundary layer $+\beta$", "follower1"), trajectory.t, beta)
+        assert same(line(figure, label, r"boundary layer $\pm\beta$", "follower1"), trajectory.t, beta)
+        (axes,) = (one for one in figure.axes if (one.get_ylabel(), one.get_title()) == (label, "follower1"))
+        below = next(one for one in axes.lines if one.get_label().startswith("_"))
+        assert same(below.get_data(), trajectory.t, -beta)
 
     def test_each_obstacle_has_its_radius(self, drawn):
         figure, trajectory, scenario = drawn(15)

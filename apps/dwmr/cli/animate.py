@@ -32,15 +32,7 @@ def _number(context: click.Context, parameter: click.Parameter, value: float) ->
 
 @click.command(context_settings={"show_default": True})
 @click.argument("scenario")
-@click.option(
-    "-o",
-    "--output",
-    "path",
-    type=click.Path(path_type=Path),
-    default=Path("run.gif"),
-    metavar="FILE",
-    help="Film to write: .gif, or .mp4 where ffmpeg is installed.",
-)
+@running.output_option("path", "run.gif", "FILE", "Film to write: .gif, or .mp4 where ffmpeg is installed.")
 @running.controller_option
 @click.option(
     "--speed",
@@ -111,8 +103,7 @@ def _film(task: running.Task, law: str, path: Path, speed: float, fps: int) -> b
             raise KeyboardInterrupt
         count = _draw(files.write, path, trajectory, task.file.scenario, speed, fps)
         files.publish()
-    if trajectory.stop is not None:
-        click.echo(f"warning: {law} stopped at t = {trajectory.stop.t:.3f} s: {trajectory.stop.reason}", err=True)
+    running.say_stops([trajectory])
     click.echo(f"wrote {path}: {count} pictures, {count / fps:.1f} s")
     return trajectory.stop is None
 

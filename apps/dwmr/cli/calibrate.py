@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     help="Scenario to write.",
 )
 @click.option("--force", is_flag=True, help="Replace a file that exists.")
-@click.option("--format", "style", type=click.Choice(["text", "json"]), default="text", help="What to print.")
+@running.format_option
 def calibrate(
     scenario: str,
     names: str | None,

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 @click.option(
     "-o", "--output", "path", type=click.Path(path_type=Path), metavar="FILE", help="CSV or Parquet to write."
 )
-@click.option("--format", "style", type=click.Choice(["text", "json"]), default="text", help="What to print.")
+@running.format_option
 def compare(
     scenarios: tuple[str, ...],
     names: str,

@@ -23,15 +23,7 @@ INDEX = "index.md"
 
 @click.command(context_settings={"show_default": True})
 @click.argument("scenario")
-@click.option(
-    "-o",
-    "--output",
-    "folder",
-    type=click.Path(path_type=Path),
-    default=Path("dwmr-figures"),
-    metavar="DIR",
-    help="Folder for the pictures and their index.md.",
-)
+@running.output_option("folder", "dwmr-figures", "DIR", "Folder for the pictures and their index.md.")
 @click.option("--format", "suffix", type=click.Choice(["png", "pdf", "svg"]), default="png", help="Kind of pictures.")
 @click.option("--only", metavar="NUMBERS", help="Only these figures, such as 8,12 or 13-23.")
 @running.rules_option
@@ -106,9 +98,7 @@ def _draw(
         text = index(made, left_out, suffix, scenario)
         files.write(INDEX, lambda path: _write(path, text))
         files.publish()
-    for one in trajectories.values():
-        if one.stop is not None:
-            click.echo(f"warning: {one.controller} stopped at t = {one.stop.t:.3f} s: {one.stop.reason}", err=True)
+    running.say_stops(trajectories.values())
     click.echo(f"{len(made)} figure{'s' if len(made) != 1 else ''} in {folder}, described in {folder / INDEX}")
     return all(t.stop is None for t in trajectories.values()) and len(made) == len(wanted)
 

@@ -13,15 +13,7 @@ from dwmr.cli.common import interrupts_wait, mistakes_as_diagnostics, terminated
 
 @click.command(context_settings={"show_default": True})
 @click.argument("scenario")
-@click.option(
-    "-o",
-    "--output",
-    "path",
-    type=click.Path(path_type=Path),
-    default=Path("report.html"),
-    metavar="FILE",
-    help="HTML page to write; one that exists is replaced.",
-)
+@running.output_option("path", "report.html", "FILE", "HTML page to write; one that exists is replaced.")
 @running.controller_option
 @running.rules_option
 @running.set_option
@@ -59,9 +51,7 @@ def _report(task: running.Task, names: tuple[str, ...], path: Path) -> bool:
             text = page(summary, trajectories, task.file.scenario)
             files.write(path.name, lambda part: _write(part, text))
             files.publish()
-    for one in trajectories:
-        if one.stop is not None:
-            click.echo(f"warning: {one.controller} stopped at t = {one.stop.t:.3f} s: {one.stop.reason}", err=True)
+    running.say_stops(trajectories)
     click.echo(f"wrote {path}: {len(text.encode()) / 1e6:.1f} MB")
     return all(t.stop is None for t in trajectories)
 

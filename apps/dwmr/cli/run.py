@@ -23,17 +23,9 @@ if TYPE_CHECKING:
 @running.controller_option
 @running.rules_option
 @running.set_option
-@click.option(
-    "-o",
-    "--output",
-    "folder",
-    type=click.Path(path_type=Path),
-    default=Path("dwmr-out"),
-    metavar="DIR",
-    help="Folder for the results.",
-)
+@running.output_option("folder", "dwmr-out", "DIR", "Folder for the results.")
 @data_formats.data_option(("npz", "csv", "mat", "parquet"), "npz", "signals")
-@click.option("--format", "style", type=click.Choice(["text", "json"]), default="text", help="What to print.")
+@running.format_option
 def run(
     scenario: str,
     controller: str | None,

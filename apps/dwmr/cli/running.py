@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
@@ -46,6 +46,20 @@ def set_option(command: Command) -> Command:
     """Add --set to a command."""
     return click.option(
         "--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Replace a value of the scenario; repeatable."
+    )(command)
+
+
+def output_option(name: str, default: str, kind: str, help: str) -> Callable[[Command], Command]:
+    """Add -o/--output to a command, as argument `name`; `kind` is FILE or DIR."""
+    return click.option(
+        "-o", "--output", name, type=click.Path(path_type=Path), default=Path(default), metavar=kind, help=help
+    )
+
+
+def format_option(command: Command) -> Command:
+    """Add --format to a command."""
+    return click.option(
+        "--format", "style", type=click.Choice(["text", "json"]), default="text", help="What to print."
     )(command)
 
 
@@ -105,6 +119,13 @@ def check(task: Task, names: Sequence[str]) -> None:
 
     checks.check(task.file, names, task.rules)
     warn([*task.file.warnings, *task.rules.warnings])
+
+
+def say_stops(trajectories: Iterable[Trajectory]) -> None:
+    """Print a warning for every run that ended before its horizon."""
+    for one in trajectories:
+        if one.stop is not None:
+            click.echo(f"warning: {one.controller} stopped at t = {one.stop.t:.3f} s: {one.stop.reason}", err=True)
 
 
 def simulate(task: Task, names: Sequence[str]) -> list[Trajectory]:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 @click.argument("scenario", required=False)
 @running.rules_option
 @running.set_option
-@click.option("--format", "style", type=click.Choice(["text", "json"]), default="text", help="What to print.")
+@running.format_option
 def show(scenario: str | None, rules_folder: Path | None, overrides: tuple[str, ...], style: str) -> None:
     """Print what SCENARIO says on one page; without SCENARIO, the shipped scenarios.
 

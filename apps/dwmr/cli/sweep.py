@@ -24,20 +24,12 @@ if TYPE_CHECKING:
 @click.argument("spec", type=click.Path(path_type=Path))
 @running.rules_option
 @running.set_option
-@click.option(
-    "-o",
-    "--output",
-    "folder",
-    type=click.Path(path_type=Path),
-    default=Path("dwmr-sweep"),
-    metavar="DIR",
-    help="Folder for the results.",
-)
+@running.output_option("folder", "dwmr-sweep", "DIR", "Folder for the results.")
 @data_formats.data_option(("csv", "parquet"), "csv", "results")
 @computing.jobs_option
 @computing.dask_option
 @click.option("--resume", is_flag=True, help="Go on with a sweep that was interrupted.")
-@click.option("--format", "style", type=click.Choice(["text", "json"]), default="text", help="What to print.")
+@running.format_option
 def sweep(
     spec: Path,
     rules_folder: Path | None,

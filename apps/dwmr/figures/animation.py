@@ -20,6 +20,8 @@ from dwmr.simulate import Trajectory
 
 #: A picture's longer side [pixels]; both sides are even, as video formats ask for.
 SIZE = 720
+#: Left and lower edge, width and height of the panel, as shares of the picture.
+PANEL = (0.09, 0.1, 0.88, 0.82)
 DPI = 100
 #: Colour behind the words that say what disturbs the robots.
 NOTE = "#f0e442"
@@ -76,7 +78,7 @@ class Film:
         with mpl.rc_context(STYLE):
             self.figure = Figure(dpi=DPI)
             self.canvas = FigureCanvasAgg(self.figure)
-            self.axes = self.figure.add_axes((0.09, 0.1, 0.88, 0.82))
+            self.axes = self.figure.add_axes(PANEL)
             self._lay_out()
             self._draw_what_stays()
             self._make_what_moves()
@@ -107,11 +109,15 @@ class Film:
         low, high = (min(xs) - room, min(ys) - room), (max(xs) + room, max(ys) + room)
         across, up = high[0] - low[0], high[1] - low[1]
         # a very long or very high picture would leave no room for the texts
-        ratio = min(max(up / across * 0.88 / 0.82, 0.6), 1.4)
+        ratio = min(max(up / across * PANEL[2] / PANEL[3], 0.6), 1.4)
         width, height = (SIZE, SIZE * ratio) if ratio <= 1.0 else (SIZE / ratio, SIZE)
         self.figure.set_size_inches(2 * round(width / 2) / DPI, 2 * round(height / 2) / DPI)
-        axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="x [m]", ylabel="y [m]")
-        axes.set_aspect("equal", adjustable="datalim")
+        # one metre is as long in both directions when the limits have the shape of the panel
+        shape = self.figure.get_figheight() * PANEL[3] / (self.figure.get_figwidth() * PANEL[2])
+        across, up = max(across, up / shape), max(up, across * shape)
+        middle = (0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]))
+        axes.set(xlim=(middle[0] - 0.5 * across, middle[0] + 0.5 * across), xlabel="x [m]")
+        axes.set(ylim=(middle[1] - 0.5 * up, middle[1] + 0.5 * up), ylabel="y [m]")
 
     def _draw_what_stays(self) -> None:
         law = self.trajectory.controller

@@ -21,6 +21,8 @@ from dwmr.simulate import Trajectory
 
 #: Symbol and unit of the two channels: velocity, acceleration.
 VELOCITY = {"v": ("v", "m/s"), "omega": (r"\omega", "rad/s")}
+#: Styles of velocity errors and their compensation: none of a robot that another panel of the picture shows.
+PORTION = (0, 3)
 
 
 def path_and_chattering(trajectory: Trajectory, scenario: Scenario) -> Figure:
@@ -52,18 +54,10 @@ def _velocity_rows(rows: Any, trajectory: Trajectory, scenario: Scenario, robots
             shown, names = [error[:, i]], ["auxiliary velocity tracking error"]
             if portion is not None:
                 shown, names = [*shown, portion[:, i]], [*names, "compensation by the sliding mode portion"]
-            panels.lines(axes, trajectory.t, np.stack(shown, axis=1), names, rf"${symbol}_e$ [{unit}]")
-            _inner_limits(axes, np.stack(shown, axis=1))
+            label = rf"${symbol}_e$ [{unit}]"
+            panels.lines(axes, trajectory.t, np.stack(shown, axis=1), names, label, PORTION)
+            panels.cut_peaks(axes, np.stack(shown, axis=1))
             axes.set_title(robot)
-
-
-def _inner_limits(axes: Any, signals: FloatArray) -> None:
-    """Cut off jumps that fill less than a thousandth of the time, where they would flatten everything else."""
-    low, high = np.quantile(signals, 0.001), np.quantile(signals, 0.999)
-    room = 0.1 * (high - low) + 1e-12
-    if np.isfinite(room) and float(np.ptp(signals)) > 2.5 * (high - low + 2.0 * room):
-        axes.set_ylim(low - 3.0 * room, high + 3.0 * room)
-        axes.annotate("peaks cut off", (0.99, 0.97), xycoords="axes fraction", ha="right", va="top", size=7)
 
 
 def velocity_errors(trajectory: Trajectory, scenario: Scenario) -> Figure:
@@ -180,7 +174,7 @@ def radii(trajectory: Trajectory, scenario: Scenario, chosen: slice, distance: b
     for axes, robot in zip(rows[len(numbers) :, 0], robots, strict=False):
         _distances(axes, trajectory, scenario, robot)
     panels.mark(rows, trajectory, scenario)
-    panels.legend(figure, *rows[:, 0], columns=4)
+    panels.legend(figure, *rows[:, 0], columns=5)
     return figure
 
 
@@ -191,7 +185,7 @@ def follower_distances(trajectory: Trajectory, scenario: Scenario) -> Figure:
     for axes, robot in zip(rows[:, 0], robots, strict=True):
         _distances(axes, trajectory, scenario, robot)
     panels.mark(rows, trajectory, scenario)
-    panels.legend(figure, rows[0, 0], columns=4)
+    panels.legend(figure, rows[0, 0], columns=6)
     return figure
 
 
@@ -200,5 +194,5 @@ def _distances(axes: Any, trajectory: Trajectory, scenario: Scenario, robot: str
     panels.lines(axes, trajectory.t, distances(trajectory, scenario, robot), names, r"$d_{ia}$ [m]")
     touch = max(o.radius for o in scenario.obstacles) + scenario.robots[robot].radius
     axes.axhline(touch, color="black", lw=0.8, ls=":", label="$r_a + R_R$")
-    axes.set_ylim(bottom=0.0)
+    panels.lengths(axes, 0.5 * touch)
     axes.set_title(robot)

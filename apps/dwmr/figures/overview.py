@@ -11,11 +11,17 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
+from dwmr.contracts import FloatArray
 from dwmr.figures.style import COLOURS, DASHES, STYLE, TITLES
 from dwmr.metrics import errors, printed_frame
 from dwmr.obstacles import constant_radius
 from dwmr.scenario import Scenario
 from dwmr.simulate import Trajectory
+
+#: A panel whose robots need more than so many times the size of the scene has a scale of its own,
+FAR = 2.0
+#: and shows so many times that size at most.
+FARTHEST = 5.0
 
 
 def draw_path(path: Path, trajectories: Sequence[Trajectory], scenario: Scenario) -> None:
@@ -29,11 +35,12 @@ def draw_path(path: Path, trajectories: Sequence[Trajectory], scenario: Scenario
     with mpl.rc_context(STYLE):
         count = len(trajectories)
         figure = Figure(
-            figsize=(4.2 * count + (1.6 if count == 1 else 0.4), 5.6 + 0.8 * (count == 1)), layout="constrained"
+            figsize=(4.2 * count + (1.6 if count == 1 else 0.4), 6.4 if count == 1 else 5.0), layout="constrained"
         )
-        panels = figure.subplots(1, count, sharex=True, sharey=True, squeeze=False)[0]
+        panels = figure.subplots(1, count, squeeze=False)[0]
         for axes, trajectory in zip(panels, trajectories, strict=True):
             _path_panel(axes, trajectory, scenario)
+        _limit(panels, trajectories, scenario)
         panels[0].set_ylabel("y [m]")
         handles, labels = panels[0].get_legend_handles_labels()
         _draw_legend(figure, handles, labels, 4 if count == 1 else 8)
@@ -70,6 +77,55 @@ def _draw_legend(figure: Figure, handles: Sequence[Any], labels: Sequence[str], 
         if columns == 1 or legend.get_window_extent().width <= figure.bbox.width:
             return
         legend.remove()
+
+
+def _limit(panels: Sequence[Any], trajectories: Sequence[Trajectory], scenario: Scenario) -> None:
+    """Give all panels the same limits, but those with a robot far from the scene their own, and say so."""
+    scene = _scene(trajectories, scenario)
+    boxes = [_box([(one["x"], one["y"]), scene]) for one in trajectories]
+    size = np.ptp(scene, axis=1).max()
+    near = [box for box in boxes if np.ptp(box, axis=1).max() <= FAR * size] or [scene]
+    common = _box(near)
+    for axes, box, one in zip(panels, boxes, trajectories, strict=True):
+        is_far = bool(np.ptp(box, axis=1).max() > FAR * size)
+        middle, half = 0.5 * scene.sum(axis=1), 0.5 * FARTHEST * size
+        shown = np.clip(box, (middle - half)[:, None], (middle + half)[:, None]) if is_far else common
+        # squares, so that panels are of one size
+        half = 0.54 * np.ptp(shown, axis=1).max()
+        for k, limit in enumerate((axes.set_xlim, axes.set_ylim)):
+            limit(shown[k].mean() - half, shown[k].mean() + half)
+        if is_far and len(panels) > 1:
+            axes.set_title("own scale", loc="right", size="small", style="italic")
+        gone = [n for i, n in enumerate(one.robots) if not _is_within(one["x"][:, i], one["y"][:, i], shown)]
+        if gone:
+            text = f"{', '.join(gone)} out of the picture"
+            axes.annotate(text, (0.5, 0.01), xycoords="axes fraction", ha="center", va="bottom", size="small")
+
+
+def _scene(trajectories: Sequence[Trajectory], scenario: Scenario) -> FloatArray:
+    """Return the limits of references, starts and obstacles, shape (2, 2): x, y by least, greatest [m]."""
+    one = trajectories[0]
+    follows = [i for i, n in enumerate(one.robots) if scenario.robots[n].formation is None]
+    widest = max(robot.radius for robot in scenario.robots.values()) + scenario.avoidance.margin
+    around = [(np.array([o.x - o.radius - widest, o.x + o.radius + widest]),
+               np.array([o.y - o.radius - widest, o.y + o.radius + widest])) for o in scenario.obstacles]  # fmt: skip
+    paths = [(t["x_r"][:, follows], t["y_r"][:, follows]) for t in trajectories]
+    return _box([*paths, (one["x"][:1], one["y"][:1]), *around])
+
+
+def _box(places: Sequence[Any]) -> FloatArray:
+    """Return the least and greatest finite x and y of some places, shape (2, 2) [m]."""
+    found = np.array([[_ends(place[k]) for place in places] for k in (0, 1)])
+    return np.stack([found[:, :, 0].min(axis=1), found[:, :, 1].max(axis=1)], axis=1)
+
+
+def _ends(values: FloatArray) -> tuple[float, float]:
+    seen = values[np.isfinite(values)]
+    return (float(seen.min()), float(seen.max())) if seen.size else (0.0, 0.0)
+
+
+def _is_within(x: FloatArray, y: FloatArray, box: FloatArray) -> bool:
+    return all(bool(((v >= low) & (v <= high)).all()) for v, (low, high) in zip((x, y), box, strict=True))
 
 
 def _path_panel(axes: Any, trajectory: Trajectory, scenario: Scenario) -> None:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from dwmr.contracts import FloatArray
 from dwmr.derived import windows
@@ -43,8 +44,10 @@ def colour(k: int) -> dict[str, Any]:
     return {"color": COLOURS[k % len(COLOURS)], "ls": DASHES[k % len(DASHES)]}
 
 
-def lines(axes: Any, t: FloatArray, signals: FloatArray, names: Sequence[str], label: str) -> None:
-    """Draw one line per name over time.
+def lines(
+    axes: Any, t: FloatArray, signals: FloatArray, names: Sequence[str], label: str, styles: Sequence[int] | None = None
+) -> None:
+    """Draw one line per name over time, those that swing widely below the others.
 
     Args:
         axes: Panel.
@@ -52,10 +55,43 @@ def lines(axes: Any, t: FloatArray, signals: FloatArray, names: Sequence[str], l
         signals: Shape (samples, names).
         names: Labels of the lines.
         label: What stands beside the axis: symbol and unit.
+        styles: Numbers of their styles; absent: in order.
     """
     axes.set_ylabel(label)
+    # a line that chatters is a band, which would hide what lies below it
+    wide = np.mean(np.abs(np.diff(signals, axis=0)), axis=0) if len(t) > 1 else np.zeros(len(names))
+    order = np.argsort(np.argsort(-wide, kind="stable"), kind="stable")
     for k, name in enumerate(names):
-        axes.plot(*thin(t, signals[:, k], BUCKETS), lw=1.0, label=name, **colour(k))
+        style = colour(k if styles is None else styles[k])
+        axes.plot(*thin(t, signals[:, k], BUCKETS), lw=1.0, label=name, zorder=2.0 + 0.01 * order[k], **style)
+
+
+def cut_peaks(axes: Any, signals: FloatArray) -> None:
+    """Cut off what fills less than a hundredth of the time, where it would flatten all else, and say how far it goes.
+
+    Args:
+        axes: Panel.
+        signals: What is drawn there, shape (samples, lines).
+    """
+    seen = signals[np.isfinite(signals)]
+    if not seen.size:
+        return
+    low, high = np.quantile(seen, 0.005), np.quantile(seen, 0.995)
+    room = 0.3 * (high - low) + 1e-12
+    least, greatest = float(seen.min()), float(seen.max())
+    if greatest - least > 2.5 * (high - low + 2.0 * room):
+        axes.set_ylim(max(low - room, least - 0.1 * room), min(high + room, greatest + 0.1 * room))
+        text = f"peaks cut off, {least:.3g} to {greatest:.3g}".replace("-", "\u2212")
+        axes.annotate(text, (0.99, 1.0), xycoords="axes fraction", ha="right", va="bottom", size=7)
+
+
+def lengths(axes: Any, least: float) -> None:
+    """Give a panel of distances [m] a logarithmic axis from `least` on: what is near is what counts."""
+    axes.set_yscale("log")
+    axes.set_ylim(bottom=least)
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.yaxis.set_minor_formatter(NullFormatter())
 
 
 def peaks(axes: Any, t: FloatArray, levels: FloatArray, names: Sequence[str], label: str) -> None:

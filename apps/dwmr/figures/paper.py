@@ -132,7 +132,8 @@ def _avoidance(law: str) -> list[PaperFigure]:
             16,
             law,
             "Variable radii of the other obstacles; distances of the avoiding robot",
-            f"{about} Last: the distance from every obstacle's centre, which shall stay above r_a + R_R [m].",
+            f"{about} Last: the distance from every obstacle's centre, which shall stay above r_a + R_R, on a "
+            "logarithmic axis [m].",
             partial(motion.radii, chosen=slice(2, None), distance=True),
             needs,
         ),
@@ -140,7 +141,7 @@ def _avoidance(law: str) -> list[PaperFigure]:
             17,
             law,
             "Distances of the followers from the obstacles",
-            "From every obstacle's centre; r_a + R_R is dotted [m].",
+            "From every obstacle's centre, on a logarithmic axis; r_a + R_R is dotted [m].",
             motion.follower_distances,
             ("obstacles", "followers"),
         ),

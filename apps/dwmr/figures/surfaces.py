@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 from dwmr import derived, lyapunov
 from dwmr.contracts import FloatArray
+from dwmr.envelope import thin
 from dwmr.figures import panels
 from dwmr.scenario import Scenario
 from dwmr.simulate import Trajectory
@@ -44,6 +45,7 @@ def _grid(
             symbol, unit = SIGMA[channel]
             label = rf"${dot}{{\sigma}}_{{{symbol}}}{'^*' if star else ''}$ [{unit}{per}]"
             panels.lines(axes, trajectory.t, signals[star, channel], trajectory.robots, label)
+            panels.cut_peaks(axes, signals[star, channel])
     panels.mark(rows, trajectory, scenario)
     panels.legend(figure, rows[0, 0])
     return figure
@@ -56,10 +58,13 @@ def layers(trajectory: Trajectory, scenario: Scenario) -> Figure:
         for axes, channel in zip(rows[i], derived.CHANNELS, strict=True):
             symbol, unit = SIGMA[channel]
             sigma, beta = trajectory[f"sigma_{channel}"][:, i], trajectory[f"beta_{channel}"][:, i]
-            shown = np.stack([sigma, beta, -beta], axis=1)
-            names = [r"$\sigma^*$", r"boundary layer $+\beta$", r"boundary layer $-\beta$"]
-            panels.lines(axes, trajectory.t, shown, names, rf"$\sigma_{{{symbol}}}^*$ [{unit}]")
-            reach = 1.8 * float(trajectory[f"beta_{channel}"].max())
+            names = [r"$\sigma^*$", r"boundary layer $\pm\beta$"]
+            panels.lines(
+                axes, trajectory.t, np.stack([sigma, beta], axis=1), names, rf"$\sigma_{{{symbol}}}^*$ [{unit}]"
+            )
+            axes.plot(*thin(trajectory.t, -beta, panels.BUCKETS), lw=1.0, **panels.colour(1))
+            layers = trajectory[f"beta_{channel}"]
+            reach = 1.8 * float(layers[np.isfinite(layers)].max())
             axes.set(ylim=(-reach, reach), title=robot)
     panels.mark(rows, trajectory, scenario)
     panels.legend(figure, rows[0, 0])

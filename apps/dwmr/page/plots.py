@@ -113,7 +113,7 @@ class _Drawing:
     def _track(self, x: FloatArray, y: FloatArray) -> dict[str, Any]:
         even = np.linspace(0, len(x) - 1, min(len(x), self.count)).astype(int)
         rows = np.unique(np.concatenate([even, kept(x, self.count // 8), kept(y, self.count // 8)]))
-        return {"x": x[rows].astype(np.float32), "y": y[rows].astype(np.float32), "mode": "lines"}
+        return {"x": _single(x[rows]), "y": _single(y[rows]), "mode": "lines"}
 
     def _obstacles(self, figure: Any) -> None:
         avoiders = derived.avoiders(self.scenario)
@@ -211,11 +211,16 @@ class _Drawing:
             name = escape(robot + panel.suffix)
             t, values = thin(self.trajectory.t, panel.signals[:, i], self.count)
             figure.add_scatter(
-                x=t.astype(np.float32), y=values.astype(np.float32), mode="lines", name=name, legendgroup=name,
+                x=_single(t), y=_single(values), mode="lines", name=name, legendgroup=name,
                 showlegend=name not in seen, line=_style(i, dash or i), row=row, col=column,
                 hovertemplate="%{y:.4g} at %{x:.2f} s",
             )  # fmt: skip
             seen.add(name)
+
+
+def _single(values: FloatArray) -> Any:
+    """Return numbers in half the space; what does not fit, of a run that diverged, becomes NaN: a gap in a line."""
+    return np.where(np.abs(values) <= np.finfo(np.float32).max, values, np.nan).astype(np.float32)
 
 
 def _style(i: int, dash: int | None = None) -> dict[str, Any]:
