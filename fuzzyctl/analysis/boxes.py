@@ -17,6 +17,7 @@ from fuzzyctl.analysis.claims import Bound, Every, Some, Truth, bounds_in
 from fuzzyctl.analysis.coverage import uncovered_of
 from fuzzyctl.analysis.enclosures import Array, Enclosure, Interpreter, Mask, boxes, constant
 from fuzzyctl.analysis.exact import surface_of
+from fuzzyctl.analysis.slices import needed
 from fuzzyctl.expr import CONSTANTS, Call, Expr, Name, walk
 from fuzzyctl.kernels import inference
 from fuzzyctl.kernels.grid import Grid, grid_of
@@ -54,6 +55,7 @@ class System:
         self.system, self.plan = system, plan
         self.compared = {c.name: System(c, plan_of(c)) for c in system.compared}
         self.program: Program = inference.evaluation(plan)
+        self._parts: dict[tuple[int, ...], Program] = {}
         self.reader = Reader(system)
         self.inputs = [v.name for v in system.inputs]
         self.outputs = [v.name for v in system.outputs]
@@ -88,7 +90,10 @@ class System:
         """Enclose some outputs at some arguments; and say which boxes give no value."""
         names = dict(zip(self.program.arguments, arguments, strict=True))
         runner = Interpreter(names, self._state)
-        found = runner.run(self.program, wanted)
+        key = tuple(wanted)
+        if key not in self._parts:
+            self._parts[key] = needed(self.program, wanted)
+        found = runner.run(self._parts[key], wanted)
         exact = [self.errors[k] for k in wanted]
         return [_widened(e, off) if off else e for e, off in zip(found, exact, strict=True)], runner.void
 

@@ -15,7 +15,7 @@ from functools import cached_property
 from itertools import pairwise, product
 from typing import Final
 
-from fuzzyctl.expr import Binary, Expr, Name, Number
+from fuzzyctl.expr import Binary, Expr, Name, Number, names_in
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.kernels.defuzzify import consequent_hull
 from fuzzyctl.kernels.grid import Grid, Table, grid_of
@@ -225,12 +225,25 @@ class _Error:
         planned = plan.outputs[self.output]
         largest = max(map(abs, self.surface.hull(self.output)))
         operations = 9 * len(plan.inputs) + len(planned.implied) + 8
-        if all(_is_product(e) for e in (*plan.steps, *plan.strengths)) and all(_is_plain(d.set) for d in plan.degrees):
+        relative = self._relative
+        if all(relative[plan.rules[e.rule].strength] for e in planned.implied):
             # Everything is positive, so that errors are relative, whatever the sum of the activations.
             return 4.0 * operations * _U * largest
         depth = 2 + max(_operations(e) for e in (*plan.steps, *plan.strengths)) * (1 + len(plan.steps))
-        whole = sum(plan.rules[e.rule].weight for e in planned.implied)
+        # The others may be off by as much where they are small.
+        absolute = sum(plan.rules[e.rule].weight for e in planned.implied if not relative[plan.rules[e.rule].strength])
+        whole = absolute + float(max(self.surface._raw_sums(self.output, c)[1] for c in self.surface.indices))
         return 4.0 * (operations + 9 * depth) * _U * largest * max(whole, 1.0) / least
+
+    @cached_property
+    def _relative(self) -> list[bool]:
+        """Whether each firing strength is a product of degrees whose errors are relative, so that its own is."""
+        plan = self.surface.plan
+        sound = {degree_name(i) for i, d in enumerate(plan.degrees) if _is_plain(d.set)}
+        for i, step in enumerate(plan.steps):
+            if _is_product(step) and {n.name for n in names_in(step)} <= sound:
+                sound.add(step_name(i))
+        return [_is_product(e) and {n.name for n in names_in(e)} <= sound for e in plan.strengths]
 
     def _of_table(self, table: Table, least: float) -> float:
         """Bound the error of interpolating: that of the values at the knots, and that of each form of the program."""
@@ -257,11 +270,11 @@ class _Error:
 
     def _rounding(self, values: Sequence[float]) -> float:
         knots = self.surface.grid.knots
-        n, largest = len(knots), max(map(abs, values))
-        polynomial = 4.0 * (6 * n + 4) * 3.0**n * _U * largest
+        n, lengths = len(knots), [len(k) for k in knots]
+        polynomial = 4.0 * (6 * n + 4) * _U * _largest_polynomial(values, lengths)
         if len(values) > MOST_RAMPS:
             return polynomial
-        whole = sum(abs(d) for d in _differences(list(values), [len(k) for k in knots]))
+        whole = sum(abs(d) for d in _differences(list(values), lengths))
         return max(polynomial, 4.0 * (len(values) + 8 * n + 8) * _U * whole)
 
 
@@ -281,6 +294,24 @@ def _interpolated(knots: Sequence[Sequence[Fraction]], values: Sequence[float], 
             index = index * len(own) + i
         total += math.prod((s for _, s in choice), start=Fraction(1)) * Fraction(values[index])
     return total
+
+
+def _largest_polynomial(values: Sequence[float], lengths: Sequence[int]) -> float:
+    """Return the largest sum of what the terms of a cell's polynomial come to, and of what is cancelled in them.
+
+    A term is a mixed difference of the values at the corners; each subtraction on the way to it is rounded relative to
+    its own result, which is larger than the term where much cancels.
+    """
+    found = [[(v, 0.0)] for v in values]
+    for d, length in enumerate(lengths):
+        stride = math.prod(lengths[d + 1 :])
+        wider = []
+        for k, own in enumerate(found):
+            beside = found[k + stride] if k // stride % length + 1 < length else own
+            steps = [(b - a, u + v + abs(b - a)) for (a, u), (b, v) in zip(own, beside, strict=True)]
+            wider.append([*own, *steps])
+        found = wider
+    return max(sum(abs(term) + cancelled for term, cancelled in own) for own in found)
 
 
 def _differences(values: list[float], lengths: Sequence[int]) -> list[float]:

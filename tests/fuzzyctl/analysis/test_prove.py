@@ -5,6 +5,7 @@ import re
 import pytest
 
 from fuzzyctl import Proved, Refuted, Undecided, load, loads, prove
+from fuzzyctl.analysis.extremes import extents
 from fuzzyctl.analysis.prove import Prover
 
 LINE = """
@@ -389,3 +390,33 @@ class TestSlopesOfQuotients:
     def test_what_falls_somewhere_is_not_proved(self):
         text = WEIGHTED.replace("Z | NS ZO PS", "Z | NS PS ZO")
         assert words(text, "increasing(u, de)", "increasing(u, e)")[0] == "Refuted"
+
+
+class TestSeveralOutputs:
+    """What one output does where another has no value counts."""
+
+    HALF = """
+system s
+defuzzifier weighted_average
+input x in [0, 4]
+  L = gaussian(0, 1)
+  H = gaussian(4, 1)
+  Q = triangle(0, 1, 2)
+output u in [0, 1]
+  terms low=0 high=1
+output v in [0, 1] else nan
+  terms one=1
+if x is L then u is low
+if x is H then u is high
+if x is Q then v is one
+"""
+
+    def test_claims_about_the_one_hold_where_the_other_is_none(self):
+        found = verdicts(self.HALF, "u <= 0.9", "u <= 1", "v >= 1", "u <= 0.6 or v >= 1")
+        assert [type(v).__name__ for v in found] == ["Refuted", "Proved", "Proved", "Proved"]
+        assert found[0].witness.point["x"] > 2
+
+    def test_so_do_bounds(self):
+        u, v = extents(loads(self.HALF))
+        assert u.hi >= 0.999
+        assert (v.lo, v.hi) == (1.0, 1.0)

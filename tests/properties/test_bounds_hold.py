@@ -1,0 +1,134 @@
+"""Proved bounds set against kernels: random points, all corners of terms and the numbers beside them.
+
+A million evaluations of each of many systems, which takes hours:
+FUZZYCTL_PROOFS=300 FUZZYCTL_EVALUATIONS=1000000 python -m pytest -n 0 -s tests/properties/test_bounds_hold.py
+"""
+
+import importlib.util
+import itertools
+import math
+import os
+from pathlib import Path
+
+import hypothesis.strategies as st
+import numpy as np
+from hypothesis import given, note
+
+from fuzzyctl import loads
+from fuzzyctl.analysis.coverage import breakpoints
+from fuzzyctl.analysis.exact import surface_of
+from fuzzyctl.analysis.extremes import extents
+from fuzzyctl.errors import FuzzyctlError
+from fuzzyctl.kernels.compile import compile as compile_system
+from fuzzyctl.kernels.plan import plan
+
+#: Generated systems of each kind, random points of each, and seconds for one end of one bound.
+COUNT = int(os.environ.get("FUZZYCTL_PROOFS", "12"))
+EVALUATIONS = int(os.environ.get("FUZZYCTL_EVALUATIONS", "2000"))
+SECONDS = 0.02 if EVALUATIONS <= 10_000 else 0.3
+#: Most points made of corners and their neighbours, and points of one batch.
+CORNERS, BATCH = max(2000, EVALUATIONS // 10), 100_000
+
+
+def sibling(name):
+    path = Path(__file__).parent / f"{name}.py"
+    spec = importlib.util.spec_from_file_location(f"bounded_{name}", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+ENGINE, KERNELS, INTERPOLATION = (sibling(n) for n in ("test_engine", "test_kernels", "test_interpolation"))
+
+
+def total(system):
+    """The system with NaN where it would raise, so that whole batches can be evaluated."""
+    outputs = tuple(
+        o.model_copy(update={"otherwise": "nan"}) if o.otherwise in (None, "error") else o for o in system.outputs
+    )
+    return system.model_copy(update={"outputs": outputs})
+
+
+def beside(flat, position):
+    """Corners of the terms of an input, and the floating-point numbers beside them."""
+    variable = flat.inputs[position]
+    corners = breakpoints(variable, [d.set for d in flat.degrees if d.variable == position])
+    found = {x for c in corners for x in (math.nextafter(c, -math.inf), c, math.nextafter(c, math.inf))}
+    if variable.extrapolate:
+        found |= {-math.inf, math.inf, variable.lower - 1e3, variable.upper + 1e3}
+    return sorted(found)
+
+
+def batches(flat, rng):
+    """Yield points: all corners and neighbours, of very many a part, then random ones."""
+    axes = [beside(flat, i) for i in range(len(flat.inputs))]
+    if math.prod(map(len, axes)) <= CORNERS:
+        yield np.array(list(itertools.product(*axes)))
+    else:
+        yield np.stack([rng.choice(axis, CORNERS) for axis in axes], axis=1)
+    lower, upper = (np.array([getattr(i, end) for i in flat.inputs]) for end in ("lower", "upper"))
+    for start in range(0, EVALUATIONS, BATCH):
+        count = min(BATCH, EVALUATIONS - start)
+        points = rng.uniform(lower - 0.05 * (upper - lower), upper + 0.05 * (upper - lower), (count, len(lower)))
+        # Some inputs stand at corners while others run.
+        for i, axis in enumerate(axes):
+            at = rng.uniform(size=count) < 0.1
+            points[at, i] = rng.choice(axis, int(at.sum()))
+        yield points
+
+
+def states(kernel, flat, count, rng):
+    """States for a batch: consequents anywhere in the range of their output, previous values as they are at first."""
+    if not kernel.n_states:
+        return ()
+    given_at_first = np.broadcast_to(kernel.initial_state(), (count, kernel.n_states)).copy()
+    for k, (o, _) in enumerate(flat.states):
+        own = flat.outputs[o]
+        given_at_first[:, k] = rng.uniform(own.lower, own.upper, count)
+    return (given_at_first,)
+
+
+def check_bounds(system, seed):
+    """No kernel returns a number outside the proved bounds; what is attained where all is linear comes to 1e-12."""
+    system = total(system)
+    flat, rng = plan(system), np.random.default_rng(seed)
+    found = extents(system, timeout=SECONDS)
+    for algorithm in ("rules", "interpolation"):
+        try:
+            kernel = compile_system(system, "numpy", algorithm=algorithm)
+        except FuzzyctlError:
+            assert algorithm == "interpolation"
+            continue
+        for points in batches(flat, rng):
+            given_states = states(kernel, flat, len(points), rng)
+            values = kernel.batch(points, *given_states) if not flat.held else kernel.batch(points)
+            values = values.reshape(len(points), -1)
+            for own, extent in zip(values.T, found, strict=True):
+                outside = (own < extent.lo) | (own > extent.hi)
+                note(f"{algorithm} {extent} {points[outside][:3]} {own[outside][:3]}")
+                assert not outside.any()
+    if surface_of(flat) is not None and not flat.initial_state:
+        for e in found:
+            size = max(1.0, abs(e.lo), abs(e.hi))
+            note(f"{e}")
+            assert abs(e.lo - e.lo_found) <= 1e-12 * size
+            assert abs(e.hi - e.hi_found) <= 1e-12 * size
+
+
+@ENGINE.quick(COUNT)
+@given(st.data())
+def test_bounds_hold_with_terms_norms_and_centroids(data):
+    check_bounds(data.draw(KERNELS.systems()), data.draw(st.integers(0, 1000)))
+
+
+@ENGINE.quick(COUNT)
+@given(st.data())
+def test_bounds_hold_whatever_a_system_is_made_of(data):
+    check_bounds(data.draw(ENGINE.systems()), data.draw(st.integers(0, 1000)))
+
+
+@ENGINE.quick(COUNT)
+@given(st.data())
+def test_bounds_of_interpolating_systems_hold_and_are_attained(data):
+    text, _ = data.draw(INTERPOLATION.systems())
+    check_bounds(loads(text), data.draw(st.integers(0, 1000)))
