@@ -284,12 +284,13 @@ class _Front:
             return Compare(method.comparison, self._own[rule], Number(method.threshold))  # type: ignore[arg-type]
         return Compare(">", self.activations[rule], ZERO)
 
-    def _besides(self, rule: int) -> tuple[Expr, ...] | None:
-        """Return conditions under which a rule acts though its activation may be 0; None if it always acts."""
-        if self.plan.least is not None:
+    def _besides(self, entry: ImpliedPlan) -> tuple[Expr, ...] | None:
+        """Return conditions under which a rule acts though a consequent feels nothing of it; None if it always acts."""
+        chosen = self.plan.least is None and self.plan.activation.kind in ("general", "threshold")
+        if entry.change is None and not chosen:
             return ()
-        acts = self._acts(rule)
-        return None if acts is None else (acts,) if self.plan.activation.kind == "threshold" else ()
+        acts = self._acts(entry.rule)
+        return None if acts is None else (acts,)
 
     def _computable(self, expr: Expr) -> bool:
         return all(n.name in self._known for n in names_in(expr))
@@ -304,7 +305,7 @@ class _Front:
         plan, output = self.plan, self.plan.outputs[position]
         states = {k: s for s, (o, k) in enumerate(plan.states) if o == position}
         active = [
-            Activation(self.effect(entry), entry.term, states.get(k), _most(plan, entry), self._besides(entry.rule))
+            Activation(self.effect(entry), entry.term, states.get(k), _most(plan, entry), self._besides(entry))
             for k, entry in enumerate(output.implied)
         ]
         inputs = {i.name: x for i, x in zip(plan.inputs, self.clamped, strict=True)}
