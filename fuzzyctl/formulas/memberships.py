@@ -191,8 +191,14 @@ def _square(x: Expr) -> Expr:
 
 
 def _gaussian_degree(x: Expr, p: Parameters) -> Expr:
-    """Compute exp(-z²/2) with z = (x - mean) / sigma; a product, since a general power is slower and less exact."""
-    return Call("exp", (Binary("*", Number(-0.5), _square(_scaled(x, p[0], p[1]))),))
+    """Compute exp(-z²/2) with z = (x - mean) / sigma; a product, since a general power is slower and less exact.
+
+    The division is done beforehand where all numbers, of 32 bits too, can hold what that takes.
+    """
+    mean, sigma = p
+    if 1e-15 < sigma < 1e15:
+        return Call("exp", (Binary("*", Number(-0.5 / sigma**2), _square(Binary("-", x, Number(mean)))),))
+    return Call("exp", (Binary("*", Number(-0.5), _square(_scaled(x, mean, sigma))),))
 
 
 def _gaussian2_degree(x: Expr, p: Parameters) -> Expr:

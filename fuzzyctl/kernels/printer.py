@@ -45,6 +45,7 @@ class Dialect:
         decay: Name of the exponential function where its argument is not positive, so that it cannot overflow.
         item: Text of an array item.
         divide: Text of a quotient.
+        row: Text of a row of a table, from its name and that of the place.
     """
 
     where: Callable[[str, str, str], str]
@@ -56,6 +57,7 @@ class Dialect:
     item: Callable[[str, int | str | Place], str] = lambda array, index: f"{array}[{index_text(index)}]"
     divide: Callable[[str, str], str] = lambda a, b: f"({a} / {b})"
     decay: str = "exp"
+    row: Callable[[str, str], str] = lambda table, place: f"{table}[{place}]"
 
 
 def counted(statement: Locate, x: str) -> list[str]:
@@ -115,10 +117,11 @@ ARRAYS = Dialect(
     where=lambda c, a, b: f"where({c}, {a}, {b})",
     smaller=lambda a, b: f"minimum({a}, {b})",
     larger=lambda a, b: f"maximum({a}, {b})",
-    clip=lambda x, a, b: f"minimum(maximum({x}, {a}), {b})",
+    clip=lambda x, a, b: f"clip({x}, {a}, {b})",
     logic=(" & ", " | ", "logical_not"),
     locate=lambda s, x: [f"{s.name}, {s.rest} = locate({x}, {s.table}, {s.stride})"],
     item=_array_item,
+    row=lambda table, place: f"{table}.take({place}, 0).T",
     # Constants stay plain Python numbers, and Python refuses to divide those by zero.
     divide=lambda a, b: f"divide({a}, {b})",
 )
@@ -143,6 +146,10 @@ class _Writer:
                 return self.dialect.item(array, index)
             case Negate(operand=operand):
                 return f"(-{self.text(operand)})"
+            case (
+                Binary(op="-", left=kept, right=Number(value=0.0)) | Binary(op="*", left=Number(value=1.0), right=kept)
+            ):
+                return self.text(kept)
             case Binary(op="/", left=left, right=right):
                 return self.dialect.divide(self.text(left), self.text(right))
             case Binary(op="^", left=left, right=right):
@@ -221,7 +228,7 @@ def block(
             case Branches():
                 yield from (pad + line for line in _branches(statement, dialect))
             case Row(names=names, table=table, place=place):
-                yield f"{pad}{', '.join(names)} = {table}[{place}]"
+                yield f"{pad}{', '.join(names)} = {dialect.row(table, place)}"
             case Accumulate(count=count, counter=counter, body=body, sums=sums):
                 yield from (f"{pad}{s.name} = 0.0" for s in sums)
                 yield f"{pad}for {counter} in range({count}):"
