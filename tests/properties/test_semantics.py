@@ -191,3 +191,25 @@ def test_knobs_that_do_not_go_together_are_refused(knobs, rule):
     text = f"system s\nsemantics exact({knobs})\ndefuzzifier weighted_average\n{INPUTS}output y in [0, 10] else nan\n"
     with pytest.raises(fuzzyctl.DiagnosticError, match="FZ214"):
         fuzzyctl.loads(f"{text}{FUNCTIONS}{rule}\n")
+
+
+@pytest.mark.parametrize(("how", "expected_z"), [("activation", 0.5), ("carried", 0.25)])
+def test_a_hedge_is_carried_to_later_consequents_where_the_semantics_say_so(how, expected_z):
+    text = (
+        f"system s\nsemantics exact(consequent_hedges={how})\ndefuzzifier weighted_sum\n{INPUTS}"
+        + "".join(f"output {o} in [0, 10] else nan\n{FUNCTIONS}" for o in ("y", "z"))
+        + "if a is lo then y is very lo, z is lo\n"
+    )
+    system = fuzzyctl.loads(text)
+    assert system(a=2.25, b=0) == {"y": 2 * 0.25, "z": 2 * expected_z}
+    assert Reference(system, {"a": 2.25, "b": 0}).outputs() == {"y": 2 * 0.25, "z": 2 * expected_z}
+
+
+def test_a_rule_reads_how_far_the_rules_before_have_activated_a_term():
+    text = (
+        f"system s\nsemantics exact(chained=degree)\naggregation sum\ndefuzzifier weighted_sum\n{INPUTS}"
+        f"output y in [0, 10] else nan\n{FUNCTIONS}output z in [0, 10] else nan\n{FUNCTIONS}"
+        "if y is lo then z is lo\nif a is lo then y is lo\nif b is lo then y is lo\nif y is lo then z is mid\n"
+    )
+    # The first rule comes too early; the last one feels both rules for y.
+    assert fuzzyctl.loads(text)(a=2.25, b=-0.45) == {"y": pytest.approx(2.0), "z": pytest.approx(2.0)}
