@@ -18,6 +18,8 @@ from fuzzyctl.analysis.extremes import extents
 
 #: Generated systems of each kind.
 COUNT = int(os.environ.get("FUZZYCTL_PROOFS", "24"))
+#: Seconds for one end of a bound beside Arb's enclosures.
+SECONDS = 0.05 if COUNT < 100 else 0.5
 
 
 def number(rng, low, high, parts=16):
@@ -168,3 +170,36 @@ def test_arb_finds_no_slope_beyond_the_bound(seed):
         x, y, h = rng.uniform(-2, 1.999), rng.uniform(-2, 2), 0.001
         rise = abs(case.value(flint.arb(x + h), flint.arb(y)) - case.value(flint.arb(x), flint.arb(y)))
         assert not rise > flint.arb(extent.steepness["x"]) * (flint.arb(x + h) - flint.arb(x)) * 1.000001
+
+
+def enclosure_of(case, cells=24):
+    """Arb's enclosure of the values over the box, from balls that cover it cell by cell."""
+    radius = 2 / cells
+    balls = [flint.arb(-2 + (2 * k + 1) * radius, radius) for k in range(cells)]
+    values = [case.value(x, y) for x in balls for y in balls]
+    # Far from all means a sum of activations may be 0 for all that Arb knows of a cell.
+    known = all(v.is_finite() for v in values)
+    return (min(float(v.lower()) for v in values), max(float(v.upper()) for v in values)) if known else (-99.0, 99.0)
+
+
+@pytest.mark.parametrize("seed", range(COUNT))
+def test_arb_encloses_what_is_found_and_contradicts_no_verdict(seed):
+    case, rng = Curves(seed), random.Random(2000 + seed)
+    (extent,) = extents(loads(case.text), timeout=SECONDS)
+    low, high = enclosure_of(case)
+    assert low <= extent.lo_found <= extent.hi_found <= high
+    # Where Arb knows on which side of a number all values lie, so must we; where a value lies beyond it, likewise.
+    spread = extent.hi_found - extent.lo_found + 0.1
+    bounds = [
+        number(rng, max(low, -9.0), min(high, 9.0), 997),
+        extent.hi_found - 0.05 * spread,
+        extent.hi_found + 0.05 * spread,
+    ]
+    claims = "".join(f"require u <= {b!r}\n" for b in bounds)
+    for bound, verdict in zip(bounds, prove(loads(case.text + claims), timeout=2 * SECONDS), strict=True):
+        if isinstance(verdict, Proved):
+            assert extent.hi_found <= bound
+        elif isinstance(verdict, Refuted):
+            assert bound < high
+            at = verdict.witness.point
+            assert case.value(flint.arb(at["x"]), flint.arb(at["y"])) > flint.arb(bound) - flint.arb(1e-12)
