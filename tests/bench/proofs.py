@@ -21,7 +21,8 @@ def seven_by_seven(method: str, terms: str) -> str:
         f"  {r} | {' '.join(NAMES[min(6, max(0, i + j - 3))] for j in range(7))}" for i, r in enumerate(NAMES)
     )
     inputs = "".join(f"input {n} in [-3, 3]\n{terms}\n" for n in ("e", "de"))
-    return f"system pd\n{method}\n{inputs}output u in [-3, 3]\n{{outputs}}\ntable u = e x de\n  {' '.join(NAMES)}\n{rows}\n"
+    table = f"table u = e x de\n  {' '.join(NAMES)}\n{rows}\n"
+    return f"system pd\n{method}\n{inputs}output u in [-3, 3]\n{{outputs}}\n{table}"
 
 
 GAUSSIANS = "\n".join(f"  {n} = gaussian({k - 3}, 0.5)" for k, n in enumerate(NAMES))
