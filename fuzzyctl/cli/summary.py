@@ -113,7 +113,8 @@ def _outputs(system: FuzzySystem) -> list[dict[str, Any]]:
         }
         defuzzifier = v.defuzzifier or system.method.defuzzifier
         if defuzzifier.over_rules:
-            method |= {name: None for name in OVER_SETS if name in method}
+            idle = OVER_SETS[:1] if system.method.semantics.joins_rules else OVER_SETS
+            method |= {name: None for name in idle if name in method}
         rest = {
             "method": method,
             "else": _otherwise(system, v),

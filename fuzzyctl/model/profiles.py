@@ -88,7 +88,12 @@ _OCTAVE_BUGS: Final = (
     "a Sugeno output for which no rule fires stops with an index error; here it is NaN",
     "its drastic sum of three or more degrees is not the drastic sum of pairs; here it is",
 )
+_NEGATIVE: Final = (
+    "where an unbounded sum brings the degree of a chained output above 1, `not` makes it negative, and outputs leave what "
+    "they average; here they do not"
+)
 _FUZZYLITE_BUGS: Final = (
+    _NEGATIVE,
     "an output that keeps its previous value lags one step behind; here it does not",
     "inverse Tsukamoto throws; here it takes the degree of the activation, as pyfuzzylite does",
     "a fourth parameter of gbellmf in a .fis file is read as a height, so that the term vanishes",
@@ -180,7 +185,7 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                 keeps_resolution=True,
                 has_activations=True,
                 not_imitated=(
-                    *_FUZZYLITE_BUGS[2:],
+                    *_FUZZYLITE_BUGS[3:],
                     "its bisector stands between the two samples where it stops, by their areas; here it is the last "
                     "sample",
                 ),
@@ -203,6 +208,7 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                 keeps_resolution=True,
                 has_activations=True,
                 not_imitated=(
+                    _NEGATIVE,
                     "a weighted sum to which no rule contributes is NaN, and so it is here, but 0 in fuzzylite",
                     "four of its activation methods refuse arrays; here they do not",
                 ),

@@ -54,6 +54,11 @@ class Semantics(Node):
     fallback: Literal["unfired", "undefined"] = "unfired"
 
     @property
+    def joins_rules(self) -> bool:
+        """Whether the aggregation matters to sums over rules, and to what reads how far a term has been activated."""
+        return self.merge != "rules" or self.chained == "degree"
+
+    @property
     def knobs(self) -> dict[str, Any]:
         """Every knob by name, without the name of the profile."""
         return {name: getattr(self, name) for name in KNOBS}

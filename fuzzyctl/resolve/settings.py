@@ -59,20 +59,22 @@ def find_idle_settings(
 ) -> None:
     """Warn of implications and aggregations that no output heeds, since it sums over rules or has its own."""
     kinds = {o.name: o.defuzzifier or method.defuzzifier for o in outputs}
+    joins = method.semantics.joins_rules
     for s in statements:
-        if isinstance(s, sx.Setting) and s not in shared and _may_be_idle(s):
+        if isinstance(s, sx.Setting) and s not in shared and _may_be_idle(s, joins):
             heeding = [o for o in outputs if not kinds[o.name].over_rules and getattr(o, s.keyword.text) is None]
             if outputs and not heeding:
                 _idle(context, s, kinds[outputs[0].name])
         elif isinstance(s, sx.Variable) and s.name.text in kinds and kinds[s.name.text].over_rules:
             own = [c.setting for c in s.clauses if isinstance(c, sx.SettingClause)]
-            for setting in filter(_may_be_idle, own):
+            for setting in (s for s in own if _may_be_idle(s, joins)):
                 _idle(context, setting, kinds[s.name.text])
 
 
-def _may_be_idle(s: sx.Setting) -> bool:
+def _may_be_idle(s: sx.Setting, joins: bool) -> bool:
     """Return whether it is a setting of sets that has a meaning; one without has a diagnostic already."""
-    return s.keyword.text in ("implication", "aggregation") and s.value.text in _FIELDS[s.keyword.text][1]
+    idle = ("implication",) if joins else ("implication", "aggregation")
+    return s.keyword.text in idle and s.value.text in _FIELDS[s.keyword.text][1]
 
 
 def _idle(context: Context, setting: sx.Setting, defuzzifier: Defuzzifier) -> None:

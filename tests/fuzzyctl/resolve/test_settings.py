@@ -91,6 +91,12 @@ class TestSemantics:
     def test_what_no_profile_and_no_knob_is(self, changed, text, code):
         assert errors(with_settings(changed, f"semantics {text}")) == [code]
 
+    def test_an_aggregation_that_joins_rules_has_an_effect(self, changed):
+        for semantics, idle in (("exact", 1), ("pyfuzzylite", 0)):
+            text = with_settings(changed, f"semantics {semantics}", "aggregation sum", "defuzzifier center_average")
+            _, found = examine(SourceText("a", text))
+            assert sum("'aggregation' has no effect" in d.message for d in found) == idle
+
     @pytest.mark.parametrize("name", PROFILES)
     def test_every_profile_prints_and_reads_back(self, changed, name):
         own = "fuzzylite(least=none, equal=0.25, total=strengths)" if name == "fuzzylite" else name
