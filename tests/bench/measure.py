@@ -12,7 +12,7 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from bench import fll
+from bench import fll, peers
 from bench.workloads import WORKLOADS, Workload
 
 import fuzzyctl
@@ -120,6 +120,20 @@ def _ways(
     return ways
 
 
+def _peers(folder: Path, workload: Workload) -> Timed:
+    """Return what other Python tools need, those that can be installed and can express the workload."""
+    engine, points = folder / "peer.fll", folder / "peer.bin"
+    engine.write_text(fll.texts()[workload.name], encoding="utf-8")
+    points.write_bytes(workload.points(peers.POINTS).tobytes())
+    found: Timed = {}
+    for peer, (_, workloads) in peers.PEERS.items():
+        python = peers.environment(peer, folder) if workload.name in workloads else None
+        value = peers.measure(peer, python, engine, points) if python is not None else None
+        if value is not None:
+            found[peer] = value
+    return found
+
+
 def _loop(function: Any, points: Any) -> Callable[[], Any]:
     import numba
 
@@ -146,8 +160,13 @@ def _waiting(function: Any, points: Any) -> Callable[[], Any]:
     return lambda: loop(points)
 
 
-def everything(include: str = "", library: str = "") -> dict[str, Timed]:
-    """Measure all workloads, beside the hand-written C and fuzzylite where they can be built."""
+def everything(include: str = "", library: str = "", *, with_peers: bool = False) -> dict[str, Timed]:
+    """Measure all workloads, beside the hand-written C and fuzzylite where they can be built.
+
+    Args:
+        include, library: Folders of fuzzylite's headers and its library, see `fuzzylite`.
+        with_peers: Whether to install other Python tools and to measure them, too.
+    """
     found = {}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -156,4 +175,6 @@ def everything(include: str = "", library: str = "") -> dict[str, Timed]:
             times = measure(workload, limits, ("numba", "numpy"))
             engine = fuzzylite(folder, workload, include, library)
             found[workload.name] = ({} if engine is None else {"fuzzylite": engine}) | times
+            if with_peers:
+                found[workload.name] |= _peers(folder, workload)
     return found

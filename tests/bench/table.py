@@ -1,9 +1,10 @@
 """Print what an evaluation costs, beside hand-written C and fuzzylite's C++ engine, all measured in this run.
 
-    python tests/bench/table.py [--include DIR --library DIR] [--json FILE]
+    python tests/bench/table.py [--include DIR --library DIR] [--peers] [--json FILE]
 
 gcc builds the C; fuzzylite's engine is measured where its headers and library are found (Debian: libfuzzylite-dev), or
-in the folders given. Times are of this machine now; the ratios are the result.
+in the folders given; `--peers` installs pyfuzzylite, scikit-fuzzy and simpful for the length of the run. Times are of
+this machine now; the ratios are the result.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent.parent))
 
 from bench.measure import everything
+from bench.peers import PEERS
 from bench.workloads import WORKLOADS
 
 #: Rows, and the row that each is set against.
@@ -34,15 +36,19 @@ ROWS = {
     "batch, numpy": "fuzzylite",
 }
 
+#: Rows that are there only if they are asked for.
+PEER_ROWS = dict.fromkeys(PEERS, "fuzzylite")
+
 
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--include", default="", help="folder of fuzzylite's headers")
     parser.add_argument("--library", default="", help="folder of fuzzylite's library")
+    parser.add_argument("--peers", action="store_true", help="install and measure other Python tools, too")
     parser.add_argument("--json", default="", help="file to write the numbers to")
     arguments = parser.parse_args()
-    times = everything(arguments.include, arguments.library)
+    times = everything(arguments.include, arguments.library, with_peers=arguments.peers)
     if arguments.json:
         Path(arguments.json).write_text(json.dumps(times, indent=2) + "\n", encoding="utf-8")
     print(rendered(times))
@@ -52,7 +58,7 @@ def rendered(times: dict[str, dict[str, float]]) -> str:
     """Return a Markdown table: nanoseconds, and in brackets the ratio to what the row is set against."""
     names = [w.name for w in WORKLOADS]
     lines = [f"| ns per evaluation | {' | '.join(names)} | in brackets |", f"|---|{'---|' * len(names)}---|"]
-    for row, against in ROWS.items():
+    for row, against in (ROWS | PEER_ROWS).items():
         cells = [_cell(times[n], row, against) for n in names]
         if any(cells):
             lines.append(f"| {row} | {' | '.join(cells)} | {f'times {against!r}' if against else ''} |")

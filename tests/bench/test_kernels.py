@@ -21,6 +21,8 @@ import fuzzyctl
 sys.path.insert(0, str(Path(__file__).parent.parent))
 
 from bench.measure import build_limits, limit
+from bench.nan import without_test
+from bench.peers import PEERS
 from bench.table import ROWS, rendered
 from bench.workloads import WORKLOADS, Workload
 
@@ -76,6 +78,19 @@ def test_the_table_sets_each_way_against_another() -> None:
     assert "| fuzzylite | 1000 | 1000 | 1000 | 1000 |  |" in lines
     assert set(ROWS.values()) <= {*ROWS, ""}
     assert json.dumps(times)
+
+
+def test_rows_of_other_tools_are_there_only_if_they_were_measured() -> None:
+    times = {w.name: {"fuzzylite": 1000.0} for w in WORKLOADS}
+    assert not set(PEERS) & set(rendered(times).split())
+    times["W3"]["simpful"] = 400_000.0
+    assert "| simpful |  |  | 400000 (4e+02) |  | times 'fuzzylite' |" in rendered(times).splitlines()
+
+
+def test_what_nan_costs_is_measured_without_its_test() -> None:
+    sources = [fuzzyctl.compile(fuzzyctl.loads(w.text), "numba").source for w in WORKLOADS]
+    assert ["x0 != x0" in s for s in sources] == [False, True, True, True]
+    assert all("x0 != x0" not in without_test(s) and "return v" in without_test(s) for s in sources)
 
 
 @pytest.mark.skipif(shutil.which("g++") is None, reason="needs g++ to see whether the comparison compiles")
