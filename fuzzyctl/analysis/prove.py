@@ -32,6 +32,7 @@ from fuzzyctl.analysis.exact import Surface, surface_of
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Witness
 from fuzzyctl.analysis.witnesses import Judge
 from fuzzyctl.errors import Diagnostic
+from fuzzyctl.expr import Expr, span_of, to_text
 from fuzzyctl.kernels.plan import Plan, plan
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.system import FuzzySystem
@@ -128,7 +129,23 @@ class Prover:
     def verdict(self, guarantee: Guarantee) -> Verdict:
         """Return what is proved of a guarantee."""
         claim = claim_of(self.system, guarantee)
-        return replace(self._settled(claim), claim=claim.text, span=guarantee.span)
+        found = self._settled(claim)
+        if isinstance(found, Undecided):
+            zero = sampling.zero_divisor(guarantee, claim, self.plan, self.judge)
+            if zero is not None:
+                found = replace(
+                    found, reason=f"{_divides(*zero)}; 'when' can leave such points out", boxes=(), remaining=0
+                )
+        return replace(found, claim=claim.text, span=guarantee.span)
+
+    def zero_divisor(self, guarantee: Guarantee) -> Diagnostic | None:
+        """Report a guarantee that divides by 0 at some point of its region."""
+        zero = sampling.zero_divisor(guarantee, claim_of(self.system, guarantee), self.plan, self.judge)
+        if zero is None:
+            return None
+        help_text = "leave such points out with 'when', or multiply both sides"
+        message = _divides(*zero).replace("it divides", "the guarantee divides", 1)
+        return Diagnostic("FZ307", message, span_of(zero[0]) or guarantee.span, help=help_text)
 
     def _settled(self, claim: Claim) -> Verdict:
         match claim.truth:
@@ -214,12 +231,21 @@ def diagnostics(system: FuzzySystem) -> list[Diagnostic]:
     prover = Prover(system, timeout=0.0)
     found: list[Diagnostic] = []
     for guarantee in system.guarantees:
+        zero = prover.zero_divisor(guarantee)
+        if zero is not None:
+            found.append(zero)
+            continue
         verdict = prover.verdict(guarantee)
         if isinstance(verdict, Refuted):
             message = f"the guarantee '{verdict.claim}' does not hold"
             help_text = "change the rules, or claim what holds"
             found.append(Diagnostic("FZ402", message, guarantee.span, facts=(str(verdict.witness),), help=help_text))
     return found
+
+
+def _divides(divisor: Expr, point: Mapping[str, float]) -> str:
+    at = ", ".join(f"{n} = {x:.6g}" for n, x in point.items())
+    return f"it divides by '{to_text(divisor)}', which is 0 at {at}"
 
 
 def _denied(verdict: Verdict) -> Verdict:

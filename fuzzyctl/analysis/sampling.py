@@ -7,11 +7,13 @@ from collections.abc import Iterator
 from itertools import islice, pairwise, product
 from typing import Final
 
-from fuzzyctl.analysis.claims import Claim, Slope
+from fuzzyctl.analysis.claims import Claim, Slope, named
 from fuzzyctl.analysis.coverage import breakpoints
 from fuzzyctl.analysis.verdicts import Witness
-from fuzzyctl.analysis.witnesses import Judge
+from fuzzyctl.analysis.witnesses import Judge, NoValueError
+from fuzzyctl.expr import Binary, Expr, ExprError, walk
 from fuzzyctl.kernels.plan import Plan
+from fuzzyctl.model.guarantee import Guarantee
 
 #: Most points tried.
 POINTS: Final = 400
@@ -33,6 +35,36 @@ def witness_of(claim: Claim, plan: Plan, judge: Judge) -> Witness | None:
         if found is not None:
             return found
     return None
+
+
+def zero_divisor(guarantee: Guarantee, claim: Claim, plan: Plan, judge: Judge) -> tuple[Expr, dict[str, float]] | None:
+    """Look for a point of the region where a claim divides by 0; return the divisor and the point."""
+    parts = [part for part in (guarantee.claim, guarantee.when) if part is not None]
+    quotients = [n for part in parts for n in walk(part) if isinstance(n, Binary) and n.op == "/"]
+    variables = {*judge.inputs, *judge.outputs_named}
+    divisors = [q.right for q in quotients if variables & set(named(q.right))]
+    if not divisors or plan.states or plan.held or len(plan.rules) > RULES:
+        return None
+    for point in islice(_points(plan), POINTS):
+        here = judge.outputs(point)
+        for divisor in divisors:
+            if _is_zero(judge, divisor, point, here) and _is_inside(judge, claim, point):
+                return divisor, dict(zip(judge.inputs, point, strict=True))
+    return None
+
+
+def _is_zero(judge: Judge, divisor: Expr, point: tuple[float, ...], here: dict[str, float]) -> bool:
+    try:
+        return judge.value(divisor, point, here)[0] == 0
+    except (NoValueError, ExprError, OverflowError):
+        return False
+
+
+def _is_inside(judge: Judge, claim: Claim, point: tuple[float, ...]) -> bool:
+    try:
+        return judge.holds(claim.region, point)
+    except (NoValueError, ExprError, OverflowError):
+        return True  # the condition itself divides by 0
 
 
 def _broken(claim: Claim, plan: Plan, judge: Judge, point: list[float]) -> Witness | None:

@@ -95,7 +95,7 @@ class Judge:
                 slack = tolerance if exact_a and exact_b else tolerance + _ROUNDING * (abs(a) + abs(b))
                 if not tolerance and not is_limit(self.system, bound):
                     # Such a claim is about exact arithmetic, and a difference in the last digits breaks it not.
-                    slack += sum(map(self.rounding, {*named(left), *named(right)} & self._outputs), Fraction(0))
+                    slack += sum(map(self.rounding, {*named(left), *named(right)} & self.outputs_named), Fraction(0))
                 return a - b + slack > 0 if strict and exact_a and exact_b else a - b + slack >= 0
         raise TypeError(f"{type(truth).__name__} is about all points")
 
@@ -171,7 +171,8 @@ class Judge:
         return Fraction(max(ends)) / (1 << 36)
 
     @cached_property
-    def _outputs(self) -> set[str]:
+    def outputs_named(self) -> set[str]:
+        """The outputs that claims may name: its own and `SYSTEM.OUTPUT`."""
         return {o.name for o in self.system.outputs} | compared_outputs(self.system)
 
     def broken_slope(self, slope: Slope, point: Sequence[float], far: float, error: Fraction) -> Witness | None:

@@ -65,3 +65,39 @@ def test_the_shipped_files_take_no_time(rules):
     begun = time.process_time()
     assert [check_source(s)[1] for s in sources] == [[]] * len(sources)
     assert time.process_time() - begun < 0.5
+
+
+class TestDivisors:
+    """A guarantee that divides by 0 somewhere says so at its place."""
+
+    SYSTEM = """system s
+and product
+defuzzifier center_average
+param k = 0.5
+input x in [-1, 1]
+  terms N Z P
+output u in [-1, 1]
+  terms N Z P
+table u = x
+  N Z P
+| N Z P
+require {claim}
+"""
+
+    @pytest.mark.parametrize(
+        ("claim", "divisor"),
+        [("1 / u <= 3", "u"), ("u / x >= 0.5", "x"), ("u <= 2 / (u + 1)", "u + 1"), ("u >= -1 when 1 / x > 2", "x")],
+    )
+    def test_it_is_reported_there(self, claim, divisor):
+        (found,) = diagnostics(fuzzyctl.loads(self.SYSTEM.format(claim=claim)))
+        assert (found.code, found.span.text) == ("FZ307", divisor)
+        assert "which is 0 at x = " in found.message
+
+    @pytest.mark.parametrize("claim", ["u / (u + 2) <= 1", "u / x >= 0.5 when x >= 0.1", "u <= 1 / k", "u / k <= 2"])
+    def test_other_quotients_are_fine(self, claim):
+        assert diagnostics(fuzzyctl.loads(self.SYSTEM.format(claim=claim))) == []
+
+    def test_an_open_verdict_says_so(self):
+        (verdict,) = fuzzyctl.prove(fuzzyctl.loads(self.SYSTEM.format(claim="u / x >= 0.5")), timeout=0.2)
+        assert isinstance(verdict, fuzzyctl.Undecided)
+        assert "divides by 'x', which is 0 at x = 0" in verdict.reason
