@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
+from typing import Final
 
 from fuzzyctl.errors import Diagnostic, Note, closest
 from fuzzyctl.source import SourceText, Span
+
+#: Files with more lines than this, comments and blank lines left out, are not read; nor lists with more numbers.
+MOST_LINES: Final = 20_000
 
 
 class Findings:
@@ -54,6 +58,13 @@ class Findings:
         self.error(code, message, span, help=help, facts=facts, note=note)
         self.diagnostics[-1] = replace(self.diagnostics[-1], severity="warning")
 
+    def too_many(self, count: int, span: Span) -> bool:
+        """Whether there are too many lines; it is reported where the count is just above the most."""
+        if count == MOST_LINES + 1:
+            message = f"the file has more than {MOST_LINES:,} lines"
+            self.error("FZ112", message, span, help="the rest is not read")
+        return count > MOST_LINES
+
     def in_order(self) -> list[Diagnostic]:
         """Return what was found in the order of the places."""
         return sorted(self.diagnostics, key=lambda d: d.span.start if d.span is not None else -1)
@@ -65,12 +76,23 @@ def meant(name: str, known: Iterable[str]) -> str:
     return f"did you mean '{near}'?" if near else ""
 
 
-def distinct(name: str, taken: Iterable[str]) -> str:
-    """Return a name that is not taken yet: the same, or with the first free number behind it."""
-    used = set(taken)
-    if name not in used:
-        return name
-    number = 2
-    while f"{name}_{number}" in used:
-        number += 1
-    return f"{name}_{number}"
+class Names:
+    """Give out names, each once: a name that is taken gets the first free number behind it.
+
+    Args:
+        taken: Names that are not to be given out.
+    """
+
+    def __init__(self, taken: Iterable[str] = ()) -> None:
+        self._taken = set(taken)
+        self._last: dict[str, int] = {}
+
+    def take(self, name: str) -> str:
+        """Return a name that was not given out yet, and give it out."""
+        found, number = name, self._last.get(name, 1)
+        while found in self._taken:
+            number += 1
+            found = f"{name}_{number}"
+        self._last[name] = number
+        self._taken.add(found)
+        return found

@@ -7,7 +7,7 @@ from typing import Final
 
 from fuzzyctl.errors import Diagnostic, DiagnosticError
 from fuzzyctl.expr import Expr, Number
-from fuzzyctl.formats.findings import distinct
+from fuzzyctl.formats.findings import Names
 from fuzzyctl.formats.fz import defuzzifier_text
 from fuzzyctl.formats.losses import Loss
 from fuzzyctl.model.method import MAXIMA, Defuzzifier
@@ -165,6 +165,6 @@ def _named(
     key = (output, membership)
     if key not in names:
         terms = outputs[output]
-        names[key] = distinct(f"mf{len(terms) + 1}", [t.name for t in terms])
+        names[key] = Names(t.name for t in terms).take(f"mf{len(terms) + 1}")
         terms.append(Term(name=names[key], membership=membership))
     return names[key]

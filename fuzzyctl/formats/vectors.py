@@ -13,6 +13,9 @@ from fuzzyctl.source import Span
 #: Deepest nesting of parentheses.
 _DEEPEST: Final = 20
 
+#: Largest number of numbers, signs and separators.
+_LONGEST: Final = 20_000
+
 _TOKEN: Final = re.compile(
     r"(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?)|(?P<name>[A-Za-z_]\w*)|(?P<sign>[-+*/^(),;])"
 )
@@ -159,6 +162,8 @@ def _tokens(text: str) -> list[_Token]:
         match = _TOKEN.match(text, at)
         if match is None:
             raise VectorError(f"'{text[at]}' has no place among numbers", at, at + 1)
+        if len(found) >= _LONGEST:
+            raise VectorError("there are too many numbers", at, match.end())
         found.append((str(match.lastgroup), match.group(), at, match.end(), blank))
         at, blank = match.end(), False
     return found

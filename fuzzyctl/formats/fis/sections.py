@@ -71,19 +71,21 @@ def split(source: SourceText, findings: Findings) -> Sections:
     sections: list[Section] = []
     comments: list[str] = []
     unknown = False
-    for line in _lines(source):
+    for number, line in enumerate(_lines(source), 1):
+        if findings.too_many(number, line):
+            break
         text = line.text
         if text.startswith(("%", "#", "//")):
             comments.append(text)
         elif text.startswith("[") and (header := _HEADER.match(text)) is not None:
-            kind, number = header.group(1).lower(), header.group(2)
+            kind, digits = header.group(1).lower(), header.group(2)
             unknown = kind not in KINDS
             if unknown:
                 known = "[System], [Input1], [Output1] and [Rules] are"
                 message = f"there is no section '{header.group()}'"
                 findings.error("FZ601", message, line, help=f"{known} sections")
             else:
-                sections.append(Section(kind, int(number[:6] or 0), line))
+                sections.append(Section(kind, int(digits[:6] or 0), line))
         elif sections and not unknown:
             _add(sections[-1], line, findings)
         elif not unknown:

@@ -9,7 +9,7 @@ from typing import Final
 
 from fuzzyctl.errors import Note, counted
 from fuzzyctl.expr import Name, Number, replace_names
-from fuzzyctl.formats.findings import Findings, distinct, meant
+from fuzzyctl.formats.findings import Findings, Names, meant
 from fuzzyctl.formats.fis import values
 from fuzzyctl.formats.fis.sections import Entry, Section
 from fuzzyctl.formats.fis.values import RawTerm, Text
@@ -59,7 +59,7 @@ class VariableReader:
     def __init__(self, inputs: int, findings: Findings) -> None:
         self.inputs = inputs
         self.findings = findings
-        self.names: set[str] = set()
+        self.names = Names()
         self.input_names: list[str] = []
         self.reading = ""
         self.padded = False
@@ -94,8 +94,7 @@ class VariableReader:
         entry = section.entry("Name")
         given = values.string(entry) if entry is not None else Text("", section.header)
         wanted = given.text or f"{section.kind}{section.number or 1}"
-        name = distinct(wanted, self.names)
-        self.names.add(name)
+        name = self.names.take(wanted)
         if not given.text:
             message = f"the {section.kind} has no name; it is called '{name}'"
             self.findings.warning("FZ604", message, section.header, help=f"write: Name='{name}'")
@@ -119,7 +118,7 @@ class VariableReader:
 
     def _terms(self, section: Section, variable: str) -> dict[int, Term]:
         terms: dict[int, Term] = {}
-        names: set[str] = set()
+        names = Names()
         again: list[tuple[Text, str]] = []
         number = 0
         for entry in section.entries:
@@ -141,7 +140,6 @@ class VariableReader:
             name = self._term_name(raw.name, number, variable, names)
             if raw.name.text and name != raw.name.text:
                 again.append((raw.name, name))
-            names.add(name)
             terms[number] = Term(name=name, membership=membership, span=raw.name.span)
         self._warn_of_names(variable, again)
         return terms
@@ -160,9 +158,9 @@ class VariableReader:
         message = f"'{entry.key}' is one side of an interval type-2 fuzzy set"
         self.findings.error("FZ602", message, entry.key_span, help="only type-1 sets are computed")
 
-    def _term_name(self, given: Text, number: int, variable: str, taken: set[str]) -> str:
+    def _term_name(self, given: Text, number: int, variable: str, names: Names) -> str:
         wanted = given.text or f"mf{number}"
-        name = distinct(wanted, taken)
+        name = names.take(wanted)
         if not given.text:
             message = f"term {number} of '{variable}' has no name; it is called '{name}'"
             self.findings.warning("FZ604", message, given.span)

@@ -72,7 +72,9 @@ def split(source: SourceText, findings: Findings) -> list[Block]:
     """Split a file into blocks; lines that belong nowhere are reported."""
     blocks: list[Block] = []
     lost = False
-    for span in _lines(source):
+    for number, span in enumerate(_lines(source), 1):
+        if findings.too_many(number, span):
+            break
         text = span.text
         key, colon, _ = text.partition(":")
         plain = key.strip().lower()

@@ -10,7 +10,7 @@ from typing import Final
 
 from fuzzyctl.errors import counted
 from fuzzyctl.expr import ONE, Name, Number, names_in, replace_names
-from fuzzyctl.formats.findings import Findings, distinct, meant
+from fuzzyctl.formats.findings import Findings, Names, meant
 from fuzzyctl.formats.fll.functions import FormulaError, read_formula
 from fuzzyctl.formats.fll.lines import Line
 from fuzzyctl.formats.fll.words import TERM_WORDS, TERMS, TermWord
@@ -67,7 +67,7 @@ class TermReader:
     def __init__(self, place: Place, findings: Findings) -> None:
         self.place = place
         self.findings = findings
-        self.names: set[str] = set()
+        self.names = Names()
 
     def read(self, line: Line) -> Term | None:
         """Return a term; None for one that is reported."""
@@ -82,8 +82,7 @@ class TermReader:
         return Term(name=self._name(name), membership=membership, span=name)
 
     def _name(self, name: Span) -> str:
-        own = distinct(name.text, self.names)
-        self.names.add(own)
+        own = self.names.take(name.text)
         if own != name.text:
             message = f"a second term of '{self.place.variable}' is called '{name.text}'; it becomes '{own}'"
             self.findings.warning("FZ604", message, name, help="rules mean the first; give it a name of its own")
