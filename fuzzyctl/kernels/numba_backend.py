@@ -33,21 +33,28 @@ from math import atan2, cos, exp, inf, log, nan, sin, sqrt, tan
 import numpy as np
 from numba import njit
 
+from fuzzyctl.kernels.selections import larger, smaller
+
 power = np.power
 '''
 
 #: What expressions of the user may call, each written only into modules that do.
 _HELPERS: Final = {
     "divide": ("a, b", "a / b"),
-    "smaller": ("a, b", "a if a < b else b"),
-    "larger": ("a, b", "a if a > b else b"),
     "held": ("x", "(x if x < 1.0 else 1.0) if x > 0.0 else 0.0"),
 }
 
 
+_COMPILED: Final = replace(
+    SCALAR,
+    smaller=lambda a, b: f"smaller({a}, {b})",
+    larger=lambda a, b: f"larger({a}, {b})",
+)
+
+
 def evaluation_source(program: Program) -> str:
     """Return the text of a module with the compiled function `kernel(x0, ..., C)`."""
-    results = [text(r, SCALAR) for r in program.results]
+    results = [text(r, _COMPILED) for r in program.results]
     returned = "float64" if len(results) == 1 else f"UniTuple(float64, {len(results)})"
     end = results[0] if len(results) == 1 else f"({', '.join(results)})"
     signature = f"{returned}({', '.join(_argument_types(program))})"
@@ -59,7 +66,7 @@ def storing_source(program: Program) -> str:
     """Return the text of a module with the compiled function `kernel(x0, ..., C, result)`."""
     signature = f"void({', '.join([*_argument_types(program), 'float64[::1]'])})"
     lines = [f"def kernel({', '.join([*_arguments(program), RESULT])}):", *_body(program)]
-    lines += [f"{INDENT}{RESULT}[{k}] = {text(r, SCALAR)}" for k, r in enumerate(program.results)]
+    lines += [f"{INDENT}{RESULT}[{k}] = {text(r, _COMPILED)}" for k, r in enumerate(program.results)]
     return _module(program, signature, lines)
 
 
@@ -84,7 +91,7 @@ def batch_source(program: Program) -> str:
     def item(array: str, index: int | str | Place) -> str:
         return f"states[{program.state} * i + {index}]" if array == STATE else f"{array}[{index_text(index)}]"
 
-    dialect = replace(SCALAR, item=item)
+    dialect = replace(_COMPILED, item=item)
     lines += block(program.body, dialect, refuse, 2)
     width = len(program.results)
     lines += [f"{pad}results[{width} * i + {k}] = {text(r, dialect)}" for k, r in enumerate(program.results)]
@@ -105,7 +112,7 @@ def _body(program: Program) -> list[str]:
         message = next(s.message for s in program.body if isinstance(s, Refuse) and s.output == output)
         return [f"if {condition}:", f"{INDENT}raise ArithmeticError({message!r})"]
 
-    return list(block(program.body, SCALAR, refuse))
+    return list(block(program.body, _COMPILED, refuse))
 
 
 def _module(program: Program, signature: str, lines: list[str], options: str = "") -> str:
