@@ -9,7 +9,17 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from fuzzyctl.cli.common import AS, DONE, FORMAT, SET, SYSTEM, answers_with_diagnostics, load_checked
+from fuzzyctl.cli.common import (
+    AS,
+    DONE,
+    FORMAT,
+    SET,
+    SYSTEM,
+    answers_with_diagnostics,
+    end_of_range,
+    load_checked,
+    timeout_option,
+)
 
 if TYPE_CHECKING:
     from fuzzyctl.analysis.extremes import Extent
@@ -21,14 +31,7 @@ if TYPE_CHECKING:
 @SET
 @SYSTEM
 @AS
-@click.option(
-    "--timeout",
-    type=click.FloatRange(min=0.0),
-    default=5.0,
-    show_default=True,
-    metavar="SECONDS",
-    help="How long each end of an output, and each slope, may take.",
-)
+@timeout_option(5.0, "How long each end of an output, and each slope, may take.")
 @FORMAT
 @answers_with_diagnostics
 def bounds(
@@ -75,18 +78,11 @@ def _lines(system: FuzzySystem, extent: Extent) -> Iterator[str]:
 def _as_data(extent: Extent) -> dict[str, Any]:
     return {
         "name": extent.name,
-        "low": _plain(extent.lo),
-        "high": _plain(extent.hi),
-        "low_found": _plain(extent.lo_found),
+        "low": end_of_range(extent.lo),
+        "high": end_of_range(extent.hi),
+        "low_found": end_of_range(extent.lo_found),
         "low_at": extent.lo_at,
-        "high_found": _plain(extent.hi_found),
+        "high_found": end_of_range(extent.hi_found),
         "high_at": extent.hi_at,
-        "slopes": {n: _plain(s) for n, s in extent.steepness.items()},
+        "slopes": {n: end_of_range(s) for n, s in extent.steepness.items()},
     }
-
-
-def _plain(value: float) -> float | str | None:
-    """Return a number as JSON has it: None for NaN, texts for infinities."""
-    if math.isnan(value):
-        return None
-    return value if math.isfinite(value) else ("inf" if value > 0 else "-inf")

@@ -224,6 +224,41 @@ def _list(names: Sequence[str]) -> str:
     return ", ".join(names) or "none"
 
 
+def point_of(system: FuzzySystem, texts: Iterable[str], command: str) -> dict[str, float]:
+    """Return the point that `INPUT=VALUE` arguments of a command give.
+
+    Raises:
+        DiagnosticError: For mistakes in them, and for inputs without a value.
+    """
+    given = assignments(texts, [v.name for v in system.inputs], "input")
+    missing = missing_inputs(system, given, command)
+    if missing:
+        raise DiagnosticError(missing)
+    return given
+
+
+def timeout_option(default: float, what: str) -> Callable[[Any], Any]:
+    """Return the option `--timeout`; `what` says of what it is the most."""
+    kind = click.FloatRange(min=0.0)
+    return click.option("--timeout", type=kind, default=default, show_default=True, metavar="SECONDS", help=what)
+
+
+def plain(value: Any) -> Any:
+    """Return data as JSON can have it, which knows no NaN and no infinity: null stands for them."""
+    if isinstance(value, Mapping):
+        return {k: plain(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(v) for v in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def end_of_range(value: float) -> float | str | None:
+    """Return an end of what something lies between: None for NaN, texts for infinities, which say where it is open."""
+    if math.isnan(value):
+        return None
+    return value if math.isfinite(value) else ("inf" if value > 0 else "-inf")
+
+
 def missing_inputs(system: FuzzySystem, given: Mapping[str, float], command: str) -> list[Diagnostic]:
     """Report each input without a value."""
     form = " ".join(f"{v.name}=VALUE" for v in system.inputs)

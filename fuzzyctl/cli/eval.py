@@ -22,10 +22,10 @@ from fuzzyctl.cli.common import (
     SET,
     SYSTEM,
     answers_with_diagnostics,
-    assignments,
     load_checked,
-    missing_inputs,
     outside_range,
+    plain,
+    point_of,
     show,
     to_number,
 )
@@ -74,18 +74,15 @@ def evaluate(
         if values:
             raise click.UsageError("give INPUT=VALUE or --points, not both")
         return _evaluate_csv(system, compile_system(system, backend="numpy"), points, form)
-    given = assignments(values, [v.name for v in system.inputs], "input")
-    missing = missing_inputs(system, given, "eval")
-    if missing:
-        raise DiagnosticError(missing)
+    given = point_of(system, values, "eval")
     warnings = outside_range(system, given)
     results = _results(system, given)
     if form == "json":
         data: dict[str, Any] = {
             "system": system.name,
             "semantics": system.method.semantics.profile,
-            "inputs": _plain(given),
-            "outputs": _plain(results),
+            "inputs": plain(given),
+            "outputs": plain(results),
         }
         data["diagnostics"] = [w.as_dict() for w in warnings]
         click.echo(json.dumps(data, ensure_ascii=False, indent=2))
@@ -100,11 +97,6 @@ def evaluate(
 def _results(system: FuzzySystem, given: dict[str, float]) -> dict[str, float]:
     result = system(**given)
     return dict(result) if isinstance(result, dict) else {system.outputs[0].name: result}
-
-
-def _plain(values: dict[str, float]) -> dict[str, float | None]:
-    """JSON has no NaN and no infinity; null stands for them."""
-    return {name: value if math.isfinite(value) else None for name, value in values.items()}
 
 
 def _evaluate_csv(system: FuzzySystem, kernel: Kernel, points: str, form: str) -> int:
@@ -152,7 +144,7 @@ def _evaluate_rows(
             continue
         for point, result in zip(points.tolist(), results, strict=True):
             inputs = dict(zip([v.name for v in system.inputs], point, strict=True))
-            item = {"inputs": _plain(inputs), "outputs": _plain(dict(zip(outputs, result, strict=True)))}
+            item = {"inputs": plain(inputs), "outputs": plain(dict(zip(outputs, result, strict=True)))}
             results_file.write(("[" if first else ",\n ") + json.dumps(item, ensure_ascii=False))
             first = False
     if form == "json":

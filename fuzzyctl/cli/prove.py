@@ -22,7 +22,9 @@ from fuzzyctl.cli.common import (
     UNDECIDED,
     answers_with_diagnostics,
     assignments,
+    end_of_range,
     show,
+    timeout_option,
     under,
     with_params,
 )
@@ -43,14 +45,7 @@ Proofs = list[tuple[str, "FuzzySystem", "tuple[Verdict, ...]"]]
 @SET
 @SYSTEM
 @AS
-@click.option(
-    "--timeout",
-    type=click.FloatRange(min=0.0),
-    default=10.0,
-    show_default=True,
-    metavar="SECONDS",
-    help="How long one guarantee may take.",
-)
+@timeout_option(10.0, "How long one guarantee may take.")
 @FORMAT
 @answers_with_diagnostics
 def prove(
@@ -201,10 +196,5 @@ def _verdict_data(verdict: Verdict) -> dict[str, Any]:
     if isinstance(verdict, Refuted):
         w = verdict.witness
         return data | {"witness": {"point": w.point, "other": w.other, "values": dict(w.sides)}}
-    boxes = [{n: [_end(s.lower), _end(s.upper)] for n, s in box.items()} for box in verdict.boxes]
+    boxes = [{n: [end_of_range(s.lower), end_of_range(s.upper)] for n, s in box.items()} for box in verdict.boxes]
     return data | {"reason": verdict.reason, "boxes": boxes, "remaining": verdict.remaining}
-
-
-def _end(value: float) -> float | str:
-    """Return an end of a box; JSON has no infinity."""
-    return value if abs(value) < float("inf") else ("inf" if value > 0 else "-inf")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -16,13 +16,12 @@ from fuzzyctl.cli.common import (
     SET,
     SYSTEM,
     answers_with_diagnostics,
-    assignments,
     load_checked,
-    missing_inputs,
     outside_range,
+    plain,
+    point_of,
     show,
 )
-from fuzzyctl.errors import DiagnosticError
 
 if TYPE_CHECKING:
     from fuzzyctl.kernels.tracing import Contribution, Trace
@@ -60,17 +59,14 @@ def why(
     from fuzzyctl.kernels.tracing import trace
 
     system = load_checked(file, settings, name, profile)
-    given = assignments(values, [v.name for v in system.inputs], "input")
-    missing = missing_inputs(system, given, "why")
-    if missing:
-        raise DiagnosticError(missing)
+    given = point_of(system, values, "why")
     found = trace(system, given)
     warnings = outside_range(system, given)
     if form == "json":
         data = {
             "system": system.name,
             "semantics": system.method.semantics.profile,
-            **_plain(dataclasses.asdict(found)),
+            **plain(dataclasses.asdict(found)),
         }
         data["diagnostics"] = [w.as_dict() for w in warnings]
         click.echo(json.dumps(data, ensure_ascii=False, indent=2))
@@ -90,15 +86,6 @@ def _draw(system: FuzzySystem, found: Trace, out: str, most: int) -> None:
 
     with saved(picture_file(out, out)) as figure:
         draw_rules(figure, system, found, most)
-
-
-def _plain(value: Any) -> Any:
-    """JSON has no NaN and no infinity; null stands for them."""
-    if isinstance(value, dict):
-        return {k: _plain(v) for k, v in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(v) for v in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _lines(system: FuzzySystem, found: Trace, most: int) -> list[str]:

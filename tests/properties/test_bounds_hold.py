@@ -110,9 +110,9 @@ def check_bounds(system, seed):
     surface = surface_of(flat)
     if surface is not None and not flat.initial_state:
         for k, e in enumerate(found):
-            # Where activations do not sum to 1, an output is divided by their sum, and so is its rounding.
-            least = 1.0 if surface.is_unity[k] else min(float(surface.sums_at(k, c)[1]) for c in surface.indices)
-            size = max(1.0, abs(e.lo), abs(e.hi)) / min(least, 1.0)
+            # Where activations do not sum to 1, two sums are rounded, and divided by the lower one.
+            least = 1.0 if surface.is_unity[k] else min(float(surface.sums_at(k, c)[1]) for c in surface.indices) / 2
+            size = max(1.0, *map(abs, surface.hull(k))) / min(least, 1.0)
             note(f"{e} {least}")
             assert abs(e.lo - e.lo_found) <= 1e-12 * size
             assert abs(e.hi - e.hi_found) <= 1e-12 * size
