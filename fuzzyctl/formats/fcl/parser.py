@@ -115,10 +115,13 @@ def _statements(cursor: Cursor, opening: str, starts: tuple[str, ...], statement
             if cursor.here.word in _CLOSERS:
                 cursor.take()
             break
+        start = cursor.here
         try:
             statement()
             cursor.end_statement(stops)
         except Slip as slip:
+            if cursor.here is start:
+                cursor.take()  # else the keyword where it begins would end the search for the next statement
             cursor.report(slip, stops)
     cursor.accept(";")
 

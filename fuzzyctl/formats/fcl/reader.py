@@ -29,7 +29,7 @@ def read_all(source: SourceText) -> tuple[tuple[FuzzySystem, ...], list[Diagnost
     systems = []
     for block in file.blocks:
         found, more = _system(block, dialect, source)
-        diagnostics.extend(d for d in more if not _follows(d, lost))
+        diagnostics.extend(d for d in more if not (broken and _follows(d, lost)))
         if found is not None and not broken:
             systems.append(found)
     return tuple(systems), diagnostics
@@ -44,7 +44,7 @@ def _words_of(spans: list[Span]) -> set[str]:
 def _follows(diagnostic: Diagnostic, broken: set[str]) -> bool:
     """Whether something is missing that stands in a statement which could not be read."""
     if diagnostic.code == "FZ212":
-        return bool(broken)
+        return True
     if diagnostic.code not in ("FZ202", "FZ203") or diagnostic.span is None:
         return False
     return diagnostic.span.text.lower() in broken

@@ -62,7 +62,7 @@ class VariableResolver:
     def __init__(self, block: sx.FunctionBlock, scope: Scope) -> None:
         self._block, self._scope = block, scope
         self._ranges: dict[str, sx.Range] = {}
-        self._estimated: list[str] = []
+        self._estimated: dict[str, sx.Word] = {}
 
     def declare(self) -> None:
         """Fill the scope with the declared names."""
@@ -255,11 +255,13 @@ class VariableResolver:
             high = self._scope.number(given.high, "the upper end")
             return low or Number(0.0), high or Number(1.0)
         ends = self._estimate(terms, inputs or [])
+        if block is not None and len(terms) < len(block.terms):
+            return Number(ends[0]), Number(ends[1])  # terms with mistakes have their own diagnostics
         if inputs is None and not terms:
             message = f"input '{word.text}' has neither terms nor a range; [0, 1] is taken"
             self._scope.warning("FZ610", message, word.span, help=f"add: FUZZIFY {word.text} ... END_FUZZIFY")
         elif inputs is None:
-            self._estimated.append(f"{word.text} [{ends[0]:.6g}, {ends[1]:.6g}]")
+            self._estimated[f"{word.text} [{ends[0]:.6g}, {ends[1]:.6g}]"] = word
         elif terms:
             message = f"'{word.text}' has no RANGE; its terms lie in [{ends[0]:.6g}, {ends[1]:.6g}], which is taken"
             help_text = f"write: RANGE := ({ends[0]:.6g} .. {ends[1]:.6g});"
@@ -299,7 +301,7 @@ class VariableResolver:
         """Say in one warning which ranges of inputs were estimated: the standard gives inputs none."""
         if self._estimated:
             message = f"inputs without RANGE: their terms lie in {listed(self._estimated, 6)}"
-            first = next(iter(self._scope.inputs.values()))
+            first = next(iter(self._estimated.values()))
             help_text = "plots and proofs look at this range; values outside it are computed all the same"
             self._scope.warning("FZ610", message, first.span, help=help_text)
 

@@ -67,6 +67,9 @@ class _RefusedError(Exception):
 
 def parse_document(source: SourceText) -> tuple[Element | None, list[Diagnostic]]:
     """Return the root element of a document; None, with a diagnostic, for one that is no XML or that is refused."""
+    if not source.text.strip():
+        help_text = "FML of IEEE 1855 begins with <fuzzySystem name=...>"
+        return None, [Diagnostic("FZ004", "the file is empty", file=source.name, help=help_text)]
     reader = _Reader(source)
     try:
         reader.parse()

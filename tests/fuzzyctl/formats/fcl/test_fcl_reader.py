@@ -419,6 +419,12 @@ def test_options_have_no_effect_and_that_is_said():
     assert sound(text) == sound(block())
 
 
+@pytest.mark.parametrize("again", ["RANGE := (0 .. 2);", "METHOD : COG;", "DEFAULT := 1;"])
+def test_a_statement_given_twice_on_lines_of_their_own_is_told_once(again):
+    text = block(consequents=f"{SETS}\n{again}\n{again}\nTERM more := TRIAN 0 1 2;")
+    assert [f[0] for f in found(text) if f[0] == "FZ215"] == ["FZ215"] * (2 if "RANGE" in again else 1)
+
+
 def test_deep_nesting_is_refused():
     condition = "(" * 5000 + "x IS low" + ")" * 5000
     assert next(f[0] for f in found(block(rules=f"RULE 1 : IF {condition} THEN u IS no;"))) == "FZ106"

@@ -316,6 +316,10 @@ def test_what_could_expand_is_refused_at_once(text):
     assert time.perf_counter() - begin < 1
 
 
+def test_an_empty_file_is_told():
+    assert errors(" \n")[0].code == "FZ004"
+
+
 def test_an_undeclared_entity_and_deep_nesting_are_told():
     assert errors('<fuzzySystem name="&x;"/>')[0].message == "the XML is broken: undefined entity"
     assert errors("<a>" * 100_000)[0].code == "FZ106"
