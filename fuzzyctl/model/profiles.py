@@ -89,8 +89,8 @@ _OCTAVE_BUGS: Final = (
     "its drastic sum of three or more degrees is not the drastic sum of pairs; here it is",
 )
 _NEGATIVE: Final = (
-    "where an unbounded sum brings the degree of a chained output above 1, `not` makes it negative, and outputs leave what "
-    "they average; here they do not"
+    "where an unbounded sum brings the degree of a chained output above 1, `not` makes it negative, and outputs leave "
+    "what they average; here they do not"
 )
 _FUZZYLITE_BUGS: Final = (
     _NEGATIVE,
@@ -126,6 +126,7 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                     consequent_hedges="undone",
                     extremely="cube",
                     sigmoid_difference="clamped",
+                    none_active="range",
                 ),
                 _sampled(101, "endpoints", bisector="first"),
                 otherwise="nan",
@@ -142,6 +143,7 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                     consequent_hedges="undone",
                     extremely="cube",
                     sigmoid_difference="clamped",
+                    none_active="range",
                 ),
                 _sampled(101, "endpoints", centroid="trapezoid", bisector="first"),
                 otherwise="nan",
