@@ -6,7 +6,7 @@ import dataclasses
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import reduce
+from functools import cached_property, reduce
 from typing import Final, Literal
 
 from fuzzyctl.errors import Diagnostic, DiagnosticError, FuzzyctlError, UnknownNameError
@@ -124,7 +124,7 @@ class SetPlan:
         """Whether it is a triangle or trapezoid without jumps."""
         return _sides(self) is not None
 
-    @property
+    @cached_property
     def vertices(self) -> tuple[Vertex, ...]:
         """Corners of a piecewise-linear set, empty for a curved one."""
         if self.expression is not None or not all(map(_is_straight, self.changes)):
