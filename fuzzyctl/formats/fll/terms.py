@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Final
 
@@ -35,8 +34,14 @@ class Place:
 
     variable: str
     inputs: tuple[str, ...]
-    outputs: Collection[str]
+    outputs: tuple[str, ...]
     is_input: bool
+
+    @property
+    def earlier(self) -> tuple[str, ...]:
+        """The outputs declared before the variable, whose values of the same step its formulas may use."""
+        names = tuple(self.outputs)
+        return names[: names.index(self.variable)] if self.variable in names else ()
 
 
 def words(span: Span) -> list[Span]:
@@ -162,7 +167,7 @@ class TermReader:
             return None
         span = rest[0].to(rest[-1])
         place = self.place
-        names = {place.variable, "x"} if place.is_input else set(place.inputs)
+        names = {place.variable, "x"} if place.is_input else {*place.inputs, *place.earlier}
         try:
             formula = read_formula(span, {*names, "x", *place.inputs, *place.outputs})
         except FormulaError as error:
@@ -170,7 +175,7 @@ class TermReader:
             return None
         for name in names_in(formula):
             if name.name not in names and name.name != "pi":
-                due = f"'{place.variable}' itself" if place.is_input else "inputs"
+                due = f"'{place.variable}' itself" if place.is_input else "inputs, and outputs declared before it"
                 message = f"a formula of '{place.variable}' may name {due}, and this one names '{name.name}'"
                 if name.name == "x":
                     message = f"a formula of output '{place.variable}' that is a fuzzy set cannot be computed here"

@@ -103,7 +103,7 @@ class TestLoading:
     def test_check_takes_one(self, tipper):
         system, diagnostics = fuzzyctl.check(tipper)
         assert system == load(tipper)
-        assert codes(diagnostics) == {"FZ309"}
+        assert "FZ309" in codes(diagnostics)
 
     def test_a_system_of_another_name_is_refused(self, tipper):
         with pytest.raises(DiagnosticError, match="no system 'tip'"):
