@@ -16,7 +16,7 @@ from fuzzyctl.model.profiles import PROFILES, Profile
 DialectName = Literal["standard", "jfuzzylogic", "fuzzylite"]
 
 #: A comment by which `write` says whose numerics the system has.
-_NUMERICS: Final = re.compile(r"fuzzyctl: numerics (\w+)")
+_NUMERICS: Final = re.compile(r"numerics of (\w+)")
 
 #: The numerics of a dialect, where no comment says others.
 USUAL_NUMERICS: Final[dict[DialectName, str]] = {
@@ -48,7 +48,7 @@ def dialect_of(file: FclFile) -> Dialect:
 
 
 def _name(file: FclFile) -> DialectName:
-    said = " ".join(file.comments).lower().replace("fuzzyctl: numerics", "")
+    said = " ".join(c for c in file.comments if not _NUMERICS.search(c)).lower()
     words = list(_words(file))
     if "generated with fuzzylite" in said or any(w.upper in FUZZYLITE_ONLY for w in words) or _of_fuzzylite(file):
         return "fuzzylite"

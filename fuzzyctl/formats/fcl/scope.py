@@ -29,6 +29,7 @@ class Scope:
         outputs: Names of VAR_OUTPUT.
         params: Variables of VAR with a constant.
         diagnostics: Filled while resolving.
+        readable: What functions may name where one is resolved, with the variable that it stands for.
         clamped_differences: Whether a difference of sigmoids is 0 where it is negative, as in jFuzzyLogic.
     """
 
@@ -38,6 +39,7 @@ class Scope:
     params: dict[str, Param] = field(default_factory=dict)
     diagnostics: list[Diagnostic] = field(default_factory=list)
     clamped_differences: bool = False
+    readable: dict[str, str] = field(default_factory=dict)
     _told: set[str] = field(default_factory=set)
 
     def error(self, code: str, message: str, span: Span | None, **more: object) -> None:
@@ -123,16 +125,19 @@ class Scope:
         return None
 
     def _variable(self, name: Name) -> Expr | None:
-        if name.name in self.inputs or name.name in self.params:
+        if name.name in self.readable:
+            return Name(self.readable[name.name], name.span)
+        if name.name in self.params:
             return name
         if name.name in self.outputs:
-            return self._refused(f"a function of the output '{name.name}' is not available", name.span)
-        alike = [n for n in self.inputs if n.lower() == name.name.lower()]
+            message = f"a function of the output '{name.name}', which is not declared before, is not available"
+            return self._refused(message, name.span)
+        alike = [n for n in self.readable if n.lower() == name.name.lower()]
         if len(alike) == 1:
-            return Name(alike[0], name.span)
+            return Name(self.readable[alike[0]], name.span)
         if name.name.lower() in CONSTANTS:
             return Number(CONSTANTS[name.name.lower()], "", name.span)
-        known = [*self.inputs, *self.params]
+        known = [*self.readable, *self.params]
         help_text = did_you_mean(name.name, known)
         self.error("FZ202", f"no variable '{name.name}'", name.span, facts=(f"known: {listed(known)}",), help=help_text)
         return None

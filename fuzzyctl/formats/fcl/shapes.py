@@ -119,15 +119,11 @@ def _binary(shape: Shape, arguments: tuple[Expr, ...], scope: Scope) -> Membersh
 
 
 def _function(shape: Shape, scope: Scope, *, of_output: bool) -> Membership | None:
-    if not of_output:
-        message = "a FUNCTION as a term of an input is not available"
-        scope.error("FZ602", message, shape.span, help="give it points or a shape")
-        return None
     assert shape.formula is not None
     expression = scope.function(shape.formula)
     if expression is None:
         return None
-    coefficients = linear_coefficients(expression, list(scope.inputs))
+    coefficients = linear_coefficients(expression, list(scope.inputs)) if of_output else None
     if coefficients is not None:
         return Membership(kind="linear", arguments=coefficients, span=shape.span)
     return Membership(kind="function", arguments=(expression,), span=shape.span)

@@ -130,6 +130,7 @@ class VariableResolver:
         found = []
         for name, word in self._scope.inputs.items():
             block = blocks.get(name)
+            self._scope.readable = {name: name} | ({} if "x" in self._scope.inputs else {"x": name})
             terms = self._terms(block, of_output=False) if block is not None else ()
             clamped = False
             for setting in block.settings if block is not None else ():
@@ -155,7 +156,7 @@ class VariableResolver:
     def outputs(self, inputs: list[Input]) -> list[OutputDraft]:
         """Return the outputs that have a DEFUZZIFY block, in the order declared."""
         blocks = self.blocks("DEFUZZIFY")
-        found = []
+        found: list[OutputDraft] = []
         for name, word in self._scope.outputs.items():
             block = blocks.get(name)
             if block is None:
@@ -165,6 +166,7 @@ class VariableResolver:
             if not block.terms:
                 message = f"output '{name}' has no terms"
                 self._scope.error("FZ212", message, block.variable.span, help="add, for example: TERM low := 0;")
+            self._scope.readable = {n: n for n in (*self._scope.inputs, *(d.name.text for d in found))}
             found.append(self._output(word, block, inputs))
         return found
 

@@ -129,9 +129,9 @@ class _Writer:
         if self._system.title:
             yield f"// {' '.join(self._system.title.split())}"
         if numerics != USUAL_NUMERICS[self.dialect] and numerics in PROFILES:
-            yield f"// fuzzyctl: numerics {numerics}"
+            yield f"// numerics of {numerics}"
         elif self.dialect == "standard":
-            yield "// fuzzyctl: numerics exact"
+            yield "// numerics of exact"
         yield f"FUNCTION_BLOCK {self.names.system}"
         yield ""
         yield from self._declarations("VAR_INPUT", self._system.inputs)

@@ -279,6 +279,17 @@ def test_functions_of_takagi_and_sugeno():
     assert system(x=8, y=5) == pytest.approx(expected, rel=1e-14)
 
 
+def test_functions_of_inputs_themselves_and_of_outputs_declared_before():
+    text = block(variables=VARIABLES.replace("u : REAL;", "u, v : REAL;"))
+    text = text.replace("TERM low := (0, 1) (10, 0);", "TERM low := FUNCTION 1 - x / 10;", 1)
+    second = "DEFUZZIFY v\nTERM twice := FUNCTION 2 * u; METHOD : COGF; RANGE := (0 .. 2);\nEND_DEFUZZIFY\nRULEBLOCK"
+    text = text.replace("RULEBLOCK", second, 1).replace("THEN u IS no", "THEN u IS no, v IS twice")
+    system = sound(text)
+    assert system.input("x").term("low").membership.kind == "function"
+    values = system(x=4, y=5)
+    assert values["v"] == 2 * values["u"] == pytest.approx(2 * 0.4 / (0.6 + 0.4), rel=1e-15)
+
+
 def test_a_sum_over_all_inputs_in_order_is_linear():
     system = sound(block(consequents="TERM no := FUNCTION 2 * x + -3 * y + 1; TERM yes := 1; METHOD : COGF;"))
     membership = system.output("u").term("no").membership
@@ -354,7 +365,7 @@ MISTAKES = [
     ("terms", "TERM low := (0, 1) (2; TERM high := 1;", "FZ601", 22, "',' is due, not ';'"),
     ("terms", "TERM low := width; TERM high := 1;", "FZ202", 13, "'width' is no number and not declared"),
     ("terms", "TERM low := SINGLETONS (1, 1) (2, 0.5); TERM high := 1;", "FZ602", 13, "several singletons"),
-    ("terms", "TERM low := FUNCTION x; TERM high := 1;", "FZ602", 13, "as a term of an input"),
+    ("terms", "TERM low := FUNCTION y; TERM high := 1;", "FZ202", 22, "no variable 'y'"),
     ("terms", "TERM low := 1; TERM high := 1; METHOD : COG;", "FZ214", 32, "METHOD belongs to DEFUZZIFY"),
     ("terms", "TERM low := 1; TERM high := 1; ENABLED : FALSE;", "FZ602", 32, "switched off"),
     ("terms", "TERM low := 1; TERM high := 1; RANGE := (0 .. );", "FZ601", 32, "a range has two ends"),

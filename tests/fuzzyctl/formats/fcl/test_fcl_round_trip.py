@@ -213,7 +213,7 @@ def test_matlab_numerics_are_named_in_a_comment():
     system = minimal(method=method, outputs=(output,))
     assert "else nan" in lossy(minimal(method=method))[0]  # MATLAB takes the middle
     text, losses = write(system)
-    assert "// fuzzyctl: numerics matlab\n" in text
+    assert "// numerics of matlab\n" in text
     assert [str(x) for x in losses if not x.exact] == []
     assert read_back(text).method == system.method
 
