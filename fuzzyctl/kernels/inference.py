@@ -86,15 +86,20 @@ def rates(plan: Plan) -> Program:
 
 
 def trace(plan: Plan) -> Program:
-    """Write the program that computes, one after the other, all degrees, how far each rule acts, and all outputs."""
+    """Write the program of what an evaluation goes through.
+
+    Its results are, one after the other, all degrees, how far each rule acts, how far each consequent feels it, output
+    by output, and all outputs.
+    """
     front = _Front(plan)
     for position in plan.order:
         front.write_output(position)
     builder = front.builder
     degrees = [front.degree(i) for i in range(len(plan.degrees))]
     activations = [builder.let(front.activations[r]) for r in range(len(plan.rules))]
+    effects = [front.effect(entry) for output in plan.outputs for entry in output.implied]
     outputs = [builder.let(front.outputs[position]) for position in range(len(plan.outputs))]
-    return _program(plan, builder, [*degrees, *activations, *outputs])
+    return _program(plan, builder, [*degrees, *activations, *effects, *outputs])
 
 
 def largest_activations(plan: Plan) -> Program:

@@ -106,18 +106,25 @@ def trace(system: FuzzySystem, values: Mapping[str, float]) -> Trace:
     program = inference.trace(flat)
     found = _Traced(flat, python_backend.compile_source(python_backend.evaluation_source(program), program, names))
     results = found.at(point)
-    count = len(flat.degrees)
-    activations = results[count : count + len(flat.rules)]
-    outputs = results[count + len(flat.rules) :]
-    acting = sorted((r for r, a in enumerate(activations) if a > 0.0), key=lambda r: -activations[r])
+    count, width = len(flat.degrees), len(flat.outputs)
+    activations, outputs = results[count : count + len(flat.rules)], results[-width:]
+    felt = _felt(flat, results[count + len(flat.rules) : -width])
+    active = {r for r, a in enumerate(activations) if a > 0.0} | {r for own in felt for r, a in own.items() if a > 0.0}
+    acting = sorted(active, key=lambda r: (-activations[r], r))
     return Trace(
         inputs=dict(zip(names, point, strict=True)),
         outputs=dict(zip((o.name for o in flat.outputs), outputs, strict=True)),
         degrees=_degrees(flat, results[:count]),
-        rules=tuple(_fired(system, flat, r, activations, outputs, dict(values)) for r in acting),
+        rules=tuple(_fired(system, flat, r, activations[r], felt, outputs, dict(values)) for r in acting),
         silent=len(flat.rules) - len(acting),
         slopes=_slopes(flat, found, point),
     )
+
+
+def _felt(flat: Plan, effects: tuple[float, ...]) -> list[dict[int, float]]:
+    """Return for each output how far it feels each rule that names it."""
+    rest = iter(effects)
+    return [{entry.rule: next(rest) for entry in output.implied} for output in flat.outputs]
 
 
 class _Traced:
@@ -143,31 +150,32 @@ def _fired(
     system: FuzzySystem,
     flat: Plan,
     position: int,
-    activations: tuple[float, ...],
+    activation: float,
+    felt: list[dict[int, float]],
     outputs: tuple[float, ...],
     inputs: dict[str, float],
 ) -> FiredRule:
     rule = system.rules[position]
+    known = inputs | dict(zip((o.name for o in flat.outputs), outputs, strict=True))
     parts = []
-    for output, value in zip(flat.outputs, outputs, strict=True):
-        total = sum(activations[e.rule] for e in output.implied)
+    for output, effects, value in zip(flat.outputs, felt, outputs, strict=True):
+        total = sum(effects.values())
         for entry in (e for e in output.implied if e.rule == position):
-            share = activations[position] / total if total else 0.0
-            own = _value(flat, output, output.terms[entry.term], inputs)
+            share = effects[position] / total if total else 0.0
+            own = _value(flat, output, output.terms[entry.term], known)
             pull = None if own is None or output.sums else share * (own - value)
             parts.append(Contribution(output.name, _consequent(rule, output.name), own, share, pull))
-    return FiredRule(position + 1, rule_text(rule), activations[position], tuple(parts))
+    return FiredRule(position + 1, rule_text(rule), activation, tuple(parts))
 
 
-def _value(flat: Plan, output: OutputPlan, term: SetPlan, inputs: dict[str, float]) -> float | None:
+def _value(flat: Plan, output: OutputPlan, term: SetPlan, known: dict[str, float]) -> float | None:
     """Return what a consequent is in an average, None for a set and for what changes with the activation."""
     if not output.over_rules or output.kind in TSUKAMOTO:
         return None
     if term.expression is None:
         return term.peak if output.rate is not None else consequent_hull(output, [output.terms.index(term)])[0]
-    held = {
-        i.name: inputs[i.name] if i.extrapolate else min(max(inputs[i.name], i.lower), i.upper) for i in flat.inputs
-    }
+    held = {i.name: known[i.name] if i.extrapolate else min(max(known[i.name], i.lower), i.upper) for i in flat.inputs}
+    held |= {o.name: known[o.name] for o in flat.outputs}
     function = python_backend.scalar_function(term.expression)
     return float(function(**{n: held[n] for n in held if n in function.__code__.co_varnames}))
 
