@@ -219,7 +219,7 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                 "jfuzzylogic",
                 "jFuzzyLogic 3",
                 "measured with revision 1f421d1b",
-                Semantics(profile="jfuzzylogic", merge="places"),
+                Semantics(profile="jfuzzylogic", merge="places", sigmoid_difference="clamped"),
                 _sampled(1000, "left", bisector="two_sided"),
                 otherwise=Hold(start="nan"),
                 method=Method(aggregation="sum"),
