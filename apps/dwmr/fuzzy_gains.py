@@ -334,6 +334,7 @@ class Rules:
         A hole whose `else` is a number is none: the number counts in the bounds.
         """
         from fuzzyctl.analysis import coverage
+        from fuzzyctl.analysis.holes import Hole
 
         key = self._key(role, system)
         if key in self.known.sound:
@@ -347,7 +348,7 @@ class Rules:
             message = (
                 f"no rule fires for output '{output.name}' where {hole}, and 'else {output.otherwise}' is no number"
             )
-            if not isinstance(hole, coverage.Hole):
+            if not isinstance(hole, Hole):
                 message = f"it is not proved that some rule always fires for output '{output.name}'"
             facts = ("a control law needs a number everywhere",)
             help_text = "let a term of the inputs reach there, or say 'else' with a number"

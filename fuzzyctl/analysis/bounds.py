@@ -9,18 +9,9 @@ from itertools import islice, product
 from typing import Any, Final
 
 from fuzzyctl import arguments
-from fuzzyctl.analysis.coverage import (
-    CERTAIN,
-    Hole,
-    Truths,
-    Verdict,
-    activation_in,
-    breakpoints,
-    cells,
-    degree_in,
-    effect_in,
-    uncovered_of,
-)
+from fuzzyctl.analysis.coverage import uncovered_of
+from fuzzyctl.analysis.degrees import CERTAIN, Truths, activation_in, breakpoints, cells, degree_in, effect_in
+from fuzzyctl.analysis.holes import Hole, Verdict
 from fuzzyctl.analysis.intervals import ANYTHING, Interval, enclose, hull
 from fuzzyctl.errors import NoRuleFiresError
 from fuzzyctl.expr import Binary, Expr, Name, span_of

@@ -10,8 +10,8 @@ import numpy as np
 
 from fuzzyctl.analysis.boxes import System, surely_false, surely_true
 from fuzzyctl.analysis.claims import Bound, Claim, Slope, bounds_in, is_limit
-from fuzzyctl.analysis.coverage import Side
 from fuzzyctl.analysis.enclosures import Array, Mask
+from fuzzyctl.analysis.holes import Side
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Witness
 from fuzzyctl.analysis.witnesses import Judge
 from fuzzyctl.expr import Binary

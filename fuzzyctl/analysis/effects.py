@@ -11,7 +11,7 @@ from itertools import product
 from math import prod
 from typing import Final
 
-from fuzzyctl.analysis.coverage import Truths, activation_in, cells, degree_in, degrees_read
+from fuzzyctl.analysis.degrees import Truths, activation_in, cells, degree_in, degrees_read
 from fuzzyctl.analysis.intervals import Interval, hull
 from fuzzyctl.errors import Diagnostic, Note, counted
 from fuzzyctl.expr import Number, number_text

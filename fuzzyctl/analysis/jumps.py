@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from itertools import combinations, islice, pairwise, product
 from typing import Final
 
-from fuzzyctl.analysis.coverage import Hole, Verdict, breakpoints, cells, degree_in
+from fuzzyctl.analysis.degrees import breakpoints, cells, degree_in
+from fuzzyctl.analysis.holes import Hole, Verdict
 from fuzzyctl.errors import Diagnostic, NoRuleFiresError, counted
 from fuzzyctl.expr import Expr, to_text
 from fuzzyctl.kernels import inference, python_backend

@@ -26,9 +26,10 @@ from fuzzyctl.analysis.claims import (
     claim_of,
     speaks_of_all_points,
 )
-from fuzzyctl.analysis.coverage import Hole, uncovered_of
-from fuzzyctl.analysis.coverage import Undecided as Unclear
+from fuzzyctl.analysis.coverage import uncovered_of
 from fuzzyctl.analysis.exact import Surface, surface_of
+from fuzzyctl.analysis.holes import Hole
+from fuzzyctl.analysis.holes import Undecided as Unclear
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Witness
 from fuzzyctl.analysis.witnesses import Judge
 from fuzzyctl.errors import Diagnostic

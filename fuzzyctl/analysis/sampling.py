@@ -8,7 +8,7 @@ from itertools import islice, pairwise, product
 from typing import Final
 
 from fuzzyctl.analysis.claims import Claim, Slope, named
-from fuzzyctl.analysis.coverage import breakpoints
+from fuzzyctl.analysis.degrees import breakpoints
 from fuzzyctl.analysis.verdicts import Witness
 from fuzzyctl.analysis.witnesses import Judge, NoValueError
 from fuzzyctl.expr import Binary, Expr, ExprError, walk

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from fuzzyctl.analysis.coverage import Side
+from fuzzyctl.analysis.holes import Side
 from fuzzyctl.source import Span
 
 

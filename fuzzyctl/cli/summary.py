@@ -147,7 +147,8 @@ def _held_at_first(system: FuzzySystem, v: Output) -> float | str | None:
 def _proved(system: FuzzySystem) -> dict[str, dict[str, Any]]:
     """Return bounds and coverage of each output, as far as this version can prove them."""
     from fuzzyctl.analysis.bounds import output_bounds
-    from fuzzyctl.analysis.coverage import Hole, uncovered
+    from fuzzyctl.analysis.coverage import uncovered
+    from fuzzyctl.analysis.holes import Hole
 
     try:
         bounds, verdicts = output_bounds(system), uncovered(system)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from itertools import islice, product
 from typing import Any, Final
 
-from fuzzyctl.analysis.coverage import breakpoints
+from fuzzyctl.analysis.degrees import breakpoints
 from fuzzyctl.codegen.c_text import single
 from fuzzyctl.codegen.lean import mapped
 from fuzzyctl.codegen.unit import Unit

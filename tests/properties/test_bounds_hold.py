@@ -15,7 +15,7 @@ import numpy as np
 from hypothesis import given, note
 
 from fuzzyctl import loads
-from fuzzyctl.analysis.coverage import breakpoints
+from fuzzyctl.analysis.degrees import breakpoints
 from fuzzyctl.analysis.exact import surface_of
 from fuzzyctl.analysis.extremes import extents
 from fuzzyctl.errors import FuzzyctlError

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, note, settings
 
 from fuzzyctl.analysis.bounds import output_bounds
-from fuzzyctl.analysis.coverage import Hole, uncovered
+from fuzzyctl.analysis.coverage import uncovered
+from fuzzyctl.analysis.holes import Hole
 from fuzzyctl.errors import NoRuleFiresError
 from fuzzyctl.expr import Binary, Call, Name, Number, evaluate
 from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, DISJUNCTIONS, HEDGES, MEMBERSHIP

@@ -11,7 +11,9 @@ import pytest
 from hypothesis import HealthCheck, Phase, assume, given, note, settings
 
 from fuzzyctl.analysis.bounds import output_bounds
-from fuzzyctl.analysis.coverage import Hole, breakpoints, uncovered
+from fuzzyctl.analysis.coverage import uncovered
+from fuzzyctl.analysis.degrees import breakpoints
+from fuzzyctl.analysis.holes import Hole
 from fuzzyctl.errors import NoRuleFiresError
 from fuzzyctl.expr import Number
 from fuzzyctl.kernels.compile import compile as compile_system

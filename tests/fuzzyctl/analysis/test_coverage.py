@@ -3,9 +3,10 @@ import math
 import pytest
 
 from fuzzyctl import loads
-from fuzzyctl.analysis import coverage
-from fuzzyctl.analysis.coverage import Hole, Side, Undecided, diagnostics, uncovered
-from fuzzyctl.analysis.coverage import cells as cells_of
+from fuzzyctl.analysis import holes
+from fuzzyctl.analysis.coverage import diagnostics, uncovered
+from fuzzyctl.analysis.degrees import cells as cells_of
+from fuzzyctl.analysis.holes import Hole, Side, Undecided
 from fuzzyctl.kernels.plan import InputPlan, SetPlan
 
 TWO = """
@@ -103,7 +104,7 @@ if x is mid then u is a
         assert abs(hole.witness["x"] - 0.5) > 0.15
 
     def test_too_many_cells_leave_it_undecided(self, monkeypatch):
-        monkeypatch.setattr(coverage, "BUDGET", 10)
+        monkeypatch.setattr(holes, "BUDGET", 10)
         verdict = uncovered(two(conjunction="hamacher_product"))["u"]
         assert isinstance(verdict, Undecided)
         assert "2 inputs" in verdict.reason
@@ -126,7 +127,7 @@ if x is rest then u is a
 class TestLargeTables:
     @pytest.mark.parametrize("conjunction", ["min", "product"])
     def test_complete_ones_are_decided_input_by_input(self, conjunction, monkeypatch):
-        monkeypatch.setattr(coverage, "BUDGET", 0)
+        monkeypatch.setattr(holes, "BUDGET", 0)
         assert uncovered(table(40, conjunction))["u"] is None
 
     def test_incomplete_ones_are_not(self, monkeypatch):
@@ -161,7 +162,7 @@ class TestDiagnostics:
         assert "else" in found.help
 
     def test_what_is_undecided_asks_for_an_else(self, monkeypatch):
-        monkeypatch.setattr(coverage, "BUDGET", 10)
+        monkeypatch.setattr(holes, "BUDGET", 10)
         (found,) = diagnostics(two(conjunction="hamacher_product"))
         assert (found.code, found.severity) == ("FZ401", "error")
         assert found.message == "it cannot be decided whether some rule always fires for output 'u'"

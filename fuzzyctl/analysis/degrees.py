@@ -1,0 +1,167 @@
+"""Degrees, firing strengths and activations of a plan over intervals of its inputs.
+
+The inputs are cut at all corners of their terms. Between corners degrees are monotone, so their interval over a cell is
+exact; cells are single points and the floats strictly between two neighbouring ones.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final
+
+from fuzzyctl.analysis.intervals import Interval, decide, enclose
+from fuzzyctl.expr import Compare, Expr, Name, Number, names_in
+from fuzzyctl.kernels.plan import (
+    ITSELF,
+    ImpliedPlan,
+    InputPlan,
+    Plan,
+    RulePlan,
+    SetPlan,
+    chain_name,
+    step_name,
+)
+
+#: A rule whose activation is at least this counts as firing: far above where sums and areas of activations lose digits.
+CERTAIN: Final = 1e-200
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A point or the floats strictly between two points, as an interval of floats, with the points it lies between."""
+
+    floats: Interval
+    ends: Interval
+    is_point: bool
+
+
+def chain_in(flat: Plan, position: int) -> Interval:
+    """Enclose how far a term of an output may have been activated by the rules before."""
+    chain = flat.chains[position]
+    most = float(len(chain.entries)) if flat.outputs[chain.output].aggregation == "sum" else 1.0
+    return 0.0, most
+
+
+class Truths(Mapping[str, Interval]):
+    """Intervals of degrees, and of the steps of firing strengths, each computed when it is asked for."""
+
+    def __init__(self, flat: Plan, degrees: Mapping[str, Interval]) -> None:
+        self._steps = {step_name(i): step for i, step in enumerate(flat.steps)}
+        self._known = {chain_name(i): chain_in(flat, i) for i in range(len(flat.chains))} | dict(degrees)
+        # What is chained may add up to more than a degree.
+        self._most = max((high for _, high in self._known.values()), default=1.0) if flat.chains else 1.0
+
+    def __getitem__(self, name: str) -> Interval:
+        waiting = [] if name in self._known else [name]
+        while waiting:
+            # Steps read earlier ones; a long chain of them must not be a deep recursion.
+            step = waiting[-1]
+            missing = [n.name for n in names_in(self._steps[step]) if n.name not in self._known]
+            if missing:
+                waiting.extend(missing)
+            else:
+                self._known[step] = self.strength(self._steps[step])
+                waiting.pop()
+        return self._known[name]
+
+    def strength(self, expr: Expr) -> Interval:
+        """Return the interval of a firing strength, which is a degree too."""
+        return bounded(enclose(expr, self), self._most)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._known)
+
+    def __len__(self) -> int:
+        return len(self._known)
+
+
+def degree_in(term: SetPlan, x: Interval) -> Interval:
+    """Enclose the degrees of a term over an interval."""
+    if term.expression is not None and math.inf in map(abs, x):
+        return 0.0, term.height
+    return bounded(enclose(term.degree(Name("x")), {"x": x}), term.height)
+
+
+def bounded(values: Interval, most: float) -> Interval:
+    """Return an interval held within what degrees can be."""
+    return min(max(values[0], 0.0), most), min(max(values[1], 0.0), most)
+
+
+def degrees_read(flat: Plan, strength: Expr) -> set[str]:
+    """Return the names of the degrees that a firing strength depends on."""
+    steps = {step_name(i): step for i, step in enumerate(flat.steps)}
+    found: set[str] = set()
+    waiting = [strength]
+    while waiting:
+        for name in {n.name for n in names_in(waiting.pop())} - found:
+            found.add(name)
+            if name in steps:
+                waiting.append(steps[name])
+    return found - steps.keys()
+
+
+def activation_in(flat: Plan, rule: RulePlan, strength: Interval) -> Interval:
+    """Enclose how far a rule acts: 0 where the activation method may leave it out, or it is not above the least."""
+    low, high = _chosen(flat, rule, strength)
+    least = flat.least or 0.0
+    return (low if low > least else 0.0), (high if high > least else 0.0)
+
+
+def effect_in(flat: Plan, entry: ImpliedPlan, activation: Interval) -> Interval:
+    """Enclose the activation of a rule as one of its consequents feels it."""
+    low, high = activation
+    if entry.change is not None:
+        low, high = bounded(enclose(entry.change, {ITSELF: activation}), math.inf)
+        if flat.least is not None:
+            # Hedges make nothing of a rule that does not act.
+            low, high = (low if activation[0] > 0.0 else 0.0), (high if activation[1] > 0.0 else 0.0)
+    return low * entry.factor, high * entry.factor
+
+
+def always_acts(flat: Plan, entry: ImpliedPlan) -> bool:
+    """Return whether hedges may make something of a rule whose activation is 0."""
+    return flat.least is None and entry.change is not None
+
+
+def _chosen(flat: Plan, rule: RulePlan, strength: Interval) -> Interval:
+    low, high = strength[0] * rule.weight, strength[1] * rule.weight
+    method = flat.activation
+    match method.kind:
+        case "threshold":
+            truth = decide(Compare(method.comparison, Name("a"), Number(method.threshold)), {"a": (low, high)})  # type: ignore[arg-type]
+            return (low, high) if truth else (0.0, 0.0 if truth is False else high)
+        case "first" | "last" if high < method.threshold:
+            return 0.0, 0.0
+        case "proportional":
+            return 0.0, 1.0 if high > 0.0 else 0.0
+    return (low if method.kind == "general" else 0.0), high
+
+
+def breakpoints(variable: InputPlan, sets: Sequence[SetPlan]) -> list[float]:
+    """Return the places where the formulas of some terms of an input change, and its range, as far as it reaches."""
+    found = {variable.lower, variable.upper}
+    for term in sets:
+        corners = [x for x, _ in term.vertices] or term.pieces
+        found |= {x for x in corners if variable.extrapolate or variable.lower <= x <= variable.upper}
+    return sorted(found)
+
+
+def cells(variable: InputPlan, sets: Sequence[SetPlan]) -> list[Cell]:
+    """Cut the values of an input at the corners of some of its terms."""
+    points: list[float] = list(breakpoints(variable, sets))
+    if variable.extrapolate:
+        points = [-math.inf, *points, math.inf]
+    found: list[Cell] = []
+    for a, b in pairwise(points):
+        if not math.isinf(a):
+            found.append(Cell((a, a), (a, a), True))
+        between = (a if math.isinf(a) else math.nextafter(a, b), b if math.isinf(b) else math.nextafter(b, a))
+        if between[0] <= between[1]:
+            found.append(Cell(between, (a, b), False))
+    last = points[-1]
+    if not math.isinf(last):
+        found.append(Cell((last, last), (last, last), True))
+    return found
