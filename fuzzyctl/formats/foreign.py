@@ -64,4 +64,6 @@ def _counts(variable: Input, system: FuzzySystem) -> bool:
 
 def _softened(diagnostic: Diagnostic, source: SourceText) -> Diagnostic:
     severity = "warning" if diagnostic.code in LENIENT else diagnostic.severity
-    return dataclasses.replace(diagnostic, severity=severity, file=diagnostic.file or source.name)
+    # What to write in a rule file is no help in a file of another format.
+    help_text = "" if diagnostic.help.startswith("write: ") else diagnostic.help
+    return dataclasses.replace(diagnostic, severity=severity, help=help_text, file=diagnostic.file or source.name)

@@ -1,0 +1,131 @@
+"""Whatever stands in a `.fis` or `.fll` file gives a system or diagnostics, in time that grows with its size.
+
+tests/fuzz/fuzz_formats.py throws more.
+"""
+
+import random
+import re
+import time
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fuzzyctl.errors import render_all
+from fuzzyctl.formats.foreign import examine_foreign
+from fuzzyctl.formats.registry import format_of
+from fuzzyctl.source import SourceText
+
+SAMPLES = {
+    p.name: p.read_text(encoding="utf-8") for p in sorted((Path(__file__).parent / "samples").glob("*.f[il][sl]"))
+}
+FIS = SAMPLES["tipper.fis"]
+FLL = SAMPLES["tipper.fll"]
+TOKEN = re.compile(r"[\d.]+|[^\W\d]\w*|\n *|.", re.DOTALL)
+ODD = [
+    "0",
+    "-1",
+    "1e999",
+    "nan",
+    "-inf",
+    "(",
+    ")",
+    "[",
+    "]",
+    ",",
+    ";",
+    ":",
+    "=",
+    "'",
+    '"',
+    "#",
+    "%",
+    "\n",
+    "\r",
+    "\x00",
+    "é",
+]
+
+
+def examined(name, text):
+    systems, diagnostics = examine_foreign(format_of(name), SourceText(name, text))
+    render_all(diagnostics)
+    assert bool(systems) != any(d.severity == "error" for d in diagnostics)
+    for d in diagnostics:
+        assert d.span is None or 0 <= d.span.start <= d.span.end <= len(text)
+    return systems, diagnostics
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.sampled_from(sorted(SAMPLES)), st.integers(0, 2**32), st.integers(1, 4))
+def test_mutated_files_are_read_or_refused(name, seed, count):
+    rng = random.Random(seed)
+    tokens = TOKEN.findall(SAMPLES[name])
+    for _ in range(count):
+        i, j = rng.randrange(len(tokens)), rng.randrange(len(tokens))
+        match rng.randrange(6):
+            case 0:
+                del tokens[i]
+            case 1:
+                tokens.insert(i, tokens[j])
+            case 2:
+                tokens[i], tokens[j] = tokens[j], tokens[i]
+            case 3:
+                tokens[i] = rng.choice(ODD)
+            case 4:
+                del tokens[i : i + rng.randrange(40)]
+            case 5:
+                tokens[i:i] = tokens[j : j + rng.randrange(40)]
+    examined(name, "".join(tokens))
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.sampled_from(["x.fis", "x.fll"]), st.text(max_size=200))
+def test_any_text_is_read_or_refused(name, text):
+    examined(name, text)
+
+
+@pytest.mark.parametrize("name", sorted(SAMPLES))
+def test_files_cut_off_anywhere_are_read_or_refused(name):
+    text = SAMPLES[name]
+    for end in range(0, len(text), 7):
+        examined(name, text[:end])
+
+
+N = 40_000
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("quotes.fis", FIS.replace("'cheap'", "'" * N)),
+        ("quoted.fis", FIS.replace("'cheap'", "'" + "' " * N)),
+        ("blanks.fis", FIS.replace("'cheap'", "'cheap'" + " " * N)),
+        ("brackets.fis", FIS.replace("[0 5 10]", "[" * N)),
+        ("numbers.fis", FIS.replace("[0 5 10]", f"[{'1 ' * N}]")),
+        ("digits.fis", FIS.replace("[0 5 10]", f"[{'9' * N}]")),
+        ("signs.fis", FIS.replace("[0 5 10]", f"[{'-' * N}1]")),
+        ("parentheses.fis", FIS.replace("[0 5 10]", f"[{'(' * N}]")),
+        ("powers.fis", FIS.replace("[0 5 10]", f"[{'2^' * N}1]")),
+        ("sections.fis", "[System]\nName='a'\n" + "[Input1]\n" * N),
+        ("names.fis", FIS.replace("MF1='cheap'", "MF1='a':'trimf',[0 1 2]\n" * 4000 + "MF1='cheap'")),
+        ("rule.fis", FIS + "1 " * N + ", 1 (1) : 1\n"),
+        ("formula.fis", FIS.replace("'trimf',[0 5 10]", f"'function',[{'1+' * N}1]")),
+        ("colons.fll", ":" * N),
+        ("names.fll", FLL.replace("  term: cheap", "  term: a Triangle 0 1 2\n" * 4000 + "  term: cheap", 1)),
+        ("variables.fll", "Engine: a\n" + "InputVariable: a\n" * N),
+        ("and.fll", FLL + "  rule: if " + "service is poor and " * 5000 + "food is rancid then mTip is cheap\n"),
+        ("parentheses.fll", FLL + "  rule: if " + "(" * N),
+        ("hedges.fll", FLL + "  rule: if service is " + "very " * N + "poor then mTip is cheap\n"),
+        ("keys.fll", "Engine: a;" + "term:;" * N),
+        ("formula.fll", FLL.replace("25 + sin(service)", "(" * N)),
+        ("long.fll", FLL.replace("25 + sin(service)", "1+" * N + "1 ")),
+    ],
+    ids=lambda x: x if len(x) < 30 else "",
+)
+def test_large_files_take_time_that_grows_with_their_size(name, text):
+    start = time.perf_counter()
+    examined(name, text)
+    # About a second on a quiet machine; quadratic time would take minutes.
+    assert time.perf_counter() - start < 30
