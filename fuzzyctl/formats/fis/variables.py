@@ -61,6 +61,7 @@ class VariableReader:
         self.findings = findings
         self.names = Names()
         self.input_names: list[str] = []
+        self.output_names: list[str] = []
         self.reading = ""
         self.padded = False
 
@@ -69,8 +70,7 @@ class VariableReader:
         self._check_keys(section)
         name = self._name(section)
         self.reading = name.text
-        if section.kind == "input":
-            self.input_names.append(name.text)
+        (self.input_names if section.kind == "input" else self.output_names).append(name.text)
         lower, upper = self._range(section, name.text)
         terms = self._terms(section, name.text)
         written = sum(bool(_NUMBERED.match(e.key)) for e in section.entries)
@@ -240,7 +240,8 @@ class VariableReader:
     def _formula(self, raw: RawTerm) -> Membership | None:
         """Return a formula of fuzzylite: over the variable itself in a term of an input, else over the inputs."""
         of_input = self.reading in self.input_names
-        names = {self.reading, "x"} if of_input else set(self.input_names)
+        # An output sees the outputs declared before it.
+        names = {self.reading, "x"} if of_input else {*self.input_names, *self.output_names[:-1]}
         try:
             formula = read_formula(raw.formula or raw.span, names)
         except FormulaError as error:

@@ -445,3 +445,14 @@ class TestVectors:
                 read_vector(Span(source, 0, len(text)))
         else:
             assert tuple(n.value for n in read_vector(Span(source, 0, len(text)))) == values
+
+
+def test_a_formula_of_an_output_may_name_the_outputs_before_it():
+    text = (SAMPLES / "heater_fuzzylite.fis").read_text(encoding="utf-8").replace("NumOutputs=1", "NumOutputs=2")
+    text = (
+        text.replace("'mom'", "'centroid'").replace("Type='mamdani'", "Type='hybrid'").replace(".000 (", ".000 1.000 (")
+    )
+    second = "[Output2]\nName='cost'\nRange=[0 1]\nNumMFs=1\nMF1='a':'function',[fabs ( power-error )]\n\n[Rules]"
+    found = system(text.replace("[Rules]", second))
+    assert found.outputs[1].terms[0].membership.kind == "function"
+    assert [c for c, *_ in said(text.replace("[Rules]", second.replace("power", "cost")))] == ["FZ202"]
