@@ -1,0 +1,76 @@
+"""What `check` says has no effect has none: generated systems of every kind, with and without the rules it names."""
+
+import importlib.util
+from pathlib import Path
+
+import hypothesis.strategies as st
+import numpy as np
+from hypothesis import given, note
+
+from fuzzyctl.analysis.coverage import uncovered_of
+from fuzzyctl.analysis.effects import diagnostics
+from fuzzyctl.analysis.jumps import largest_jump
+from fuzzyctl.formats.fz import antecedent_text
+from fuzzyctl.kernels.compile import compile as compile_system
+from fuzzyctl.kernels.plan import plan
+
+
+def sibling(name):
+    path = Path(__file__).parent / f"{name}.py"
+    spec = importlib.util.spec_from_file_location(f"idle_{name}", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+ENGINE, KERNELS = sibling("test_engine"), sibling("test_kernels")
+
+
+def total(system):
+    """The system with NaN where it would raise, so that whole batches can be evaluated."""
+    outputs = tuple(
+        o.model_copy(update={"otherwise": "nan"}) if o.otherwise in (None, "error") else o for o in system.outputs
+    )
+    return system.model_copy(update={"outputs": outputs})
+
+
+def check_effects(system, seed):
+    """Rules that are reported can go; a jump that is reported is one."""
+    system = total(system)
+    flat = plan(system)
+    found = [d for d in diagnostics(system, flat) if d.code == "FZ403"]
+    verdicts = uncovered_of(flat)
+    for output in flat.outputs:
+        jump = largest_jump(flat, output.name, verdicts[output.name])
+        note(f"{jump}")
+        assert jump is None or jump.size > 1e-3 * (output.upper - output.lower)
+    idle = {d.message.partition("'")[2].rpartition("'")[0] for d in found}
+    kept = tuple(r for r in system.rules if text_of(r) not in idle)
+    named = {c.output for r in kept for c in r.consequents}
+    if not idle or named != {o.name for o in system.outputs} or system.method.activation.kind != "general":
+        return
+    rng = np.random.default_rng(seed)
+    ends = np.array([(i.lower, i.upper) for i in flat.inputs])
+    points = rng.uniform(ends[:, 0], ends[:, 1], (400, len(ends)))
+    before, after = (
+        compile_system(s, "numpy", algorithm="rules").batch(points)
+        for s in (system, system.model_copy(update={"blocks": kept}))
+    )
+    note(f"{idle}")
+    np.testing.assert_allclose(before, after, rtol=1e-9, atol=1e-9)
+
+
+def text_of(rule):
+    return f"if {antecedent_text(rule.antecedent, top=True)}"
+
+
+@ENGINE.quick(60)
+@given(st.data())
+def test_rules_without_effect_can_go(data):
+    check_effects(data.draw(KERNELS.systems()), data.draw(st.integers(0, 1000)))
+
+
+@ENGINE.quick(60)
+@given(st.data())
+def test_rules_without_effect_can_go_whatever_a_system_is_made_of(data):
+    check_effects(data.draw(ENGINE.systems()), data.draw(st.integers(0, 1000)))
