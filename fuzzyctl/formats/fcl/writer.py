@@ -47,7 +47,7 @@ _FUZZYLITE_NORMS: Final = {
     "einstein_sum": "ESUM",
     "hamacher_sum": "HSUM",
     "nilpotent_maximum": "NMAX",
-    "sum": "USUM",
+    "sum": "UnboundedSum",
 }
 _ONLY_FUZZYLITE: Final = frozenset({"einstein_product", "hamacher_sum"})
 
@@ -191,7 +191,9 @@ class _Writer:
         yield from self._unnamed_terms(output)
         defuzzifier = output.defuzzifier or self._system.method.defuzzifier
         yield f"  METHOD : {_METHODS.get(defuzzifier.kind, 'COG')};"
-        if self.dialect == "fuzzylite" or self._accumulations_differ():
+        over_rules = self._accumulation(output) == _FUZZYLITE_NORMS["sum"] and defuzzifier.over_rules
+        # fuzzylite joins nothing before an average where nothing is said.
+        if not over_rules and (self.dialect == "fuzzylite" or self._accumulations_differ()):
             yield f"  ACCU : {self._accumulation(output)};"
         default = self._default(output)
         if default:

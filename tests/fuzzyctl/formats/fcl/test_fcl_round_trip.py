@@ -218,6 +218,18 @@ def test_matlab_numerics_are_named_in_a_comment():
     assert read_back(text).method == system.method
 
 
+def test_sums_have_the_words_that_fuzzylite_reads():
+    fuzzylite = PROFILES["fuzzylite"]
+    sets = Method(aggregation="sum", defuzzifier=fuzzylite.defuzzifier("centroid"), semantics=fuzzylite.semantics)
+    assert "ACCU : UnboundedSum;" in write(minimal(method=sets))[0]
+    output = minimal().outputs[0].model_copy(update={"terms": (term("b", "singleton", 1),)})
+    averages = sets.model_copy(update={"defuzzifier": fuzzylite.defuzzifier("weighted_average")})
+    text, losses = write(minimal(method=averages, outputs=(output,)))
+    assert "ACCU" not in text
+    assert [x for x in losses if not x.exact] == []
+    assert "if x is a then y is b\n" in text
+
+
 def test_shoulders_are_points_and_functions_keep_their_value():
     wave = Call("exp", (Binary("*", Name("x"), Number(-0.5)),))
     shoulder = term("a", "triangle", -math.inf, 0, 1)
