@@ -18,7 +18,7 @@ from fuzzyctl.formats.losses import Loss
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.model.method import MAXIMA, Defuzzifier
 from fuzzyctl.model.profiles import Profile, profile
-from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Not, Or, Rule
+from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Not, Or, Rule, literals
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Input, LinguisticVariable, Membership, Output, Term
 
@@ -76,8 +76,11 @@ class _Writer:
         self.system = system
         self.losses: list[Loss] = []
         self.reasons: list[str] = []
-        self.dialect: Dialect = family(system.method.semantics.profile)
-        self.profile: Profile = profile("matlab" if self.dialect == "matlab" else system.method.semantics.profile)
+        own = system.method.semantics.profile
+        #: Whether MATLAB cannot read the file, though the numerics are not those of another tool.
+        self.beyond_matlab = family(own) == "matlab" and _needs_octave(system)
+        self.dialect: Dialect = "octave" if self.beyond_matlab else family(own)
+        self.profile: Profile = profile(own if family(own) == self.dialect != "matlab" else self.dialect)
         self.powers = {h.name: power for h in system.hedges if (power := _power(h.expression)) is not None}
 
     def write(self) -> tuple[str, list[Loss]]:
@@ -159,7 +162,7 @@ class _Writer:
         if word is None:
             self.reasons.append(f"there is no norm '{own}'")
             return own
-        if word in words.BEYOND_MATLAB and self.dialect == "matlab":
+        if word in words.BEYOND_MATLAB and self.beyond_matlab:
             self._lose(f"system '{self.system.name}'", f"norm '{own}'", "MATLAB has none; Octave reads it")
         return word
 
@@ -322,7 +325,7 @@ class _Writer:
         if fraction is None:
             self.reasons.append(f"{where} has the hedges '{' '.join(hedges)}'")
             return "0"
-        if fraction and self.dialect == "matlab":
+        if fraction and self.beyond_matlab:
             self._lose(where, f"hedges '{' '.join(hedges)}'", "MATLAB has none; Octave reads them")
         return f"{sign}{place + fraction:f}" if fraction else f"{sign}{place}"
 
@@ -332,6 +335,16 @@ class _Writer:
         if len(hedges) == 1 and hedges[0] in self.powers and self.dialect != "fuzzylite":
             return self.powers[hedges[0]] / 10
         return None
+
+
+def _needs_octave(system: FuzzySystem) -> bool:
+    """Whether a system has norms or hedges that MATLAB does not have, and Octave does."""
+    method = system.method
+    norms = {method.conjunction, method.disjunction, method.implication, method.aggregation}
+    norms |= {n for o in system.outputs for n in (o.implication, o.aggregation) if n is not None}
+    hedges = {h for r in system.rules for i in literals(r.antecedent) for h in i.hedges}
+    hedges |= {h for r in system.rules for c in r.consequents for h in c.hedges}
+    return bool(norms - {"min", "product", "max", "probabilistic_sum", "sum"} or hedges - {"not", "any"})
 
 
 def _flat(operands: tuple[Antecedent, ...], kind: type[Antecedent]) -> Iterator[Antecedent]:

@@ -381,3 +381,18 @@ class TestWhatIsLost:
             assert repr(third) in text
             back, _ = read(format, text)
             assert math.isclose(back.rules[1].weight.value, third, rel_tol=0)
+
+    @pytest.mark.parametrize(
+        ("old", "new", "lost"),
+        [
+            ("is poor or", "is very poor or", ("rule 1", "hedges 'very'")),
+            ("param steep", "and einstein_product\nparam steep", ("system 'tip'", "norm 'einstein_product'")),
+        ],
+    )
+    def test_what_only_octave_reads_is_written_for_octave_and_told(self, old, new, lost):
+        text = TIP.replace(old, new, 1).replace("if not (service is poor or food is bad)", "if service is good")
+        written, losses = FORMATS["fis"].write(loads(text))
+        assert lost in [(x.where, x.what) for x in losses if not x.exact]
+        assert ("output 'tip'", "else a value") in [(x.where, x.what) for x in losses]
+        back, _ = read("fis", written)
+        assert back.method.semantics == profile("octave").semantics
