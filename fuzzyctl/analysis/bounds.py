@@ -16,8 +16,9 @@ from fuzzyctl.analysis.intervals import ANYTHING, Interval, enclose, hull
 from fuzzyctl.errors import NoRuleFiresError
 from fuzzyctl.expr import Binary, Expr, Name, span_of
 from fuzzyctl.kernels import inference, python_backend
-from fuzzyctl.kernels.defuzzify import consequent_hull, support_hull
+from fuzzyctl.kernels.defuzzify import closed_form, consequent_hull, support_hull
 from fuzzyctl.kernels.plan import HeldPlan, OutputPlan, Plan, SetPlan, degree_name, plan
+from fuzzyctl.kernels.quadrature import MOST
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Output
 from fuzzyctl.source import Span
@@ -201,7 +202,9 @@ def _rounding(output: OutputPlan, terms: Sequence[int]) -> float:
     if output.over_rules:
         count, values = len(output.implied), [abs(end) for end in consequent_hull(output, terms)]
     else:
-        count = output.resolution or 64 * (len(output.terms) + 1) ** 2
+        own = [output.terms[e.term] for e in output.implied]
+        pieces = 64 * (len(output.terms) + 1) ** 2 if closed_form(output, own) else 15 * MOST
+        count = output.resolution or pieces
         values = [abs(output.lower), abs(output.upper)]
     return 4.0 * (count + 4) * 2.0**-53 * max(values, default=0.0)
 

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from fuzzyctl.analysis import intervals
 from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where
-from fuzzyctl.kernels.program import STATE, Accumulate, Assign, Fold, Item, Place, Program, Refuse
+from fuzzyctl.kernels.program import STATE, Accumulate, Assign, Fold, Item, Place, Program, Quadrature, Refuse
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -153,6 +153,8 @@ class Interpreter:
                 case Fold(then=then):
                     # What is made of it is held within the hull of the sets; that is what is known.
                     self.names |= {s.name: _anything() for s in then}
+                case Quadrature(found=found, area=area):
+                    self.names |= {found: _anything(), area: _anything()}
                 case Refuse():
                     pass  # claims are about points that have a value
                 case _:

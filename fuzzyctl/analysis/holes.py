@@ -24,7 +24,8 @@ from fuzzyctl.analysis.degrees import (
 from fuzzyctl.analysis.intervals import Interval
 from fuzzyctl.expr import Binary, Call, Expr, Name, walk
 from fuzzyctl.formulas import CONJUNCTIONS, EXACT_IMPLICATIONS
-from fuzzyctl.kernels.defuzzify import support
+from fuzzyctl.kernels.adaptive import nodes_of
+from fuzzyctl.kernels.defuzzify import closed_form, support
 from fuzzyctl.kernels.plan import (
     ImpliedPlan,
     OutputPlan,
@@ -337,14 +338,18 @@ def counts(output: OutputPlan, term: SetPlan) -> bool:
         return True
     if output.resolution is not None:
         return max(sampled_degrees(term, seen_points(output))) >= NARROW
+    if not closed_form(output, [term]):
+        return max(sampled_degrees(term, nodes_of(output, term))) >= NARROW
     ends = support(output, term)
     return bool(ends) and ends[1] - ends[0] > NARROW * (output.upper - output.lower)
 
 
 def _top(output: OutputPlan, term: SetPlan) -> float:
-    """Return the largest degree of a consequent set that a sampled centroid sees."""
-    if output.over_rules or output.resolution is None:
+    """Return the largest degree of a consequent set that samples, or the nodes of an adaptive integral, see."""
+    if output.over_rules or (output.resolution is None and closed_form(output, [term])):
         return 1.0
+    if output.resolution is None:
+        return max(sampled_degrees(term, nodes_of(output, term)))
     return max(sampled_degrees(term, seen_points(output)))
 
 

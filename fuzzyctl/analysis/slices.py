@@ -9,7 +9,7 @@ import dataclasses
 from collections.abc import Iterable, Sequence
 
 from fuzzyctl.expr import Expr, names_in
-from fuzzyctl.kernels.program import Accumulate, Assign, Fold, Program, Statement
+from fuzzyctl.kernels.program import Accumulate, Assign, Fold, Program, Quadrature, Statement
 
 
 def needed(program: Program, wanted: Sequence[int]) -> Program:
@@ -33,6 +33,8 @@ def _flow(statement: Statement) -> tuple[set[str], set[str]]:
             return {s.name for s in sums}, _used(a.value for a in (*body, *sums))
         case Fold(first=first, body=body, then=then):
             return {s.name for s in then}, _used(a.value for a in (*first, *body, *then))
+        case Quadrature(found=found, area=area, given=given, marks=marks):
+            return {found, area}, {*given} | _used(marks)
     return set(), set()
 
 

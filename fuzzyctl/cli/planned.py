@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import Any, Final
 
 from fuzzyctl.kernels.algorithm import algorithm_of
+from fuzzyctl.kernels.defuzzify import closed_form
 from fuzzyctl.kernels.plan import Plan, plan
 from fuzzyctl.kernels.program import Accumulate, Assign, Fold, Locate, Program
-from fuzzyctl.model.method import TSUKAMOTO
+from fuzzyctl.model.method import MAXIMA, TSUKAMOTO
 from fuzzyctl.model.system import FuzzySystem
 
 #: What people call the defuzzifiers that look at a set.
@@ -48,7 +49,9 @@ def _output(flat: Plan, position: int) -> dict[str, Any]:
         what = "where monotone consequents have the activations" if output.inverts else "degrees of the activations"
         how = f"{'sum' if output.sums else 'average'} of {what}"
     elif not output.over_rules:
-        form = "in closed form" if output.resolution is None else f"of {output.resolution} samples"
+        terms = [output.terms[e.term] for e in output.implied]
+        exact = "in closed form" if output.kind in MAXIMA or closed_form(output, terms) else "by adaptive integrals"
+        form = exact if output.resolution is None else f"of {output.resolution} samples"
         how = f"{NAMES[output.kind]} {form}"
     return {"name": output.name, "how": how, "reads": [flat.outputs[k].name for k in output.reads]}
 

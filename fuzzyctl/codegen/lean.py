@@ -18,6 +18,7 @@ from fuzzyctl.kernels.program import (
     Offset,
     Place,
     Program,
+    Quadrature,
     Refuse,
     Statement,
 )
@@ -85,6 +86,12 @@ def _mapped(statement: Statement, change: Callable[[Expr], Expr]) -> Statement:
             return Refuse(replace(condition, change), output)
         case Locate() | Offset():
             return statement
+        case Quadrature(kind=kind):
+            exact = "bisector" if kind == "half" else "centroid"
+            raise CodegenError(
+                f"the exact {exact} of these sets is an adaptive integral, which generated code has not; sample it, "
+                f"such as 'defuzzifier {exact}(resolution=1000)'"
+            )
     raise CodegenError(f"a statement {type(statement).__name__} cannot be printed")
 
 

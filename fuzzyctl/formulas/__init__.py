@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Final
 
 from fuzzyctl.formulas.memberships import MEMBERSHIP, VARIANTS, MembershipFormula, Parameters, Vertex, formula_of
@@ -32,9 +33,11 @@ __all__ = [
     "DISJUNCTIONS",
     "EXACT_AGGREGATIONS",
     "EXACT_IMPLICATIONS",
+    "FINITE",
     "HEDGES",
     "HEDGE_SUMMARIES",
     "IMPLICATIONS",
+    "INVERTIBLE",
     "MEMBERSHIP",
     "VARIANTS",
     "Hedge",
@@ -46,6 +49,8 @@ __all__ = [
     "conjunction",
     "disjunction",
     "exact_centroid_possible",
+    "exact_maxima_possible",
+    "exact_norms",
     "formula_of",
     "hedge",
     "held",
@@ -67,6 +72,28 @@ def piecewise_linear(kind: str) -> bool:
 
 
 _STRAIGHT: Final = ("triangle", "trapezoid", "rectangle", "ramp", "piecewise")
+
+
+#: Curved kinds that are 0 beyond their feet.
+FINITE: Final = ("s_shape", "z_shape", "pi_shape", "cosine", "arc", "semi_ellipse")
+
+#: Curved kinds of which it is known in closed form where they have some degree at least.
+INVERTIBLE: Final = ("gaussian", "gaussian2", "bell", "sigmoid", "spike", "concave", *FINITE)
+
+
+def exact_norms(implication: str, aggregation: str) -> bool:
+    """Return whether sets with straight sides stay such sets, so that they have closed forms."""
+    return implication in EXACT_IMPLICATIONS and aggregation in EXACT_AGGREGATIONS
+
+
+def exact_maxima_possible(kinds: Iterable[str], implication: str, aggregation: str) -> bool:
+    """Return whether the maxima of a set made of terms of some kinds are known in closed form."""
+    own = set(kinds)
+    if not exact_norms(implication, aggregation):
+        return False
+    if all(map(piecewise_linear, own)):
+        return True
+    return aggregation == "max" and all(k in INVERTIBLE or (piecewise_linear(k) and k != "piecewise") for k in own)
 
 
 def exact_centroid_possible(kind: str, implication: str, aggregation: str) -> bool:

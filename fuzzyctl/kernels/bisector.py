@@ -165,18 +165,23 @@ def _interpolated(samples: Samples, middle: float) -> tuple[Expr, Expr]:
     rest = builder.let(minus(half, found["before"]))
     share = builder.let(share_of(builder, found["left"], found["right"], rest))
     place = builder.let(plus(found["start"], times(Number(width), share)))
-    return builder.let(past_gap(place, found["start"], found["after"])), whole
+    end = builder.let(plus(found["start"], Number(width)))
+    # Ends that meet may differ by rounding.
+    after = builder.let(Where(Compare(">", found["after"], plus(end, Number(1e-9 * width))), found["after"], end))
+    return builder.let(past_gap(place, end, after)), whole
 
 
-def past_gap(place: Expr, start: Expr, after: Expr) -> Expr:
-    """Return the place found in a stretch, or the middle between it and where the area goes on after a gap.
+def past_gap(place: Expr, end: Expr, after: Expr) -> Expr:
+    """Return the place found in a stretch, or the middle of a gap behind the stretch.
+
+    At the end of a stretch where the set vanishes the place has lost its digits, while the end is known.
 
     Args:
         place: Up to where the area is half.
-        start: Where its stretch begins.
+        end: Where its stretch ends.
         after: Where the stretch begins in which the area comes to be more than half.
     """
-    return Where(Compare(">", after, start), times(HALF, plus(place, after)), place)
+    return Where(Compare(">", after, end), times(HALF, plus(end, after)), place)
 
 
 def share_of(builder: Builder, left: Expr, right: Expr, area: Expr) -> Expr:

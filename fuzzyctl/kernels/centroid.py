@@ -62,7 +62,7 @@ def exact_moments(builder: Builder, output: OutputPlan, heights: Sequence[Height
         if output.aggregation == "sum":
             cut = _clipped if clipped else _scaled
             parts.extend(_about_middle(builder, piece, line, cut(builder, line, line.height)) for line in piece.lines)
-        elif clipped and _is_handover(piece):
+        elif clipped and is_handover(piece):
             parts.append(_handover(builder, piece))
         elif clipped:
             parts.extend(m for part in uncrossed(piece) for m in _clipped_union(builder, part))
@@ -115,7 +115,7 @@ def line_ends(vertices: tuple[Vertex, ...], a: Fraction, b: Fraction) -> tuple[F
     return Fraction(vertices[-1][1]), Fraction(vertices[-1][1])
 
 
-def _is_handover(piece: Piece) -> bool:
+def is_handover(piece: Piece) -> bool:
     """Return whether one term falls from 1 to 0 while another rises from 0 to 1, as neighbours of a partition do."""
     ends = {(float(line.left), float(line.right)) for line in piece.lines}
     return len(piece.lines) == 2 and ends == {(1.0, 0.0), (0.0, 1.0)}

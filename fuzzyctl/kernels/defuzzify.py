@@ -6,17 +6,25 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Final
 
 from fuzzyctl.expr import ZERO, Binary, Compare, Expr, Logic, Name, Number, Where, replace_names
-from fuzzyctl.formulas import Vertex
+from fuzzyctl.formulas import FINITE, Vertex, exact_norms
+from fuzzyctl.kernels.adaptive import adaptive
 from fuzzyctl.kernels.bisector import sampled_bisector
-from fuzzyctl.kernels.centroid import exact_moments
+from fuzzyctl.kernels.centroid import Height, exact_moments
+from fuzzyctl.kernels.cuts import has_cuts, maximum_of_union
 from fuzzyctl.kernels.maxima import sampled_maximum
+from fuzzyctl.kernels.outline import size_of
 from fuzzyctl.kernels.plan import OutputPlan, SetPlan
 from fuzzyctl.kernels.program import NAN, STATE, Builder, Item, clip, times
 from fuzzyctl.kernels.python_backend import scalar_function
 from fuzzyctl.kernels.sampling import Samples, sample_points, sampled_degrees, sampled_moments
+from fuzzyctl.kernels.straight import straight_bisector, straight_maximum
 from fuzzyctl.model.method import MAXIMA
+
+#: Larger outlines cost more than an adaptive integral.
+LARGEST: Final = 20_000
 
 
 @dataclass(frozen=True)
@@ -97,8 +105,7 @@ def _of_set(builder: Builder, output: OutputPlan, active: Sequence[Activation]) 
     """Write what is made of the aggregated set: its place, counted from the middle, and what is above 0 with it."""
     heights = _heights(builder, output, active)
     if output.resolution is None:
-        area, moment = exact_moments(builder, output, heights)
-        return Binary("/", moment, area), area
+        return _exact(builder, output, heights)
     samples = Samples.of(builder, output, heights)
     if output.kind in MAXIMA:
         return sampled_maximum(samples, middle(output))
@@ -106,6 +113,30 @@ def _of_set(builder: Builder, output: OutputPlan, active: Sequence[Activation]) 
         return sampled_bisector(samples, middle(output))
     moment, area = sampled_moments(samples, middle(output))
     return Binary("/", moment, area), area
+
+
+def _exact(builder: Builder, output: OutputPlan, heights: Sequence[Height]) -> tuple[Expr, Expr]:
+    """Write the same without samples: in closed form where there is one, else by adaptive integrals."""
+    form = closed_form(output, [output.terms[t] for t, _, _ in heights])
+    match output.kind, form:
+        case "centroid", True:
+            area, moment = exact_moments(builder, output, heights)
+            return Binary("/", moment, area), area
+        case "bisector", True if size_of(output, heights) <= LARGEST:
+            return straight_bisector(builder, output, heights)
+        case "centroid", _:
+            moment, area = adaptive(builder, output, heights)
+            return Binary("/", moment, area), area
+        case "bisector", _:
+            return adaptive(builder, output, heights)
+    if output.aggregation == "max" and all(has_cuts(output.terms[t]) for t, _, _ in heights):
+        return maximum_of_union(builder, output, heights)
+    return straight_maximum(builder, output, heights)
+
+
+def closed_form(output: OutputPlan, terms: Sequence[SetPlan]) -> bool:
+    """Return whether an exact defuzzifier of some terms has a closed form, a finite number of operations."""
+    return exact_norms(output.implication, output.aggregation) and all(t.vertices for t in terms)
 
 
 def _otherwise(output: OutputPlan) -> Number:
@@ -180,13 +211,24 @@ def support_hull(output: OutputPlan, terms: Sequence[int]) -> tuple[float, float
 
 
 def support(output: OutputPlan, term: SetPlan) -> tuple[float, ...]:
-    """Return the ends of the support of a piecewise-linear term within the output range, nothing where it has none."""
+    """Return the ends of the support of a term within the output range, nothing where it has none."""
     ends: list[float] = []
-    for (x0, y0), (x1, y1) in pairwise(_whole(term.vertices)):
+    for x0, x1 in _stretches(output, term):
         left, right = max(x0, output.lower), min(x1, output.upper)
-        if left < right and max(y0, y1) > 0.0:
+        if left < right:
             ends += [left, right]
     return (min(ends), max(ends)) if ends else ()
+
+
+def _stretches(output: OutputPlan, term: SetPlan) -> list[tuple[float, float]]:
+    """Return the stretches between corners where a term is above 0; of a curved term those where its formula is."""
+    if term.vertices:
+        return [(x0, x1) for (x0, y0), (x1, y1) in pairwise(_whole(term.vertices)) if max(y0, y1) > 0.0]
+    places = sorted({output.lower, *term.pieces, output.upper})
+    degree = scalar_function(term.degree(Name("x")))
+    # A formula is above 0 all over a stretch, or nowhere but for what rounds to 0 far from its middle.
+    always = term.kind not in FINITE or bool(term.changes)
+    return [(a, b) for a, b in pairwise(places) if always or degree(0.5 * a + 0.5 * b) > 0.0]
 
 
 def _whole(vertices: tuple[Vertex, ...]) -> tuple[Vertex, ...]:
@@ -257,7 +299,7 @@ def _if_firing(builder: Builder, strength: Expr, value: Expr, otherwise: float) 
     return builder.let(Where(Compare(">", strength, ZERO), value, Number(otherwise)))
 
 
-def _heights(builder: Builder, output: OutputPlan, active: Sequence[Activation]) -> list[tuple[int, Expr, float]]:
+def _heights(builder: Builder, output: OutputPlan, active: Sequence[Activation]) -> list[Height]:
     """Return (term, activation, largest activation) with rules merged where the aggregation allows it.
 
     Under `max`, and under `sum` of scaled sets, rules of one term act as one rule.

@@ -1,18 +1,21 @@
-"""Maxima of sampled sets: the smallest, the largest and the mean of the samples where the set is largest."""
+"""Maxima: the smallest, the largest and the mean of the places where a set is largest, of samples and of intervals."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Final
 
 from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, Expr, Logic, Number, Where
 from fuzzyctl.kernels.plan import OutputPlan
-from fuzzyctl.kernels.program import Builder, plus, times
+from fuzzyctl.kernels.program import Builder, clip, minus, plus, times
 from fuzzyctl.kernels.sampling import Carried, Samples, largest
 
 #: Degrees that fall short of the largest by less than this part of it count as largest, unless a file says otherwise.
 TOLERANCE: Final = 1e-9
+#: Places closer to each other than this part of the range are one place, and shorter intervals are points.
+_SAME: Final = 1e-12
 
 
 def tolerance(output: OutputPlan) -> float:
@@ -69,3 +72,66 @@ def _by_magnitude(samples: Samples, bound: Expr, places: Sequence[float], *, gap
     start = {"place": ZERO, "away": Number(worst)}
     magnitudes = [abs(p) for p in samples.points]
     return samples.scan(start, step, [places, magnitudes], gaps=gaps)["place"]
+
+
+@dataclass(frozen=True)
+class Hits:
+    """Where a set may be largest, each with an atom that is 1 if it is largest there, else 0.
+
+    Args:
+        intervals: (hit, left end, right end), from left to right, of which no two overlap.
+        points: (hit, place) from left to right; they include the ends of the intervals.
+    """
+
+    intervals: tuple[tuple[Expr, Expr, Expr], ...]
+    points: tuple[tuple[Expr, Expr], ...]
+
+
+def place_of(builder: Builder, output: OutputPlan, hits: Hits) -> Expr:
+    """Return the place that the output asks for, counted from the middle of the range as all places here are."""
+    if output.kind == "mom":
+        return _middle_of(builder, output, hits)
+    if output.by == "magnitude":
+        return _nearest_or_farthest(builder, output, hits)
+    join, neutral = ("max", -math.inf) if output.kind == "lom" else ("min", math.inf)
+    found: Expr = Number(neutral)
+    for hit, x in hits.points:
+        own = builder.let(Where(Compare(">", hit, ZERO), x, Number(neutral)))
+        found = builder.let(Call(join, (found, own)))
+    return found
+
+
+def _nearest_or_farthest(builder: Builder, output: OutputPlan, hits: Hits) -> Expr:
+    """Return the place of smallest or largest magnitude; of two that are equally far from 0 the lower one."""
+    middle = 0.5 * output.lower + 0.5 * output.upper
+    op: str = "<" if output.kind == "som" else ">"
+    candidates = list(hits.points)
+    if output.kind == "som":  # 0 itself, if it lies within an interval
+        candidates += [(h, builder.let(clip(Number(0.0 - middle), a, b))) for h, a, b in hits.intervals]
+    place: Expr = ZERO
+    away: Expr = Number(math.inf if output.kind == "som" else -1.0)
+    for hit, x in candidates:
+        own = builder.let(Call("abs", (builder.let(plus(x, Number(middle))),)))
+        better = Logic("and", (Compare(">", hit, ZERO), Compare(op, own, away)))  # type: ignore[arg-type]
+        place, away = builder.let(Where(better, x, place)), builder.let(Where(better, own, away))
+    return place
+
+
+def _middle_of(builder: Builder, output: OutputPlan, hits: Hits) -> Expr:
+    """Return the middle of all intervals together; the mean of the points where there are only points."""
+    least = Number(_SAME * (output.upper - output.lower))
+    lengths, moments = [], []
+    for hit, a, b in hits.intervals:
+        length = builder.let(times(hit, minus(b, a)))
+        lengths.append(length)
+        moments.append(times(length, times(Number(0.5), plus(a, b))))
+    length, moment = builder.total(lengths), builder.total(moments)
+    total: Expr = ZERO
+    count: Expr = ZERO
+    last: Expr = Number(-math.inf)
+    for hit, x in hits.points:
+        is_new = Logic("and", (Compare(">", hit, ZERO), Compare(">", minus(x, last), least)))
+        own = builder.let(Where(is_new, ONE, ZERO))
+        total, count = builder.let(plus(total, times(own, x))), builder.let(plus(count, own))
+        last = builder.let(Where(is_new, x, last))
+    return Where(Compare(">", length, least), Binary("/", moment, length), Binary("/", total, count))

@@ -10,7 +10,8 @@ import numpy.typing as npt
 
 from fuzzyctl.errors import NoRuleFiresError
 from fuzzyctl.expr import Expr, names_in, walk
-from fuzzyctl.kernels.printer import ARRAYS, INDENT, block, text
+from fuzzyctl.kernels import array_quadrature
+from fuzzyctl.kernels.printer import ARRAYS, INDENT, INTERPRETED, block, set_function, text
 from fuzzyctl.kernels.program import (
     STATE,
     Accumulate,
@@ -21,11 +22,12 @@ from fuzzyctl.kernels.program import (
     Offset,
     Place,
     Program,
+    Quadrature,
     Refuse,
     Row,
     Statement,
 )
-from fuzzyctl.kernels.python_backend import point_text
+from fuzzyctl.kernels.python_backend import RUNTIME, point_text
 from fuzzyctl.kernels.python_rows import with_rows
 from fuzzyctl.kernels.scheduling import late
 
@@ -92,6 +94,8 @@ def _names(statement: Statement) -> set[str]:
         case Fold(counter=counter, first=first, body=body, then=then):
             own = {counter, *(s.name for s in body)}
             return {n for s in (*first, *body, *then) for n in _names(s)} - own
+        case Quadrature(found=found, area=area, given=given, marks=marks):
+            return {found, area, *given, *(n for m in marks for n in _needs(m))}
         case Refuse(condition=condition):
             return _needs(condition)
     raise TypeError(f"arrays have no {type(statement).__name__}")
@@ -116,7 +120,7 @@ def compile_batch(program: Program, input_names: Sequence[str]) -> Callable[...,
     """Return the function that fills results (n, outputs) from points (n, inputs) and states (n, states) or None."""
     program, rows = with_rows(late(program))
     tables = {name: np.array(values) for name, values in rows.items()}
-    namespace: dict[str, Any] = {**_RUNTIME, **tables}
+    namespace: dict[str, Any] = {**_RUNTIME, **tables, **_sets(program)}
     exec(compile(block_source(program), "<fuzzyctl kernel>", "exec"), namespace)  # noqa: S102 - printed from a plan
     of_block: Callable[..., None] = namespace["block"]
     size = max(LEAST, min(BLOCK, MEMORY // (8 * (_most_alive(program) + SPARE))))
@@ -134,6 +138,19 @@ def compile_batch(program: Program, input_names: Sequence[str]) -> Callable[...,
                     raise NoRuleFiresError(quiet.output, point_text(input_names, part[quiet.index])) from None
 
     return fill
+
+
+def _sets(program: Program) -> dict[str, Any]:
+    """Return the functions that are integrated: of arrays for moments, of numbers where points are taken one by one."""
+    found: dict[str, Any] = {}
+    for statement in program.body:
+        if isinstance(statement, Quadrature):
+            arrays = statement.kind == "moments"
+            namespace: dict[str, Any] = dict(_RUNTIME if arrays else RUNTIME)
+            source = "\n".join(set_function(statement, ARRAYS if arrays else INTERPRETED)) + "\n"
+            exec(compile(source, "<fuzzyctl set>", "exec"), namespace)  # noqa: S102 - printed from a plan
+            found[statement.function] = namespace[statement.function]
+    return found
 
 
 def array_function(expr: Expr) -> Callable[..., FloatArray]:
@@ -177,6 +194,9 @@ _RUNTIME: Final[dict[str, Any]] = {
     "inf": np.inf,
     "refuse": _refuse,
     "locate": _locate,
+    "moments": array_quadrature.moments,
+    "half": array_quadrature.half,
+    "marked": array_quadrature.marked,
     "where": np.where,
     "logical_not": np.logical_not,
     "divide": np.divide,

@@ -29,7 +29,7 @@ from fuzzyctl.formulas import (
     Norm,
     conjunction,
     disjunction,
-    exact_centroid_possible,
+    exact_maxima_possible,
     formula_of,
     held,
     inverse_hedge,
@@ -56,7 +56,7 @@ from fuzzyctl.kernels.flat import (
     step_name,
 )
 from fuzzyctl.kernels.program import DEEPEST, depth
-from fuzzyctl.model.method import AVERAGES
+from fuzzyctl.model.method import AVERAGES, MAXIMA
 from fuzzyctl.model.misfits import misfitting_semantics
 from fuzzyctl.model.reads import reads_of
 from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Not, Or, Rule
@@ -560,12 +560,17 @@ def _misfit(output: OutputPlan, term: SetPlan) -> tuple[str, str] | None:
         return None
     if term.expression is not None or not formula_of(term.kind).fuzzy:
         return f"a {term.kind} has no area, so it has no {output.kind}", average
-    straight = not term.changes or bool(term.vertices)
-    is_exact = straight and exact_centroid_possible(term.kind, output.implication, output.aggregation)
-    if output.resolution is not None or (is_exact and output.kind == "centroid"):
+    if output.resolution is not None or output.kind not in MAXIMA:
         return None
-    if not term.vertices:
-        problem = f"the exact {output.kind} needs piecewise-linear terms, and '{term.kind}' is curved"
-    else:
-        problem = f"there is no exact {output.kind} for '{output.implication}' and '{output.aggregation}'"
+    kinds = [_shape(output.terms[e.term]) for e in output.implied]
+    crossed = term.kind == "gaussian2" and term.parameters[0] > term.parameters[2]
+    if exact_maxima_possible(kinds, output.implication, output.aggregation) and not crossed:
+        return None
+    norms = f"'{output.implication}' and '{output.aggregation}'"
+    problem = f"'{output.kind}' of these terms with {norms} has no closed form"
     return problem, f"sample it, such as 'defuzzifier {output.kind}(resolution=1000)'"
+
+
+def _shape(term: SetPlan) -> str:
+    """Return the kind of a term, of one that a hedge has changed what it is like."""
+    return term.kind if not term.changes else "piecewise" if term.vertices else "changed"

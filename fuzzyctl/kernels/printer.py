@@ -16,6 +16,7 @@ from fuzzyctl.kernels.program import (
     Locate,
     Offset,
     Place,
+    Quadrature,
     Refuse,
     Row,
     Statement,
@@ -42,6 +43,8 @@ class Dialect:
         clip: Text of an atom held between two atoms; NaN stays NaN.
         logic: Texts of `and`, `or`, `not`.
         locate: Lines that find a knot.
+        nested: Whether functions are defined where they are used.
+        integral: Text of a call that integrates, from the texts of what the set depends on and of its marks.
         decay: Name of the exponential function where its argument is not positive, so that it cannot overflow.
         item: Text of an array item.
         divide: Text of a quotient.
@@ -58,6 +61,10 @@ class Dialect:
     divide: Callable[[str, str], str] = lambda a, b: f"({a} / {b})"
     decay: str = "exp"
     row: Callable[[str, str], str] = lambda table, place: f"{table}[{place}]"
+    nested: bool = False
+    integral: Callable[[Quadrature, str, str], str] = lambda s, given, marks: (
+        f"{s.kind}({s.function}, marked({s.places}, {marks}), {given})"
+    )
 
 
 def counted(statement: Locate, x: str) -> list[str]:
@@ -100,7 +107,7 @@ SCALAR = Dialect(
 )
 
 #: Scalar Python as it is interpreted, not compiled.
-INTERPRETED = replace(SCALAR, locate=decided, decay="decay")
+INTERPRETED = replace(SCALAR, locate=decided, decay="decay", nested=True)
 
 #: Plain Python where a quotient may be 0/0 or 1/0, which Python refuses and IEEE 754 (so numpy, numba) does not.
 IEEE_SCALAR = replace(INTERPRETED, divide=lambda a, b: f"divide({a}, {b})")
@@ -192,6 +199,19 @@ def _branches(statement: Branches, dialect: Dialect) -> list[str]:
     return halved(0, len(statement.cuts))
 
 
+def _tuple(texts: Sequence[str]) -> str:
+    return f"({', '.join(texts)},)" if texts else "()"
+
+
+def set_function(statement: Quadrature, dialect: Dialect) -> Iterator[str]:
+    """Yield the lines of the function that a quadrature integrates."""
+    yield f"def {statement.function}({statement.x}, given):"
+    if statement.given:
+        yield f"{INDENT}{', '.join(statement.given)}, = given"
+    yield from block(statement.body, dialect, lambda condition, output: [])
+    yield f"{INDENT}return {text(statement.value, dialect)}"
+
+
 def _offset(parts: Sequence[tuple[str, int]]) -> str:
     return " + ".join(name if stride == 1 else f"{stride} * {name}" for name, stride in parts)
 
@@ -238,5 +258,10 @@ def block(
                 yield from block(first, dialect, refuse, depth)
                 yield f"{pad}for {counter} in range({count}):"
                 yield from block((*body, *then), dialect, refuse, depth + 1)
+            case Quadrature(found=found, area=area, given=given):
+                if dialect.nested:
+                    yield from (pad + line for line in set_function(statement, dialect))
+                read, marks = (_tuple(t) for t in (given, [text(m, dialect) for m in statement.marks]))
+                yield f"{pad}{found}, {area} = {dialect.integral(statement, read, marks)}"
             case Refuse(condition=condition, output=output):
                 yield from (pad + line for line in refuse(text(condition, dialect), output))

@@ -149,6 +149,38 @@ class Fold:
 
 
 @dataclass(frozen=True, slots=True)
+class Quadrature:
+    """Integrate a set that depends on a place, from the first to the last entry of a constant table; see `quadrature`.
+
+    Args:
+        found: Name of what is found: the first moment about 0, or the place up to which the area is half.
+        area: Name of the area.
+        kind: Name of the function: `moments` or `half`.
+        x: Name of the place.
+        body: Assignments for each place.
+        value: The degree there.
+        given: Names that body and value read besides the place.
+        places: Name of the table, whose entries rise.
+        marks: Atoms between the first and the last entry, where the set may bend or jump.
+    """
+
+    found: str
+    area: str
+    kind: str
+    x: str
+    body: tuple[Assign, ...]
+    value: Expr
+    given: tuple[str, ...]
+    places: str
+    marks: tuple[Expr, ...]
+
+    @property
+    def function(self) -> str:
+        """The name of the set as a function."""
+        return f"set_{self.found}"
+
+
+@dataclass(frozen=True, slots=True)
 class Refuse:
     """Stop where a condition holds: no rule fires for an output that says `else error`."""
 
@@ -161,7 +193,7 @@ class Refuse:
         return f"no rule fires for output '{self.output}'"
 
 
-Statement = Assign | Locate | Offset | Row | Branches | Accumulate | Fold | Refuse
+Statement = Assign | Locate | Offset | Row | Branches | Accumulate | Fold | Quadrature | Refuse
 
 
 @dataclass(frozen=True)

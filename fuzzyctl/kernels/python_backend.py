@@ -12,6 +12,7 @@ from typing import Any, Final
 
 from fuzzyctl.errors import ArgumentError, NoRuleFiresError
 from fuzzyctl.expr import Expr, names_in
+from fuzzyctl.kernels import quadrature
 from fuzzyctl.kernels.printer import IEEE_SCALAR, INDENT, INTERPRETED, SCALAR, Dialect, block, text
 from fuzzyctl.kernels.program import STATE, Program
 from fuzzyctl.kernels.python_rows import with_rows
@@ -174,6 +175,9 @@ def held(x: float) -> float:
 
 #: What generated text may call, and nothing else: `__builtins__` holds only what its loops need.
 RUNTIME: Final[Mapping[str, Any]] = {
+    "moments": quadrature.moments,
+    "half": quadrature.half,
+    "marked": quadrature.marked,
     "__builtins__": {"range": range, "type": type, "float": float, "abs": abs},
     "nan": math.nan,
     "inf": math.inf,

@@ -47,6 +47,13 @@ def sampled_degrees(term: SetPlan, points: Sequence[float]) -> tuple[float, ...]
     return tuple(degree(x) for x in points)
 
 
+def joined(output: OutputPlan, builder: Builder, parts: Sequence[tuple[Expr, Expr]]) -> Expr:
+    """Return the aggregated degree of an output from the activation of each set and its own degree."""
+    implied = [builder.let(CONJUNCTIONS[output.implication](h, builder.let(d))) for h, d in parts]
+    join = AGGREGATIONS[output.aggregation]
+    return reduce(lambda a, b: builder.let(join(a, b)), implied) if implied else ZERO
+
+
 @dataclass(frozen=True)
 class Samples:
     """An aggregated set at the points of a grid, in a program.
@@ -74,9 +81,7 @@ class Samples:
 
     def join(self, builder: Builder, parts: Sequence[tuple[Expr, Expr]]) -> Expr:
         """Return the aggregated degree from the activation of each set and its own degree."""
-        implied = [builder.let(CONJUNCTIONS[self.output.implication](h, builder.let(d))) for h, d in parts]
-        join = AGGREGATIONS[self.output.aggregation]
-        return reduce(lambda a, b: builder.let(join(a, b)), implied) if implied else ZERO
+        return joined(self.output, builder, parts)
 
     def at(self, position: int) -> Expr:
         """Return the aggregated degree at one point as an atom."""

@@ -9,9 +9,9 @@ from typing import Final
 
 from fuzzyctl.errors import Diagnostic
 from fuzzyctl.expr import Expr, span_of
-from fuzzyctl.formulas import MEMBERSHIP, exact_centroid_possible, is_monotone
+from fuzzyctl.formulas import MEMBERSHIP, exact_maxima_possible, is_monotone
 from fuzzyctl.model.hints import uncovered_ranges
-from fuzzyctl.model.method import TSUKAMOTO, Defuzzifier
+from fuzzyctl.model.method import MAXIMA, TSUKAMOTO, Defuzzifier
 from fuzzyctl.model.numbers import Numbers
 from fuzzyctl.model.partitions import spoilt_partitions
 from fuzzyctl.model.system import FuzzySystem
@@ -55,13 +55,13 @@ def _without_peak(numbers: Numbers, output: Output, method: Defuzzifier) -> Iter
 
 
 def _without_centroid(system: FuzzySystem, output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:
-    """Find terms of which no centroid, or no exact one, can be taken."""
+    """Find terms without an area, and maxima without a closed form."""
     implication = output.implication or system.method.implication
     aggregation = output.aggregation or system.method.aggregation
+    sampled = f"write: defuzzifier {method.kind}(resolution=1000)"
+    average = "write: defuzzifier weighted_average"
     for term in output.terms:
         kind = term.membership.kind
-        average = "write: defuzzifier weighted_average"
-        sampled = f"write: defuzzifier {method.kind}(resolution=1000)"
         if kind in ("linear", "function", "constant"):
             message, help_text = (
                 f"term '{term.name}' of '{output.name}' is no set but a function of the inputs",
@@ -72,18 +72,14 @@ def _without_centroid(system: FuzzySystem, output: Output, method: Defuzzifier) 
                 f"term '{term.name}' of '{output.name}' has no area, so it has no {method.kind}",
                 average,
             )
-        elif method.resolution is not None or (
-            method.kind == "centroid" and exact_centroid_possible(kind, implication, aggregation)
-        ):
-            continue
-        elif not exact_centroid_possible(kind, "min", "max"):
-            message = f"term '{term.name}' of '{output.name}' is curved; the exact {method.kind} needs straight sides"
-            help_text = f"{sampled}, or use triangles and trapezoids"
         else:
-            message = f"there is no exact {method.kind} for implication '{implication}' and aggregation '{aggregation}'"
-            yield Diagnostic("FZ214", f"output '{output.name}': {message}", output.span, help=sampled)
-            return
+            continue
         yield Diagnostic("FZ214", message, term.membership.span or term.span, help=help_text)
+    kinds = [t.membership.kind for t in output.terms if t.membership.kind in MEMBERSHIP]
+    is_known = method.resolution is not None or exact_maxima_possible(kinds, implication, aggregation)
+    if method.kind in MAXIMA and not is_known:
+        message = f"'{method.kind}' of its terms with '{implication}' and '{aggregation}' has no closed form"
+        yield Diagnostic("FZ214", f"output '{output.name}': {message}", output.span, help=sampled)
 
 
 def _without_sets(output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:

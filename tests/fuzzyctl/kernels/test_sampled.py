@@ -164,7 +164,7 @@ def evaluated(system, x, y, backends=("python", "numpy")):
 
 class TestRules:
     @given(SETS, st.sampled_from([*CENTROIDS.items(), *BISECTORS.items()]), ACTIVATIONS, ACTIVATIONS)
-    @quick(250)
+    @quick(150)
     def test_each_is_what_a_plain_loop_says(self, chosen, rule, x, y):
         name, reference = rule
         kind = "centroid" if name in CENTROIDS else "bisector"
@@ -217,7 +217,7 @@ class TestMaxima:
         ACTIVATIONS,
         ACTIVATIONS,
     )
-    @quick(200)
+    @quick(120)
     def test_they_are_the_samples_of_the_largest_degree(self, chosen, kind, by, tolerance, x, y):
         options = f"resolution={chosen['count']}, grid={chosen['grid']}, tolerance={tolerance}"
         measured = f", by={by}" if kind != "mom" else ""

@@ -117,10 +117,52 @@ class TestOwnSettings:
         assert errors(changed(("[-2, 2]", "[-2, 2] aggregation max aggregation sum"))) == ["FZ215"]
         assert errors(changed(("[-2, 2]", "[-2, 2] defuzzifier centriod"))) == ["FZ213"]
 
-    def test_the_exact_centroid_needs_norms_that_have_one(self, changed):
-        assert errors(changed(("[-2, 2]", "[-2, 2] aggregation probabilistic_sum"))) == ["FZ214"]
-        sampled = "[-2, 2] aggregation probabilistic_sum defuzzifier centroid(resolution=50)"
+    def test_exact_maxima_need_norms_that_have_them(self, changed):
+        assert errors(changed(("[-2, 2]", "[-2, 2] aggregation probabilistic_sum defuzzifier mom"))) == ["FZ214"]
+        sampled = "[-2, 2] aggregation probabilistic_sum defuzzifier mom(resolution=50)"
         assert loads(changed(("[-2, 2]", sampled))) is not None
+        assert loads(changed(("[-2, 2]", "[-2, 2] aggregation probabilistic_sum"))) is not None
+
+    @pytest.mark.parametrize(
+        ("text", "defuzzifier"),
+        [
+            ("bisector", Defuzzifier(kind="bisector")),
+            (
+                "bisector(resolution=101, grid=endpoints, rule=first)",
+                Defuzzifier(kind="bisector", resolution=101, grid="endpoints", rule="first"),
+            ),
+            ("centroid(resolution=9, rule=trapezoid)", Defuzzifier(resolution=9, rule="trapezoid")),
+            ("som(by=magnitude)", Defuzzifier(kind="som", by="magnitude")),
+            (
+                "mom(resolution=7, grid=left, tolerance=1e-9)",
+                Defuzzifier(kind="mom", resolution=7, grid="left", tolerance=1e-9),
+            ),
+            ("inverse_tsukamoto_sum", Defuzzifier(kind="inverse_tsukamoto_sum")),
+        ],
+    )
+    def test_options_of_defuzzifiers_are_read_and_written(self, changed, text, defuzzifier):
+        system = loads(with_settings(changed, f"defuzzifier {text}"))
+        assert system.method.defuzzifier == defuzzifier
+        assert loads(dumps(system)).method.defuzzifier == defuzzifier
+
+    @pytest.mark.parametrize(
+        ("text", "code"),
+        [
+            ("bisector(rule=first)", "FZ214"),
+            ("bisector(grid=left)", "FZ214"),
+            ("bisector(resolution=10, rule=plain)", "FZ213"),
+            ("centroid(resolution=10, by=value)", "FZ213"),
+            ("mom(resolution=10, by=value)", "FZ213"),
+            ("som(by=size)", "FZ213"),
+            ("mom(tolerance=1)", "FZ302"),
+            ("mom(tolerance=much)", "FZ302"),
+            ("mom(resolution=1)", "FZ302"),
+            ("mom(resolution=10, resolution=11)", "FZ215"),
+            ("tsukamoto_sum(resolution=10)", "FZ213"),
+        ],
+    )
+    def test_mistakes_in_options_are_found(self, changed, text, code):
+        assert code in errors(with_settings(changed, f"defuzzifier {text}"))
 
 
 class TestHedges:

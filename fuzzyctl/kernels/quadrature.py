@@ -1,0 +1,209 @@
+"""Adaptive integrals of sets, down to rounding: for curved terms, and for norms without a closed form.
+
+The range is cut where terms have corners. Each stretch is integrated by the rules of Gauss and Kronrod with 7 and 15
+points; where both differ it is halved, so that only around places where the set bends or jumps, such as where a term is
+clipped, many short stretches arise. Stretches run from left to right, and the same ones in every backend.
+
+The functions here are what generated Python calls, and what is pasted into modules for numba: they use nothing but
+arithmetic, tuples and one list of floats.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Final
+
+Given = tuple[float, ...]
+#: From a place and what else it depends on to the degree.
+SetFunction = Callable[[float, Given], float]
+
+#: Positive nodes of the Kronrod rule with 15 points on [-1, 1], their weights, and those of the Gauss rule with 7
+#: points, which has every other node (Piessens et al., QUADPACK, 1983).
+NODES: Final = (
+    0.991455371120812639206854697526329,
+    0.949107912342758524526189684047851,
+    0.864864423359769072789712788640926,
+    0.741531185599394439863864773280788,
+    0.586087235467691130294144691693690,
+    0.405845151377397166906606412076961,
+    0.207784955007898467600689403773245,
+)
+KRONROD: Final = (
+    0.022935322010529224963732008058970,
+    0.063092092629978553290700663189204,
+    0.104790010322250183839876322541518,
+    0.140653259715525918745189590510238,
+    0.169004726639267902826583426598550,
+    0.190350578064785409913256402421014,
+    0.204432940075298892414161999234649,
+)
+GAUSS: Final = (
+    0.0,
+    0.129484966168869693270611432679082,
+    0.0,
+    0.279705391489276667901467771423780,
+    0.0,
+    0.381830050505118944950369775488975,
+    0.0,
+)
+KRONROD_MIDDLE: Final = 0.209482141084727828012999174891714
+GAUSS_MIDDLE: Final = 0.417959183673469387755102040816327
+
+#: A stretch is halved while its error is more than both of these parts: of the whole area, and of its own.
+OF_ALL: Final = 1e-14
+OF_OWN: Final = 1e-13
+#: A stretch is halved so often at most.
+DEEPEST: Final = 60
+#: So many stretches are integrated at most.
+MOST: Final = 5000
+#: Parts of half the area that are taken for rounding: where the area ends up to this, a gap may follow.
+SLACK: Final = 1e-13
+#: Most steps to find a place within a stretch, and where they end, as a part of its length.
+STEPS: Final = 60
+NEAR: Final = 1e-15
+
+
+def marked(places: Sequence[float], marks: Given) -> Sequence[float]:
+    """Return places that rise, and marks among them."""
+    found = [0.0] * (len(places) + len(marks))
+    for k in range(len(places)):
+        found[k] = places[k]
+    count = len(places)
+    for mark in marks:
+        k = count
+        while k > 0 and found[k - 1] > mark:
+            found[k] = found[k - 1]
+            k -= 1
+        found[k] = mark
+        count += 1
+    return found
+
+
+def stretch(function: SetFunction, given: Given, center: float, half: float) -> tuple[float, float, float]:
+    """Return the area over a stretch, the moment about its center, and by how much both may be off."""
+    value = function(center, given)
+    area = KRONROD_MIDDLE * value
+    other = GAUSS_MIDDLE * value
+    moment = 0.0
+    other_moment = 0.0
+    for k in range(7):
+        away = half * NODES[k]
+        below = function(center - away, given)
+        above = function(center + away, given)
+        both = below + above
+        apart = (above - below) * NODES[k]
+        area += KRONROD[k] * both
+        other += GAUSS[k] * both
+        moment += KRONROD[k] * apart
+        other_moment += GAUSS[k] * apart
+    error = abs(area - other) + abs(moment - other_moment)
+    return half * area, half * half * moment, half * error
+
+
+def rough_area(function: SetFunction, places: Sequence[float], given: Given) -> float:
+    """Return about the area between the first and the last of some places."""
+    total = 0.0
+    for k in range(len(places) - 1):
+        left, right = places[k], places[k + 1]
+        total += stretch(function, given, 0.5 * left + 0.5 * right, 0.5 * (right - left))[0]
+    return total
+
+
+def moments(function: SetFunction, places: Sequence[float], given: Given) -> tuple[float, float]:
+    """Return the first moment, about 0, and the area between the first and the last of some places."""
+    rough = rough_area(function, places, given)
+    area = 0.0
+    moment = 0.0
+    left_over = MOST
+    ends = [0.0] * (DEEPEST + 1)
+    for k in range(len(places) - 1):
+        left = places[k]
+        ends[0] = places[k + 1]
+        top = 0
+        while top >= 0:
+            right = ends[top]
+            center = 0.5 * left + 0.5 * right
+            own, about, error = stretch(function, given, center, 0.5 * (right - left))
+            left_over -= 1
+            is_off = error > OF_ALL * rough and error > OF_OWN * own
+            if is_off and top < DEEPEST and left_over > 0 and left < center < right:
+                top += 1
+                ends[top] = center
+            else:
+                area += own
+                moment += own * center + about
+                left = right
+                top -= 1
+    return moment, area
+
+
+def reach(
+    function: SetFunction, places: Sequence[float], given: Given, rough: float, bound: float
+) -> tuple[float, float, float, float]:
+    """Go from the left until the area comes to a bound.
+
+    Returns:
+        The area before the stretch where it does, the ends of this stretch, and its own area; the whole area and 0 if
+        it does nowhere.
+    """
+    area = 0.0
+    left_over = MOST
+    ends = [0.0] * (DEEPEST + 1)
+    for k in range(len(places) - 1):
+        left = places[k]
+        ends[0] = places[k + 1]
+        top = 0
+        while top >= 0:
+            right = ends[top]
+            center = 0.5 * left + 0.5 * right
+            own, _, error = stretch(function, given, center, 0.5 * (right - left))
+            left_over -= 1
+            is_off = error > OF_ALL * rough and error > OF_OWN * own
+            if is_off and top < DEEPEST and left_over > 0 and left < center < right:
+                top += 1
+                ends[top] = center
+            else:
+                if area + own >= bound:
+                    return area, left, right, own
+                area += own
+                left = right
+                top -= 1
+    end = places[len(places) - 1]
+    return area, end, end, 0.0
+
+
+def within(function: SetFunction, given: Given, left: float, right: float, wanted: float, whole: float) -> float:
+    """Return up to where a stretch has some area, by Newton's method, held between bounds that close in."""
+    if wanted <= 0.0 or whole <= 0.0:
+        return left
+    if wanted >= whole:
+        return right
+    low, high = left, right
+    place = left + (right - left) * (wanted / whole)
+    for _ in range(STEPS):
+        area, _, _ = stretch(function, given, 0.5 * left + 0.5 * place, 0.5 * (place - left))
+        beyond = area - wanted
+        if beyond > 0.0:
+            high = place
+        else:
+            low = place
+        degree = function(place, given)
+        following = place - beyond / degree if degree > 0.0 else high
+        if not low < following < high:
+            following = 0.5 * low + 0.5 * high
+        if abs(following - place) <= NEAR * (right - left):
+            return following
+        place = following
+    return place
+
+
+def half(function: SetFunction, places: Sequence[float], given: Given) -> tuple[float, float]:
+    """Return where the area to the left is half of all, and the area; at a gap the middle of the gap."""
+    rough = rough_area(function, places, given)
+    whole, _, _, _ = reach(function, places, given, rough, 1e308)
+    wanted = 0.5 * whole
+    area, left, right, own = reach(function, places, given, rough, (1.0 - SLACK) * wanted)
+    _, after, _, _ = reach(function, places, given, rough, (1.0 + SLACK) * wanted)
+    if after > right:
+        return 0.5 * right + 0.5 * after, whole
+    return within(function, given, left, right, wanted - area, own), whole

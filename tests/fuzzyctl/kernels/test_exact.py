@@ -1,0 +1,273 @@
+"""Exact defuzzifiers against rational arithmetic and integrals between places found by root finding."""
+
+import math
+
+import hypothesis.strategies as st
+import numpy as np
+import pytest
+from hypothesis import given
+
+from fuzzyctl import loads
+from fuzzyctl.errors import DiagnosticError
+from fuzzyctl.expr import evaluate
+from fuzzyctl.formulas import CONJUNCTIONS, MEMBERSHIP
+from fuzzyctl.kernels.compile import compile as compile_system
+from fuzzyctl.kernels.compile import degrees as degrees_of
+from tests.fuzzyctl.kernels.exact_reference import Curved, Straight
+from tests.properties.test_engine import quick
+
+LOWER, UPPER = -3.0, 5.0
+WIDTH = UPPER - LOWER
+
+TEXT = """
+system s
+implication {implication}
+aggregation {aggregation}
+defuzzifier {defuzzifier}
+input x in [0, 1]
+  on = ramp(0, 1)
+input y in [0, 1]
+  on = ramp(0, 1)
+input z in [0, 1]
+  on = ramp(0, 1)
+output u in [{lower}, {upper}] else 77
+{terms}
+{rules}
+"""
+
+
+def build(terms, implication, aggregation, defuzzifier, lower=LOWER, upper=UPPER):
+    """Return a system whose inputs are the activations of its rules, one for each term."""
+    lines = "\n".join(f"  t{k} = {t}" for k, t in enumerate(terms))
+    rules = "\n".join(f"if {'xyz'[k]} is on then u is t{k}" for k in range(len(terms)))
+    return loads(
+        TEXT.format(
+            implication=implication,
+            aggregation=aggregation,
+            defuzzifier=defuzzifier,
+            terms=lines,
+            rules=rules,
+            lower=lower,
+            upper=upper,
+        )
+    )
+
+
+def evaluated(system, activations, backends=("python", "numpy")):
+    point = [*activations, *[0.0] * (3 - len(activations))]
+    found = []
+    for backend in backends:
+        kernel = compile_system(system, backend)
+        found += [kernel(*point), *kernel.batch([point, point])]
+    assert found == pytest.approx([found[0]] * len(found), rel=1e-12, abs=1e-12)
+    return found[0]
+
+
+def parsed(term):
+    """Return kind and parameters of a term."""
+    membership = build([term], "min", "max", "centroid").outputs[0].terms[0].membership
+    return membership.kind, tuple(evaluate(a, {}) for a in membership.arguments)
+
+
+STRAIGHT = (
+    "triangle(-5, -2, 1)",
+    "triangle(-1, 0, 1)",
+    "triangle(0.5, 2, 6)",
+    "trapezoid(-2, -1, 2, 3)",
+    "trapezoid(2, 2, 4, 4.5)",
+    "rectangle(-2.5, 0.25)",
+    "rectangle(0.25, 3)",
+    "ramp(0, 4)",
+    "ramp(1, -4)",
+    "triangle(-inf, -1, 2)",
+    "piecewise(-2, 0, -1, 1, 0, 0.25, 1, 1, 2, 0)",
+    "piecewise(-1, 0.5, 1, 0.5, 1, 1, 3, 0.75)",
+)
+CURVED = (
+    "gaussian(1, 0.7)",
+    "gaussian(-2, 0.01)",
+    "gaussian2(-1, 0.5, 1, 1.5)",
+    "gaussian2(1, 1, 0, 1.5)",
+    "bell(2, 1, 3)",
+    "bell(-1, 0.1, 0.75)",
+    "sigmoid(1, -6)",
+    "sigmoid(0, 40)",
+    "sigmoid_difference(-1, 6, 9, 2)",
+    "sigmoid_product(-1, 6, -9, 2)",
+    "s_shape(-2, 3)",
+    "z_shape(0, 1)",
+    "pi_shape(-2, 0, 1, 4)",
+    "cosine(1, 3)",
+    "spike(0, 2)",
+    "concave(-1, 2)",
+    "arc(-2, 1)",
+    "semi_ellipse(-1, 3)",
+)
+#: Of ordinary size, at ends, tied, and tiny.
+ACTIVATIONS = st.one_of(
+    st.floats(0.0, 1.0), st.sampled_from([0.0, 0.25, 0.5, 0.5, 1.0, 1e-9, 1e-30]), st.floats(1e-12, 1e-3)
+)
+
+
+@st.composite
+def sets(draw, kinds, least=1):
+    terms = draw(st.lists(st.sampled_from(kinds), min_size=least, max_size=3))
+    return terms, [draw(ACTIVATIONS) for _ in terms]
+
+
+NORMS = st.tuples(st.sampled_from(["min", "product"]), st.sampled_from(["max", "sum"]))
+
+
+def straight(terms, activations, norms, lower=LOWER, upper=UPPER):
+    shapes = [MEMBERSHIP[k].vertices(p) for k, p in map(parsed, terms)]
+    return Straight(list(zip(shapes, activations, strict=True)), *norms, lower, upper)
+
+
+class TestStraightSides:
+    @given(sets(STRAIGHT), NORMS)
+    @quick(60)
+    def test_the_bisector_halves_the_area(self, chosen, norms):
+        terms, activations = chosen
+        found = evaluated(build(terms, *norms, "bisector"), activations)
+        reference = straight(terms, activations, norms)
+        if reference.area < 1e-300:
+            assert found == 77
+            return
+        half = float(reference.area_up_to(found) / reference.area)
+        # Rounding of a sum of areas, and of a place: far below what any grid gives.
+        assert half == pytest.approx(0.5, abs=1e-14 + 1e-15 * WIDTH * max(activations) / float(reference.area))
+
+    @given(sets(STRAIGHT), NORMS)
+    @quick(40)
+    def test_the_centroid_is_that_of_rational_arithmetic(self, chosen, norms):
+        terms, activations = chosen
+        found = evaluated(build(terms, *norms, "centroid"), activations)
+        reference = straight(terms, activations, norms)
+        if reference.area < 1e-300:
+            assert found == 77
+            return
+        assert found == pytest.approx(reference.centroid(), abs=1e-14 * WIDTH * 8)
+
+    @given(sets(STRAIGHT), NORMS, st.sampled_from(["som", "lom", "mom"]))
+    @quick(60)
+    def test_maxima_are_those_of_rational_arithmetic(self, chosen, norms, kind):
+        terms, activations = chosen
+        found = evaluated(build(terms, *norms, kind), activations)
+        reference = straight(terms, activations, norms)
+        if reference.area < 1e-300:
+            assert found == 77
+            return
+        narrow, wide = reference.maximum(kind, 0.5e-9), reference.maximum(kind, 2e-9)
+        if abs(narrow - wide) > 1e-7:
+            return  # whether two maxima are one is what the tolerance decides
+        # The reference takes places where the degree is a little less for maxima, too.
+        assert found == pytest.approx(narrow, abs=1e-7)
+
+    def test_plateaus_end_where_the_sides_reach_the_activation(self):
+        for kind, expected in (("som", -1 + 0.3 * 2), ("lom", 3 - 0.3), ("mom", 0.5 * (-0.4 + 2.7))):
+            system = build(["trapezoid(-1, 1, 2, 3)"], "min", "max", kind)
+            assert evaluated(system, [0.3], ("python", "numpy", "numba")) == pytest.approx(expected, abs=1e-15)
+
+    def test_the_mean_of_maxima_counts_overlaps_once_and_weighs_by_length(self):
+        # [-1, 1] and [0, 2] together are [-1, 2]; beside them a lower set and a plateau [4, 4.5].
+        terms = ["rectangle(-1, 1)", "rectangle(0, 2)", "rectangle(4, 4.5)"]
+        found = evaluated(build(terms, "min", "max", "mom"), [0.7, 0.7, 0.7], ("python", "numpy", "numba"))
+        assert found == pytest.approx((3 * 0.5 + 0.5 * 4.25) / 3.5, abs=1e-15)
+
+    def test_peaks_alone_count_each_once(self):
+        terms = ["triangle(-2, -1, 0)", "triangle(0, 1, 2)", "triangle(2, 4.5, 5)"]
+        assert evaluated(build(terms, "min", "max", "mom"), [1.0, 1.0, 1.0]) == pytest.approx(1.5, abs=1e-15)
+        assert evaluated(build(terms, "product", "sum", "mom"), [0.5, 0.5, 0.5]) == pytest.approx(1.5, abs=1e-15)
+
+    def test_plateaus_tied_but_for_rounding_are_one_maximum(self):
+        # 0.1 + 0.2 is not 0.3 in floating point.
+        terms = ["rectangle(-2, -1)", "rectangle(1, 4)"]
+        system = build(terms, "min", "max", "lom")
+        assert evaluated(system, [0.3, 0.1 + 0.2]) == evaluated(system, [0.1 + 0.2, 0.3]) == 4.0
+        strict = build(terms, "min", "max", "lom(tolerance=0)")
+        assert evaluated(strict, [0.1 + 0.2, 0.3]) == -1.0
+
+    def test_magnitude_measures_from_zero(self):
+        terms = ["trapezoid(-3, -2, -1, 0)"]
+        assert evaluated(build(terms, "min", "max", "som(by=magnitude)"), [1.0]) == -1.0
+        assert evaluated(build(terms, "min", "max", "lom(by=magnitude)"), [1.0]) == -2.0
+        around = ["trapezoid(-3, -1, 2, 4)"]
+        assert evaluated(build(around, "min", "max", "som(by=magnitude)"), [0.5]) == 0.0
+        assert evaluated(build(around, "min", "max", "lom(by=magnitude)"), [0.5]) == 3.0
+
+    def test_at_a_gap_the_bisector_is_its_middle(self):
+        terms = ["triangle(-2.5, -2, -1.5)", "triangle(3, 3.5, 4)"]
+        found = evaluated(build(terms, "min", "max", "bisector"), [0.3, 0.3], ("python", "numpy", "numba"))
+        assert found == pytest.approx(0.75, abs=1e-14)
+
+
+class TestCurvedSides:
+    @given(
+        sets((*CURVED, "triangle(-1, 0, 1)", "rectangle(0.25, 3)")),
+        # The drastic product only sees where a degree rounds to 1.
+        st.sampled_from([n for n in CONJUNCTIONS if n != "drastic_product"]),
+        st.sampled_from(["max", "sum", "probabilistic_sum", "bounded_sum", "einstein_sum", "nilpotent_maximum"]),
+    )
+    @quick(15)
+    def test_centroid_and_bisector_are_exact_for_all_terms_and_norms(self, chosen, implication, aggregation):
+        terms, activations = chosen
+        shapes = [(*parsed(t), a) for t, a in zip(terms, activations, strict=True)]
+        reference = Curved(shapes, implication, aggregation, LOWER, UPPER)
+        centroid = compile_system(build(terms, implication, aggregation, "centroid"), "python")
+        bisector = compile_system(build(terms, implication, aggregation, "bisector"), "python")
+        point = [*activations, *[0.0] * (3 - len(activations))]
+        if reference.area < max(1e-290, 1e-4 * WIDTH * max(activations)):
+            return  # hardly more than rounding is left of the set
+        assert centroid(*point) == pytest.approx(reference.centroid(), abs=1e-12 * WIDTH)
+        half = reference.area_up_to(bisector(*point)) / reference.area
+        assert half == pytest.approx(0.5, abs=1e-12)
+
+    @pytest.mark.parametrize("defuzzifier", ["centroid", "bisector"])
+    def test_all_backends_agree(self, defuzzifier):
+        terms = ["gaussian(-1, 0.7)", "bell(2, 1, 3)", "z_shape(0, 1)"]
+        for norms in (("min", "max"), ("nilpotent_minimum", "probabilistic_sum")):
+            system = build(terms, *norms, defuzzifier)
+            kernels = [compile_system(system, b) for b in ("python", "numpy", "numba")]
+            points = np.array([[0.3, 0.8, 0.5], [1, 0, 0], [1e-9, 1e-12, 0], [0, 0, 0], [0.4, 0.4, 0.4]])
+            found = [k.batch(points) for k in kernels]
+            assert found[1] == pytest.approx(found[0], rel=1e-12)
+            assert found[2] == pytest.approx(found[0], rel=1e-12)
+            assert found[0][3] == 77
+            assert [k(*points[0]) for k in kernels] == pytest.approx([found[0][0]] * 3, rel=1e-12)
+            assert all(math.isnan(k(math.nan, 1, 1)) for k in kernels)
+
+    @given(sets((*CURVED, "triangle(-1, 0, 1)", "rectangle(0.25, 3)")), st.sampled_from(["som", "lom"]))
+    @quick(60)
+    def test_ends_of_maxima_are_where_a_term_reaches_the_activation(self, chosen, kind):
+        terms, activations = chosen
+        allowed = [not t.startswith(("sigmoid_", "gaussian2(1")) for t in terms]
+        if not all(allowed) or 0.0 < max(activations) < 1e-9 or max(activations) > 0.99:
+            return  # near a foot degrees have no digits, and near a top many places round to the same degree
+        found = evaluated(build(terms, "min", "max", kind), activations)
+        if max(activations) == 0.0:
+            assert found == 77
+            return
+        grid = np.append(np.linspace(LOWER, UPPER, 4001), [found - 1e-12, found, found + 1e-12])
+        degrees = []
+        for term, activation in zip(terms, activations, strict=True):
+            system = build([term], "min", "max", "centroid(resolution=2)")
+            output = system.outputs[0]
+            degrees.append(np.minimum(activation, degrees_of(system, output, output.terms[0], grid)))
+        whole = np.max(degrees, axis=0)
+        # Near a foot a place has no more digits than the degree needs.
+        most = whole[-3:].max()
+        assert most >= whole.max() * (1.0 - 1e-8)
+        beyond = grid[:-3] < found - 1e-9 if kind == "som" else grid[:-3] > found + 1e-9
+        assert whole[:-3][beyond].max(initial=0.0) < most * (1.0 - 1e-9) or not beyond.any()
+
+    def test_maxima_without_a_closed_form_are_refused_with_a_way_out(self):
+        for terms, norms in (
+            (["sigmoid_product(-1, 6, -9, 2)"], ("min", "max")),
+            (["gaussian(1, 0.7)"], ("min", "sum")),
+            (["triangle(-1, 0, 1)"], ("einstein_product", "max")),
+        ):
+            with pytest.raises(DiagnosticError) as error:
+                build(terms, *norms, "mom")
+            assert [d.code for d in error.value.diagnostics] == ["FZ214"]
+            assert "mom(resolution=1000)" in error.value.diagnostics[0].help
+            assert build(terms, *norms, "mom(resolution=100)") is not None
