@@ -2,41 +2,34 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import reduce
 from typing import Final
 
 from fuzzyctl.errors import Diagnostic, DiagnosticError, UnknownNameError
 from fuzzyctl.expr import (
-    CONSTANTS,
     MAX_DEPTH,
     ZERO,
-    Binary,
-    Call,
     Expr,
     Name,
     Number,
-    names_in,
-    replace,
     replace_names,
 )
 from fuzzyctl.formulas import (
     HEDGES,
     MEMBERSHIP,
-    VARIANTS,
     Norm,
     conjunction,
     disjunction,
     exact_maxima_possible,
     formula_of,
     held,
-    inverse_hedge,
     is_monotone,
     one_minus,
 )
 from fuzzyctl.formulas import hedge as usual_hedge
+from fuzzyctl.kernels.conclusions import Conclusions, set_of
 from fuzzyctl.kernels.flat import (
     ITSELF,
     ActivationPlan,
@@ -55,13 +48,14 @@ from fuzzyctl.kernels.flat import (
     degree_name,
     step_name,
 )
+from fuzzyctl.kernels.numbers import constants_of, guarded, number_of, over_inputs, require_known
 from fuzzyctl.kernels.program import DEEPEST, depth
 from fuzzyctl.model.method import AVERAGES, MAXIMA
 from fuzzyctl.model.misfits import misfitting_semantics
 from fuzzyctl.model.reads import reads_of
-from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Not, Or, Rule
+from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Hold, Input, LinguisticVariable, Membership, Output, Term
+from fuzzyctl.model.variable import Hold, Input, LinguisticVariable, Output, Term
 
 __all__ = [
     "ITSELF",
@@ -124,7 +118,7 @@ def plan(system: FuzzySystem) -> Plan:
 
 def _first_weight(system: FuzzySystem, rule: Rule) -> float:
     """Return the weight that counts before implication; a rule of weight 0 never acts."""
-    weight = _number(system, rule.weight)
+    weight = number_of(system, rule.weight)
     return 1.0 if system.method.semantics.weight == "after" and weight != 0.0 else weight
 
 
@@ -175,8 +169,8 @@ class _Antecedents:
     def hedged(self, truth: Expr, hedge: str) -> Expr:
         if hedge in self.hedges:
             own = self.hedges[hedge]
-            numbers = _constants(self.system, {own.parameter})
-            _require_known(own.expression, {own.parameter}, numbers)
+            numbers = constants_of(self.system, {own.parameter})
+            require_known(own.expression, {own.parameter}, numbers)
             inside: dict[str, Expr] = {**numbers, own.parameter: self.named(truth)}
             return held(guarded(replace_names(own.expression, inside)))
         if hedge not in HEDGES:
@@ -243,51 +237,9 @@ def _nesting(antecedent: Antecedent) -> int:
     return deepest
 
 
-def guarded(expr: Expr) -> Expr:
-    """Return an expression that a user wrote so that every target computes the same, and none raises.
-
-    Quotients follow IEEE 754, and `min` and `max` compare, so that all targets agree where an operand has no value.
-    """
-
-    def change(node: Expr) -> Expr:
-        match node:
-            case Binary(op="/", left=left, right=right):
-                return Call("divide", (left, right))
-            case Call(function="min" | "max" as function, arguments=arguments):
-                pair = "smaller" if function == "min" else "larger"
-                return reduce(lambda a, b: Call(pair, (a, b)), arguments)
-        return node
-
-    return replace(expr, change)
-
-
-def _number(system: FuzzySystem, expr: Expr) -> float:
-    # + 0.0 makes -0.0 a plain zero, so that equal systems have equal plans.
-    return float(system.number(expr)) + 0.0
-
-
-def _constants(system: FuzzySystem, hidden: set[str]) -> dict[str, Expr]:
-    """Return params and named constants as numbers, without those that a variable of the same name hides."""
-    return {n: Number(v) for n, v in (CONSTANTS | system.values).items() if n not in hidden}
-
-
-def _require_known(expr: Expr, variables: set[str], numbers: dict[str, Expr]) -> None:
-    for name in names_in(expr):
-        if name.name not in variables and name.name not in numbers:
-            raise UnknownNameError("input", name.name, sorted(variables))
-
-
-def _of_inputs(system: FuzzySystem, expr: Expr, *, outputs: bool = False) -> Expr:
-    """Return an expression over the names of the inputs, and perhaps of the outputs, params replaced by numbers."""
-    inputs = {v.name for v in (*system.inputs, *(system.outputs if outputs else ()))}
-    numbers = _constants(system, inputs)
-    _require_known(expr, inputs, numbers)
-    return replace_names(expr, numbers)
-
-
 def _input(system: FuzzySystem, variable: Input) -> InputPlan:
     return InputPlan(
-        variable.name, _number(system, variable.lower), _number(system, variable.upper), variable.extrapolate
+        variable.name, number_of(system, variable.lower), number_of(system, variable.upper), variable.extrapolate
     )
 
 
@@ -295,64 +247,25 @@ def planned_set(system: FuzzySystem, variable: LinguisticVariable, term: Term) -
     """Return a term as a fuzzy set with numbers, None for a consequent that is a function of the inputs."""
     if isinstance(variable, Input):
         return _term_of_input(system, variable.name, term)
-    return _set(system, term.membership) if term.membership.kind in MEMBERSHIP else None
+    return set_of(system, term.membership) if term.membership.kind in MEMBERSHIP else None
 
 
 def _term_of_input(system: FuzzySystem, variable: str, term: Term) -> SetPlan:
     membership = term.membership
     if membership.kind != "function":
-        return _set(system, membership)
-    numbers = _constants(system, {variable})
-    _require_known(membership.arguments[0], {variable}, numbers)
+        return set_of(system, membership)
+    numbers = constants_of(system, {variable})
+    require_known(membership.arguments[0], {variable}, numbers)
     inside: dict[str, Expr] = {**numbers, variable: Name(ITSELF)}
     expression = guarded(replace_names(membership.arguments[0], inside))
-    return SetPlan("function", (), _number(system, membership.height), expression)
+    return SetPlan("function", (), number_of(system, membership.height), expression)
 
 
 def _term_of_output(system: FuzzySystem, variable: str, term: Term) -> SetPlan:
     if term.membership.kind not in MEMBERSHIP:
         message = f"term '{term.name}' of output '{variable}' is a function of the inputs, so nothing can be it"
         raise DiagnosticError([Diagnostic("FZ214", message, term.span, help="give the output fuzzy sets as terms")])
-    return _set(system, term.membership)
-
-
-def _set(system: FuzzySystem, membership: Membership) -> SetPlan:
-    height = _number(system, membership.height)
-    variant = f"{membership.kind} {getattr(system.method.semantics, membership.kind, '')}"
-    kind = variant if variant in VARIANTS else membership.kind
-    return SetPlan(kind, tuple(_number(system, a) for a in membership.arguments), height)
-
-
-def _consequent(system: FuzzySystem, membership: Membership) -> SetPlan:
-    match membership.kind:
-        case "linear":
-            *factors, constant = (_number(system, a) for a in membership.arguments)
-            names = [i.name for i in system.inputs]
-            parts = [Binary("*", Number(c), Name(n)) for c, n in zip(factors, names, strict=True) if c != 0.0]
-            reach = _reach(system, factors, constant)
-            return SetPlan("linear", (), expression=_sum([*parts, Number(constant)]), reach=reach)
-        case "function":
-            return SetPlan(
-                "function", (), expression=guarded(_of_inputs(system, membership.arguments[0], outputs=True))
-            )
-    return _set(system, membership)
-
-
-def _reach(system: FuzzySystem, factors: Sequence[float], constant: float) -> tuple[float, float] | None:
-    """Return what a linear consequent lies between while the inputs are in their ranges; None if they need not be."""
-    low = high = constant
-    for factor, variable in zip(factors, system.inputs, strict=True):
-        if factor == 0.0:
-            continue
-        if variable.extrapolate:
-            return None
-        ends = sorted(factor * _number(system, end) for end in (variable.lower, variable.upper))
-        low, high = low + ends[0], high + ends[1]
-    return (low, high) if math.isfinite(high - low) else None
-
-
-def _sum(parts: list[Expr]) -> Expr:
-    return reduce(lambda a, b: Binary("+", a, b), [p for p in parts if p != ZERO] or [ZERO])
+    return set_of(system, term.membership)
 
 
 def _order(system: FuzzySystem) -> tuple[tuple[int, ...], list[tuple[int, ...]]]:
@@ -389,7 +302,7 @@ def _activation(system: FuzzySystem, *, chained: bool) -> ActivationPlan:
     return ActivationPlan(
         kind=method.kind,
         count=1 if method.count is None else method.count,
-        threshold=0.0 if method.threshold is None else _number(system, method.threshold),
+        threshold=0.0 if method.threshold is None else number_of(system, method.threshold),
         comparison=method.comparison or ">=",
     )
 
@@ -397,7 +310,7 @@ def _activation(system: FuzzySystem, *, chained: bool) -> ActivationPlan:
 def _output(system: FuzzySystem, output: Output, reads: tuple[int, ...]) -> OutputPlan:
     method = system.method
     defuzzifier = output.defuzzifier or method.defuzzifier
-    conclusions = _Conclusions(system, output)
+    conclusions = Conclusions(system, output)
     for r, rule in enumerate(system.rules):
         for k, consequent in enumerate(rule.consequents):
             if consequent.output == output.name:
@@ -406,7 +319,7 @@ def _output(system: FuzzySystem, output: Output, reads: tuple[int, ...]) -> Outp
     aggregation = output.aggregation or method.aggregation
     # Of constants it does not matter whether those of one term are added up first.
     joins = defuzzifier.over_rules and (aggregation != "sum" or defuzzifier.kind not in (*AVERAGES, "weighted_sum"))
-    lower, upper = _number(system, output.lower), _number(system, output.upper)
+    lower, upper = number_of(system, output.lower), number_of(system, output.upper)
     planned = OutputPlan(
         name=output.name,
         lower=lower,
@@ -419,7 +332,7 @@ def _output(system: FuzzySystem, output: Output, reads: tuple[int, ...]) -> Outp
         terms=tuple(conclusions.terms),
         implied=tuple(conclusions.implied),
         otherwise=_otherwise(system, output, lower, upper),
-        rate=None if output.adaptive is None else _of_inputs(system, output.adaptive),
+        rate=None if output.adaptive is None else over_inputs(system, output.adaptive),
         reads=reads,
         rule=defuzzifier.rule,
         tolerance=defuzzifier.tolerance,
@@ -436,77 +349,6 @@ def _output(system: FuzzySystem, output: Output, reads: tuple[int, ...]) -> Outp
     return planned
 
 
-class _Conclusions:
-    """Collect the consequents of the rules in one output."""
-
-    def __init__(self, system: FuzzySystem, output: Output) -> None:
-        self.system, self.output = system, output
-        self.semantics = system.method.semantics
-        self.over_rules = (output.defuzzifier or system.method.defuzzifier).over_rules
-        self.implication = output.implication or system.method.implication
-        self.terms = [_consequent(system, term.membership) for term in output.terms]
-        self.positions = {term.name: i for i, term in enumerate(output.terms)}
-        self.implied: list[ImpliedPlan] = []
-
-    def add(self, position: int, rule: Rule, place: int) -> None:
-        """Add a consequent of a rule, the one at a place among all of its consequents."""
-        consequent = rule.consequents[place]
-        factor = _number(self.system, rule.weight) if self.semantics.weight == "after" else 1.0
-        term = self._term(consequent)
-        changes: list[Expr] = []
-        if not self.over_rules and self.semantics.consequent_hedges in ("set", "undone"):
-            changes += self._hedges(consequent)
-        if factor != 1.0 and not self.over_rules and self.implication == "min":
-            changes.append(Binary("*", Number(factor), Name(ITSELF)))
-        if changes:
-            term = self._own(dataclasses.replace(self.terms[term], changes=tuple(changes)))
-        self.implied.append(ImpliedPlan(position, term, factor, self._change(rule, place)))
-
-    def _term(self, consequent: Consequent) -> int:
-        term = consequent.term
-        if isinstance(term, Membership):
-            return self._own(_consequent(self.system, term))
-        if term not in self.positions:
-            raise UnknownNameError("term", term, self.positions)
-        return self.positions[term]
-
-    def _own(self, term: SetPlan) -> int:
-        """Return the position of a consequent without a name."""
-        if term not in self.terms[len(self.output.terms) :]:
-            self.terms.append(term)
-        return self.terms.index(term, len(self.output.terms))
-
-    def _hedges(self, consequent: Consequent, *, undone: bool = False) -> list[Expr]:
-        """Return what hedges do one after the other, the nearest to the term first, or what undoes them."""
-        return [_change(self.system, hedge, undone=undone) for hedge in reversed(consequent.hedges)]
-
-    def _change(self, rule: Rule, place: int) -> Expr | None:
-        """Return what hedges make of the activation of a rule in one of its consequents."""
-        how = self.semantics.consequent_hedges
-        if how == "set" or (how == "undone" and not self.over_rules):
-            return None
-        before = rule.consequents[:place] if how == "carried" else ()
-        changes = [c for own in (*before, rule.consequents[place]) for c in self._hedges(own, undone=how == "undone")]
-        if not changes:
-            return None
-        return reduce(lambda whole, change: replace_names(change, {ITSELF: whole}), changes)
-
-
-def _change(system: FuzzySystem, hedge: str, *, undone: bool) -> Expr:
-    """Return what a hedge, or its inverse, makes of a degree, an expression over `ITSELF`."""
-    x, cube = Name(ITSELF), system.method.semantics.extremely == "cube"
-    own = next((h for h in system.hedges if h.name == hedge), None)
-    if own is not None:
-        numbers = _constants(system, {own.parameter})
-        _require_known(own.expression, {own.parameter}, numbers)
-        return held(guarded(replace_names(own.expression, {**numbers, own.parameter: x})))
-    if hedge not in HEDGES:
-        raise UnknownNameError("hedge", hedge, [*HEDGES, *(h.name for h in system.hedges)])
-    found = inverse_hedge(hedge, cube=cube) if undone else usual_hedge(hedge, cube=cube)
-    assert found is not None, "hedges without an inverse are refused"
-    return found(x)
-
-
 def _otherwise(system: FuzzySystem, output: Output, lower: float, upper: float) -> Otherwise:
     match output.otherwise:
         case None:
@@ -520,8 +362,8 @@ def _otherwise(system: FuzzySystem, output: Output, lower: float, upper: float) 
         case Hold(start=start):
             if start == "nan":
                 return HeldPlan(math.nan)
-            return HeldPlan(0.5 * lower + 0.5 * upper if start is None else _number(system, start))
-    return _number(system, output.otherwise)
+            return HeldPlan(0.5 * lower + 0.5 * upper if start is None else number_of(system, start))
+    return number_of(system, output.otherwise)
 
 
 def _require_suited(output: Output, planned: OutputPlan) -> None:
