@@ -316,6 +316,11 @@ class TestWhatIsLost:
         (found,) = caught.value.diagnostics
         assert (found.code, found.facts) == ("FZ608", ("rule 2 mixes 'and', 'or' and 'not' of groups",))
 
+    def test_a_negated_group_has_no_dual_where_the_norms_are_none(self):
+        with pytest.raises(DiagnosticError) as caught:
+            FORMATS["fll"].write(loads(TIP.replace("param steep", "and product\nparam steep")))
+        assert caught.value.diagnostics[0].facts == ("rule 2 negates a group",)
+
     def test_shoulders_steps_and_low_triangles_have_a_form_in_fis(self):
         plain = TIP.replace("if not (service is poor or food is bad)", "if service is good")
         text, losses = FORMATS["fis"].write(loads(plain))
