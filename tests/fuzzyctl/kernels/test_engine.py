@@ -219,9 +219,9 @@ class TestHybrid:
         found = value(build(rules, outputs), 0.25, 0)
         assert found == pytest.approx((0.25 * 1 + 0.75 * 3, 5.0, 0.25 * 1 + 0.75 * 3))
 
-    def test_other_norms_need_a_resolution(self):
-        own = {"implication": "einstein_product", "defuzzifier": Defuzzifier()}
-        with pytest.raises(DiagnosticError, match="no exact centroid for 'einstein_product'"):
+    def test_maxima_need_a_resolution_with_other_norms(self):
+        own = {"implication": "einstein_product", "defuzzifier": Defuzzifier(kind="mom")}
+        with pytest.raises(DiagnosticError, match="with 'einstein_product' and 'max' has no closed form"):
             plan(build([rule(is_("x", "up"), ("u", "m"))], [output(terms={"m": MIDDLE}, **own)]))
 
     def test_averages_need_finite_peaks(self):

@@ -1,0 +1,133 @@
+"""Numbers that other tools print, and laws that defuzzifiers obey."""
+
+import math
+
+import hypothesis.strategies as st
+import pytest
+from hypothesis import given
+
+from fuzzyctl import as_profile, loads
+from fuzzyctl.expr import Name
+from fuzzyctl.formulas import MEMBERSHIP
+from fuzzyctl.kernels.python_backend import scalar_function
+from fuzzyctl.model.method import Defuzzifier
+from tests.fuzzyctl.kernels.test_exact import build, evaluated
+from tests.properties.test_engine import quick
+
+
+class TestTipper:
+    """The tipper of MATLAB's manual at (service, food), as the tools print it."""
+
+    POINTS = ((2, 1), (4, 5), (7, 8), (1, 2))
+
+    @pytest.mark.parametrize(
+        ("profile", "resolution", "grid", "rule", "expected"),
+        [
+            # MATLAB, Octave 0.6; FuzzyLogic.jl's trapezoid rule gives the same, since the set is 0 at both ends.
+            ("matlab", 101, "endpoints", None, (7.0168791431, 14.4584724643, 20.3413663053, 5.5585859298)),
+            (
+                "fuzzylogic_jl",
+                101,
+                "endpoints",
+                "trapezoid",
+                (7.0168791431, 14.4584724643, 20.3413663053, 5.5585859298),
+            ),
+            ("pyfuzzylite", 1000, "midpoint", None, (7.0150283767, 14.4529856908, 20.3444979688, 5.5539013785)),
+            ("fuzzylite", 200, "midpoint", None, (7.014311998, 14.453075768, 20.344651194, 5.553950749)),
+            ("jfuzzylogic", 1000, "left", None, (7.0151131237, 14.4530473104, 20.3444408811, 5.5540191962)),
+            ("simpful", 1000, "endpoints", None, (7.0150195292, 14.4530479523, 20.3444875632, 5.5538924300)),
+            ("exact", None, "midpoint", None, (7.0150623200, 14.4530101086, 20.3444747745, 5.5539499363)),
+        ],
+    )
+    def test_each_tool_prints_its_own_digits(self, tipper, profile, resolution, grid, rule, expected):
+        system = as_profile(tipper, profile)
+        defuzzifier = Defuzzifier(resolution=resolution, grid=grid, rule=rule)
+        # Norms of the tipper, whatever a tool takes where nothing is said.
+        system = system.model_copy(update={"method": system.method.model_copy(update={"defuzzifier": defuzzifier})})
+        found = [system(service=service, food=food) for service, food in self.POINTS]
+        assert found == pytest.approx(expected, abs=6e-10 if profile in ("fuzzylite", "fuzzylogic_jl") else 6e-11)
+
+
+MIRRORED = {
+    "triangle(-2, 0, 1)": "triangle(-1, 0, 2)",
+    "trapezoid(0.5, 1, 2, 3)": "trapezoid(-3, -2, -1, -0.5)",
+    "gaussian(1, 0.5)": "gaussian(-1, 0.5)",
+    "s_shape(0, 2)": "z_shape(-2, 0)",
+}
+OPPOSITE = {"som": "lom", "lom": "som"}
+
+
+class TestLaws:
+    @given(
+        st.lists(st.sampled_from(list(MIRRORED)), min_size=1, max_size=3, unique=True),
+        st.lists(st.sampled_from([0.25, 0.5, 0.8, 1.0]), min_size=3, max_size=3),
+        st.sampled_from(["centroid", "bisector", "som", "lom", "mom"]),
+        st.sampled_from(["min", "product"]),
+    )
+    @quick(60)
+    def test_a_mirrored_set_has_the_mirrored_place(self, terms, activations, kind, implication):
+        own = activations[: len(terms)]
+        found = evaluated(build(terms, implication, "max", kind, -4, 4), own, ("python",))
+        mirrored = build([MIRRORED[t] for t in terms], implication, "max", OPPOSITE.get(kind, kind), -4, 4)
+        assert evaluated(mirrored, own, ("python",)) == pytest.approx(-found, abs=2e-12)
+
+    @given(
+        st.sampled_from(["centroid", "bisector", "som", "lom", "mom"]),
+        st.sampled_from([("min", "max"), ("product", "sum"), ("product", "max")]),
+        st.sampled_from([0.3, 0.5, 1.0]),
+        st.sampled_from([0.25, 1.0]),
+    )
+    @quick(30)
+    def test_a_set_shifted_and_stretched_has_its_place_moved_alike(self, kind, norms, x, y):
+        near = build(["triangle(-2, 0, 1)", "trapezoid(0, 1, 2, 4)"], *norms, kind, -4, 4)
+        far = build(["triangle(92, 100, 104)", "trapezoid(100, 104, 108, 116)"], *norms, kind, 84, 116)
+        assert evaluated(far, [x, y]) == pytest.approx(100 + 4 * evaluated(near, [x, y]), abs=1e-12 * 32)
+
+
+class TestTsukamoto:
+    TERMS = ("ramp(0, 4)", "z_shape(-2, 2)", "concave(0, 2)")
+
+    @pytest.mark.parametrize("places", ["clamped", "free"])
+    def test_the_family_sums_places_or_degrees(self, places):
+        weights = [0.3, 0.8, 0.1]
+        for kind in ("tsukamoto", "tsukamoto_sum", "inverse_tsukamoto", "inverse_tsukamoto_sum"):
+            system = build(self.TERMS, "min", "max", kind)
+            semantics = system.method.semantics.model_copy(update={"places": places})
+            system = system.model_copy(update={"method": system.method.model_copy(update={"semantics": semantics})})
+            found = evaluated(system, weights, ("python", "numpy", "numba"))
+            values = []
+            for (name, parameters), w in zip(
+                (("ramp", (0, 4)), ("z_shape", (-2, 2)), ("concave", (0, 2))), weights, strict=True
+            ):
+                formula = MEMBERSHIP[name]
+                expr = (
+                    formula.degree(Name("w"), parameters)
+                    if "inverse" in kind
+                    else formula.inverse(Name("w"), parameters)
+                )
+                value = scalar_function(expr)(w)
+                values.append(min(max(value, -3.0), 5.0) if places == "clamped" else value)
+            expected = math.fsum(w * z for w, z in zip(weights, values, strict=True))
+            if not kind.endswith("_sum"):
+                expected /= math.fsum(weights)
+            assert found == pytest.approx(expected, rel=1e-14)
+
+    def test_free_places_may_be_infinite_without_spoiling_rules_that_do_not_fire(self):
+        system = loads(
+            """
+system s
+defuzzifier tsukamoto
+semantics exact(places=free)
+input x in [0, 1]
+  on = ramp(0, 1)
+  off = ramp(1, 0)
+output u in [-3, 5] else 77
+  a = concave(0, 2)
+  b = ramp(0, 4)
+if x is on then u is a
+if x is off then u is b
+"""
+        )
+        # The place of a concave term at 0 is -inf; its rule has the activation 0 there.
+        assert system(x=0) == 4.0
+        assert system(x=1) == 2.0
