@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from fuzzyctl import loads
+from fuzzyctl import check, loads
 from fuzzyctl.analysis.coverage import uncovered_of
 from fuzzyctl.analysis.jumps import largest_jump
 from fuzzyctl.kernels.plan import plan
@@ -68,3 +68,21 @@ class TestJumps:
 
     def test_the_ends_of_the_range_are_no_places(self):
         assert jump("rectangle(-inf, 10)", "rectangle(10, inf)") is None
+
+
+@pytest.mark.parametrize("where", ["", " extrapolate"])
+def test_the_ends_of_a_range_are_no_place_to_jump(where):
+    """Shoulders written with both corners at the end of the range, as other tools do, leave nothing beyond it."""
+    text = f"""
+system valve
+input t in [10, 30]{where}
+  cold = triangle(10, 10, 25)
+  warm = triangle(15, 30, 30)
+output u in [0, 1] else midpoint
+  shut = triangle(0, 0, 0.6)
+  open = triangle(0.4, 1, 1)
+if t is cold then u is open
+if t is warm then u is shut
+"""
+    _, diagnostics = check(loads(text))
+    assert [d.code for d in diagnostics] == []
