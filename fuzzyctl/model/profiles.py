@@ -148,7 +148,14 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                 _sampled(101, "endpoints", centroid="trapezoid", bisector="first"),
                 otherwise="nan",
                 evaluates=("centroid", "bisector", *MAXIMA, *_SUMS),
-                not_imitated=_OCTAVE_BUGS,
+                not_imitated=(
+                    *_OCTAVE_BUGS,
+                    "the drastic product of a single degree is 0 unless it is 1, the drastic sum of one is 1 unless it "
+                    "is 0; here each is the degree itself",
+                    "with a single rule the aggregation runs along the samples instead of over the rules; here it does "
+                    "not",
+                    "the Hamacher sum of degrees that reach 1 may be anything up to 2; here it is 1",
+                ),
             ),
             Profile(
                 "fuzzylite",
@@ -213,6 +220,9 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                     _NEGATIVE,
                     "a weighted sum to which no rule contributes is NaN, and so it is here, but 0 in fuzzylite",
                     "four of its activation methods refuse arrays; here they do not",
+                    "an input that is NaN spoils only what reads it, and a default then takes its place; here every "
+                    "output is NaN",
+                    "its Hamacher and drastic norms lose their digits near 1, where rounding decides what they are",
                 ),
             ),
             Profile(
@@ -240,6 +250,8 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                 not_imitated=(
                     "AND and OR bind from right to left: a matter of reading its files, not of this profile",
                     "its product recurses for ever",
+                    "a triangle or trapezoid with an upright side is 1 on all of that side; here it jumps to 0",
+                    "a double Gaussian whose means stand in reverse is one of the two; here it is their product",
                     "a term that its output does not have is taken for the last one; here it is an error",
                 ),
             ),

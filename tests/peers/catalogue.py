@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import os
+import shutil
 import sys
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from peers import fll
-from peers.drawing import CURVED, DISJUNCTIONS, MONOTONE, STRAIGHT, Abilities
+from peers import fis, fll, plain
+from peers.drawing import CONJUNCTIONS, CURVED, DISJUNCTIONS, MONOTONE, STRAIGHT, Abilities
 
 from fuzzyctl.model.system import FuzzySystem
 
@@ -52,6 +53,9 @@ class Peer:
         if self.packages:
             python = folder() / self.name / "bin" / "python"
             return [str(python), str(DRIVERS / self.driver)] if python.exists() else None
+        if self.driver.endswith(".m"):
+            octave = shutil.which("octave-cli")
+            return [octave, "--quiet", "--no-init-file", str(DRIVERS / self.driver)] if octave else None
         program = folder() / self.name / "driver"
         return [str(program)] if program.exists() else None
 
@@ -71,6 +75,59 @@ _FUZZYLITE = Abilities(
     specials=(INF, -INF),
 )
 
+#: Its drastic norms are left out: they are no norms of a single degree, nor of three.
+_OF_OCTAVE = tuple(
+    tuple(n for n in norms if "drastic" not in n and "nilpotent" not in n) for norms in (CONJUNCTIONS, DISJUNCTIONS)
+)
+_OCTAVE = Abilities(
+    kinds=tuple(
+        "triangle trapezoid gaussian gaussian2 bell sigmoid sigmoid_difference sigmoid_product s_shape z_shape "
+        "pi_shape".split()
+    ),
+    conjunctions=_OF_OCTAVE[0],
+    disjunctions=_OF_OCTAVE[1],
+    implications=_OF_OCTAVE[0],
+    aggregations=(*_OF_OCTAVE[1], "sum"),
+    defuzzifiers=("centroid", "som", "lom", "mom"),
+    consequents=("constant", "linear"),
+    hedges=("very", "somewhat", "extremely", "not"),
+    consequent_hedges=("very", "somewhat", "extremely", "not"),
+    jumps=False,
+    nested=False,
+    fewest_rules=2,
+    inside=True,
+    whole_slopes=True,
+    extrapolates=True,
+)
+_SIMPFUL = Abilities(
+    kinds=("triangle", "trapezoid", "piecewise", "gaussian", "gaussian2", "sigmoid"),
+    conjunctions=("min", "product"),
+    disjunctions=("max",),
+    implications=("min",),
+    aggregations=("max", "sum"),
+    defuzzifiers=("centroid",),
+    consequents=("constant", "linear"),
+    sums=("weighted_average",),
+    hedges=(),
+    crosses=False,
+    jumps=False,
+    extrapolates=True,
+    resolutions=(100, 101, None),
+)
+_SCIKIT_FUZZY = Abilities(
+    kinds=("triangle", "trapezoid", "ramp", "piecewise"),
+    conjunctions=("min", "product"),
+    disjunctions=("max",),
+    implications=("min",),
+    aggregations=("max",),
+    defuzzifiers=("centroid",),
+    sums=(),
+    hedges=(),
+    negates=True,
+    jumps=False,
+    extrapolates=False,
+)
+
 PEERS = {
     p.name: p
     for p in (
@@ -79,6 +136,12 @@ PEERS = {
             "pyfuzzylite_driver.py",
         ),
         Peer("fuzzylite", "fuzzylite_6", "6.0", (), ".fll", fll.text, _FUZZYLITE, "fuzzylite.cpp"),
+        Peer("octave", "octave_0_4", "0.4.6", (), ".fis", fis.text, _OCTAVE, "octave_driver.m"),
+        Peer("simpful", "simpful", "2.12.0", ("simpful==2.12.0",), ".json", plain.text, _SIMPFUL, "simpful_driver.py"),
+        Peer(
+            "scikit_fuzzy", "scikit_fuzzy", "0.5.0", ("scikit-fuzzy==0.5.0", "networkx", "scipy", "packaging"), ".json",
+            plain.text, _SCIKIT_FUZZY, "scikit_fuzzy_driver.py",
+        ),
     )
 }  # fmt: skip
 

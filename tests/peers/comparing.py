@@ -21,6 +21,8 @@ from fuzzyctl.model.system import FuzzySystem
 
 #: Largest difference that counts as agreement, relative to the larger of the value and the width of the output's range.
 AGREEMENT = 1e-9
+#: What a driver writes for a point that a peer stops at, and what stands for it here.
+STOPPED, SKIPPED = "error", -1.2345e300
 #: How far a point is moved, relative to the range of an input, to see whether it stands at a jump.
 #: How widely our own values may scatter there, relative to the width of the output's range, other than at a jump.
 SCATTER = 1e-2
@@ -90,7 +92,9 @@ def outputs_of_peer(peer: Peer, cases: Sequence[Case]) -> dict[str, np.ndarray |
 def _outputs(path: Path, width: int, stderr: str) -> np.ndarray | str:
     if path.with_suffix(".out").exists():
         lines = path.with_suffix(".out").read_text().splitlines()
-        return np.array([[float(n) for n in line.split()] for line in lines]).reshape(len(lines), width)
+        return np.array([[float(n) if n != STOPPED else SKIPPED for n in line.split()] for line in lines]).reshape(
+            len(lines), width
+        )
     error = path.with_suffix(".err")
     return error.read_text().strip() if error.exists() else f"no answer: {stderr[-300:]}"
 
@@ -130,7 +134,7 @@ def differences(ours: np.ndarray, theirs: np.ndarray, widths: np.ndarray) -> np.
         scale = np.maximum(np.maximum(np.abs(ours), np.abs(theirs)), widths)
         relative = np.abs(ours - theirs) / scale
     relative[~np.isfinite(relative)] = np.inf
-    relative[same] = 0.0
+    relative[same | (theirs == SKIPPED)] = 0.0
     return relative
 
 

@@ -47,6 +47,11 @@ class Abilities:
         consequent_hedges: In consequents.
         activations: Activation methods.
         infinite: Whether feet may be infinite.
+        negates: Whether `not` may stand before parts of an antecedent.
+        inside: Whether inputs must be within their ranges.
+        whole_slopes: Whether slopes of bells must be whole numbers.
+        crosses: Whether the means of a double Gaussian may stand in reverse.
+        fewest_rules: Least number of rules.
         heights, weights, holds, chains, own_methods: Whether there are such.
         jumps: Whether neighbouring corners may be equal.
         nested: Whether `and` and `or` may stand in one antecedent; else all of it is joined by one of them.
@@ -68,6 +73,11 @@ class Abilities:
     consequent_hedges: Sequence[str] = ()
     activations: Sequence[str] = ("general",)
     infinite: bool = False
+    negates: bool = False
+    fewest_rules: int = 1
+    inside: bool = False
+    whole_slopes: bool = False
+    crosses: bool = True
     heights: bool = False
     weights: bool = True
     holds: bool = False
@@ -113,7 +123,7 @@ class Draw:
                 method = method.model_copy(update={"aggregation": self._choice(("sum", "max"))})
         # What is compared must not depend on what is chosen.
         self.chained = self.can.chains and self.activation.kind in ("general", "threshold") and self._likely(0.3)
-        rules = tuple(self._rule() for _ in range(self._between(1, 7)))
+        rules = tuple(self._rule() for _ in range(self._between(self.can.fewest_rules, 7)))
         return FuzzySystem(name="drawn", method=method, inputs=self.inputs, outputs=self.outputs, blocks=rules)
 
     def points(self, system: FuzzySystem, count: int) -> list[list[float]]:
@@ -123,6 +133,10 @@ class Draw:
     def _coordinate(self, variable: Input) -> float:
         low, high = variable.lower.value, variable.upper.value
         width = high - low
+        if self.can.inside:
+            places = [low, high, *(a.value for t in variable.terms for a in t.membership.arguments)]
+            known = [p for p in places if low <= p <= high]
+            return self._choice(known) if self._likely(0.15) else self.random.uniform(low, high)
         if self.can.specials and self._likely(0.02):
             return self._choice(self.can.specials)
         if self._likely(0.15):
@@ -226,7 +240,7 @@ class Draw:
             "piecewise": lambda: self._polygon(places(self._between(2, 6))),
             "gaussian": lambda: (places(1)[0], scale()),
             "gaussian2": lambda: self._means(places(2), scale(), scale()),
-            "bell": lambda: (places(1)[0], scale(), self._number(0.6, 6.0)),
+            "bell": lambda: (places(1)[0], scale(), self._slope()),
             "sigmoid": lambda: (places(1)[0], slope()),
             "sigmoid_difference": lambda: self._between_sigmoids(places(2), slope(), slope()),
             "sigmoid_product": lambda: self._between_sigmoids(places(2), slope(), -slope()),
@@ -242,6 +256,9 @@ class Draw:
             "function": lambda: (self._function(),),
         }
         return shapes[kind]()
+
+    def _slope(self) -> float:
+        return float(self._between(1, 5)) if self.can.whole_slopes else self._number(0.6, 6.0)
 
     def _either(self, places: Sequence[float]) -> Sequence[float]:
         return places if self._likely(0.5) else places[::-1]
@@ -263,7 +280,7 @@ class Draw:
         return [n for corner in zip(places, degrees, strict=True) for n in corner]
 
     def _means(self, means: Sequence[float], left: float, right: float) -> Sequence[float]:
-        first, second = means if self._likely(0.8) else means[::-1]
+        first, second = means if not self.can.crosses or self._likely(0.8) else means[::-1]
         return first, left, second, right
 
     def _between_sigmoids(self, places: Sequence[float], rising: float, falling: float) -> Sequence[float]:
@@ -312,6 +329,8 @@ class Draw:
         if not among or not self._likely(share):
             return ()
         first = self._choice(among)
+        if not self.can.nested:  # one hedge, and perhaps a negation of it
+            return ("not", first) if first != "not" and self._likely(0.3) else (first,)
         if first == "any":
             return (first,)
         more = [h for h in among if h != "any"]
@@ -336,5 +355,5 @@ class Draw:
             term=self._choice(variable.terms).name,
             hedges=self._hedges(self.can.hedges, 0.2),
         )
-        negates = self.can.nested and not self.can.hedges and self._likely(0.15)
+        negates = self.can.negates and self._likely(0.15)
         return Not(operand=found) if negates else found
