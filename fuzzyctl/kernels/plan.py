@@ -179,7 +179,7 @@ class _Antecedents:
 
     def shallow(self, truth: Expr) -> Expr:
         """Return a truth, or a name for it where it is nested deeply."""
-        return self.named(truth) if depth(truth) >= DEEPEST else truth
+        return self.named(truth) if not isinstance(truth, Name | Number) and depth(truth) >= DEEPEST else truth
 
     def named(self, truth: Expr) -> Expr:
         """Return a name for what a formula mentions several times."""

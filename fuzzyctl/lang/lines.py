@@ -23,6 +23,9 @@ LineKind = Literal["statement", "term_line", "header", "row", "label", "cell", "
 MAX_NESTING: Final = 100
 
 _PIECE = re.compile(r'"[^"\n]*"|"[^"\n]*|#[^\n]*|[()\[\]|\n]|[^"#()\[\]|\n]+')
+# A whole line whose strings are closed and whose parentheses do not nest, which nearly all are: its code, whether a bar
+# stands outside of parentheses, and its comment.
+_SIMPLE = re.compile(r'((?:[^"#()\[\]|\n]+|"[^"\n]*"|\([^"#()\[\]|\n]*\)|\[[^"#()\[\]|\n]*\]|(\|))*+)(#[^\n]*)?(\n|\Z)')
 _WORD = re.compile(rf"\s*({NAME})")
 _TERM = re.compile(rf"\s*{NAME}\s*=")
 _NAMES = re.compile(rf"\s*{NAME}(?:\s+{NAME})*\s*")
@@ -72,19 +75,30 @@ class _Open:
 def split(source: SourceText) -> list[LogicalLine]:
     """Split a source into logical lines, blank and comment-only ones included."""
     lines: list[LogicalLine] = []
-    current = _Open(0, 0, [])
     text = source.text
-    for match in _PIECE.finditer(text):
-        piece, at = match[0], match.start()
-        if piece == "\n":
-            if current.opened and not _resumes(text, match.end()):
-                continue
-            lines.append(_close(source, current, lines))
-            current = _Open(match.end(), match.end(), [])
+    at: int | None = 0
+    while at is not None:
+        simple = _SIMPLE.match(text, at)
+        if simple is not None:
+            end = at + len(simple[1].rstrip())
+            comment = "" if simple[3] is None else simple[3].rstrip()
+            current = _Open(at, end, [], comment, simple[2] is not None)
+            at = simple.end() if simple[4] else None
         else:
-            _take(source, current, piece, at)
-    lines.append(_close(source, current, lines))
+            current, at = _collect(source, at)
+        lines.append(_close(source, current, lines))
     return lines
+
+
+def _collect(source: SourceText, start: int) -> tuple[_Open, int | None]:
+    """Return the line that begins at an offset, piece by piece, and where the next one begins, None for the last."""
+    current, text = _Open(start, start, []), source.text
+    for match in _PIECE.finditer(text, start):
+        if match[0] != "\n":
+            _take(source, current, match[0], match.start())
+        elif not current.opened or _resumes(text, match.end()):
+            return current, match.end()
+    return current, None
 
 
 def _resumes(text: str, at: int) -> bool:
@@ -153,7 +167,7 @@ def _close(source: SourceText, current: _Open, before: list[LogicalLine]) -> Log
 
 
 def _kind(code: str, bar: bool, before: list[LogicalLine]) -> LineKind:
-    if not code.strip():
+    if not code or code.isspace():
         return "blank"
     last = next((line for line in reversed(before) if line.kind != "blank"), None)
     headless = last is not None and last.kind == "statement" and last.word == "table" and not last.closed

@@ -12,21 +12,21 @@ from fuzzyctl.expr import (
     Compare,
     Expr,
     Logic,
+    Name,
     Number,
     children,
-    names_in,
     span_of,
     walk,
 )
 from fuzzyctl.model.numbers import Numbers
-from fuzzyctl.model.system import FuzzySystem
 
 
 def uncomputable_claims(numbers: Numbers) -> Iterator[Diagnostic]:
     """Find parts of guarantees that depend on params only and have no value, or no finite one."""
+    variables = {v.name for v in numbers.variables}
     for guarantee in numbers.system.guarantees:
         for expr in (guarantee.claim, guarantee.when):
-            for constant in _constants(expr, numbers.system) if expr is not None else ():
+            for constant in _constants(expr, variables) if expr is not None else ():
                 place = span_of(constant) or guarantee.span
                 error, value = numbers.failure(constant), numbers.value(constant)
                 if error is not None:
@@ -57,19 +57,28 @@ def bad_claims(numbers: Numbers) -> Iterator[Diagnostic]:
                     yield Diagnostic("FZ302", message, span_of(node.right) or guarantee.span)
 
 
-def _constants(expr: Expr, system: FuzzySystem) -> Iterator[Expr]:
-    """Yield the largest parts of an expression that depend on params only."""
-    if _is_constant(expr, system):
-        yield expr
-        return
-    for child in children(expr):
-        yield from _constants(child, system)
+def _constants(expr: Expr, variables: set[str]) -> list[Expr]:
+    """Return the largest parts of an expression that depend on params only, from left to right; numbers are none."""
+    found, whole = _parts(expr, variables)
+    return [expr] if whole and not isinstance(expr, Number) else found
 
 
-def _is_constant(expr: Expr, system: FuzzySystem) -> bool:
-    variables = {v.name for v in (*system.inputs, *system.outputs)}
-    if isinstance(expr, Number) or any(n.name in variables or "." in n.name for n in names_in(expr)):
-        return False
-    return not any(
-        isinstance(n, Compare | Logic) or (isinstance(n, Call) and n.function not in FUNCTIONS) for n in walk(expr)
-    )
+def _parts(expr: Expr, variables: set[str]) -> tuple[list[Expr], bool]:
+    """Return the largest parts below an expression that depend on params only, and whether all of it does."""
+    parts = [(child, *_parts(child, variables)) for child in children(expr)]
+    whole = _is_arithmetic(expr, variables) and all(is_whole for _, _, is_whole in parts)
+    if whole:
+        return [], True
+    found: list[Expr] = []
+    for child, below, is_whole in parts:
+        found += below if not is_whole else [] if isinstance(child, Number) else [child]
+    return found, False
+
+
+def _is_arithmetic(expr: Expr, variables: set[str]) -> bool:
+    match expr:
+        case Name(name=name):
+            return name not in variables and "." not in name
+        case Call(function=function):
+            return function in FUNCTIONS
+    return not isinstance(expr, Compare | Logic)

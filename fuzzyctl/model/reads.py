@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from fuzzyctl.expr import names_in, span_of
-from fuzzyctl.model.rule import Consequent, literals
+from fuzzyctl.model.rule import literals
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Membership, Output
 from fuzzyctl.source import Span
@@ -19,21 +19,19 @@ def reads_of(system: FuzzySystem) -> Iterator[tuple[str, dict[str, Span | None]]
     """
     outputs = {o.name: o for o in system.outputs}
     waits = system.method.semantics.chained == "value"
+    functions = {(o.name, t.name): t.membership for o in system.outputs for t in o.terms if _is_function(t.membership)}
     for rule in system.rules:
         read = {i.variable: i.span for i in literals(rule.antecedent) if i.variable in outputs} if waits else {}
         for consequent in rule.consequents:
-            yield consequent.output, read | _in_function(outputs, consequent)
+            term = consequent.term
+            membership = functions.get((consequent.output, term)) if isinstance(term, str) else term
+            inside = _in_function(outputs, membership) if membership is not None and _is_function(membership) else {}
+            yield consequent.output, read | inside
 
 
-def _in_function(outputs: dict[str, Output], consequent: Consequent) -> dict[str, Span | None]:
-    membership = consequent.term
-    if isinstance(membership, str):
-        declared = outputs.get(consequent.output)
-        term = declared.term(membership) if declared is not None else None
-        if term is None:
-            return {}
-        membership = term.membership
-    assert isinstance(membership, Membership)
-    if membership.kind != "function":
-        return {}
+def _is_function(membership: Membership) -> bool:
+    return membership.kind == "function"
+
+
+def _in_function(outputs: dict[str, Output], membership: Membership) -> dict[str, Span | None]:
     return {n.name: span_of(n) for n in names_in(membership.arguments[0]) if n.name in outputs}

@@ -99,14 +99,13 @@ class RuleTable(Node):
 
     def rules(self) -> Iterator[Rule]:
         """Yield the rules row by row; each has the span of its cell."""
+        columns = [Is(variable=self.columns, term=term) for term in self.column_terms]
+        rows = [Is(variable=self.rows, term=term) for term in self.row_terms] if self.rows is not None else []
         for i, row in enumerate(self.cells):
-            for column_term, cell in zip(self.column_terms, row, strict=True):
+            for column, cell in zip(columns, row, strict=True):
                 if not cell.terms:
                     continue
-                column = Is(variable=self.columns, term=column_term)
-                antecedent: Antecedent = column
-                if self.rows is not None:
-                    antecedent = And(operands=(Is(variable=self.rows, term=self.row_terms[i]), column))
+                antecedent: Antecedent = And(operands=(rows[i], column)) if rows else column
                 if self.condition is not None:
                     parts = antecedent.operands if isinstance(antecedent, And) else (antecedent,)
                     antecedent = And(operands=(self.condition, *parts))
@@ -116,13 +115,16 @@ class RuleTable(Node):
                 yield Rule(antecedent=antecedent, consequents=consequents, weight=cell.weight, span=cell.span)
 
 
-def literals(antecedent: Antecedent) -> Iterator[Is]:
-    """Yield every `input is term` of an antecedent from left to right."""
-    match antecedent:
-        case Is():
-            yield antecedent
-        case Not(operand=operand):
-            yield from literals(operand)
-        case And(operands=operands) | Or(operands=operands):
-            for operand in operands:
-                yield from literals(operand)
+def literals(antecedent: Antecedent) -> list[Is]:
+    """Return every `input is term` of an antecedent from left to right."""
+    found: list[Is] = []
+    left = [antecedent]
+    while left:
+        part = left.pop()
+        if isinstance(part, Is):
+            found.append(part)
+        elif isinstance(part, And | Or):
+            left.extend(reversed(part.operands))
+        elif isinstance(part, Not):
+            left.append(part.operand)
+    return found
