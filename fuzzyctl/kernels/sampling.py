@@ -9,7 +9,7 @@ from itertools import groupby
 from typing import Final
 
 from fuzzyctl.expr import ZERO, Binary, Call, Expr, Name, Number
-from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS
+from fuzzyctl.formulas import aggregation, conjunction
 from fuzzyctl.kernels.plan import OutputPlan, SetPlan
 from fuzzyctl.kernels.program import Accumulate, Assign, Builder, Fold, Item, times
 from fuzzyctl.kernels.python_backend import scalar_function
@@ -49,8 +49,9 @@ def sampled_degrees(term: SetPlan, points: Sequence[float]) -> tuple[float, ...]
 
 def joined(output: OutputPlan, builder: Builder, parts: Sequence[tuple[Expr, Expr]]) -> Expr:
     """Return the aggregated degree of an output from the activation of each set and its own degree."""
-    implied = [builder.let(CONJUNCTIONS[output.implication](h, builder.let(d))) for h, d in parts]
-    join = AGGREGATIONS[output.aggregation]
+    imply = conjunction(output.implication, output.equal)
+    implied = [builder.let(imply(h, builder.let(d))) for h, d in parts]
+    join = aggregation(output.aggregation, output.equal)
     return reduce(lambda a, b: builder.let(join(a, b)), implied) if implied else ZERO
 
 
