@@ -68,6 +68,14 @@ class TestCatalogue:
 
 
 class TestContent:
+    @pytest.mark.parametrize("number", [15, 17])
+    def test_the_legend_leaves_a_margin_at_both_sides(self, drawn, number):
+        figure, *_ = drawn(number)
+        figure.canvas.draw()
+        (legend,) = figure.legends
+        found, width = legend.get_window_extent(), figure.bbox.width
+        assert 0.01 * width <= found.x0 < found.x1 <= 0.99 * width
+
     def test_paths_have_x_to_the_right_and_y_upwards(self, drawn):
         figure, trajectory, _ = drawn(13)
         x, y = line(figure, "y [m]", "follower1")

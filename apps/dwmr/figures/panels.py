@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -24,6 +25,8 @@ BUCKETS = 1200
 PEAKS = 400
 #: A level is drawn down to this [unit of the level].
 LEAST_LEVEL = 1e-3
+#: Greatest width of a legend [width of its figure].
+LEGEND_WIDTH = 0.98
 #: Points of a path: a tenth of a second apart in a run of 200 s.
 PATH_POINTS = 2000
 
@@ -131,14 +134,22 @@ def mark(panels: Any, trajectory: Trajectory, scenario: Scenario) -> None:
 
 
 def legend(figure: Figure, *panels: Any, columns: int = 6) -> None:
-    """Put one legend with every line of some panels below a figure, the marks of `mark` last."""
+    """Put one legend with every line of some panels below a figure, the marks of `mark` last.
+
+    It has as many columns as the width of the figure has room for, `columns` at most.
+    """
     found: dict[str, Any] = {}
     for axes in panels:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
             if label not in found:
                 found[label] = handle
     order = sorted(found, key=lambda label: label in ("disturbance", "avoidance"))
-    figure.legend([found[k] for k in order], order, loc="outside lower center", ncols=min(columns, max(1, len(order))))
+    for lines in range(math.ceil(len(order) / columns), len(order) + 1):
+        count = math.ceil(len(order) / lines)
+        drawn = figure.legend([found[k] for k in order], order, loc="outside lower center", ncols=count)
+        if count == 1 or drawn.get_window_extent().width <= LEGEND_WIDTH * figure.bbox.width:
+            return
+        drawn.remove()
 
 
 def paths(axes: Any, trajectory: Trajectory, scenario: Scenario) -> None:
