@@ -167,6 +167,7 @@ def activation_text(a: Activation) -> str:
 
 
 def otherwise_text(otherwise: Expr | Fallback | Hold) -> str:
+    """Return what an output is where no rule fires, as it stands behind `else`."""
     if isinstance(otherwise, Hold):
         return "hold" if otherwise.start is None else f"hold({_start(otherwise.start)})"
     return otherwise if isinstance(otherwise, str) else _value(otherwise)
