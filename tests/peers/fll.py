@@ -83,7 +83,8 @@ def _lines(system: FuzzySystem) -> Iterator[str]:
     for output in system.outputs:
         yield f"OutputVariable: {output.name}"
         yield from _variable(output, locked=output.clamped)
-        yield from _output(output, output.aggregation or system.method.aggregation)
+        own = output.defuzzifier or system.method.defuzzifier
+        yield from _output(output, output.aggregation or system.method.aggregation, own)
         yield from (f"  term: {term.name} {_term(term)}" for term in output.terms)
     method = system.method
     yield "RuleBlock: rules"
@@ -103,9 +104,7 @@ def _variable(variable: Input | Output, *, locked: bool) -> Iterator[str]:
         yield from (f"  term: {term.name} {_term(term)}" for term in variable.terms)
 
 
-def _output(output: Output, aggregation: str) -> Iterator[str]:
-    method = output.defuzzifier
-    assert method is not None
+def _output(output: Output, aggregation: str, method: Defuzzifier) -> Iterator[str]:
     yield f"  aggregation: {'none' if method.over_rules and aggregation == 'sum' else DISJUNCTIONS[aggregation]}"
     yield f"  defuzzifier: {_defuzzifier(method)}"
     held = isinstance(output.otherwise, Hold)
