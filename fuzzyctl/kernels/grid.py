@@ -11,6 +11,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise, product
+from operator import mul
 from typing import Final
 
 from fuzzyctl.expr import Binary, Expr, Name, Number
@@ -194,6 +195,8 @@ def _product(a: Tensor, b: Tensor) -> Tensor | None:
     if set(a[0]) & set(b[0]):
         return None
     over = (*a[0], *b[0])
+    if not a[0] or not b[0] or a[0][-1] < b[0][0]:  # in order already
+        return over, {(*p, *q): u * v for p, u in a[1].items() for q, v in b[1].items()}
     order = sorted(range(len(over)), key=lambda k: over[k])
     values = {tuple((*p, *q)[k] for k in order): u * v for p, u in a[1].items() for q, v in b[1].items()}
     return tuple(over[k] for k in order), values
@@ -207,18 +210,20 @@ def _table(
     strides = [math.prod(len(k) for k in knots[i + 1 :]) for i in range(len(knots))]
     above, below = [0.0] * size, [0.0] * size
     peaks = []
+    peaks_of = {k: output.terms[k].peak for k in {entry.term for entry in output.implied}}
     for entry in output.implied:
         rule = plan.rules[entry.rule]
         if rule.weight == 0.0:
             continue
-        peak = output.terms[entry.term].peak
+        peak = peaks_of[entry.term]
         over, values = fired[rule.strength]
         if any(values.values()):
             peaks.append(peak)
         free = [i for i in range(len(knots)) if i not in over]
         shifts = [sum(s) for s in product(*([strides[i] * k for k in range(len(knots[i]))] for i in free))]
+        own = [strides[i] for i in over]
         for position, value in values.items():
-            start = sum(strides[i] * k for i, k in zip(over, position, strict=True))
+            start = sum(map(mul, own, position))
             for shift in shifts:
                 above[start + shift] += rule.weight * value * peak
                 below[start + shift] += rule.weight * value

@@ -29,21 +29,28 @@ def uncomputable_numbers(numbers: Numbers) -> Iterator[Diagnostic]:
             yield Diagnostic("FZ307", why.message, why.span)
     infinite = list(_infinite_ranges(numbers))
     yield from infinite
-    seen: set[Span] = set()
+    seen: set[_Place | None] = set()
     for expr, may_be_infinite, what in all_numbers(numbers.system):
         if type(expr) is Number and math.isfinite(expr.value):  # nearly all are
-            if expr.span is not None:
-                seen.add(expr.span)
+            seen.add(_place(expr.span))
             continue
         # The ends of a range are also peaks of an even partition; one place gives one diagnostic.
-        place = span_of(expr)
-        if place in seen or (place is None and infinite and not isinstance(expr, Number)):
+        place = _place(span_of(expr))
+        if (place is not None and place in seen) or (place is None and infinite and not isinstance(expr, Number)):
             continue
         error = numbers.failure(expr)
-        reason = error.span if error is not None else None
+        reason = _place(error.span if error is not None else None)
         if reason is None or reason not in seen:
             yield from _uncomputable(numbers, expr, may_be_infinite, what)
-        seen.update(s for s in (place, reason) if s is not None)
+        seen.update((place, reason))
+
+
+#: A span in short, which costs less to look for than the span itself.
+_Place = tuple[str, int, int]
+
+
+def _place(span: Span | None) -> _Place | None:
+    return None if span is None else (span.source.name, span.start, span.end)
 
 
 def _uncomputable(numbers: Numbers, expr: Expr, may_be_infinite: bool, what: str) -> Iterator[Diagnostic]:
