@@ -3,12 +3,14 @@
     python tests/peers/environments.py
     python tests/peers/run.py --peer pyfuzzylite --systems 300 [--seed 1] [--points 60] [--show 3]
 
-ends with 1 where numbers disagree that no bug of the peer explains.
+`--json FILE` adds the counts to a file, of which `rendered` makes the table of docs/explanation/peers.md. It ends with
+1 where numbers disagree that no rounding explains.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 from collections import Counter
 from pathlib import Path
@@ -30,6 +32,7 @@ def main() -> int:
     parser.add_argument("--points", type=int, default=60)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--show", type=int, default=3, help="how many disagreeing systems to print")
+    parser.add_argument("--json", type=Path, help="a file to add the counts to")
     options = parser.parse_args()
     failed = False
     for name in options.peer or list(PEERS):
@@ -41,8 +44,36 @@ def main() -> int:
         tally = run(peer, options.systems, options.points, options.seed)
         print("\n".join(report(peer, tally)))
         show(tally, options.show)
+        if options.json:
+            known = json.loads(options.json.read_text()) if options.json.exists() else {}
+            known[name] = counts(tally)
+            options.json.write_text(json.dumps(known, indent=2) + "\n")
         failed = failed or bool(tally.disagreements)
     return int(failed)
+
+
+def counts(tally: Tally) -> dict[str, float]:
+    """Return what came out as numbers."""
+    return {
+        "systems": tally.systems,
+        "numbers": tally.values,
+        "largest": tally.largest,
+        "at_jumps": tally.at_jumps,
+        "rounded": tally.rounded,
+        "disagree": len(tally.disagreements),
+    }
+
+
+def rendered(results: dict[str, dict[str, float]]) -> str:
+    """Return the table of the documentation."""
+    head = ["tool", "profile", "systems", "numbers", "largest difference", "at jumps", "rounding of norms", "disagree"]
+    lines = ["| " + " | ".join(head) + " |", "| --- " * 2 + "| ---: " * 6 + "|"]
+    for name, found in results.items():
+        peer = PEERS[name]
+        cells = [f"{name} {peer.version}", f"`{peer.profile}`", f"{found['systems']:,}", f"{found['numbers']:,}"]
+        cells += [f"{found['largest']:.1e}", *(f"{found[k]:,}" for k in ("at_jumps", "rounded", "disagree"))]
+        lines.append("| " + " | ".join(cells) + " |")
+    return "\n".join(lines)
 
 
 def run(peer: Peer, systems: int, points: int, seed: int) -> Tally:

@@ -241,8 +241,8 @@ class RuleReader:
         return ("not", *hedges) if code.negated else hedges
 
     def _consequent_hedges(self, code: Code) -> tuple[str, ...]:
-        if self.sugeno and code.negated:
-            message = "a negated consequent has no meaning in a Sugeno system"
+        if self.sugeno and code.negated and self.dialect == "matlab":
+            message = "a negated consequent has no meaning in a Sugeno system of MATLAB"
             self.findings.error("FZ602", message, code.span, help="remove the minus")
         return self._hedges(code)
 
