@@ -11,6 +11,7 @@ from fuzzyctl.kernels import inference, interpolation
 from fuzzyctl.kernels.grid import Grid, grid_of
 from fuzzyctl.kernels.plan import Plan
 from fuzzyctl.kernels.program import Program
+from fuzzyctl.kernels.skips import skipping
 
 #: `rules` evaluates every rule; `interpolation` looks up what the rules say in the cell of the inputs; `auto` takes
 #: interpolation where the system allows it.
@@ -45,7 +46,7 @@ class Algorithm:
     def interpreted(self) -> Program:
         """The program for one point in generated Python."""
         if self.grid is None:
-            return inference.evaluation(self.plan, branches=True)
+            return skipping(inference.evaluation(self.plan, branches=True))
         return self.point
 
     @cached_property

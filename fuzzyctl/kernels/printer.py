@@ -12,6 +12,7 @@ from fuzzyctl.kernels.program import (
     Assign,
     Branches,
     Fold,
+    Guarded,
     Item,
     Locate,
     Offset,
@@ -247,6 +248,9 @@ def block(
                 yield f"{pad}{name} = {_offset(parts)}"
             case Branches():
                 yield from (pad + line for line in _branches(statement, dialect))
+            case Guarded(name=name, body=body):
+                yield f"{pad}if {name}:"
+                yield from block(body, dialect, refuse, depth + 1)
             case Row(names=names, table=table, place=place):
                 yield f"{pad}{', '.join(names)} = {dialect.row(table, place)}"
             case Accumulate(count=count, counter=counter, body=body, sums=sums):

@@ -113,6 +113,19 @@ class Branches:
 
 
 @dataclass(frozen=True, slots=True)
+class Guarded:
+    """Run statements only where a value is not 0; only generated Python has branches.
+
+    Args:
+        name: The value.
+        body: What is run.
+    """
+
+    name: str
+    body: tuple[Assign, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Accumulate:
     """Add up over the entries of constant tables.
 
@@ -193,7 +206,7 @@ class Refuse:
         return f"no rule fires for output '{self.output}'"
 
 
-Statement = Assign | Locate | Offset | Row | Branches | Accumulate | Fold | Quadrature | Refuse
+Statement = Assign | Locate | Offset | Row | Branches | Guarded | Accumulate | Fold | Quadrature | Refuse
 
 
 @dataclass(frozen=True)

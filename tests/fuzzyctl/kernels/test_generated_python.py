@@ -95,3 +95,58 @@ class TestCalls:
         for x, y in ((Fraction(5, 2), 0.5), (np.float32(2.5), np.float64(0.5)), (np.array(2.5), np.array(0.5))):
             assert kernel(x, y) == expected
             assert type(kernel(x, y)) is float
+
+
+SQUARE = """
+system s
+and {conjunction}
+implication min
+aggregation {aggregation}
+defuzzifier centroid
+input x in [-1, 1]
+  terms a b c d
+input y in [-1, 1]
+  terms a b c d
+output u in [-1, 1]
+  terms p q r
+table u = x x y
+      a b c d
+  a | p p q r
+  b | p q r r
+  c | q q r p
+  d | r q q p
+"""
+
+
+class TestSkips:
+    @pytest.mark.parametrize("conjunction", ["min", "product"])
+    def test_strengths_that_are_0_change_nothing(self, conjunction):
+        system = loads(SQUARE.format(conjunction=conjunction, aggregation="max"))
+        skipping, plain = (compile_system(system, b, algorithm="rules") for b in ("python", "numba"))
+        tests = [line.strip() for line in skipping.source.splitlines() if line.strip().startswith("if v")]
+        assert sum(">=" not in t for t in tests) == 4  # one for each term of the first input
+        for x, y in points().tolist():
+            assert skipping(x, y) == pytest.approx(plain(x, y), rel=1e-12, abs=1e-13), (x, y)
+
+    def test_the_same_bits_come_out_as_without(self, monkeypatch):
+        system = loads(SQUARE.format(conjunction="min", aggregation="max"))
+        skipping = compile_system(system, "python")
+        monkeypatch.setattr("fuzzyctl.kernels.skips.LEAST", 1000)
+        plain = compile_system(system, "python")
+        assert skipping.source != plain.source
+        assert [skipping(*p) for p in points().tolist()] == [plain(*p) for p in points().tolist()]
+
+    def test_what_is_used_elsewhere_is_computed(self):
+        again = (
+            "output w in [0, 1] defuzzifier weighted_average\n  terms p q r\ntable w = x x y\n      a b c d\n"
+            + "".join(f"  {t} | p p q r\n" for t in "abcd")
+        )
+        system = loads(SQUARE.format(conjunction="min", aggregation="max") + again)
+        # An average takes the same strengths, all of them.
+        skipping, plain = (compile_system(system, b, algorithm="rules") for b in ("python", "numba"))
+        for x, y in points().tolist()[:500]:
+            assert skipping(x, y) == pytest.approx(plain(x, y), rel=1e-12, abs=1e-13), (x, y)
+
+    def test_sums_are_left_alone(self):
+        kernel = compile_system(loads(SQUARE.format(conjunction="min", aggregation="bounded_sum")), "python")
+        assert all(">=" in line for line in kernel.source.splitlines() if line.strip().startswith("if v"))
