@@ -245,7 +245,9 @@ class _Front:
         ]
         written = [self._activation(r) for r in rules]
         self._own |= dict(zip(rules, written, strict=True))
-        chosen = [self._gated(a) for a in acting(self.builder, self.plan.activation, written)]
+        # What is too little to act does not count among the first, the highest or the shares either.
+        ready = written if self.plan.activation.kind == "threshold" else [self._gated(a) for a in written]
+        chosen = [self._gated(a) for a in acting(self.builder, self.plan.activation, ready)]
         self.activations |= dict(zip(rules, chosen, strict=True))
         if self._write_chains():
             self._write_rules()

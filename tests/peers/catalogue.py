@@ -7,7 +7,7 @@ import shutil
 import sys
 import tempfile
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from peers import fis, fll, plain
@@ -75,6 +75,8 @@ _FUZZYLITE = Abilities(
     specials=(INF, -INF),
 )
 
+#: Release 6.0 differs in maxima, the bisector, Tsukamoto's method and held outputs; its profile does not claim them.
+_FUZZYLITE_6 = replace(_FUZZYLITE, defuzzifiers=("centroid",), monotone=(), holds=False, specials=())
 #: Its drastic norms are left out: they are no norms of a single degree, nor of three.
 _OF_OCTAVE = tuple(
     tuple(n for n in norms if "drastic" not in n and "nilpotent" not in n) for norms in (CONJUNCTIONS, DISJUNCTIONS)
@@ -135,7 +137,7 @@ PEERS = {
             "pyfuzzylite", "pyfuzzylite", "8.0.6", ("pyfuzzylite==8.0.6",), ".fll", fll.text, _FUZZYLITE,
             "pyfuzzylite_driver.py",
         ),
-        Peer("fuzzylite", "fuzzylite_6", "6.0", (), ".fll", fll.text, _FUZZYLITE, "fuzzylite.cpp"),
+        Peer("fuzzylite", "fuzzylite_6", "6.0", (), ".fll", fll.text, _FUZZYLITE_6, "fuzzylite.cpp"),
         Peer("octave", "octave_0_4", "0.4.6", (), ".fis", fis.text, _OCTAVE, "octave_driver.m"),
         Peer("simpful", "simpful", "2.12.0", ("simpful==2.12.0",), ".json", plain.text, _SIMPFUL, "simpful_driver.py"),
         Peer(

@@ -112,3 +112,20 @@ if a is low then y is left
     method = profile("jfuzzylogic").defuzzifier("bisector").model_copy(update={"resolution": 1})
     one = system.model_copy(update={"method": system.method.model_copy(update={"defuzzifier": method})})
     assert one(a=2.0) == 2.0
+
+
+@pytest.mark.parametrize(("semantics", "expected"), [("fuzzylite", 9.0), ("pyfuzzylite", 1.0)])
+def test_what_is_too_little_to_act_is_not_the_lowest(semantics, expected):
+    text = f"""
+semantics {semantics}
+activation lowest(count=1)
+defuzzifier weighted_average
+input a in [0, 10] extrapolate
+  low = triangle(0, 2, 4)
+output y in [0, 10] else nan
+  small = constant(1)
+  large = constant(9)
+if a is low then y is small weight 1e-7
+if a is low then y is large
+"""
+    assert value(text, a=2.0) == expected
