@@ -245,8 +245,9 @@ class _Front:
         ]
         written = [self._activation(r) for r in rules]
         self._own |= dict(zip(rules, written, strict=True))
-        # What is too little to act does not count among the first, the highest or the shares either.
-        ready = written if self.plan.activation.kind == "threshold" else [self._gated(a) for a in written]
+        # What is too little to act does not count among the first, the last, the highest or the lowest either.
+        counted = self.plan.activation.kind in ("first", "last", "highest", "lowest")
+        ready = [self._gated(a) for a in written] if counted else written
         chosen = [self._gated(a) for a in acting(self.builder, self.plan.activation, ready)]
         self.activations |= dict(zip(rules, chosen, strict=True))
         if self._write_chains():

@@ -180,7 +180,7 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
             Profile(
                 "fuzzylite_6",
                 "fuzzylite 6 (C++)",
-                "its sources, and the files that come with it",
+                "measured with 6.0: centroids, averages and activation methods; its sources for the rest",
                 Semantics(
                     profile="fuzzylite_6",
                     least=1e-6,
@@ -195,6 +195,9 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                 has_activations=True,
                 not_imitated=(
                     *_FUZZYLITE_BUGS[3:],
+                    "its tolerance of 1e-6 applies to the corners of terms, too, and to maxima as an absolute number; "
+                    "here corners are exact, and the tolerance is a part of the largest degree",
+                    "`mom` is the middle of the first stretch of maxima; here it is the mean of all",
                     "its bisector stands between the two samples where it stops, by their areas; here it is the last "
                     "sample",
                 ),
