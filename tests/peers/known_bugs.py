@@ -97,6 +97,16 @@ output y in [0, 10] else 7 aggregation sum defuzzifier weighted_average
   small = constant(1)
 if a is low then y is small
 """
+_HALVES = """
+defuzzifier bisector
+input a in [0, 4]
+  low = triangle(0, 1, 4)
+output y in [0, 10]
+  left = triangle(0, 1, 2)
+  right = triangle(5, 7, 9)
+if a is low then y is left
+if a is low then y is right
+"""
 #: A point that the peer stops at with an error.
 STOPS = SKIPPED
 NAN = float("nan")
@@ -107,6 +117,7 @@ BUGS = (
     ),
     Bug("simpful", "a triangle or trapezoid with an upright", _UPRIGHT, (3.0,), 1.0, 6.333333333333333),
     Bug("simpful", "a double Gaussian whose means", _REVERSED, (5.0,), 3.1515313709599613, 4.020325350385163),
+    Bug("scikit_fuzzy", "its bisector forgets", _HALVES, (1.0,), 5.0 + 2.0**0.5, 5.0 + 6.0**0.5),
     Bug("pyfuzzylite", "an input that is NaN", _NAN, (NAN, 1.0), NAN, 7.0),
 )
 
