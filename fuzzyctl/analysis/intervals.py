@@ -215,14 +215,14 @@ def _power(a: Interval, b: Interval) -> Interval:
     """Enclose powers; monotone in base and exponent where the base is not negative."""
     if ANYTHING in (a, b):
         return ANYTHING
+    if a[0] <= 0.0 <= a[1] and b[0] < 0.0 and (b[0] != b[1] or b[0] % 2.0 == 1.0):
+        return ANYTHING  # a negative odd power of -0.0 is -inf, and of 0.0 it is inf
     if a[0] >= 0.0:
         return _widened([power(x, y) for x in a for y in b])
     if b[0] != b[1] or b[0] % 1.0 != 0.0:
         return ANYTHING
     if b[0] % 2.0 == 0.0:
         return _power(_call("abs", [a]), b)
-    if b[0] < 0.0 and a[1] >= 0.0:
-        return ANYTHING
     return _widened([power(x, b[0]) for x in a])
 
 

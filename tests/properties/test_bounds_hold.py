@@ -56,7 +56,8 @@ def beside(flat, position):
     found = {x for c in corners for x in (math.nextafter(c, -math.inf), c, math.nextafter(c, math.inf))}
     if variable.extrapolate:
         found |= {-math.inf, math.inf, variable.lower - 1e3, variable.upper + 1e3}
-    return sorted(found)
+    # As floats compare, 0.0 and -0.0 are one; a negative odd power tells them apart.
+    return sorted(found) + ([-0.0] if min(found) <= 0.0 <= max(found) else [])
 
 
 def batches(flat, rng):

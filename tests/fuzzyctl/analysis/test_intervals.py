@@ -66,6 +66,17 @@ def test_decides_logic_of_three_values():
     assert decide(Logic("not", (no,)), BOX) is True
 
 
+@pytest.mark.parametrize(
+    ("exponent", "expected"),
+    [(-1.0, (-math.inf, math.inf)), (-2.0, (1.0, math.inf)), (-3.0, (-math.inf, math.inf)), (-0.5, (1.0, math.inf))],
+)
+def test_negative_odd_powers_tell_the_zeros_apart(exponent, expected):
+    low, high = enclose(Binary("^", Name("zero"), Number(exponent)), BOX)
+    value = scalar_function(Binary("^", X, Number(exponent)))
+    assert (low, high) == pytest.approx(expected)
+    assert all(low <= value(x) <= high for x in (-0.0, 0.0, 1.0))
+
+
 def test_hull_holds_all():
     assert hull([(0.0, 1.0), (-2.0, 0.5)]) == (-2.0, 1.0)
 

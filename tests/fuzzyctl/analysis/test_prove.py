@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from fuzzyctl import Proved, Refuted, Undecided, load, loads, prove
+from fuzzyctl import Proved, Refuted, Undecided, compile, load, loads, prove
 from fuzzyctl.analysis.extremes import extents
 from fuzzyctl.analysis.prove import Prover
 
@@ -49,6 +49,26 @@ def verdicts(text, *claims, timeout=10.0):
 
 def words(text, *claims, timeout=10.0):
     return [type(v).__name__ for v in verdicts(text, *claims, timeout=timeout)]
+
+
+POWER = """
+system power
+defuzzifier weighted_average
+input x in [0, 1]
+  terms A B
+output y in [0, 10]
+  K = function(min(5, max(-3, x ^ -1)))
+  M = constant(3)
+table y = x
+   A B
+ | K M
+"""
+
+
+def test_what_minus_zero_breaks_is_not_proved():
+    assert compile(loads(POWER), "python")(-0.0) == -3.0
+    assert words(POWER, "y >= 0") == ["Undecided"]
+    assert extents(loads(POWER), timeout=0.1)[0].lo <= -3.0
 
 
 def test_the_fixtures_are_what_they_are_called():
