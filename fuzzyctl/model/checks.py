@@ -13,7 +13,7 @@ from fuzzyctl.model.misfits import misfitting_semantics
 from fuzzyctl.model.numbers import Numbers
 from fuzzyctl.model.reads import reads_of
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, literals
-from fuzzyctl.model.shapes import SHAPE_CHECKS
+from fuzzyctl.model.shapes import SHAPE_CHECKS, SHAPE_HINTS
 from fuzzyctl.model.symmetry import odd_cells
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.units import unlike_units
@@ -35,7 +35,8 @@ def check_model(system: FuzzySystem, *, hints: bool = True) -> list[Diagnostic]:
     """
     numbers = Numbers(system)
     found = [d for check in (*CHECKS, *(HINTS if hints else ())) for d in check(system)]
-    found += [d for number_check in (*VALUE_CHECKS, *SHAPE_CHECKS) for d in number_check(numbers)]
+    number_checks = (*VALUE_CHECKS, *SHAPE_CHECKS, *(SHAPE_HINTS if hints else ()))
+    found += [d for number_check in number_checks for d in number_check(numbers)]
     return in_order(found)
 
 

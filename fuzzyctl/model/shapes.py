@@ -185,6 +185,10 @@ def _lasting(numbers: Numbers, output: Output) -> Iterator[tuple[str, float, Spa
 SHAPE_CHECKS: Final[tuple[Callable[[Numbers], Iterator[Diagnostic]], ...]] = (
     misfitting_defuzzifier,
     initial_consequents_outside,
+)
+
+#: Checks of the same kind that give nothing but warnings.
+SHAPE_HINTS: Final[tuple[Callable[[Numbers], Iterator[Diagnostic]], ...]] = (
     terms_out_of_order,
     values_outside_range,
     uncovered_ranges,

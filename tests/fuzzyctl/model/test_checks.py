@@ -3,7 +3,7 @@ import pytest
 from fuzzyctl.errors import DiagnosticError
 from fuzzyctl.loading import examine, loads
 from fuzzyctl.model.checks import CHECKS, HINTS, check_model
-from fuzzyctl.model.shapes import SHAPE_CHECKS
+from fuzzyctl.model.shapes import SHAPE_CHECKS, SHAPE_HINTS
 from fuzzyctl.model.values import VALUE_CHECKS
 from fuzzyctl.shipped import rules_folder
 from fuzzyctl.source import SourceText
@@ -22,7 +22,7 @@ class TestChecks:
         assert found(path.read_text(encoding="utf-8")) == []
 
     def test_every_check_is_named_once(self):
-        checks = (*CHECKS, *HINTS, *VALUE_CHECKS, *SHAPE_CHECKS)
+        checks = (*CHECKS, *HINTS, *VALUE_CHECKS, *SHAPE_CHECKS, *SHAPE_HINTS)
         assert len({c.__name__ for c in checks}) == len(checks)
 
     def test_hints_are_warnings_and_loading_does_without_them(self, changed):
@@ -33,6 +33,13 @@ class TestChecks:
         assert {d.severity for d in hints} == {"warning"}
         with pytest.raises(DiagnosticError, match="FZ216"):
             loads(text + "deny FZ216\n")
+
+    def test_hints_about_shapes_are_looked_for_where_they_are_asked_for(self, changed):
+        text = changed(("Z = triangle(-2, 0, 2)", "Z = triangle(-2, 9, 12)"))
+        assert {d.severity for d in check_model(loads(text))} == {"warning"}
+        assert check_model(loads(text), hints=False) == []
+        with pytest.raises(DiagnosticError, match="FZ306"):
+            loads(text + "deny FZ306\n")
 
     def test_maxima_of_curved_terms_may_have_no_closed_form(self, changed):
         curved = ("Z = triangle(-2, 0, 2)", "Z = sigmoid_product(-1, 2, -2, 1)")
