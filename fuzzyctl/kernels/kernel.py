@@ -155,8 +155,8 @@ class Kernel:
         import numpy as np
 
         self._fill(points, states, results)
-        # A sum is NaN if any part is, and takes no memory; only then is it worth looking closer.
-        if not self._promised or not np.isnan(np.sum(results)):
+        # The least number is NaN if any is, and takes no memory; only then is it worth looking closer.
+        if not self._promised or not np.isnan(np.min(results, initial=np.inf)):
             return
         missing = np.isnan(results)
         bad = np.zeros(len(points), dtype=bool)

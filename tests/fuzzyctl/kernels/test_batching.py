@@ -35,6 +35,26 @@ if x is high then u is b
 """
 
 
+POLE = """
+system pole
+defuzzifier weighted_average
+input x in [-1, 1]
+  any = triangle(-inf, 0, inf)
+output y in [0, 1]
+  pole = function(x ^ -1)
+if x is any then y is pole
+"""
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_infinities_of_both_signs_are_results_like_others(backend):
+    pole = compile_system(loads(POLE), backend)
+    points = np.array([[0.0], [-0.0], [0.5]])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert pole.batch(points).tolist() == [math.inf, -math.inf, 2.0]
+
+
 @pytest.fixture(params=BACKENDS)
 def kernel(request, tipper):
     return compile_system(tipper, request.param)
