@@ -40,6 +40,24 @@ COLUMNS = {signal.name: k for k, signal in enumerate(SIGNALS)}
 
 #: Fault number of a run in which a number became infinite or undefined; a law's own faults are positive.
 NOT_FINITE = -1
+#: Fault number of a run in which a number grew beyond `LARGEST`.
+TOO_LARGE = -2
+
+#: A place beyond this is the run's, not its scenario's, whose places lie within a tenth of it [m].
+FARTHEST_RUN = 1e10
+#: A velocity beyond this is no robot's; the fastest reference has a tenth of it [m/s, rad/s].
+FASTEST_RUN = 1e7
+#: A command beyond this is no mere consequence of the way to go, with which commands grow [m/s, rad/s].
+LARGEST_COMMAND = 1e12
+#: Beyond this in magnitude a signal says that the run diverged.
+LARGEST = {
+    "x": FARTHEST_RUN,
+    "y": FARTHEST_RUN,
+    "v": FASTEST_RUN,
+    "omega": FASTEST_RUN,
+    "v_c": LARGEST_COMMAND,
+    "omega_c": LARGEST_COMMAND,
+}
 
 
 class World(NamedTuple):
@@ -131,7 +149,8 @@ def run_periods(
         law_record: Written, shape (periods, n, signals of the law).
 
     Returns:
-        Number of the period reached, robot and fault: 0 for none, a key of the law's FAULTS, or `NOT_FINITE`.
+        Number of the period reached, robot and fault: 0 for none, a key of the law's FAULTS, `NOT_FINITE` or
+            `TOO_LARGE`.
     """
     n = world.robots.shape[0]
     for k in range(first, last):
@@ -156,6 +175,8 @@ def run_periods(
             # numbers first: nothing can be said about the gain of a run whose numbers are gone
             if not (math.isfinite(v_c) and math.isfinite(omega_c) and _is_finite(state)):
                 fault = NOT_FINITE
+            elif _is_too_large(state, v_c, omega_c):
+                fault = TOO_LARGE
             if fault != 0 and first_fault == 0:
                 faulty, first_fault = i, fault
         if first_fault != 0:  # only now, so that the last row is whole
@@ -187,6 +208,16 @@ def _is_finite(s: State) -> bool:
         and math.isfinite(s.theta)
         and math.isfinite(s.v)
         and math.isfinite(s.omega)
+    )
+
+
+@compiled
+def _is_too_large(s: State, v_c: float, omega_c: float) -> bool:
+    """Return whether a number is beyond `LARGEST`."""
+    return (
+        max(abs(s.x), abs(s.y)) > FARTHEST_RUN
+        or max(abs(s.v), abs(s.omega)) > FASTEST_RUN
+        or max(abs(v_c), abs(omega_c)) > LARGEST_COMMAND
     )
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from dwmr.quantities import FARTHEST
 from dwmr.splines import FloatArray
 from fuzzyctl.errors import Diagnostic, DiagnosticError, did_you_mean
 from fuzzyctl.source import SourceText, Span
@@ -18,7 +19,7 @@ LARGEST_PATH = 4 << 20
 MOST_MISTAKES = 20
 
 #: Times and places beyond this are mistakes [s, m].
-LARGEST_VALUE = 1e9
+LARGEST_VALUE = FARTHEST
 #: Least time between two rows [s].
 SHORTEST_STEP = 1e-6
 

@@ -6,11 +6,19 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field
 
+#: Farthest place that a scenario may name, and its largest lengths [m].
+FARTHEST = 1e9
+
 
 class Section(BaseModel):
     """One table of a scenario file."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, strict=True)
+
+
+def place(doc: str, unit: str = "m") -> Any:
+    """Declare a coordinate, which may be as far from 0 as `FARTHEST`."""
+    return quantity(doc, unit, ge=-FARTHEST, le=FARTHEST)
 
 
 def quantity(doc: str, unit: str, **bounds: Any) -> Any:

@@ -6,10 +6,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field, Strict, model_validator
 
-from dwmr.quantities import Section, quantity
+from dwmr.quantities import FARTHEST, Section, place, quantity
 
 #: A place in the plane, x and y [m].
-Coordinate = Annotated[float, Field(ge=-1e9, le=1e9)]
+Coordinate = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST)]
 Point = Annotated[tuple[Coordinate, Coordinate], Strict(False)]
 
 
@@ -17,8 +17,8 @@ class Eight(Section):
     """Figure eight, Eq. (76)."""
 
     kind: Literal["eight"]
-    amplitude_x: float = quantity("half the extent along x", "m", gt=0)
-    amplitude_y: float = quantity("half the extent along y", "m", gt=0)
+    amplitude_x: float = quantity("half the extent along x", "m", gt=0, le=FARTHEST)
+    amplitude_y: float = quantity("half the extent along y", "m", gt=0, le=FARTHEST)
     period: float = quantity("time of one round", "s", ge=1e-3)
     along: Literal["x", "y"] = Field(
         default="y", description="axis along which the two loops lie; the other one is travelled twice per period"
@@ -29,9 +29,9 @@ class Circle(Section):
     """Circle at constant speed."""
 
     kind: Literal["circle"]
-    centre_x: float = quantity("centre, x", "m")
-    centre_y: float = quantity("centre, y", "m")
-    radius: float = quantity("radius", "m", gt=0)
+    centre_x: float = place("centre, x")
+    centre_y: float = place("centre, y")
+    radius: float = quantity("radius", "m", gt=0, le=FARTHEST)
     period: float = quantity("time of one round", "s", ge=1e-3)
     direction: Literal["counter-clockwise", "clockwise"] = Field(description="sense of travel")
     start_angle: float = quantity("angle of the place at t = 0, seen from the centre", "rad", default=0.0)
@@ -41,8 +41,8 @@ class Line(Section):
     """Straight line at constant speed."""
 
     kind: Literal["line"]
-    start_x: float = quantity("place at t = 0, x", "m")
-    start_y: float = quantity("place at t = 0, y", "m")
+    start_x: float = place("place at t = 0, x")
+    start_y: float = place("place at t = 0, y")
     angle: float = quantity("direction, counter-clockwise from the x axis", "rad")
     speed: float = quantity("speed", "m/s", gt=0, le=1e6)
 

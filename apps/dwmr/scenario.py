@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import ConfigDict, Field, Strict, model_validator
 
 from dwmr.controllers.settings import AifqsmcSettings, FcafsmcSettings, SmcSettings
-from dwmr.quantities import Section, quantity
+from dwmr.quantities import FARTHEST, Section, place, quantity
 from dwmr.reference_settings import ReferenceSettings
 
 
@@ -65,18 +65,18 @@ class Formation(Section):
     """Place of a follower in the formation."""
 
     leader: str = Field(description="name of the robot it follows")
-    separation: float = quantity("desired distance L_ijd from the leader's axle", "m", gt=0)
+    separation: float = quantity("desired distance L_ijd from the leader's axle", "m", gt=0, le=FARTHEST)
     bearing: float = quantity("desired bearing Ψ_ijd", "rad", ge=-6.2832, le=6.2832)
 
 
 class Noise(Section):
     """Standard deviations of what a robot measures of itself, drawn anew every control period."""
 
-    x: float = quantity("position, x", "m", ge=0, default=0.0)
-    y: float = quantity("position, y", "m", ge=0, default=0.0)
-    theta: float = quantity("orientation", "rad", ge=0, default=0.0)
-    v: float = quantity("linear velocity from the wheels", "m/s", ge=0, default=0.0)
-    omega: float = quantity("angular velocity from the wheels", "rad/s", ge=0, default=0.0)
+    x: float = quantity("position, x", "m", ge=0, le=FARTHEST, default=0.0)
+    y: float = quantity("position, y", "m", ge=0, le=FARTHEST, default=0.0)
+    theta: float = quantity("orientation", "rad", ge=0, le=FARTHEST, default=0.0)
+    v: float = quantity("linear velocity from the wheels", "m/s", ge=0, le=FARTHEST, default=0.0)
+    omega: float = quantity("angular velocity from the wheels", "rad/s", ge=0, le=FARTHEST, default=0.0)
 
 
 class Controllers(Section):
@@ -99,9 +99,9 @@ class Robot(Section):
     wheel_radius: float = quantity("wheel radius r", "m", gt=0)
     radius: float = quantity("radius R_R that encloses the robot", "m", gt=0)
     d: float = quantity("reference point of the control law ahead of the axle", "m", gt=0)
-    x_0: float = quantity("start, x of the reference point", "m")
-    y_0: float = quantity("start, y of the reference point", "m")
-    theta_0: float = quantity("start, orientation", "rad")
+    x_0: float = place("start, x of the reference point")
+    y_0: float = place("start, y of the reference point")
+    theta_0: float = place("start, orientation", "rad")
     avoids_obstacles: bool = Field(description="whether it avoids obstacles")
     friction: Friction
     actuator: Actuator
@@ -117,9 +117,9 @@ class Robot(Section):
 class Obstacle(Section):
     """One round obstacle."""
 
-    x: float = quantity("centre, x", "m")
-    y: float = quantity("centre, y", "m")
-    radius: float = quantity("radius r_a", "m", gt=0)
+    x: float = place("centre, x")
+    y: float = place("centre, y")
+    radius: float = quantity("radius r_a", "m", gt=0, le=FARTHEST)
 
 
 class AvoidanceSettings(Section):

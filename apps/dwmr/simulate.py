@@ -18,7 +18,7 @@ from dwmr.contracts import FloatArray, Law, Signal
 from dwmr.controllers.settings import LawSettings
 from dwmr.disturbances import DISTURBANCE, Load
 from dwmr.fuzzy_gains import Rules
-from dwmr.loop import COLUMNS, NOT_FINITE, SIGNALS, Memory, World, run_periods
+from dwmr.loop import COLUMNS, LARGEST, NOT_FINITE, SIGNALS, TOO_LARGE, Memory, World, run_periods
 from dwmr.obstacles import Avoidance
 from dwmr.places import Places
 from dwmr.robot import ROBOT
@@ -200,6 +200,14 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
 
 
 def _reason(fault: int, row: FloatArray, module: ModuleType) -> str:
+    if fault == TOO_LARGE:
+        units = {s.name: s.unit for s in SIGNALS}
+        far = [
+            f"{name} is beyond {most:g} {units[name]}"
+            for name, most in LARGEST.items()
+            if abs(row[COLUMNS[name]]) > most
+        ]
+        return f"{', '.join(far)}: the run diverged"
     if fault != NOT_FINITE:
         return str(module.FAULTS[fault])
     bad = [s.name for s, value in zip(SIGNALS, row, strict=True) if not np.isfinite(value)]

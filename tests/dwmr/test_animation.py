@@ -178,14 +178,14 @@ class TestAnimate:
         assert not (tmp_path / "out").exists()
 
     def test_of_a_run_that_diverges_shows_how_far_it_went(self, tmp_path):
-        wild = ("--set", "load.start=1", "--set", "load.mass_factor=1e-310", "--set", "run.horizon=5")
+        wild = ("--set", "disturbances.0.start=1", "--set", "disturbances.0.force=1e300", "--set", "run.horizon=5")
         done = dwmr("animate", "paper", *wild, "-o", tmp_path / "run.gif")
         assert done.returncode == 1
         assert "warning: aifqsmc stopped at t = 1.005 s" in done.stderr
         assert (tmp_path / "run.gif").exists()
 
     def test_of_huge_numbers_says_nothing_else(self, tmp_path):
-        done = dwmr("animate", "paper", "--set", "robots.leader.x_0=1e300", "-o", tmp_path / "run.gif")
+        done = dwmr("animate", "paper", "--set", "robots.leader.d=1e-300", "-o", tmp_path / "run.gif")
         assert done.stderr.splitlines() == [
-            "warning: aifqsmc stopped at t = 0.000 s: omega_c is not finite: the run diverged"
+            "warning: aifqsmc stopped at t = 0.005 s: v_c is beyond 1e+12 m/s, omega_c is beyond 1e+12 rad/s: the run diverged"
         ]

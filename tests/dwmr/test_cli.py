@@ -164,9 +164,9 @@ class TestRun:
             "--controller",
             "smc",
             "--set",
-            "load.start=1",
+            "disturbances.0.start=1",
             "--set",
-            "load.mass_factor=1e-310",
+            "disturbances.0.force=1e300",
             "-o",
             tmp_path,
         )

@@ -64,7 +64,7 @@ class TestFigures:
         assert list(tmp_path.iterdir()) == []
 
     def test_of_a_run_that_diverges_are_drawn_as_far_as_it_went(self, tmp_path):
-        wild = ("--set", "load.start=1", "--set", "load.mass_factor=1e-310", "--set", "run.horizon=5")
+        wild = ("--set", "disturbances.0.start=1", "--set", "disturbances.0.force=1e300", "--set", "run.horizon=5")
         done = dwmr("figures", "paper", *wild, "--only", "13", "-o", tmp_path)
         assert done.returncode == 1
         assert "warning: aifqsmc stopped at t = " in done.stderr

@@ -116,8 +116,8 @@ class TestSweep:
 
     def test_a_run_that_diverges_is_a_row_with_its_reason(self, tmp_path):
         text = (
-            'scenario = "paper"\ncontrollers = ["smc"]\n[set]\n"run.horizon" = 3.0\n"load.start" = 1.0\n'
-            '[grid]\n"load.mass_factor" = [1.25, 1e-310]\n'
+            'scenario = "paper"\ncontrollers = ["smc"]\n[set]\n"run.horizon" = 3.0\n"disturbances.0.start" = 1.0\n'
+            '[grid]\n"disturbances.0.force" = [15.0, 1e300]\n'
         )
         (tmp_path / "spec.toml").write_text(text, encoding="utf-8")
         done = dwmr("sweep", tmp_path / "spec.toml", "-o", tmp_path / "out")

@@ -133,7 +133,8 @@ class TestCommand:
 
     def test_a_run_that_stops_is_said(self):
         done = dwmr(
-            "compare", "paper", "--controller", "smc", "--set", "load.start=1", "--set", "load.mass_factor=1e-310",
+            "compare", "paper", "--controller", "smc", "--set", "disturbances.0.start=1",
+            "--set", "disturbances.0.force=1e300",
             *SHORT, status=1,
         )  # fmt: skip
         assert "warning: paper, smc: 1 of 1 stopped" in done.stdout

@@ -97,7 +97,17 @@ class TestOddValues:
             assert done.returncode == 1
             assert "no regular file" in done.stderr
 
-    @pytest.mark.parametrize("value", ["robots.leader.x_0=1e300", "obstacles.0.x=1e308", "reference.amplitude_x=1e200"])
+    @pytest.mark.parametrize(
+        "key",
+        ["robots.leader.x_0", "robots.follower1.theta_0", "obstacles.0.y", "robot.noise.v", "reference.amplitude_x",
+         "obstacles.1.radius", "robots.follower1.formation.separation"],
+    )  # fmt: skip
+    def test_places_and_lengths_beyond_all_maps_are_refused(self, key):
+        with pytest.raises(DiagnosticError) as caught:
+            read(PAPER, [f"{key}=1.1e9"])
+        assert any(f"{key} must be <= 1e+09" in d.message for d in caught.value.diagnostics)
+
+    @pytest.mark.parametrize("value", ["robots.leader.x_0=1e9", "robot.radius=1e308", "reference.amplitude_x=1e9"])
     def test_huge_numbers_cost_a_picture_at_most(self, tmp_path, value):
         done = dwmr("run", "paper", "--set", "run.horizon=0.1", "--set", value, "-o", tmp_path)
         stopped = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))["controllers"]["aifqsmc"][

@@ -4,10 +4,11 @@ import re
 import numpy as np
 import pytest
 
-from dwmr import controllers, simulate
+from dwmr import controllers, loop, simulate
 from dwmr.compiled import COMPILED
 from dwmr.fuzzy_gains import Rules
 from dwmr.loop import run_periods
+from dwmr.robot import State
 from dwmr.scenario_file import find, read
 from fuzzyctl.errors import DiagnosticError
 from fuzzyctl.shipped import rules_folder
@@ -53,7 +54,7 @@ class TestRun:
         assert np.array_equal(trajectory["x"][:, [2, 0, 1]], usual["x"])
 
     def test_stops_where_a_number_is_not_finite_and_keeps_what_was(self):
-        run = ready("smc", "run.horizon=20", "load.start=1", "load.mass_factor=1e-310")
+        run = ready("smc", "run.horizon=20", "disturbances.0.start=1", "disturbances.0.force=1e300")
         trajectory = simulate.run(run)
         assert trajectory.stop is not None
         assert trajectory.stop.robot == "leader"
@@ -62,9 +63,40 @@ class TestRun:
         assert 1.0 < trajectory.stop.t < 1.1
         assert np.isfinite(trajectory.values[:-1]).all()
 
+    @pytest.mark.parametrize(
+        ("value", "reason"),
+        [
+            ("disturbances.1.force=1.5e12", "v is beyond 1e+07 m/s"),
+            ("disturbances.1.torque=-1.5e11", "omega is beyond 1e+07 rad/s"),
+            ("robots.leader.controllers.smc={lambda_1=1,lambda_2=1,lambda_3=1,p_v=1,p_omega=1,g_v=1e14,g_omega=1}",
+             "v_c is beyond 1e+12 m/s"),
+        ],
+    )  # fmt: skip
+    def test_stops_where_a_number_grows_beyond_all_robots(self, value, reason):
+        only = ('disturbances.1.robots=["leader"]', "disturbances.1.start=1", "robot.com_offset=0")
+        trajectory = simulate.run(ready("smc", "run.horizon=5", *only, value))
+        stop = trajectory.stop
+        assert stop is not None
+        assert stop.robot == "leader"
+        assert reason in stop.reason
+        assert stop.reason.endswith(": the run diverged")
+        assert stop.t < 1.05
+        assert np.isfinite(trajectory.values).all()
+
+    @pytest.mark.parametrize("sign", [1.0, -1.0])
+    @pytest.mark.parametrize("name", loop.LARGEST)
+    def test_each_signal_has_its_bound(self, name, sign):
+        for share, beyond in ((0.99, False), (1.01, True)):
+            values = dict.fromkeys(loop.LARGEST, 0.0) | {name: sign * share * loop.LARGEST[name]}
+            state = State(values["x"], values["y"], 0.0, values["v"], values["omega"], 0.0, 0.0)
+            assert loop._is_too_large(state, values["v_c"], values["omega_c"]) == beyond
+
+    def test_a_start_far_from_the_reference_is_no_divergence(self):
+        assert simulate.run(ready("aifqsmc", "run.horizon=5", "robots.leader.x_0=1e6")).stop is None
+
     @pytest.mark.parametrize("law", ["aifqsmc", "fcafsmc"])
     def test_calls_a_divergence_no_broken_guarantee(self, law):
-        stop = simulate.run(ready(law, "run.horizon=20", "load.start=1", "load.mass_factor=1e-310")).stop
+        stop = simulate.run(ready(law, "run.horizon=20", "disturbances.0.start=1", "disturbances.0.force=1e300")).stop
         assert stop is not None
         assert "is not finite: the run diverged" in stop.reason
 

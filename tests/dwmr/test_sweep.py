@@ -332,7 +332,7 @@ class TestWork:
         assert "clearance.leader" not in outcome.row
 
     def test_a_run_that_diverges_is_a_row(self, tmp_path):
-        found = made(tmp_path, SPEC, ["load.start=0.5", "load.mass_factor=1e-310"])
+        found = made(tmp_path, SPEC, ["disturbances.0.start=0.5", "disturbances.0.force=1e300"])
         outcome = work.work(self.setup_of(found), found.runs[0])
         assert outcome.problem == ""
         assert outcome.row["stopped"] is True
