@@ -105,6 +105,8 @@ def functions_read(system: FuzzySystem) -> Iterator[Diagnostic]:
     """Find antecedents that name a term of an output that is no fuzzy set."""
     if system.method.semantics.chained == "degree":
         return  # how far a function has been activated is as good a degree as any
+    if all(t.membership.kind in MEMBERSHIP for o in system.outputs for t in o.terms):
+        return
     outputs = {o.name: o for o in system.outputs}
     seen: set[tuple[str, str]] = set()
     for rule in system.rules:

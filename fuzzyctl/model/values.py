@@ -115,10 +115,12 @@ def bad_parameters(numbers: Numbers) -> Iterator[Diagnostic]:
     seen: set[tuple[str, int]] = set()
     for v in numbers.variables:
         for term, given in numbers.given(v):
+            mistake = MEMBERSHIP[term.membership.kind].mistake(given)
+            if mistake is None:
+                continue
             # The peaks of one `terms` line share their mistakes: one of them is enough.
             line = (v.name, term.span.line if term.span is not None else id(term))
-            mistake = MEMBERSHIP[term.membership.kind].mistake(given)
-            if mistake is None or line in seen or (numbers.range(v) is None and _comes_from_range(v, (term, given))):
+            if line in seen or (numbers.range(v) is None and _comes_from_range(v, (term, given))):
                 continue
             seen.add(line)
             yield _bad_shape(v, (term, given), mistake)
