@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import zip_longest
 
-from fuzzyctl.expr import Expr, ExprError, evaluate
+from fuzzyctl.expr import Expr, ExprError, Number, evaluate
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.model.params import ParamValues
 from fuzzyctl.model.system import FuzzySystem
@@ -47,6 +48,8 @@ class Numbers:
 
     def value(self, expr: Expr) -> float | None:
         """Return the value of an expression, None where it has none."""
+        if type(expr) is Number:  # nearly all are
+            return expr.value
         try:
             return evaluate(expr, self.params.values)
         except ExprError:
@@ -88,9 +91,11 @@ class Numbers:
         for term in variable.terms:
             if term.membership.kind not in MEMBERSHIP:
                 continue
+            formula = MEMBERSHIP[term.membership.kind]
             known = [
-                self.value(e) if may_be_infinite else self.finite(e)
-                for e, may_be_infinite, _ in parameters(term.membership, term.name)
+                self.value(e) if name in formula.infinite else self.finite(e)
+                for e, name in zip_longest(term.membership.arguments, formula.parameters)
+                if e is not None
             ]
             values = tuple(v for v in known if v is not None)
             if len(values) == len(known):
