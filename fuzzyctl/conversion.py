@@ -21,6 +21,9 @@ from fuzzyctl.source import SourceText
 #: What a system can be written as, besides the formats of other tools; Markdown and Python are not read back.
 OWN: Final = {"fz": ".fz", "python": ".py", "markdown": ".md"}
 
+#: Part of an output's range by which rounding may change its numbers.
+TOLERANCE: Final = 1e-9
+
 #: All targets with their usual suffixes.
 TARGETS: Final[dict[str, tuple[str, ...]]] = {
     **{name: (suffix,) for name, suffix in OWN.items()},
@@ -75,7 +78,20 @@ def convert(system: FuzzySystem, target: str, *, points: int = POINTS) -> Conver
         return Conversion(target, text, tuple(losses), None, (), ())
     back = _read_back(text, target)
     found = differences(system, back, points=points)
+    if not any(not loss.exact for loss in losses):
+        losses = [*losses, *_unexplained(system, found)]
     return Conversion(target, text, tuple(losses), back, found, tuple(causes(system, back, d) for d in found))
+
+
+def _unexplained(system: FuzzySystem, found: tuple[Difference, ...]) -> list[Loss]:
+    """Return what changed although the writer knows of nothing that would: no file is to be other than it says."""
+    losses = []
+    for d in found:
+        output = system.output(d.output)
+        span = abs(system.number(output.upper) - system.number(output.lower))
+        if d.largest > TOLERANCE * max(span, abs(d.first)):
+            losses.append(Loss(f"output '{d.output}'", "its numbers", f"they differ by {d.largest:.3g}, see below"))
+    return losses
 
 
 def written(system: FuzzySystem, target: str) -> tuple[str, list[Loss]]:

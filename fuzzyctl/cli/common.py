@@ -177,8 +177,7 @@ def assignments(texts: Iterable[str], known: Sequence[str], kind: str) -> dict[s
     values: dict[str, float] = {}
     mistakes: list[Diagnostic] = []
     for text in texts:
-        name, equals, number = text.partition("=")
-        name = unicodedata.normalize("NFC", name.strip())
+        name, equals, number = _split(text, known)
         if not equals or not name:
             mistakes.append(
                 Diagnostic("FZ503", f"'{text}' is not of the form NAME=VALUE", help=f"{kind}s: {_list(known)}")
@@ -205,6 +204,17 @@ def assignments(texts: Iterable[str], known: Sequence[str], kind: str) -> dict[s
     if mistakes:
         raise DiagnosticError(mistakes)
     return values
+
+
+def _split(text: str, known: Sequence[str]) -> tuple[str, str, str]:
+    """Split `name=value` behind a known name, since names of other tools may hold the sign; else at the first sign."""
+    parts = text.split("=")
+    for count in range(len(parts) - 1, 0, -1):
+        name = unicodedata.normalize("NFC", "=".join(parts[:count]).strip())
+        if name in known:
+            return name, "=", "=".join(parts[count:])
+    name, equals, number = text.partition("=")
+    return unicodedata.normalize("NFC", name.strip()), equals, number
 
 
 def to_number(text: str) -> float:

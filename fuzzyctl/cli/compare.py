@@ -6,7 +6,7 @@ import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 
@@ -16,6 +16,10 @@ if TYPE_CHECKING:
     from fuzzyctl.comparison.differences import Difference
     from fuzzyctl.comparison.explanation import Cause
     from fuzzyctl.model.system import FuzzySystem
+
+
+#: Least part of a difference that a cause is named for.
+FELT: Final = 1e-3
 
 
 @dataclass(frozen=True)
@@ -151,11 +155,20 @@ def compared_text(
     units = {o.name: o.unit for o in system.outputs}
     for d, own in zip(found, causes, strict=True):
         unit = units.get(d.output, "")
-        lines += [f"  {line}" for line in _output(d, own, f" {unit}" if unit else "")]
+        lines += [f"  {line}" for line in _output(d, own, f" {unit}" if unit else "", _beyond(system, d))]
     return lines
 
 
-def _output(d: Difference, causes: tuple[Cause, ...], unit: str) -> list[str]:
+def _beyond(system: FuzzySystem, d: Difference) -> list[str]:
+    """Name the inputs that stand outside their range in a system at the point of a difference."""
+    return [
+        f"{v.name} is outside its range there, [{system.number(v.lower):.6g}, {system.number(v.upper):.6g}]"
+        for v in system.inputs
+        if v.name in d.point and not system.number(v.lower) <= d.point[v.name] <= system.number(v.upper)
+    ]
+
+
+def _output(d: Difference, causes: tuple[Cause, ...], unit: str, beyond: Sequence[str] = ()) -> list[str]:
     if d.largest == 0.0:
         return [f"{d.output}: no difference"]
     where = ", ".join(f"{name} = {value:.6g}" for name, value in d.point.items())
@@ -167,13 +180,19 @@ def _output(d: Difference, causes: tuple[Cause, ...], unit: str) -> list[str]:
             f"{d.output}: largest difference {d.largest:.3g}{unit} at {where}: {values}",
             f"  on average {d.mean:.3g}",
         ]
+    head += [f"  {line}" for line in beyond]
     if d.one_sided:
         head.append(f"  at {d.one_sided:,} of {d.points:,} points only one has a value")
     return [*head, *(f"  {line}" for line in _causes(causes))]
 
 
 def _causes(causes: tuple[Cause, ...]) -> list[str]:
-    """Return one line for each cause, the part that it explains last."""
-    names = [f"{c.name}: {c.before} → {c.after}" if c.before or c.after else c.name for c in causes]
+    """Return one line for each cause that anyone would feel, the largest first, and what no cause explains."""
+    shown = sorted((c for c in causes if abs(c.explains) >= FELT), key=lambda c: -abs(c.explains))
+    names = [f"{c.name}: {c.before} → {c.after}" if c.before or c.after else c.name for c in shown]
+    parts = [c.explains for c in shown]
+    rest = 1.0 - sum(c.explains for c in causes)
+    if abs(rest) >= FELT:
+        names, parts = [*names, "the rest: several of what differs at once"], [*parts, rest]
     width = max(map(len, names), default=0)
-    return [f"{name:{width}}  explains {100 * c.explains:.3g} %" for name, c in zip(names, causes, strict=True)]
+    return [f"{name:{width}}  explains {100 * part:.3g} %" for name, part in zip(names, parts, strict=True)]

@@ -71,6 +71,8 @@ def convert(
     the format cannot express is listed; where that changes numbers nothing is written without --lossy.
     """
     to = _target(target, wanted)
+    if target != "-" and Path(target).is_dir():
+        raise DiagnosticError([Diagnostic("FZ005", "this is a folder", file=target, help="name a file in it")])
     if target != "-" and Path(target).exists() and not force:
         message = "the file exists"
         raise DiagnosticError([Diagnostic("FZ005", message, file=target, help="name another file, or add --force")])

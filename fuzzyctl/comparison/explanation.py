@@ -50,7 +50,9 @@ def causes(a: FuzzySystem, b: FuzzySystem, difference: Difference) -> tuple[Caus
     output = [o.name for o in a.outputs].index(difference.output)
     point = [difference.point[v.name] for v in a.inputs]
     target, start = difference.second, difference.first
-    if not math.isfinite(target) or not math.isfinite(start) or difference.largest == 0.0:
+    if difference.largest == 0.0:
+        return ()
+    if not math.isfinite(target) or not math.isfinite(start):
         return tuple(Cause(p.name, p.before, p.after, 1.0) for p in fallbacks(a, b, output, outputs[output]))
     found: list[Cause] = []
     left, current, value = list(parts(a, b, inputs, outputs)), a, start

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import LinguisticVariable, Term
+
+Named = TypeVar("Named", LinguisticVariable, Term)
 
 
 @dataclass(frozen=True)
@@ -31,7 +34,7 @@ class Matches:
 
 
 def matches(a: FuzzySystem, b: FuzzySystem) -> Matches:
-    """Pair variables and terms by name; of what is left those that mean the same, as after renaming."""
+    """Pair variables and terms by name, and by name but for case and signs; of the rest those that mean the same."""
     variables: dict[str, str] = {}
     terms: dict[tuple[str, str], str] = {}
     for own, other in ((a.inputs, b.inputs), (a.outputs, b.outputs)):
@@ -42,13 +45,32 @@ def matches(a: FuzzySystem, b: FuzzySystem) -> Matches:
     return Matches(variables, terms)
 
 
+def _by_name(
+    own: Sequence[Named], other: Sequence[Named]
+) -> tuple[list[tuple[Named, Named]], list[Named], list[Named]]:
+    """Return pairs of the same name, or of names that differ in case and signs only, and what is left of both."""
+    pairs: list[tuple[Named, Named]] = []
+    left, right = list(own), list(other)
+    for key in (lambda n: n, letters):
+        names = [[key(x.name) for x in side] for side in (left, right)]
+        for x, name in zip(list(left), names[0], strict=True):
+            if name and names[0].count(name) == names[1].count(name) == 1:
+                y = next(y for y, n in zip(list(right), names[1], strict=True) if n == name and y in right)
+                pairs.append((x, y))
+        left = [x for x in left if all(x is not p for p, _ in pairs)]
+        right = [y for y in right if all(y is not p for _, p in pairs)]
+    return pairs, left, right
+
+
+def letters(name: str) -> str:
+    """Return the letters and digits of a name in small letters: what is left of it when a format renames it."""
+    return "".join(c for c in name.casefold() if c.isalnum())
+
+
 def _variable_pairs(
     own: Sequence[LinguisticVariable], other: Sequence[LinguisticVariable]
 ) -> list[tuple[LinguisticVariable, LinguisticVariable]]:
-    by_name = {v.name: v for v in own}
-    pairs = [(by_name[v.name], v) for v in other if v.name in by_name]
-    named = {v.name for v in other}
-    left, right = [v for v in own if v.name not in named], [v for v in other if v.name not in by_name]
+    pairs, left, right = _by_name(own, other)
     for v in left:
         same = [w for w in right if (w.lower, w.upper) == (v.lower, v.upper) and _shapes(w) == _shapes(v)]
         if len(same) == 1 and sum(_shapes(u) == _shapes(v) for u in left) == 1:
@@ -61,10 +83,7 @@ def _shapes(v: LinguisticVariable) -> list[object]:
 
 
 def _term_pairs(own: Sequence[Term], other: Sequence[Term]) -> list[tuple[Term, Term]]:
-    by_name = {t.name: t for t in own}
-    pairs = [(by_name[t.name], t) for t in other if t.name in by_name]
-    named = {t.name for t in other}
-    left, right = [t for t in own if t.name not in named], [t for t in other if t.name not in by_name]
+    pairs, left, right = _by_name(own, other)
     for t in left:
         same = [u for u in right if u.membership == t.membership]
         if len(same) == 1 and sum(u.membership == t.membership for u in left) == 1:

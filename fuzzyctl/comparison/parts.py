@@ -76,9 +76,9 @@ def parts(a: FuzzySystem, b: FuzzySystem, inputs: list[int], outputs: list[int])
             yield Part(name, "", "", _field_setter(name, getattr(b, name)))
     if a.rules != b.rules:
         yield Part("rules", "", "", _field_setter("blocks", b.blocks))
-    if inputs == sorted(inputs) and outputs == sorted(outputs) and a.rules != b.rules:
+    if a.rules != b.rules and (inputs == sorted(inputs) or not _is_linear(b)):
         # Where terms were renamed, variables and rules go together only.
-        yield Part("variables and rules", "", "", _structure_setter(b), last=True)
+        yield Part("variables and rules", "", "", _structure_setter(b, inputs, outputs), last=True)
 
 
 def _output_parts(a: FuzzySystem, b: FuzzySystem, i: int, j: int) -> Iterator[Part]:
@@ -149,16 +149,24 @@ def _variable_setter(field: str, position: int, other: LinguisticVariable) -> Pu
     return put
 
 
-def _structure_setter(b: FuzzySystem) -> Put:
-    """Return what keeps the settings of a system and takes all else from another."""
+def _is_linear(system: FuzzySystem) -> bool:
+    """Return whether consequents have coefficients in the order of the inputs."""
+    terms = [t.membership for o in system.outputs for t in o.terms]
+    terms += [c.term for rule in system.rules for c in rule.consequents if not isinstance(c.term, str)]
+    return any(m.kind == "linear" for m in terms)
+
+
+def _structure_setter(b: FuzzySystem, inputs: list[int], order: list[int]) -> Put:
+    """Return what keeps the settings of a system and takes all else from another, in the order of the first."""
 
     def put(system: FuzzySystem) -> FuzzySystem:
         kept = ("implication", "aggregation", "defuzzifier", "otherwise", "clamped")
         outputs = tuple(
-            new.model_copy(update={name: getattr(own, name) for name in kept})
-            for own, new in zip(system.outputs, b.outputs, strict=True)
+            b.outputs[j].model_copy(update={name: getattr(own, name) for name in kept})
+            for own, j in zip(system.outputs, order, strict=True)
         )
-        return b.model_copy(update={"method": system.method, "outputs": outputs})
+        own_inputs = tuple(b.inputs[j] for j in inputs)
+        return b.model_copy(update={"method": system.method, "inputs": own_inputs, "outputs": outputs})
 
     return put
 

@@ -45,6 +45,8 @@ class Context:
     hedges: dict[str, sx.Hedge] = field(default_factory=dict)
     #: Names of the terms of a variable, by the identity of its statement, which lives as long as the tree.
     terms: dict[int, list[str]] = field(default_factory=dict)
+    #: Whether consequents may read inputs, so that an input needs no terms.
+    has_functions: bool = False
     #: Outputs whose missing terms have been reported.
     termless: set[str] = field(default_factory=set)
 

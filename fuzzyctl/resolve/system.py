@@ -138,6 +138,20 @@ def _check_heads(context: Context, tree: sx.SyntaxTree, heads: list[sx.System], 
             )
 
 
+def _has_functions(statement: sx.Statement) -> bool:
+    """Return whether a statement has consequents that read inputs."""
+    kinds: list[str] = []
+    match statement:
+        case sx.Variable(keyword=keyword, terms=lines) if keyword.text == "output":
+            kinds = [line.kind.text for line in lines if isinstance(line, sx.TermLine)]
+        case sx.Rule(consequents=consequents):
+            kinds = [c.term.kind.text for c in consequents if isinstance(c.term, sx.FunctionTerm)]
+        case sx.Table(rows=rows):
+            terms = [t for row in rows for cell in row.cells for t in cell.terms]
+            kinds = [t.kind.text for t in terms if isinstance(t, sx.FunctionTerm)]
+    return "linear" in kinds or "function" in kinds
+
+
 def _build(
     context: Context, tree: sx.SyntaxTree, shared: Sequence[sx.Statement], head: sx.System | None
 ) -> FuzzySystem:
@@ -149,6 +163,7 @@ def _build(
     guarantees: list[Guarantee | None] = []
     hedges: list[Hedge | None] = []
     semantics = resolve_semantics(context, tree.statements)
+    context.has_functions = any(map(_has_functions, tree.statements))
     for s in tree.statements:
         match s:
             case sx.Param(name=name) if context.params.get(name.text) is s:

@@ -133,8 +133,9 @@ def _terms(context: Context, statement: sx.Variable) -> list[Term]:
             # Of a garbled line one message is enough.
             is_new = not is_garbled(line) and _is_new_term(context, word, seen)
             terms.extend([term] if is_new and term is not None else [])
-    # An output whose rules give numbers or functions needs none.
-    if not statement.terms and not statement.incomplete and statement.keyword.text == "input":
+    # An output whose rules give numbers or functions needs none, nor does an input that only functions read.
+    is_bare = not statement.terms and not statement.incomplete and statement.keyword.text == "input"
+    if is_bare and not context.has_functions:
         message = f"{statement.keyword.text} '{statement.name.text}' has no terms"
         context.report("FZ212", message, statement.name.span, help="add lines such as: NB = triangle(-2, -1, 0)")
     if len(seen) > MAX_TERMS:

@@ -77,3 +77,14 @@ class TestCompare:
         assert result.exit_code == 0, result.output
         assert result.stdout.count("largest difference") == 2
         assert "as matlab" in result.stdout
+
+    def test_what_no_single_setting_explains_is_said(self, files, monkeypatch):
+        monkeypatch.setattr("fuzzyctl.comparison.explanation.parts", lambda *_: iter(()))
+        assert "the rest: several of what differs at once  explains 100 %" in run("compare", *files).stdout
+
+    def test_a_point_outside_of_the_range_of_the_first_is_marked(self, tmp_path, base):
+        first, second = tmp_path / "first.fz", tmp_path / "second.fz"
+        first.write_text(base, encoding="utf-8")
+        wider = base.replace("in [0, 10]", "in [0, 30]").replace("N@0 P@10", "N@0 P@30")
+        second.write_text(wider.replace("  P |  Z  P", "  P |  N  N"), encoding="utf-8")
+        assert "y is outside its range there, [0, 10]" in run("compare", first, second).stdout

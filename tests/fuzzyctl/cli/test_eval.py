@@ -184,3 +184,18 @@ class TestPoints:
         assert len(lines) == 20_002
         assert len(set(lines[1:-1])) == 1
         assert not math.isnan(float(lines[1].rsplit(",", 1)[1]))
+
+
+def test_a_name_may_hold_the_sign_that_ends_it(tmp_path):
+    """Names of other tools may; the longest known one counts."""
+    path = tmp_path / "odd.fis"
+    path.write_text(
+        "[System]\nName='odd'\nType='sugeno'\nNumInputs=1\nNumOutputs=1\nNumRules=1\nAndMethod='prod'\n"
+        "OrMethod='probor'\nImpMethod='prod'\nAggMethod='sum'\nDefuzzMethod='wtaver'\n"
+        "[Input1]\nName='b=c'\nRange=[0 1]\nNumMFs=1\nMF1='all':'trapmf',[-1 0 1 2]\n"
+        "[Output1]\nName='y'\nRange=[0 1]\nNumMFs=1\nMF1='m':'linear',[2 1]\n[Rules]\n1, 1 (1) : 1\n",
+        encoding="utf-8",
+    )
+    result = CliRunner().invoke(main, ["eval", str(path), "b=c=0.25"])
+    assert result.exit_code == 0, result.output
+    assert result.stdout == "y = 1.5\n"

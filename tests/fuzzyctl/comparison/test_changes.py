@@ -91,3 +91,14 @@ class TestChanges:
     def test_what_is_no_system_is_refused(self, base):
         with pytest.raises(fuzzyctl.ArgumentError, match="FuzzySystem"):
             changes(fuzzyctl.loads(base), base)
+
+    def test_names_that_a_format_respells_are_the_same_things(self, base, changed):
+        """As a conversion does: another term is moved at the same time, so that shapes alone would not pair them."""
+        respelt = changed(
+            ("  Z = triangle(-1, 0, 1)", "  z_ = triangle(-1, 0.5, 1)"),
+            ("  Z |  N  P", "  z_ |  N  P"),
+            ("input y in", "input Y_ in"),
+            ("table u = x x y", "table u = x x Y_"),
+        )
+        found = changes(fuzzyctl.loads(base), fuzzyctl.loads(respelt))
+        assert [(c.kind, c.what) for c in found] == [("renamed", "term"), ("changed", "term"), ("renamed", "input")]

@@ -60,3 +60,15 @@ class TestCauses:
         a, b = (fuzzyctl.loads(changed(hole, ("[-2, 2]", f"[-2, 2] else {e}"))) for e in ("nan", "0.5"))
         found = explained(a, b)
         assert [(c.before, c.after) for c in found.values()] == [("nan", "0.5")]
+
+    def test_inputs_in_another_order_are_put_in_order(self, base):
+        x, y = (
+            "input x" + base.split("input x")[1].split("input y")[0],
+            "input y" + base.split("input y")[1].split("out")[0],
+        )
+        other = base.replace(x + y, y + x).replace("  Z |  N  P", "  Z |  P  P").replace("N = tri", "N = tri")
+        renamed = other.replace("  Z = triangle(-1, 0, 1)", "  MID = triangle(-1, 0.5, 1)").replace("  Z |", "  MID |")
+        b = fuzzyctl.loads(renamed)
+        assert [v.name for v in b.inputs] == ["y", "x"]
+        found = explained(fuzzyctl.loads(base), b)
+        assert sum(c.explains for c in found.values()) == pytest.approx(1.0, abs=1e-6)

@@ -3,6 +3,7 @@ import math
 import pytest
 
 from fuzzyctl.errors import DiagnosticError
+from fuzzyctl.formats.fz import dumps
 from fuzzyctl.loading import loads
 
 
@@ -108,3 +109,26 @@ class TestClauses:
     )
     def test_misplaced_clauses_are_found(self, changed, old, new, code):
         assert [c for c, _ in errors(changed((old, new)))] == [code]
+
+
+BARE = """system s
+defuzzifier weighted_average
+input x in [0, 1]
+  all = trapezoid(-1, 0, 1, 2)
+input k in [0, 9]
+output y in [0, 9]
+  f = {f}
+if x is all then y is f
+"""
+
+
+class TestBareInputs:
+    def test_an_input_that_only_a_function_reads_needs_no_terms(self):
+        assert loads(BARE.format(f="linear(1, 2, 3)"))(x=0.5, k=2) == 7.5
+        system = loads(BARE.format(f="function(x * k)"))
+        assert system(x=0.5, k=2) == 1.0
+        assert loads(dumps(system)) == system
+
+    def test_an_input_that_nothing_can_read_has_its_terms_missing(self):
+        with pytest.raises(DiagnosticError, match="input 'k' has no terms"):
+            loads(BARE.format(f="constant(1)"))
