@@ -29,6 +29,7 @@ ROWS = {
     "call, no compiler": "fuzzylite",
     "call, compiled": "fuzzylite",
     "call by name": "fuzzylite",
+    "text to callable": "",
     "loop, compiled": "C, points",
     "loop, each waits": "C, waiting",
     "batch, compiled": "C, batch",
