@@ -15,6 +15,9 @@ from fuzzyctl.codegen.vectors import vectors
 from fuzzyctl.errors import Diagnostic, DiagnosticError
 from fuzzyctl.files import written_whole
 
+#: Longest name of a file, in bytes, with room for that of a temporary one beside it.
+LONGEST: Final = 200
+
 #: Targets of code generation.
 TARGETS: Final = ("c", "st", "python")
 
@@ -69,6 +72,9 @@ def write(generated: Generated, folder: Path) -> list[Path]:
         message = f"the folder cannot be made: {error.strerror}"
         raise DiagnosticError([Diagnostic("FZ005", message, file=str(folder), help="name another with -o")]) from None
     written = [folder / name for name in generated.files]
+    if any(len(path.name.encode()) > LONGEST for path in written):
+        message = f"the files would have names of more than {LONGEST} bytes"
+        raise DiagnosticError([Diagnostic("FZ005", message, file=str(folder), help="give the system a shorter name")])
     for path in written:
         if path.is_dir():
             raise DiagnosticError([Diagnostic("FZ005", "this is a directory", file=str(path))])

@@ -6,6 +6,7 @@ import pytest
 from click.testing import CliRunner
 
 from fuzzyctl.cli.main import main
+from fuzzyctl.shipped import rules_folder
 
 RULES = Path(__file__).resolve().parents[3] / "rules"
 AIS = RULES / "ais_reaction.fz"
@@ -122,3 +123,12 @@ class TestMistakes:
 
     def test_a_file_that_does_not_exist_is_named(self, run):
         assert "FZ001" in run("none.fz", "--target", "c").output
+
+
+def test_a_system_whose_name_is_too_long_for_a_file_is_told_so(tmp_path):
+    path = tmp_path / "long.fz"
+    text = (rules_folder() / "ais_reaction.fz").read_text(encoding="utf-8")
+    path.write_text(text.replace("system ais_reaction", f"system {'a' * 199}"), encoding="utf-8")
+    result = CliRunner().invoke(main, ["codegen", str(path), "--target", "c", "-o", str(tmp_path / "out")])
+    assert result.exit_code == 1
+    assert "give the system a shorter name" in result.stderr
