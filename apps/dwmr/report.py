@@ -27,13 +27,14 @@ def console() -> Console:
     return found if found.width >= _WIDTH else Console(width=_WIDTH)
 
 
-def print_report(out: Console, summary: Mapping[str, Any], compare: bool) -> None:
+def print_report(out: Console, summary: Mapping[str, Any], compare: bool, why_not: str = "") -> None:
     """Print tracking errors, safety, effort, stability and warnings of every control law.
 
     Args:
         out: Where to.
         summary: Content of summary.json.
         compare: Whether to show Table 12 of the paper beside the errors.
+        why_not: Why it is not shown, where a reader may expect it.
     """
     runs = summary["controllers"]
     out.print(_errors(runs, compare))
@@ -42,7 +43,7 @@ def print_report(out: Console, summary: Mapping[str, Any], compare: bool) -> Non
     if any(run.get("lyapunov") for run in runs.values()):
         out.print()
         out.print(_stability(runs))
-    for line in warnings(runs):
+    for line in ([why_not] if why_not else []) + warnings(runs):
         out.print("[yellow]warning:[/] ", escape(line), sep="", highlight=False)
 
 
@@ -59,15 +60,22 @@ def _errors(runs: Mapping[str, Any], compare: bool) -> Table:
             whole = run["stopped"] is None  # errors of a run that ended early are no counterpart of the printed ones
             printed = TABLE_12.get(controller, {}).get(robot, {}) if whole else {}
             cells = [c for name, _ in _COLUMNS for c in _cells(values[name], printed.get(name), compare)]
-            table.add_row(_name(controller, k, len(run["rmse"])), robot, *cells, end_section=k == len(run["rmse"]) - 1)
+            table.add_row(
+                _name(controller, k, len(run["rmse"])), escape(robot), *cells, end_section=k == len(run["rmse"]) - 1
+            )
     return table
 
 
 def _cells(value: float, printed: float | None, compare: bool) -> list[str]:
-    shown = f"{value:.4f}" if abs(value) < 1e6 else f"{value:.3e}"
+    shown = _number(value, 4)
     if not compare:
         return [shown]
     return [shown, "" if printed is None else f"{printed:.4f}", "" if printed is None else f"{value / printed:.2f}"]
+
+
+def _number(value: float, digits: int, sign: str = "") -> str:
+    """Return a number with some digits behind the point, a large one by its power of ten."""
+    return f"{value:{sign}.{digits}f}" if abs(value) < 1e6 else f"{value:{sign}.3e}"
 
 
 def _effort(runs: Mapping[str, Any]) -> Table:
@@ -88,11 +96,11 @@ def _effort(runs: Mapping[str, Any]) -> Table:
             clearance, g_ais = run["clearance"][robot], run.get("g_ais_min")
             table.add_row(
                 _name(controller, k, len(run["rmse"])),
-                robot,
-                "" if clearance is None else f"{clearance:.2f}",
+                escape(robot),
+                "" if clearance is None else _number(clearance, 2),
                 f"{run['avoidance_s'][robot]:.1f}",
-                f"{chattering['v']:.3f}",
-                f"{chattering['omega']:.3f}",
+                _number(chattering["v"], 3),
+                _number(chattering["omega"], 3),
                 " ".join(f"{100 * limits[name]:4.1f}" for name in ("v", "omega", "torque")),
                 f"{g_ais:.4f}" if first and g_ais is not None else "",
                 f"{run['wall_s']:.3f}" if first else "",
@@ -112,7 +120,7 @@ def _stability(runs: Mapping[str, Any]) -> Table:
             shares, drifts = run.get("lyapunov", {}).get(robot, {}), run.get("drift", {}).get(robot, {})
             table.add_row(
                 _name(controller, k, len(run["rmse"])),
-                robot,
+                escape(robot),
                 *(_percent(shares.get(f"V_dot_{number}_positive")) for number in (10, 23)),
                 *(cell for name in ("k_h_v", "k_h_omega") for cell in _drift(drifts.get(name))),
                 end_section=k == len(run["rmse"]) - 1,
@@ -134,7 +142,7 @@ def _drift(gain: Mapping[str, float] | None) -> tuple[str, str, str]:
     if gain is None:
         return "", "", ""
     growth = round(gain["growth"], 4) + 0.0  # no -0.0000
-    return f"{gain['largest']:.3f}", f"{gain['final']:.3f}", f"{growth:+.4f}"
+    return _number(gain["largest"], 3), _number(gain["final"], 3), _number(growth, 4, "+")
 
 
 def _table(title: str) -> Table:

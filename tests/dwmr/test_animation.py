@@ -187,5 +187,6 @@ class TestAnimate:
     def test_of_huge_numbers_says_nothing_else(self, tmp_path):
         done = dwmr("animate", "paper", "--set", "robots.leader.d=1e-300", "-o", tmp_path / "run.gif")
         assert done.stderr.splitlines() == [
-            "warning: aifqsmc stopped at t = 0.005 s: v_c is beyond 1e+12 m/s, omega_c is beyond 1e+12 rad/s: the run diverged"
+            "warning: aifqsmc stopped at t = 0.005 s: v_c is beyond 1e+12 m/s, "
+            "omega_c is beyond 1e+12 rad/s: the run diverged"
         ]

@@ -115,6 +115,12 @@ class TestPage:
         assert "beside Table 12 of the paper" in text
         assert '<td class="n">0.5399</td>' in text
 
+    def test_of_another_run_says_why_the_paper_is_left_out(self, run_paper):
+        file, trajectory = run_paper("smc", "run.horizon=200", "robots.leader.mass=121")
+        text = written(file, [trajectory])
+        assert "beside Table 12 of the paper" not in text
+        assert "Table 12 is left out, it speaks of another run: robots.leader.mass is not" in text
+
     def test_of_a_short_run_is_not_compared_with_the_paper(self, short):
         assert "0.5399" not in short
 
@@ -237,5 +243,6 @@ class TestReport:
     def test_of_huge_numbers_says_nothing_else(self, tmp_path):
         done = dwmr("report", "paper", "--set", "robots.leader.d=1e-300", "-o", tmp_path / "a.html")
         assert done.stderr.splitlines() == [
-            "warning: aifqsmc stopped at t = 0.005 s: v_c is beyond 1e+12 m/s, omega_c is beyond 1e+12 rad/s: the run diverged"
+            "warning: aifqsmc stopped at t = 0.005 s: v_c is beyond 1e+12 m/s, "
+            "omega_c is beyond 1e+12 rad/s: the run diverged"
         ]

@@ -119,19 +119,11 @@ def _start(task: running.Task, names: tuple[str, ...], path: Path, force: bool) 
 
 
 def _warn_of_another_run(scenario: Scenario) -> None:
-    """Warn of a scenario whose reference, horizon or obstacles are not those behind Table 12."""
-    from dwmr.scenario_file import find, read
+    """Warn of a scenario that differs from what is printed of the run behind Table 12."""
+    from dwmr.paper_run import differences, said
 
-    paper = read(find("paper")).scenario
-    others = {
-        "reference": scenario.reference != paper.reference,
-        "run.horizon": scenario.run.horizon != paper.run.horizon,
-        "obstacles": scenario.obstacles != paper.obstacles,
-    }
-    found = [key for key, differs in others.items() if differs]
-    if found:
-        verb = "is" if found in (["reference"], ["run.horizon"]) else "are"
-        click.echo(f"warning: {', '.join(found)} {verb} not the paper's: Table 12 speaks of another run", err=True)
+    if found := differences(scenario, fitted=True):
+        click.echo(f"warning: {said(found)}: Table 12 speaks of another run", err=True)
 
 
 def _search(task: running.Task, start: dict[str, float], evaluations: int, seed: int, jobs: int) -> Found:

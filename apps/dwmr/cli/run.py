@@ -63,7 +63,7 @@ def _run(
     with results(folder, NAMES) as files:
         trajectories = running.simulate(task, names)
         with interrupts_wait():
-            from dwmr.metrics import TABLE_12_HORIZON, measure
+            from dwmr.metrics import measure
             from dwmr.summary import describe
 
             summary = describe(task.file, task.rules, task.overrides)
@@ -74,9 +74,10 @@ def _run(
         click.echo(f"warning: {name} was not run: interrupted", err=True)
     if style == "text":
         from dwmr import report
+        from dwmr.paper_run import beside_table_12
 
-        whole = scenario.run.horizon >= TABLE_12_HORIZON
-        report.print_report(report.console(), summary, compare=scenario.name == "paper" and whole)
+        compare, why_not = beside_table_12(scenario)
+        report.print_report(report.console(), summary, compare, why_not)
         click.echo(f"results in {folder}: {', '.join(n for n in files.names if (folder / n).exists())}")
     return summary, done
 

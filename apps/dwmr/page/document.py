@@ -7,8 +7,8 @@ from html import escape
 from typing import Any
 
 from dwmr import report
-from dwmr.metrics import TABLE_12_HORIZON
 from dwmr.page import plots, settings, tables
+from dwmr.paper_run import beside_table_12
 from dwmr.scenario import Scenario
 from dwmr.simulate import Trajectory
 
@@ -69,8 +69,8 @@ def _headline(trajectories: Sequence[Trajectory], scenario: Scenario) -> str:
 
 
 def _results(runs: Mapping[str, Any], scenario: Scenario) -> str:
-    compare = scenario.name == "paper" and scenario.run.horizon >= TABLE_12_HORIZON
-    lines = [f"<li>{escape(line)}</li>" for line in report.warnings(runs)]
+    compare, why_not = beside_table_12(scenario)
+    lines = [f"<li>{escape(line)}</li>" for line in ([why_not] if why_not else []) + report.warnings(runs)]
     warned = f'<div class="warnings"><h3>Warnings</h3><ul>{"".join(lines)}</ul></div>' if lines else ""
     return "\n".join(
         [

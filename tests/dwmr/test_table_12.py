@@ -1,0 +1,74 @@
+"""When errors stand beside Table 12 of the paper, and how the terminal shows what is odd about a run."""
+
+import io
+
+import pytest
+from rich.console import Console
+
+from dwmr.paper_run import beside_table_12, differences
+from dwmr.report import print_report
+from dwmr.scenario_file import find, read
+
+
+def paper(*overrides):
+    return read(find("paper"), overrides).scenario
+
+
+def printed(*, robot="leader", large=0.5, compare=True, why_not=""):
+    run = {
+        "rmse": {robot: dict.fromkeys(("x_e", "y_e", "theta_e"), large)}, "clearance": {robot: large},
+        "avoidance_s": {robot: 0.0}, "chattering": {robot: {"v": large, "omega": large}}, "condition_violated": {},
+        "saturation": {robot: dict.fromkeys(("v", "omega", "torque"), 0.0)}, "wall_s": 0.1, "stopped": None,
+        "lyapunov": {robot: {}}, "drift": {robot: {"k_h_v": dict.fromkeys(("largest", "final", "growth"), large)}},
+        "collisions": [],
+    }  # fmt: skip
+    out = Console(width=120, record=True, file=io.StringIO())
+    print_report(out, {"controllers": {"aifqsmc": run}}, compare, why_not)
+    return out.export_text()
+
+
+class TestTable12:
+    def test_stands_beside_the_paper_whatever_its_gains(self):
+        assert beside_table_12(paper()) == (True, "")
+        assert beside_table_12(paper("rules.ais_reaction.k_s=0.5", "run.save_every=1")) == (True, "")
+
+    @pytest.mark.parametrize(
+        ("override", "key"),
+        [
+            ("robot.mass=121", "robots.leader.mass, robots.follower1.mass, robots.follower2.mass are"),
+            ("reference.period=199", "reference is"),
+            ("obstacles=[]", "obstacles are"),
+            ("robots.leader.x_0=0", "robots.leader.x_0 is"),
+            ("robots.follower1.formation.separation=1.3", "robots.follower1.formation is"),
+            ("disturbances.0.v=0.2", "disturbances are"),
+            ("load.mass_factor=1", "load is"),
+            ("run.horizon=300", "run.horizon is"),
+        ],
+    )
+    def test_stands_beside_no_other_run_and_says_why(self, override, key):
+        compare, why_not = beside_table_12(paper(override))
+        assert not compare
+        assert why_not == f"Table 12 is left out, it speaks of another run: {key} not the paper's"
+        assert why_not in " ".join(printed(compare=compare, why_not=why_not).split())
+
+    def test_is_not_missed_in_short_runs_and_other_scenarios(self):
+        assert beside_table_12(paper("run.horizon=5", "robot.mass=1")) == (False, "")
+        assert beside_table_12(read(find("undisturbed")).scenario) == (False, "")
+
+    def test_takes_fitted_amplitudes_for_the_papers_where_they_are_to_be_fitted(self):
+        assert differences(paper("disturbances.0.v=0.2", "robot.mass=121"), fitted=True) == ()
+        assert differences(paper("disturbances.0.stop=21", "robots.leader.d=0.2"), fitted=True) == (
+            "disturbances", "robots.leader.d",
+        )  # fmt: skip
+
+
+class TestTerminal:
+    @pytest.mark.parametrize("name", ["r[/red]", "[bold]r", "r[link=x]"])
+    def test_shows_names_of_robots_as_they_are(self, name):
+        assert printed(robot=name, compare=False).count(name) == 3
+
+    def test_shows_large_numbers_by_their_power_of_ten(self):
+        text = printed(large=123456789.0, compare=False)
+        assert text.count("1.235e+08") == 9
+        assert "+1.235e+08" in text
+        assert "123456789" not in text
