@@ -13,6 +13,7 @@ from fuzzyctl.analysis.coverage import uncovered_of
 from fuzzyctl.analysis.degrees import CERTAIN, Truths, activation_in, breakpoints, cells, degree_in, effect_in
 from fuzzyctl.analysis.holes import Hole, Verdict
 from fuzzyctl.analysis.intervals import ANYTHING, Interval, enclose, hull
+from fuzzyctl.analysis.silence import Silence
 from fuzzyctl.errors import NoRuleFiresError
 from fuzzyctl.expr import Binary, Expr, Name, span_of
 from fuzzyctl.kernels import inference, python_backend
@@ -94,7 +95,7 @@ def _bound(system: FuzzySystem, flat: Plan, output: OutputPlan, verdict: Verdict
     if output.clamped and isinstance(other, float):
         other = _clamped(output, _End(other)).value
     if verdict is not None and isinstance(other, float) and not math.isnan(other):
-        ends = _with_otherwise(declared, other, verdict, ends, only=not terms)
+        ends = _with_otherwise(flat, declared, other, verdict, ends, only=not terms)
         attained = attained and ends[0].value >= output.lower and ends[1].value <= output.upper
     low, high = ends
     exact = attained or (low.at is not None and high.at is not None)
@@ -251,13 +252,22 @@ def _value(kernel: Callable[..., Any], point: Sequence[float], position: int, ou
 
 
 def _with_otherwise(
-    declared: Output, value: float, verdict: Verdict, ends: tuple[_End, _End], *, only: bool
+    flat: Plan, declared: Output, value: float, verdict: Verdict, ends: tuple[_End, _End], *, only: bool
 ) -> tuple[_End, _End]:
     """Add the value of `else`; it is attained where the hole is."""
     given = declared.otherwise.start if isinstance(declared.otherwise, Hold) else declared.otherwise
     span = span_of(given) if isinstance(given, Expr) else declared.span
-    end = _End(value, span, verdict.witness if isinstance(verdict, Hole) else None)
+    low, high = ends
+    if not only and low.value <= value <= high.value:
+        return ends
+    end = _End(value, span, _confirmed(flat, declared.name, verdict))
     if only:
         return end, end
-    low, high = ends
     return (end if value < low.value else low), (end if value > high.value else high)
+
+
+def _confirmed(flat: Plan, name: str, verdict: Verdict) -> dict[str, float] | None:
+    """Return a point where no rule moves an output, if evaluating it there says so, too."""
+    if isinstance(verdict, Hole) and Silence(flat, name).confirms(verdict):
+        return verdict.witness
+    return None

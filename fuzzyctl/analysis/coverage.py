@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from fuzzyctl import arguments
 from fuzzyctl.analysis.degrees import CERTAIN, Truths, degree_in
 from fuzzyctl.analysis.holes import Hole, Search, Undecided, Verdict, counts
+from fuzzyctl.analysis.silence import Silence, unclear_at
 from fuzzyctl.errors import Diagnostic
 from fuzzyctl.formulas import EXACT_IMPLICATIONS
 from fuzzyctl.kernels.plan import (
@@ -91,6 +92,8 @@ def diagnostics_of(system: FuzzySystem, flat: Plan, verdicts: Mapping[str, Verdi
         # An output without rules has a diagnostic of its own.
         if verdict is None or output.otherwise is not None or not named:
             continue
+        if isinstance(verdict, Hole) and not Silence(flat, output.name).confirms(verdict):
+            verdict = Undecided(unclear_at(verdict))
         if isinstance(verdict, Hole):
             witness = ", ".join(f"{n} = {v:.6g}" for n, v in verdict.witness.items())
             stopped = _stopped(flat, flat.outputs[position], verdict.witness)

@@ -78,13 +78,20 @@ def _extent(system: FuzzySystem, position: int, known: OutputBound, finder: Any,
             # Some state of an adaptive output attains it; there is no point to look for.
             ends.append((value, None, math.nan))
             continue
-        bound, point = (value, list(at.values())) if at is not None else finder.least(position, sign)
-        bound = max(value, bound) if sign > 0 else min(value, bound)
-        found = judge.outputs(point)[known.name] if point is not None else math.nan
+        point = list(at.values()) if at is not None else None
+        bound, found = value, _found(judge, known.name, point)
+        if found != value:
+            bound, point = finder.least(position, sign)
+            bound, found = max(value, bound) if sign > 0 else min(value, bound), _found(judge, known.name, point)
         ends.append((bound, dict(zip(judge.inputs, point, strict=True)) if point is not None else None, found))
     (lo, lo_at, lo_found), (hi, hi_at, hi_found) = ends
     steepness = {v.name: finder.steepest(position, i) for i, v in enumerate(system.inputs)}
     return Extent(known.name, lo, hi, lo_at, hi_at, lo_found, hi_found, steepness)
+
+
+def _found(judge: Judge, output: str, point: list[float] | None) -> float:
+    """Return an output at a point, NaN without one."""
+    return judge.outputs(point)[output] if point is not None else math.nan
 
 
 class _AtCorners:

@@ -6,7 +6,7 @@ import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from itertools import product
+from itertools import pairwise, product
 from typing import Final
 
 from fuzzyctl.analysis.degrees import (
@@ -21,10 +21,10 @@ from fuzzyctl.analysis.degrees import (
     degrees_read,
     effect_in,
 )
-from fuzzyctl.analysis.intervals import Interval
+from fuzzyctl.analysis.intervals import Interval, enclose
 from fuzzyctl.expr import Binary, Call, Expr, Name, walk
 from fuzzyctl.formulas import CONJUNCTIONS, EXACT_IMPLICATIONS
-from fuzzyctl.kernels.adaptive import nodes_of
+from fuzzyctl.kernels.adaptive import nodes_of, places_of
 from fuzzyctl.kernels.defuzzify import closed_form, support
 from fuzzyctl.kernels.plan import (
     ImpliedPlan,
@@ -135,7 +135,7 @@ class Search:
 
     def _prepare(self) -> None:
         """Find the rules that count, their strengths, and the inputs they look at."""
-        self.rules: dict[int, list[tuple[ImpliedPlan, float]]] = {}
+        self.rules: dict[int, list[tuple[ImpliedPlan, Interval]]] = {}
         self.implication = scalar_function(CONJUNCTIONS[self.output.implication](Name("a"), Name("b")))
         terms = {entry.term: self.output.terms[entry.term] for entry in self.output.implied}
         tops = {t: _top(self.output, term) for t, term in terms.items() if counts(self.output, term)}
@@ -194,7 +194,7 @@ class Search:
         moved = [self._moved(entry, top, fired) for entry, top in self.rules[strength]]
         return max(low for low, _ in moved), max(high for _, high in moved)
 
-    def _moved(self, entry: ImpliedPlan, top: float, fired: Interval) -> Interval:
+    def _moved(self, entry: ImpliedPlan, top: Interval, fired: Interval) -> Interval:
         rule, gate = self.plan.rules[entry.rule], self.plan.least or 0.0
         low, high = activation_in(self.plan, rule, fired)
         if self.plan.activation.kind not in ("general", "threshold"):
@@ -205,7 +205,7 @@ class Search:
         low, high = effect_in(self.plan, entry, (low, high))
         if self.output.over_rules or self.output.implication in EXACT_IMPLICATIONS:
             return low, high
-        return self.implication(low, top), self.implication(high, top)
+        return self.implication(low, top[0]), self.implication(high, top[1])
 
     def _remaining(self, alive: list[int], box: dict[str, Interval]) -> list[int] | None:
         """Return the rules that may still fire in a box, None if one must."""
@@ -344,13 +344,19 @@ def counts(output: OutputPlan, term: SetPlan) -> bool:
     return bool(ends) and ends[1] - ends[0] > NARROW * (output.upper - output.lower)
 
 
-def _top(output: OutputPlan, term: SetPlan) -> float:
-    """Return the largest degree of a consequent set that samples, or the nodes of an adaptive integral, see."""
+def _top(output: OutputPlan, term: SetPlan) -> Interval:
+    """Enclose the largest degree of a consequent set that samples, or an adaptive integral, see.
+
+    The integral sees it at its first nodes at least, and at most what it is anywhere in the range.
+    """
     if output.over_rules or (output.resolution is None and closed_form(output, [term])):
-        return 1.0
-    if output.resolution is None:
-        return max(sampled_degrees(term, nodes_of(output, term)))
-    return max(sampled_degrees(term, seen_points(output)))
+        return 1.0, 1.0
+    if output.resolution is not None:
+        top = max(sampled_degrees(term, seen_points(output)))
+        return top, top
+    nodes = max(sampled_degrees(term, nodes_of(output, term)))
+    degree = term.degree(Name("x"))
+    return nodes, max(enclose(degree, {"x": ends})[1] for ends in pairwise(places_of(output, [term])))
 
 
 def _halved(box: tuple[Interval, ...]) -> list[tuple[Interval, ...]]:

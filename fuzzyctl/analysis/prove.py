@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property, partial
+from itertools import chain
 from typing import Any, Final
 
 from fuzzyctl import arguments
@@ -30,7 +31,8 @@ from fuzzyctl.analysis.coverage import uncovered_of
 from fuzzyctl.analysis.exact import Surface, surface_of
 from fuzzyctl.analysis.holes import Hole
 from fuzzyctl.analysis.holes import Undecided as Unclear
-from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Witness
+from fuzzyctl.analysis.silence import Silence, unclear_at
+from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict
 from fuzzyctl.analysis.witnesses import Judge
 from fuzzyctl.errors import Diagnostic
 from fuzzyctl.expr import Expr, span_of, to_text
@@ -42,6 +44,8 @@ from fuzzyctl.model.system import FuzzySystem
 TIMEOUT: Final = 10.0
 #: Most products of corners and rules where no time is given.
 QUICK: Final = 10_000
+#: Seconds spent on points at which a guarantee divides by 0 where no time is given.
+LOOKED: Final = 1.0
 
 #: Told now and then during a long proof: the claim, boxes settled, boxes open.
 Progress = Callable[[str, int, int], None]
@@ -132,7 +136,7 @@ class Prover:
         claim = claim_of(self.system, guarantee)
         found = self._settled(claim)
         if isinstance(found, Undecided):
-            zero = sampling.zero_divisor(guarantee, claim, self.plan, self.judge)
+            zero = self._zero_divisor(guarantee, claim)
             if zero is not None:
                 found = replace(
                     found, reason=f"{_divides(*zero)}; 'when' can leave such points out", boxes=(), remaining=0
@@ -141,12 +145,15 @@ class Prover:
 
     def zero_divisor(self, guarantee: Guarantee) -> Diagnostic | None:
         """Report a guarantee that divides by 0 at some point of its region."""
-        zero = sampling.zero_divisor(guarantee, claim_of(self.system, guarantee), self.plan, self.judge)
+        zero = self._zero_divisor(guarantee, claim_of(self.system, guarantee))
         if zero is None:
             return None
         help_text = "leave such points out with 'when', or multiply both sides"
         message = _divides(*zero).replace("it divides", "the guarantee divides", 1)
         return Diagnostic("FZ307", message, span_of(zero[0]) or guarantee.span, help=help_text)
+
+    def _zero_divisor(self, guarantee: Guarantee, claim: Claim) -> tuple[Expr, dict[str, float]] | None:
+        return sampling.zero_divisor(guarantee, claim, self.plan, self.judge, self.timeout or LOOKED)
 
     def _settled(self, claim: Claim) -> Verdict:
         match claim.truth:
@@ -194,12 +201,17 @@ class Prover:
         found = uncovered_of(self.plan)[output]
         if found is None:
             return Proved(claim.text)
+        silence = Silence(self.plan, output)
+        own = [list(found.witness.values())] if isinstance(found, Hole) else []
+        small = len(self.plan.rules) <= sampling.RULES
+        for point in chain(own, sampling.points(self.plan) if small else ()):
+            if self.judge.lies_in(claim.region, point) and silence.holds_at(point):
+                return Refuted(claim.text, self.judge.silent(output, point))
         if isinstance(found, Unclear):
             return Undecided(claim.text, found.reason)
-        assert isinstance(found, Hole)
-        if claim.region != ALWAYS:
-            return Undecided(claim.text, f"no rule fires where {found}; whether that is in the region is not looked at")
-        return Refuted(claim.text, Witness(found.witness, ((f"rules that fire for {output}", 0.0),)))
+        if claim.region == ALWAYS:
+            return Undecided(claim.text, unclear_at(found))
+        return Undecided(claim.text, f"no rule fires where {found}; no point of the region is found there")
 
     def _slope(self, claim: Claim, slope: Slope) -> Verdict:
         found: Verdict | None = None

@@ -27,17 +27,16 @@ def witness_of(claim: Claim, plan: Plan, judge: Judge) -> Witness | None:
     """Look for a point that breaks a claim among the corners of terms and the middles between them."""
     if plan.states or plan.held or len(plan.rules) > RULES:
         return None
-    deadline = time.monotonic() + SECONDS
-    for point in islice(_points(plan), POINTS):
-        if time.monotonic() > deadline:
-            return None
+    for point in points(plan):
         found = _broken(claim, plan, judge, list(point))
         if found is not None:
             return found
     return None
 
 
-def zero_divisor(guarantee: Guarantee, claim: Claim, plan: Plan, judge: Judge) -> tuple[Expr, dict[str, float]] | None:
+def zero_divisor(
+    guarantee: Guarantee, claim: Claim, plan: Plan, judge: Judge, seconds: float
+) -> tuple[Expr, dict[str, float]] | None:
     """Look for a point of the region where a claim divides by 0; return the divisor and the point."""
     parts = [part for part in (guarantee.claim, guarantee.when) if part is not None]
     quotients = [n for part in parts for n in walk(part) if isinstance(n, Binary) and n.op == "/"]
@@ -45,7 +44,7 @@ def zero_divisor(guarantee: Guarantee, claim: Claim, plan: Plan, judge: Judge) -
     divisors = [q.right for q in quotients if variables & set(named(q.right))]
     if not divisors or plan.states or plan.held or len(plan.rules) > RULES:
         return None
-    for point in islice(_points(plan), POINTS):
+    for point in points(plan, seconds):
         here = judge.outputs(point)
         for divisor in divisors:
             if _is_zero(judge, divisor, point, here) and _is_inside(judge, claim, point):
@@ -79,8 +78,13 @@ def _broken(claim: Claim, plan: Plan, judge: Judge, point: list[float]) -> Witne
     return None
 
 
-def _points(plan: Plan) -> Iterator[tuple[float, ...]]:
-    return product(*(_places(plan, i) for i in range(len(plan.inputs))))
+def points(plan: Plan, seconds: float = SECONDS) -> Iterator[tuple[float, ...]]:
+    """Yield corners of terms and middles between them, as many as there is time for."""
+    deadline = time.monotonic() + seconds
+    for point in islice(product(*(_places(plan, i) for i in range(len(plan.inputs)))), POINTS):
+        yield point
+        if time.monotonic() > deadline:
+            return
 
 
 def _places(plan: Plan, position: int) -> list[float]:

@@ -75,6 +75,21 @@ class Judge:
         except (NoValueError, ExprError, OverflowError):
             return None
 
+    def lies_in(self, region: Truth, point: Sequence[float]) -> bool:
+        """Return whether a region holds at a point and has a value there."""
+        try:
+            return self.holds(region, point)
+        except (NoValueError, ExprError, OverflowError):
+            return False
+
+    def silent(self, output: str, point: Sequence[float]) -> Witness:
+        """Return a point where no rule moves an output as a witness, in words that say how."""
+        strength = 0.0 if self.kernel.n_states else self.strength(output, point)
+        side = (f"rules that fire for {output}", 0.0)
+        if strength > 0.0:
+            side = (f"largest activation, which does not move {output}", strength)
+        return Witness(dict(zip(self.inputs, point, strict=True)), (side,))
+
     def _sides(self, bound: Bound, point: Sequence[float]) -> tuple[tuple[str, float], ...]:
         origin = bound.origin
         sides = (origin.left, origin.right) if isinstance(origin, Compare) else (bound.left, bound.right)

@@ -5,6 +5,9 @@ import re
 import pytest
 
 from fuzzyctl import Proved, Refuted, Undecided, compile, load, loads, prove
+from fuzzyctl.analysis import holes
+from fuzzyctl.analysis.bounds import output_bounds
+from fuzzyctl.analysis.coverage import diagnostics, uncovered
 from fuzzyctl.analysis.extremes import extents
 from fuzzyctl.analysis.prove import Prover
 
@@ -240,6 +243,66 @@ class TestWordsInLogic:
         (verdict,) = verdicts(text, "total(u)")
         assert isinstance(verdict, Refuted)
         assert -0.5 <= verdict.witness.point["e"] <= -0.2
+
+
+DIFFERENCE = """
+system difference
+implication bounded_difference
+aggregation max
+defuzzifier centroid
+input x in [0, 1]
+  terms A B
+output y in [0, 1] {otherwise}
+  P = triangle(0, 0.2, 0.4, height=0.5)
+if x is A then y is P
+if x is B then y is P
+"""
+
+
+class TestSilence:
+    """Where no rule moves an output is shown by evaluating it there."""
+
+    @pytest.fixture(params=[True, False], ids=["tops enclosed", "tops at nodes"])
+    def system(self, request, monkeypatch):
+        if not request.param:
+            # What the first nodes see is below the height of the set: what is then taken for a hole is none.
+            enclosed = holes._top
+            monkeypatch.setattr(holes, "_top", lambda *given: (enclosed(*given)[0],) * 2)
+        return loads(DIFFERENCE.format(otherwise="else 0.9"))
+
+    def test_total_is_refuted_where_the_output_is_silent(self, system):
+        kernel = compile(system, "python")
+        assert kernel(0.5) == 0.9
+        assert kernel(0.5021) != 0.9
+        (verdict,) = prove(with_claims(system, "total(y)"))
+        assert verdict.witness.point == {"x": 0.5}
+        assert verdict.witness.sides == (("largest activation, which does not move y", 0.5),)
+
+    def test_total_in_a_region_where_some_rule_moves_it_is_not_refuted(self, system):
+        (verdict,) = prove(with_claims(system, "total(y) when x >= 0.501"))
+        assert isinstance(verdict, Undecided)
+
+    def test_total_in_a_region_where_it_is_silent_is_refuted(self, system):
+        (verdict,) = prove(with_claims(system, "total(y) when x >= 0.3 and x <= 0.6"))
+        assert isinstance(verdict, Refuted)
+
+    def test_where_an_end_is_attained_it_is(self, system):
+        (extent,) = extents(system, timeout=0.1)
+        assert (extent.hi, extent.hi_found) == (0.9, compile(system, "python")(*extent.hi_at.values()))
+        bound = output_bounds(system)["y"]
+        assert bound.hi_at is None or compile(system, "python")(*bound.hi_at.values()) == bound.hi
+
+    def test_an_integral_sees_a_set_up_to_its_height(self):
+        assert isinstance(uncovered(loads(DIFFERENCE.format(otherwise="")))["y"], holes.Undecided)
+
+    def test_no_place_is_named_where_some_rule_moves_it(self, system):
+        (found,) = diagnostics(loads(DIFFERENCE.format(otherwise="")))
+        assert found.message.startswith("it cannot be decided")
+
+
+def with_claims(system, *claims):
+    text = DIFFERENCE.format(otherwise="else 0.9")
+    return system.model_copy(update={"guarantees": loads(text + "".join(f"require {c}\n" for c in claims)).guarantees})
 
 
 CHANGES = [

@@ -1,0 +1,68 @@
+"""Silence: whether no rule moves an output at a point, found by evaluating it there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import cached_property
+from typing import Any
+
+from fuzzyctl.analysis.holes import Hole
+from fuzzyctl.kernels import inference, python_backend
+from fuzzyctl.kernels.plan import HeldPlan, Otherwise, OutputPlan, Plan
+from fuzzyctl.kernels.program import Program
+
+
+class Silence:
+    """Tells where kernels fall back on the `else` of an output, or activate none of its rules.
+
+    Args:
+        flat: The system.
+        name: The output.
+    """
+
+    def __init__(self, flat: Plan, name: str) -> None:
+        self.position = next(k for k, o in enumerate(flat.outputs) if o.name == name)
+        self.flat = replace(flat, outputs=tuple(_told(o, own=o.name == name) for o in flat.outputs))
+        self.state: list[Any] = [self.flat.initial_state] if self.flat.initial_state else []
+
+    @cached_property
+    def value(self) -> Callable[..., Any]:
+        """The outputs, NaN where they are silent."""
+        return _compiled(self.flat, inference.evaluation(self.flat))
+
+    @cached_property
+    def strength(self) -> Callable[..., Any]:
+        """The largest activation of each output."""
+        return _compiled(self.flat, inference.largest_activations(self.flat))
+
+    def holds_at(self, point: Sequence[float]) -> bool:
+        """Return whether the output is silent at a point, the values of the inputs in order."""
+        if math.isnan(self._own(self.value(*point, *self.state))):
+            return True
+        return not self.state and self._own(self.strength(*point)) == 0.0
+
+    def confirms(self, hole: Hole) -> bool:
+        """Return whether the output is silent at the witness of a hole."""
+        return self.holds_at(list(hole.witness.values()))
+
+    def _own(self, found: Any) -> float:
+        return float(found[self.position] if isinstance(found, tuple) else found)
+
+
+def unclear_at(hole: Hole) -> str:
+    """Return why a hole that is not confirmed decides nothing."""
+    at = ", ".join(f"{n} = {x:.12g}" for n, x in hole.witness.items())
+    return f"some rule moves it at {at}, but so little that it is not known whether one does nearby"
+
+
+def _told(output: OutputPlan, *, own: bool) -> OutputPlan:
+    """Return an output with an `else` that tells silence: NaN for the one asked about, and for others that raise."""
+    known: Otherwise = output.otherwise.start if isinstance(output.otherwise, HeldPlan) else output.otherwise
+    return replace(output, otherwise=math.nan if own or not isinstance(known, float) else known)
+
+
+def _compiled(flat: Plan, program: Program) -> Callable[..., Any]:
+    names = [i.name for i in flat.inputs]
+    return python_backend.compile_source(python_backend.evaluation_source(program), program, names)
