@@ -117,6 +117,14 @@ def claim_of(system: FuzzySystem, guarantee: Guarantee) -> Claim:
     return Claim(text, _truth(system, guarantee.claim, tolerance, True), region)
 
 
+def outside(system: FuzzySystem, guarantee: Guarantee) -> Claim | None:
+    """Return the claim that no point is in the region of a guarantee, None for one that speaks of all points."""
+    if guarantee.when is None:
+        return None
+    text = to_text(guarantee.when)
+    return Claim(f"not ({text})", _truth(system, guarantee.when, Fraction(0), False), ALWAYS)
+
+
 def speaks_of_all_points(truth: Truth) -> bool:
     """Return whether a truth holds a word about all points, so that no single point has it or not."""
     if isinstance(truth, Every | Some):

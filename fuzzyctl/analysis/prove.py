@@ -25,6 +25,7 @@ from fuzzyctl.analysis.claims import (
     Total,
     Truth,
     claim_of,
+    outside,
     speaks_of_all_points,
 )
 from fuzzyctl.analysis.coverage import uncovered_of
@@ -60,8 +61,10 @@ def prove(
 ) -> tuple[Verdict, ...]:
     """Prove the guarantees of a rule file or a system, for all inputs in their ranges.
 
-    Inputs outside their ranges are clamped, so that what is proved of outputs holds for all real inputs. A claim is
-    about the points where the outputs it names have a value; `total(f)` says that they do everywhere.
+    Inputs that extrapolate run over all real numbers. Others are clamped, so that a claim that names outputs at the
+    inputs as they are, and no inputs, also holds for all real numbers; a claim or a condition that names an input is
+    about values in its range. A claim is about the points where the outputs it names have a value; `total(f)` says that
+    they do everywhere. Where no point of the ranges is in the region of a condition, the verdict says so.
 
     Args:
         path: The `.fz` file, or the system.
@@ -141,7 +144,19 @@ class Prover:
                 found = replace(
                     found, reason=f"{_divides(*zero)}; 'when' can leave such points out", boxes=(), remaining=0
                 )
+        if not isinstance(found, Refuted) and self._is_void(guarantee):
+            found = Proved(claim.text, note="nothing is claimed: no point of the ranges is in the region")
         return replace(found, claim=claim.text, span=guarantee.span)
+
+    def _is_void(self, guarantee: Guarantee) -> bool:
+        """Return whether the region of a guarantee is proved to hold no point, if it has one and there is time."""
+        region, nowhere = claim_of(self.system, guarantee).region, outside(self.system, guarantee)
+        if nowhere is None or self.timeout <= 0.0:
+            return False
+        if any(self.judge.lies_in(region, point) for point in sampling.points(self.plan)):
+            return False
+        brief = replace(self, timeout=min(self.timeout, LOOKED), progress=None)
+        return isinstance(brief._pointwise(nowhere), Proved)
 
     def zero_divisor(self, guarantee: Guarantee) -> Diagnostic | None:
         """Report a guarantee that divides by 0 at some point of its region."""

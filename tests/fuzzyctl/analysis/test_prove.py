@@ -245,6 +245,36 @@ class TestWordsInLogic:
         assert -0.5 <= verdict.witness.point["e"] <= -0.2
 
 
+class TestVoidRegions:
+    """A claim about no point at all is true, which nobody meant."""
+
+    @pytest.mark.parametrize(
+        "claim",
+        [
+            "u <= -3 when e > 3",
+            "total(u) when e > 3",
+            "increasing(u, e) when e > 3",
+            "u <= -3 when e > 0.5 and e + de < -2",
+            "u <= -3 when u > 1.5",
+            "u <= -3 when e * e > 1.5 and abs(de) <= 1",
+        ],
+    )
+    def test_are_told(self, claim):
+        (verdict,) = verdicts(LINE, claim)
+        assert verdict.note == "nothing is claimed: no point of the ranges is in the region"
+
+    @pytest.mark.parametrize("claim", ["u >= 0 when e >= 1 and de >= 0", "total(u) when e > 0.9", "u <= 1"])
+    def test_others_are_not(self, claim):
+        (verdict,) = verdicts(LINE, claim)
+        assert isinstance(verdict, Proved)
+        assert "nothing" not in verdict.note
+
+    def test_of_an_input_that_extrapolates_are_none(self):
+        text = LINE.replace("input e in [-1, 1]", "input e in [-1, 1] extrapolate")
+        (verdict,) = verdicts(text, "u <= 1 when e > 3")
+        assert verdict.note == ""
+
+
 DIFFERENCE = """
 system difference
 implication bounded_difference
@@ -336,7 +366,7 @@ BROKEN = {
     "f(-sigma, -dsigma) == f within 1e-12": lambda s, w: (
         abs(s(**{n: -v for n, v in w.point.items()}) - s(**w.point)) > 1e-12
     ),
-    "f <= 0 when abs(sigma) >= 0.03": lambda s, w: abs(w.point["sigma"]) >= 0.03 and s(**w.point) > 0,
+    "f <= 0 within 1e-12 when abs(sigma) >= 0.03": lambda s, w: abs(w.point["sigma"]) >= 0.03 and s(**w.point) > 0,
     "beta >= 0.005 within 1e-12": lambda s, w: s(**w.point) < 0.005 - 1e-12,
     "beta <= 0.05 within 1e-12": lambda s, w: s(**w.point) > 0.05 + 1e-12,
     "decreasing(beta, abs_sigma)": lambda s, w: (
