@@ -4,11 +4,26 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import ConfigDict, Field, Strict, model_validator
+from pydantic import AfterValidator, ConfigDict, Field, Strict, model_validator
 
 from dwmr.controllers.settings import AifqsmcSettings, FcafsmcSettings, SmcSettings
 from dwmr.quantities import FARTHEST, Section, place, quantity
 from dwmr.reference_settings import ReferenceSettings
+
+#: Elements that a list of a scenario may have.
+LONGEST_LIST = 1000
+#: From −2π to 2π, with the digits of those who round up [rad].
+FULL_TURN = 6.2832
+
+
+def _printable(text: str) -> str:
+    if not text.isprintable():
+        where = next(k for k, one in enumerate(text) if not one.isprintable())
+        raise ValueError(f"character {where + 1} of {text[:40]!a} cannot be printed")
+    return text
+
+
+Printable = Annotated[str, AfterValidator(_printable)]
 
 
 class Run(Section):
@@ -66,7 +81,7 @@ class Formation(Section):
 
     leader: str = Field(description="name of the robot it follows")
     separation: float = quantity("desired distance L_ijd from the leader's axle", "m", gt=0, le=FARTHEST)
-    bearing: float = quantity("desired bearing Ψ_ijd", "rad", ge=-6.2832, le=6.2832)
+    bearing: float = quantity("desired bearing Ψ_ijd", "rad", ge=-FULL_TURN, le=FULL_TURN)
 
 
 class Noise(Section):
@@ -155,7 +170,15 @@ class DisturbanceSettings(Window):
     omega: float = quantity("velocity-equivalent amplitude, angular", "rad/s")
     force: float = quantity("force amplitude", "N")
     torque: float = quantity("torque amplitude", "N m")
-    robots: Annotated[tuple[str, ...], Strict(False)] | None = Field(default=None, description="all when absent")
+    robots: Annotated[tuple[str, ...], Strict(False), Field(max_length=LONGEST_LIST)] | None = Field(
+        default=None, description="all when absent"
+    )
+
+    @model_validator(mode="after")
+    def _frequency_of_a_sinusoid(self) -> DisturbanceSettings:
+        if self.kind == "constant" and "angular_frequency" in self.model_fields_set:
+            raise ValueError("angular_frequency has no effect on a constant disturbance; leave it out")
+        return self
 
 
 class LoadSettings(Window):
@@ -182,12 +205,12 @@ class RuleFile(Section):
 class Scenario(Section):
     """Everything a run depends on, rule files aside."""
 
-    name: str
+    name: Printable
     run: Run
     reference: ReferenceSettings
-    robots: dict[str, Robot] = Field(min_length=1, max_length=1000)
-    obstacles: Annotated[tuple[Obstacle, ...], Strict(False)] = ()
+    robots: dict[Printable, Robot] = Field(min_length=1, max_length=1000)
+    obstacles: Annotated[tuple[Obstacle, ...], Strict(False), Field(max_length=LONGEST_LIST)] = ()
     avoidance: AvoidanceSettings
-    disturbances: Annotated[tuple[DisturbanceSettings, ...], Strict(False)] = ()
+    disturbances: Annotated[tuple[DisturbanceSettings, ...], Strict(False), Field(max_length=LONGEST_LIST)] = ()
     load: LoadSettings
     rules: dict[str, RuleFile]

@@ -2,34 +2,31 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Iterable
-from itertools import combinations
+from itertools import islice
 from pathlib import Path
 
 from dwmr import controllers
 from dwmr.fuzzy_gains import ROLES
+from dwmr.overrides import split_key
 from dwmr.places import Places
 from dwmr.scenario import Scenario
 from dwmr.scenario_mistakes import unknown_role
+from dwmr.scenario_remarks import MOST_OF_A_KIND, overlaps
 from fuzzyctl.errors import Diagnostic, did_you_mean
 
 #: A run keeps every sample in memory; more than this many samples of all robots are refused.
 MOST_SAMPLES = 5_000_000
+#: Longest stable step of the classical Runge-Kutta method, in time constants: the real z < 0 at which
+#: |1 + z + z²/2 + z³/6 + z⁴/24| = 1.
+STABLE_STEP = 2.785
 
 
 def cross_checks(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
     """Check what concerns several keys at once."""
-    for check in (_laws, _roles, _obstacles, _starts, _formation, _disturbed, _length):
+    for check in (_laws, _roles, _obstacles, _starts, _formation, _disturbed, _length, _steps):
         yield from check(scenario, places)
-
-
-def remarks(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
-    """Warn of what a run does otherwise than its author may think."""
-    for remark in (_rounded, _together):
-        for found in remark(scenario, places):
-            yield dataclasses.replace(found, severity="warning")
 
 
 def _laws(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
@@ -57,15 +54,13 @@ def _obstacles(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
                 "no robot would ever avoid it"
             )
             yield places.diagnostic("FZ904", "avoidance.largest_radius", message)
-    for (a, one), (b, other) in combinations(enumerate(scenario.obstacles), 2):
-        gap, radii = math.hypot(other.x - one.x, other.y - one.y), one.radius + other.radius
-        if gap < radii:
-            message = (
-                f"obstacles.{b} overlaps obstacles.{a}: their centres are {gap:.4g} m apart, their radii make "
-                f"{radii:.4g} m"
-            )
-            help_text = "put one larger obstacle in their place"
-            yield places.diagnostic("FZ904", f"obstacles.{b}", message, help=help_text)
+    circles = [(one.x, one.y, one.radius) for one in scenario.obstacles]
+    for a, b, gap in islice(overlaps(circles), MOST_OF_A_KIND):
+        message = (
+            f"obstacles.{b} overlaps obstacles.{a}: their centres are {gap:.4g} m apart, their radii make "
+            f"{circles[a][2] + circles[b][2]:.4g} m"
+        )
+        yield places.diagnostic("FZ904", f"obstacles.{b}", message, help="put one larger obstacle in their place")
 
 
 def _starts(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
@@ -134,29 +129,42 @@ def _length(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
         yield places.diagnostic("FZ904", "run.horizon", message, help="shorten run.horizon or lengthen run.dt")
 
 
-def _rounded(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
-    run = scenario.run
-    reached = run.steps * run.dt
-    if abs(reached - run.horizon) > 1e-9 * run.horizon:
-        message = (
-            f"run.horizon = {run.horizon:g} s is no multiple of run.dt = {run.dt:g} s: the run ends at {reached:.6g} s"
-        )
-        yield places.diagnostic("FZ904", "run.horizon", message)
-
-
-def _together(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
-    """Find robots that are sent to one place."""
-    taken: dict[object, str] = {}
+def _steps(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
+    """Refuse integration steps under which a rate of the plant grows instead of declining."""
     for name, robot in scenario.robots.items():
-        formation = robot.formation
-        goal = formation or robot.delay
-        if goal in taken:
-            where = f"the same place behind {formation.leader}" if formation else "the same place of the reference"
-            message = f"robots.{name} and robots.{taken[goal]} are sent to {where}"
-            help_text = "give one another separation or bearing" if formation else "give one a delay, or a leader"
-            key = f"robots.{name}.formation" if formation else f"robots.{name}"
-            yield places.diagnostic("FZ904", key, message, help=help_text)
-        taken.setdefault(goal, name)
+        mass = robot.mass * min(1.0, scenario.load.mass_factor)
+        inertia = robot.inertia * min(1.0, scenario.load.inertia_factor)
+        for key, lag, what in (
+            ("actuator.lag", robot.actuator.lag, "the lag of the torques"),
+            ("friction.viscous_force", _ratio(mass, robot.friction.viscous_force), "the decline of the velocity"),
+            ("friction.viscous_torque", _ratio(inertia, robot.friction.viscous_torque), "the decline of turning"),
+        ):
+            step = scenario.run.dt / scenario.run.substeps
+            if step > STABLE_STEP * lag:
+                yield _unstable(scenario, places, f"robots.{name}.{key}", lag, what)
+
+
+def _ratio(mass: float, friction: float) -> float:
+    """Return the time constant of viscous friction [s]."""
+    return mass / friction if friction > 0.0 else math.inf
+
+
+def _unstable(scenario: Scenario, places: Places, key: str, lag: float, what: str) -> Diagnostic:
+    run = scenario.run
+    step, longest = run.dt / run.substeps, STABLE_STEP * lag
+    needed = math.ceil(run.dt / longest) if run.dt < 1000.0 * longest else math.inf
+    message = (
+        f"run.dt / run.substeps = {step:.4g} s is too long an integration step for {what} of {lag:.4g} s: beyond "
+        f"{longest:.4g} s numbers grow that should decline"
+    )
+    more = needed <= 1000
+    facts = (f"a step of the Runge-Kutta method is stable up to {STABLE_STEP:g} time constants",)
+    help_text = (
+        f"set run.substeps to {needed} or more" if more else f"shorten run.dt to {1000.0 * longest:.3g} s or less"
+    )
+    resolved, _, _ = places.resolve(tuple(split_key(key)))
+    where = "run.substeps" if places.given("run", "substeps") else "run.dt" if places.given("run", "dt") else key
+    return places.diagnostic("FZ904", where, f"{resolved}: {message}", facts=facts, help=help_text)
 
 
 def _unknown(places: Places, key: str, name: str, kind: str, known: tuple[str, ...]) -> Diagnostic:

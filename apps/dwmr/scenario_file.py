@@ -17,8 +17,9 @@ from dwmr.overrides import OverrideError, override, shorten
 from dwmr.path_files import LARGEST_PATH, PathRows, read_rows
 from dwmr.places import COMMON, EXTENDS, Places
 from dwmr.scenario import Robot, Scenario
-from dwmr.scenario_checks import cross_checks, remarks
+from dwmr.scenario_checks import cross_checks
 from dwmr.scenario_mistakes import diagnose, diagnose_unused
+from dwmr.scenario_remarks import remarks
 from dwmr.shapes import Shape, shape_of
 from fuzzyctl.errors import Diagnostic, DiagnosticError, did_you_mean
 

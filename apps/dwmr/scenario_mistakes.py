@@ -11,8 +11,11 @@ from pydantic import BaseModel, ValidationError
 
 from dwmr.fuzzy_gains import ROLES
 from dwmr.places import COMMON, EXTENDS, Places
-from dwmr.scenario import Scenario
+from dwmr.scenario import FULL_TURN, Scenario
 from fuzzyctl.errors import Diagnostic, did_you_mean
+
+#: Mistakes of the elements of one list that are reported; a list with more of them is another list.
+MOST_OF_A_LIST = 10
 
 
 def diagnose(
@@ -32,7 +35,7 @@ def diagnose(
         known: The robots that files name; an incomplete one that only the command line names is a slip of its name.
     """
     # a mistake in the common table shows once, not once per robot
-    errors = [e for e in error.errors(include_url=False) if not _miscounted(e, error)]
+    errors = _few_of_each_list([e for e in error.errors(include_url=False) if not _miscounted(e, error)])
     misspelt = dict.fromkeys(e["loc"][1] for e in errors if known and _lacks(e) and e["loc"][1] not in known)
     errors = [e for e in errors if e["loc"][:1] != ("robots",) or e["loc"][1:2] == () or e["loc"][1] not in misspelt]
     found = dict.fromkeys(_unknown_robot(places, str(name), known) for name in misspelt)
@@ -69,6 +72,19 @@ def _miscounted(one: Any, error: ValidationError) -> bool:
     return one["type"] == "too_short" and any(
         e["loc"][:depth] == one["loc"] for e in error.errors() if e["loc"][depth:]
     )
+
+
+def _few_of_each_list(errors: Sequence[Any]) -> list[Any]:
+    """Leave out what goes beyond `MOST_OF_A_LIST` mistakes of the elements of one list."""
+    counts: Counter[Any] = Counter()
+    kept = []
+    for one in errors:
+        depth = next((k for k, part in enumerate(one["loc"]) if isinstance(part, int)), None)
+        head = None if depth is None else one["loc"][:depth]
+        counts[head] += 1
+        if head is None or counts[head] <= MOST_OF_A_LIST:
+            kept.append(one)
+    return kept
 
 
 def _once(errors: Sequence[Any], robots: int) -> Iterable[Any]:
@@ -162,7 +178,8 @@ def requirement(error: Any) -> str:
     kind, about = error["type"], error.get("ctx", {})
     if kind in _BOUNDS:
         name, symbol = _BOUNDS[kind]
-        return f"{symbol} {about[name]:g}"
+        bound = about[name]
+        return f"{symbol} {'-' * (bound < 0)}2π" if abs(bound) == FULL_TURN else f"{symbol} {bound:g}"
     if kind in _KINDS:
         return _KINDS[kind]
     if kind == "literal_error":

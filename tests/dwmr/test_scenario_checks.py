@@ -1,7 +1,10 @@
 """What several values of a scenario must hold together."""
 
+import time
+
 import pytest
 
+from dwmr.scenario_checks import STABLE_STEP
 from dwmr.scenario_file import find, read
 from fuzzyctl.errors import DiagnosticError
 
@@ -88,3 +91,135 @@ class TestReference:
         unknown = next(d for d in caught.value.diagnostics if d.code == "FZ902")
         assert unknown.help == "did you mean 'centre_y'?"
         assert "centre_y, radius, period, direction, start_angle" in unknown.facts[0]
+
+
+def warned(*overrides):
+    return [w.message for w in read(PAPER, overrides).warnings]
+
+
+class TestSteps:
+    def test_beyond_which_the_integration_is_unstable_are_refused_with_those_needed(self):
+        with pytest.raises(DiagnosticError) as caught:
+            read(PAPER, ["robot.actuator.lag=0.001", "run.substeps=1"])
+        (one,) = caught.value.diagnostics
+        assert one.message.startswith("robot.actuator.lag: run.dt / run.substeps = 0.005 s is too long")
+        assert "lag of the torques of 0.001 s" in one.message
+        assert one.help == "set run.substeps to 2 or more"
+        assert one.file == "--set run.substeps=1"
+        assert read(PAPER, ["robot.actuator.lag=0.001", "run.substeps=2"])
+
+    @pytest.mark.parametrize(
+        ("overrides", "key"),
+        [
+            (["robot.friction.viscous_force=1e6"], "robot.friction.viscous_force"),
+            (["robots.leader.friction.viscous_torque=1e5"], "robots.leader.friction.viscous_torque"),
+            (["load.mass_factor=1e-5"], "robot.friction.viscous_force"),
+            (["load.inertia_factor=1e-5"], "robot.friction.viscous_torque"),
+        ],
+    )
+    def test_of_friction_too(self, overrides, key):
+        assert any(one.startswith(f"{key}: run.dt / run.substeps = 0.00125 s") for one in mistakes(*overrides))
+
+    def test_that_no_number_of_substeps_mends_ask_for_a_shorter_period(self):
+        with pytest.raises(DiagnosticError) as caught:
+            read(PAPER, ["robot.friction.viscous_force=1e9"])
+        assert caught.value.diagnostics[0].help == "shorten run.dt to 0.000334 s or less"
+
+    def test_are_stable_up_to_the_root_of_the_growth_factor(self):
+        def growth(z):
+            return abs(1 + z + z**2 / 2 + z**3 / 6 + z**4 / 24)
+
+        assert growth(-STABLE_STEP) < 1.0 < growth(-STABLE_STEP - 0.001)
+
+
+class TestLongLists:
+    def test_are_refused_at_once(self):
+        many = ",".join(["{x=0,y=99,radius=0.1}"] * 20_000)
+        began = time.perf_counter()
+        (one,) = mistakes(f"obstacles=[{many}]")
+        assert one == "obstacles must have at most 1000 elements, has 20000"
+        assert time.perf_counter() - began < 5.0
+
+    def test_on_one_spot_are_said_a_few_times(self):
+        many = ",".join(["{x=0,y=99,radius=0.1}"] * 1000)
+        assert len(mistakes(f"obstacles=[{many}]")) == 10
+
+    def test_each_overlaps_once(self):
+        found = mistakes("obstacles=[{x=0,y=9,radius=1},{x=0,y=9,radius=1},{x=0,y=9,radius=1}]")
+        assert [one.split(":")[0] for one in found] == [
+            "obstacles.1 overlaps obstacles.0", "obstacles.2 overlaps obstacles.0",
+        ]  # fmt: skip
+
+    def test_of_mistakes_show_the_first_ones(self):
+        found = mistakes(f"obstacles=[{','.join(['{x=0,y=0,radius=-1}'] * 50)}]")
+        assert len(found) == 10
+        assert all(f"obstacles.{k}.radius must be > 0 m" in one for k, one in enumerate(found))
+
+
+class TestNames:
+    @pytest.mark.parametrize("name", ["a\u0007b", "a\u001b[31mb", "a\u202eb"])
+    def test_that_cannot_be_printed_are_refused(self, tmp_path, name):
+        escaped = name.encode("ascii", "backslashreplace").decode()
+        for text in (f'name = "{name}"', f'[robots."{name}"]\nx_0 = 9.0\ny_0 = 9.0\ntheta_0 = 0.0\nd = 0.1'):
+            (tmp_path / "mine.toml").write_text(f'extends = "paper"\n{text}\n'.replace(name, escape(name)))
+            with pytest.raises(DiagnosticError) as caught:
+                read(tmp_path / "mine.toml")
+            assert any("cannot be printed" in d.message for d in caught.value.diagnostics), escaped
+            assert all(name not in f"{d}" for d in caught.value.diagnostics)
+
+    def test_of_any_script_are_taken(self):
+        assert read(PAPER, ['name="läufer ρ 走"']).scenario.name == "läufer ρ 走"
+
+
+def escape(text):
+    return "".join(c if c.isprintable() else f"\\u{ord(c):04x}" for c in text)
+
+
+class TestRemarks:
+    def test_the_paper_has_none(self):
+        assert warned() == []
+
+    def test_a_bound_that_cuts_the_safety_margin(self):
+        (one,) = warned("avoidance.largest_radius=2.75")
+        assert one == (
+            "avoidance.largest_radius = 2.75 m cuts the safety margin: obstacle 0.5 m, robots.leader.radius = 0.56 m "
+            "and avoidance.margin = 1.7 m make 2.76 m"
+        )
+        assert warned("avoidance.largest_radius=2.77") == []
+
+    @pytest.mark.parametrize(("key", "stop"), [("load", 0), ("disturbances.2", 0)])
+    def test_windows_after_the_end(self, key, stop):
+        (one,) = warned(f"{key}.start=201", f"{key}.stop=210")
+        assert one == f"{key}.start = 201 s comes after the end of the run at 200 s: it never acts"
+
+    def test_no_windows_of_a_run_cut_short_on_purpose(self, tmp_path):
+        assert warned("run.horizon=20") == []
+        (tmp_path / "mine.toml").write_text('extends = "paper"\nrun.horizon = 20.0\n', encoding="utf-8")
+        assert read(tmp_path / "mine.toml").warnings == ()
+
+    @pytest.mark.parametrize(
+        ("robots", "words"), [("[]", "names no robot"), ('["leader", "leader"]', "names leader twice")]
+    )
+    def test_lists_of_robots(self, robots, words):
+        (one,) = warned(f"disturbances.0.robots={robots}")
+        assert words in one
+
+    def test_sinusoids_too_fast_for_the_integration(self):
+        (one,) = warned("disturbances.0.angular_frequency=2600")
+        assert "beyond π/h = 2513 rad/s" in one
+        assert warned("disturbances.0.angular_frequency=2500") == []
+
+    def test_bodies_that_start_in_one_another(self):
+        (one,) = warned("robots.follower2.x_0=-3.5", "robots.follower2.y_0=2.0")
+        assert one == "robots.follower2 starts inside robots.follower1: they are 1 m apart, their radii make 1.12 m"
+        (one,) = warned("robots.leader.x_0=0.0", "robots.leader.y_0=14.5")
+        assert one.startswith("the body of robots.leader starts inside obstacles.0: they are 1 m apart")
+
+    def test_a_frequency_without_effect_is_refused(self):
+        (one,) = mistakes("disturbances.1.angular_frequency=2.0")
+        assert one == "disturbances.1: angular_frequency has no effect on a constant disturbance; leave it out"
+
+    @pytest.mark.parametrize(("bearing", "bound"), [("7", "<= 2π rad, got 7"), ("-7", ">= -2π rad, got -7")])
+    def test_a_bearing_beyond_a_full_turn_is_told_the_turn(self, bearing, bound):
+        (one,) = mistakes(f"robots.follower1.formation.bearing={bearing}")
+        assert one == f"robots.follower1.formation.bearing must be {bound}"
