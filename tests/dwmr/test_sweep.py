@@ -1,5 +1,8 @@
 import dataclasses
 import json
+import os
+import signal
+import time
 
 import numpy as np
 import pytest
@@ -47,6 +50,27 @@ def mistakes(tmp_path, text, overrides=()):
     with pytest.raises(DiagnosticError) as caught:
         made(tmp_path, text, overrides)
     return caught.value.diagnostics
+
+
+class TestIdle:
+    @pytest.mark.parametrize(
+        ("old", "new", "words"),
+        [
+            ('"aifqsmc"]', '"fcafsmc"]', "no run reads rule file ais_reaction"),
+            ('"rules.ais_reaction.k_s"', '"robot.controllers.fcafsmc.p_v"', "no run reads gains of fcafsmc"),
+            ('"robots.*.mass"', '"robots.*.controllers.fcafsmc.p_v"', "random.robots.*.controllers.fcafsmc.p_v varies"),
+        ],
+    )  # fmt: skip
+    def test_what_varies_without_effect_is_said(self, tmp_path, old, new, words):
+        (one,) = made(tmp_path, SPEC.replace(old, new).replace("[100, 140]", "[0.1, 0.2]")).warnings
+        assert words in one.message
+        assert one.severity == "warning"
+        assert one.span is not None
+
+    def test_what_some_law_reads_is_no_matter(self, tmp_path):
+        assert made(tmp_path).warnings == ()
+        text = SPEC.replace('"rules.ais_reaction.k_s"', '"robot.controllers.aifqsmc.p_v"')
+        assert made(tmp_path, text.replace('["smc", "aifqsmc"]', '["aifqsmc_without_layer"]')).warnings == ()
 
 
 class TestSpec:
@@ -377,3 +401,13 @@ class TestAbout:
         assert len(whole["versions"]["sources"]) == 64
         assert 'name = "paper"' in whole["scenario"]["text"][0]["text"]
         assert json.loads(json.dumps(whole)) == whole
+
+
+def test_a_sweep_that_is_terminated_while_it_checks_says_so(dwmr, tmp_path, monkeypatch):
+    def terminated(*arguments):
+        os.kill(os.getpid(), signal.SIGTERM)
+        time.sleep(10.0)
+
+    (tmp_path / "spec.toml").write_text(SPEC, encoding="utf-8")
+    monkeypatch.setattr(plan, "make", terminated)
+    assert dwmr("sweep", tmp_path / "spec.toml") == (1, "", "interrupted\n")

@@ -70,7 +70,10 @@ def _plan(spec: Path, rules_folder: Path | None, overrides: Sequence[str]) -> tu
             made = plan.make(file, rules_folder, overrides, report)
     except OverrideError as error:
         raise click.UsageError(str(error)) from error
-    warn(made.scenario.warnings)
+    except KeyboardInterrupt:
+        click.echo("interrupted", err=True)
+        sys.exit(1)
+    warn((*made.scenario.warnings, *made.warnings))
     return file, made
 
 

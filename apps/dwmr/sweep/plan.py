@@ -60,12 +60,14 @@ class Plan:
         scenario: The scenario before anything varies.
         rules_folder: Whose rule files replace those of the same name.
         used: Checksums of the rule files that the runs read, by role and name.
+        warnings: What varies without effect.
     """
 
     runs: list[Run]
     scenario: ScenarioFile
     rules_folder: Path | None
     used: dict[str, str] = field(default_factory=dict)
+    warnings: tuple[Diagnostic, ...] = ()
 
 
 def folders(rules_folder: Path | None, file: ScenarioFile) -> tuple[Path, ...]:
@@ -103,7 +105,32 @@ def make(
     drafts = _drafts(file, base, path, laws, variables, fixed, seeded)
     plan = Plan([], base, rules_folder)
     _check(file, plan, drafts, laws, rules_folder, report)
+    plan.warnings = tuple(_idle(file, plan, laws))
     return plan
+
+
+def _idle(file: SpecFile, plan: Plan, laws: Sequence[str]) -> Iterator[Diagnostic]:
+    """Warn of what varies although no law of the sweep reads it: gains of other laws, params of unused rule files."""
+    tables = {
+        controllers.table(robot.controllers, law)[0] for law in laws for robot in plan.scenario.scenario.robots.values()
+    }
+    roles = {name.partition("/")[0] for name in plan.used}
+    for table in ("grid", "random"):
+        for key in getattr(file.spec, table):
+            parts = split_key(key)
+            at = parts.index("controllers") + 1 if "controllers" in parts[1:3] else 0
+            if at and at < len(parts) and parts[at] not in (*tables, "*"):
+                what = f"gains of {parts[at]}"
+            elif parts[0] == "rules" and len(parts) > 1 and parts[1] not in (*roles, "*"):
+                what = f"rule file {parts[1]}"
+            elif key == "run.controller":
+                what = "run.controller"
+            else:
+                continue
+            message = f"{table}.{key} varies in vain: no run reads {what}"
+            facts = (f"the control laws of the sweep are {', '.join(laws)}",)
+            found = file.diagnostic("FZ904", (table, key), message, facts=facts)
+            yield dataclasses.replace(found, severity="warning")
 
 
 def count(file: SpecFile) -> int:
