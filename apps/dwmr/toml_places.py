@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from collections.abc import Mapping
 
 Path = tuple[str, ...]
 
-_KEY = r'(?:[A-Za-z0-9_-]+|"[^"\n]*"|\'[^\'\n]*\')'
+_KEY = r'(?:[A-Za-z0-9_-]+|"(?:[^"\\\n]|\\.)*"|\'[^\'\n]*\')'
 _DOTTED = rf"{_KEY}(?:\s*\.\s*{_KEY})*"
 _HEADER = re.compile(rf"^\s*(\[\[?)\s*({_DOTTED})\s*\]\]?")
 _PAIR = re.compile(rf"^\s*({_DOTTED})\s*=")
@@ -41,7 +42,12 @@ def key_places(text: str) -> Mapping[Path, tuple[int, int]]:
 
 
 def _parts(dotted: str) -> Path:
-    return tuple(p.strip("\"'") for p in re.findall(_KEY, dotted))
+    return tuple(_unquoted(p) for p in re.findall(_KEY, dotted))
+
+
+def _unquoted(key: str) -> str:
+    """Return a part of a key without its quotes and escapes."""
+    return str(tomllib.loads(f"key = {key}")["key"]) if key[0] in "\"'" else key
 
 
 def _resolve(path: Path, counts: Mapping[Path, int]) -> Path:

@@ -23,6 +23,10 @@ def line(path):
 
 
 class TestKeyPlaces:
+    def test_reads_keys_in_quotes_as_toml_does(self):
+        text = '"esc\\u0061pe".x = 1\n[\'li\\teral\'."a\\"b=".c]\n"\'" = 2\n'
+        assert list(key_places(text)) == [("escape", "x"), ("li\\teral", 'a"b=', "c"), ("li\\teral", 'a"b=', "c", "'")]
+
     def test_finds_keys_of_the_top_and_of_tables(self):
         assert line(("name",)) == 1
         assert line(("run", "dt")) == 3
