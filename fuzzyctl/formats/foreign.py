@@ -6,11 +6,10 @@ import dataclasses
 from typing import Final
 
 from fuzzyctl.errors import Diagnostic
-from fuzzyctl.expr import ZERO, names_in
+from fuzzyctl.formats.held import counts
 from fuzzyctl.formats.registry import Format
 from fuzzyctl.model.checks import check_model, in_order
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Input
 from fuzzyctl.source import SourceText
 
 #: Errors of rule files that are warnings in files of other tools, where the system still has a meaning.
@@ -48,18 +47,7 @@ def _is_meant(diagnostic: Diagnostic, system: FuzzySystem) -> bool:
     if diagnostic.code not in ("FZ211", "FZ309"):
         return diagnostic.code in _MEANT
     variable = next((v for v in system.inputs if v.span == diagnostic.span), None)
-    return variable is not None and (not variable.terms if diagnostic.code == "FZ309" else _counts(variable, system))
-
-
-def _counts(variable: Input, system: FuzzySystem) -> bool:
-    """Whether a consequent that is a function of the inputs names one."""
-    place = system.inputs.index(variable)
-    for membership in (t.membership for o in system.outputs for t in o.terms):
-        if membership.kind == "linear" and membership.arguments[place] != ZERO:
-            return True
-        if membership.kind == "function" and variable.name in {n.name for n in names_in(membership.arguments[0])}:
-            return True
-    return False
+    return variable is not None and (not variable.terms if diagnostic.code == "FZ309" else counts(variable, system))
 
 
 def _softened(diagnostic: Diagnostic, source: SourceText) -> Diagnostic:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from typing import Final
 
 from fuzzyctl.errors import Diagnostic, DiagnosticError
-from fuzzyctl.expr import Expr, Number
+from fuzzyctl.expr import Expr, Number, names_in
 from fuzzyctl.formats.findings import Names
 from fuzzyctl.formats.fz import defuzzifier_text
+from fuzzyctl.formats.held import ENDLESS
 from fuzzyctl.formats.losses import Loss
+from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.model.method import MAXIMA, Defuzzifier
 from fuzzyctl.model.rule import literals
 from fuzzyctl.model.semantics import KNOBS, Semantics
@@ -18,6 +21,9 @@ from fuzzyctl.model.variable import Membership, Output, Term
 
 #: Norms that ask whether a degree equals 0 or 1, or a sum of two 1.
 _ASK_EQUALITY: Final = ("drastic", "nilpotent", "hamacher")
+
+#: Weights and heights below which a tool that leaves out activations of 1e-6 leaves out much of a term.
+_SMALL: Final = 1e-3
 
 
 def cannot(system: FuzzySystem, format: str, reasons: Sequence[str]) -> DiagnosticError:
@@ -49,7 +55,7 @@ def other_numerics(
     """
     own = system.method.semantics
     for knob in KNOBS:
-        if getattr(own, knob) != getattr(there, knob) and _matters(system, knob):
+        if getattr(own, knob) != getattr(there, knob) and _matters(system, knob, there):
             why = f"{there.text(knob)} under '{there.profile}'"
             yield Loss(f"system '{system.name}'", f"{knob} {own.text(knob)}", why)
     for output in system.outputs:
@@ -64,8 +70,8 @@ def _text(defuzzifier: Defuzzifier) -> str:
     return f"{defuzzifier_text(defuzzifier)} without samples" if exact else defuzzifier_text(defuzzifier)
 
 
-def _matters(system: FuzzySystem, knob: str) -> bool:
-    """Whether a system would compute other numbers with another value of a knob."""
+def _matters(system: FuzzySystem, knob: str, there: Semantics) -> bool:
+    """Whether a system would compute other numbers with the value of a knob that it has there."""
     methods = [defuzzifier_of(system, o) for o in system.outputs]
     norms = {system.method.conjunction, system.method.disjunction, system.method.implication, system.method.aggregation}
     norms |= {n for o in system.outputs for n in (o.implication, o.aggregation) if n is not None}
@@ -79,23 +85,69 @@ def _matters(system: FuzzySystem, knob: str) -> bool:
         # Where rules stand by themselves a file says so: it adds them up.
         "merge": system.method.semantics.merge != "rules" and _merges(system) and _shared_terms(system),
         "total": any(m.averages for m in methods) and (weighted or len(system.outputs) > 1),
-        "least": False,  # a difference of 1e-6 of an activation at most
+        "least": bool(consequent_hedges) or _least_decides(system, there),
         "equal": any(n.startswith(_ASK_EQUALITY) for n in norms),
         "chained": any(i.variable in outputs for r in system.rules for i in literals(r.antecedent)),
         "consequent_hedges": bool(consequent_hedges),
         "extremely": "extremely" in hedges | consequent_hedges,
         "sigmoid_difference": "sigmoid_difference" in kinds,
-        "places": any("tsukamoto" in m.kind for m in methods),
+        "places": any(_places_leave(system, o) for o in system.outputs),
         "none_active": any(m.kind in MAXIMA for m in methods),
-        "fallback": "function" in kinds or any("tsukamoto" in m.kind for m in methods),
+        "fallback": _has_functions(system) or any("tsukamoto" in m.kind for m in methods),
     }
     return relevant[knob]
+
+
+def _least_decides(system: FuzzySystem, there: Semantics) -> bool:
+    """Whether activations that one of two tools leaves out may be all there are at more than a sliver of a range.
+
+    Beside larger ones they do not matter. Straight sides, and smooth ones that end, leave them only within about the
+    root of the bound of where they end; tails of curved terms, functions and small weights leave them anywhere.
+    """
+    if max(system.method.semantics.least or 0.0, there.least or 0.0) == 0.0:
+        return False
+    if any(value(system, r.weight) < _SMALL for r in system.rules):
+        return True
+    used = {(i.variable, i.term) for r in system.rules for i in literals(r.antecedent)}
+    terms = [t.membership for v in system.inputs for t in v.terms if (v.name, t.name) in used]
+    small = any(value(system, m.height) < _SMALL for m in terms)
+    return small or any(m.kind in ENDLESS or (m.kind == "function" and names_in(m.arguments[0])) for m in terms)
+
+
+def _places_leave(system: FuzzySystem, output: Output) -> bool:
+    """Whether places that Tsukamoto's method finds may lie outside the range of an output."""
+    kind = defuzzifier_of(system, output).kind
+    if "tsukamoto" not in kind:
+        return False
+    low, high = value(system, output.lower), value(system, output.upper)
+    if kind.startswith("inverse"):
+        return not (low <= 0.0 and high >= 1.0)
+    # Beyond its height a term has a degree nowhere, and rules of one term may add up to more than 1.
+    if _shared_terms(system) or any(value(system, t.membership.height) != 1 for t in output.terms):
+        return True
+    return not all(low <= end <= high for t in output.terms for end in _ends(system, t.membership))
+
+
+def _ends(system: FuzzySystem, membership: Membership) -> tuple[float, float]:
+    """Return where a monotone term has the degrees 0 and 1; infinite for what is none and for endless tails."""
+    if membership.kind in ENDLESS or membership.kind not in MEMBERSHIP:
+        return -math.inf, math.inf
+    p = tuple(value(system, a) for a in membership.arguments)
+    ends = [MEMBERSHIP[membership.kind].inverse(Number(w), p) for w in (0.0, 1.0)]
+    bends = [x for x in p if math.isfinite(x)]
+    return (min(bends), max(bends)) if None not in ends else (-math.inf, math.inf)
 
 
 def _merges(system: FuzzySystem) -> bool:
     """Whether an output that sums over rules joins those of one term otherwise than by adding them."""
     usual = system.method.aggregation
     return any(defuzzifier_of(system, o).over_rules and (o.aggregation or usual) != "sum" for o in system.outputs)
+
+
+def _has_functions(system: FuzzySystem) -> bool:
+    """Whether a term is a function that may have no value somewhere."""
+    terms = [t.membership for v in (*system.inputs, *system.outputs) for t in v.terms]
+    return any(m.kind == "function" and names_in(m.arguments[0]) for m in terms)
 
 
 def _shared_terms(system: FuzzySystem) -> bool:

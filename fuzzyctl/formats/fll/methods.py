@@ -22,6 +22,10 @@ _TYPES: Final = ("Automatic", "TakagiSugeno", "Tsukamoto")
 _COMPARISONS: Final = ("<", "<=", "==", "!=", ">=", ">")
 
 
+#: Largest number of samples, and of rules that act.
+_MOST: Final = 10**6
+
+
 def is_none(line: Line | None) -> bool:
     """Whether a method is not given, or said to be none."""
     return line is None or line.value.text.lower() in ("", "none")
@@ -89,8 +93,8 @@ def _count(span: Span, findings: Findings) -> int | None:
     value = number(span, findings)
     if value is None:
         return None
-    if not (0 < value.value <= 10**6 and value.value == int(value.value)):
-        findings.error("FZ601", f"a whole number above 0 is due, got '{span.text[:40]}'", span)
+    if not (0 < value.value <= _MOST and value.value == int(value.value)):
+        findings.error("FZ601", f"a whole number from 1 to {_MOST} is due, got '{span.text[:40]}'", span)
         return None
     return int(value.value)
 

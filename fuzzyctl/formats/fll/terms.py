@@ -140,6 +140,8 @@ class TermReader:
                 self._too_few(kind, given, "value", line)
                 return None
             self._surplus(kind, given, 1)
+            if self.place.is_input:  # its degree is its value, whatever the input is
+                return Membership(kind="function", arguments=given[:1], span=line.value)
             return Membership(kind="constant", arguments=given[:1], span=line.value)
         due = len(self.place.inputs)
         if len(given) == due:

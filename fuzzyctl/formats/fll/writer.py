@@ -64,7 +64,25 @@ class _Writer:
         self.losses = losses
         self.reasons: list[str] = []
         own = system.method.semantics.profile
-        self.profile: Profile = profile(own if "fuzzylite" in own else "fuzzylite")
+        self.profile: Profile = profile(own) if "fuzzylite" in own else self._nearest()
+
+    def _nearest(self) -> Profile:
+        """Return the tool under which fewer numbers change; the file says so where it is pyfuzzylite."""
+
+        def lost(tool: Profile) -> int:
+            return sum(not x.exact for x in numerics.other_numerics(self.system, tool.semantics, self._kept))
+
+        tools = [profile(name) for name in ("fuzzylite", "pyfuzzylite")]
+        found = min(tools, key=lost)
+        if found.name != "fuzzylite":
+            why = "the file is for pyfuzzylite, and says so; fuzzylite itself computes other numbers"
+            changed = set(numerics.other_numerics(self.system, tools[0].semantics, self._kept))
+            for loss in changed - set(numerics.other_numerics(self.system, found.semantics, self._kept)):
+                self._lose(loss.where, loss.what, why, exact=True)
+        return found
+
+    def _kept(self, output: Output) -> Defuzzifier:
+        return numerics.defuzzifier_of(self.system, output)
 
     def write(self) -> tuple[str, list[Loss]]:
         """Return the text and the losses."""
@@ -150,6 +168,9 @@ class _Writer:
             return f"Function {text}"
         parameters = [numerics.value(self.system, a) for a in membership.arguments]
         height = numerics.value(self.system, membership.height)
+        if not isinstance(variable, Output) and membership.kind in ("singleton", "constant"):
+            # A Constant has its value as its degree everywhere; a triangle without sides is 1 at one place.
+            return written("triangle", parameters * 3, height) or ""
         if isinstance(variable, Output) and self._is_averaged(variable, term):
             low, high = MEMBERSHIP[membership.kind].core(tuple(parameters))
             if membership.kind != "singleton":

@@ -427,3 +427,21 @@ def test_a_kept_output_keeps_its_default_until_a_rule_fires(tmp_path):
     text = text.replace("if a is high", "if b is high").replace("lock-previous: false", "lock-previous: true")
     path.write_text(text.replace("default: nan", "default: 0.75"), encoding="utf-8")
     assert load(path)(a=0.5, b=0.0) == 0.75
+
+
+def test_a_constant_of_an_input_is_its_degree_everywhere():
+    text = SMALL.replace("defuzzifier: Centroid 100", "defuzzifier: WeightedAverage").replace(
+        "  term: high Ramp 0.0 1.0\nInputVariable: b", "  term: high Constant 0.5\nInputVariable: b"
+    )
+    found = system(text.replace("term: low Ramp 1.0 0.0\n  term: high Ramp 0.0 1.0\nRule", OF_NUMBERS + "Rule"))
+    # (0.25 * 1 + 0.5 * 0) / (0.25 + 0.5)
+    assert found(a=0.75, b=0.0) == pytest.approx(1 / 3)
+
+
+OF_NUMBERS = "term: low Constant 1.0\n  term: high Constant 0.0\n"
+
+
+def test_the_largest_number_of_samples_is_told():
+    _, diagnostics = read(SourceText("t.fll", SMALL.replace("Centroid 100", "Centroid 1000000000")))
+    (found,) = diagnostics
+    assert found.message == "a whole number from 1 to 1000000 is due, got '1000000000'"
