@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from dwmr.metrics import TABLE_12
+from dwmr.scenario_file import find
 
 EXPLANATION = Path(__file__).resolve().parents[2] / "docs" / "explanation"
 PAGE = " ".join((EXPLANATION / "the-paper.md").read_text(encoding="utf-8").split())
@@ -93,6 +94,26 @@ def test_where_the_gains_end(measured):
     for robot in ("follower1", "follower2"):
         for name in ("k_h_v", "k_h_omega"):
             assert floor <= drift[robot][name]["final"] <= most
+
+
+def test_how_the_gains_grow_at_the_end(measured):
+    leader, most, follower = said(
+        "the leader's angular gain grows by ...: it jumps from its floor after the third obstacle and falls again from "
+        "there. The five others change by less than ..., follower2's angular gain by +..."
+    )
+    growth = {(r, n): g[n]["growth"] for r, g in measured("aifqsmc")["drift"].items() for n in ("k_h_v", "k_h_omega")}
+    assert growth.pop(("leader", "k_h_omega")) == pytest.approx(leader, abs=5e-5)
+    assert growth[("follower2", "k_h_omega")] == pytest.approx(follower, abs=5e-5)
+    assert len(growth) == 5
+    assert max(map(abs, growth.values())) < most
+
+
+def test_what_the_scenario_says_of_gains_read_as_forces(measured):
+    text = find("paper").read_text(encoding="utf-8")
+    (found,) = re.findall(r"followers' errors grow ([0-9.]+) to ([0-9.]+)-fold", text)
+    usual, forces = (measured("aifqsmc", *o)["rmse"] for o in ((), ("robot.inner_loop.torque_reading=force",)))
+    grown = [forces[r][n] / usual[r][n] for r in ("follower1", "follower2") for n in NAMES]
+    assert (min(grown), max(grown)) == pytest.approx(tuple(map(float, found)), abs=0.05)
 
 
 def test_gains_of_the_velocity_loop_read_as_forces(measured):
