@@ -14,6 +14,9 @@ WeightedType = Literal["Automatic", "TakagiSugeno", "Tsukamoto"]
 #: Consequents that are functions of the inputs.
 _FUNCTIONS: Final = ("constant", "linear", "function")
 
+#: Terms that may be monotone, but never are to fuzzylite.
+_INVERTED_HERE_ONLY: Final = ("piecewise", "gaussian2")
+
 #: The defuzzifiers here for an average and for a sum, by what is taken of each rule.
 KINDS: Final[dict[str, tuple[str, str]]] = {
     "function": ("weighted_average", "weighted_sum"),
@@ -34,5 +37,7 @@ def _taken(membership: Membership, given: WeightedType) -> str:
         return "degree"
     if given == "Tsukamoto":
         return "inverse"
+    if membership.kind in _INVERTED_HERE_ONLY:
+        return "degree"
     parameters = tuple(a.value for a in membership.arguments if isinstance(a, Number))
     return "inverse" if is_monotone(membership.kind, parameters) else "degree"

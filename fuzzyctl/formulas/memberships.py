@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Final, Literal
 
 from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, Expr, Number, Where
 
@@ -38,7 +38,7 @@ class MembershipFormula:
             the outer corners the degree stays as there. A corner given twice is a jump; the larger degree holds there.
         inverse: Where a monotone function has the degree w, an expression of w; None for parameters of a function that
             is not monotone. Where the function jumps it is the place of the jump, at a shoulder its finite end.
-        infinite: Which parameters may be infinite (feet only, rulings of the language).
+        infinite: Which parameters may be infinite: feet, and the means of one-sided Gaussians.
         variadic: Whether the group of parameters may be repeated.
         pieces: Points besides the corners of the core where the formula changes or bends.
         fuzzy: Whether it is a fuzzy set with an area.
@@ -145,13 +145,14 @@ def _piecewise_degree(x: Expr, p: Parameters) -> Expr:
     return _search(x, places, stretches)
 
 
-def _search(x: Expr, places: Sequence[float], stretches: Sequence[Expr]) -> Expr:
+def _search(x: Expr, places: Sequence[float], stretches: Sequence[Expr], before_it: Literal["<", "<="] = "<") -> Expr:
     """Choose the stretch before, between or after some places."""
     if not places:
         return stretches[0]
     half = len(places) // 2
-    before = _search(x, places[:half], stretches[: half + 1])
-    return Where(Compare("<", x, Number(places[half])), before, _search(x, places[half + 1 :], stretches[half + 1 :]))
+    before = _search(x, places[:half], stretches[: half + 1], before_it)
+    after = _search(x, places[half + 1 :], stretches[half + 1 :], before_it)
+    return Where(Compare(before_it, x, Number(places[half])), before, after)
 
 
 def _corners(p: Parameters) -> tuple[Vertex, ...]:
@@ -163,6 +164,37 @@ def _piecewise_core(p: Parameters) -> tuple[float, float]:
     top = max(y for _, y in corners)
     places = [x for x, y in corners if y == top]
     return min(places), max(places)
+
+
+def _piecewise_inverse(w: Expr, p: Parameters) -> Expr | None:
+    """Search the stretch of w by halves; a degree that is never reached lies at the nearest end, one of a flat stretch
+    at the end of it that lower degrees are next to."""
+    corners = _corners(p)
+    degrees = [y for _, y in corners]
+    if degrees[0] == degrees[-1]:
+        return None
+    if degrees[0] > degrees[-1]:
+        corners, degrees = corners[::-1], degrees[::-1]
+    if degrees != sorted(degrees):
+        return None
+    levels = sorted(set(degrees))
+    entries = [next(x for x, y in corners if y == level) for level in levels]
+    exits = [next(x for x, y in reversed(corners) if y == level) for level in levels]
+    stretches: list[Expr] = [Number(exits[0])]
+    for i in range(len(levels) - 1):
+        stretches.append(_between(w, (levels[i], exits[i]), (levels[i + 1], entries[i + 1])))
+    stretches.append(Number(entries[-1]))
+    return _search(w, levels, stretches, "<=")
+
+
+def _between(w: Expr, before: Vertex, after: Vertex) -> Expr:
+    """Return the place on a straight side, by rounding never beyond its upper end."""
+    (low, start), (high, end) = before, after
+    if start == end:
+        return Number(end)
+    run = Binary("/", Binary("-", w, Number(low)), Number(high - low))
+    place = Binary("+", Number(start), Binary("*", Number(end - start), run))
+    return Call("min" if start < end else "max", (Number(end), place))
 
 
 def _piecewise_mistake(p: Parameters) -> str | None:
@@ -204,12 +236,38 @@ def _gaussian_degree(x: Expr, p: Parameters) -> Expr:
 def _gaussian2_degree(x: Expr, p: Parameters) -> Expr:
     left = Where(Compare("<", x, Number(p[0])), _gaussian_degree(x, p[:2]), ONE)
     right = Where(Compare(">", x, Number(p[2])), _gaussian_degree(x, p[2:]), ONE)
-    return Binary("*", left, right)
+    if math.isinf(p[0]):
+        return right
+    return left if math.isinf(p[2]) else Binary("*", left, right)
+
+
+def _gaussian2_inverse(w: Expr, p: Parameters) -> Expr | None:
+    """Invert the one side that is left where the other mean is infinite; the degree 0 lies infinitely far away."""
+    mean_left, sigma_left, mean_right, sigma_right = p
+    if math.isinf(mean_left) == math.isinf(mean_right):
+        return None
+    odds = Where(Compare(">", w, ZERO), Binary("/", ONE, w), Number(math.inf))
+    away = Call("sqrt", (Binary("*", Number(2.0), Call("max", (ZERO, Call("log", (odds,))))),))
+    if math.isinf(mean_right):
+        return Binary("-", Number(mean_left), Binary("*", Number(sigma_left), away))
+    return Binary("+", Number(mean_right), Binary("*", Number(sigma_right), away))
+
+
+def _gaussian2_mistake(p: Parameters) -> str | None:
+    if p[0] == math.inf or p[2] == -math.inf:
+        return "an infinite mean_left is -inf, an infinite mean_right inf"
+    if math.isinf(p[0]) and math.isinf(p[2]):
+        return "mean_left and mean_right are both infinite"
+    return _positive(sigma_left=1, sigma_right=3)(p)
 
 
 def _gaussian2_core(p: Parameters) -> tuple[float, float]:
     """Return the stretch between the means; where they cross, the place where the product is largest."""
     mean_left, sigma_left, mean_right, sigma_right = p
+    if math.isinf(mean_left):
+        return mean_right, mean_right
+    if math.isinf(mean_right):
+        return mean_left, mean_left
     if mean_left <= mean_right:
         return mean_left, mean_right
     ratio = (sigma_right / sigma_left) ** 2
@@ -493,6 +551,7 @@ MEMBERSHIP: Final[dict[str, MembershipFormula]] = {
             mistake=_piecewise_mistake,
             core=_piecewise_core,
             vertices=_corners,
+            inverse=_piecewise_inverse,
             variadic=True,
             pieces=lambda p: p[::2],
         ),
@@ -508,10 +567,13 @@ MEMBERSHIP: Final[dict[str, MembershipFormula]] = {
         MembershipFormula(
             name="gaussian2",
             parameters=("mean_left", "sigma_left", "mean_right", "sigma_right"),
-            summary="a Gaussian left of mean_left times a Gaussian right of mean_right; 1 between them",
+            summary="a Gaussian left of mean_left times a Gaussian right of mean_right; 1 between them; an infinite "
+            "mean makes a shoulder",
             degree=_gaussian2_degree,
-            mistake=_positive(sigma_left=1, sigma_right=3),
+            mistake=_gaussian2_mistake,
             core=_gaussian2_core,
+            inverse=_gaussian2_inverse,
+            infinite=frozenset({"mean_left", "mean_right"}),
             pieces=lambda p: (p[0], p[2]),
         ),
         MembershipFormula(

@@ -100,7 +100,7 @@ def _not_monotone(numbers: Numbers, output: Output, method: Defuzzifier) -> Iter
         # One with bad parameters has a diagnostic of its own.
         if kind not in MEMBERSHIP or (term.name in shapes and not is_monotone(kind, shapes[term.name])):
             message = f"term '{term.name}' of '{output.name}' is not monotone, so '{method.kind}' cannot invert it"
-            help_text = "use ramp, sigmoid, s_shape, z_shape, concave, or a triangle with one infinite foot"
+            help_text = "use ramp, sigmoid, s_shape, z_shape, concave, rising or falling points, or one infinite foot"
             yield Diagnostic("FZ214", message, term.membership.span or term.span, help=help_text)
     yield from _without_names(numbers.system, output, method)
 

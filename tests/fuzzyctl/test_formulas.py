@@ -75,6 +75,10 @@ EXAMPLES = [
     ("semi_ellipse", (0, 3)),
     ("singleton", (2,)),
     ("constant", (2,)),
+    ("gaussian2", (1, 0.5, math.inf, 0.7)),
+    ("gaussian2", (-math.inf, 0.5, 1, 0.7)),
+    ("piecewise", (0, 0, 1, 0.3, 2, 1)),
+    ("piecewise", (0, 1, 0.5, 1, 1, 0.8, 3, 0, 4, 0)),
 ]
 MONOTONE = [(kind, p) for kind, p in EXAMPLES if is_monotone(kind, p)]
 SPREAD = np.unique(
@@ -238,6 +242,8 @@ class TestMembership:
             ("trapezoid", (0, 1, 0.5, 2), "left_top = 1 is greater than right_top = 0.5"),
             ("gaussian", (0, 0), "must be > 0"),
             ("gaussian2", (0, 1, 2, -1), "sigma_right = -1 must be > 0"),
+            ("gaussian2", (math.inf, 1, 2, 1), "an infinite mean_left is -inf"),
+            ("gaussian2", (-math.inf, 1, math.inf, 1), "both infinite"),
             ("rectangle", (1, 1), "left = 1 must be less than right = 1"),
             ("rectangle", (-math.inf, math.inf), "both infinite"),
             ("rectangle", (math.inf, 1), "must be less"),
@@ -261,10 +267,14 @@ class TestMembership:
 class TestInverse:
     def test_belongs_to_the_monotone_kinds(self):
         kinds = {"ramp", "sigmoid", "s_shape", "z_shape", "concave", "arc", "triangle", "trapezoid", "pi_shape"}
+        kinds |= {"gaussian2", "piecewise"}
         assert {kind for kind, _ in MONOTONE} == kinds
         assert not is_monotone("triangle", (0, 1, 2))
         assert not is_monotone("trapezoid", (-math.inf, 1, 2, math.inf))
         assert not is_monotone("linear", ())
+        assert not is_monotone("gaussian2", (0, 1, 2, 1))
+        assert not is_monotone("piecewise", (0, 0, 1, 1, 2, 0.5))
+        assert not is_monotone("piecewise", (0, 0.5, 1, 0.5))
 
     @pytest.mark.parametrize(("kind", "p"), MONOTONE)
     def test_monotone_kinds_are_monotone(self, kind, p):
@@ -293,6 +303,23 @@ class TestInverse:
         f = scalar_function(MEMBERSHIP[kind].inverse(Name("w"), p))
         assert f(1.0) == MEMBERSHIP[kind].core(p)[0] or f(1.0) == MEMBERSHIP[kind].core(p)[1]
         assert not math.isnan(f(0.0))
+
+    @pytest.mark.parametrize(
+        ("p", "places"),
+        [
+            # A jump from 0.2 to 0.6 at 1, a flat stretch at 0.6, and degrees below 0.2 and above 0.9 nowhere.
+            ((0, 0.2, 1, 0.2, 1, 0.6, 2, 0.6, 3, 0.9), {0.0: 1, 0.2: 1, 0.4: 1, 0.6: 1, 0.75: 2.5, 0.9: 3, 1.0: 3}),
+            ((0, 0.9, 1, 0.6, 2, 0.6, 2, 0.2, 3, 0.2), {0.0: 2, 0.2: 2, 0.4: 2, 0.6: 2, 0.75: 0.5, 0.9: 0, 1.0: 0}),
+        ],
+    )
+    def test_points_that_jump_or_stay_have_a_place_for_every_degree(self, p, places):
+        inverse = scalar_function(MEMBERSHIP["piecewise"].inverse(Name("w"), p))
+        assert {w: pytest.approx(inverse(w)) for w in places} == places
+
+    @given(w=UNIT)
+    def test_of_points_never_leaves_them(self, w):
+        inverse = scalar_function(MEMBERSHIP["piecewise"].inverse(Name("w"), (0.1, 0, 0.3, 0.7, 0.9, 1)))
+        assert 0.1 <= inverse(w) <= 0.9
 
 
 class TestNorms:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -94,7 +95,9 @@ class VariableReader:
         if name is None:
             return
         lower, upper = low or Number(0.0), high or Number(1.0)
-        terms = self._terms(element, name, (lower.value, upper.value))
+        # Places are clamped to the range, so that a consequent may be flat beyond it; only so it can be inverted.
+        flat_up_to = (-math.inf, math.inf) if tsukamoto else (lower.value, upper.value)
+        terms = self._terms(element, name, flat_up_to)
         unit = element.attributes.get("scale", "").strip()
         unit = "" if unit.lower() == "null" else unit
         kind = element.attributes.get("type", "output" if tsukamoto else "input").strip().lower()

@@ -11,7 +11,7 @@ from fuzzyctl.expr import Name
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.kernels.python_backend import scalar_function
 from fuzzyctl.model.method import Defuzzifier
-from tests.fuzzyctl.kernels.test_exact import build, evaluated
+from tests.fuzzyctl.kernels.test_exact import build, evaluated, parsed
 from tests.properties.test_engine import quick
 
 
@@ -87,18 +87,19 @@ class TestLaws:
 class TestTsukamoto:
     TERMS = ("ramp(0, 4)", "z_shape(-2, 2)", "concave(0, 2)")
 
+    ONE_SIDED = ("gaussian2(1, 0.5, inf, 1)", "gaussian2(-inf, 1, 1, 2)", "piecewise(-1, 1, 0, 0.8, 0, 0.3, 2, 0)")
+
     @pytest.mark.parametrize("places", ["clamped", "free"])
-    def test_the_family_sums_places_or_degrees(self, places):
+    @pytest.mark.parametrize("terms", [TERMS, ONE_SIDED])
+    def test_the_family_sums_places_or_degrees(self, terms, places):
         weights = [0.3, 0.8, 0.1]
         for kind in ("tsukamoto", "tsukamoto_sum", "inverse_tsukamoto", "inverse_tsukamoto_sum"):
-            system = build(self.TERMS, "min", "max", kind)
+            system = build(terms, "min", "max", kind)
             semantics = system.method.semantics.model_copy(update={"places": places})
             system = system.model_copy(update={"method": system.method.model_copy(update={"semantics": semantics})})
             found = evaluated(system, weights, ("python", "numpy", "numba"))
             values = []
-            for (name, parameters), w in zip(
-                (("ramp", (0, 4)), ("z_shape", (-2, 2)), ("concave", (0, 2))), weights, strict=True
-            ):
+            for (name, parameters), w in zip(map(parsed, terms), weights, strict=True):
                 formula = MEMBERSHIP[name]
                 expr = (
                     formula.degree(Name("w"), parameters)

@@ -1,5 +1,6 @@
 """FML as JFML writes it, as drafts had it, and as people break it."""
 
+import math
 import time
 
 import pytest
@@ -7,6 +8,7 @@ import pytest
 from fuzzyctl import loads
 from fuzzyctl.expr import Number
 from fuzzyctl.formats.fml import read
+from fuzzyctl.model.checks import check_model
 from fuzzyctl.model.method import Defuzzifier
 from fuzzyctl.model.rule import And, Is, Not, Or
 from fuzzyctl.source import SourceText
@@ -99,6 +101,33 @@ def test_its_numbers():
 def test_an_output_without_a_default_is_0_where_no_rule_fires_as_the_standard_has_it():
     far = '<triangularShape param1="8" param2="9" param3="10"/>'
     assert sound(document(far))(food=7) == 0.0
+
+
+MONOTONE_POINTS = """<pointSetMonotonicShape interpolationMethod="linear">
+  <point x="0" y="0"/><point x="10" y="0.8"/><point x="20" y="1"/></pointSetMonotonicShape>"""
+
+
+@pytest.mark.parametrize(
+    ("shape", "place"),
+    [
+        # The place whose degree is exp(-1/2), one deviation from the center.
+        ('<rightGaussianShape param1="15" param2="2"/>', 13.0),
+        ('<leftGaussianShape param1="5" param2="2"/>', 7.0),
+        (MONOTONE_POINTS, 10 * math.exp(-0.5) / 0.8),
+    ],
+)
+def test_one_sided_gaussians_and_monotone_points_are_inverted(shape, place):
+    text = f"""<fuzzySystem name="t"><knowledgeBase>
+<fuzzyVariable name="x" domainleft="0" domainright="1" type="input">
+<fuzzyTerm name="on"><triangularShape param1="0" param2="1" param3="1"/></fuzzyTerm></fuzzyVariable>
+<tsukamotoVariable name="y" domainleft="0" domainright="20" type="output" combination="WA">
+<tsukamotoTerm name="a">{shape}</tsukamotoTerm></tsukamotoVariable></knowledgeBase>
+<tsukamotoRuleBase name="r"><rule name="1">
+<antecedent><clause><variable>x</variable><term>on</term></clause></antecedent>
+<consequent><then><clause><variable>y</variable><term>a</term></clause></then></consequent></rule>
+</tsukamotoRuleBase></fuzzySystem>"""
+    assert not [d for d in check_model(sound(text)) if d.severity == "error"]
+    assert sound(text)(x=math.exp(-0.5)) == pytest.approx(place, rel=1e-14)
 
 
 @pytest.mark.parametrize(
