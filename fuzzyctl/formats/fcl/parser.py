@@ -102,6 +102,7 @@ def _function_block(cursor: Cursor) -> FunctionBlock:
             cursor.report(cursor.unexpected("a block", _BLOCKS[:-2]), _BLOCKS)
     if not cursor.accept("END_FUNCTION_BLOCK"):
         cursor.diagnostics.append(cursor.unexpected("END_FUNCTION_BLOCK").diagnostic)
+    cursor.accept(";")
     return FunctionBlock(name.strip(" ;"), tuple(variables), tuple(fuzzy), tuple(rules), cursor.span(first, first))
 
 

@@ -265,7 +265,11 @@ class VariableResolver:
         elif inputs is None:
             self._estimated[f"{word.text} [{ends[0]:.6g}, {ends[1]:.6g}]"] = word
         elif terms:
-            message = f"'{word.text}' has no RANGE; its terms lie in [{ends[0]:.6g}, {ends[1]:.6g}], which is taken"
+            taken = f"[{ends[0]:.6g}, {ends[1]:.6g}]"
+            message = f"'{word.text}' has no RANGE; its terms lie in {taken}, which is taken"
+            if any(t.membership.kind == "function" for t in terms):
+                # Between the points its values may lie beyond, which no few points can tell.
+                message = f"'{word.text}' has no RANGE; {taken} is taken, estimated from a few points of its functions"
             help_text = f"write: RANGE := ({ends[0]:.6g} .. {ends[1]:.6g});"
             self._scope.warning("FZ610", message, word.span, help=help_text)
         return Number(ends[0]), Number(ends[1])

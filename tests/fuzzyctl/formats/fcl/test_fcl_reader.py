@@ -307,6 +307,26 @@ def test_monotone_sets_with_cogs_are_tsukamotos():
     assert system.method.defuzzifier.kind == "tsukamoto"
 
 
+def test_rising_and_falling_points_with_cogs_are_tsukamotos():
+    points = "TERM no := (0, 1) (1, 0.8) (3, 0); TERM yes := (1, 0) (2, 0.5) (3, 1);"
+    system = sound(block(consequents=f"{points} METHOD : COGS; RANGE := (0 .. 3);"))
+    assert system.method.defuzzifier.kind == "tsukamoto"
+    # At x = 1 and y = 10 'no' has 0.9 and 'yes' 0.1, which lie at 0.5 and at 1.2.
+    assert system(x=1, y=10) == pytest.approx(0.9 * 0.5 + 0.1 * 1.2, rel=1e-14)
+
+
+def test_the_range_of_a_function_is_said_to_be_estimated():
+    terms = "TERM no := FUNCTION x * y; TERM yes := (x - 5) * (x - 5);".replace(":= (x", ":= FUNCTION (x")
+    _, diagnostics = read(source(block(consequents=f"{terms} METHOD : COGS;")))
+    message = next(d.message for d in diagnostics if d.code == "FZ610")
+    assert message == "'u' has no RANGE; [0, 100] is taken, estimated from a few points of its functions"
+
+
+@pytest.mark.parametrize("end", ["END_FUNCTION_BLOCK;", "end_function_block ;"])
+def test_a_semicolon_behind_the_end_is_harmless(end):
+    assert sound(block().replace("END_FUNCTION_BLOCK", end)) == sound(block())
+
+
 def test_ranges_are_estimated_as_jfuzzylogic_does_and_that_is_said():
     text = block(
         variables="VAR_INPUT x, y : REAL; END_VAR\nVAR_OUTPUT u : REAL; END_VAR",
