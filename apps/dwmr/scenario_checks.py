@@ -24,9 +24,9 @@ STABLE_STEP = 2.785
 
 
 def cross_checks(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
-    """Check what concerns several keys at once."""
+    """Check what concerns several keys at once; of mistakes of one kind the first ones are given."""
     for check in (_laws, _roles, _obstacles, _starts, _formation, _disturbed, _length, _steps):
-        yield from check(scenario, places)
+        yield from islice(dict.fromkeys(check(scenario, places)), MOST_OF_A_KIND)
 
 
 def _laws(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
@@ -55,7 +55,7 @@ def _obstacles(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
             )
             yield places.diagnostic("FZ904", "avoidance.largest_radius", message)
     circles = [(one.x, one.y, one.radius) for one in scenario.obstacles]
-    for a, b, gap in islice(overlaps(circles), MOST_OF_A_KIND):
+    for a, b, gap in overlaps(circles):
         message = (
             f"obstacles.{b} overlaps obstacles.{a}: their centres are {gap:.4g} m apart, their radii make "
             f"{circles[a][2] + circles[b][2]:.4g} m"

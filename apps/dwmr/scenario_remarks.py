@@ -11,7 +11,7 @@ from dwmr.places import Places
 from dwmr.scenario import Scenario, Window
 from fuzzyctl.errors import Diagnostic
 
-#: Remarks of one kind that are made; more of them say nothing new.
+#: Remarks, or mistakes, of one kind that are given; more of them say nothing new.
 MOST_OF_A_KIND = 10
 
 

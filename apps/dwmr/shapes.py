@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
+from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +22,8 @@ SLOWEST = 1e-3
 CUSP = 0.02
 #: Places nearer to each other than this are the same [m].
 SAME = 1e-6
+#: Places given twice that are reported; a list with more of them is another list.
+MOST_TWICE = 10
 
 Settings = Eight | Circle | Line | Waypoints | CsvPath
 
@@ -100,7 +103,7 @@ def _waypoints(settings: Waypoints, places: Places) -> Shape:
         message = "reference.points: a closed path needs at least 3 places"
         raise DiagnosticError([places.diagnostic("FZ904", "reference.points", message)])
     gaps = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    if mistakes := list(_twice(gaps, len(settings.points), places)):
+    if mistakes := list(islice(_twice(gaps, len(settings.points), places), MOST_TWICE)):
         raise DiagnosticError(mistakes)
     u = np.concatenate([[0.0], np.cumsum(gaps)])
     coefficients = splines.cubic(u, points, closed)

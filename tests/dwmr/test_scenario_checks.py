@@ -144,6 +144,16 @@ class TestLongLists:
         many = ",".join(["{x=0,y=99,radius=0.1}"] * 1000)
         assert len(mistakes(f"obstacles=[{many}]")) == 10
 
+    @pytest.mark.parametrize(
+        "value",
+        [
+            'disturbances.0.robots=["' + '","'.join(f"nobody{k}" for k in range(1000)) + '"]',
+            'reference={kind="waypoints",speed=1,points=[' + ",".join(["[1,1]"] * 1000) + "]}",
+        ],
+    )
+    def test_of_names_and_places_are_said_a_few_times(self, value):
+        assert len(mistakes(value)) == 10
+
     def test_each_overlaps_once(self):
         found = mistakes("obstacles=[{x=0,y=9,radius=1},{x=0,y=9,radius=1},{x=0,y=9,radius=1}]")
         assert [one.split(":")[0] for one in found] == [
