@@ -77,7 +77,7 @@ def with_shoulders(system: FuzzySystem, *, points: bool) -> FuzzySystem:
 
     Args:
         system: The system.
-        points: Whether the format has lists of points, for functions that are neither 0 nor 1 at an end.
+        points: Whether the format has lists of points, for functions that are neither 0 nor 1 at an end, and heights.
     """
     inputs = tuple(i if i.extrapolate else _with_shoulders(system, i, points) for i in system.inputs)
     return system.model_copy(update={"inputs": inputs})
@@ -105,7 +105,7 @@ def _cut(system: FuzzySystem, own: Membership, lower: float, upper: float, point
     inner = [(float(x), float(y)) for x, y in corners if lower < x < upper]
     found = [ends[0], *inner, ends[1]]
     kind, parameters = simplest(found) or ("piecewise", tuple(n for point in found for n in point))
-    if kind == "piecewise" and not points:
+    if not points and (kind == "piecewise" or system.number(own.height) != 1):
         return None
     return Membership(kind=kind, arguments=tuple(map(Number, parameters)), height=own.height, span=own.span)
 

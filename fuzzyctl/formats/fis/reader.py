@@ -54,7 +54,7 @@ def _read(source: SourceText, findings: Findings) -> FuzzySystem | None:
     raw = raw_rules(file.of("rules"), findings)
     dialect = dialect_of(file, any(r.has_hedges for r in raw))
     settings = _settings(file, findings)
-    inputs, outputs = _variables(file, findings)
+    inputs, outputs = _variables(file, dialect, findings)
     _check_counts(file, len(inputs), len(outputs), findings)
     rules = RuleReader(inputs, outputs, dialect, settings.kind == "sugeno", findings)
     blocks = tuple(rule for r in raw if (rule := rules.read(r)) is not None)
@@ -79,9 +79,9 @@ def _settings(file: Sections, findings: Findings) -> Settings:
     return read_settings(file, found[0], findings)
 
 
-def _variables(file: Sections, findings: Findings) -> tuple[list[Variable], list[Variable]]:
+def _variables(file: Sections, dialect: Dialect, findings: Findings) -> tuple[list[Variable], list[Variable]]:
     found: dict[str, list[Variable]] = {}
-    reader = VariableReader(len(file.of("input")), findings)
+    reader = VariableReader(len(file.of("input")), findings, dialect)
     for kind in ("input", "output"):
         sections = file.of(kind)
         if not sections:

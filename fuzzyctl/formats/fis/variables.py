@@ -13,7 +13,7 @@ from fuzzyctl.formats.findings import Findings, Names, meant
 from fuzzyctl.formats.fis import values
 from fuzzyctl.formats.fis.sections import Entry, Section
 from fuzzyctl.formats.fis.values import RawTerm, Text
-from fuzzyctl.formats.fis.words import MEMBERSHIP_WORDS, MembershipWord
+from fuzzyctl.formats.fis.words import MEMBERSHIP_WORDS, Dialect, MembershipWord
 from fuzzyctl.formats.fll.functions import FormulaError, read_formula
 from fuzzyctl.model.variable import Membership, Term
 from fuzzyctl.source import Span
@@ -54,10 +54,12 @@ class VariableReader:
     Args:
         inputs: Number of inputs, for linear consequents.
         findings: Where mistakes go.
+        dialect: Who wrote the file.
     """
 
-    def __init__(self, inputs: int, findings: Findings) -> None:
+    def __init__(self, inputs: int, findings: Findings, dialect: Dialect) -> None:
         self.inputs = inputs
+        self.dialect = dialect
         self.findings = findings
         self.names = Names()
         self.input_names: list[str] = []
@@ -179,6 +181,9 @@ class VariableReader:
         given = self._counted(raw, word)
         if given is None:
             return None
+        if function == "constant" and self.dialect == "fuzzylite" and self.reading in self.input_names:
+            # To fuzzylite a constant is its own degree, whatever the input is.
+            return Membership(kind="function", arguments=given, span=raw.span)
         return _shaped(raw, given, word)
 
     def _refuse_function(self, raw: RawTerm) -> None:

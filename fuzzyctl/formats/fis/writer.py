@@ -9,11 +9,14 @@ from typing import Final
 
 from fuzzyctl.expr import Binary, Expr, Name, Number
 from fuzzyctl.formats import numerics
+from fuzzyctl.formats.findings import Findings
 from fuzzyctl.formats.fis import words
 from fuzzyctl.formats.fis.memberships import is_of_matlab, number, vector, written
-from fuzzyctl.formats.fis.settings import family
+from fuzzyctl.formats.fis.sections import split
+from fuzzyctl.formats.fis.settings import dialect_of, family
 from fuzzyctl.formats.fis.words import Dialect
 from fuzzyctl.formats.fll.formulas import formula
+from fuzzyctl.formats.held import holding_matters, simplest, with_shoulders
 from fuzzyctl.formats.losses import Loss
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.model.method import MAXIMA, Defuzzifier
@@ -21,6 +24,7 @@ from fuzzyctl.model.profiles import Profile, profile
 from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Not, Or, Rule, literals
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Input, LinguisticVariable, Membership, Output, Term
+from fuzzyctl.source import SourceText
 
 #: Digits behind the point of the number of a term, for hedges.
 _FRACTIONS: Final = {
@@ -73,7 +77,6 @@ def write(system: FuzzySystem) -> tuple[str, list[Loss]]:
 
 class _Writer:
     def __init__(self, system: FuzzySystem) -> None:
-        self.system = system
         self.losses: list[Loss] = []
         self.reasons: list[str] = []
         own = system.method.semantics.profile
@@ -81,6 +84,8 @@ class _Writer:
         self.beyond_matlab = family(own) == "matlab" and _needs_octave(system)
         self.dialect: Dialect = "octave" if self.beyond_matlab else family(own)
         self.profile: Profile = profile(own if family(own) == self.dialect != "matlab" else self.dialect)
+        #: The system; where no key of a file holds inputs within their ranges, shoulders do.
+        self.system = system if self.dialect == "fuzzylite" else with_shoulders(system, points=False)
         self.powers = {h.name: power for h in system.hedges if (power := _power(h.expression)) is not None}
 
     def write(self) -> tuple[str, list[Loss]]:
@@ -93,7 +98,10 @@ class _Writer:
             raise numerics.cannot(system, ".fis", self.reasons)
         self.losses.extend(numerics.unsaid_words(system, labels=False, title=False))
         self.losses.extend(numerics.other_numerics(system, self.profile.semantics, self._becomes))
-        return "\n".join(lines) + "\n", sorted(set(self.losses))
+        text = "\n".join(lines) + "\n"
+        if self.dialect == "matlab" and _seems_of_another(text):
+            text = f"% numerics of matlab\n{text}"
+        return text, sorted(set(self.losses))
 
     # --- the head ------------------------------------------------------------------------------------------------
 
@@ -195,7 +203,8 @@ class _Writer:
             if variable.clamped:
                 yield from self._switch(variable, "clamped to its range", "LockRange=1")
         elif isinstance(variable, Input) and not variable.extrapolate:
-            yield from self._switch(variable, "clamped to its range", "LockRange=1", exact=True)
+            exact = not holding_matters(self.system, variable)
+            yield from self._switch(variable, "clamped to its range", "LockRange=1", exact=exact)
         yield f"NumMFs={len(variable.terms)}"
         for i, term in enumerate(variable.terms, 1):
             yield f"MF{i}={_quoted(term.name)}:{self._term(variable, term)}"
@@ -205,7 +214,8 @@ class _Writer:
             yield line
         else:
             kind = "output" if isinstance(variable, Output) else "input"
-            why = "values outside the range are not clamped" if kind == "input" else "nothing clamps it"
+            beyond = "its terms stay there what they are at its ends" if exact else "they are not held at its ends"
+            why = f"values outside the range: {beyond}" if kind == "input" else "nothing clamps it"
             self._lose(f"{kind} '{variable.name}'", what, why, exact=exact)
 
     def _fallback(self, output: Output, middle: float) -> Iterator[str]:
@@ -221,6 +231,8 @@ class _Writer:
                 yield f"Default={number(numerics.value(self.system, default))}"
             if isinstance(own, Hold):
                 yield "LockPrevious=1"
+            if own == "error":
+                self._lose(f"output '{output.name}'", "else error", "it is nan where no rule fires", exact=True)
             return
         there = self.profile.otherwise
         same = own is None or own == there
@@ -240,8 +252,14 @@ class _Writer:
             return f"'function',[{text}]"
         parameters = [numerics.value(self.system, a) for a in membership.arguments]
         height = numerics.value(self.system, membership.height)
+        if membership.kind == "piecewise" and height == 1 and self.dialect != "fuzzylite":
+            membership, height = _as_matlab_has_it(membership, parameters)
+            parameters = [numerics.value(self.system, a) for a in membership.arguments]
         if height != 1:
             return self._low(membership, parameters, height, where)
+        if isinstance(variable, Input) and membership.kind in ("singleton", "constant"):
+            # A constant is a consequent, and to fuzzylite a degree; a triangle without sides is 1 at one place.
+            return f"'trimf',{vector(parameters * 3)}"
         found = written(membership.kind, parameters, fuzzylite=self.dialect == "fuzzylite")
         if found is None:
             self.reasons.append(f"{where} is of the kind '{membership.kind}'")
@@ -345,6 +363,25 @@ def _needs_octave(system: FuzzySystem) -> bool:
     hedges = {h for r in system.rules for i in literals(r.antecedent) for h in i.hedges}
     hedges |= {h for r in system.rules for c in r.consequents for h in c.hedges}
     return bool(norms - {"min", "product", "max", "probabilistic_sum", "sum"} or hedges - {"not", "any"})
+
+
+def _seems_of_another(text: str) -> bool:
+    """Whether a file without a comment would be taken for one of another tool than MATLAB, for a word that it has."""
+    source = SourceText("written.fis", text)
+    return dialect_of(split(source, Findings(source)), hedged=False) != "matlab"
+
+
+def _as_matlab_has_it(own: Membership, parameters: list[float]) -> tuple[Membership, float]:
+    """Return points as a triangle, a trapezoid or a shoulder with its height, where they are one; else as they are."""
+    points = list(zip(parameters[::2], parameters[1::2], strict=True))
+    height = 1.0
+    if len(points) == 3 and points[0][1] == points[2][1] == 0.0 < points[1][1]:
+        height = points[1][1]  # a low peak
+        points[1] = (points[1][0], 1.0)
+    found = simplest(points)
+    if found is None:
+        return own, 1.0
+    return Membership(kind=found[0], arguments=tuple(map(Number, found[1]))), height
 
 
 def _flat(operands: tuple[Antecedent, ...], kind: type[Antecedent]) -> Iterator[Antecedent]:

@@ -1,0 +1,134 @@
+"""What is written as `.fis` computes the same numbers when it is read back, or the losses say so."""
+
+import math
+
+import pytest
+
+from fuzzyctl.errors import render_all
+from fuzzyctl.formats.fis import read, write
+from fuzzyctl.loading import loads
+from fuzzyctl.source import SourceText
+
+TWO = """\
+system two
+defuzzifier weighted_average
+input x in [0, 10]{extrapolate}
+  a = {a}
+  b = {b}
+output y in [0, 4] else {otherwise}
+  p = {p}
+  q = constant(3)
+if x is a then y is p
+if x is b then y is q
+"""
+
+
+def two(a="triangle(-inf, 0, 10)", b="triangle(0, 10, inf)", p="constant(1)", extrapolate="", otherwise="2"):
+    return loads(TWO.format(a=a, b=b, p=p, extrapolate=extrapolate, otherwise=otherwise))
+
+
+def read_back(text):
+    system, diagnostics = read(SourceText("t.fis", text))
+    assert system is not None, render_all(diagnostics)
+    return system
+
+
+class TestHeldInputs:
+    @pytest.mark.parametrize(
+        ("term", "written"),
+        [
+            ("triangle(-10, 0, 10)", "'linzmf',[0 10]"),
+            ("triangle(0, 0, 10)", "'linzmf',[0 10]"),
+            ("triangle(2, 10, 20)", "'linsmf',[2 10]"),
+            ("trapezoid(-9, -5, 15, 19)", "'trapmf',[-Inf -Inf Inf Inf]"),
+            ("triangle(0, 4, 10)", "'trimf',[0 4 10]"),
+            ("trapezoid(-5, -2, 3, 6)", "'linzmf',[3 6]"),
+            ("rectangle(0, 5)", "'linzmf',[5 5]"),
+            ("z_shape(0, 10)", "'zmf',[0 10]"),
+            ("pi_shape(0, 1, 2, 10)", "'pimf',[0 1 2 10]"),
+        ],
+    )
+    def test_terms_become_shoulders_so_that_no_number_changes_beyond_the_range(self, term, written):
+        system = two(a=term)
+        text, losses = write(system)
+        assert f"MF1='a':{written}\n" in text
+        assert [loss.what for loss in losses if not loss.exact] == []
+        back = read_back(text)
+        for x in (-1000.0, -5.0, -3.0, 0.0, 1.0, 2.5, 4.0, 5.0, 9.0, 10.0, 11.0, 16.0, 1000.0):
+            assert back(x=x) == pytest.approx(system(x=x), rel=1e-12), x
+
+    @pytest.mark.parametrize(
+        "changes",
+        [
+            {"a": "triangle(-5, 2, 10)"},
+            {"a": "gaussian(0, 4)"},
+            {"a": "pi_shape(0, 0, 5, 10)"},
+            {"a": "s_shape(-1, 10)"},
+            {"a": "singleton(0)"},
+            {"p": "linear(0.5, 1)"},
+        ],
+    )
+    def test_what_goes_on_beyond_the_range_changes_numbers(self, changes):
+        _, losses = write(two(**changes))
+        assert [loss.what for loss in losses if not loss.exact] == ["clamped to its range"]
+
+    def test_inputs_that_extrapolate_lose_nothing(self):
+        assert write(two(a="gaussian(0, 4)", extrapolate=" extrapolate"))[1] == []
+
+
+class TestPoints:
+    @pytest.mark.parametrize(
+        ("points", "written"),
+        [
+            ("0, 0, 5, 1, 10, 0", "'trimf',[0 5 10]"),
+            ("0, 0, 2, 0, 5, 1, 6, 1, 9, 0, 10, 0", "'trapmf',[2 5 6 9]"),
+            ("2, 0, 3, 1", "'linsmf',[2 3]"),
+            ("2, 1, 3, 0", "'linzmf',[2 3]"),
+            ("0, 0, 4, 0.5, 10, 0", "'trapmf',[0 8 -2 10]"),
+        ],
+    )
+    def test_points_are_what_matlab_has_for_them(self, points, written):
+        system = two(a=f"piecewise({points})", extrapolate=" extrapolate")
+        text, losses = write(system)
+        assert f"MF1='a':{written}\n" in text
+        assert losses == []
+        back = read_back(text)
+        for x in (-1.0, 0.0, 2.25, 3.0, 4.0, 5.5, 7.0, 9.5, 12.0):
+            assert back(x=x) == pytest.approx(system(x=x), rel=1e-12), x
+
+    def test_others_are_for_fuzzylite_in_a_file_that_says_whose_numerics_it_has(self):
+        system = two(a="piecewise(0, 1, 2, 0.25, 5, 0)", b="triangle(6, 8, 9)", otherwise="0")
+        text, losses = write(system)
+        assert text.startswith("% numerics of matlab\n[System]\n")
+        lost = [(loss.what, loss.why) for loss in losses if not loss.exact]
+        assert lost == [
+            ("else a value", "it is 'midpoint' there where no rule fires"),
+            ("the kind 'piecewise'", "only fuzzylite reads 'discretemf'"),
+        ]
+        back = read_back(text)
+        assert (back.method.semantics.profile, back(x=5.5)) == ("matlab", 2.0)
+
+    def test_a_file_that_says_nothing_else_needs_no_comment(self):
+        assert write(two())[0].startswith("[System]\n")
+
+
+class TestConstants:
+    def test_an_input_that_equals_a_number_is_a_triangle_without_sides(self):
+        system = two(a="singleton(3)")
+        text, losses = write(system)
+        assert "MF1='a':'trimf',[3 3 3]\n" in text
+        assert [loss for loss in losses if not loss.exact] == []
+        for x in (2.9, 3.0, 3.1):
+            assert read_back(text)(x=x) == system(x=x)
+
+    def test_to_fuzzylite_a_constant_of_an_input_is_its_degree_everywhere(self):
+        text = write(two(extrapolate=" extrapolate"))[0].replace("'linzmf',[0 10]", "'constant',[0.5]")
+        # (0.5 * 1 + 0.2 * 3) / 0.7
+        assert read_back(f"% numerics of fuzzylite\n{text}")(x=2.0) == pytest.approx(1.1 / 0.7)
+
+
+def test_an_error_where_no_rule_fires_is_nan_in_a_file_of_fuzzylite():
+    text = TWO.format(a="triangle(0, 1, 2)", b="triangle(3, 4, 5)", p="constant(1)", extrapolate="", otherwise="error")
+    text, losses = write(loads(text.replace("defuzzifier", "semantics fuzzylite\ndefuzzifier")))
+    assert ("else error", True) in [(loss.what, loss.exact) for loss in losses]
+    assert math.isnan(read_back(text)(x=7.0))
