@@ -121,7 +121,7 @@ class TestGuarantees:
         checked = rules(folder=folder)
         checked.prove_reaction("leader", "v", None, 0.5)
         checked.prove_reaction("leader", "omega", None, 0.55)
-        edited(tmp_path, "ais_reaction.fz", ("f <= 0 when abs(sigma) >= 0.03", "k_s * f <= 0.095"))
+        edited(tmp_path, "ais_reaction.fz", ("f <= 0 within 1e-12 when abs(sigma) >= 0.03", "k_s * f <= 0.095"))
         checked = rules(folder=folder)
         checked.prove_reaction("leader", "v", None, 0.5)
         one = refusal(lambda: checked.prove_reaction("leader", "omega", None, 0.55))

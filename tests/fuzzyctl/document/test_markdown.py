@@ -33,7 +33,7 @@ def test_numbers_are_computed_and_expressions_shown(immune):
 
 def test_guarantees_and_source_are_listed(immune):
     text = page(immune, {})
-    assert "- `f <= 0 when abs(sigma) >= 0.03`" in text
+    assert "- `f <= 0 within 1e-12 when abs(sigma) >= 0.03`" in text
     assert "Source: Goto, Bertol, Martins: Tables 2, 6 and 7" in text
 
 
