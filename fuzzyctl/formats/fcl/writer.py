@@ -23,6 +23,7 @@ from fuzzyctl.formats.fcl.written_shapes import (
     needs_jfuzzylogic,
     shape_text,
 )
+from fuzzyctl.formats.held import with_shoulders
 from fuzzyctl.formats.losses import Loss
 from fuzzyctl.formulas import HEDGES
 from fuzzyctl.model.profiles import PROFILES
@@ -70,8 +71,9 @@ def write(system: FuzzySystem) -> tuple[str, list[Loss]]:
     """Return a system as FCL, and what FCL cannot express of it.
 
     The dialect is the plainest one that has words for all of it. A comment says whose numerics the system has where the
-    dialect alone would mean others.
+    dialect alone would mean others. Inputs that are held within their ranges get shoulders, which do the same.
     """
+    system = with_shoulders(system, points=True)
     writer = _Writer(system)
     text = "\n".join(writer.lines()) + "\n"
     read_back, _ = read(SourceText(f"{writer.names.system}.fcl", text))

@@ -9,6 +9,7 @@ from fuzzyctl.formats.fcl.dialect import DialectName
 from fuzzyctl.formats.fcl.written_names import WrittenNames
 from fuzzyctl.formats.fcl.written_shapes import counts_as_number, says_otherwise, unknown_functions
 from fuzzyctl.formats.fz import defuzzifier_text
+from fuzzyctl.formats.held import holding_matters
 from fuzzyctl.formats.losses import Loss
 from fuzzyctl.formulas import HEDGES
 from fuzzyctl.model.method import OVER_RULES, Defuzzifier
@@ -65,7 +66,9 @@ def _of_variable(system: FuzzySystem, variable: Input | Output, dialect: Dialect
         if text:
             yield Loss(where, what, "FCL has no words for it", exact=True)
     if isinstance(variable, Input) and not variable.extrapolate:
-        yield Loss(where, "values outside the range", "they are not held at its ends", exact=True)
+        matters = holding_matters(system, variable)
+        why = "they are not held at its ends" if matters else "terms stay there what they are at its ends"
+        yield Loss(where, "values outside the range", why, exact=not matters)
     for term in variable.terms:
         if isinstance(variable, Output) and counts_as_number(system, variable, term.membership):
             read = any(i.variable == variable.name for r in system.rules for i in literals(r.antecedent))

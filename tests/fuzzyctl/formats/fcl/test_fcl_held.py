@@ -1,0 +1,49 @@
+"""Inputs that are held within their ranges become FCL: shoulders where they do the same, else a loss of numbers."""
+
+import pytest
+
+from fuzzyctl.errors import render_all
+from fuzzyctl.formats.fcl import read, write
+from fuzzyctl.loading import loads
+from fuzzyctl.source import SourceText
+
+TWO = """\
+system two
+defuzzifier weighted_average
+input x in [0, 10]
+  a = {}
+  b = triangle(0, 10, inf)
+output y in [0, 4] else 2
+  p = constant(1)
+  q = {}
+if x is a then y is p
+if x is b then y is q
+"""
+
+
+@pytest.mark.parametrize(
+    ("term", "written"),
+    [
+        ("triangle(-10, 0, 10)", "(0, 1) (10, 0)"),
+        ("triangle(-5, 2, 10)", "(0, 0.7142857142857143) (2, 1) (10, 0)"),
+        ("triangle(0, 0, 10, height=0.5)", "(0, 0.5) (10, 0)"),
+        ("triangle(0, 4, 10)", "TRIAN 0 4 10"),
+    ],
+)
+def test_straight_terms_stay_beyond_the_range_what_they_are_at_its_ends(term, written):
+    system = loads(TWO.format(term, "constant(3)"))
+    text, losses = write(system)
+    assert f"TERM a := {written};" in text
+    assert [str(loss) for loss in losses if not loss.exact] == []
+    back, diagnostics = read(SourceText("t.fcl", text))
+    assert back is not None, render_all(diagnostics)
+    for x in (-100.0, -4.0, 0.0, 1.0, 5.0, 10.0, 100.0):
+        assert back(x=x) == pytest.approx(system(x=x), rel=1e-12), x
+
+
+@pytest.mark.parametrize(
+    ("term", "consequent"), [("gaussian(0, 4)", "constant(3)"), ("triangle(0, 4, 10)", "linear(0.1, 1)")]
+)
+def test_what_goes_on_beyond_the_range_changes_numbers(term, consequent):
+    _, losses = write(loads(TWO.format(term, consequent)))
+    assert "values outside the range" in [loss.what for loss in losses if not loss.exact]
