@@ -24,8 +24,8 @@ def scenario_text(file: ScenarioFile, values: Mapping[str, float], path: Path, h
     """
     data: dict[str, Any] = {}
     if any(key.startswith("disturbances.") for name in values for key in keys(file.scenario, name, file.places)):
-        # lists replace those below, so all disturbances are written
-        data["disturbances"] = [one.model_dump(exclude_none=True) for one in file.scenario.disturbances]
+        # lists replace those below, so all disturbances are written, with what they were given
+        data["disturbances"] = [one.model_dump(exclude_none=True, exclude_unset=True) for one in file.scenario.disturbances]
     for name, value in values.items():
         for key in keys(file.scenario, name, file.places):
             override(data, f"{key}={value!r}")
