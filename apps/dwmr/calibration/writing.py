@@ -25,7 +25,8 @@ def scenario_text(file: ScenarioFile, values: Mapping[str, float], path: Path, h
     data: dict[str, Any] = {}
     if any(key.startswith("disturbances.") for name in values for key in keys(file.scenario, name, file.places)):
         # lists replace those below, so all disturbances are written, with what they were given
-        data["disturbances"] = [one.model_dump(exclude_none=True, exclude_unset=True) for one in file.scenario.disturbances]
+        given = file.scenario.disturbances
+        data["disturbances"] = [one.model_dump(exclude_none=True, exclude_unset=True) for one in given]
     for name, value in values.items():
         for key in keys(file.scenario, name, file.places):
             override(data, f"{key}={value!r}")
