@@ -95,8 +95,17 @@ def _places(flat: Plan, output: OutputPlan, has_hole: bool) -> Iterator[tuple[in
         jumps = {a[0] for s in sets for a, b in pairwise(s.vertices) if a[0] == b[0] and a[1] != b[1]}
         if has_hole and isinstance(output.otherwise, float) and not _leaves_a_gap(variable, sets):
             jumps |= set(breakpoints(variable, sets))
-        # At its ends an input that extrapolates leaves its terms, which is no jump within what the system is for.
-        yield from ((i, x) for x in sorted(jumps) if variable.lower < x < variable.upper)
+        yield from ((i, x) for x in sorted(jumps) if _is_within(variable, x))
+
+
+def _is_within(variable: InputPlan, x: float) -> bool:
+    """Return whether an output may jump at a value within what the system is for.
+
+    An input that is clamped has its ends, beyond which nothing changes; one that extrapolates leaves its terms there.
+    """
+    if variable.extrapolate:
+        return variable.lower < x < variable.upper
+    return variable.lower <= x <= variable.upper
 
 
 def _leaves_a_gap(variable: InputPlan, sets: Sequence[SetPlan]) -> bool:

@@ -12,7 +12,7 @@ from fuzzyctl.kernels.plan import plan
 SWITCH = """system s
 and product
 defuzzifier weighted_average
-input x in [0, 10]
+input x in [0, 10]{where}
   A = {a}
   B = {b}
 input y in [-1, 1]
@@ -26,8 +26,8 @@ table u = x x y
 """
 
 
-def jump(a="ramp(6, 4)", b="ramp(4, 6)", otherwise="", cell="high"):
-    system = loads(SWITCH.format(a=a, b=b, otherwise=otherwise, cell=cell))
+def jump(a="ramp(6, 4)", b="ramp(4, 6)", otherwise="", cell="high", where=""):
+    system = loads(SWITCH.format(a=a, b=b, otherwise=otherwise, cell=cell, where=where))
     flat = plan(system)
     found = largest_jump(flat, "u", uncovered_of(flat)["u"])
     if found is not None:
@@ -66,8 +66,16 @@ class TestJumps:
     def test_a_gap_between_terms_has_a_message_of_its_own(self):
         assert jump("ramp(3, 2)", "ramp(6, 7)", otherwise=" else 3") is None
 
-    def test_the_ends_of_the_range_are_no_places(self):
-        assert jump("rectangle(-inf, 10)", "rectangle(10, inf)") is None
+    def test_an_end_of_a_range_that_is_clamped_is_a_place(self):
+        found = jump("rectangle(-inf, 10)", "rectangle(10, inf)")
+        assert (found.at, found.size) == (10.0, pytest.approx(1.5))
+
+    def test_else_at_the_end_of_a_range_is_a_jump(self):
+        found = jump("ramp(10, 5)", "ramp(5, 10)", otherwise=" else 0", cell=".")
+        assert (found.at, found.before, found.after, found.silent) == (10.0, 1.0, 0.0, True)
+
+    def test_an_end_of_a_range_that_is_left_is_none(self):
+        assert jump("rectangle(-inf, 10)", "rectangle(10, inf)", where=" extrapolate") is None
 
 
 @pytest.mark.parametrize("where", ["", " extrapolate"])
