@@ -214,8 +214,8 @@ class _Writer:
             yield line
         else:
             kind = "output" if isinstance(variable, Output) else "input"
-            beyond = "its terms stay there what they are at its ends" if exact else "they are not held at its ends"
-            why = f"values outside the range: {beyond}" if kind == "input" else "nothing clamps it"
+            beyond = "beyond it its terms stay what they are at its ends" if exact else "values outside it are not held"
+            why = beyond if kind == "input" else "nothing clamps it"
             self._lose(f"{kind} '{variable.name}'", what, why, exact=exact)
 
     def _fallback(self, output: Output, middle: float) -> Iterator[str]:
