@@ -60,7 +60,9 @@ class Side:
         if self.lower == self.upper:
             return f"{self.lower:.6g}"
         brackets = "[" if self.lower_closed else "(", "]" if self.upper_closed else ")"
-        return f"{brackets[0]}{self.lower:.6g}, {self.upper:.6g}{brackets[1]}"
+        # Ends that look equal in six digits are written with as many as tell them apart.
+        digits = next(d for d in range(6, 18) if f"{self.lower:.{d}g}" != f"{self.upper:.{d}g}")
+        return f"{brackets[0]}{self.lower:.{digits}g}, {self.upper:.{digits}g}{brackets[1]}"
 
     @property
     def middle(self) -> float:

@@ -247,9 +247,19 @@ def point_of(system: FuzzySystem, texts: Iterable[str], command: str) -> dict[st
     return given
 
 
+class _Seconds(click.FloatRange):
+    """A time that is not negative; a NaN, which compares with nothing, is a mistake, too."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        seconds = float(super().convert(value, param, ctx))
+        if math.isnan(seconds):
+            self.fail(f"{value} is not in the range x>=0.", param, ctx)
+        return seconds
+
+
 def timeout_option(default: float, what: str) -> Callable[[Any], Any]:
     """Return the option `--timeout`; `what` says of what it is the most."""
-    kind = click.FloatRange(min=0.0)
+    kind = _Seconds(min=0.0)
     return click.option("--timeout", type=kind, default=default, show_default=True, metavar="SECONDS", help=what)
 
 

@@ -151,6 +151,16 @@ def table(count, conjunction, missing="a"):
     )
 
 
+@pytest.mark.parametrize(
+    ("ends", "expected"),
+    [((0.25, 0.5), "(0.25, 0.5)"), ((0.5, 0.50000001), "(0.5, 0.50000001)"), ((0.5, 0.5), "0.5")],
+)
+def test_ends_of_a_side_look_different_where_they_are(ends, expected):
+    assert str(Side(*ends, False, False)) == expected
+    low, high = 0.5, math.nextafter(0.5, 1.0)
+    assert str(Side(low, high)) == f"[{low!r}, {high!r}]"
+
+
 class TestDiagnostics:
     def test_a_hole_without_else_is_an_error_at_the_output(self):
         (found,) = diagnostics(two(start=7, end=4))

@@ -98,3 +98,8 @@ def test_one_of_several_systems_may_be_named(written, tmp_path):
 
 def test_a_negative_time_is_wrong_usage(written):
     assert run(written("u <= 1"), "--timeout", "-1").exit_code == 2
+
+
+def test_a_time_that_is_no_number_is_wrong_usage(written):
+    result = run(written("u <= 1"), "--timeout", "nan")
+    assert (result.exit_code, "nan is not in the range" in result.output) == (2, True)
