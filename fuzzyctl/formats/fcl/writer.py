@@ -71,9 +71,10 @@ def write(system: FuzzySystem) -> tuple[str, list[Loss]]:
     """Return a system as FCL, and what FCL cannot express of it.
 
     The dialect is the plainest one that has words for all of it. A comment says whose numerics the system has where the
-    dialect alone would mean others. Inputs that are held within their ranges get shoulders, which do the same.
+    dialect alone would mean others. Where no word holds inputs within their ranges shoulders do.
     """
-    system = with_shoulders(system, points=True)
+    if dialect_for(system) != "fuzzylite":  # which alone says that a range holds
+        system = with_shoulders(system, points=True)
     writer = _Writer(system)
     text = "\n".join(writer.lines()) + "\n"
     read_back, _ = read(SourceText(f"{writer.names.system}.fcl", text))
@@ -164,6 +165,8 @@ class _Writer:
         yield f"FUZZIFY {self.names.variables[variable.name]}"
         if self.dialect == "fuzzylite":
             yield f"  {self._range(variable)}"
+            if not variable.extrapolate:
+                yield "  LOCK : RANGE;"
         yield from self._terms(variable)
         yield "END_FUZZIFY"
         yield ""

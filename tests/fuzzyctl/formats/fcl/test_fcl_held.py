@@ -47,3 +47,14 @@ def test_straight_terms_stay_beyond_the_range_what_they_are_at_its_ends(term, wr
 def test_what_goes_on_beyond_the_range_changes_numbers(term, consequent):
     _, losses = write(loads(TWO.format(term, consequent)))
     assert "values outside the range" in [loss.what for loss in losses if not loss.exact]
+
+
+def test_in_the_dialect_of_fuzzylite_the_file_says_that_the_range_holds():
+    text = TWO.format("gaussian(0, 4)", "linear(0.1, 1)").replace("defuzzifier", "semantics fuzzylite\ndefuzzifier")
+    system = loads(text)
+    written, losses = write(system)
+    assert "values outside the range" not in [loss.what for loss in losses]
+    back, diagnostics = read(SourceText("t.fcl", written))
+    assert back is not None, render_all(diagnostics)
+    for x in (-100.0, -4.0, 0.0, 5.0, 100.0):
+        assert back(x=x) == pytest.approx(system(x=x), rel=1e-12), x
