@@ -37,13 +37,13 @@ class Search:
     Args:
         system: The system.
         lo, hi: Ends of the boxes to begin with, shape (inputs, boxes).
-        timeout: Seconds.
+        deadline: When to stop.
         told: Called after each batch.
     """
 
-    def __init__(self, system: System, lo: Array, hi: Array, timeout: float, told: Told | None) -> None:
+    def __init__(self, system: System, lo: Array, hi: Array, deadline: float, told: Told | None) -> None:
         self.system, self.lo, self.hi = system, lo, hi
-        self.deadline, self.told, self.settled = time.monotonic() + timeout, told, 0
+        self.deadline, self.told, self.settled = deadline, told, 0
         self.stuck: list[tuple[Array, Array]] = []
         finite = np.isfinite(lo) & np.isfinite(hi)
         with np.errstate(invalid="ignore"):
@@ -122,20 +122,23 @@ def _between(lo: Array, hi: Array) -> Array:
 
 def decide(system: System, claim: Claim, judge: Judge, timeout: float, told: Told | None) -> Verdict:
     """Decide a claim about points by subdivision."""
+    deadline = time.monotonic() + timeout
     cells = system.cells([claim.truth, claim.region])
     if cells is None:
         return Undecided(claim.text, "its terms cut the inputs into too many cells")
-    witness = first_witness(claim, judge, *cells)
+    witness = first_witness(claim, judge, *cells, deadline)
     if witness is not None:
         return Refuted(claim.text, witness)
     with np.errstate(all="ignore"):
-        return _Pointwise(system, claim, judge, Search(system, *cells, timeout, told)).verdict()
+        return _Pointwise(system, claim, judge, Search(system, *cells, deadline, told)).verdict()
 
 
-def first_witness(claim: Claim, judge: Judge, lo: Array, hi: Array) -> Witness | None:
-    """Look for a witness among middles of cells, of which points are corners."""
+def first_witness(claim: Claim, judge: Judge, lo: Array, hi: Array, deadline: float) -> Witness | None:
+    """Look for a witness among middles of cells, of which points are corners, while there is time."""
     step = max(1, lo.shape[1] // _FIRST)
     for k in range(0, lo.shape[1], step):
+        if time.monotonic() > deadline:
+            return None
         point = [float(x) for x in middles(lo[:, k], hi[:, k])]
         witness = judge.broken(claim.truth, claim.region, point)
         if witness is not None:
@@ -169,10 +172,17 @@ class _Pointwise:
                 break
         if search.stuck:
             boxes, count = search.open_boxes
-            reason = "it comes as close to its bound as rounding; a tolerance, such as 'within 1e-9', would decide it"
+            reason = self._why_stuck()
             return Undecided(self.claim.text, reason, boxes, count)
         note = "in exact arithmetic; kernels round" if self.is_rounded else ""
         return Proved(self.claim.text, note=note)
+
+    def _why_stuck(self) -> str:
+        exprs = [Binary("-", b.left, b.right) for b in self.compared]
+        found, _ = self.system.enclose(exprs, *self.search.stuck[0], sloped=False)
+        if any(np.isinf(e.lo).any() for e in found):
+            return "values may be infinite there, or none at all; 'when' can leave such places out"
+        return "it comes as close to its bound as rounding; a tolerance, such as 'within 1e-9', would decide it"
 
     def _step(self) -> Witness | None:
         """Settle what can be settled of a batch, and halve the rest."""
@@ -243,6 +253,7 @@ def decide_slope(
     system: System, claim: Claim, slope: Slope, judge: Judge, timeout: float, told: Told | None
 ) -> Verdict:
     """Decide a word about slopes by subdivision."""
+    deadline = time.monotonic() + timeout
     output, axis = system.outputs.index(slope.output), system.inputs.index(slope.input)
     cells = system.cells([])
     if cells is None:
@@ -250,12 +261,14 @@ def decide_slope(
     lo, hi = cells
     whole = (lo < hi).all(axis=0)
     for k in range(0, lo.shape[1], max(1, lo.shape[1] // _FIRST)):
+        if time.monotonic() > deadline:
+            break
         witness = _broken(slope, judge, lo[:, k], hi[:, k], axis)
         if witness is not None:
             return Refuted(claim.text, witness)
     if not system.is_continuous(output):
         return Undecided(claim.text, f"'{slope.output}' is not known to be continuous")
-    search = Search(system, lo[:, whole], hi[:, whole], timeout, told)
+    search = Search(system, lo[:, whole], hi[:, whole], deadline, told)
     with np.errstate(all="ignore"):
         return _Sloped(system, claim, slope, judge, search).verdict(output, axis)
 

@@ -281,7 +281,7 @@ def _denied(verdict: Verdict) -> Verdict:
         case Refuted():
             return Proved(verdict.claim)
         case Proved():
-            return Undecided(verdict.claim, "what 'not' denies is proved, which no single point shows")
+            return Undecided(verdict.claim, "it is false, since what 'not' denies is proved; no single point shows it")
     return verdict
 
 
