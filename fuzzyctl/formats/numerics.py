@@ -132,10 +132,12 @@ def _ends(system: FuzzySystem, membership: Membership) -> tuple[float, float]:
     """Return where a monotone term has the degrees 0 and 1; infinite for what is none and for endless tails."""
     if membership.kind in ENDLESS or membership.kind not in MEMBERSHIP:
         return -math.inf, math.inf
+    formula = MEMBERSHIP[membership.kind]
     p = tuple(value(system, a) for a in membership.arguments)
-    ends = [MEMBERSHIP[membership.kind].inverse(Number(w), p) for w in (0.0, 1.0)]
-    bends = [x for x in p if math.isfinite(x)]
-    return (min(bends), max(bends)) if None not in ends else (-math.inf, math.inf)
+    if not formula.monotone(p):
+        return -math.inf, math.inf
+    bends = [x for x in formula.pieces(p) if math.isfinite(x)]
+    return min(bends), max(bends)
 
 
 def _merges(system: FuzzySystem) -> bool:

@@ -80,6 +80,17 @@ class TestPlaces:
         _, losses = write(two(method="tsukamoto", **flat, **changes))
         assert [loss.what for loss in losses if not loss.exact] == lost
 
+    def test_degrees_of_points_are_no_places(self):
+        text = TWO.format(
+            a="triangle(-inf, 0, 10)",
+            b="triangle(0, 10, inf)",
+            p="ramp(2, 1)",
+            q="piecewise(2, 0, 4, 1)",
+            method="tsukamoto",
+        )
+        _, losses = write(loads(text.replace("[0, 4]", "[1, 4]")))
+        assert losses == []
+
 
 def test_an_input_that_equals_a_number_is_a_triangle_without_sides():
     system = two(a="singleton(3)", b="ramp(0, 10)")
