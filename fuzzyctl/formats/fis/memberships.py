@@ -6,8 +6,10 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Final
 
-from fuzzyctl.expr import number_text
+from fuzzyctl.expr import Number, number_text
 from fuzzyctl.formats.fis.words import OF_FUZZYLITE
+from fuzzyctl.formats.held import simplest
+from fuzzyctl.model.variable import Membership
 
 Values = Sequence[float]
 
@@ -107,3 +109,16 @@ def written(kind: str, parameters: Values, *, fuzzylite: bool) -> Written | None
 def is_of_matlab(function: str) -> bool:
     """Whether MATLAB has a function, and not fuzzylite alone."""
     return function not in OF_FUZZYLITE
+
+
+def as_matlab_has_it(own: Membership, parameters: Values) -> tuple[Membership, float]:
+    """Return points as a triangle, a trapezoid or a shoulder with its height, where they are one; else as they are."""
+    points = list(zip(parameters[::2], parameters[1::2], strict=True))
+    height = 1.0
+    if len(points) == 3 and points[0][1] == points[2][1] == 0.0 < points[1][1]:
+        height = points[1][1]  # a low peak
+        points[1] = (points[1][0], 1.0)
+    found = simplest(points)
+    if found is None:
+        return own, 1.0
+    return Membership(kind=found[0], arguments=tuple(map(Number, found[1]))), height

@@ -11,12 +11,12 @@ from fuzzyctl.expr import Binary, Expr, Name, Number
 from fuzzyctl.formats import numerics
 from fuzzyctl.formats.findings import Findings
 from fuzzyctl.formats.fis import words
-from fuzzyctl.formats.fis.memberships import is_of_matlab, number, vector, written
+from fuzzyctl.formats.fis.memberships import as_matlab_has_it, is_of_matlab, number, vector, written
 from fuzzyctl.formats.fis.sections import split
 from fuzzyctl.formats.fis.settings import dialect_of, family
 from fuzzyctl.formats.fis.words import Dialect
 from fuzzyctl.formats.fll.formulas import formula
-from fuzzyctl.formats.held import holding_matters, simplest, with_shoulders
+from fuzzyctl.formats.held import holding_matters, with_shoulders
 from fuzzyctl.formats.losses import Loss
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.model.method import MAXIMA, Defuzzifier
@@ -253,7 +253,7 @@ class _Writer:
         parameters = [numerics.value(self.system, a) for a in membership.arguments]
         height = numerics.value(self.system, membership.height)
         if membership.kind == "piecewise" and height == 1 and self.dialect != "fuzzylite":
-            membership, height = _as_matlab_has_it(membership, parameters)
+            membership, height = as_matlab_has_it(membership, parameters)
             parameters = [numerics.value(self.system, a) for a in membership.arguments]
         if height != 1:
             return self._low(membership, parameters, height, where)
@@ -369,19 +369,6 @@ def _seems_of_another(text: str) -> bool:
     """Whether a file without a comment would be taken for one of another tool than MATLAB, for a word that it has."""
     source = SourceText("written.fis", text)
     return dialect_of(split(source, Findings(source)), hedged=False) != "matlab"
-
-
-def _as_matlab_has_it(own: Membership, parameters: list[float]) -> tuple[Membership, float]:
-    """Return points as a triangle, a trapezoid or a shoulder with its height, where they are one; else as they are."""
-    points = list(zip(parameters[::2], parameters[1::2], strict=True))
-    height = 1.0
-    if len(points) == 3 and points[0][1] == points[2][1] == 0.0 < points[1][1]:
-        height = points[1][1]  # a low peak
-        points[1] = (points[1][0], 1.0)
-    found = simplest(points)
-    if found is None:
-        return own, 1.0
-    return Membership(kind=found[0], arguments=tuple(map(Number, found[1]))), height
 
 
 def _flat(operands: tuple[Antecedent, ...], kind: type[Antecedent]) -> Iterator[Antecedent]:
