@@ -72,7 +72,7 @@ def _system(root: Element, scope: Scope, source: SourceText) -> FuzzySystem | No
     if any(d.severity == "error" for d in scope.diagnostics) or not outputs:
         return None
     return FuzzySystem(
-        name=root.attributes.get("name", "").strip() or PurePath(source.name).stem,
+        name=" ".join(root.attributes.get("name", "").split()) or PurePath(source.name).stem,
         hedges=(PLUS,) if "plus" in rules.modifiers else (),
         method=_method(method, outputs),
         inputs=tuple(base.inputs),

@@ -66,8 +66,11 @@ class Scope:
             self.error("FZ601", message, element.span)
 
     def required(self, element: Element, attribute: str) -> str | None:
-        """Return the value of an attribute, None, with an error, where it is missing or empty."""
-        value = element.attributes.get(attribute, "").strip()
+        """Return the value of an attribute, None, with an error, where it is missing or empty.
+
+        Runs of blanks and line ends count as one blank, as in elements, so that a name is the same in both.
+        """
+        value = " ".join(element.attributes.get(attribute, "").split())
         if not value:
             help_text = f'write: <{element.tag} {attribute}="..."'
             self.error("FZ601", f"<{element.tag}> has no '{attribute}'", element.span, help=help_text)

@@ -62,7 +62,7 @@ class VariableReader:
         for variable in element.all(*_VARIABLES):
             if variable.name not in functions:
                 self._variable(variable)
-        order = {e.attributes.get("name", "").strip(): i for i, e in enumerate(element.all(*_VARIABLES))}
+        order = {" ".join(e.attributes.get("name", "").split()): i for i, e in enumerate(element.all(*_VARIABLES))}
         for variable in element.all(*functions):
             self._tsk(variable)
         self._base.outputs.sort(key=lambda o: order.get(o.name, 0))

@@ -7,10 +7,11 @@ from typing import Final
 from xml.sax.saxutils import quoteattr
 
 from fuzzyctl.expr import ONE, Expr, number_text
+from fuzzyctl.formats import numerics
 from fuzzyctl.formats.fml.names import CONJUNCTION_WORDS, DEFUZZIFIER_WORDS, DISJUNCTION_WORDS
-from fuzzyctl.formats.fml.written_losses import losses_of
+from fuzzyctl.formats.fml.written_losses import impossible, losses_of
 from fuzzyctl.formats.fml.written_rules import WrittenRules, takes_numbers
-from fuzzyctl.formats.fml.written_shapes import WrittenShape, written_shape
+from fuzzyctl.formats.fml.written_shapes import WrittenShape, written_consequent, written_shape
 from fuzzyctl.formats.losses import Loss
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.model.method import Defuzzifier
@@ -22,7 +23,13 @@ _RULE_BASES: Final = {"mamdani": "mamdaniRuleBase", "tsk": "tskRuleBase", "tsuka
 
 
 def write(system: FuzzySystem) -> tuple[str, list[Loss]]:
-    """Return a system as FML, and what FML cannot express of it."""
+    """Return a system as FML, and what FML cannot express of it.
+
+    Raises:
+        DiagnosticError: With all reasons, for a system that no `.fml` file can hold.
+    """
+    if reasons := tuple(impossible(system)):
+        raise numerics.cannot(system, ".fml", reasons)
     writer = _Writer(system)
     text = "\n".join(writer.lines()) + "\n"
     return text, sorted({*writer.losses, *losses_of(system, writer.rules)})
@@ -68,6 +75,8 @@ class _Writer:
         yield f"    </{tag}>"
 
     def _shape(self, variable: Input | Output, membership: Membership) -> WrittenShape:
+        if isinstance(variable, Output) and self.rules.kind(variable) == "tsukamoto":
+            return written_consequent(membership, self._system.values, self._domain(variable))
         if membership.kind in MEMBERSHIP:
             return written_shape(membership, self._system.values, self._domain(variable))
         said = "FML has no function as a term; a single number stands for it"
@@ -179,11 +188,11 @@ def _word(words: dict[str, str], name: str, usual: str) -> str:
 
 
 def _shape_lines(shape: WrittenShape) -> Iterator[str]:
-    if shape.tag == "pointSetShape":
-        yield '<pointSetShape interpolationMethod="linear">'
+    if shape.tag.startswith("pointSet"):
+        yield f'<{shape.tag} interpolationMethod="linear">'
         for x, y in zip(shape.parameters[::2], shape.parameters[1::2], strict=True):
             yield f'  <point x="{number_text(x)}" y="{number_text(y)}"/>'
-        yield "</pointSetShape>"
+        yield f"</{shape.tag}>"
         return
     given = " ".join(f'param{i}="{number_text(v)}"' for i, v in enumerate(shape.parameters, 1))
     yield f"<{shape.tag} {given}/>"

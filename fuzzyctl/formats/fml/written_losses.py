@@ -6,7 +6,10 @@ from collections.abc import Iterator
 
 from fuzzyctl.formats.fml.names import CONJUNCTION_WORDS, DISJUNCTION_WORDS
 from fuzzyctl.formats.fml.written_rules import WrittenRules
+from fuzzyctl.formats.held import holding_matters
 from fuzzyctl.formats.losses import Loss
+from fuzzyctl.formats.numerics import other_numerics
+from fuzzyctl.model.method import OVER_RULES, TSUKAMOTO
 from fuzzyctl.model.rule import And, Antecedent, Not, Or, RuleTable
 from fuzzyctl.model.semantics import Semantics
 from fuzzyctl.model.system import FuzzySystem
@@ -22,8 +25,8 @@ def losses_of(system: FuzzySystem, rules: WrittenRules) -> Iterator[Loss]:
             yield Loss(f"variable '{variable.name}'", "label", "FML has no words for it", exact=True)
     for variable in system.inputs:
         if variable.extrapolate:
-            why = "they are held at its ends"
-            yield Loss(f"input '{variable.name}'", "values outside the range", why, exact=True)
+            exact = not holding_matters(system, variable)
+            yield Loss(f"input '{variable.name}'", "values outside the range", "they are held at its ends", exact=exact)
     for output in system.outputs:
         where = f"output '{output.name}'"
         if output.adaptive is not None:
@@ -37,6 +40,21 @@ def losses_of(system: FuzzySystem, rules: WrittenRules) -> Iterator[Loss]:
             yield Loss(where, "weighted sum", "FML divides by the sum of the activations")
         if rules.unnamed(output.name):
             yield Loss(where, "consequents without a name", "they are terms with names of their own", exact=True)
+
+
+def impossible(system: FuzzySystem) -> Iterator[str]:
+    """Yield why no file can hold a system, not even with losses."""
+    for variable in system.inputs:
+        if not variable.terms:
+            yield f"input '{variable.name}' has no terms, and every fuzzyVariable has some"
+    for output in system.outputs:
+        kind = _defuzzifier(system, output.name)
+        if kind in TSUKAMOTO and kind != "tsukamoto":
+            yield f"output '{output.name}': there is no defuzzifier '{kind}'"
+    for number, rule in enumerate(system.rules, 1):
+        for c in rule.consequents:
+            if c.hedges and _defuzzifier(system, c.output) in OVER_RULES:
+                yield f"rule {number}: a consequent of an average, '{c.output}', has no modifiers"
 
 
 def _defuzzifier(system: FuzzySystem, output: str) -> str:
@@ -65,11 +83,10 @@ def _of_method(system: FuzzySystem, rules: WrittenRules) -> Iterator[Loss]:
         yield Loss(where, f"or '{method.disjunction}'", "MAX is written")
     if rules.negates_inside():
         yield Loss(where, "'not' before several conditions", "FML has none inside of others; it is left out")
-    ours, usual = method.semantics.knobs, Semantics().knobs
-    for knob in ours:
-        if ours[knob] != usual[knob] and knob not in ("extremely", "sigmoid_difference"):
-            said = method.semantics.text(knob)
-            yield Loss(where, f"semantics {knob}={said}", f"FML means {Semantics().text(knob)}")
+    # The standard has a modifier for either meaning of `extremely`, and differences of sigmoids become points.
+    own = method.semantics
+    there = Semantics(profile="FML", extremely=own.extremely, sigmoid_difference=own.sigmoid_difference)
+    yield from other_numerics(system, there, lambda output: output.defuzzifier or method.defuzzifier)
 
 
 def _uses(kind: type[And] | type[Or], system: FuzzySystem) -> bool:

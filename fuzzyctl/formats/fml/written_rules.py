@@ -160,8 +160,12 @@ class WrittenRules:
     def clause(self, variable: str, term: str, hedges: tuple[str, ...], tag: str) -> str:
         """Return a clause; FML has one modifier for it."""
         if len(hedges) > 1:
-            self.losses.append(Loss("rules", f"hedges '{' '.join(hedges)}'", "FML has one modifier; they are left out"))
-        modifier = self._modifier(hedges[0]) if len(hedges) == 1 else ""
+            # A condition that is negated says the opposite of one that is not: of all hedges this one is kept.
+            kept = hedges[:1] if hedges[0] == "not" else ()
+            why = "FML has one modifier; only 'not' is kept" if kept else "FML has one modifier; they are left out"
+            self.losses.append(Loss("rules", f"hedges '{' '.join(hedges)}'", why))
+            hedges = kept
+        modifier = self._modifier(hedges[0]) if hedges else ""
         return self._clause(variable, term, modifier, tag)
 
     def _clause(self, variable: str, term: str, modifier: str, tag: str = "clause") -> str:

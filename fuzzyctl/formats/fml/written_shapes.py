@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from dataclasses import replace as replace_fields
 from typing import Final
 
 from fuzzyctl.expr import Compare, Expr, Number, Where, evaluate, replace
@@ -15,6 +16,9 @@ Ends = tuple[float, float]
 
 #: So many points stand for a curve that FML has no shape for.
 _SAMPLES: Final = 101
+
+#: Points of which `tsukamoto` may find the place of a degree.
+_MONOTONE: Final = "pointSetMonotonicShape"
 
 #: Shapes with the same parameters in the same order.
 _SAME: Final = {
@@ -46,6 +50,23 @@ class WrittenShape:
     exact: bool = True
 
 
+def written_consequent(membership: Membership, values: Mapping[str, float], domain: Ends) -> WrittenShape:
+    """Return a monotone term of Tsukamoto's method as FML: a monotone shape."""
+    kind = membership.kind
+    given = tuple(evaluate(a, values) for a in membership.arguments)
+    if kind in ("triangle", "trapezoid") and (jumps := _jump(MEMBERSHIP[kind].vertices(given))):
+        return WrittenShape(_MONOTONE, jumps, "it is written as points")
+    shape = written_shape(membership, values, domain)
+    if shape.tag == "pointSetShape":
+        return replace_fields(shape, tag=_MONOTONE)
+    return shape
+
+
+def _jump(corners: tuple[tuple[float, float], ...]) -> Parameters:
+    """Return the corners of a step, empty for any other term: the linear shapes have none that could be inverted."""
+    return tuple(v for corner in corners for v in corner) if len({x for x, _ in corners}) < len(corners) else ()
+
+
 def written_shape(membership: Membership, values: Mapping[str, float], domain: Ends) -> WrittenShape:
     """Return a term that is a fuzzy set as FML."""
     kind = membership.kind
@@ -60,6 +81,8 @@ def written_shape(membership: Membership, values: Mapping[str, float], domain: E
         return sided
     if kind == "pi_shape" and height == 1.0 and _is_even(given):
         return WrittenShape("piShape", given[:2])
+    if kind == "pi_shape" and height == 1.0 and (edge := _edge(given)) is not None:
+        return edge
     if piecewise_linear(kind):
         return _straight(kind, given, height, domain)
     return _sampled(kind, given, height, domain)
@@ -73,10 +96,20 @@ def _points(given: Parameters, height: float) -> WrittenShape:
 def _sided(given: Parameters, domain: Ends) -> WrittenShape | None:
     """Return a Gaussian that is 1 up to an end of the domain."""
     mean_left, sigma_left, mean_right, sigma_right = given
-    if mean_left == min(domain[0], mean_right) and sigma_left == sigma_right:
+    if mean_left == -math.inf or (mean_left == min(domain[0], mean_right) and sigma_left == sigma_right):
         return WrittenShape("leftGaussianShape", (mean_right, sigma_right))
-    if mean_right == max(domain[1], mean_left) and sigma_left == sigma_right:
+    if mean_right == math.inf or (mean_right == max(domain[1], mean_left) and sigma_left == sigma_right):
         return WrittenShape("rightGaussianShape", (mean_left, sigma_left))
+    return None
+
+
+def _edge(given: Parameters) -> WrittenShape | None:
+    """Return a curved trapezoid with one infinite foot."""
+    left, left_top, right_top, right = given
+    if right == math.inf and -math.inf < left < left_top:
+        return WrittenShape("sShape", (left, left_top))
+    if left == -math.inf and right_top < right < math.inf:
+        return WrittenShape("zShape", (right_top, right))
     return None
 
 
@@ -86,9 +119,15 @@ def _is_even(given: Parameters) -> bool:
 
 
 def _straight(kind: str, given: Parameters, height: float, domain: Ends) -> WrittenShape:
-    """Return a straight term as points; a trapezoid, if it is one whose flat side reaches the end of the domain."""
+    """Return a straight term as a linear shape; as points if it is none.
+
+    A step is a trapezoid whose flat side reaches the end of the domain.
+    """
     corners = MEMBERSHIP[kind].vertices(given)
     if height == 1.0 and kind != "rectangle":
+        if len(corners) == 2 and corners[0][0] < corners[1][0]:
+            tag = "rightLinearShape" if corners[1][1] == 1.0 else "leftLinearShape"
+            return WrittenShape(tag, (corners[0][0], corners[1][0]))
         if corners[0][1] == 1.0 and len(corners) == 2:
             low = min(domain[0], corners[0][0])
             block: Parameters = (low, low, corners[0][0], corners[1][0])

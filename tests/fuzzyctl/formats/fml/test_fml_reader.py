@@ -245,6 +245,14 @@ def test_circular_definitions_and_aggregated_variables_stand_for_conditions():
     assert errors(refused)[0].code == "FZ602"
 
 
+def test_a_name_with_line_ends_is_the_same_in_attributes_and_elements():
+    broken = document().replace('name="food"', 'name="good\n  food"').replace('name="rancid"', 'name="very&#10;old"')
+    broken = broken.replace(">food<", ">\n good   food\n<").replace(">rancid<", ">very\told<")
+    system = sound(broken)
+    assert system.inputs[0].name == "good food"
+    assert system.rules[0].antecedent == Is(variable="good food", term="very old")
+
+
 def test_a_definition_that_uses_itself_is_told():
     circular = (
         "<circularDefinition><or><termName>rancid</termName><termName>delicious</termName></or></circularDefinition>"

@@ -7,9 +7,11 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
+from fuzzyctl.errors import DiagnosticError
 from fuzzyctl.expr import ONE, Binary, Call, Name, Number
 from fuzzyctl.formats.fml import read, write
 from fuzzyctl.formulas import MEMBERSHIP
+from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.model.checks import check_model
 from fuzzyctl.model.method import Defuzzifier, Method
 from fuzzyctl.model.rule import And, Consequent, Is, Not, Or, Rule
@@ -152,7 +154,13 @@ def lossy(system):
         (with_output(terms=(term("b", "bell", 2, 1, 3),)), "written as 101 points"),
         (minimal(method=Method(defuzzifier=Defuzzifier(resolution=101))), "how the set is sampled"),
         (minimal(method=Method(aggregation="sum")), "aggregation 'sum'"),
-        (minimal(method=Method(semantics=Semantics(weight="after"))), "semantics weight=after"),
+        (
+            minimal(
+                method=Method(semantics=Semantics(weight="after")),
+                blocks=(minimal().blocks[0].model_copy(update={"weight": Number(0.5)}),),
+            ),
+            "weight after: before under 'FML'",
+        ),
         (
             minimal(
                 blocks=(
@@ -171,12 +179,93 @@ def test_what_fml_has_no_words_for_is_said(system, said):
     assert any(said in x for x in lossy(system)), lossy(system)
 
 
-def test_shoulders_end_where_the_range_does():
-    shoulder = term("a", "triangle", -math.inf, 0.25, 1)
-    x = minimal().inputs[0].model_copy(update={"terms": (shoulder,)})
+def test_knobs_that_nothing_uses_are_no_loss():
+    unused = Semantics(weight="after", merge="terms", chained="degree", equal=0.1, places="free", none_active="range")
+    assert write(minimal(method=Method(semantics=unused)))[1] == []
+
+
+@pytest.mark.parametrize(
+    ("kind", "values", "written"),
+    [
+        ("triangle", (-math.inf, 0.25, 1), '<leftLinearShape param1="0.25" param2="1"/>'),
+        ("trapezoid", (0.25, 1, 1, math.inf), '<rightLinearShape param1="0.25" param2="1"/>'),
+        ("ramp", (1, 0.25), '<leftLinearShape param1="0.25" param2="1"/>'),
+        ("ramp", (0.25, 1), '<rightLinearShape param1="0.25" param2="1"/>'),
+        ("pi_shape", (0.25, 1, 2, math.inf), '<sShape param1="0.25" param2="1"/>'),
+        ("pi_shape", (-math.inf, 0, 0.25, 1), '<zShape param1="0.25" param2="1"/>'),
+    ],
+)
+def test_shoulders_have_shapes_of_their_own(kind, values, written):
+    x = minimal().inputs[0].model_copy(update={"terms": (term("a", kind, *values),)})
     text, losses = write(minimal(inputs=(x,)))
-    assert '<trapezoidShape param1="0" param2="0" param3="0.25" param4="1"/>' in text
-    assert all(loss.exact for loss in losses)
+    assert written in text
+    assert losses == []
+    before, after = compile_system(minimal(inputs=(x,))), compile_system(read_back(text))
+    assert [after(v / 8) for v in range(9)] == [before(v / 8) for v in range(9)]
+
+
+MONOTONE = [
+    ("ramp", (0, 3)),
+    ("ramp", (4, 1)),
+    ("triangle", (0, 3, math.inf)),
+    ("triangle", (2, 2, math.inf)),
+    ("trapezoid", (-math.inf, 0, 1, 3)),
+    ("s_shape", (0, 3)),
+    ("z_shape", (0, 3)),
+    ("pi_shape", (0, 3, 4, math.inf)),
+    ("gaussian2", (3, 1, math.inf, 2)),
+    ("gaussian2", (-math.inf, 2, 1, 1)),
+    ("piecewise", (0, 0, 1, 0.8, 4, 1)),
+]
+
+
+@pytest.mark.parametrize(("kind", "values"), MONOTONE)
+def test_tsukamotos_terms_are_written_as_monotone_shapes(kind, values):
+    method = Method(defuzzifier=Defuzzifier(kind="tsukamoto"), aggregation="sum")
+    system = minimal(
+        outputs=(minimal().outputs[0].model_copy(update={"terms": (term("b", kind, *values),)}),), method=method
+    )
+    text, losses = write(system)
+    assert [x for x in losses if not x.exact] == []
+    again = read_back(text)
+    assert not [d for d in check_model(again) if d.severity == "error"]
+    before, after = compile_system(system), compile_system(again)
+    places = [v / 8 for v in range(9)]
+    assert [after(v) for v in places] == pytest.approx([before(v) for v in places], rel=1e-15, abs=1e-15)
+
+
+def test_what_no_file_can_hold_is_told_with_all_reasons_before_anything_is_written():
+    rule = minimal().blocks[0]
+    hedged = rule.model_copy(update={"consequents": (Consequent(output="y", term="b", hedges=("very",)),)})
+    empty = Input(name="z", lower=number(0), upper=number(1), terms=())
+    method = Method(defuzzifier=Defuzzifier(kind="weighted_average"), aggregation="sum")
+    with pytest.raises(DiagnosticError) as caught:
+        write(minimal(inputs=(minimal().inputs[0], empty), blocks=(hedged,), method=method))
+    (found,) = caught.value.diagnostics
+    assert found.code == "FZ608"
+    assert found.facts == (
+        "input 'z' has no terms, and every fuzzyVariable has some",
+        "rule 1: a consequent of an average, 'y', has no modifiers",
+    )
+    with pytest.raises(DiagnosticError) as caught:
+        write(with_output(defuzzifier=Defuzzifier(kind="tsukamoto_sum")))
+    assert caught.value.diagnostics[0].facts == ("output 'y': there is no defuzzifier 'tsukamoto_sum'",)
+
+
+def test_of_several_hedges_a_negation_is_kept():
+    hedged = minimal().blocks[0].model_copy(update={"antecedent": Is(variable="x", term="a", hedges=("not", "very"))})
+    system = minimal(blocks=(hedged,))
+    text, _ = write(system)
+    assert read_back(text).rules[0].antecedent == Is(variable="x", term="a", hedges=("not",))
+    assert "only 'not' is kept" in lossy(system)[0]
+
+
+@pytest.mark.parametrize(("kind", "values", "exact"), [("ramp", (0, 1), True), ("gaussian", (0, 1), False)])
+def test_inputs_that_are_not_held_are_a_loss_where_their_terms_go_on(kind, values, exact):
+    x = minimal().inputs[0].model_copy(update={"terms": (term("a", kind, *values),), "extrapolate": True})
+    (loss,) = write(minimal(inputs=(x,)))[1]
+    assert loss.what == "values outside the range"
+    assert loss.exact is exact
 
 
 def test_linear_consequents_begin_with_their_constant_and_functions_are_a_loss():
