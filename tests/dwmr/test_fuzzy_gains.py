@@ -117,7 +117,9 @@ class TestGuarantees:
         assert one.facts[1].startswith("at sigma = ")
 
     def test_values_of_one_channel_count(self, tmp_path):
-        folder = edited(tmp_path, "ais_reaction.fz", ("require f <= 0 within 1e-12 when", "require k_s <= 0.5 or f <= 0 when"))
+        folder = edited(
+            tmp_path, "ais_reaction.fz", ("require f <= 0 within 1e-12 when", "require k_s <= 0.5 or f <= 0 when")
+        )
         checked = rules(folder=folder)
         checked.prove_reaction("leader", "v", None, 0.5)
         checked.prove_reaction("leader", "omega", None, 0.55)
