@@ -49,7 +49,7 @@ class _Least:
         self.point: list[float] | None = None
 
     def run(self, lo: Array, hi: Array, gap: float, deadline: float) -> tuple[float, list[float] | None]:
-        search = Search(self.system, lo, hi, deadline - time.monotonic(), None)
+        search = Search(self.system, lo, hi, deadline, None)
         bounds = np.full(lo.shape[1], -np.inf)
         settled = math.inf
         while search.lo.shape[1] and not search.is_over:
@@ -104,7 +104,7 @@ def steepest(system: System, output: int, position: int, deadline: float) -> flo
     lo, hi = cells
     whole = (lo < hi).all(axis=0)
     with np.errstate(all="ignore"):
-        return _steepest(system, output, position, Search(system, lo[:, whole], hi[:, whole], 0.0, None), deadline)
+        return _steepest(system, output, position, Search(system, lo[:, whole], hi[:, whole], deadline, None), deadline)
 
 
 def _steepest(system: System, output: int, position: int, search: Search, deadline: float) -> float:
