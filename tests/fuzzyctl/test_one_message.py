@@ -93,8 +93,9 @@ CROSSED = (
 
 class TestCsvFields:
     def read(self, tmp_path, csv):
+        """What is said of the fields; that an empty cell at the end of a range makes the output jump is true there."""
         (tmp_path / "t.csv").write_text(csv)
-        return said(*CROSSED, folder=tmp_path)
+        return [message for message in said(*CROSSED, folder=tmp_path) if message[1] != "FZ405"]
 
     @pytest.mark.parametrize(
         "csv",
