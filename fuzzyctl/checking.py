@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 from fuzzyctl import arguments
 from fuzzyctl.errors import Diagnostic, DiagnosticError
 from fuzzyctl.loading import choose, chosen_name, look_through
 from fuzzyctl.model.checks import check_model
+from fuzzyctl.model.profiles import as_profile
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.reading import MAX_BYTES, read_source
 from fuzzyctl.source import SourceText
@@ -50,7 +52,7 @@ def check(
 
 
 def check_source(
-    source: SourceText, *, folder: Path | None = None, guarantees: bool = True
+    source: SourceText, *, folder: Path | None = None, guarantees: bool = True, profile: str | None = None
 ) -> tuple[tuple[FuzzySystem, ...], list[Diagnostic]]:
     """Check all systems of a source text.
 
@@ -58,6 +60,8 @@ def check_source(
         source: The text.
         folder: Where the files stand that it uses; None for a text that may use none.
         guarantees: Whether to look for guarantees that are quickly refuted.
+        profile: The profile by whose numerics the systems are analysed; None for what the file says. Its structure is
+            checked as the file is.
 
     Returns:
         The systems without errors, and all diagnostics in the order of their places.
@@ -65,11 +69,22 @@ def check_source(
     examined = look_through(source, folder=folder)
     diagnostics, sound = examined.diagnostics, []
     for system in examined.systems:
-        found = _analysed(system, guarantees=guarantees)
+        system, found = _under(system, profile, source)
+        found = found or _analysed(system, guarantees=guarantees)
         diagnostics = [*diagnostics, *found]
         if not _has_errors(found):
             sound.append(system)
     return tuple(sound), examined.told(diagnostics)
+
+
+def _under(system: FuzzySystem, profile: str | None, source: SourceText) -> tuple[FuzzySystem, list[Diagnostic]]:
+    """Return a system under a profile, and why it cannot be."""
+    if profile is None:
+        return system, []
+    try:
+        return as_profile(system, profile), []
+    except DiagnosticError as error:
+        return system, [replace(d, file=d.file or source.name) for d in error.diagnostics]
 
 
 def _has_errors(diagnostics: list[Diagnostic]) -> bool:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
-from fuzzyctl.cli.common import DIAGNOSTICS_FORMAT, DONE, FAILED, answers_with_diagnostics, show
+from fuzzyctl.cli.common import AS, DIAGNOSTICS_FORMAT, DONE, FAILED, answers_with_diagnostics, show
 from fuzzyctl.errors import CODES, Diagnostic, DiagnosticError, counted, did_you_mean
 
 if TYPE_CHECKING:
@@ -34,9 +34,12 @@ def _codes(ctx: click.Context, param: click.Parameter, values: tuple[str, ...]) 
     "--deny", "denied", multiple=True, callback=_codes, metavar="CODE", help="Make a warning, or all 'warnings', fail."
 )
 @click.option("--allow", "allowed", multiple=True, callback=_codes, metavar="CODE", help="Leave out a warning.")
+@AS
 @DIAGNOSTICS_FORMAT
 @answers_with_diagnostics
-def check(files: tuple[str, ...], denied: tuple[str, ...], allowed: tuple[str, ...], form: str) -> int:
+def check(
+    files: tuple[str, ...], denied: tuple[str, ...], allowed: tuple[str, ...], profile: str | None, form: str
+) -> int:
     """Find the mistakes of rule files.
 
     Prints every mistake with file, line, column and repair. A system without 'else' must have a rule for every
@@ -52,7 +55,7 @@ def check(files: tuple[str, ...], denied: tuple[str, ...], allowed: tuple[str, .
     found: list[Diagnostic] = []
     clean: list[str] = []
     for file in files:
-        systems, diagnostics = _check_file(file)
+        systems, diagnostics = _check_file(file, profile)
         diagnostics = _enforced(diagnostics, denied, allowed)
         found.extend(diagnostics)
         if not any(d.severity == "error" for d in diagnostics):
@@ -67,12 +70,12 @@ def check(files: tuple[str, ...], denied: tuple[str, ...], allowed: tuple[str, .
     return FAILED if errors else DONE
 
 
-def _check_file(file: str) -> tuple[tuple[FuzzySystem, ...], list[Diagnostic]]:
+def _check_file(file: str, profile: str | None) -> tuple[tuple[FuzzySystem, ...], list[Diagnostic]]:
     from fuzzyctl.checking import check_source
     from fuzzyctl.reading import read_source
 
     try:
-        return check_source(read_source(file), folder=Path(file).parent)
+        return check_source(read_source(file), folder=Path(file).parent, profile=profile)
     except DiagnosticError as error:
         return (), list(error.diagnostics)
 

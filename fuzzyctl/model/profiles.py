@@ -6,12 +6,13 @@ What each says was measured by running the tool, or read in its sources or its m
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any, Final, Literal
 
 from fuzzyctl.errors import Diagnostic, DiagnosticError, UnknownNameError
 from fuzzyctl.expr import ZERO, Expr
+from fuzzyctl.model.checks import check_model
 from fuzzyctl.model.method import MAXIMA, Defuzzifier, Grid, Method, Rule
 from fuzzyctl.model.semantics import Semantics
 from fuzzyctl.model.system import FuzzySystem
@@ -323,7 +324,7 @@ def as_profile(system: FuzzySystem, name: str) -> FuzzySystem:
 
     Raises:
         UnknownNameError: For a name that no profile has.
-        DiagnosticError: For a system that the tool cannot evaluate.
+        DiagnosticError: For a system that the tool cannot evaluate, or that has no meaning under the profile.
     """
     old, new = profile(system.method.semantics.profile), profile(name)
     mistakes = _not_evaluated(system, new)
@@ -333,7 +334,19 @@ def as_profile(system: FuzzySystem, name: str) -> FuzzySystem:
         update={"semantics": new.semantics, "defuzzifier": _defuzzifier(system.method.defuzzifier, old, new)}
     )
     outputs = tuple(_output(o, old, new) for o in system.outputs)
-    return system.model_copy(update={"method": method, "outputs": outputs})
+    changed = system.model_copy(update={"method": method, "outputs": outputs})
+    _require_as_sound(system, changed)
+    return changed
+
+
+def _require_as_sound(system: FuzzySystem, changed: FuzzySystem) -> None:
+    """Refuse errors that a system has under its new numerics only, such as outputs that read each other in a circle."""
+    found = [d for d in check_model(changed, hints=False) if d.severity == "error"]
+    before = {(d.code, d.message) for d in check_model(system, hints=False)} if found else set()
+    name = changed.method.semantics.profile
+    anew = [replace(d, facts=(*d.facts, f"under profile '{name}'")) for d in found if (d.code, d.message) not in before]
+    if anew:
+        raise DiagnosticError(anew)
 
 
 def _defuzzifier(own: Defuzzifier, old: Profile, new: Profile) -> Defuzzifier:

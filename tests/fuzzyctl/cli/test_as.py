@@ -71,3 +71,72 @@ def test_a_system_that_a_tool_cannot_evaluate_is_refused_with_the_reason(file, t
     result = run("eval", str(path), "service=2", "--as", "scikit_fuzzy")
     assert result.exit_code == 1
     assert "scikit-fuzzy 0.5 has no 'weighted_average'" in result.output
+
+
+class TestCheck:
+    """What is proved depends on numerics; what is wrong with the text does not."""
+
+    @pytest.fixture
+    def gap(self, tmp_path):
+        path = tmp_path / "gap.fz"
+        path.write_text(TIPPER.format(""))
+        return str(path)
+
+    def test_a_gap_is_an_error_where_the_tool_has_no_value_for_it(self, gap):
+        for profile in ((), ("--as", "exact")):
+            result = run("check", gap, *profile)
+            assert result.exit_code == 1
+            assert "FZ401" in result.output
+        result = run("check", gap, "--as", "matlab")
+        assert result.exit_code == 0, result.output
+        assert "gap.fz: tip: 2 rules, no errors" in result.output
+
+    def test_a_guarantee_is_refuted_by_the_numbers_of_the_tool(self, gap):
+        # Where no rule fires simpful has 0, MATLAB the middle.
+        with open(gap, "a") as file:
+            file.write("require tip >= 1\n")
+        assert run("check", gap, "--as", "matlab").exit_code == 0
+        result = run("check", gap, "--as", "simpful", "--format", "json")
+        assert result.exit_code == 1
+        (found,) = [d for d in json.loads(result.output)["diagnostics"] if d["severity"] == "error"]
+        assert (found["code"], found["line"]) == ("FZ402", 11)
+
+    def test_a_system_that_the_tool_cannot_evaluate_is_refused_with_its_file(self, file, tmp_path):
+        path = tmp_path / "sugeno.fz"
+        path.write_text(TIPPER.format(" else 7").replace("\ninput", "\ndefuzzifier weighted_average\ninput", 1))
+        result = run("check", file, str(path), "--as", "scikit_fuzzy")
+        assert result.exit_code == 1
+        assert f"{path}:6:8: error[FZ214]: profile 'scikit_fuzzy' cannot evaluate output 'tip'" in result.output
+        assert f"{file}: tip: 2 rules, no errors" in result.output
+
+    def test_what_is_no_profile_is_wrong_usage(self, file):
+        assert run("check", file, "--as", "matlap").exit_code == 2
+
+
+CIRCLE = """system c
+semantics fuzzylite
+input x in [0, 10]
+  a = triangle(-inf, 0, 10)
+  b = triangle(0, 10, inf)
+output u in [0, 1]
+  n = triangle(0, 0.2, 0.5)
+  p = triangle(0.5, 0.8, 1)
+output v in [0, 1]
+  n = triangle(0, 0.2, 0.5)
+  p = triangle(0.5, 0.8, 1)
+if x is a then u is n, v is n
+if v is n then u is p
+if u is n then v is p
+if x is b then u is p, v is n
+"""
+
+
+def test_a_circle_that_degrees_may_have_is_an_error_with_its_place_where_values_are_read(tmp_path):
+    path = tmp_path / "circle.fz"
+    path.write_text(CIRCLE)
+    for arguments in (["check", str(path)], ["eval", str(path), "x=3"]):
+        assert run(*arguments).exit_code == 0
+        result = run(*arguments, "--as", "matlab")
+        assert result.exit_code == 1
+        assert "circle.fz:13:4: error[FZ217]: outputs depend on each other in a circle" in result.output
+        assert "under profile 'matlab'" in result.output
