@@ -1,6 +1,7 @@
 """Checks that guarantees compare and add only what is measured in the same unit, as far as units are said.
 
-Numbers take any unit, and so does what is multiplied or divided: units are texts, and no one computes with them.
+Numbers take any unit, and so does what is multiplied or divided: of units, which are texts, only the slopes of outputs
+are computed.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from collections.abc import Iterator, Sequence
 
 from fuzzyctl.errors import Diagnostic
 from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, children, span_of, to_text
+from fuzzyctl.model.dimensions import are_same, surely_differ
 from fuzzyctl.model.system import FuzzySystem
 
 #: Functions whose value is measured in the unit of their arguments.
@@ -22,10 +24,21 @@ def unlike_units(system: FuzzySystem) -> Iterator[Diagnostic]:
         units.unit(guarantee.claim)
         if guarantee.when is not None:
             units.unit(guarantee.when)
-        claim = guarantee.claim
-        if guarantee.within is not None and isinstance(claim, Compare):
-            units.join([claim.left, guarantee.within])
+        if guarantee.within is not None:
+            units.join([*_measured(guarantee.claim), guarantee.within])
     yield from units.mistakes
+
+
+def _measured(claim: Expr) -> Sequence[Expr]:
+    """Return what of a claim is measured in the unit of its tolerance."""
+    match claim:
+        case Compare(left=Call(function="lipschitz", arguments=(output, _))):
+            return (output,)
+        case Compare(left=left):
+            return (left,)
+        case Call(function="bounded" | "increasing" | "decreasing", arguments=(output, *_)):
+            return (output,)
+    return ()
 
 
 class _Units:
@@ -48,7 +61,13 @@ class _Units:
                 return self.unit(operand)
             case Binary(op="+" | "-", left=left, right=right):
                 return self.join([left, right])
-            case Compare(left=Call(function="lipschitz" | "total")):
+            case Compare(left=Call(function="lipschitz", arguments=(Name() as output, Name() as along)), right=bound):
+                self._slope(output.name, along.name, bound)
+                return ""
+            case Compare(left=Call(function="total"), right=least):
+                given = self.unit(least)
+                if given and surely_differ(given, "1"):
+                    self._report(f"'{to_text(least)}' is measured in {given}, a strength has no unit", least)
                 return ""
             case Compare(left=left, right=right):
                 self.join([left, right])
@@ -73,17 +92,25 @@ class _Units:
         """Return the unit that all parts share; report the first that has another than one before it."""
         known = [(part, unit) for part in parts if (unit := self.unit(part))]
         for part, unit in known[1:]:
-            if unit != known[0][1]:
+            if not are_same(unit, known[0][1]):
                 first = to_text(known[0][0])
                 message = f"'{first}' is measured in {known[0][1]}, '{to_text(part)}' in {unit}"
                 self._report(message, part)
                 break
         return known[0][1] if known else ""
 
+    def _slope(self, output: str, along: str, bound: Expr) -> None:
+        """Report a bound of a slope in another unit than that of the output per that of the input."""
+        given, above, below = self.unit(bound), self.of.get(output, ""), self.of.get(along, "")
+        if given and above and below and surely_differ(given, above, below):
+            due = "has no unit" if are_same(above, below) else f"in {above} per {below}"
+            slope = f"a slope of '{output}' along '{along}'"
+            self._report(f"'{to_text(bound)}' is measured in {given}, {slope} {due}", bound)
+
     def _take(self, call: Call, arguments: Sequence[Expr], due: Sequence[str]) -> None:
         for argument, wanted in zip(arguments, due, strict=False):
             given = self.unit(argument)
-            if given and wanted and given != wanted:
+            if given and wanted and not are_same(given, wanted):
                 self._report(
                     f"'{to_text(argument)}' is measured in {given}, '{call.function}' takes {wanted}", argument
                 )
