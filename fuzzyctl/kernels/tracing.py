@@ -27,8 +27,9 @@ class Contribution:
 
     Args:
         output: The output.
-        term: The consequent's name, or its text for one without a name.
+        term: The consequent's name with its hedges, or its text for one without a name.
         value: What it is in an average over rules, None for a fuzzy set or where it changes with the activation.
+        felt: How far the output feels the rule: its activation, or what hedges of the consequent make of that.
         share: The rule's part of all activations that move the output, from 0 to 1.
         pull: What it adds to the output compared with the average of the others, share · (value - output); None as for
             `value`.
@@ -37,6 +38,7 @@ class Contribution:
     output: str
     term: str
     value: float | None
+    felt: float
     share: float
     pull: float | None
 
@@ -164,7 +166,7 @@ def _fired(
             share = effects[position] / total if total else 0.0
             own = _value(flat, output, output.terms[entry.term], known)
             pull = None if own is None or output.sums else share * (own - value)
-            parts.append(Contribution(output.name, _consequent(rule, output.name), own, share, pull))
+            parts.append(Contribution(output.name, _consequent(rule, output.name), own, effects[position], share, pull))
     return FiredRule(position + 1, rule_text(rule), activation, tuple(parts))
 
 
@@ -183,7 +185,7 @@ def _value(flat: Plan, output: OutputPlan, term: SetPlan, known: dict[str, float
 def _consequent(rule: Rule, output: str) -> str:
     for c in rule.consequents:
         if c.output == output and isinstance(c.term, str):
-            return c.term
+            return " ".join((*c.hedges, c.term))
     text = rule_text(rule)
     return text.partition(f"{output} is ")[2].partition(" weight ")[0]
 

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from fuzzyctl.kernels.compile import degrees
-from fuzzyctl.kernels.tracing import FiredRule, Trace
+from fuzzyctl.kernels.implied import ImpliedSets, antecedent_set
+from fuzzyctl.kernels.plan import plan
+from fuzzyctl.kernels.sampling import sampled_degrees
+from fuzzyctl.kernels.tracing import Contribution, FiredRule, Trace
 from fuzzyctl.model.rule import literals
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Input, LinguisticVariable, Output
+from fuzzyctl.model.variable import Input, LinguisticVariable
 from fuzzyctl.plot.style import COLORS
 
 INPUT, OUTPUT, LINE = COLORS[0], COLORS[1], "#444444"
@@ -23,69 +27,99 @@ def draw_rules(figure: Any, system: FuzzySystem, found: Trace, most: int) -> Non
         figure: An empty matplotlib figure.
         system: The system.
         found: What was traced.
-        most: Most rules to draw, those of the highest activation.
+        most: Most rules to draw, those of the highest activation; all count in what they give together.
     """
     rules = found.rules[:most]
-    variables = [*system.inputs, *system.outputs]
+    columns = _columns(system)
     rows = len(rules) + 1
-    figure.set_size_inches(2.3 * len(variables) + 0.6, 0.85 * rows + 0.9)
-    axes = figure.subplots(rows, len(variables), squeeze=False)
+    figure.set_size_inches(2.3 * len(columns) + 0.6, 0.85 * rows + 0.9)
+    axes = figure.subplots(rows, len(columns), squeeze=False)
     for row, rule in zip(axes, rules, strict=False):
-        for ax, variable in zip(row, variables, strict=True):
-            _cell(ax, system, found, rule, variable)
+        for ax, column in zip(row, columns, strict=True):
+            _cell(ax, system, found, rule, column)
         row[0].set_ylabel(f"rule {rule.number}\n{rule.activation:.3g}", rotation=0, ha="right", va="center")
     axes[-1][0].set_ylabel("together", rotation=0, ha="right", va="center")
-    for ax, variable in zip(axes[-1], variables, strict=True):
-        _last_row(ax, system, found, rules, variable)
-    for ax, variable in zip(axes[0], variables, strict=True):
-        ax.set_title(variable.axis_label)
+    for ax, column in zip(axes[-1], columns, strict=True):
+        _last_row(ax, found, column)
+    for ax, column in zip(axes[0], columns, strict=True):
+        ax.set_title(column.variable.axis_label)
     point = ", ".join(f"{n} = {x:.6g}" for n, x in found.inputs.items())
     figure.suptitle(f"{system.title or system.name}\nat {point}")
 
 
-def _frame(ax: Any, system: FuzzySystem, variable: LinguisticVariable, *, ticks: bool) -> Any:
-    low, high = system.number(variable.lower), system.number(variable.upper)
-    ax.set(xlim=(low, high), ylim=(0, 1.05), yticks=[])
+@dataclass(frozen=True)
+class _Column:
+    """A variable, the points of its axis, and for an output the sets that rules leave there."""
+
+    variable: LinguisticVariable
+    x: tuple[float, ...]
+    sets: ImpliedSets | None
+
+
+def _columns(system: FuzzySystem) -> list[_Column]:
+    plans = {o.name: o for o in plan(system).outputs}
+    found = []
+    for variable in (*system.inputs, *system.outputs):
+        low, high = system.number(variable.lower), system.number(variable.upper)
+        x = tuple(np.linspace(low, high, 401).tolist())
+        sets = None if isinstance(variable, Input) else ImpliedSets(plans[variable.name], x)
+        found.append(_Column(variable, x, sets))
+    return found
+
+
+def _frame(ax: Any, column: _Column, *, ticks: bool) -> None:
+    ax.set(xlim=(column.x[0], column.x[-1]), ylim=(0, 1.05), yticks=[])
     ax.locator_params(axis="x", nbins=4)
     if not ticks:
         ax.tick_params(labelbottom=False)
-    return np.linspace(low, high, 401)
 
 
-def _cell(ax: Any, system: FuzzySystem, found: Trace, rule: FiredRule, variable: LinguisticVariable) -> None:
-    x = _frame(ax, system, variable, ticks=False)
-    source = system.rules[rule.number - 1]
-    named = [i.term for i in literals(source.antecedent) if i.variable == variable.name]
-    for name in dict.fromkeys(named):
-        term = variable.term(name)
-        curve = None if term is None else degrees(system, variable, term, x)
-        if curve is None:
+def _cell(ax: Any, system: FuzzySystem, found: Trace, rule: FiredRule, column: _Column) -> None:
+    _frame(ax, column, ticks=False)
+    variable = column.variable
+    named = [i for i in literals(system.rules[rule.number - 1].antecedent) if i.variable == variable.name]
+    value = _read_value(system, found, variable)
+    for part in dict.fromkeys(named):
+        asked = antecedent_set(system, variable, part)
+        if asked is None:
             continue
-        degree = found.degrees[variable.name][name]
-        ax.plot(x, curve, color=INPUT, lw=1)
-        ax.fill_between(x, np.minimum(curve, degree), color=INPUT, alpha=0.25, lw=0)
-        _name(ax, name, INPUT)
+        curve = sampled_degrees(asked, column.x)
+        ax.plot(column.x, curve, color=INPUT, lw=1)
+        if value is not None:
+            (degree,) = sampled_degrees(asked, [value])
+            ax.fill_between(column.x, np.minimum(curve, degree), color=INPUT, alpha=0.25, lw=0)
+        _name(ax, " ".join((*part.hedges, part.term)), INPUT)
     if named and isinstance(variable, Input):
         ax.axvline(found.inputs[variable.name], color=LINE, lw=0.8)
-    for c in rule.contributions:
-        if c.output == variable.name and isinstance(variable, Output):
-            _consequent(ax, system, variable, x, rule.activation, c.term, c.value)
-    if not named and all(c.output != variable.name for c in rule.contributions):
+    own = [c for c in rule.contributions if c.output == variable.name]
+    for c in own:
+        _consequent(ax, column, rule.number - 1, c)
+    if not named and not own:
         ax.set_facecolor("#f4f4f4")
 
 
-def _consequent(
-    ax: Any, system: FuzzySystem, output: Output, x: Any, activation: float, name: str, value: float | None
-) -> None:
-    _name(ax, name, OUTPUT)
-    if value is not None:
-        ax.vlines(value, 0, activation, color=OUTPUT, lw=3)
+def _read_value(system: FuzzySystem, found: Trace, variable: LinguisticVariable) -> float | None:
+    """Return the value whose degrees antecedents take; None where they take how far an output's terms are activated."""
+    if isinstance(variable, Input):
+        value, held = found.inputs[variable.name], not variable.extrapolate
+    elif system.method.semantics.chained == "degree":
+        return None
+    else:
+        value, held = found.outputs[variable.name], True
+    low, high = system.number(variable.lower), system.number(variable.upper)
+    return min(max(value, low), high) if held else value
+
+
+def _consequent(ax: Any, column: _Column, rule: int, contribution: Contribution) -> None:
+    _name(ax, contribution.term, OUTPUT)
+    if contribution.value is not None:
+        ax.vlines(contribution.value, 0, contribution.felt, color=OUTPUT, lw=3)
         return
-    term = output.term(name)
-    curve = None if term is None else degrees(system, output, term, x)
-    if curve is not None:
-        ax.plot(x, curve, color=OUTPUT, lw=1)
-        ax.fill_between(x, _implied(system, output, curve, activation), color=OUTPUT, alpha=0.35, lw=0)
+    assert column.sets is not None, "rules contribute to outputs only"
+    curve, cut = column.sets.consequent(rule), column.sets.implied(rule, contribution.felt)
+    if curve is not None and cut is not None:
+        ax.plot(column.x, curve, color=OUTPUT, lw=1)
+        ax.fill_between(column.x, cut, color=OUTPUT, alpha=0.35, lw=0)
 
 
 def _name(ax: Any, name: str, color: str) -> None:
@@ -93,34 +127,26 @@ def _name(ax: Any, name: str, color: str) -> None:
     ax.annotate(name, (0.03, 0.8), xycoords="axes fraction", fontsize="small", color=color, bbox=box)
 
 
-def _implied(system: FuzzySystem, output: Output, curve: Any, activation: float) -> Any:
-    """Return a consequent set as its implication leaves it; other norms than the product are drawn as the minimum."""
-    implication = output.implication or system.method.implication
-    return curve * activation if implication == "product" else np.minimum(curve, activation)
-
-
-def _last_row(
-    ax: Any, system: FuzzySystem, found: Trace, rules: tuple[FiredRule, ...], variable: LinguisticVariable
-) -> None:
+def _last_row(ax: Any, found: Trace, column: _Column) -> None:
     """Draw an input's value, or all consequents of an output together with what comes out."""
-    x = _frame(ax, system, variable, ticks=True)
-    if isinstance(variable, Input):
-        ax.axvline(found.inputs[variable.name], color=LINE, lw=0.8)
+    _frame(ax, column, ticks=True)
+    name = column.variable.name
+    if column.sets is None:
+        ax.axvline(found.inputs[name], color=LINE, lw=0.8)
         return
-    assert isinstance(variable, Output)
-    together = np.zeros_like(x)
-    for rule in rules:
-        for c in rule.contributions:
-            if c.output != variable.name:
-                continue
-            term = variable.term(c.term)
-            curve = None if term is None or c.value is not None else degrees(system, variable, term, x)
-            if c.value is not None:
-                ax.vlines(c.value, 0, rule.activation, color=OUTPUT, lw=3)
-            elif curve is not None:
-                together = np.maximum(together, _implied(system, variable, curve, rule.activation))
-    ax.fill_between(x, together, color=OUTPUT, alpha=0.35, lw=0)
-    value = found.outputs[variable.name]
+    own = [(r.number - 1, c) for r in found.rules for c in r.contributions if c.output == name]
+    for value, felt in ((c.value, c.felt) for _, c in own if c.value is not None):
+        ax.vlines(value, 0, felt, color=OUTPUT, lw=3)
+    together = column.sets.together((r, c.felt) for r, c in own if c.value is None)
+    if together:
+        _union(ax, column.x, together)
+    value = found.outputs[name]
     if np.isfinite(value):
         ax.axvline(value, color=LINE, lw=1.6)
         ax.annotate(f"{value:.4g}", (0.97, 0.72), xycoords="axes fraction", ha="right", fontsize="small", color=LINE)
+
+
+def _union(ax: Any, x: Sequence[float], together: Sequence[float]) -> None:
+    """Draw the union; a sum may be higher than 1."""
+    ax.fill_between(x, together, color=OUTPUT, alpha=0.35, lw=0)
+    ax.set_ylim(0, 1.05 * max(1.0, *together))

@@ -146,3 +146,83 @@ def test_the_picture_cuts_terms_at_their_degrees(tmp_path):
     assert max(first.lines[0].get_ydata()) == pytest.approx(1.0)
     assert first.collections[0].get_paths()[0].vertices[:, 1].max() == pytest.approx(0.4)
     assert first.lines[1].get_xdata()[0] == 4.0
+
+
+HEDGED = """
+system hedged
+input x in [0, 10]
+  low  = triangle(-inf, 0, 10)
+  high = triangle(0, 10, inf)
+output u in [0, 1]
+  n = triangle(0, 0.2, 0.4)
+  p = triangle(0.4, 0.7, 1)
+if x is very low then u is not n
+if x is high then u is somewhat p
+"""
+
+
+class TestPictureOfHedges:
+    """What is drawn is what is computed with: sets as hedges leave them, or activations where hedges change those."""
+
+    def drawn(self, text, x, most=12):
+        from matplotlib.figure import Figure
+
+        from fuzzyctl.plot.rules import draw_rules
+
+        figure, system = Figure(), loads(text)
+        draw_rules(figure, system, trace(system, {"x": x}), most)
+        return figure.axes
+
+    def top(self, ax, left, right):
+        """The largest filled degree between two places."""
+        vertices = ax.collections[-1].get_paths()[0].vertices
+        return max(y for x, y in vertices if left <= x <= right)
+
+    def test_a_hedged_consequent_is_the_hedged_set_cut_at_the_activation(self):
+        axes = self.drawn(HEDGED, 6.0)  # rule 2 acts with 0.6, rule 1 with 0.4 squared
+        of_p, of_n, together = axes[1], axes[3], axes[5]
+        assert [t.get_text() for ax in (of_p, of_n) for t in ax.texts] == ["somewhat p", "not n"]
+        curve = dict(zip(of_p.lines[0].get_xdata(), of_p.lines[0].get_ydata(), strict=True))
+        assert curve[0.55] == pytest.approx(0.5**0.5)
+        assert dict(zip(*of_n.lines[0].get_data(), strict=True))[0.2] == pytest.approx(0.0)
+        assert self.top(of_p, 0, 1) == pytest.approx(0.6)
+        assert self.top(of_n, 0, 0.2) == self.top(of_n, 0.4, 1) == pytest.approx(0.16)
+        assert self.top(together, 0.69, 0.71) == pytest.approx(0.6)
+        assert self.top(together, 0.2, 0.2) == pytest.approx(0.0)
+
+    def test_a_hedge_of_the_activation_changes_the_cut_and_not_the_set(self):
+        axes = self.drawn(HEDGED.replace("input x", "semantics fuzzylite\ninput x"), 6.0)
+        of_p, of_n = axes[1], axes[3]
+        assert dict(zip(*of_n.lines[0].get_data(), strict=True))[0.2] == pytest.approx(1.0)
+        assert self.top(of_n, 0, 1) == pytest.approx(1 - 0.16, abs=0.005)  # on 401 points
+        assert self.top(of_p, 0, 1) == pytest.approx(0.6**0.5, abs=0.005)
+
+    def test_hedges_of_antecedents_are_drawn_too(self):
+        of_low = self.drawn(HEDGED, 6.0)[2]
+        assert [t.get_text() for t in of_low.texts] == ["very low"]
+        assert dict(zip(*of_low.lines[0].get_data(), strict=True))[5.0] == pytest.approx(0.25)
+        assert self.top(of_low, 0, 10) == pytest.approx(0.16)
+
+    def test_sets_are_implied_and_joined_by_the_norms_of_the_output(self):
+        text = HEDGED.replace("u in [0, 1]", "u in [0, 1] implication product aggregation sum").replace("not n", "p")
+        together = self.drawn(text.replace("somewhat p", "p"), 6.0)[5]
+        assert self.top(together, 0, 1) == pytest.approx(0.6 + 0.16)
+        assert self.top(together, 0.55, 0.55) == pytest.approx(0.5 * 0.76)
+
+    def test_rules_that_are_not_shown_count_in_what_all_give_together(self):
+        axes = self.drawn(HEDGED, 6.0, most=1)
+        assert len(axes) == 4
+        assert self.top(axes[3], 0, 0.1) == pytest.approx(0.16)
+
+    def test_degrees_that_rules_pass_on_are_not_read_from_a_value(self):
+        text = HEDGED.replace("input x", "semantics fuzzylite\ninput x") + "if u is p then u is n\n"
+        axes = self.drawn(text, 6.0)
+        by_degree = next(ax for ax in axes if [t.get_text() for t in ax.texts] == ["p", "n"])
+        assert len(by_degree.collections) == 1
+
+
+def test_data_say_how_far_an_output_feels_a_rule():
+    found = trace(loads(HEDGED.replace("input x", "semantics fuzzylite\ninput x")), {"x": 6.0})
+    parts = {c.term: (r.activation, c.felt) for r in found.rules for c in r.contributions}
+    assert parts["not n"] == (pytest.approx(0.16), pytest.approx(0.84))
+    assert parts["somewhat p"] == (pytest.approx(0.6), pytest.approx(0.6**0.5))

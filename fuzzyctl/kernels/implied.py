@@ -1,0 +1,61 @@
+"""The sets that rules leave in an output at a point, as pictures show them."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Sequence
+from functools import reduce
+
+from fuzzyctl.expr import Name
+from fuzzyctl.formulas import aggregation, conjunction
+from fuzzyctl.kernels.conclusions import hedge_change
+from fuzzyctl.kernels.plan import OutputPlan, SetPlan, planned_set
+from fuzzyctl.kernels.python_backend import scalar_function
+from fuzzyctl.kernels.sampling import sampled_degrees
+from fuzzyctl.model.rule import Is
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import LinguisticVariable
+
+#: Degrees at the points of a picture.
+Curve = tuple[float, ...]
+
+
+def antecedent_set(system: FuzzySystem, variable: LinguisticVariable, part: Is) -> SetPlan | None:
+    """Return the set that a part of an antecedent asks for, its hedges included; None for a function of the inputs."""
+    term = variable.term(part.term)
+    found = None if term is None else planned_set(system, variable, term)
+    if found is None:
+        return None
+    changes = tuple(hedge_change(system, hedge, undone=False) for hedge in reversed(part.hedges))
+    return dataclasses.replace(found, changes=changes)
+
+
+class ImpliedSets:
+    """What rules leave of their consequents in one output, over some of its values.
+
+    Args:
+        output: The output, whose defuzzifier looks at a set.
+        points: Values of the output.
+    """
+
+    def __init__(self, output: OutputPlan, points: Sequence[float]) -> None:
+        self.output, self.points = output, points
+        a, b = Name("a"), Name("b")
+        self._imply = scalar_function(conjunction(output.implication, output.equal)(a, b))
+        self._join = scalar_function(aggregation(output.aggregation, output.equal)(a, b))
+
+    def consequent(self, rule: int) -> Curve | None:
+        """Return the set that a rule names, as its hedges leave it; None for what is no set."""
+        entry = next(e for e in self.output.implied if e.rule == rule)
+        term = self.output.terms[entry.term]
+        return None if term.expression is not None else sampled_degrees(term, self.points)
+
+    def implied(self, rule: int, felt: float) -> Curve | None:
+        """Return what a rule leaves of this set, cut at how far the output feels the rule."""
+        own = self.consequent(rule)
+        return None if own is None else tuple(self._imply(felt, degree) for degree in own)
+
+    def together(self, rules: Iterable[tuple[int, float]]) -> Curve:
+        """Return the union of what rules leave, each given with how far the output feels it."""
+        curves = [curve for rule, felt in rules if (curve := self.implied(rule, felt)) is not None]
+        return tuple(reduce(self._join, degrees) for degrees in zip(*curves, strict=True)) if curves else ()
