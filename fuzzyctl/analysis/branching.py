@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Final
 
 import numpy as np
@@ -12,6 +12,7 @@ from fuzzyctl.analysis.boxes import System, surely_false, surely_true
 from fuzzyctl.analysis.claims import Bound, Claim, Slope, bounds_in, is_limit
 from fuzzyctl.analysis.enclosures import Array, Mask
 from fuzzyctl.analysis.holes import Side
+from fuzzyctl.analysis.sampling import with_signs
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Witness
 from fuzzyctl.analysis.witnesses import Judge
 from fuzzyctl.expr import Binary
@@ -139,11 +140,24 @@ def first_witness(claim: Claim, judge: Judge, lo: Array, hi: Array, deadline: fl
     for k in range(0, lo.shape[1], step):
         if time.monotonic() > deadline:
             return None
-        point = [float(x) for x in middles(lo[:, k], hi[:, k])]
-        witness = judge.broken(claim.truth, claim.region, point)
+        witness = _witness_of(claim, judge, middles(lo[:, k], hi[:, k]), lo[:, k], hi[:, k])
         if witness is not None:
             return witness
     return None
+
+
+def _witness_of(claim: Claim, judge: Judge, point: Array, lo: Array, hi: Array) -> Witness | None:
+    """Return a point of a box as a witness, or the same with -0.0 where the box holds 0."""
+    for signed in signed_points(point, lo, hi):
+        witness = judge.broken(claim.truth, claim.region, signed)
+        if witness is not None:
+            return witness
+    return None
+
+
+def signed_points(point: Array, lo: Array, hi: Array) -> Iterator[list[float]]:
+    """Yield a point of a box as a list, and the same with -0.0 where the box holds 0."""
+    return with_signs(point.tolist(), list(zip(lo.tolist(), hi.tolist(), strict=True)))
 
 
 def middles(lo: Array, hi: Array) -> Array:
@@ -225,7 +239,7 @@ class _Pointwise:
         order = np.argsort(lowest[open_])[:_TRIED]
         for k in np.flatnonzero(open_)[order]:
             for point in (points[:, k], middles(lo[:, k], hi[:, k])):
-                witness = self.judge.broken(self.claim.truth, self.claim.region, [float(x) for x in point])
+                witness = _witness_of(self.claim, self.judge, point, lo[:, k], hi[:, k])
                 if witness is not None:
                     return witness
         self.search.put_halves(lo[:, open_], hi[:, open_], steepness[:, open_])
@@ -276,9 +290,17 @@ def decide_slope(
 def _broken(slope: Slope, judge: Judge, lo: Array, hi: Array, axis: int) -> Witness | None:
     if not (np.isfinite(lo[axis]) and np.isfinite(hi[axis]) and lo[axis] < hi[axis]):
         return None
-    point = [float(x) for x in middles(lo, hi)]
-    point[axis] = float(lo[axis])
-    return judge.broken_slope(slope, point, float(hi[axis]), judge.rounding(slope.output))
+    start = middles(lo, hi)
+    start[axis] = lo[axis]
+    ends = hi.copy()
+    ends[axis] = lo[axis]
+    far = float(hi[axis])
+    for point in signed_points(start, lo, ends):
+        for end in (far, -0.0) if far == 0.0 else (far,):
+            witness = judge.broken_slope(slope, point, end, judge.rounding(slope.output))
+            if witness is not None:
+                return witness
+    return None
 
 
 class _Sloped:

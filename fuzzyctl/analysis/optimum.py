@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from fuzzyctl.analysis.boxes import System
-from fuzzyctl.analysis.branching import Search, middles, start_of
+from fuzzyctl.analysis.branching import Search, middles, signed_points, start_of
 from fuzzyctl.analysis.enclosures import Array, negative
 
 #: Boxes of a step that are evaluated by the kernel.
@@ -62,7 +62,7 @@ class _Least:
             bounds = bounds[: len(bounds) - count]
             box_lo, box_hi = search.take()
             own, steepness, points = self._lower(box_lo, box_hi)
-            self._try(points, own)
+            self._try(points, box_lo, box_hi, own)
             keep = own < self.best - gap
             settled = min(settled, float(own[~keep].min(initial=math.inf)))
             halved = search.put_halves(box_lo[:, keep], box_hi[:, keep], steepness[:, keep])
@@ -88,12 +88,12 @@ class _Least:
         bound = np.where(void, math.inf, np.fmax(natural, straight))
         return bound, np.maximum(np.abs(down), np.abs(up)), start
 
-    def _try(self, points: Array, bounds: Array) -> None:
+    def _try(self, points: Array, lo: Array, hi: Array, bounds: Array) -> None:
         for k in np.argsort(bounds)[:_TRIED]:
-            point = [float(x) for x in points[:, k]]
-            value = self.value(point)
-            if value < self.best:
-                self.best, self.point = value, point
+            for point in signed_points(points[:, k], lo[:, k], hi[:, k]):
+                value = self.value(point)
+                if value < self.best:
+                    self.best, self.point = value, point
 
 
 def steepest(system: System, output: int, position: int, deadline: float) -> float:

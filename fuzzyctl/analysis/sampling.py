@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Iterator
-from itertools import islice, pairwise, product
+from collections.abc import Iterator, Sequence
+from itertools import chain, islice, pairwise, product
 from typing import Final
 
 from fuzzyctl.analysis.claims import Claim, Slope, named
@@ -19,6 +20,8 @@ from fuzzyctl.model.guarantee import Guarantee
 POINTS: Final = 400
 #: Seconds after which no further point is tried.
 SECONDS: Final = 0.05
+#: Most points that differ in signs of zeros only.
+SIGNS: Final = 16
 #: Most rules of a system whose kernel is worth printing for this.
 RULES: Final = 500
 
@@ -79,12 +82,31 @@ def _broken(claim: Claim, plan: Plan, judge: Judge, point: list[float]) -> Witne
 
 
 def points(plan: Plan, seconds: float = SECONDS) -> Iterator[tuple[float, ...]]:
-    """Yield corners of terms and middles between them, as many as there is time for."""
+    """Yield corners of terms and middles between them, then the same with -0.0, as many as there is time for."""
     deadline = time.monotonic() + seconds
-    for point in islice(product(*(_places(plan, i) for i in range(len(plan.inputs)))), POINTS):
+    places = [_places(plan, i) for i in range(len(plan.inputs))]
+    signed = [[*own, -0.0] if own[0] <= 0.0 <= own[-1] else own for own in places]
+    for point in islice(chain(product(*places), filter(_has_minus_zero, product(*signed))), POINTS):
         yield point
         if time.monotonic() > deadline:
             return
+
+
+def with_signs(point: Sequence[float], sides: Sequence[tuple[float, float]]) -> Iterator[list[float]]:
+    """Yield a point of a box, and the same with -0.0 for inputs whose side holds 0.
+
+    As floats compare, 0.0 and -0.0 are one, but `1 / x` and `atan2(x, -1)` tell them apart.
+
+    Args:
+        point: The point.
+        sides: Ends of the box along each input.
+    """
+    choices = [[x, -0.0] if low <= 0.0 <= high else [x] for x, (low, high) in zip(point, sides, strict=True)]
+    yield from (list(signed) for signed in islice(product(*choices), SIGNS))
+
+
+def _has_minus_zero(point: tuple[float, ...]) -> bool:
+    return any(x == 0.0 and math.copysign(1.0, x) < 0.0 for x in point)
 
 
 def _places(plan: Plan, position: int) -> list[float]:

@@ -135,12 +135,11 @@ class Judge:
             case Binary(op=op, left=left, right=right):
                 return _combined(op, self.value(left, point, here), self.value(right, point, here))
             case Call(function=function, arguments=arguments) if function in here:
-                given = [float(self.value(a, point, here)[0]) for a in arguments]
-                return _finite(self.outputs(given)[function]), True
+                return _finite(self.outputs(self._floats(arguments, point, here))[function]), True
             case Call(function="total", arguments=(Name(name=name),)):
                 return _finite(self.strength(name, point)), True
             case Call(function=function, arguments=arguments) if "." in function:
-                return self._elsewhere(function, [float(self.value(a, point, here)[0]) for a in arguments]), True
+                return self._elsewhere(function, self._floats(arguments, point, here)), True
             case Call(function="abs" | "min" | "max" as function, arguments=arguments):
                 parts = [self.value(a, point, here) for a in arguments]
                 exact = all(e for _, e in parts)
@@ -175,7 +174,23 @@ class Judge:
     def _rounded(
         self, function: Any, parts: Iterable[Expr], point: Sequence[float], here: Mapping[str, float]
     ) -> Value:
-        return _finite(function(*(float(self.value(p, point, here)[0]) for p in parts))), False
+        return _finite(function(*self._floats(parts, point, here))), False
+
+    def _floats(self, parts: Iterable[Expr], point: Sequence[float], here: Mapping[str, float]) -> list[float]:
+        """Return the values of expressions as floats."""
+        return [self._float(p, point, here) for p in parts]
+
+    def _float(self, expr: Expr, point: Sequence[float], here: Mapping[str, float]) -> float:
+        """Return the value of an expression as a float; a zero that a name stands for keeps its sign."""
+        value = float(self.value(expr, point, here)[0])
+        match expr:
+            case Name(name=name) if value == 0.0 and name in self.inputs:
+                return point[self.inputs.index(name)]
+            case Name(name=name) if value == 0.0:
+                return here.get(name, 0.0)
+            case Negate(operand=operand) if value == 0.0:
+                return -self._float(operand, point, here)
+        return value
 
     def rounding(self, output: str) -> Fraction:
         """Return what differences of an output, `SYSTEM.OUTPUT` for one of another system, may owe to rounding."""
