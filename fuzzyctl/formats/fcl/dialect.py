@@ -18,6 +18,9 @@ DialectName = Literal["standard", "jfuzzylogic", "fuzzylite"]
 #: A comment by which `write` says whose numerics the system has.
 _NUMERICS: Final = re.compile(r"numerics of (\w+)")
 
+#: Comments of files for fuzzylite: its own, and the one of `write`, whose file may have none of fuzzylite's words.
+_FUZZYLITE_SIGNS: Final = ("generated with fuzzylite", "in the dialect of fuzzylite")
+
 #: The numerics of a dialect, where no comment says others.
 USUAL_NUMERICS: Final[dict[DialectName, str]] = {
     "standard": "exact",
@@ -50,7 +53,8 @@ def dialect_of(file: FclFile) -> Dialect:
 def _name(file: FclFile) -> DialectName:
     said = " ".join(c for c in file.comments if not _NUMERICS.search(c)).lower()
     words = list(_words(file))
-    if "generated with fuzzylite" in said or any(w.upper in FUZZYLITE_ONLY for w in words) or _of_fuzzylite(file):
+    signed = any(sign in said for sign in _FUZZYLITE_SIGNS)
+    if signed or any(w.upper in FUZZYLITE_ONLY for w in words) or _of_fuzzylite(file):
         return "fuzzylite"
     of_jfuzzylogic = any(w.upper in JFUZZYLOGIC_ONLY for w in words) or any(
         kind.upper in JFUZZYLOGIC_SHAPES or kind.upper in ("FUNCTION", "SINGLETONS") for kind in _kinds(file)

@@ -11,13 +11,13 @@ from fuzzyctl.formats.fcl.rules import RuleResolver, Vocabulary, same_either_way
 from fuzzyctl.formats.fcl.scope import Scope
 from fuzzyctl.formats.fcl.settings import Norms, norms
 from fuzzyctl.formats.fcl.variables import OutputDraft
-from fuzzyctl.model.method import Method
+from fuzzyctl.model.method import TSUKAMOTO, Method
 from fuzzyctl.model.rule import And, Antecedent, Not, Or, Rule
 from fuzzyctl.model.semantics import Semantics
 from fuzzyctl.model.variable import Output
 
 #: Defuzzifiers over rules, for which implication has no effect, and accumulation only where terms are merged.
-_OVER_RULES: Final = frozenset({"weighted_average", "weighted_sum", "tsukamoto", "tsukamoto_sum"})
+_OVER_RULES: Final = frozenset({"weighted_average", "weighted_sum", *TSUKAMOTO})
 
 
 class BlockRules:

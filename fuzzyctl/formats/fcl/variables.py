@@ -14,9 +14,11 @@ from fuzzyctl.formats.fcl.names import METHOD_WORDS
 from fuzzyctl.formats.fcl.scope import Scope
 from fuzzyctl.formats.fcl.settings import accumulation_of, norm_of, require_enabled
 from fuzzyctl.formats.fcl.shapes import membership
+from fuzzyctl.formats.weighted import KINDS, weighted_kinds
 from fuzzyctl.formulas import is_monotone
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.variable import Fallback, Hold, Input, Term
+from fuzzyctl.source import Span
 
 #: Kinds of terms that are numbers or functions, not sets.
 SHARP: Final = frozenset({"singleton", "constant", "linear", "function"})
@@ -202,10 +204,19 @@ class VariableResolver:
             self._scope.warning("FZ603", message, place, help="their average is taken; write: METHOD : COGS;")
             return "weighted_average"
         if kind in _AVERAGES and not all(sharp):
-            if not any(sharp) and all(self._monotone(t) for t in terms):
-                return _AVERAGES[kind]
-            message = f"'{text}' is for numbers; the terms of '{block.variable.text}' are sets"
-            self._scope.error("FZ214", message, place, help="write METHOD : COG; or make the terms numbers")
+            return self._of_sets(kind, text, block, terms, place)
+        return kind
+
+    def _of_sets(self, kind: str, text: str, block: sx.FuzzyBlock, terms: tuple[Term, ...], place: Span) -> str:
+        """Return what an average takes of terms that are sets: their inverses, in fuzzylite else their degrees."""
+        mixed = any(t.membership.kind in SHARP for t in terms)
+        found = set() if mixed else weighted_kinds((t.membership for t in terms), "Automatic")
+        if self._scope.dialect.name == "fuzzylite" and len(found) == 1:
+            return KINDS[min(found)][kind == "weighted_sum"]
+        if not mixed and self._scope.dialect.name != "fuzzylite" and all(self._monotone(t) for t in terms):
+            return _AVERAGES[kind]
+        message = f"'{text}' is for numbers; the terms of '{block.variable.text}' are sets"
+        self._scope.error("FZ214", message, place, help="write METHOD : COG; or make the terms numbers")
         return kind
 
     def _monotone(self, term: Term) -> bool:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import Final
 
 from fuzzyctl.expr import Expr, Name, number_text, replace_names
+from fuzzyctl.formats import numerics
 from fuzzyctl.formats.fcl.dialect import USUAL_NUMERICS, DialectName
 from fuzzyctl.formats.fcl.names import (
     ACCUMULATION_WORDS,
@@ -25,7 +26,9 @@ from fuzzyctl.formats.fcl.written_shapes import (
 )
 from fuzzyctl.formats.held import with_shoulders
 from fuzzyctl.formats.losses import Loss
+from fuzzyctl.formats.weighted import as_inverted_there, inferred_otherwise
 from fuzzyctl.formulas import HEDGES
+from fuzzyctl.model.method import TSUKAMOTO
 from fuzzyctl.model.profiles import PROFILES
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, literals
 from fuzzyctl.model.system import FuzzySystem
@@ -62,8 +65,10 @@ _METHODS: Final = {
     "weighted_average": "COGS",
     "center_average": "COGS",
     "tsukamoto": "COGS",
+    "inverse_tsukamoto": "COGS",
     "weighted_sum": "COGSS",
     "tsukamoto_sum": "COGSS",
+    "inverse_tsukamoto_sum": "COGSS",
 }
 
 
@@ -72,9 +77,16 @@ def write(system: FuzzySystem) -> tuple[str, list[Loss]]:
 
     The dialect is the plainest one that has words for all of it. A comment says whose numerics the system has where the
     dialect alone would mean others. Where no word holds inputs within their ranges shoulders do.
+
+    Raises:
+        DiagnosticError: With all reasons, for a system of Tsukamoto's method that fuzzylite would take for another one.
     """
     if dialect_for(system) != "fuzzylite":  # which alone says that a range holds
         system = with_shoulders(system, points=True)
+    else:
+        system, reasons = as_inverted_there(system)
+        if reasons := [*reasons, *inferred_otherwise(system)]:
+            raise numerics.cannot(system, ".fcl", reasons)
     writer = _Writer(system)
     text = "\n".join(writer.lines()) + "\n"
     read_back, _ = read(SourceText(f"{writer.names.system}.fcl", text))
@@ -100,6 +112,8 @@ def _needs_fuzzylite(system: FuzzySystem) -> bool:
     if hedges - {"not"} or any(o.clamped for o in system.outputs):
         return True
     if any(isinstance(o.otherwise, Hold) and isinstance(o.otherwise.start, Expr) for o in system.outputs):
+        return True
+    if any((o.defuzzifier or system.method.defuzzifier).kind in TSUKAMOTO for o in system.outputs):
         return True
     norms = {system.method.conjunction, system.method.disjunction}
     norms |= {*_per_output(system, "implication"), *_per_output(system, "aggregation")}
@@ -127,12 +141,12 @@ class _Writer:
         self.dialect = dialect_for(system)
 
     def lines(self) -> Iterator[str]:
-        numerics = self._system.method.semantics.profile
+        own = self._system.method.semantics.profile
         yield f"// {_TITLES[self.dialect]}"
         if self._system.title:
             yield f"// {' '.join(self._system.title.split())}"
-        if numerics != USUAL_NUMERICS[self.dialect] and numerics in PROFILES:
-            yield f"// numerics of {numerics}"
+        if own != USUAL_NUMERICS[self.dialect] and own in PROFILES:
+            yield f"// numerics of {own}"
         elif self.dialect == "standard":
             yield "// numerics of exact"
         yield f"FUNCTION_BLOCK {self.names.system}"

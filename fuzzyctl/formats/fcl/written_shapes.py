@@ -75,7 +75,8 @@ def needs_fuzzylite(membership: Membership, values: Mapping[str, float]) -> bool
         return False
     if evaluate(membership.height, values) != 1.0 or kind not in _JFUZZYLOGIC:
         return True
-    return kind == "gaussian2" and given[0] > given[2]
+    # Of the words without a foot jFuzzyLogic has none for what never ends on one side.
+    return kind == "gaussian2" and (given[0] > given[2] or any(map(math.isinf, given)))
 
 
 def needs_jfuzzylogic(membership: Membership) -> bool:

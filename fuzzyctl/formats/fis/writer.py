@@ -18,6 +18,7 @@ from fuzzyctl.formats.fis.words import Dialect
 from fuzzyctl.formats.fll.formulas import formula
 from fuzzyctl.formats.held import holding_matters, with_shoulders
 from fuzzyctl.formats.losses import Loss
+from fuzzyctl.formats.weighted import as_inverted_there, inferred_otherwise
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.model.method import MAXIMA, Defuzzifier
 from fuzzyctl.model.profiles import Profile, profile
@@ -85,7 +86,12 @@ class _Writer:
         self.dialect: Dialect = "octave" if self.beyond_matlab else family(own)
         self.profile: Profile = profile(own if family(own) == self.dialect != "matlab" else self.dialect)
         #: The system; where no key of a file holds inputs within their ranges, shoulders do.
-        self.system = system if self.dialect == "fuzzylite" else with_shoulders(system, points=False)
+        self.system = system
+        if self.dialect == "fuzzylite":
+            self.system, self.reasons = as_inverted_there(system)
+            self.reasons += inferred_otherwise(self.system)
+        else:
+            self.system = with_shoulders(system, points=False)
         self.powers = {h.name: power for h in system.hedges if (power := _power(h.expression)) is not None}
 
     def write(self) -> tuple[str, list[Loss]]:

@@ -11,7 +11,7 @@ from fuzzyctl.formats.fll.lines import Line
 from fuzzyctl.formats.fll.terms import number, words
 from fuzzyctl.formats.fll.variables import Variable
 from fuzzyctl.formats.fll.words import ACTIVATION_WORDS, OF_SETS, S_NORMS, T_NORMS, WEIGHTED
-from fuzzyctl.formats.weighted import KINDS, WeightedType, weighted_kinds
+from fuzzyctl.formats.weighted import INVERTED_THERE, KINDS, WeightedType, weighted_kinds
 from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, DISJUNCTIONS
 from fuzzyctl.model.method import Activation, Defuzzifier
 from fuzzyctl.model.profiles import Profile
@@ -124,4 +124,16 @@ def _weighted(name: str, rest: list[Span], variable: Variable, findings: Finding
         message = f"the terms of '{variable.name}' are of several sorts, which '{name}' cannot average"
         help_text = "take numbers and functions only, or sets only, all monotone or none"
         findings.error("FZ214", message, variable.span, help=help_text)
+    if given == "Tsukamoto":
+        _require_inverted(name, variable, rest[0], findings)
     return KINDS[min(found)][WEIGHTED[name]]
+
+
+def _require_inverted(name: str, variable: Variable, place: Span, findings: Findings) -> None:
+    """Refuse terms that fuzzylite cannot invert either: it stops at the first one that fires."""
+    for term in variable.terms:
+        if term.membership.kind not in (*INVERTED_THERE, "constant", "linear", "function"):
+            message = f"'{name} Tsukamoto' inverts terms, and fuzzylite cannot invert '{term.name}'"
+            known = "Arc, Concave, Ramp, Sigmoid, SShape, ZShape"
+            help_text = f"terms that it can invert: {known}; or write: {name} TakagiSugeno"
+            findings.error("FZ214", message, term.span or place, help=help_text)

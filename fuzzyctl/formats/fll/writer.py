@@ -12,6 +12,7 @@ from fuzzyctl.formats.fll.terms_text import written
 from fuzzyctl.formats.fll.words import ACTIVATION_WORDS, HEDGE_WORDS, OF_SETS, S_NORMS, T_NORMS
 from fuzzyctl.formats.identifiers import with_identifiers
 from fuzzyctl.formats.losses import Loss
+from fuzzyctl.formats.weighted import as_inverted_there
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.model.method import Defuzzifier
 from fuzzyctl.model.profiles import Profile, profile
@@ -60,9 +61,8 @@ def write(system: FuzzySystem) -> tuple[str, list[Loss]]:
 
 class _Writer:
     def __init__(self, system: FuzzySystem, losses: list[Loss]) -> None:
-        self.system = system
+        self.system, self.reasons = as_inverted_there(system)
         self.losses = losses
-        self.reasons: list[str] = []
         own = system.method.semantics.profile
         self.profile: Profile = profile(own) if "fuzzylite" in own else self._nearest()
 

@@ -124,7 +124,7 @@ def _straight(kind: str, given: Parameters, height: float, domain: Ends) -> Writ
     A step is a trapezoid whose flat side reaches the end of the domain.
     """
     corners = MEMBERSHIP[kind].vertices(given)
-    if height == 1.0 and kind != "rectangle":
+    if height == 1.0 and kind != "rectangle" and {y for _, y in corners} == {0.0, 1.0}:
         if len(corners) == 2 and corners[0][0] < corners[1][0]:
             tag = "rightLinearShape" if corners[1][1] == 1.0 else "leftLinearShape"
             return WrittenShape(tag, (corners[0][0], corners[1][0]))

@@ -3,6 +3,7 @@
 import math
 import time
 
+import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
@@ -292,3 +293,61 @@ def test_a_large_file_takes_bounded_time():
     survives(TIPPER.replace("RULE 1", "RULE 1 : IF food IS nothing THEN tip IS cheap;\nRULE 1") * 300)
     survives("RULE 1 : IF (" * 60_000)
     survives("TERM a := (" * 60_000)
+
+
+TSUKAMOTO = """\
+system s
+defuzzifier {method}
+input x in [0, 10]
+  low = triangle(-inf, 0, 10)
+  high = ramp(0, 10)
+output y in [0, 20] else 0
+  a = {a}
+  b = {b}
+if x is low then y is a
+if x is high then y is b
+"""
+
+
+@pytest.mark.parametrize(
+    ("method", "a", "b"),
+    [
+        ("tsukamoto", "s_shape(5, 12)", "ramp(5, 10)"),
+        ("tsukamoto", "triangle(0, 8, inf)", "pi_shape(-inf, 2, 5, 9)"),
+        ("tsukamoto_sum", "piecewise(5, 0, 12, 1)", "ramp(5, 10)"),
+        ("inverse_tsukamoto", "triangle(0, 8, inf)", "gaussian(5, 2)"),
+        ("inverse_tsukamoto_sum", "triangle(0, 8, 9)", "gaussian(5, 2)"),
+    ],
+)
+def test_tsukamotos_methods_are_written_for_fuzzylite_and_read_back(method, a, b):
+    system = loads(TSUKAMOTO.format(method=method, a=a, b=b))
+    text, losses = write(system)
+    assert "// numerics of exact" in text
+    assert "METHOD : COGS" in text
+    assert [x for x in losses if not x.exact] == []
+    again = read_back(text)
+    assert again.method.defuzzifier.kind == method
+    places = [x / 4 for x in range(41)]
+    assert [again(x=x) for x in places] == [system(x=x) for x in places]
+
+
+@pytest.mark.parametrize("held", ["", " extrapolate"])
+@pytest.mark.parametrize("term", ["gaussian2(-inf, 1, 3, 2)", "gaussian2(6, 2, inf, 1)", "triangle(-inf, 3, 7)"])
+def test_sides_that_never_end_are_read_back(term, held):
+    text = TSUKAMOTO.format(method="centroid", a=term, b="ramp(5, 10)").replace("triangle(-inf, 0, 10)", term)
+    system = loads(text.replace("[0, 10]", f"[0, 10]{held}"))
+    written, losses = write(system)
+    assert [x for x in losses if not x.exact and x.what != "values outside the range"] == []
+    again = read_back(written)
+    places = [-30.0, -1.0, *(x / 4 for x in range(41)), 11.0, 40.0] if held else [x / 4 for x in range(41)]
+    assert [again(x=x) for x in places] == pytest.approx([system(x=x) for x in places], rel=1e-12)
+
+
+def test_a_system_of_fuzzylite_without_any_word_of_its_own_stays_one():
+    text = TSUKAMOTO.format(method="weighted_average", a="singleton(3)", b="singleton(5)")
+    text = text.replace("system s", "system s\nsemantics fuzzylite").replace("[0, 10]", "[0, 10] extrapolate")
+    text = text.replace("triangle(-inf, 0, 10)", "piecewise(0, 1, 10, 0)").replace(
+        "ramp(0, 10)", "piecewise(0, 0, 10, 1)"
+    )
+    again = read_back(write(loads(text))[0])
+    assert again.method.semantics.profile == "fuzzylite"

@@ -2,8 +2,9 @@
 
 import pytest
 
+from fuzzyctl import as_profile
 from fuzzyctl.conversion import convert
-from fuzzyctl.errors import render_all
+from fuzzyctl.errors import DiagnosticError, render_all
 from fuzzyctl.formats.fll import read, write
 from fuzzyctl.loading import loads
 from fuzzyctl.source import SourceText
@@ -100,3 +101,79 @@ def test_an_input_that_equals_a_number_is_a_triangle_without_sides():
     back, _ = read(SourceText("t.fll", text))
     for x in (2.9, 3.0, 3.1):
         assert back(x=x) == system(x=x)
+
+
+FLAT = {"a": "triangle(-inf, 0, 10)", "b": "triangle(0, 10, inf)"}
+
+
+class TestInvertedTerms:
+    """fuzzylite inverts some kinds only, whatever their parameters; of others it takes the degree, or stops."""
+
+    @pytest.mark.parametrize("method", ["tsukamoto", "tsukamoto_sum"])
+    @pytest.mark.parametrize(
+        ("term", "written"),
+        [
+            ("triangle(0, 4, inf)", "Ramp 0 4"),
+            ("triangle(-inf, 0, 4)", "Ramp 4 0"),
+            ("trapezoid(0, 3, 4, inf)", "Ramp 0 3"),
+            ("trapezoid(-inf, 0, 1, 4)", "Ramp 4 1"),
+            ("piecewise(0, 0, 4, 1)", "Ramp 0 4"),
+            ("piecewise(0, 1, 4, 0)", "Ramp 4 0"),
+            ("pi_shape(0, 3, 4, inf)", "SShape 0 3"),
+            ("pi_shape(-inf, 0, 1, 4)", "ZShape 1 4"),
+            ("triangle(0, 4, inf, height=0.5)", "Ramp 0 4 0.5"),
+            ("concave(3, 4)", "Concave 3 4"),
+        ],
+    )
+    def test_sides_that_rise_or_fall_once_are_kinds_that_it_inverts(self, term, written, method):
+        system = as_profile(two(method=method, p=term, q="ramp(0, 4)", **FLAT), "pyfuzzylite")
+        text, losses = write(system)
+        assert [x for x in losses if not x.exact] == []
+        assert f"  term: p {written}\n" in text
+        back, diagnostics = read(SourceText("t.fll", text))
+        assert back is not None, render_all(diagnostics)
+        assert back.method.defuzzifier.kind == method
+        for x in (1.0, 4.0, 5.0, 7.5, 9.0):
+            assert back(x=x) == pytest.approx(system(x=x), rel=1e-14), x
+
+    @pytest.mark.parametrize(
+        "term",
+        [
+            "piecewise(0, 0, 2, 0.2, 4, 1)",
+            "piecewise(0, 0.1, 4, 1)",
+            "gaussian2(-inf, 1, 1, 1)",
+            "gaussian2(3, 1, inf, 1)",
+            "triangle(2, 2, inf)",
+        ],
+    )
+    @pytest.mark.parametrize("format", ["fll", "fis", "fcl"])
+    def test_others_are_refused_with_the_term(self, term, format):
+        system = two(method="tsukamoto", p=term, q="ramp(0, 4)", **FLAT)
+        if format == "fis":
+            system = as_profile(system, "pyfuzzylite")
+        with pytest.raises(DiagnosticError) as caught:
+            convert(system, format)
+        (found,) = caught.value.diagnostics
+        assert found.code == "FZ608"
+        kind = term.partition("(")[0]
+        why = f"term 'p' of 'y' is of the kind '{kind}', which fuzzylite cannot invert as it can "
+        assert found.facts[0] == f"{why}arc, concave, ramp, s_shape, sigmoid, z_shape"
+
+    @pytest.mark.parametrize("format", ["fis", "fcl"])
+    def test_degrees_of_monotone_terms_are_refused_where_the_terms_say_the_method(self, format):
+        system = two(method="inverse_tsukamoto", p="ramp(4, 0)", q="ramp(0, 4)", **FLAT)
+        with pytest.raises(DiagnosticError) as caught:
+            convert(as_profile(system, "pyfuzzylite"), format)
+        (found,) = caught.value.diagnostics
+        why = "output 'y' has the defuzzifier 'inverse_tsukamoto', but fuzzylite inverts its terms"
+        assert found.facts == (why,)
+        assert convert(as_profile(system, "pyfuzzylite"), "fll").lossy == ()
+
+    def test_tsukamoto_said_of_what_fuzzylite_cannot_invert_is_an_error_at_the_term(self):
+        text = write(two(method="tsukamoto", p="ramp(4, 0)", q="ramp(0, 4)", **FLAT))[0]
+        text = text.replace("term: p Ramp 4 0", "term: p Discrete 0 1 4 0")
+        system, diagnostics = read(SourceText("t.fll", text))
+        assert system is None
+        ((code, message, line),) = [(d.code, d.message, d.span.line) for d in diagnostics]
+        assert (code, text.splitlines()[line - 1].strip()) == ("FZ214", "term: p Discrete 0 1 4 0")
+        assert message == "'WeightedAverage Tsukamoto' inverts terms, and fuzzylite cannot invert 'p'"
