@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from fuzzyctl import arguments
+from fuzzyctl.analysis.compass import silent_point
 from fuzzyctl.analysis.degrees import CERTAIN, Truths, degree_in
 from fuzzyctl.analysis.holes import Hole, Search, Undecided, Verdict, counts
-from fuzzyctl.analysis.silence import Silence, unclear_at
+from fuzzyctl.analysis.silence import Silence, at, unclear_at
 from fuzzyctl.errors import Diagnostic
 from fuzzyctl.formulas import EXACT_IMPLICATIONS
 from fuzzyctl.kernels.plan import (
@@ -17,6 +18,7 @@ from fuzzyctl.kernels.plan import (
     plan,
 )
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import Output
 
 
 def uncovered(system: FuzzySystem) -> dict[str, Verdict]:
@@ -95,21 +97,40 @@ def diagnostics_of(system: FuzzySystem, flat: Plan, verdicts: Mapping[str, Verdi
         if isinstance(verdict, Hole) and not Silence(flat, output.name).confirms(verdict):
             verdict = Undecided(unclear_at(verdict))
         if isinstance(verdict, Hole):
-            witness = ", ".join(f"{n} = {v:.6g}" for n, v in verdict.witness.items())
-            stopped = _stopped(flat, flat.outputs[position], verdict.witness)
-            verb = "moves" if stopped else "fires for"
-            message = f"no rule {verb} output '{output.name}' where {verdict}"
-            is_point = all(side.lower == side.upper for side in verdict.region.values())
-            facts = [] if is_point else [f"for example at {witness}"]
-            facts.append(stopped or "without 'else' some rule must fire everywhere")
-            change = "let a rule move it there" if stopped else "let a term of the inputs reach there"
-            help_text = f"{change}, or say 'output {output.name} ... else VALUE'"
+            found.append(_at_hole(flat, output, flat.outputs[position], verdict))
         else:
-            message = f"it cannot be decided whether some rule always fires for output '{output.name}'"
-            facts = [verdict.reason]
-            help_text = f"say what holds where none does: 'output {output.name} ... else VALUE'"
-        found.append(Diagnostic("FZ401", message, output.span, facts=tuple(facts), help=help_text))
+            found.append(_undecided(flat, output, flat.outputs[position], verdict))
     return found
+
+
+def _at_hole(flat: Plan, output: Output, planned: OutputPlan, hole: Hole) -> Diagnostic:
+    witness = ", ".join(f"{n} = {v:.6g}" for n, v in hole.witness.items())
+    is_point = all(side.lower == side.upper for side in hole.region.values())
+    example = () if is_point else (f"for example at {witness}",)
+    return _silent(output, f"where {hole}", _stopped(flat, planned, hole.witness), before=example)
+
+
+def _undecided(flat: Plan, output: Output, planned: OutputPlan, verdict: Undecided) -> Diagnostic:
+    """Report an output of which it is not known whether some rule always fires, with a point where none does."""
+    point = silent_point(flat, output.name)
+    if point is not None:
+        stopped = _stopped(flat, planned, dict(zip([i.name for i in flat.inputs], point, strict=True)))
+        region = f"it is not known how far around it none does: {verdict.reason}"
+        return _silent(output, f"at {at(flat, point)}", stopped, after=(region,))
+    message = f"it cannot be decided whether some rule always fires for output '{output.name}'"
+    help_text = f"say what holds where none does: 'output {output.name} ... else VALUE'"
+    return Diagnostic("FZ401", message, output.span, facts=(verdict.reason,), help=help_text)
+
+
+def _silent(
+    output: Output, place: str, stopped: str, before: tuple[str, ...] = (), after: tuple[str, ...] = ()
+) -> Diagnostic:
+    """Report a place where no rule moves an output, with what stops those that fire there, if any does."""
+    message = f"no rule {'moves' if stopped else 'fires for'} output '{output.name}' {place}"
+    facts = (*before, stopped or "without 'else' some rule must fire everywhere", *after)
+    change = "let a rule move it there" if stopped else "let a term of the inputs reach there"
+    help_text = f"{change}, or say 'output {output.name} ... else VALUE'"
+    return Diagnostic("FZ401", message, output.span, facts=facts, help=help_text)
 
 
 def _stopped(flat: Plan, output: OutputPlan, at: Mapping[str, float]) -> str:
@@ -121,7 +142,8 @@ def _stopped(flat: Plan, output: OutputPlan, at: Mapping[str, float]) -> str:
         x = at[flat.inputs[d.variable].name]
         box[degree_name(i)] = degree_in(d.set, (x, x))
     truths = Truths(flat, box)
-    firing = [e for e in output.implied if truths.strength(flat.strengths[flat.rules[e.rule].strength])[0] > 0.0]
+    fired = {e.rule: truths.strength(flat.strengths[flat.rules[e.rule].strength])[0] for e in output.implied}
+    firing = [e for e in output.implied if fired[e.rule] > 0.0]
     weighty = [e for e in firing if flat.rules[e.rule].weight > 0.0]
     if not firing:
         return ""
@@ -131,5 +153,6 @@ def _stopped(flat: Plan, output: OutputPlan, at: Mapping[str, float]) -> str:
         seen = f"at the {output.resolution} samples" if output.resolution is not None else "within the range"
         return f"a rule fires there, but its consequent has no area {seen}"
     if flat.activation.kind in ("general", "proportional"):
-        return ""
+        lost = not output.over_rules and any(fired[e.rule] >= CERTAIN for e in weighty)
+        return f"rules fire there, but 'implication {output.implication}' leaves nothing of them" if lost else ""
     return f"rules fire there, but 'activation {flat.activation.kind}' leaves them out"

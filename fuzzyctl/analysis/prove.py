@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property, partial
-from itertools import chain
 from typing import Any, Final
 
 from fuzzyctl import arguments
@@ -28,6 +27,7 @@ from fuzzyctl.analysis.claims import (
     outside,
     speaks_of_all_points,
 )
+from fuzzyctl.analysis.compass import SECONDS, silent_point
 from fuzzyctl.analysis.coverage import uncovered_of
 from fuzzyctl.analysis.exact import Surface, surface_of
 from fuzzyctl.analysis.holes import Hole
@@ -217,11 +217,14 @@ class Prover:
         if found is None:
             return Proved(claim.text)
         silence = Silence(self.plan, output)
-        own = [list(found.witness.values())] if isinstance(found, Hole) else []
-        small = len(self.plan.rules) <= sampling.RULES
-        for point in chain(own, sampling.points(self.plan) if small else ()):
-            if self.judge.lies_in(claim.region, point) and silence.holds_at(point):
-                return Refuted(claim.text, self.judge.silent(output, point))
+        if isinstance(found, Hole):
+            own = list(found.witness.values())
+            if self.judge.lies_in(claim.region, own) and silence.holds_at(own):
+                return Refuted(claim.text, self.judge.silent(output, own))
+        inside = partial(self.judge.lies_in, claim.region)
+        point = silent_point(self.plan, output, inside, min(self.timeout, SECONDS))
+        if point is not None:
+            return Refuted(claim.text, self.judge.silent(output, point))
         if isinstance(found, Unclear):
             return Undecided(claim.text, found.reason)
         if claim.region == ALWAYS:

@@ -41,7 +41,11 @@ class Silence:
         """Return whether the output is silent at a point, the values of the inputs in order."""
         if math.isnan(self._own(self.value(*point, *self.state))):
             return True
-        return not self.state and self._own(self.strength(*point)) == 0.0
+        return not self.state and self.activation(point) == 0.0
+
+    def activation(self, point: Sequence[float]) -> float:
+        """Return the largest activation among the rules of an output without states at a point."""
+        return self._own(self.strength(*point))
 
     def confirms(self, hole: Hole) -> bool:
         """Return whether the output is silent at the witness of a hole."""
@@ -55,6 +59,16 @@ def unclear_at(hole: Hole) -> str:
     """Return why a hole that is not confirmed decides nothing."""
     at = ", ".join(f"{n} = {x:.12g}" for n, x in hole.witness.items())
     return f"some rule moves it at {at}, but so little that it is not known whether one does nearby"
+
+
+def at(flat: Plan, point: Sequence[float]) -> str:
+    """Return a point in words, with as many digits as it has."""
+    return ", ".join(f"{i.name} = {_digits(x)}" for i, x in zip(flat.inputs, point, strict=True))
+
+
+def _digits(x: float) -> str:
+    short = f"{x:.12g}"
+    return short if float(short) == x else repr(x)
 
 
 def _told(output: OutputPlan, *, own: bool) -> OutputPlan:

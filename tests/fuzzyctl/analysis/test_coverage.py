@@ -1,13 +1,17 @@
 import math
+import re
+import time
 
 import pytest
 
-from fuzzyctl import loads
-from fuzzyctl.analysis import holes
+from fuzzyctl import compile, loads
+from fuzzyctl.analysis import holes, sampling
+from fuzzyctl.analysis.compass import silent_point
 from fuzzyctl.analysis.coverage import diagnostics, uncovered
 from fuzzyctl.analysis.degrees import cells as cells_of
 from fuzzyctl.analysis.holes import Hole, Side, Undecided
-from fuzzyctl.kernels.plan import InputPlan, SetPlan
+from fuzzyctl.errors import NoRuleFiresError
+from fuzzyctl.kernels.plan import InputPlan, SetPlan, plan
 
 TWO = """
 system two
@@ -225,10 +229,55 @@ class TestChains:
     def test_terms_of_an_output_that_cover_its_range_cover_what_reads_it(self):
         assert diagnostics(loads(CHAIN.format(activation="", foot=0.6, start=0.4))) == []
 
-    def test_a_gap_between_them_stays_undecided(self):
+    def test_a_gap_between_them_is_shown_at_a_point(self):
         (found,) = diagnostics(loads(CHAIN.format(activation="", foot=0.4, start=0.6)))
-        assert "cannot be decided" in found.message
+        assert (found.code, found.severity) == ("FZ401", "error")
+        assert found.message == "no rule fires for output 'u' at e = -0.5"
+        assert found.facts[-1].endswith("how far around it none does: all that is known of m is the range")
+
+    def test_a_narrow_gap_is_found_by_going_to_where_rules_fire_less(self):
+        text = CHAIN.format(activation="", foot=0.371, start=0.3723)
+        (found,) = diagnostics(loads(text))
+        point = float(found.message.removeprefix("no rule fires for output 'u' at e = "))
+        with pytest.raises(NoRuleFiresError):
+            compile(loads(text), "python")(point)
+        assert len(repr(point)) <= len("-0.629")
+
+    def test_a_gap_that_no_input_reaches_stays_undecided(self):
+        text = CHAIN.format(activation="", foot=0.4, start=0.6).replace("lo  hi  hi", "hi  hi  hi")
+        text = text.replace("lo = triangle(-inf, 0, 0.4)\n", "").replace("if m is lo then u is a\n", "")
+        (found,) = diagnostics(loads(text))
+        assert found.message == "it cannot be decided whether some rule always fires for output 'u'"
         assert found.facts == ("all that is known of m is the range",)
+
+
+class TestSilentPoint:
+    """Where cells are too many to walk through, a point is found by descent."""
+
+    WIDE = two(start=7.25, end=7.2)
+
+    def test_is_found_beside_the_corners(self, monkeypatch):
+        monkeypatch.setattr(holes, "BUDGET", 10)
+        monkeypatch.setattr(sampling, "POINTS", 3)
+        (found,) = diagnostics(self.WIDE)
+        assert re.fullmatch(r"no rule fires for output 'u' at x = 7\.2\d*, y = \S+", found.message)
+
+    def test_lies_where_it_is_asked_for(self):
+        flat = plan(two(start=7, end=4))
+        assert silent_point(flat, "u", lambda point: point[0] > 6.9)[0] > 6.9
+        assert silent_point(flat, "u", lambda point: point[0] > 7.5) is None
+
+    def test_of_an_input_that_extrapolates_may_lie_outside_its_range(self):
+        text = CHAIN.format(activation="", foot=0.6, start=0.4).replace("[-1, 1]\n", "[-1, 1] extrapolate\n")
+        text = text.replace("  terms N Z P\n", "  N = gaussian(-1, 1)\n  Z = gaussian(0, 1)\n  P = gaussian(1, 1)\n")
+        (x,) = silent_point(plan(loads(text)), "m")
+        assert abs(x) > 30
+
+    def test_takes_the_time_that_it_is_given(self):
+        flat = plan(two(conjunction="hamacher_product"))
+        started = time.monotonic()
+        assert silent_point(flat, "u", seconds=0.1) is None
+        assert time.monotonic() - started < 0.5
 
 
 class TestReasons:

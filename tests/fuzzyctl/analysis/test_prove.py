@@ -340,6 +340,32 @@ if x is B then y is P
 """
 
 
+CHAIN = """
+system chain
+defuzzifier weighted_average
+input e in [-1, 1]
+  terms N Z P
+output m in [0, 1]
+  lo = triangle(-inf, 0, 0.371)
+  hi = triangle(0.3723, 1, inf)
+output u in [-5, 5] else 0
+  a = constant(1)
+  b = constant(2)
+table m = e
+     N   Z   P
+  |  lo  hi  hi
+if m is lo then u is a
+if m is hi then u is b
+"""
+
+
+def test_total_is_refuted_between_corners_too():
+    whole, part, other = verdicts(CHAIN, "total(u)", "total(u) when e > -0.64 and e < -0.6", "total(u) when e > -0.6")
+    assert loads(CHAIN)(**whole.witness.point)["u"] == 0
+    assert loads(CHAIN)(**part.witness.point)["u"] == 0
+    assert isinstance(other, Undecided)
+
+
 class TestSilence:
     """Where no rule moves an output is shown by evaluating it there."""
 
@@ -380,7 +406,8 @@ class TestSilence:
 
     def test_no_place_is_named_where_some_rule_moves_it(self, system):
         (found,) = diagnostics(loads(DIFFERENCE.format(otherwise="")))
-        assert found.message.startswith("it cannot be decided")
+        assert found.message == "no rule moves output 'y' at x = 0.5"
+        assert found.facts[0] == "rules fire there, but 'implication bounded_difference' leaves nothing of them"
 
 
 def with_claims(system, *claims):
