@@ -8,6 +8,7 @@ from typing import Final
 
 from fuzzyctl.errors import ArgumentError
 from fuzzyctl.kernels import inference, interpolation
+from fuzzyctl.kernels.factoring import factored
 from fuzzyctl.kernels.grid import Grid, grid_of
 from fuzzyctl.kernels.inlining import inlined
 from fuzzyctl.kernels.plan import Plan
@@ -47,7 +48,7 @@ class Algorithm:
     def interpreted(self) -> Program:
         """The program for one point in generated Python."""
         if self.grid is None:
-            return inlined(skipping(inference.evaluation(self.plan, branches=True)))
+            return inlined(factored(skipping(inference.evaluation(self.plan, branches=True))))
         return self.point
 
     @cached_property

@@ -21,14 +21,14 @@ from fuzzyctl.kernels.program import (
 )
 
 #: Statements that run at most once; in loops a number may have another value where it is needed.
-_ONCE = (Assign, Branches, Guarded, Locate, Offset, Refuse, Row)
+ONCE = (Assign, Branches, Guarded, Locate, Offset, Refuse, Row)
 
 
 def inlined(program: Program) -> Program:
     """Return a program that computes the same, in the same steps, with fewer names."""
-    if not all(isinstance(s, _ONCE) for s in program.body):
+    if not all(isinstance(s, ONCE) for s in program.body):
         return program
-    uses = Counter(n.name for s in program.body for e in _expressions(s) for n in names_in(e))
+    uses = Counter(n.name for s in program.body for e in expressions(s) for n in names_in(e))
     uses.update(n.name for r in program.results for n in names_in(r))
     given = Counter(s.name for s in program.body if isinstance(s, Assign))
     given.update(a.name for s in program.body if isinstance(s, Guarded) for a in s.body)
@@ -71,7 +71,8 @@ def _depth(value: Expr) -> int:
     return 1 + max((_depth(part) for part in children(value)), default=-1)
 
 
-def _expressions(statement: Statement) -> Iterator[Expr]:
+def expressions(statement: Statement) -> Iterator[Expr]:
+    """Return what a statement that runs at most once computes with."""
     match statement:
         case Assign(value=value):
             yield value
