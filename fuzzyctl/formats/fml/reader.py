@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import PurePath
 from typing import Any, Final
 
 from fuzzyctl.errors import Diagnostic
-from fuzzyctl.expr import Binary, Name, Number
 from fuzzyctl.formats.fml.document import Element, parse_document
 from fuzzyctl.formats.fml.names import POINT_SETS, SHAPES
 from fuzzyctl.formats.fml.rules import RuleReader
 from fuzzyctl.formats.fml.scope import Scope
 from fuzzyctl.formats.fml.variables import KnowledgeBase, VariableReader
-from fuzzyctl.model.guarantee import Hedge
 from fuzzyctl.model.method import Method
 from fuzzyctl.model.semantics import Semantics
 from fuzzyctl.model.system import FuzzySystem
@@ -21,9 +20,6 @@ from fuzzyctl.source import SourceText, Span
 
 _ROOTS: Final = ("fuzzysystem", "fuzzycontroller")
 _RULE_BASES: Final = ("mamdanirulebase", "tskrulebase", "tsukamotorulebase", "rulebase", "anyarulebase")
-
-#: The modifier `plus` of the standard, x^(5/4).
-PLUS: Final = Hedge(name="plus", parameter="x", expression=Binary("^", Name("x"), Number(1.25)))
 
 
 def read(source: SourceText) -> tuple[FuzzySystem | None, list[Diagnostic]]:
@@ -44,13 +40,17 @@ def read(source: SourceText) -> tuple[FuzzySystem | None, list[Diagnostic]]:
 
 def _is_draft(root: Element) -> bool:
     """Whether shapes are spelt with a capital, as before the standard."""
+    shapes = (e for e in _all(root) if e.name in SHAPES or e.name in POINT_SETS)
+    return next((e.tag[0].isupper() for e in shapes), False)
+
+
+def _all(root: Element) -> Iterator[Element]:
+    """Yield an element and all that are in it, in no order."""
     elements = [root]
     while elements:
         element = elements.pop()
-        if element.name in SHAPES or element.name in POINT_SETS:
-            return element.tag[0].isupper()
+        yield element
         elements.extend(element.children)
-    return False
 
 
 def _system(root: Element, scope: Scope, source: SourceText) -> FuzzySystem | None:
@@ -61,19 +61,19 @@ def _system(root: Element, scope: Scope, source: SourceText) -> FuzzySystem | No
         scope.error("FZ212" if not bases else "FZ215", message, root.span, help="put all variables into one")
         return None
     base = VariableReader(scope).read(bases[0])
-    rules = RuleReader(base, scope)
+    rules = RuleReader(base, scope, {e.attributes.get("modifier", "").strip().lower() for e in _all(root)})
     for element in root.all(*_RULE_BASES):
         rules.read(element)
     _require_parts(root, base, rules, scope)
     conjunction = _one(rules.conjunctions, "AND", scope, "min")
     disjunction = _one(rules.disjunctions, "OR", scope, "max")
-    method = Method(conjunction=conjunction, disjunction=disjunction, semantics=_semantics(rules, scope))
+    method = Method(conjunction=conjunction, disjunction=disjunction, semantics=_semantics(rules))
     outputs = [_with_implication(o, rules, scope) for o in base.outputs]
     if any(d.severity == "error" for d in scope.diagnostics) or not outputs:
         return None
     return FuzzySystem(
         name=" ".join(root.attributes.get("name", "").split()) or PurePath(source.name).stem,
-        hedges=(PLUS,) if "plus" in rules.modifiers else (),
+        hedges=rules.hedges,
         method=_method(method, outputs),
         inputs=tuple(base.inputs),
         outputs=tuple(_without_common(o, _method(method, outputs)) for o in outputs),
@@ -102,11 +102,8 @@ def _one(norms: dict[str, Span], word: str, scope: Scope, usual: str) -> str:
     return next(iter(norms), usual)
 
 
-def _semantics(rules: RuleReader, scope: Scope) -> Semantics:
+def _semantics(rules: RuleReader) -> Semantics:
     """Return the knobs: the standard's `extremely` is the cube."""
-    if "extremely" in rules.modifiers and "intensify" in rules.modifiers:
-        message = "the modifiers 'extremely' and 'intensify' in one system are not available"
-        scope.error("FZ602", message, rules.modifiers["intensify"])
     return Semantics(extremely="cube") if "extremely" in rules.modifiers else Semantics()
 
 

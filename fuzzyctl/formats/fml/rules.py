@@ -2,20 +2,33 @@
 
 from __future__ import annotations
 
-from typing import Final
+from collections.abc import Collection
+from typing import Final, Literal
 
 from fuzzyctl.expr import ONE, Number
+from fuzzyctl.formats.findings import Names
 from fuzzyctl.formats.fml.document import MAX_DEPTH, Element
+from fuzzyctl.formats.fml.hedges import NEED_ONE, OWN_HEDGES, reaches_one, up_to
 from fuzzyctl.formats.fml.names import CONJUNCTION_WORDS, DISJUNCTION_WORDS, MODIFIERS
 from fuzzyctl.formats.fml.scope import Scope
 from fuzzyctl.formats.fml.variables import KnowledgeBase, unknown
+from fuzzyctl.model.guarantee import Hedge
 from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Not, Or, Rule
+from fuzzyctl.model.variable import Input, Output, Term
 from fuzzyctl.source import Span
 
 _RULES: Final = ("rule", "tskrule")
 _METHODS: Final = ("andmethod", "ormethod")
 _BASE: Final = ("name", "type", "activationmethod", *_METHODS, "inferenceengine")
 _CLAUSES: Final = ("clause", "tskclause")
+
+#: Modifiers that are a set beside the term, not a function of its degree.
+_BESIDE: Final = ("above", "below")
+
+#: All modifiers, for messages.
+_MODIFIERS: Final = tuple(sorted({*MODIFIERS, *OWN_HEDGES, *_BESIDE, "norm"}))
+
+_SLIGHTLY: Final = "'slightly' is plus and not very by the smaller degree, made to reach 1; JFML takes their product"
 
 #: Most conditions that one rule may become: definitions may use each other, and grow by that.
 _MOST_CONDITIONS: Final = 1000
@@ -25,8 +38,9 @@ class RuleReader:
     """Reads rule bases.
 
     Args:
-        base: The variables.
+        base: The variables; terms are added to them for what is `above` or `below` a term.
         scope: Where mistakes go.
+        used: The modifiers that the document has.
 
     Attributes:
         rules: The rules in order.
@@ -36,8 +50,11 @@ class RuleReader:
         modifiers: The modifiers that are used.
     """
 
-    def __init__(self, base: KnowledgeBase, scope: Scope) -> None:
+    def __init__(self, base: KnowledgeBase, scope: Scope, used: Collection[str]) -> None:
         self._base, self._scope = base, scope
+        # `intensify` is the hedge `extremely`, unless that is the standard's.
+        self._own = {w: h for w, h in OWN_HEDGES.items() if w in used and (w != "intensify" or "extremely" in used)}
+        self._beside: dict[tuple[str, str, str], str] = {}
         self._inputs = {i.name for i in base.inputs}
         self._outputs = {o.name for o in base.outputs}
         self._made = 0
@@ -46,6 +63,11 @@ class RuleReader:
         self.disjunctions: dict[str, Span] = {}
         self.implications: dict[str, dict[str, Span]] = {}
         self.modifiers: dict[str, Span] = {}
+
+    @property
+    def hedges(self) -> tuple[Hedge, ...]:
+        """The hedges of the system's own that rules use."""
+        return tuple(hedge for word, hedge in self._own.items() if word in self.modifiers)
 
     def read(self, base: Element) -> None:
         """Read one rule base."""
@@ -144,7 +166,8 @@ class RuleReader:
         hedges = self._modifier(clause)
         if hedges is None or not self._declared(variable, term, place, term_place):
             return None
-        return self._meaning((variable, term), hedges, clause.span, 0)
+        applied = self._applied((variable, term), hedges, clause)
+        return self._meaning((variable, applied[0]), applied[1], clause.span, 0) if applied is not None else None
 
     def _declared(self, variable: str, term: str, place: Span, term_place: Span) -> bool:
         terms = self._base.terms.get(variable)
@@ -163,14 +186,72 @@ class RuleReader:
         negated = clause.attributes.get("not", "false").strip().lower() == "true"
         word = clause.attributes.get("modifier", "").strip().lower()
         first = ("not",) if negated else ()
-        if word in ("", "norm"):  # sets here reach 1, so that they are normal already
+        if not word:
             return first
-        if word == "plus" or word in MODIFIERS:
-            self.modifiers.setdefault(word, clause.place("modifier"))
-            return (*first, MODIFIERS.get(word, word))
-        facts = (f"modifiers: {', '.join(sorted({*MODIFIERS, 'norm', 'plus'}))}",)
-        self._scope.error("FZ602", f"the modifier '{word}' is not available", clause.place("modifier"), facts=facts)
-        return None
+        place = clause.place("modifier")
+        if word not in _MODIFIERS:
+            facts = (f"modifiers: {', '.join(_MODIFIERS)}",)
+            self._scope.error("FZ602", f"the modifier '{word}' is not available", place, facts=facts)
+            return None
+        self.modifiers.setdefault(word, place)
+        if word == "slightly":
+            self._scope.unsure.setdefault(_SLIGHTLY, place)
+        return (*first, self._own[word].name if word in self._own else MODIFIERS.get(word, word))
+
+    def _applied(
+        self, key: tuple[str, str], hedges: tuple[str, ...], clause: Element
+    ) -> tuple[str, tuple[str, ...]] | None:
+        """Return the term and the hedges that modifiers of a term are; None, with an error, where they are none."""
+        word = clause.attributes.get("modifier", "").strip().lower()
+        if word not in (*_BESIDE, *NEED_ONE):
+            return key[1], hedges
+        owner = self._owner(key[0])
+        term = next((t for t in owner.terms if t.name == key[1]), None) if owner is not None else None
+        place = clause.place("modifier")
+        if term is None or owner is None:  # its shape has a mistake, or other terms define it
+            if key in self._base.defined:
+                message = f"the modifier '{word}' of '{key[1]}', which is defined by others, is not available"
+                self._scope.error("FZ602", message, place)
+            return None
+        if key in self._base.negated or (word in NEED_ONE and not reaches_one(term.membership)):
+            message = f"'{word}' of '{key[1]}', whose degrees do not reach 1, is not available"
+            self._scope.error("FZ602", message, place, help="write the set that is meant as a term of its own")
+            return None
+        if word == "norm":  # it reaches 1 already
+            return key[1], hedges[:-1]
+        if word == "slightly":
+            return key[1], hedges
+        side: Literal["above", "below"] = "above" if word == "above" else "below"
+        found = self._beside_term(owner, term, side, place)
+        return (found, (*hedges[:-1], "not")) if found is not None else None
+
+    def _beside_term(
+        self, owner: Input | Output, term: Term, side: Literal["above", "below"], place: Span
+    ) -> str | None:
+        """Return the name of the term whose complement is `above` or `below` another one; it is added once."""
+        key = (owner.name, term.name, side)
+        if key not in self._beside:
+            membership = up_to(term.membership, side)
+            if membership is None:
+                message = f"'{side}' of '{term.name}', which has several peaks or none of 1, is not available"
+                self._scope.error("FZ602", message, place, help="write the set that is meant as a term of its own")
+                return None
+            other = "below" if side == "above" else "above"
+            name = Names(t.name for t in owner.terms).take(f"{term.name} or {other}")
+            self._beside[key] = name
+            made = Term(name=name, membership=membership, span=term.span)
+            self._replace(owner, owner.model_copy(update={"terms": (*owner.terms, made)}))
+        return self._beside[key]
+
+    def _owner(self, variable: str) -> Input | Output | None:
+        variables: list[Input | Output] = [*self._base.inputs, *self._base.outputs]
+        return next((v for v in variables if v.name == variable), None)
+
+    def _replace(self, old: Input | Output, new: Input | Output) -> None:
+        if isinstance(new, Input):
+            self._base.inputs = [new if i is old else i for i in self._base.inputs]
+        else:
+            self._base.outputs = [new if o is old else o for o in self._base.outputs]
 
     def _meaning(self, key: tuple[str, str], hedges: tuple[str, ...], span: Span, depth: int) -> Antecedent | None:
         """Return what `variable is term` stands for."""
@@ -186,17 +267,22 @@ class RuleReader:
         if len(parts) != 1:
             self._scope.error("FZ601", f"'{key[1]}' is defined by one <and> or <or>", definition.span)
             return None
-        found = self._joined(parts[0], key[0], depth + 1)
+        found = self._joined(parts[0], key[0], depth + 1, hedged=bool(hedges))
         if found is None or not hedges:
             return found
+        if isinstance(found, Is):
+            return found.model_copy(update={"hedges": (*hedges, *found.hedges)})
         if set(hedges) == {"not"}:
             return Not(operand=found, span=span) if len(hedges) % 2 else found
         message = f"a modifier of '{key[1]}', which is defined by others, is not available"
         self._scope.error("FZ602", message, span)
         return None
 
-    def _joined(self, element: Element, variable: str, depth: int) -> Antecedent | None:
-        """Return what <and> and <or> of a definition stand for."""
+    def _joined(self, element: Element, variable: str, depth: int, *, hedged: bool = False) -> Antecedent | None:
+        """Return what <and> and <or> of a definition stand for.
+
+        A condition joined with itself by MIN or MAX is itself; a modifier of it comes before its own.
+        """
         self._scope.known(element, ("t-norm", "t-conorm"), ("and", "or", "termname", "clause"))
         if depth > MAX_DEPTH:
             self._scope.error("FZ106", "definitions are nested too deeply", element.span)
@@ -210,7 +296,10 @@ class RuleReader:
         connector = element.name
         words, attribute = (CONJUNCTION_WORDS, "t-norm") if connector == "and" else (DISJUNCTION_WORDS, "t-conorm")
         usual = "min" if connector == "and" else "max"
-        self._note_norm(connector, self._scope.choice(element, attribute, words, usual), element.span)
+        norm = self._scope.choice(element, attribute, words, usual)
+        if hedged and norm in ("min", "max") and isinstance(operands[0], Is) and len(set(operands)) == 1:
+            return operands[0]
+        self._note_norm(connector, norm, element.span)
         return And(operands=operands) if connector == "and" else Or(operands=operands)
 
     def _part(self, child: Element, variable: str, depth: int) -> Antecedent | None:
@@ -229,7 +318,10 @@ class RuleReader:
         hedges = self._modifier(clause)
         if named is None or hedges is None or not self._declared(*named):
             return None
-        return self._meaning(named[:2], hedges, clause.span, depth + 1)
+        applied = self._applied(named[:2], hedges, clause)
+        return (
+            self._meaning((named[0], applied[0]), applied[1], clause.span, depth + 1) if applied is not None else None
+        )
 
     def _conclusions(self, element: Element, implication: str) -> tuple[Consequent, ...] | None:
         found = [self._conclusion(c, implication) for c in element.all(*_CLAUSES)]
@@ -251,6 +343,10 @@ class RuleReader:
         if (variable, term) in self._base.defined:
             self._scope.error("FZ602", f"a conclusion on '{term}', which is defined by others", clause.span)
             return None
+        applied = self._applied((variable, term), hedges, clause)
+        if applied is None:
+            return None
+        term, hedges = applied
         self.implications.setdefault(variable, {}).setdefault(implication, clause.span)
         hedges = (*hedges, "not") if (variable, term) in self._base.negated else hedges
         return Consequent(output=variable, term=term, hedges=hedges, span=clause.span)

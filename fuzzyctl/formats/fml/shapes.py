@@ -81,12 +81,16 @@ def _sided(element: Element, p: tuple[float, ...], scope: Scope, domain: Ends) -
     return "gaussian2", (center, deviation, max(domain[1], center), deviation)
 
 
+_CURVES: Final = "curves through points may leave [0, 1] between them, and the standard does not say what holds there"
+_STRAIGHT: Final = "write points so close that straight lines between them do: interpolationMethod=\"linear\""
+
+
 def _points(element: Element, scope: Scope) -> Membership | None:
     scope.known(element, ("interpolationmethod", "degree"), ("point",))
     method = element.attributes.get("interpolationmethod", "linear").strip().lower()
     if method != "linear":
         message = f"the interpolation '{method}' is not available"
-        scope.error("FZ602", message, element.place("interpolationmethod"), help="points are joined by straight lines")
+        scope.error("FZ602", message, element.place("interpolationmethod"), facts=(_CURVES,), help=_STRAIGHT)
         return None
     found: list[tuple[float, float]] = []
     for point in element.all("point"):

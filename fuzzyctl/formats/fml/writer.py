@@ -49,9 +49,10 @@ class _Writer:
             yield from self._sets(variable, "fuzzyVariable", "fuzzyTerm", 'type="input"')
         for output in self._system.outputs:
             yield from self._output(output)
+        rule_bases = list(self._rule_bases())  # which say what conditions are to be defined
         yield from (f"    {line}" for line in self.rules.definitions())
         yield "  </knowledgeBase>"
-        yield from self._rule_bases()
+        yield from rule_bases
         yield "</fuzzySystem>"
 
     def _domain(self, variable: Input | Output) -> tuple[float, float]:
@@ -169,7 +170,7 @@ class _Writer:
         yield f"      <{consequent}><{then}>"
         for c in rule.consequents:
             term = c.term if isinstance(c.term, str) else self.rules.name_of(c.output, c.term)
-            yield f"        {self.rules.clause(c.output, term, c.hedges, clause_tag)}"
+            yield f"        {self.rules.conclusion(c.output, term, c.hedges, clause_tag)}"
         yield f"      </{then}></{consequent}>"
         yield f"    </{tag}>"
 

@@ -81,8 +81,6 @@ def _of_method(system: FuzzySystem, rules: WrittenRules) -> Iterator[Loss]:
         yield Loss(where, f"and '{method.conjunction}'", "MIN is written")
     if method.disjunction not in DISJUNCTION_WORDS.values() and _uses(Or, system):
         yield Loss(where, f"or '{method.disjunction}'", "MAX is written")
-    if rules.negates_inside():
-        yield Loss(where, "'not' before several conditions", "FML has none inside of others; it is left out")
     # The standard has a modifier for either meaning of `extremely`, and differences of sigmoids become points.
     own = method.semantics
     there = Semantics(profile="FML", extremely=own.extremely, sigmoid_difference=own.sigmoid_difference)

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import Final
 from xml.sax.saxutils import escape, quoteattr
 
+from fuzzyctl.formats.fml.hedges import own_modifier
 from fuzzyctl.formats.fml.names import CONJUNCTION_WORDS, DISJUNCTION_WORDS
 from fuzzyctl.formats.losses import Loss
 from fuzzyctl.model.method import OVER_RULES
@@ -21,7 +22,6 @@ _MODIFIERS: Final = {
     "seldom": "seldom",
     "any": "any",
     "not": "not",
-    "plus": "plus",
 }
 
 
@@ -48,12 +48,8 @@ class WrittenRules:
         self.variable = "conditions"
         while self.variable in taken:
             self.variable += "_"
-        self._defined: dict[str, Antecedent] = {
-            f"rule{i}_{k}": _stripped(part)[0]
-            for i, r in enumerate(system.rules, 1)
-            for k, part in enumerate(_parts(r.antecedent), 1)
-            if _is_joined(part)
-        }
+        self._defined: dict[str, list[str]] = {}
+        self._composed: dict[tuple[str, str, tuple[str, ...]], str] = {}
 
     def kind(self, output: Output) -> str:
         """Return what sort of rules conclude on an output: `mamdani`, `tsk` or `tsukamoto`."""
@@ -101,37 +97,30 @@ class WrittenRules:
 
     def condition(self, index: int, rule: Rule) -> tuple[str, list[str]]:
         """Return the connector of a rule and its clauses; what is joined in itself is a term of its own."""
-        clauses = []
-        for k, part in enumerate(_parts(rule.antecedent), 1):
-            if _is_joined(part):
-                modifier = "not" if _stripped(part)[1] else ""
-                clauses.append(self._clause(self.variable, f"rule{index}_{k}", modifier))
-            else:
-                clauses.append(self._literal(part))
+        clauses = [self._part(p, f"rule{index}_{k}") for k, p in enumerate(_parts(rule.antecedent), 1)]
         return ("or" if isinstance(rule.antecedent, Or) else "and"), clauses
 
-    def negates_inside(self) -> bool:
-        """Whether several conditions are negated at once where FML has no modifier."""
-        return any(_negates_joined(d) for d in self._defined.values())
+    def _part(self, antecedent: Antecedent, name: str) -> str:
+        """Return a condition as a clause; one of several is a term of that name, negated by a modifier."""
+        inner, negated = _stripped(antecedent)
+        if not isinstance(inner, And | Or):
+            return self._literal(antecedent)
+        self._defined[name] = list(self._tree(inner, name))
+        return self._clause(self.variable, name, "not" if negated else "")
 
     def definitions(self) -> Iterator[str]:
-        """Yield the variable whose terms are nested conditions, where there are such."""
+        """Yield the variable whose terms are the conditions that rules needed until now, where there are such."""
         if not self._defined:
             return
         yield f'<aggregatedFuzzyVariable name={quoteattr(self.variable)} type="input">'
-        for name, antecedent in self._defined.items():
+        for name, lines in self._defined.items():
             yield f'  <aggregatedFuzzyTerm name="{name}">'
-            yield from (f"    {line}" for line in self._tree(antecedent))
+            yield from (f"    {line}" for line in lines)
             yield "  </aggregatedFuzzyTerm>"
         yield "</aggregatedFuzzyVariable>"
 
-    def _tree(self, antecedent: Antecedent) -> Iterator[str]:
+    def _tree(self, antecedent: And | Or, name: str) -> Iterator[str]:
         """Yield a condition as a tree of pairs, since the schema joins two at a time."""
-        if _is_joined(antecedent):
-            antecedent, _ = _stripped(antecedent)  # a negation is told as a loss
-        if not isinstance(antecedent, And | Or):
-            yield self._literal(antecedent)
-            return
         tag = "and" if isinstance(antecedent, And) else "or"
         method = self._system.method
         words, norm = (
@@ -142,8 +131,12 @@ class WrittenRules:
         *before, last = antecedent.operands
         yield f'<{tag} {attribute}="{word}">'
         first = before[0] if len(before) == 1 else antecedent.model_copy(update={"operands": tuple(before)})
-        for part in (first, last):
-            yield from (f"  {line}" for line in self._tree(part))
+        for k, part in enumerate((first, last), 1):
+            inner, negated = _stripped(part)
+            if isinstance(inner, And | Or) and not negated:
+                yield from (f"  {line}" for line in self._tree(inner, f"{name}_{k}"))
+            else:
+                yield f"  {self._part(part, f'{name}_{k}')}"
         yield f"</{tag}>"
 
     def _literal(self, antecedent: Antecedent) -> str:
@@ -155,18 +148,32 @@ class WrittenRules:
         hedges = (*hedges, *antecedent.hedges)
         while hedges[:2] == ("not", "not"):
             hedges = hedges[2:]
-        return self.clause(antecedent.variable, antecedent.term, hedges, "clause")
+        modifiers = tuple(m for m in map(self._modifier, hedges) if m)
+        return self._modified(antecedent.variable, antecedent.term, modifiers)
 
-    def clause(self, variable: str, term: str, hedges: tuple[str, ...], tag: str) -> str:
-        """Return a clause; FML has one modifier for it."""
+    def _modified(self, variable: str, term: str, modifiers: tuple[str, ...]) -> str:
+        """Return a clause; as it has one modifier, the others are those of a term that it names.
+
+        That term is the condition joined with itself by MIN, since a term is defined by a pair.
+        """
+        if len(modifiers) > 1:
+            key = (variable, term, modifiers[1:])
+            if key not in self._composed:
+                clause = self._modified(*key)
+                self._composed[key] = name = f"modified{len(self._composed) + 1}"
+                self._defined[name] = ['<and t-norm="MIN">', f"  {clause}", f"  {clause}", "</and>"]
+            variable, term = self.variable, self._composed[key]
+        return self._clause(variable, term, modifiers[0] if modifiers else "")
+
+    def conclusion(self, variable: str, term: str, hedges: tuple[str, ...], tag: str) -> str:
+        """Return the clause of a conclusion, which has one modifier and cannot name terms that others define."""
         if len(hedges) > 1:
-            # A condition that is negated says the opposite of one that is not: of all hedges this one is kept.
+            # A conclusion that is negated says the opposite of one that is not: of all hedges this one is kept.
             kept = hedges[:1] if hedges[0] == "not" else ()
-            why = "FML has one modifier; only 'not' is kept" if kept else "FML has one modifier; they are left out"
+            why = f"FML has one modifier for a conclusion; {'only not is kept' if kept else 'they are left out'}"
             self.losses.append(Loss("rules", f"hedges '{' '.join(hedges)}'", why))
             hedges = kept
-        modifier = self._modifier(hedges[0]) if hedges else ""
-        return self._clause(variable, term, modifier, tag)
+        return self._clause(variable, term, self._modifier(hedges[0]) if hedges else "", tag)
 
     def _clause(self, variable: str, term: str, modifier: str, tag: str = "clause") -> str:
         said = f' modifier="{modifier}"' if modifier else ""
@@ -177,25 +184,15 @@ class WrittenRules:
         if hedge == "extremely":
             return "extremely" if self._system.method.semantics.extremely == "cube" else "intensify"
         own = next((h for h in self._system.hedges if h.name == hedge), None)
-        if hedge not in _MODIFIERS or (own is not None and not _is_plus(own)):
+        word = own_modifier(own) if own is not None else _MODIFIERS.get(hedge)
+        if word is None:
             self.losses.append(Loss("rules", f"hedge '{hedge}'", "FML has no such modifier; it is left out"))
-            return ""
-        return _MODIFIERS[hedge]
-
-
-def _is_plus(hedge: object) -> bool:
-    from fuzzyctl.formats.fml.reader import PLUS
-
-    return hedge == PLUS
+        return word or ""
 
 
 def _parts(antecedent: Antecedent) -> tuple[Antecedent, ...]:
     """Return what the connector of a rule joins."""
     return antecedent.operands if isinstance(antecedent, And | Or) else (antecedent,)
-
-
-def _is_joined(antecedent: Antecedent) -> bool:
-    return isinstance(_stripped(antecedent)[0], And | Or)
 
 
 def _stripped(antecedent: Antecedent) -> tuple[Antecedent, bool]:
@@ -204,11 +201,3 @@ def _stripped(antecedent: Antecedent) -> tuple[Antecedent, bool]:
     while isinstance(antecedent, Not):
         antecedent, negated = antecedent.operand, not negated
     return antecedent, negated
-
-
-def _negates_joined(antecedent: Antecedent) -> bool:
-    """Whether several conditions are negated at once somewhere below."""
-    match antecedent:
-        case And(operands=operands) | Or(operands=operands):
-            return any((_is_joined(o) and _stripped(o)[1]) or _negates_joined(_stripped(o)[0]) for o in operands)
-    return False

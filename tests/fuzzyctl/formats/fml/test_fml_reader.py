@@ -203,6 +203,104 @@ def test_connectors(attributes, expected):
     assert system.rules[0].antecedent == expected(operands=operands)
 
 
+ONE_OR_ZERO = """<tskVariable name="tip" type="output">
+<tskTerm name="one" order="0"><tskValue>1</tskValue></tskTerm>
+<tskTerm name="zero" order="0"><tskValue>0</tskValue></tskTerm>
+</tskVariable>"""
+
+
+def degree_of(modifier, shape, x, *, more=""):
+    """Return the degree of `food is MODIFIER delicious`: 1 counts with it, beside 0, which counts with 1."""
+    rules = rule(clause("food", "delicious", modifier), then="one", tsk=True)
+    rules += rule(clause("food", "delicious", "any"), then="zero", tsk=True) + more
+    system = sound(document(shape=shape, rules=rules, tip=ONE_OR_ZERO, base="tskRuleBase"))
+    assert not [d for d in check_model(system) if d.severity == "error"]
+    y = system(food=x)
+    return y / (1 - y)
+
+
+@pytest.mark.parametrize(
+    ("shape", "places"),
+    [
+        ('<triangularShape param1="2" param2="5" param3="9"/>', {1: (0, 1), 3.5: (0, 0.5), 5: (0, 0), 8: (0.75, 0)}),
+        (
+            '<trapezoidShape param1="1" param2="3" param3="5" param4="9"/>',
+            {2: (0, 0.5), 4: (0, 0), 8: (0.75, 0), 10: (1, 0)},
+        ),
+        (
+            '<gaussianShape param1="5" param2="2"/>',
+            {3: (0, 1 - math.exp(-0.5)), 5: (0, 0), 7: (1 - math.exp(-0.5), 0)},
+        ),
+        ('<leftGaussianShape param1="5" param2="2"/>', {3: (0, 0), 7: (1 - math.exp(-0.5), 0)}),
+        ('<rightLinearShape param1="2" param2="6"/>', {1: (0, 1), 4: (0, 0.5), 7: (0, 0)}),
+        ('<leftLinearShape param1="2" param2="6"/>', {1: (0, 0), 4: (0.5, 0), 7: (1, 0)}),
+        ('<sShape param1="2" param2="6"/>', {1: (0, 1), 4: (0, 0.5), 7: (0, 0)}),
+        ('<zShape param1="2" param2="6"/>', {1: (0, 0), 4: (0.5, 0), 7: (1, 0)}),
+        ('<piShape param1="2" param2="6"/>', {4: (0, 0.5), 6: (0, 0), 8: (0.5, 0)}),
+        ('<rectangularShape param1="2" param2="6"/>', {1: (0, 1), 4: (0, 0), 7: (1, 0)}),
+        ('<singletonShape param1="4"/>', {3: (0, 1), 4: (0, 0), 5: (1, 0)}),
+        (
+            '<pointSetShape><point x="1" y="0.2"/><point x="3" y="1"/><point x="4" y="1"/>'
+            '<point x="8" y="0"/></pointSetShape>',
+            {2: (0, 0.4), 3.5: (0, 0), 6: (0.5, 0), 9: (1, 0)},
+        ),
+    ],
+    ids=lambda v: v.split()[0] if isinstance(v, str) else "",
+)
+def test_above_and_below_are_the_complement_beyond_the_place_where_a_term_is_largest(shape, places):
+    for x, (above, below) in places.items():
+        assert degree_of("above", shape, x) == pytest.approx(above, abs=1e-14), x
+        assert degree_of("below", shape, x) == pytest.approx(below, abs=1e-14), x
+
+
+@pytest.mark.parametrize("x", [0.0, 0.3, 0.6474639298936405, 0.8, 1.0])
+def test_slightly_is_plus_and_not_very_made_to_reach_one_and_intensified(x):
+    part = min(x**1.25, 1 - x**2) / 0.580790459486683
+    expected = 2 * part**2 if part <= 0.5 else 1 - 2 * (1 - part) ** 2
+    shape = '<rightLinearShape param1="0" param2="10"/>'
+    assert degree_of("slightly", shape, 10 * x) == pytest.approx(expected, abs=1e-14)
+    _, diagnostics = read(SourceText("x.fml", document(rules=rule(clause("food", "delicious", "slightly")))))
+    assert [d.message for d in diagnostics if "slightly" in d.message] == [
+        "'slightly' is plus and not very by the smaller degree, made to reach 1; JFML takes their product"
+    ]
+
+
+@pytest.mark.parametrize("x", [0.0, 0.3, 0.5, 0.8, 1.0])
+def test_intensify_and_extremely_are_two_hedges(x):
+    shape = '<rightLinearShape param1="0" param2="10"/>'
+    no_more = 'connector="and" weight="0"'
+    more = rule(clause("food", "delicious", "extremely"), then="one", tsk=True, attributes=no_more)
+    intensified = 2 * x**2 if x <= 0.5 else 1 - 2 * (1 - x) ** 2
+    assert degree_of("intensify", shape, 10 * x, more=more) == pytest.approx(intensified, abs=1e-14)
+    more = rule(clause("food", "delicious", "intensify"), then="one", tsk=True, attributes=no_more)
+    assert degree_of("extremely", shape, 10 * x, more=more) == pytest.approx(x**3, abs=1e-14)
+
+
+LOW_POINTS = '<pointSetShape><point x="1" y="0"/><point x="3" y="0.8"/><point x="8" y="0"/></pointSetShape>'
+TWO_PEAKS = (
+    '<pointSetShape><point x="1" y="1"/><point x="3" y="0.8"/><point x="4" y="1"/><point x="8" y="0"/></pointSetShape>'
+)
+
+
+@pytest.mark.parametrize(
+    ("modifier", "shape", "message"),
+    [
+        ("norm", LOW_POINTS, "'norm' of 'delicious', whose degrees do not reach 1, is not available"),
+        ("slightly", LOW_POINTS, "'slightly' of 'delicious', whose degrees do not reach 1, is not available"),
+        ("above", LOW_POINTS, "'above' of 'delicious', which has several peaks or none of 1, is not available"),
+        ("below", TWO_PEAKS, "'below' of 'delicious', which has several peaks or none of 1, is not available"),
+        ("custom_bent", TWO_PEAKS, "the modifier 'custom_bent' is not available"),
+    ],
+)
+def test_modifiers_that_cannot_be_had_are_refused_where_they_stand(modifier, shape, message):
+    text = document(shape=shape, rules=rule(clause("food", "delicious", modifier)))
+    system, diagnostics = read(SourceText("x.fml", text))
+    assert system is None
+    (found,) = [d for d in diagnostics if d.severity == "error"]
+    assert (found.code, found.message) == ("FZ602", message)
+    assert text[found.span.start : found.span.end] == f'"{modifier}"'
+
+
 def test_modifiers_are_hedges_and_extremely_is_the_standards_cube():
     def read_with(modifier):
         return sound(document(rules=rule(clause("food", "rancid", modifier))))

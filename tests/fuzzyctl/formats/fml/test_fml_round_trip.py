@@ -10,9 +10,11 @@ from hypothesis import strategies as st
 from fuzzyctl.errors import DiagnosticError
 from fuzzyctl.expr import ONE, Binary, Call, Name, Number
 from fuzzyctl.formats.fml import read, write
+from fuzzyctl.formats.fml.hedges import OWN_HEDGES
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.model.checks import check_model
+from fuzzyctl.model.guarantee import Hedge
 from fuzzyctl.model.method import Defuzzifier, Method
 from fuzzyctl.model.rule import And, Consequent, Is, Not, Or, Rule
 from fuzzyctl.model.semantics import Semantics
@@ -54,7 +56,7 @@ def variables(draw, name, kinds, make, **more):
 @st.composite
 def literals(draw, inputs):
     variable = draw(st.sampled_from(inputs))
-    hedges = draw(st.sampled_from([(), (), ("not",), ("very",), ("slightly",), ("extremely",)]))
+    hedges = draw(st.sampled_from([(), (), ("not",), ("very",), ("slightly",), ("extremely",), ("not", "very", "any")]))
     return Is(variable=variable.name, term=draw(st.sampled_from(variable.terms)).name, hedges=hedges)
 
 
@@ -70,8 +72,11 @@ def antecedents(draw, inputs):
 
 @st.composite
 def pairs(draw, inputs, depth):
-    part = literals(inputs) if depth == 1 else st.one_of(literals(inputs), pairs(inputs, depth - 1))
-    return draw(st.sampled_from([And, Or]))(operands=(draw(part), draw(part)))
+    deeper = pairs(inputs, depth - 1) if depth > 1 else literals(inputs)
+    part = st.one_of(literals(inputs), deeper, deeper.map(lambda a: a if isinstance(a, Is) else Not(operand=a)))
+    operands = draw(part), draw(part)
+    assume(operands[0] != operands[1])  # a condition joined with itself is read as itself, where it is modified
+    return draw(st.sampled_from([And, Or]))(operands=operands)
 
 
 @st.composite
@@ -140,6 +145,20 @@ def with_output(**update):
     return minimal(outputs=(minimal().outputs[0].model_copy(update=update),))
 
 
+def hedged(*hedges, own=False):
+    if own:
+        bent = Hedge(name="bent", parameter="x", expression=Binary("^", Name("x"), Number(3.5)))
+        return hedged("bent", *hedges).model_copy(update={"hedges": (bent,)})
+    return minimal(
+        blocks=(minimal().blocks[0].model_copy(update={"antecedent": Is(variable="x", term="a", hedges=hedges)}),)
+    )
+
+
+def concluding(*hedges):
+    consequent = Consequent(output="y", term="b", hedges=hedges)
+    return minimal(blocks=(minimal().blocks[0].model_copy(update={"consequents": (consequent,)}),))
+
+
 def lossy(system):
     return [str(x) for x in write(system)[1] if not x.exact]
 
@@ -161,16 +180,9 @@ def lossy(system):
             ),
             "weight after: before under 'FML'",
         ),
-        (
-            minimal(
-                blocks=(
-                    minimal()
-                    .blocks[0]
-                    .model_copy(update={"antecedent": Is(variable="x", term="a", hedges=("very", "very"))}),
-                )
-            ),
-            "hedges 'very very'",
-        ),
+        (hedged("very", own=True), "hedge 'bent': FML has no such modifier"),
+        (concluding("very", "very"), "hedges 'very very': FML has one modifier for a conclusion; they are left out"),
+        (concluding("not", "very"), "hedges 'not very': FML has one modifier for a conclusion; only not is kept"),
     ],
     ids=lambda v: v if isinstance(v, str) else "",
 )
@@ -253,12 +265,38 @@ def test_what_no_file_can_hold_is_told_with_all_reasons_before_anything_is_writt
     assert caught.value.diagnostics[0].facts == ("output 'y': there is no defuzzifier 'tsukamoto_sum'",)
 
 
-def test_of_several_hedges_a_negation_is_kept():
-    hedged = minimal().blocks[0].model_copy(update={"antecedent": Is(variable="x", term="a", hedges=("not", "very"))})
-    system = minimal(blocks=(hedged,))
-    text, _ = write(system)
-    assert read_back(text).rules[0].antecedent == Is(variable="x", term="a", hedges=("not",))
-    assert "only 'not' is kept" in lossy(system)[0]
+@pytest.mark.parametrize(
+    "hedges", [("not", "very"), ("very", "not"), ("very", "very", "very"), ("not", "extremely", "somewhat", "seldom")]
+)
+@pytest.mark.parametrize("norms", [("min", "max"), ("product", "probabilistic_sum")])
+def test_several_hedges_are_modifiers_of_terms_that_other_terms_define(hedges, norms):
+    conjunction, disjunction = norms
+    both = And(operands=(Is(variable="x", term="a", hedges=hedges), Is(variable="x", term="a")))
+    method = Method(conjunction=conjunction, disjunction=disjunction)
+    system = hedged(*hedges).model_copy(update={"method": method})
+    system = system.model_copy(
+        update={"blocks": (*system.blocks, system.blocks[0].model_copy(update={"antecedent": both}))}
+    )
+    text, losses = write(system)
+    assert losses == []
+    assert [r.antecedent for r in read_back(text).rules] == [r.antecedent for r in system.rules]
+
+
+def test_a_hedge_without_a_modifier_leaves_the_others():
+    text, losses = write(hedged("very", own=True))
+    assert [x.what for x in losses] == ["hedge 'bent'"]
+    assert read_back(text).rules[0].antecedent == Is(variable="x", term="a", hedges=("very",))
+
+
+@pytest.mark.parametrize("word", list(OWN_HEDGES))
+def test_hedges_that_are_modifiers_of_the_standard_are_known_by_what_they_do(word):
+    own = OWN_HEDGES[word].model_copy(update={"name": "mine"})
+    system = hedged("mine").model_copy(
+        update={"hedges": (own,), "method": Method(semantics=Semantics(extremely="cube"))}
+    )
+    text, losses = write(system)
+    assert f'<clause modifier="{word}">' in text
+    assert losses == []
 
 
 @pytest.mark.parametrize(("kind", "values", "exact"), [("ramp", (0, 1), True), ("gaussian", (0, 1), False)])
