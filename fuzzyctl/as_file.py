@@ -11,7 +11,7 @@ from fuzzyctl.errors import ArgumentError, Diagnostic, DiagnosticError
 from fuzzyctl.formats.fz import dumps
 from fuzzyctl.loading import examine
 from fuzzyctl.model.method import Method
-from fuzzyctl.model.rule import RuleTable, literals
+from fuzzyctl.model.rule import RuleBlock, RuleTable, literals
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Membership, Output
 from fuzzyctl.source import SourceText
@@ -70,18 +70,20 @@ def _declared(built: FuzzySystem) -> _Named:
         for t in v.terms:
             yield f"a term of '{v.name}'", t.name
             yield "a membership function", t.membership.kind
+    yield from (("a rule block", b.name) for b in built.rule_blocks)
 
 
 def _method_names(built: FuzzySystem) -> _Named:
-    yield "an activation", built.method.activation.kind
-    owners: tuple[Method | Output, ...] = (built.method, *built.outputs)
+    owners: tuple[Method | Output | RuleBlock, ...] = (built.method, *built.outputs, *built.rule_blocks)
     for owner in owners:
         for field in ("conjunction", "disjunction", "implication", "aggregation"):
             name = getattr(owner, field, None)
             if name is not None:
                 yield f"{'an' if field[0] in 'ai' else 'a'} {field}", name
-        if owner.defuzzifier is not None:
-            yield "a defuzzifier", owner.defuzzifier.kind
+        for field in ("activation", "defuzzifier"):
+            setting = getattr(owner, field, None)
+            if setting is not None:
+                yield f"{'an' if field[0] == 'a' else 'a'} {field}", setting.kind
 
 
 def _in_rules(built: FuzzySystem) -> _Named:
@@ -94,7 +96,7 @@ def _in_rules(built: FuzzySystem) -> _Named:
 
 
 def _in_tables(built: FuzzySystem) -> _Named:
-    for table in built.blocks:
+    for table in built.tables_and_rules:
         if isinstance(table, RuleTable):
             words = [*table.outputs, table.columns, *([table.rows] if table.rows else [])]
             yield from (("a part of a table", w) for w in (*words, *table.row_terms, *table.column_terms))

@@ -27,7 +27,7 @@ from fuzzyctl.model import variable as model
 from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
 from fuzzyctl.model.method import Activation, Defuzzifier, Method
 from fuzzyctl.model.profiles import PROFILES, Profile
-from fuzzyctl.model.rule import Cell, Rule, RuleTable
+from fuzzyctl.model.rule import Cell, Rule, RuleBlock, RuleTable
 from fuzzyctl.model.semantics import Semantics
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Fallback, Input, Membership, Output, Term
@@ -41,6 +41,7 @@ __all__ = [
     "output_variable",
     "partition",
     "rule",
+    "rule_block",
     "rule_table",
     "system",
 ]
@@ -286,6 +287,40 @@ def rule_table(
     )
 
 
+def rule_block(
+    name: str,
+    rules: Iterable[Rule | RuleTable | str],
+    *,
+    conjunction: str | None = None,
+    disjunction: str | None = None,
+    implication: str | None = None,
+    activation: str | Activation | None = None,
+) -> RuleBlock:
+    """Return a rule block: rules that are joined, implied and chosen by methods of their own.
+
+    Args:
+        name: An identifier; each block of a system has another one.
+        rules: Rules, tables and texts of rules, in order; at least one.
+        conjunction, disjunction, implication: Norms; None for those of the system, or the implication of the output.
+        activation: What stands behind `activation` in a file, or an `Activation`; None for that of the system. A method
+            that compares rules compares those of the block.
+
+    Raises:
+        ArgumentError: For no rules at all, and for arguments of a type that they cannot have.
+        DiagnosticError: For a text that is no rule or no activation method.
+    """
+    due = "a list of rules, tables and texts of rules"
+    found = arguments.items_of("'rules'", (Rule, RuleTable, str), due, rules)
+    if not found:
+        raise ArgumentError("a rule block needs a rule")
+    norms = {"conjunction": conjunction, "disjunction": disjunction, "implication": implication}
+    return RuleBlock(
+        **_texts(name=name, **{n: norm for n, norm in norms.items() if norm is not None}),
+        activation=None if activation is None else _activation(activation),
+        rules=tuple(rule(r) if isinstance(r, str) else r for r in found),
+    )
+
+
 def _row(label: str, given: object, outputs: tuple[str, ...], columns: int) -> tuple[Cell, ...]:
     name = f"row {label!r}"
     row = (
@@ -317,7 +352,7 @@ def _cell(name: str, given: object, outputs: tuple[str, ...]) -> Cell:
 def system(
     name: str,
     variables: Iterable[Input | Output],
-    rules: Iterable[Rule | RuleTable | str],
+    rules: Iterable[Rule | RuleTable | RuleBlock | str],
     *,
     params: Mapping[str, Value | tuple[Value, str]] | None = None,
     hedges: Mapping[str, str] | None = None,
@@ -337,7 +372,7 @@ def system(
     Args:
         name: An identifier.
         variables: Inputs and outputs, in the order of a kernel's arguments and results.
-        rules: Rules, tables and texts of rules, in order.
+        rules: Rules, tables and texts of rules, in order; then rule blocks.
         params: Named constants, each a value, or a value and its unit.
         hedges: Own hedges, each an expression over `x`, such as `{"fairly": "x ^ 0.7"}`.
         title: What it is, for people.
@@ -369,9 +404,12 @@ def system(
     return built
 
 
-def _blocks(given: object) -> tuple[Rule | RuleTable, ...]:
-    due = "a list of rules, tables and texts of rules"
-    found = arguments.items_of("'rules'", (Rule, RuleTable, str), due, given)
+def _blocks(given: object) -> tuple[Rule | RuleTable | RuleBlock, ...]:
+    due = "a list of rules, tables, rule blocks and texts of rules"
+    found = arguments.items_of("'rules'", (Rule, RuleTable, RuleBlock, str), due, given)
+    kinds = [isinstance(r, RuleBlock) for r in found]
+    if kinds != sorted(kinds):
+        raise ArgumentError("rules and tables of no rule block come before all rule blocks")
     return tuple(rule(r) if isinstance(r, str) else r for r in found)
 
 

@@ -51,7 +51,7 @@ CONSEQUENTS: Final = ("constant", "function", "linear")
 FALLBACKS: Final = ("hold",)
 
 #: Statements that give something a name.
-DECLARATIONS: Final = ("hedge", "input", "output", "param", "system")
+DECLARATIONS: Final = ("hedge", "input", "output", "param", "rules", "system")
 
 #: What a piece of text is: its scope in a TextMate grammar, and its token in Pygments.
 TOKENS: Final[dict[str, Any]] = {

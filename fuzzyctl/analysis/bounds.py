@@ -190,8 +190,7 @@ def _ends(
 
 def _may_choose_tiny(flat: Plan) -> bool:
     """Return whether the activation method may choose a rule of tiny activation where another fires."""
-    method = flat.activation
-    return method.kind == "lowest" or (method.kind in ("first", "last") and method.threshold < CERTAIN)
+    return any(m.kind == "lowest" or (m.kind in ("first", "last") and m.threshold < CERTAIN) for m in flat.activations)
 
 
 def _rounding(output: OutputPlan, terms: Sequence[int]) -> float:

@@ -223,9 +223,10 @@ class System:
     def is_continuous(self, output: int) -> bool:
         """Return whether an output jumps nowhere: neither its terms nor its norms do, and some rule always fires."""
         plan, own = self.plan, self.plan.outputs[output]
-        method = self.system.method
-        norms = (method.conjunction, method.disjunction, own.implication, own.aggregation)
-        if plan.activation.kind != "general" or own.reads or self.system.hedges:
+        methods = self.system.rule_methods
+        norms = {own.aggregation} | {n for m in methods for n in (m.conjunction, m.disjunction)}
+        norms |= {own.implication_of(own.terms[e.term]) for e in own.implied}
+        if not plan.all_act or own.reads or self.system.hedges:
             return False
         if plan.least or own.equal or plan.chains or any(e.change is not None for e in own.implied):
             return False

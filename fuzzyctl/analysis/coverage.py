@@ -53,7 +53,7 @@ def _verdict(flat: Plan, output: OutputPlan, earlier: Mapping[int, Verdict]) -> 
     if found is not None:
         return found
     if not _some_rule_acts(flat, output):
-        return Undecided(f"activation '{flat.activation.kind}' may leave out the rules that fire for it")
+        return Undecided(f"activation {_comparing(flat, output)} may leave out the rules that fire for it")
     for k in output.reads:
         read = flat.outputs[k]
         has_value = read.otherwise is not None and read.otherwise == read.otherwise
@@ -64,19 +64,36 @@ def _verdict(flat: Plan, output: OutputPlan, earlier: Mapping[int, Verdict]) -> 
 
 def _some_rule_acts(flat: Plan, output: OutputPlan) -> bool:
     """Return whether, where some rule has an activation, one that moves this output acts."""
-    method = flat.activation
-    if method.kind in ("general", "threshold"):
+    groups = {flat.rules[entry.rule].group for entry in output.implied}
+    comparing = [g for g in groups if flat.activations[g].compares]
+    if not comparing:
         return True
     if flat.least or any(entry.change is not None for entry in output.implied):
         return False
-    own = {entry.rule for entry in output.implied if counts(output, output.terms[entry.term])}
+    return all(_some_of_group_acts(flat, output, g) for g in comparing)
+
+
+def _some_of_group_acts(flat: Plan, output: OutputPlan, group: int) -> bool:
+    """Return the same for the rules of one group, whose activation method compares them."""
+    method = flat.activations[group]
     if method.kind == "proportional":
-        return output.over_rules or output.implication in EXACT_IMPLICATIONS
-    if not all(r in own or rule.weight == 0.0 for r, rule in enumerate(flat.rules)):
+        return output.over_rules or _is_exact(output)
+    own = {entry.rule for entry in output.implied if counts(output, output.terms[entry.term])}
+    members = [(r, rule.weight) for r, rule in enumerate(flat.rules) if rule.group == group]
+    if not all(r in own or weight == 0.0 for r, weight in members):
         return False
     # The rule chosen may be one of the smallest activations there are, whose area is 0.
-    strict = output.implication in EXACT_IMPLICATIONS and (method.kind == "highest" or method.threshold >= CERTAIN)
+    strict = _is_exact(output) and (method.kind == "highest" or method.threshold >= CERTAIN)
     return output.over_rules or strict
+
+
+def _is_exact(output: OutputPlan) -> bool:
+    return all(output.implication_of(output.terms[e.term]) in EXACT_IMPLICATIONS for e in output.implied)
+
+
+def _comparing(flat: Plan, output: OutputPlan) -> str:
+    """Return the names of the activation methods that compare the rules of an output."""
+    return " and ".join(f"'{m.kind}'" for m in flat.activations_of(output) if m.compares)
 
 
 def diagnostics(system: FuzzySystem) -> list[Diagnostic]:
@@ -152,7 +169,10 @@ def _stopped(flat: Plan, output: OutputPlan, at: Mapping[str, float]) -> str:
     if not any(counts(output, output.terms[e.term]) for e in weighty):
         seen = f"at the {output.resolution} samples" if output.resolution is not None else "within the range"
         return f"a rule fires there, but its consequent has no area {seen}"
-    if flat.activation.kind in ("general", "proportional"):
-        lost = not output.over_rules and any(fired[e.rule] >= CERTAIN for e in weighty)
-        return f"rules fire there, but 'implication {output.implication}' leaves nothing of them" if lost else ""
-    return f"rules fire there, but 'activation {flat.activation.kind}' leaves them out"
+    leaving = [m.kind for m in flat.activations_of(output) if m.kind not in ("general", "proportional")]
+    if leaving:
+        return f"rules fire there, but 'activation {leaving[0]}' leaves them out"
+    lost = [output.implication_of(output.terms[e.term]) for e in weighty if fired[e.rule] >= CERTAIN]
+    if output.over_rules or not lost:
+        return ""
+    return f"rules fire there, but 'implication {lost[0]}' leaves nothing of them"

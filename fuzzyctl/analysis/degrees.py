@@ -128,7 +128,7 @@ def always_acts(flat: Plan, entry: ImpliedPlan) -> bool:
 
 def _chosen(flat: Plan, rule: RulePlan, strength: Interval) -> Interval:
     low, high = strength[0] * rule.weight, strength[1] * rule.weight
-    method = flat.activation
+    method = flat.activations[rule.group]
     match method.kind:
         case "threshold":
             truth = decide(Compare(method.comparison, Name("a"), Number(method.threshold)), {"a": (low, high)})  # type: ignore[arg-type]

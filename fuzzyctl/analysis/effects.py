@@ -87,7 +87,7 @@ class _Idle:
                 yield r, "the terms that it names of one input do not overlap"
 
     def _reason(self, r: int) -> str:
-        method = self.flat.activation
+        method = self.flat.activation_of(r)
         if method.kind == "general":
             return "its firing strength is 0 everywhere"
         return f"'activation {method.kind}' always leaves it out: its threshold is {number_text(method.threshold)}"
@@ -115,7 +115,7 @@ class _Idle:
 
     def _covered_rules(self) -> Iterator[tuple[int, Rule]]:
         """Yield rules whose every consequent another one gives at least as much everywhere, where the larger counts."""
-        if self.flat.activation.kind != "general" or self.system.method.semantics != Semantics():
+        if not self.flat.all_act or self.system.method.semantics != Semantics():
             return
         rivals: dict[tuple[int, int], list[int]] = {}
         for o, output in enumerate(self.flat.outputs):

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from itertools import pairwise, product
 from typing import Final
 
@@ -138,7 +139,6 @@ class Search:
     def _prepare(self) -> None:
         """Find the rules that count, their strengths, and the inputs they look at."""
         self.rules: dict[int, list[tuple[ImpliedPlan, Interval]]] = {}
-        self.implication = scalar_function(CONJUNCTIONS[self.output.implication](Name("a"), Name("b")))
         terms = {entry.term: self.output.terms[entry.term] for entry in self.output.implied}
         tops = {t: _top(self.output, term) for t, term in terms.items() if counts(self.output, term)}
         for entry in self.output.implied:
@@ -199,15 +199,18 @@ class Search:
     def _moved(self, entry: ImpliedPlan, top: Interval, fired: Interval) -> Interval:
         rule, gate = self.plan.rules[entry.rule], self.plan.least or 0.0
         low, high = activation_in(self.plan, rule, fired)
-        if self.plan.activation.kind not in ("general", "threshold"):
+        method = self.plan.activation_of(entry.rule)
+        if method.compares:
             # Which rules act is settled for all of them together.
-            least = self.plan.activation.threshold if self.plan.activation.kind in ("first", "last") else 0.0
+            least = method.threshold if method.kind in ("first", "last") else 0.0
             low = fired[0] * rule.weight
             low = low if low >= least and low > gate else 0.0
         low, high = effect_in(self.plan, entry, (low, high))
-        if self.output.over_rules or self.output.implication in EXACT_IMPLICATIONS:
+        implication = self.output.implication_of(self.output.terms[entry.term])
+        if self.output.over_rules or implication in EXACT_IMPLICATIONS:
             return low, high
-        return self.implication(low, top[0]), self.implication(high, top[1])
+        implied = _implied(implication)
+        return implied(low, top[0]), implied(high, top[1])
 
     def _remaining(self, alive: list[int], box: dict[str, Interval]) -> list[int] | None:
         """Return the rules that may still fire in a box, None if one must."""
@@ -314,6 +317,13 @@ def _best(own: Sequence[Cell], sets: Sequence[SetPlan]) -> list[float]:
         for c in range(first, last):
             best[c] = max(best[c], degree_in(term, own[c].floats)[0])
     return best
+
+
+@cache
+def _implied(implication: str) -> Callable[[float, float], float]:
+    """Return what an implication makes of an activation and a degree."""
+    found: Callable[[float, float], float] = scalar_function(CONJUNCTIONS[implication](Name("a"), Name("b")))
+    return found
 
 
 def _conjunction(strength: Expr) -> list[str]:

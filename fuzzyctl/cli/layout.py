@@ -155,6 +155,12 @@ def _rules(blocks: Sequence[dict[str, Any]], width: int) -> Iterator[Line]:
         if "rule" in block:
             yield "text", f"  {block['rule']}"
             continue
+        if "block" in block:
+            yield from [("table", "")] if i else []
+            settings = "".join(f" {keyword} {value}" for keyword, value in block["method"].items())
+            yield "heading", f"  rules {block['block']}{settings}"
+            yield from _rules(block["rules"], width)
+            continue
         if i:
             yield "table", ""
         yield from _table(block, width)

@@ -7,9 +7,17 @@ from typing import Any, Final
 
 from fuzzyctl.errors import DiagnosticError
 from fuzzyctl.expr import ExprError, to_text
-from fuzzyctl.formats.fz import activation_text, antecedent_text, cell_text, defuzzifier_text, guarantee_text, rule_text
+from fuzzyctl.formats.fz import (
+    activation_text,
+    antecedent_text,
+    block_settings,
+    cell_text,
+    defuzzifier_text,
+    guarantee_text,
+    rule_text,
+)
 from fuzzyctl.model.method import Activation, Defuzzifier, Method
-from fuzzyctl.model.rule import Rule, RuleTable
+from fuzzyctl.model.rule import Rule, RuleBlock, RuleTable
 from fuzzyctl.model.semantics import KNOBS, Semantics
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Input, LinguisticVariable, Output, Term
@@ -170,9 +178,12 @@ def _proved(system: FuzzySystem) -> dict[str, dict[str, Any]]:
     return found
 
 
-def _block(block: RuleTable | Rule) -> dict[str, Any]:
+def _block(block: RuleTable | Rule | RuleBlock) -> dict[str, Any]:
     if isinstance(block, Rule):
         return {"rule": rule_text(block)}
+    if isinstance(block, RuleBlock):
+        own = dict(block_settings(block))
+        return {"block": block.name, "method": own, "rules": [_block(part) for part in block.rules]}
     return {
         "table": list(block.outputs),
         "rows": block.rows,

@@ -12,7 +12,7 @@ from fuzzyctl.comparison.names import Matches, matches
 from fuzzyctl.comparison.rules import FlatRule, flat_rules
 from fuzzyctl.comparison.settings import otherwise_text, plain_text, settings
 from fuzzyctl.expr import ExprError, to_text
-from fuzzyctl.formats.fz import defuzzifier_text, guarantee_text, membership_text
+from fuzzyctl.formats.fz import block_text, defuzzifier_text, guarantee_text, membership_text
 from fuzzyctl.model.node import Node
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, LinguisticVariable, Output, Term
@@ -61,6 +61,7 @@ def changes(a: FuzzySystem, b: FuzzySystem) -> tuple[Change, ...]:
         *_settings(a, b),
         *_params(a, b),
         *_variables(a, b, found),
+        *_blocks(a, b),
         *_rules(a, b, found),
         *_guarantees(a, b),
     )
@@ -198,6 +199,15 @@ def _numbers(system: FuzzySystem, term: Term) -> tuple[Any, ...]:
         return (m.kind, m.arguments, m.height)
 
 
+def _blocks(a: FuzzySystem, b: FuzzySystem) -> Iterator[Change]:
+    first, second = ({block.name: block for block in s.rule_blocks} for s in (a, b))
+    for name in _union(list(first), list(second)):
+        before, after = first.get(name), second.get(name)
+        one, other = (block_text(block) if block else None for block in (before, after))
+        if one != other:
+            yield _change("rule block", name, one, other, before, after)
+
+
 def _rules(a: FuzzySystem, b: FuzzySystem, found: Matches) -> Iterator[Change]:
     first, second = flat_rules(a), flat_rules(b, found)
     for key in _union(first, second):
@@ -207,8 +217,12 @@ def _rules(a: FuzzySystem, b: FuzzySystem, found: Matches) -> Iterator[Change]:
             assert one is not None
             texts = before.text if before else None, after.text if after else None
             yield _change(one.what, one.name, *texts, *_rules_of(before, after))
-        elif before.consequents != after.consequents:
+            continue
+        if before.consequents != after.consequents:
             yield from _consequents(before, after)
+        if before.block != after.block:
+            blocks = before.block or "none", after.block or "none"
+            yield Change("changed", "block of rule", before.name, *blocks, _line(before.rule), _line(after.rule))
     if _ordered(a) or _ordered(b):
         common = set(first) & set(second)
         if [k for k in first if k in common] != [k for k in second if k in common]:
@@ -229,9 +243,8 @@ def _consequents(before: FlatRule, after: FlatRule) -> Iterator[Change]:
 
 def _ordered(system: FuzzySystem) -> bool:
     """Return whether the order of the rules has a meaning."""
-    return system.method.activation.kind not in ("general", "threshold", "proportional") or any(
-        o.adaptive is not None for o in system.outputs
-    )
+    ordered = any(m.activation.compares and m.activation.kind != "proportional" for m in system.rule_methods)
+    return ordered or any(o.adaptive is not None for o in system.outputs)
 
 
 def _guarantees(a: FuzzySystem, b: FuzzySystem) -> Iterator[Change]:

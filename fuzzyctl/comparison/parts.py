@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from fuzzyctl.comparison.settings import defuzzifier_settings, described, otherwise_text, settings
+from fuzzyctl.formats.fz import block_text
 from fuzzyctl.model.method import Defuzzifier, Method
 from fuzzyctl.model.semantics import Semantics
 from fuzzyctl.model.system import FuzzySystem
@@ -74,11 +75,17 @@ def parts(a: FuzzySystem, b: FuzzySystem, inputs: list[int], outputs: list[int])
     for name in ("params", "hedges"):
         if getattr(a, name) != getattr(b, name):
             yield Part(name, "", "", _field_setter(name, getattr(b, name)))
-    if a.rules != b.rules:
+    if _ruled(a) != _ruled(b):
         yield Part("rules", "", "", _field_setter("blocks", b.blocks))
-    if a.rules != b.rules and (inputs == sorted(inputs) or not _is_linear(b)):
+    if _ruled(a) != _ruled(b) and (inputs == sorted(inputs) or not _is_linear(b)):
         # Where terms were renamed, variables and rules go together only.
         yield Part("variables and rules", "", "", _structure_setter(b, inputs, outputs), last=True)
+
+
+def _ruled(system: FuzzySystem) -> tuple[Any, ...]:
+    """Return rules with the rule blocks that they belong to, and what these say."""
+    blocks = tuple(block_text(b) for b in system.rule_blocks)
+    return system.rules, blocks, tuple(m.block for m in system.rule_methods)
 
 
 def _output_parts(a: FuzzySystem, b: FuzzySystem, i: int, j: int) -> Iterator[Part]:

@@ -9,7 +9,7 @@ from fuzzyctl.comparison.names import Matches
 from fuzzyctl.comparison.settings import plain_text
 from fuzzyctl.expr import ONE
 from fuzzyctl.formats.fz import antecedent_text, rule_text
-from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Not, Or, Rule, RuleTable
+from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Not, Or, Rule, RuleTable, rules_of
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Membership
 
@@ -24,6 +24,7 @@ class FlatRule:
         name: Its antecedent, or row and column of its cell.
         text: The rule as a line.
         consequents: What it says of each output, weight included.
+        block: Name of its rule block, nothing for a rule of none.
     """
 
     rule: Rule
@@ -31,6 +32,7 @@ class FlatRule:
     name: str
     text: str
     consequents: dict[str, str]
+    block: str = ""
 
 
 def flat_rules(system: FuzzySystem, names: Matches | None = None) -> dict[str, FlatRule]:
@@ -46,23 +48,22 @@ def flat_rules(system: FuzzySystem, names: Matches | None = None) -> dict[str, F
     names = names or Matches({}, {})
     found: dict[str, FlatRule] = {}
     seen: dict[str, int] = {}
-    for what, rule in _rules(system):
+    for what, rule, block in _rules(system):
         key = _key(rule.antecedent, names)
         seen[key] = seen.get(key, 0) + 1
         name = antecedent_text(rule.antecedent, top=True)
         consequents = {names.variable(c.output): _consequent(c, names) + _weight(rule) for c in rule.consequents}
         # A second rule with the same antecedent is another rule.
-        found[f"{key} #{seen[key]}"] = FlatRule(rule, what, name, rule_text(rule), consequents)
+        found[f"{key} #{seen[key]}"] = FlatRule(rule, what, name, rule_text(rule), consequents, block)
     return found
 
 
-def _rules(system: FuzzySystem) -> Iterator[tuple[str, Rule]]:
-    for block in system.blocks:
-        if isinstance(block, RuleTable):
-            for rule in block.rules():
-                yield "cell", rule
-        else:
-            yield "rule", block
+def _rules(system: FuzzySystem) -> Iterator[tuple[str, Rule, str]]:
+    """Yield rules with what they are and the name of their rule block, nothing for those of none."""
+    names = [b.name for b in system.rule_blocks]
+    kinds = ["cell" if isinstance(p, RuleTable) else "rule" for p in system.tables_and_rules for _ in rules_of(p)]
+    for kind, rule, method in zip(kinds, system.rules, system.rule_methods, strict=True):
+        yield kind, rule, names[method.block] if method.block >= 0 else ""
 
 
 def _key(antecedent: Antecedent, names: Matches) -> str:

@@ -8,9 +8,17 @@ from typing import Final
 
 from fuzzyctl.comparison.settings import described, otherwise_text
 from fuzzyctl.expr import Expr, ExprError, number_text, to_text
-from fuzzyctl.formats.fz import activation_text, antecedent_text, cell_text, guarantee_text, membership_text, rule_text
+from fuzzyctl.formats.fz import (
+    activation_text,
+    antecedent_text,
+    block_settings,
+    cell_text,
+    guarantee_text,
+    membership_text,
+    rule_text,
+)
 from fuzzyctl.model.method import Method
-from fuzzyctl.model.rule import RuleTable
+from fuzzyctl.model.rule import Rule, RuleBlock, RuleTable
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, LinguisticVariable, Membership, Output
 
@@ -144,16 +152,26 @@ def _computable(system: FuzzySystem, expr: Expr) -> bool:
 
 
 def _rules(system: FuzzySystem) -> Iterator[str]:
+    yield from _parts([b for b in system.blocks if not isinstance(b, RuleBlock)])
+    for block in system.rule_blocks:
+        yield from ["", f"### Rule block {_plain(block.name)}", ""]
+        own = [_code(f"{keyword} {value}") for keyword, value in block_settings(block)]
+        if own:
+            yield from [f"It has its own {', '.join(own)}.", ""]
+        yield from _parts(block.rules)
+
+
+def _parts(parts: Sequence[RuleTable | Rule]) -> Iterator[str]:
     number = 0
-    for block in system.blocks:
-        if isinstance(block, RuleTable):
+    for part in parts:
+        if isinstance(part, RuleTable):
             yield from ([""] if number else [])
-            yield from _rule_table(block)
+            yield from _rule_table(part)
             yield ""
             number = 0
             continue
         number += 1
-        yield f"{number}. {_code(rule_text(block))}"
+        yield f"{number}. {_code(rule_text(part))}"
 
 
 def _rule_table(table: RuleTable) -> Iterator[str]:

@@ -9,6 +9,7 @@ from typing import Final
 from fuzzyctl.expr import ONE, Expr, Name, Negate, Number, replace_names, to_text
 from fuzzyctl.formats.fz import (
     antecedent_text,
+    block_settings,
     cell_text,
     defuzzifier_text,
     dumps,
@@ -20,7 +21,7 @@ from fuzzyctl.formats.fz import (
 )
 from fuzzyctl.loading import loads
 from fuzzyctl.model.method import Method
-from fuzzyctl.model.rule import Cell, Rule, RuleTable
+from fuzzyctl.model.rule import Cell, Rule, RuleBlock, RuleTable
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, LinguisticVariable, Output
 
@@ -100,8 +101,7 @@ def _output(o: Output) -> list[str]:
 def _system(system: FuzzySystem) -> Iterator[str]:
     yield "rules = ["
     for block in system.blocks:
-        text = _call("build.rule_table", _table(block)) if isinstance(block, RuleTable) else _text(_rule(block))
-        yield from _indented(text + ",")
+        yield from _indented(_block(block) + ",")
     yield "]"
     arguments = [_text(system.name), "[*inputs, *outputs]", "rules"]
     if system.params:
@@ -132,8 +132,15 @@ def _method(method: Method) -> list[str]:
     return [f"{KEYWORDS.get(keyword, keyword)}={_text(text)}" for keyword, text in settings]
 
 
-def _rule(rule: Rule) -> str:
-    return rule_text(rule)
+def _block(block: Rule | RuleTable | RuleBlock) -> str:
+    match block:
+        case RuleTable():
+            return _call("build.rule_table", _table(block))
+        case RuleBlock():
+            settings = [f"{KEYWORDS.get(keyword, keyword)}={_text(text)}" for keyword, text in block_settings(block)]
+            rules = "[\n" + "\n".join(line for part in block.rules for line in _indented(_block(part) + ",")) + "\n]"
+            return _call("build.rule_block", [_text(block.name), rules, *settings])
+    return _text(rule_text(block))
 
 
 def _table(table: RuleTable) -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import unicodedata
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Final
 
 from fuzzyctl import arguments
@@ -16,7 +16,7 @@ from fuzzyctl.lang.formatter import format_source
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.method import Activation, Defuzzifier, Method
 from fuzzyctl.model.profiles import PROFILES, UNSET, Profile
-from fuzzyctl.model.rule import And, Antecedent, Cell, Is, Not, Or, Rule, RuleTable
+from fuzzyctl.model.rule import And, Antecedent, Cell, Is, Not, Or, Rule, RuleBlock, RuleTable
 from fuzzyctl.model.semantics import KNOBS, Semantics
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Fallback, Hold, LinguisticVariable, Membership, Output
@@ -69,19 +69,39 @@ def _lines(system: FuzzySystem) -> Iterator[str]:
     )
     for variable in (*system.inputs, *system.outputs):
         yield from _section(list(_variable(variable, PROFILES[system.method.semantics.profile])))
+    yield from _rules(b for b in system.blocks if not isinstance(b, RuleBlock))
+    for block in system.rule_blocks:
+        yield from _section([block_text(block)])
+        yield from _rules(block.rules)
+    yield from _section([f"require {guarantee_text(g)}" for g in system.guarantees])
+    for other in system.compared:
+        yield from _section(list(_lines(other)))
+
+
+def _rules(parts: Iterable[RuleTable | Rule]) -> Iterator[str]:
+    """Yield tables and runs of single rules, a blank line before each."""
     loose = False
-    for block in system.blocks:
-        if isinstance(block, RuleTable):
-            yield from _section(list(_table(block)))
+    for part in parts:
+        if isinstance(part, RuleTable):
+            yield from _section(list(_table(part)))
             loose = False
             continue
         if not loose:
             yield ""
-        yield rule_text(block)
+        yield rule_text(part)
         loose = True
-    yield from _section([f"require {guarantee_text(g)}" for g in system.guarantees])
-    for other in system.compared:
-        yield from _section(list(_lines(other)))
+
+
+def block_text(block: RuleBlock) -> str:
+    """Return the line that begins a rule block."""
+    return " ".join(["rules", block.name, *(f"{keyword} {value}" for keyword, value in block_settings(block))])
+
+
+def block_settings(block: RuleBlock) -> list[tuple[str, str]]:
+    """Return what a rule block says itself: keywords with their values."""
+    norms = [("and", block.conjunction), ("or", block.disjunction), ("implication", block.implication)]
+    activation = activation_text(block.activation) if block.activation is not None else None
+    return [(keyword, value) for keyword, value in (*norms, ("activation", activation)) if value is not None]
 
 
 def guarantee_text(g: Guarantee) -> str:

@@ -10,7 +10,7 @@ from typing import Any, Final
 from fuzzyctl.expr import CONSTANTS, FUNCTIONS, Name, replace_names
 from fuzzyctl.formats.losses import Loss
 from fuzzyctl.formulas import HEDGES
-from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, RuleTable
+from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, RuleBlock, RuleTable
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import LinguisticVariable, Membership
 
@@ -90,6 +90,7 @@ class _Names:
         variables = [*system.inputs, *system.outputs]
         params = [p.name for p in system.params]
         self.variables = self._renamed("variable", [v.name for v in variables], params)
+        self.blocks = self._renamed("rule block", [b.name for b in system.rule_blocks])
         self.terms = {v.name: self._renamed(f"variable '{v.name}'", [t.name for t in v.terms]) for v in variables}
 
     def _renamed(self, where: str, names: list[str], others: Collection[str] = ()) -> dict[str, str]:
@@ -121,7 +122,14 @@ class _Names:
     def _expressions(self) -> dict[str, Any]:
         return {old: Name(new) for old, new in self.variables.items() if old != new}
 
-    def block(self, block: Rule | RuleTable) -> Rule | RuleTable:
+    def block(self, block: Rule | RuleTable | RuleBlock) -> Rule | RuleTable | RuleBlock:
+        if not isinstance(block, RuleBlock):
+            return self._part(block)
+        return block.model_copy(
+            update={"name": self.blocks[block.name], "rules": tuple(self._part(p) for p in block.rules)}
+        )
+
+    def _part(self, block: Rule | RuleTable) -> Rule | RuleTable:
         if isinstance(block, Rule):
             consequents = tuple(
                 c.model_copy(update={"output": self.variables[c.output], "term": self._consequent(c.output, c.term)})

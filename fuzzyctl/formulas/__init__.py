@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from typing import Final
 
 from fuzzyctl.formulas.memberships import MEMBERSHIP, VARIANTS, MembershipFormula, Parameters, Vertex, formula_of
@@ -86,12 +86,12 @@ def exact_norms(implication: str, aggregation: str) -> bool:
     return implication in EXACT_IMPLICATIONS and aggregation in EXACT_AGGREGATIONS
 
 
-def exact_maxima_possible(kinds: Iterable[str], implication: str, aggregation: str) -> bool:
-    """Return whether the maxima of a set made of terms of some kinds are known in closed form."""
+def exact_maxima_possible(kinds: Iterable[str], implications: Collection[str], aggregation: str) -> bool:
+    """Return whether the maxima of a set made of terms of some kinds, implied in some ways, have a closed form."""
     own = set(kinds)
-    if not exact_norms(implication, aggregation):
+    if not all(exact_norms(implication, aggregation) for implication in implications):
         return False
-    if all(map(piecewise_linear, own)):
+    if all(map(piecewise_linear, own)) and len(set(implications)) == 1:
         return True
     return aggregation == "max" and all(k in INVERTIBLE or (piecewise_linear(k) and k != "piecewise") for k in own)
 

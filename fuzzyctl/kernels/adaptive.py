@@ -38,7 +38,7 @@ def adaptive(builder: Builder, output: OutputPlan, heights: Sequence[Height]) ->
     middle = 0.5 * output.lower + 0.5 * output.upper
     inner, x = builder.inner(), builder.fresh()
     place = inner.let(plus(Name(x), Number(middle)))
-    parts = [(h, inner.let(output.terms[t].degree(place))) for t, h, _ in heights]
+    parts = [(h, inner.let(output.terms[t].degree(place)), output.terms[t]) for t, h, _ in heights]
     value = inner.let(joined(output, inner, parts))
     body = tuple(s for s in inner.statements if isinstance(s, Assign))
     own = {x, *(s.name for s in body)}
@@ -57,9 +57,10 @@ def _marks(builder: Builder, output: OutputPlan, term: SetPlan, activation: Expr
 
     Terms whose places have no closed form have none; there stretches are halved until they are short.
     """
-    if output.implication not in (*_AT_ACTIVATION, *_AT_REST) or not has_cuts(term):
+    implication = output.implication_of(term)
+    if implication not in (*_AT_ACTIVATION, *_AT_REST) or not has_cuts(term):
         return []
-    level = activation if output.implication in _AT_ACTIVATION else builder.let(minus(ONE, activation))
+    level = activation if implication in _AT_ACTIVATION else builder.let(minus(ONE, activation))
     share = builder.let(term.share(level))
     inside = Logic("and", (Compare(">", share, ZERO), Compare("<=", share, ONE)))
     found = ends_of(term.kind, builder.let(Where(inside, share, ONE)), term.parameters)

@@ -108,8 +108,8 @@ def _two_sided(samples: Samples, middle: float) -> tuple[Expr, Expr]:
     from_left = Compare("<=", names[below], names[above])
     lower, upper = inner.let(plus(names[low], ONE)), inner.let(minus(names[high], ONE))
     x = inner.let(plus(Number(points[0]), times(Number(step), inner.let(Where(from_left, lower, upper)))))
-    parts = [(h, samples.output.terms[t].degree(x)) for t, h, _ in samples.heights]
-    value = inner.let(samples.join(inner, parts))
+    degrees = {k: samples.output.terms[t].degree(x) for k, (t, _, _) in enumerate(samples.heights)}
+    value = inner.let(samples.join(inner, degrees))
     new = {
         low: Where(from_left, lower, names[low]),
         high: Where(from_left, names[high], upper),

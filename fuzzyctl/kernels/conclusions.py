@@ -82,7 +82,9 @@ class Conclusions:
         self.system, self.output = system, output
         self.semantics = system.method.semantics
         self.over_rules = (output.defuzzifier or system.method.defuzzifier).over_rules
-        self.implication = output.implication or system.method.implication
+        found = () if self.over_rules else system.implications_of(output)
+        #: The one of all rules, or the one of the output where rule blocks differ.
+        self.implication = found[0] if len(found) == 1 else output.implication or system.method.implication
         self.terms = [consequent_of(system, term.membership) for term in output.terms]
         self.positions = {term.name: i for i, term in enumerate(output.terms)}
         self.implied: list[ImpliedPlan] = []
@@ -95,10 +97,12 @@ class Conclusions:
         changes: list[Expr] = []
         if not self.over_rules and self.semantics.consequent_hedges in ("set", "undone"):
             changes += self._hedges(consequent)
-        if factor != 1.0 and not self.over_rules and self.implication == "min":
+        implication = self.implication if self.over_rules else self.system.implication_of(position, self.output)
+        if factor != 1.0 and not self.over_rules and implication == "min":
             changes.append(Binary("*", Number(factor), Name(ITSELF)))
-        if changes:
-            term = self._own(dataclasses.replace(self.terms[term], changes=tuple(changes)))
+        other = implication if implication != self.implication else None
+        if changes or other:
+            term = self._own(dataclasses.replace(self.terms[term], changes=tuple(changes), implication=other))
         self.implied.append(ImpliedPlan(position, term, factor, self._change(rule, place)))
 
     def _term(self, consequent: Consequent) -> int:

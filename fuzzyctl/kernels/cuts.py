@@ -51,7 +51,7 @@ def _top(builder: Builder, output: OutputPlan, term: SetPlan, activation: Expr) 
     peak = _peak(output, term)
     if peak <= 0.0:
         return ZERO, (ZERO, ZERO)
-    if output.implication == "product":
+    if output.implication_of(term) == "product":
         level: Expr = Number(peak)
         top = builder.let(times(activation, level))
     else:

@@ -136,7 +136,8 @@ def _exact(builder: Builder, output: OutputPlan, heights: Sequence[Height]) -> t
 
 def closed_form(output: OutputPlan, terms: Sequence[SetPlan]) -> bool:
     """Return whether an exact defuzzifier of some terms has a closed form, a finite number of operations."""
-    return exact_norms(output.implication, output.aggregation) and all(t.vertices for t in terms)
+    one = not output.mixes_implications
+    return one and exact_norms(output.implication, output.aggregation) and all(t.vertices for t in terms)
 
 
 def _otherwise(output: OutputPlan) -> Number:
@@ -304,13 +305,17 @@ def _heights(builder: Builder, output: OutputPlan, active: Sequence[Activation])
 
     Under `max`, and under `sum` of scaled sets, rules of one term act as one rule.
     """
-    if output.aggregation != "max" and (output.aggregation, output.implication) != ("sum", "product"):
+    if output.aggregation not in ("max", "sum"):
         return [(a.term, a.strength, a.weight) for a in active]
-    merged: list[tuple[int, Expr, float]] = []
-    for term in dict.fromkeys(a.term for a in active):
+    merged: list[Height] = [(a.term, a.strength, a.weight) for a in active if not _merges(output, output.terms[a.term])]
+    for term in dict.fromkeys(a.term for a in active if _merges(output, output.terms[a.term])):
         own = [a for a in active if a.term == term]
         if output.aggregation == "max":
             merged.append((term, builder.largest(a.strength for a in own), max(a.weight for a in own)))
         else:
             merged.append((term, builder.total(a.strength for a in own), sum(a.weight for a in own)))
     return merged
+
+
+def _merges(output: OutputPlan, term: SetPlan) -> bool:
+    return output.aggregation == "max" or (output.aggregation, output.implication_of(term)) == ("sum", "product")

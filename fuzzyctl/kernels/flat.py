@@ -60,6 +60,7 @@ class SetPlan:
         expression: For `linear` and `function` consequents over the names of the inputs, for a `function` term of an
             input over `ITSELF`.
         changes: What hedges and weights make of its degree, one after the other, each an expression over `ITSELF`.
+        implication: How rules imply it, where that is not the implication of the output; None where it is.
         reach: For a `linear` consequent of inputs that are clamped the numbers it lies between, up to rounding; kernels
             hold what they compute within. None where nothing is known beforehand.
     """
@@ -70,6 +71,7 @@ class SetPlan:
     expression: Expr | None = None
     reach: tuple[float, float] | None = None
     changes: tuple[Expr, ...] = ()
+    implication: str | None = None
 
     def degree(self, x: Expr) -> Expr:
         """Return the degree of x."""
@@ -196,10 +198,17 @@ class DegreePlan:
 
 @dataclass(frozen=True)
 class RulePlan:
-    """A rule: which firing strength it has, and its weight."""
+    """A rule: which firing strength it has, its weight, and the group of rules that it is chosen from.
+
+    Args:
+        strength: Position of its firing strength.
+        weight: Its weight, where that counts before implication.
+        group: Position of the activation method of its group; methods compare the rules of one group.
+    """
 
     strength: int
     weight: float
+    group: int = 0
 
 
 @dataclass(frozen=True)
@@ -286,6 +295,15 @@ class OutputPlan:
     none_active: str = "otherwise"
     fallback: str = "unfired"
 
+    def implication_of(self, term: SetPlan) -> str:
+        """Return how rules imply one of its terms."""
+        return term.implication or self.implication
+
+    @property
+    def mixes_implications(self) -> bool:
+        """Whether rules imply its terms in different ways."""
+        return any(self.terms[e.term].implication is not None for e in self.implied)
+
     @property
     def averages(self) -> bool:
         """Whether it is an average over rules of fixed or adaptive numbers."""
@@ -321,6 +339,11 @@ class ActivationPlan:
     threshold: float = 0.0
     comparison: str = ">="
 
+    @property
+    def compares(self) -> bool:
+        """Whether it compares rules with each other, so that the activations of all must be known."""
+        return self.kind not in ("general", "threshold")
+
 
 @dataclass(frozen=True)
 class Plan:
@@ -333,7 +356,7 @@ class Plan:
             steps.
         strengths: Each distinct firing strength, an expression over the names of degrees and steps.
         rules: In the order written.
-        activation: Which rules act.
+        activations: Which rules act, for each group of rules; one for all rules where no rule block differs.
         outputs: In order of a kernel's results.
         order: Positions of the outputs, each after those it reads.
         chains: Degrees of outputs that antecedents read while rules are evaluated.
@@ -345,11 +368,24 @@ class Plan:
     steps: tuple[Expr, ...]
     strengths: tuple[Expr, ...]
     rules: tuple[RulePlan, ...]
-    activation: ActivationPlan
+    activations: tuple[ActivationPlan, ...]
     outputs: tuple[OutputPlan, ...]
     order: tuple[int, ...]
     chains: tuple[ChainPlan, ...] = ()
     least: float | None = 0.0
+
+    def activation_of(self, rule: int) -> ActivationPlan:
+        """Return the activation method of the group of a rule."""
+        return self.activations[self.rules[rule].group]
+
+    def activations_of(self, output: OutputPlan) -> tuple[ActivationPlan, ...]:
+        """Return the activation methods of the rules that name an output."""
+        return tuple(dict.fromkeys(self.activation_of(entry.rule) for entry in output.implied))
+
+    @property
+    def all_act(self) -> bool:
+        """Whether no activation method leaves out or changes what rules do."""
+        return all(a.kind == "general" for a in self.activations)
 
     def variable(self, position: int) -> InputPlan:
         """Return an input, or an output as what antecedents read: its value within its range."""

@@ -95,8 +95,8 @@ def _unsuited(plan: Plan) -> str:
     """Return a reason that the plan itself gives."""
     if plan.states or plan.held:
         return "it has a state"
-    if plan.activation.kind != "general":
-        return f"activation '{plan.activation.kind}' compares rules"
+    if not plan.all_act:
+        return f"activation '{next(a.kind for a in plan.activations if a.kind != 'general')}' compares rules"
     if any(o.reads for o in plan.outputs) or plan.chains:
         return "rules read outputs"
     if plan.least not in (None, 0.0):

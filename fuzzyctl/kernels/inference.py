@@ -163,11 +163,11 @@ def _clamped(builder: Builder, variable: InputPlan, x: Expr) -> Expr:
 def _jumps(plan: Plan) -> bool:
     """Return whether a rounding error may decide if a rule acts, as with complements, thresholds and drastic norms."""
     return (
-        plan.activation.kind != "general"
+        not plan.all_act
         or plan.least != 0.0
         or bool(plan.chains)
         or any(e.change is not None for o in plan.outputs for e in o.implied)
-        or any(o.implication not in ("min", "product") for o in plan.outputs)
+        or any(o.implication not in ("min", "product") or o.mixes_implications for o in plan.outputs)
         or any(not _only_joins(e) for e in (*plan.steps, *plan.strengths))
     )
 
@@ -240,18 +240,25 @@ class _Front:
         for i, strength in enumerate(self.plan.strengths):
             if i not in self._fired and self._computable(strength):
                 self._fired[i] = self.builder.let(replace_names(strength, self._known))
-        rules = [
-            r for r, rule in enumerate(self.plan.rules) if r not in self.activations and rule.strength in self._fired
-        ]
+        for group in range(len(self.plan.activations)):
+            self._write_group(group)
+        if self._write_chains():
+            self._write_rules()
+
+    def _write_group(self, group: int) -> None:
+        """Write the activations of one group of rules; a method that compares them waits for all of them."""
+        method = self.plan.activations[group]
+        waiting = [r for r, rule in enumerate(self.plan.rules) if rule.group == group and r not in self.activations]
+        rules = [r for r in waiting if self.plan.rules[r].strength in self._fired]
+        if method.compares and len(rules) < len(waiting):
+            return
         written = [self._activation(r) for r in rules]
         self._own |= dict(zip(rules, written, strict=True))
         # What is too little to act does not count among the first, the last, the highest or the lowest either.
-        counted = self.plan.activation.kind in ("first", "last", "highest", "lowest")
+        counted = method.kind in ("first", "last", "highest", "lowest")
         ready = [self._gated(a) for a in written] if counted else written
-        chosen = [self._gated(a) for a in acting(self.builder, self.plan.activation, ready)]
+        chosen = [self._gated(a) for a in acting(self.builder, method, ready)]
         self.activations |= dict(zip(rules, chosen, strict=True))
-        if self._write_chains():
-            self._write_rules()
 
     def _gated(self, activation: Expr) -> Expr:
         """Return an activation, or 0 where it is not above what a rule must exceed to act."""
@@ -285,7 +292,7 @@ class _Front:
 
     def _acts(self, rule: int) -> Expr | None:
         """Return whether a rule acts, so that hedges in its consequents count; None for one that always does."""
-        method = self.plan.activation
+        method = self.plan.activation_of(rule)
         if self.plan.least is None and method.kind == "general":
             return None
         if self.plan.least is None and method.kind == "threshold":
@@ -294,7 +301,7 @@ class _Front:
 
     def _besides(self, entry: ImpliedPlan) -> tuple[Expr, ...] | None:
         """Return conditions under which a rule acts though a consequent feels nothing of it; None if it always acts."""
-        chosen = self.plan.least is None and self.plan.activation.kind in ("general", "threshold")
+        chosen = self.plan.least is None and not self.plan.activation_of(entry.rule).compares
         if entry.change is None and not chosen:
             return ()
         acts = self._acts(entry.rule)
@@ -351,7 +358,8 @@ class _Front:
 
 def _most(plan: Plan, entry: ImpliedPlan) -> float:
     """Return the largest activation that a rule can have in one of its consequents."""
-    most = 1.0 if plan.activation.kind == "proportional" or entry.change else plan.rules[entry.rule].weight
+    shared = plan.activation_of(entry.rule).kind == "proportional"
+    most = 1.0 if shared or entry.change else plan.rules[entry.rule].weight
     return most * entry.factor
 
 

@@ -50,9 +50,9 @@ from fuzzyctl.kernels.flat import (
 )
 from fuzzyctl.kernels.numbers import constants_of, guarded, number_of, over_inputs, require_known
 from fuzzyctl.kernels.program import DEEPEST, depth
-from fuzzyctl.model.method import AVERAGES, MAXIMA
+from fuzzyctl.model.method import AVERAGES, MAXIMA, Activation
 from fuzzyctl.model.misfits import misfitting_semantics
-from fuzzyctl.model.reads import reads_of
+from fuzzyctl.model.reads import comparisons_that_wait, reads_of
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Input, LinguisticVariable, Output, Term
@@ -94,9 +94,10 @@ def plan(system: FuzzySystem) -> Plan:
     if mistakes:
         raise DiagnosticError(mistakes)
     antecedents = _Antecedents(system)
+    activations, groups = _activations(system)
     rules = tuple(
-        RulePlan(antecedents.strength(rule.antecedent, r), _first_weight(system, rule))
-        for r, rule in enumerate(system.rules)
+        RulePlan(antecedents.strength(rule.antecedent, r), _first_weight(system, rule), group)
+        for r, (rule, group) in enumerate(zip(system.rules, groups, strict=True))
     )
     order, reads = _order(system)
     if system.method.semantics.total == "all_rules" and any(reads):
@@ -108,7 +109,7 @@ def plan(system: FuzzySystem) -> Plan:
         steps=tuple(antecedents.steps),
         strengths=tuple(antecedents.strengths),
         rules=rules,
-        activation=_activation(system, chained=any(reads) or bool(antecedents.chains)),
+        activations=activations,
         outputs=tuple(_output(system, output, r) for output, r in zip(system.outputs, reads, strict=True)),
         order=order,
         chains=tuple(antecedents.chains),
@@ -155,9 +156,9 @@ class _Antecedents:
             case Not(operand=operand):
                 return one_minus(self.shallow(self.truth(operand)))
             case And(operands=operands):
-                return self.join(conjunction, self.system.method.conjunction, operands)
+                return self.join(conjunction, self.system.rule_methods[self.rule].conjunction, operands)
             case Or(operands=operands):
-                return self.join(disjunction, self.system.method.disjunction, operands)
+                return self.join(disjunction, self.system.rule_methods[self.rule].disjunction, operands)
         raise TypeError(f"{type(antecedent).__name__} is no antecedent")
 
     def join(self, norms: Callable[[str, float], Norm], name: str, operands: tuple[Antecedent, ...]) -> Expr:
@@ -294,11 +295,23 @@ def _cycle(direct: dict[str, set[str]], left: list[str]) -> list[str]:
     return path[path.index(path[-1]) :]
 
 
-def _activation(system: FuzzySystem, *, chained: bool) -> ActivationPlan:
-    method = system.method.activation
-    if chained and method.kind not in ("general", "threshold"):
-        message = f"activation '{method.kind}' compares all rules, and some of them read an output of the system"
-        raise DiagnosticError([Diagnostic("FZ214", message, method.span, help="use 'activation general'")])
+def _activations(system: FuzzySystem) -> tuple[tuple[ActivationPlan, ...], list[int]]:
+    """Return the activation methods, and for each rule which of them it has.
+
+    Methods that look at each rule by itself are one for all rule blocks that have them; others have each its block.
+    """
+    found: dict[tuple[ActivationPlan, int], int] = {}
+    groups: list[int] = []
+    for method in system.rule_methods:
+        mistake = next(comparisons_that_wait(system, method.block), None) if method.activation.compares else None
+        if mistake is not None:
+            raise DiagnosticError([mistake])
+        own = _activation(system, method.activation)
+        groups.append(found.setdefault((own, method.block if own.compares else -1), len(found)))
+    return tuple(activation for activation, _ in found), groups
+
+
+def _activation(system: FuzzySystem, method: Activation) -> ActivationPlan:
     return ActivationPlan(
         kind=method.kind,
         count=1 if method.count is None else method.count,
@@ -327,7 +340,7 @@ def _output(system: FuzzySystem, output: Output, reads: tuple[int, ...]) -> Outp
         kind=defuzzifier.kind,
         resolution=defuzzifier.resolution,
         grid=defuzzifier.grid,
-        implication=output.implication or method.implication,
+        implication=conclusions.implication,
         aggregation=aggregation,
         terms=tuple(conclusions.terms),
         implied=tuple(conclusions.implied),
@@ -404,11 +417,12 @@ def _misfit(output: OutputPlan, term: SetPlan) -> tuple[str, str] | None:
         return f"a {term.kind} has no area, so it has no {output.kind}", average
     if output.resolution is not None or output.kind not in MAXIMA:
         return None
-    kinds = [_shape(output.terms[e.term]) for e in output.implied]
+    used = [output.terms[e.term] for e in output.implied]
     crossed = term.kind == "gaussian2" and term.parameters[0] > term.parameters[2]
-    if exact_maxima_possible(kinds, output.implication, output.aggregation) and not crossed:
+    implications = list(dict.fromkeys(map(output.implication_of, used)))
+    if exact_maxima_possible(map(_shape, used), implications, output.aggregation) and not crossed:
         return None
-    norms = f"'{output.implication}' and '{output.aggregation}'"
+    norms = " and ".join(f"'{n}'" for n in (*implications, output.aggregation))
     problem = f"'{output.kind}' of these terms with {norms} has no closed form"
     return problem, f"sample it, such as 'defuzzifier {output.kind}(resolution=1000)'"
 

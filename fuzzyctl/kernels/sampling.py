@@ -47,10 +47,15 @@ def sampled_degrees(term: SetPlan, points: Sequence[float]) -> tuple[float, ...]
     return tuple(degree(x) for x in points)
 
 
-def joined(output: OutputPlan, builder: Builder, parts: Sequence[tuple[Expr, Expr]]) -> Expr:
+#: The activation of a set, its own degree, and the term.
+Part = tuple[Expr, Expr, SetPlan]
+
+
+def joined(output: OutputPlan, builder: Builder, parts: Sequence[Part]) -> Expr:
     """Return the aggregated degree of an output from the activation of each set and its own degree."""
-    imply = conjunction(output.implication, output.equal)
-    implied = [builder.let(imply(h, builder.let(d))) for h, d in parts]
+    implied = [
+        builder.let(conjunction(output.implication_of(term), output.equal)(h, builder.let(d))) for h, d, term in parts
+    ]
     join = aggregation(output.aggregation, output.equal)
     return reduce(lambda a, b: builder.let(join(a, b)), implied) if implied else ZERO
 
@@ -80,14 +85,15 @@ class Samples:
         degrees = tuple(sampled_degrees(output.terms[t], points) for t, _, _ in heights)
         return cls(builder, output, tuple(heights), points, degrees)
 
-    def join(self, builder: Builder, parts: Sequence[tuple[Expr, Expr]]) -> Expr:
-        """Return the aggregated degree from the activation of each set and its own degree."""
-        return joined(self.output, builder, parts)
+    def join(self, builder: Builder, degrees: Mapping[int, Expr]) -> Expr:
+        """Return the aggregated degree from the degrees of some sets, by the positions of their heights."""
+        own = {k: self.heights[k] for k in degrees}
+        return joined(self.output, builder, [(h, degrees[k], self.output.terms[t]) for k, (t, h, _) in own.items()])
 
     def at(self, position: int) -> Expr:
         """Return the aggregated degree at one point as an atom."""
-        parts = [(h, Number(d[position])) for (_, h, _), d in zip(self.heights, self.degrees, strict=True)]
-        return self.builder.let(self.join(self.builder, [p for p in parts if p[1] != ZERO]))
+        found = {k: Number(d[position]) for k, d in enumerate(self.degrees)}
+        return self.builder.let(self.join(self.builder, {k: d for k, d in found.items() if d != ZERO}))
 
     def stretches(self, first: int = 0, last: int | None = None) -> Iterator[tuple[tuple[int, ...], int, int]]:
         """Cut the grid into stretches where the same sets are above 0; the others cost nothing there.
@@ -105,8 +111,7 @@ class Samples:
 
     def joined(self, inner: Builder, own: Sequence[int], begin: int, end: int, counter: str) -> Expr:
         """Return the aggregated degree at the sample that a loop over a stretch is at."""
-        items = [Item(self.builder.table(self.degrees[k][begin:end]), counter) for k in own]
-        return self.join(inner, [(self.heights[k][1], item) for k, item in zip(own, items, strict=True)])
+        return self.join(inner, {k: Item(self.builder.table(self.degrees[k][begin:end]), counter) for k in own})
 
     def scan(
         self,

@@ -202,6 +202,9 @@ class Builder(Transformer[Token, Any]):
         place = self._at(csv) if csv is not None else None
         return sx.Table(self.line, outputs, self._word(first), word, self._string(csv), place)
 
+    def rules(self, _keyword: Token, name: Token, *settings: sx.Setting | sx.Activation) -> sx.Rules:
+        return sx.Rules(self.line, self._word(name), settings)
+
     def names(self, *names: Token) -> tuple[sx.Word, ...]:
         return self._words(names)
 

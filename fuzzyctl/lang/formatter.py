@@ -105,6 +105,8 @@ def _code(line: LogicalLine, text: str) -> str:
     tokens = _TOKEN.findall(text)
     if line.kind == "statement" and line.word == "terms":
         return _INDENT + _spaced(tokens, tight="=@", text=text)
+    if line.kind == "statement" and line.word == "rules":
+        return _spaced(tokens, tight="=", text=text)
     if line.kind == "term_line":
         head, rest = tokens[:2], tokens[2:]
         return f"{_INDENT}{head[0]} = {_spaced(rest, tight='=', text=text)}"

@@ -33,6 +33,7 @@ FORMS: Final[dict[str, str]] = {
     "input": 'input NAME "label" in [low, high] unit "..."',
     "output": 'output NAME "label" in [low, high] unit "..." else VALUE',
     "terms": "terms NB@-1 ZO@0 PB@1, or terms NB ZO PB, or terms NB=0 ZO=0 PB=0",
+    "rules": "rules NAME and product or max implication min activation highest(count=1) (above tables and rules)",
     "with": "with INPUT is TERM (above a table)",
     "table": "table OUTPUT = ROW_INPUT x COLUMN_INPUT, or table OUTPUT = INPUT",
     "if": "if INPUT is TERM and INPUT is TERM then OUTPUT is TERM weight 0.5",

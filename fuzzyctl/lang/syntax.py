@@ -26,6 +26,7 @@ STATEMENT_KEYWORDS: Final = (
     "input",
     "output",
     "terms",
+    "rules",
     "with",
     "table",
     "if",
@@ -330,6 +331,14 @@ class Table(Statement):
     header: HeaderLine | None = None
     rows: tuple[RowLine, ...] = ()
     incomplete: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Rules(Statement):
+    """`rules NAME` with the settings of the block: the tables and rules from here to the next such line are its own."""
+
+    name: Word
+    settings: tuple[Setting | Activation, ...]
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.model.hints import jumping_tables
 from fuzzyctl.model.misfits import misfitting_semantics
 from fuzzyctl.model.numbers import Numbers
-from fuzzyctl.model.reads import reads_of
+from fuzzyctl.model.reads import comparisons_that_wait, reads_of
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, literals
 from fuzzyctl.model.shapes import SHAPE_CHECKS, SHAPE_HINTS
 from fuzzyctl.model.symmetry import odd_cells
@@ -88,17 +88,10 @@ def _circle(start: str, needs: dict[str, dict[str, Span | None]]) -> list[str]:
 
 
 def misfitting_activation(system: FuzzySystem) -> Iterator[Diagnostic]:
-    """Find activation methods that compare all rules where some rules wait for an output."""
-    method = system.method.activation
-    if method.kind in ("general", "threshold"):
-        return
-    outputs = {o.name for o in system.outputs}
-    reader = next((i for r in system.rules for i in literals(r.antecedent) if i.variable in outputs), None)
-    if reader is not None:
-        message = f"activation '{method.kind}' compares all rules at once, and some of them read an output"
-        note = (Note(reader.span, f"'{reader.variable}' is read here"),) if reader.span is not None else ()
-        help_text = "use 'activation general', or put the rules that read it into a system of their own"
-        yield Diagnostic("FZ214", message, method.span, help=help_text, notes=note)
+    """Find activation methods that compare rules where some of them wait for an output."""
+    comparing = {m.block: None for m in system.rule_methods if m.activation.compares}
+    for block in comparing:
+        yield from comparisons_that_wait(system, block)
 
 
 def functions_read(system: FuzzySystem) -> Iterator[Diagnostic]:

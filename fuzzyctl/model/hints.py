@@ -56,7 +56,7 @@ def _gaps(numbers: Numbers, variable: Input) -> list[tuple[float, float]]:
 
 def jumping_tables(system: FuzzySystem) -> Iterator[Diagnostic]:
     """Find the one cell that breaks an otherwise monotone table whose neighbours differ by one term at most."""
-    for block in system.blocks:
+    for block in system.tables_and_rules:
         if not isinstance(block, RuleTable) or len(block.outputs) != 1:
             continue
         ranks = ranks_of(system, block)

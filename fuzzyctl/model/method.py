@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Final, Literal
 
 from pydantic import InstanceOf
@@ -91,6 +92,30 @@ class Activation(Node):
     count: int | None = None
     threshold: InstanceOf[Expr] | None = None
     comparison: str | None = None
+
+    @property
+    def compares(self) -> bool:
+        """Whether it compares rules with each other, so that the activations of all must be known."""
+        return self.kind not in ("general", "threshold")
+
+
+@dataclass(frozen=True)
+class RuleMethod:
+    """The methods of one rule: those of its block, and where that says nothing, those of the system.
+
+    Args:
+        block: Position of its rule block, -1 for a rule of none.
+        conjunction: How it joins by `and`.
+        disjunction: How it joins by `or`.
+        implication: What its block says, None where it says nothing: then each output has its own.
+        activation: Which rules of the block act.
+    """
+
+    block: int
+    conjunction: str
+    disjunction: str
+    implication: str | None
+    activation: Activation
 
 
 class Method(Node):

@@ -39,11 +39,12 @@ def _adaptive(system: FuzzySystem, output: Output) -> Iterator[Diagnostic]:
 
 def _weighted_after(system: FuzzySystem, output: Output) -> Iterator[Diagnostic]:
     """A weight after implication is computed as a scaled set, which some implications do not allow."""
-    implication = output.implication or system.method.implication
-    over_rules = _defuzzifier(system, output).over_rules
-    if system.method.semantics.weight == "after" and not over_rules and implication not in SCALABLE:
+    if system.method.semantics.weight != "after" or _defuzzifier(system, output).over_rules:
+        return
+    other = next((i for i in system.implications_of(output) if i not in SCALABLE), None)
+    if other is not None:
         message = f"output '{output.name}': 'weight=after' goes with the implications {' and '.join(SCALABLE)}"
-        yield Diagnostic("FZ214", message, output.span, facts=(f"its implication is '{implication}'",))
+        yield Diagnostic("FZ214", message, output.span, facts=(f"its implication is '{other}'",))
 
 
 def _divided(system: FuzzySystem, output: Output) -> Iterator[Diagnostic]:

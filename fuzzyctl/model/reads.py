@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 
+from fuzzyctl.errors import Diagnostic, Note
 from fuzzyctl.expr import names_in, span_of
-from fuzzyctl.model.rule import literals
+from fuzzyctl.model.rule import Rule, literals
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Membership, Output
 from fuzzyctl.source import Span
@@ -15,18 +16,58 @@ def reads_of(system: FuzzySystem) -> Iterator[tuple[str, dict[str, Span | None]]
     """Yield for each consequent its output and the outputs that its rule waits for, each with its place.
 
     A rule waits for outputs in its antecedent, unless they count there with the degree that the rules before have
-    reached; and for outputs that its consequent is a function of.
+    reached; for outputs that its consequent is a function of; and where an activation method compares it with others,
+    for what these wait for.
     """
     outputs = {o.name: o for o in system.outputs}
     waits = system.method.semantics.chained == "value"
     functions = {(o.name, t.name): t.membership for o in system.outputs for t in o.terms if _is_function(t.membership)}
-    for rule in system.rules:
-        read = {i.variable: i.span for i in literals(rule.antecedent) if i.variable in outputs} if waits else {}
+    compared = _compared(system) if waits else {}
+    for rule, method in zip(system.rules, system.rule_methods, strict=True):
+        read = _read(rule, outputs) if waits else {}
+        if waits and method.activation.compares:
+            read = compared[method.block] | read
         for consequent in rule.consequents:
             term = consequent.term
             membership = functions.get((consequent.output, term)) if isinstance(term, str) else term
             inside = _in_function(outputs, membership) if membership is not None and _is_function(membership) else {}
             yield consequent.output, read | inside
+
+
+def comparisons_that_wait(system: FuzzySystem, block: int) -> Iterator[Diagnostic]:
+    """Find a rule of a block, or of none, that reads what rules of the same block set, though these are compared.
+
+    Args:
+        system: The system.
+        block: Position of the rule block, -1 for the rules of none; its activation method compares rules.
+    """
+    own = [r for r, m in zip(system.rules, system.rule_methods, strict=True) if m.block == block]
+    method = next(m.activation for m in system.rule_methods if m.block == block)
+    concluded = {c.output for rule in own for c in rule.consequents}
+    reader = next((i for rule in own for i in literals(rule.antecedent) if i.variable in concluded), None)
+    if reader is not None:
+        among = "all rules" if not system.rule_blocks else "the rules of a block"
+        message = f"activation '{method.kind}' compares {among} at once, and some of them read an output"
+        message += " that others set" if system.rule_blocks else ""
+        note = (Note(reader.span, f"'{reader.variable}' is read here"),) if reader.span is not None else ()
+        help_text = "use 'activation general', or put the rules that read it into a rule block of their own"
+        yield Diagnostic("FZ214", message, method.span or reader.span, help=help_text, notes=note)
+
+
+def _compared(system: FuzzySystem) -> dict[int, dict[str, Span | None]]:
+    """Return for each rule block, and -1 for none, the outputs that its rules read and that it does not set itself."""
+    outputs = {o.name: o for o in system.outputs}
+    found: dict[int, dict[str, Span | None]] = {}
+    for rule, method in zip(system.rules, system.rule_methods, strict=True):
+        found[method.block] = found.get(method.block, {}) | _read(rule, outputs)
+    for rule, method in zip(system.rules, system.rule_methods, strict=True):
+        for consequent in rule.consequents:
+            found[method.block].pop(consequent.output, None)
+    return found
+
+
+def _read(rule: Rule, outputs: Container[str]) -> dict[str, Span | None]:
+    return {i.variable: i.span for i in literals(rule.antecedent) if i.variable in outputs}
 
 
 def _is_function(membership: Membership) -> bool:

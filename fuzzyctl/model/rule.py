@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from pydantic import InstanceOf
+from pydantic import Field, InstanceOf
 
 from fuzzyctl.expr import ONE, Expr
+from fuzzyctl.model.method import Activation
 from fuzzyctl.model.node import Node
 from fuzzyctl.model.variable import Membership
 
@@ -36,13 +37,13 @@ class Not(Antecedent):
 
 
 class And(Antecedent):
-    """Conjunction of two or more antecedents by the system's t-norm, from left to right."""
+    """Conjunction of two or more antecedents by the t-norm of the system or the rule block, from left to right."""
 
     operands: tuple[InstanceOf[Antecedent], ...]
 
 
 class Or(Antecedent):
-    """Disjunction of two or more antecedents by the system's s-norm, from left to right."""
+    """Disjunction of two or more antecedents by the s-norm of the system or the rule block, from left to right."""
 
     operands: tuple[InstanceOf[Antecedent], ...]
 
@@ -113,6 +114,35 @@ class RuleTable(Node):
                     Consequent(output=o, term=t, span=cell.span) for o, t in zip(self.outputs, cell.terms, strict=True)
                 )
                 yield Rule(antecedent=antecedent, consequents=consequents, weight=cell.weight, span=cell.span)
+
+
+class RuleBlock(Node):
+    """Rules that belong together, and that may be joined, implied and chosen by methods of their own.
+
+    Args:
+        name: Its name; in a rule file each block of a system has another one.
+        conjunction: How its rules join by `and`; None for the way of the system.
+        disjunction: How its rules join by `or`; None for the way of the system.
+        implication: What an activation makes of the sets that its rules conclude; None for the way of each output.
+        activation: Which of its rules act; None for the method of the system. Methods that compare rules compare those
+            of one block with each other.
+        rules: Rule tables and single rules in the order written, at least one.
+    """
+
+    name: str
+    conjunction: str | None = None
+    disjunction: str | None = None
+    implication: str | None = None
+    activation: Activation | None = None
+    rules: tuple[InstanceOf[RuleTable] | InstanceOf[Rule], ...] = Field(min_length=1)
+
+
+def rules_of(part: RuleTable | Rule) -> Iterator[Rule]:
+    """Yield the rules of a table, or a single rule."""
+    if isinstance(part, RuleTable):
+        yield from part.rules()
+    else:
+        yield part
 
 
 def literals(antecedent: Antecedent) -> list[Is]:

@@ -56,7 +56,7 @@ def _without_peak(numbers: Numbers, output: Output, method: Defuzzifier) -> Iter
 
 def _without_centroid(system: FuzzySystem, output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:
     """Find terms without an area, and maxima without a closed form."""
-    implication = output.implication or system.method.implication
+    implications = system.implications_of(output)
     aggregation = output.aggregation or system.method.aggregation
     sampled = f"write: defuzzifier {method.kind}(resolution=1000)"
     average = "write: defuzzifier weighted_average"
@@ -76,9 +76,10 @@ def _without_centroid(system: FuzzySystem, output: Output, method: Defuzzifier) 
             continue
         yield Diagnostic("FZ214", message, term.membership.span or term.span, help=help_text)
     kinds = [t.membership.kind for t in output.terms if t.membership.kind in MEMBERSHIP]
-    is_known = method.resolution is not None or exact_maxima_possible(kinds, implication, aggregation)
+    is_known = method.resolution is not None or exact_maxima_possible(kinds, implications, aggregation)
     if method.kind in MAXIMA and not is_known:
-        message = f"'{method.kind}' of its terms with '{implication}' and '{aggregation}' has no closed form"
+        norms = "', '".join(implications)
+        message = f"'{method.kind}' of its terms with '{norms}' and '{aggregation}' has no closed form"
         yield Diagnostic("FZ214", f"output '{output.name}': {message}", output.span, help=sampled)
 
 

@@ -40,7 +40,7 @@ class _Break:
 
 def odd_cells(system: FuzzySystem) -> Iterator[Diagnostic]:
     """Find the one cell that breaks the symmetry of a table which is otherwise symmetric or antisymmetric."""
-    for block in system.blocks:
+    for block in system.tables_and_rules:
         if not isinstance(block, RuleTable) or block.rows is None or len(block.outputs) != 1:
             continue
         ranks = ranks_of(system, block)

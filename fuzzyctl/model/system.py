@@ -7,17 +7,17 @@ import unicodedata
 from collections.abc import Mapping
 from functools import cache, cached_property
 from numbers import Real
-from typing import Any, TypeVar
+from typing import Any, Self, TypeVar
 
-from pydantic import Field, InstanceOf
+from pydantic import Field, InstanceOf, model_validator
 
 from fuzzyctl.errors import UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.expr import Expr, Number, evaluate
 from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
-from fuzzyctl.model.method import Method
+from fuzzyctl.model.method import Method, RuleMethod
 from fuzzyctl.model.node import Node
 from fuzzyctl.model.params import ParamValues
-from fuzzyctl.model.rule import Rule, RuleTable
+from fuzzyctl.model.rule import Rule, RuleBlock, RuleTable, rules_of
 from fuzzyctl.model.variable import Input, Output
 
 
@@ -33,7 +33,7 @@ class FuzzySystem(Node):
         method: Norms, implication, aggregation, defuzzifier.
         inputs: In the order of declaration, which is the order of a kernel's arguments.
         outputs: In the order of declaration, which is the order of a kernel's results.
-        blocks: Rule tables and single rules in the order written.
+        blocks: Rule tables and single rules in the order written, then rule blocks.
         guarantees: The `require` statements.
         compared: The other systems that they name, as `SYSTEM.OUTPUT`, without guarantees of their own.
         path: The file it was read from, or an empty string.
@@ -47,7 +47,7 @@ class FuzzySystem(Node):
     method: Method = Method()
     inputs: tuple[Input, ...]
     outputs: tuple[Output, ...]
-    blocks: tuple[InstanceOf[RuleTable] | InstanceOf[Rule], ...]
+    blocks: tuple[InstanceOf[RuleTable] | InstanceOf[Rule] | InstanceOf[RuleBlock], ...]
     guarantees: tuple[Guarantee, ...] = ()
     compared: tuple[FuzzySystem, ...] = ()
     path: str = Field(default="", repr=False)
@@ -55,17 +55,68 @@ class FuzzySystem(Node):
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> FuzzySystem:
         """Return a copy with some fields changed; what was computed from the old ones is not copied."""
         copied = super().model_copy(update=update, deep=deep)
-        for computed in ("rules", "values"):
+        for computed in ("rules", "rule_methods", "values"):
             copied.__dict__.pop(computed, None)
         return copied
+
+    @model_validator(mode="after")
+    def _blocks_come_last(self) -> Self:
+        """Refuse rules of no block behind a block: a rule file has no place for them."""
+        kinds = [isinstance(b, RuleBlock) for b in self.blocks]
+        if kinds != sorted(kinds):
+            raise ValueError("tables and rules of no rule block come before all rule blocks")
+        return self
+
+    @property
+    def rule_blocks(self) -> tuple[RuleBlock, ...]:
+        """The rule blocks in the order written."""
+        return tuple(b for b in self.blocks if isinstance(b, RuleBlock))
+
+    @property
+    def tables_and_rules(self) -> tuple[RuleTable | Rule, ...]:
+        """All tables and single rules in the order written, those of rule blocks included."""
+        found: list[RuleTable | Rule] = []
+        for block in self.blocks:
+            found.extend(block.rules if isinstance(block, RuleBlock) else (block,))
+        return tuple(found)
 
     @cached_property
     def rules(self) -> tuple[Rule, ...]:
         """All rules, those of the tables included, in the order written; adaptive states follow this order."""
-        flat: list[Rule] = []
-        for block in self.blocks:
-            flat.extend(block.rules() if isinstance(block, RuleTable) else (block,))
-        return tuple(flat)
+        return tuple(rule for part in self.tables_and_rules for rule in rules_of(part))
+
+    @cached_property
+    def rule_methods(self) -> tuple[RuleMethod, ...]:
+        """The methods of each rule, in the order of `rules`."""
+        usual = self.method
+        found: list[RuleMethod] = []
+        of_none = RuleMethod(-1, usual.conjunction, usual.disjunction, None, usual.activation)
+        for part in self.blocks:
+            if not isinstance(part, RuleBlock):
+                found.extend(of_none for _ in rules_of(part))
+        for position, block in enumerate(self.rule_blocks):
+            method = RuleMethod(
+                position,
+                block.conjunction or usual.conjunction,
+                block.disjunction or usual.disjunction,
+                block.implication,
+                block.activation or usual.activation,
+            )
+            found.extend(method for part in block.rules for _ in rules_of(part))
+        return tuple(found)
+
+    def implication_of(self, rule: int, output: Output) -> str:
+        """Return what the activation of a rule, given by its position, makes of a set of an output.
+
+        What is said nearest to the rule counts: by its block, else by the output, else by the system.
+        """
+        return self.rule_methods[rule].implication or output.implication or self.method.implication
+
+    def implications_of(self, output: Output) -> tuple[str, ...]:
+        """Return the different implications of the rules that conclude an output; its own if there is no such rule."""
+        positions = (r for r, rule in enumerate(self.rules) for c in rule.consequents if c.output == output.name)
+        found = tuple(dict.fromkeys(self.implication_of(r, output) for r in positions))
+        return found or (output.implication or self.method.implication,)
 
     @cached_property
     def values(self) -> dict[str, float]:

@@ -87,8 +87,9 @@ def all_numbers(system: FuzzySystem) -> Iterator[tuple[Expr, bool, str]]:
         for c in rule.consequents:
             if isinstance(c.term, Membership):
                 yield from parameters(c.term, c.output)
-    if system.method.activation.threshold is not None:
-        yield system.method.activation.threshold, False, "the threshold"
+    for activation in (system.method.activation, *(b.activation for b in system.rule_blocks)):
+        if activation is not None and activation.threshold is not None:
+            yield activation.threshold, False, "the threshold"
     for guarantee in system.guarantees:
         if guarantee.within is not None:
             yield guarantee.within, False, "the tolerance"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final, TypeVar
 
 from fuzzyctl import expr as ex
@@ -11,6 +11,7 @@ from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, DISJUNCTIONS, IMPLICAT
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.method import ACTIVATIONS, DEFUZZIFIERS, Activation, Defuzzifier, Method
 from fuzzyctl.model.profiles import UNSET
+from fuzzyctl.model.rule import Rule, RuleBlock, RuleTable
 from fuzzyctl.model.variable import Output
 from fuzzyctl.resolve.context import Context
 from fuzzyctl.resolve.defuzzifiers import resolve_options
@@ -50,25 +51,91 @@ def resolve_method(context: Context, statements: Sequence[sx.Statement]) -> Meth
     return context.profile.method.model_copy(update={"defuzzifier": context.profile.defuzzifier("centroid"), **values})
 
 
+def resolve_rule_settings(context: Context, statement: sx.Rules) -> dict[str, Any]:
+    """Resolve the settings of a rule block into fields of it."""
+    chosen: dict[str, sx.Word] = {}
+    values: dict[str, Any] = {}
+    for s in statement.settings:
+        if not _is_first(context, s.keyword, chosen):
+            continue
+        if isinstance(s, sx.Activation):
+            values["activation"] = _activation(context, s)
+        else:
+            resolve_own_setting(context, s, values)
+    return values
+
+
 def find_idle_settings(
     context: Context,
     statements: Sequence[sx.Statement],
     shared: Sequence[sx.Statement],
     method: Method,
     outputs: Sequence[Output],
+    blocks: Sequence[RuleTable | Rule | RuleBlock] = (),
 ) -> None:
-    """Warn of implications and aggregations that no output heeds, since it sums over rules or has its own."""
+    """Warn of implications and aggregations that no output heeds, since it sums over rules or has its own.
+
+    Args:
+        context: Where warnings go.
+        statements: All statements of a system.
+        shared: Those of them that belong to other systems as well, where they may have an effect.
+        method: What they come to.
+        outputs: The outputs.
+        blocks: The rules; a block may have an implication of its own, so that what is said elsewhere is not heeded.
+    """
     kinds = {o.name: o.defuzzifier or method.defuzzifier for o in outputs}
     joins = method.semantics.joins_rules
+    implied = _implied_elsewhere(blocks)
     for s in statements:
         if isinstance(s, sx.Setting) and s not in shared and _may_be_idle(s, joins):
             heeding = [o for o in outputs if not kinds[o.name].over_rules and getattr(o, s.keyword.text) is None]
+            if s.keyword.text == "implication":
+                heeding = [o for o in heeding if o.name not in implied]
             if outputs and not heeding:
                 _idle(context, s, kinds[outputs[0].name])
+        elif isinstance(s, sx.Rules):
+            _find_idle_implication(context, s, kinds, blocks, joins=joins)
         elif isinstance(s, sx.Variable) and s.name.text in kinds and kinds[s.name.text].over_rules:
             own = [c.setting for c in s.clauses if isinstance(c, sx.SettingClause)]
             for setting in (s for s in own if _may_be_idle(s, joins)):
                 _idle(context, setting, kinds[s.name.text])
+        elif isinstance(s, sx.Variable) and s.name.text in implied:
+            for c in s.clauses:
+                if isinstance(c, sx.SettingClause) and c.setting.keyword.text == "implication":
+                    message = "'implication' has no effect: every rule block that sets the output has its own"
+                    context.report("FZ214", message, c.span, help="remove it", warning=True)
+
+
+def _implied_elsewhere(blocks: Sequence[RuleTable | Rule | RuleBlock]) -> set[str]:
+    """Return the outputs that are set only by rule blocks with an implication of their own."""
+    own: set[str] = set()
+    others: set[str] = set()
+    for b in blocks:
+        has_own = isinstance(b, RuleBlock) and b.implication is not None
+        (own if has_own else others).update(_set_by(b))
+    return own - others
+
+
+def _set_by(block: RuleTable | Rule | RuleBlock) -> set[str]:
+    parts = block.rules if isinstance(block, RuleBlock) else (block,)
+    tables = {o for p in parts if isinstance(p, RuleTable) for o in p.outputs}
+    return tables | {c.output for p in parts if isinstance(p, Rule) for c in p.consequents}
+
+
+def _find_idle_implication(
+    context: Context,
+    head: sx.Rules,
+    kinds: Mapping[str, Defuzzifier],
+    blocks: Sequence[RuleTable | Rule | RuleBlock],
+    *,
+    joins: bool,
+) -> None:
+    """Warn of the implication of a rule block that sets no output which looks at sets."""
+    own = next((b for b in blocks if isinstance(b, RuleBlock) and b.name == head.name.text), None)
+    setting = next((s for s in head.settings if isinstance(s, sx.Setting) and _may_be_idle(s, joins)), None)
+    reached = [kinds[name] for name in sorted(_set_by(own)) if name in kinds] if own is not None else []
+    if setting is not None and reached and all(kind.over_rules for kind in reached):
+        _idle(context, setting, reached[0])
 
 
 def _may_be_idle(s: sx.Setting, joins: bool) -> bool:
@@ -153,6 +220,7 @@ def _activation(context: Context, s: sx.Activation) -> Activation:
     if kind not in ACTIVATIONS:
         context.unknown("activation method", s.kind, ACTIVATIONS, "FZ213")
         return Activation()
+    before = len(context.diagnostics)
     fields: dict[str, Any] = {"kind": kind, "span": s.kind.span}
     for option in _once(context, s.options):
         name = option.name.text
@@ -167,10 +235,11 @@ def _activation(context: Context, s: sx.Activation) -> Activation:
         else:
             fields |= {"comparison": name, "threshold": option.value}
     missing = _missing(kind, fields)
-    if missing and len(s.options) < 2:
-        context.report(
-            "FZ303", f"activation '{kind}' needs {missing}", s.kind.span, help=f"write, for example: {_FORM[kind]}"
-        )
+    if missing:
+        # An option with a mistake of its own may be the one that is missing.
+        if len(context.diagnostics) == before:
+            help_text = f"write, for example: {_FORM[kind]}"
+            context.report("FZ303", f"activation '{kind}' needs {missing}", s.kind.span, help=help_text)
         return Activation()
     return Activation.model_validate(fields)
 

@@ -11,14 +11,14 @@ from fuzzyctl.formulas import HEDGES
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.checks import check_values, in_order
 from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
-from fuzzyctl.model.rule import Rule, RuleTable, literals
+from fuzzyctl.model.rule import RuleBlock, RuleTable, literals
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, Output
+from fuzzyctl.resolve.blocks import Block, resolve_blocks
 from fuzzyctl.resolve.context import Context
-from fuzzyctl.resolve.rules import MAX_OUTPUTS, MAX_RULES, resolve_require, resolve_rule
+from fuzzyctl.resolve.rules import MAX_OUTPUTS, MAX_RULES, resolve_require
 from fuzzyctl.resolve.semantics import resolve_semantics
 from fuzzyctl.resolve.settings import find_idle_settings, resolve_method
-from fuzzyctl.resolve.tables import resolve_table
 from fuzzyctl.resolve.variables import resolve_param, resolve_variable
 from fuzzyctl.source import Span
 
@@ -50,7 +50,7 @@ def resolve(
     whole = dataclasses.replace(tree, statements=(*shared, *tree.statements))
     heads = _declare(context, whole)
     _check_heads(context, whole, heads, broken)
-    system = _build(context, whole, shared, heads[0] if heads else None)
+    system = _build(context, whole, shared, heads[0] if heads else None, broken=broken)
     if broken or any(d.severity == "error" for d in context.diagnostics):
         # One mistake must not hide another: numbers are checked as far as they can be.
         return None, in_order([*context.diagnostics, *check_values(system)])
@@ -153,13 +153,12 @@ def _has_functions(statement: sx.Statement) -> bool:
 
 
 def _build(
-    context: Context, tree: sx.SyntaxTree, shared: Sequence[sx.Statement], head: sx.System | None
+    context: Context, tree: sx.SyntaxTree, shared: Sequence[sx.Statement], head: sx.System | None, *, broken: bool
 ) -> FuzzySystem:
     """Build the system from all statements that have a meaning."""
     params: list[Param | None] = []
     inputs: list[Input] = []
     outputs: list[Output] = []
-    blocks: list[RuleTable | Rule | None] = []
     guarantees: list[Guarantee | None] = []
     hedges: list[Hedge | None] = []
     semantics = resolve_semantics(context, tree.statements)
@@ -176,15 +175,11 @@ def _build(
                     outputs.append(variable)
                 else:
                     inputs.append(variable)
-            case sx.Rule():
-                blocks.append(resolve_rule(context, s))
-            case sx.Table():
-                blocks.append(resolve_table(context, s))
             case sx.Require():
                 guarantees.append(resolve_require(context, s))
     method = resolve_method(context, tree.statements).model_copy(update={"semantics": semantics})
-    find_idle_settings(context, tree.statements, shared, method, outputs)
-    known_blocks = tuple(b for b in blocks if b is not None)
+    known_blocks = resolve_blocks(context, tree.statements, len(shared), broken=broken)
+    find_idle_settings(context, tree.statements, shared, method, outputs, known_blocks)
     place = head.name.span if head is not None else None
     few = _few_enough(context, known_blocks, len(outputs), place)
     return FuzzySystem(
@@ -239,9 +234,10 @@ def _hedge(context: Context, s: sx.Hedge) -> Hedge | None:
     return Hedge(name=s.name.text, parameter=s.parameter.text, expression=s.expression, span=s.name.span)
 
 
-def _few_enough(context: Context, blocks: Sequence[RuleTable | Rule], outputs: int, place: Span | None) -> bool:
+def _few_enough(context: Context, blocks: Sequence[Block], outputs: int, place: Span | None) -> bool:
     """Check the size of a system, so that no file keeps a reader waiting."""
-    rules = sum(sum(map(len, b.cells)) if isinstance(b, RuleTable) else 1 for b in blocks)
+    parts = [part for b in blocks for part in (b.rules if isinstance(b, RuleBlock) else (b,))]
+    rules = sum(sum(map(len, part.cells)) if isinstance(part, RuleTable) else 1 for part in parts)
     if outputs > MAX_OUTPUTS:
         help_text = "spread them over several systems"
         context.report("FZ112", f"the system has {outputs} outputs, more than {MAX_OUTPUTS}", place, help=help_text)

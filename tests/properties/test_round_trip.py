@@ -14,7 +14,7 @@ from fuzzyctl.lang.syntax import RESERVED
 from fuzzyctl.loading import loads
 from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
 from fuzzyctl.model.method import Activation, Defuzzifier, Method
-from fuzzyctl.model.rule import And, Cell, Consequent, Is, Not, Or, Rule, RuleTable
+from fuzzyctl.model.rule import And, Cell, Consequent, Is, Not, Or, Rule, RuleBlock, RuleTable
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Input, Membership, Output, Term
 from fuzzyctl.resolve.context import CLAIM_FUNCTIONS
@@ -79,6 +79,18 @@ def fallbacks(param):
     return st.sampled_from([None, "midpoint", "nan", "error"]) | values | st.builds(Hold, start=st.none() | values)
 
 
+def activations(param):
+    return st.sampled_from(
+        [
+            Activation(),
+            Activation(kind="proportional"),
+            Activation(kind="highest", count=2),
+            Activation(kind="first", count=1, threshold=ex.Number(0.25)),
+            Activation(kind="threshold", comparison=">=", threshold=ex.Name(param)),
+        ]
+    )
+
+
 @st.composite
 def systems(draw):
     names = draw(st.lists(NAMES, min_size=7, max_size=7, unique=True))
@@ -105,17 +117,7 @@ def systems(draw):
         disjunction=draw(st.sampled_from(sorted(DISJUNCTIONS))),
         implication=draw(st.sampled_from(sorted(IMPLICATIONS))),
         aggregation=draw(st.sampled_from(sorted(AGGREGATIONS))),
-        activation=draw(
-            st.sampled_from(
-                [
-                    Activation(),
-                    Activation(kind="proportional"),
-                    Activation(kind="highest", count=2),
-                    Activation(kind="first", count=1, threshold=ex.Number(0.25)),
-                    Activation(kind="threshold", comparison=">=", threshold=ex.Name(names[0])),
-                ]
-            )
-        ),
+        activation=draw(activations(names[0])),
         defuzzifier=Defuzzifier(
             kind="center_average" if averages else "centroid",
             resolution=resolution,
@@ -190,9 +192,25 @@ def systems(draw):
         method=method,
         inputs=inputs,
         outputs=outputs,
-        blocks=(draw(rules), table, draw(rules)),
+        blocks=(draw(rules), table, draw(rules), *_rule_blocks(draw, names[0], draw(rules), table)),
         guarantees=(Guarantee(claim=claim, within=ex.Number(1e-9), when=draw(st.none() | st.just(claim))),),
     )
+
+
+def _rule_blocks(draw, param, rule, table):
+    """Return no rule block, or one with a rule and one with a table, each with some settings of its own."""
+    settings = st.fixed_dictionaries(
+        {},
+        optional={
+            "conjunction": st.sampled_from(list(CONJUNCTIONS)),
+            "disjunction": st.sampled_from(list(DISJUNCTIONS)),
+            "implication": st.sampled_from(list(CONJUNCTIONS)),
+            "activation": activations(param),
+        },
+    )
+    names = draw(st.lists(NAMES, max_size=2, unique=True))
+    parts = [(rule,), (table, rule)]
+    return [RuleBlock(name=n, rules=r, **draw(settings)) for n, r in zip(names, parts, strict=False)]
 
 
 def well_formed(system):

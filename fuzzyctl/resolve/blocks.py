@@ -1,0 +1,81 @@
+"""Resolves `rules NAME` lines: which tables and rules belong to which rule block, and how the block differs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from fuzzyctl.lang import syntax as sx
+from fuzzyctl.model.rule import Rule, RuleBlock, RuleTable
+from fuzzyctl.resolve.context import Context
+from fuzzyctl.resolve.rules import resolve_rule
+from fuzzyctl.resolve.settings import resolve_rule_settings
+from fuzzyctl.resolve.tables import resolve_table
+
+Block = RuleTable | Rule | RuleBlock
+
+
+def resolve_blocks(
+    context: Context, statements: Sequence[sx.Statement], shared: int = 0, *, broken: bool = False
+) -> tuple[Block, ...]:
+    """Resolve all tables, rules and rule blocks.
+
+    Args:
+        context: What is declared, and where mistakes go.
+        statements: All statements of a system.
+        shared: How many of them, from the first on, belong to other systems as well: a block among them ends there.
+        broken: Whether some lines could not be read, so that a block without rules is no mistake of its own.
+
+    Returns:
+        Tables and rules of no block, then the blocks that have some rule with a meaning.
+    """
+    loose: list[RuleTable | Rule] = []
+    blocks: list[tuple[sx.Rules, list[RuleTable | Rule]]] = []
+    empty: list[sx.Rules] = []
+    own = loose
+    for position, s in enumerate(statements):
+        if position == shared:
+            own = loose
+        match s:
+            case sx.Rules():
+                own = []
+                blocks.append((s, own))
+                empty.append(s)
+            case sx.Rule() | sx.Table():
+                if blocks and own is blocks[-1][1] and blocks[-1][0] in empty:
+                    empty.remove(blocks[-1][0])
+                part = resolve_rule(context, s) if isinstance(s, sx.Rule) else resolve_table(context, s)
+                own.extend([part] if part is not None else [])
+    if not broken:
+        _tell_empty(context, empty)
+    made = [_block(context, head, parts) for head, parts in _each_once(context, blocks)]
+    return (*loose, *(b for b in made if b is not None))
+
+
+def _tell_empty(context: Context, empty: Sequence[sx.Rules]) -> None:
+    for head in empty:
+        message = f"rule block '{head.name.text}' has no rules"
+        help_text = "put its tables and 'if' lines below it, or remove it"
+        context.report("FZ212", message, head.name.span, help=help_text)
+
+
+def _each_once(
+    context: Context, blocks: Sequence[tuple[sx.Rules, list[RuleTable | Rule]]]
+) -> list[tuple[sx.Rules, list[RuleTable | Rule]]]:
+    """Return the blocks whose names are taken by no block before."""
+    first: dict[str, sx.Rules] = {}
+    found = []
+    for head, parts in blocks:
+        context.is_free(head.name, "a rule block")
+        earlier = first.setdefault(head.name.text, head)
+        if earlier is head:
+            found.append((head, parts))
+            continue
+        note = (earlier.name.span, "first declared here")
+        message = f"there is a rule block '{head.name.text}' already"
+        context.report("FZ201", message, head.name.span, note=note, help="rename it, or move its rules there")
+    return found
+
+
+def _block(context: Context, head: sx.Rules, parts: Sequence[RuleTable | Rule]) -> RuleBlock | None:
+    values = resolve_rule_settings(context, head)
+    return RuleBlock(name=head.name.text, rules=tuple(parts), span=head.name.span, **values) if parts else None
