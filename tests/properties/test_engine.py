@@ -258,8 +258,8 @@ def degree(membership, variable, x):
     if membership.kind == "function":
         try:
             own = held(evaluate(membership.arguments[0], {variable: x}))
-        except ValueError:
-            own = 0.0
+        except ValueError:  # 1 / x at 0: a quotient by zero is infinite
+            own = 1.0 if math.copysign(1.0, x) > 0.0 else 0.0
         return height * own
     p = tuple(a.value for a in membership.arguments)
     return height * formula(lambda: MEMBERSHIP[membership.kind].degree(X, p), membership.kind, p)(x)
