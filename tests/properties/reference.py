@@ -8,7 +8,7 @@ from functools import reduce
 from itertools import chain
 
 from fuzzyctl.expr import evaluate, names_in
-from fuzzyctl.model.rule import And, Is, Not, Or
+from fuzzyctl.model.rule import And, Is, Not, Or, RuleBlock, rules_of
 from fuzzyctl.model.variable import Hold
 
 
@@ -99,6 +99,12 @@ class Reference:
         }
         self.values = {}
         self.acting = {}
+        self.triggered = {}
+        #: The block of each rule; of rules of no block the method of the system.
+        self.blocks = [system.method for b in system.blocks if not isinstance(b, RuleBlock) for _ in rules_of(b)]
+        for block in system.blocks:
+            if isinstance(block, RuleBlock):
+                self.blocks += [block for part in block.rules for _ in rules_of(part)]
         self.effects = {}
         if self.semantics.chained == "degree":
             for r in range(len(system.rules)):
@@ -140,8 +146,13 @@ class Reference:
         value = min(max(self.value(literal.variable), low), high)
         return self.membership(declared.term(literal.term).membership, value)
 
-    def truth(self, antecedent):
-        method, equal = self.system.method, self.semantics.equal
+    def method(self, r, field):
+        """What counts for a rule: what its block says, else what the system says."""
+        own = getattr(self.blocks[r], field)
+        return getattr(self.system.method, field) if own is None else own
+
+    def truth(self, antecedent, r):
+        equal = self.semantics.equal
         match antecedent:
             case Is(hedges=hedges):
                 found = self.degree(antecedent)
@@ -149,26 +160,52 @@ class Reference:
                     found = hedged(name, found, self.semantics.extremely == "cube")
                 return found
             case Not(operand=operand):
-                return 1.0 - self.truth(operand)
+                return 1.0 - self.truth(operand, r)
             case And(operands=operands):
-                return reduce(lambda a, b: norm(method.conjunction, a, b, equal), map(self.truth, operands))
+                name = self.method(r, "conjunction")
+                return reduce(lambda a, b: norm(name, a, b, equal), [self.truth(o, r) for o in operands])
             case Or(operands=operands):
-                return reduce(lambda a, b: norm(method.disjunction, a, b, equal), map(self.truth, operands))
+                name = self.method(r, "disjunction")
+                return reduce(lambda a, b: norm(name, a, b, equal), [self.truth(o, r) for o in operands])
         raise NotImplementedError(antecedent)
 
     def activation(self, r):
         """How far a rule acts; what its consequents feel of it is noted for later rules."""
         if r not in self.acting:
             rule = self.system.rules[r]
-            weight = self.number(rule.weight)
-            fired = self.truth(rule.antecedent)
-            acts = fired * weight if self.semantics.weight == "before" else fired * (weight > 0)
-            if self.semantics.least is not None and not acts > self.semantics.least:
-                acts = 0.0
-            self.acting[r] = (fired, acts)
+            fired = self.truth(rule.antecedent, r)
+            self.acting[r] = (fired, self.chosen(r))
             for k, c in enumerate(rule.consequents):
                 self.effects.setdefault(c.output, []).append((c.term, self.effect(r, k)))
         return self.acting[r]
+
+    def own(self, r):
+        """The activation of a rule by itself."""
+        rule = self.system.rules[r]
+        weight = self.number(rule.weight)
+        fired = self.truth(rule.antecedent, r)
+        return fired * weight if self.semantics.weight == "before" else fired * (weight > 0)
+
+    def gated(self, activation):
+        least = self.semantics.least
+        return 0.0 if least is not None and not activation > least else activation
+
+    def chosen(self, r):
+        """The activation of a rule as the activation method of its block lets it act."""
+        method, own = self.method(r, "activation"), self.own(r)
+        self.triggered[r] = True
+        match method.kind:
+            case "general":
+                return self.gated(own)
+            case "threshold" if method.comparison == ">=":
+                self.triggered[r] = own >= self.number(method.threshold)
+                return self.gated(own) if self.triggered[r] else 0.0
+            case "highest":
+                among = {k: self.gated(self.own(k)) for k, b in enumerate(self.blocks) if b is self.blocks[r]}
+                best = sorted((k for k, a in among.items() if a > 0.0), key=lambda k: (-among[k], k))
+                self.triggered[r] = r in best[: method.count]
+                return among[r] if self.triggered[r] else 0.0
+        raise NotImplementedError(method.kind)
 
     def effect(self, r, k):
         """The activation of a rule as its consequent number k feels it."""
@@ -176,7 +213,7 @@ class Reference:
         acts = self.activation(r)[1]
         output = self.variables[rule.consequents[k].output]
         hedges = [list(reversed(c.hedges)) for c in rule.consequents]
-        if acts > 0.0 or self.semantics.least is None:
+        if acts > 0.0 or (self.semantics.least is None and self.triggered[r]):
             if how == "carried":
                 acts = reduce(lambda a, h: hedged(h, a, cube), chain.from_iterable(hedges[: k + 1]), acts)
             elif how == "activation":
@@ -277,7 +314,7 @@ class Reference:
         shift = 0.5 if own.grid == "midpoint" else 0.0
         xs = [low + (i + shift) * step[own.grid] for i in range(n)]
         effects = [(r, k, self.effect(r, k)) for r, k in self.concluding(output)]
-        implication = output.implication or self.system.method.implication
+        usual = output.implication or self.system.method.implication
         degrees = []
         for x in xs:
             parts = []
@@ -290,6 +327,8 @@ class Reference:
                     # The weight scales the implied set.
                     weight = self.number(self.system.rules[r].weight)
                     acts = acts / weight if weight else 0.0
+                own_block = isinstance(self.blocks[r], RuleBlock)
+                implication = (self.blocks[r].implication if own_block else None) or usual
                 parts.append(weight * norm(implication, acts, mu, s.equal))
             degrees.append(self.joined(output, parts))
         ends = [0.5 if own.rule == "trapezoid" and i in (0, n - 1) else 1.0 for i in range(n)]

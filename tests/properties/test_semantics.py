@@ -47,6 +47,19 @@ def literals(draw, outputs=()):
 
 
 @st.composite
+def block_lines(draw, name, compares):
+    """The first line of a rule block."""
+    choices = {
+        "and": ["product", "drastic_product"],
+        "or": ["bounded_sum", "drastic_sum"],
+        "implication": ["min", "product"],
+        "activation": ["general", "threshold(>= 0.213)", *(["highest(count=1)"] if compares else [])],
+    }
+    said = [f"{word} {draw(st.sampled_from(own))}" for word, own in choices.items() if draw(st.booleans())]
+    return " ".join(["rules", name, *said])
+
+
+@st.composite
 def systems(draw):
     knobs = draw(st.fixed_dictionaries({}, optional=KNOBS))
     norms = draw(
@@ -81,6 +94,10 @@ def systems(draw):
     text += "".join(f"output {o} in [0, 10] {fallback}\n{SETS if over_sets else FUNCTIONS}" for o in outputs)
     if len(outputs) > 1:
         rules.append("if a is mid then z is mid")
+    # Rule blocks begin before some of the rules, the last one first, so that each has a rule.
+    begins = draw(st.lists(st.integers(0, len(rules) - 1), max_size=2, unique=True))
+    for k in sorted(begins, reverse=True):
+        rules.insert(k, draw(block_lines(f"b{k}", compares="chained" not in knobs)))
     return text + "\n".join(rules) + "\n"
 
 
