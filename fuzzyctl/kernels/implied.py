@@ -40,20 +40,24 @@ class ImpliedSets:
 
     def __init__(self, output: OutputPlan, points: Sequence[float]) -> None:
         self.output, self.points = output, points
-        a, b = Name("a"), Name("b")
-        self._imply = scalar_function(conjunction(output.implication, output.equal)(a, b))
-        self._join = scalar_function(aggregation(output.aggregation, output.equal)(a, b))
+        self._join = scalar_function(aggregation(output.aggregation, output.equal)(Name("a"), Name("b")))
+
+    def _term(self, rule: int) -> SetPlan:
+        return self.output.terms[next(e for e in self.output.implied if e.rule == rule).term]
 
     def consequent(self, rule: int) -> Curve | None:
         """Return the set that a rule names, as its hedges leave it; None for what is no set."""
-        entry = next(e for e in self.output.implied if e.rule == rule)
-        term = self.output.terms[entry.term]
+        term = self._term(rule)
         return None if term.expression is not None else sampled_degrees(term, self.points)
 
     def implied(self, rule: int, felt: float) -> Curve | None:
         """Return what a rule leaves of this set, cut at how far the output feels the rule."""
         own = self.consequent(rule)
-        return None if own is None else tuple(self._imply(felt, degree) for degree in own)
+        if own is None:
+            return None
+        norm = conjunction(self.output.implication_of(self._term(rule)), self.output.equal)
+        imply = scalar_function(norm(Name("a"), Name("b")))
+        return tuple(imply(felt, degree) for degree in own)
 
     def together(self, rules: Iterable[tuple[int, float]]) -> Curve:
         """Return the union of what rules leave, each given with how far the output feels it."""

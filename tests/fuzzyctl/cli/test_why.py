@@ -209,6 +209,11 @@ class TestPictureOfHedges:
         assert self.top(together, 0, 1) == pytest.approx(0.6 + 0.16)
         assert self.top(together, 0.55, 0.55) == pytest.approx(0.5 * 0.76)
 
+    def test_each_rule_block_implies_in_its_own_way(self):
+        text = HEDGED.replace("if x is high", "rules scaled\n  implication product\n  if x is high")
+        of_p = self.drawn(text.replace("somewhat p", "p"), 6.0)[1]
+        assert self.top(of_p, 0.55, 0.55) == pytest.approx(0.5 * 0.6)
+
     def test_rules_that_are_not_shown_count_in_what_all_give_together(self):
         axes = self.drawn(HEDGED, 6.0, most=1)
         assert len(axes) == 4
