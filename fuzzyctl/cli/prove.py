@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
 #: Seconds after which a proof shows how far it is.
 PATIENCE: Final = 1.0
 
-Proofs = list[tuple[str, "FuzzySystem", "tuple[Verdict, ...]"]]
+Proofs = list[tuple[str, "FuzzySystem", "list[Verdict]"]]
 
 
 @click.command()
@@ -62,18 +63,26 @@ def prove(
     """
     proofs: Proofs = []
     mistakes: list[Diagnostic] = []
-    for file in files:
-        try:
-            systems = _systems(file, settings, name, profile)
-        except DiagnosticError as error:
-            mistakes.extend(error.diagnostics)
-            continue
-        proofs.extend((file, s, _verdicts(s, timeout)) for s in systems)
+    tell = click.echo if form == "text" else None
+    try:
+        for file in files:
+            try:
+                systems = _systems(file, settings, name, profile)
+            except DiagnosticError as error:
+                mistakes.extend(error.diagnostics)
+                continue
+            for system in systems:
+                proofs.append((file, system, []))
+                _prove_all(*proofs[-1], timeout, tell)
+    except KeyboardInterrupt:
+        show(mistakes)
+        click.echo(f"interrupted{': ' if proofs else ''}{_summary(proofs)}", err=True)
+        sys.exit(FAILED)
     if form == "json":
         click.echo(json.dumps(_as_data(proofs, mistakes), ensure_ascii=False, indent=2))
     else:
-        for line in _lines(proofs):
-            click.echo(line)
+        if proofs:
+            click.echo(_summary(proofs))
         show(mistakes)
     kinds = {type(v).__name__ for _, _, verdicts in proofs for v in verdicts}
     if mistakes or "Refuted" in kinds:
@@ -107,11 +116,21 @@ def _systems(file: str, settings: Sequence[str], name: str | None, profile: str 
     return found
 
 
-def _verdicts(system: FuzzySystem, timeout: float) -> tuple[Verdict, ...]:
-    from fuzzyctl.analysis.prove import prove as verdicts_of
+def _prove_all(
+    file: str, system: FuzzySystem, verdicts: list[Verdict], timeout: float, tell: Callable[[str], None] | None
+) -> None:
+    """Prove the guarantees of a system; tell of each as soon as it is settled."""
+    from fuzzyctl.analysis.prove import Prover
 
-    with _progress() as told:
-        return verdicts_of(system, timeout=timeout, progress=told)
+    if tell is not None and not system.guarantees:
+        tell(f"{file}: {system.name}: no guarantees")
+    prover = Prover(system, timeout=timeout)
+    for guarantee in system.guarantees:
+        with _progress() as prover.progress:
+            verdict = prover.verdict(guarantee)
+        verdicts.append(verdict)
+        if tell is not None:
+            tell("\n".join(_lines(file, verdict)))
 
 
 @contextmanager
@@ -140,18 +159,22 @@ def _progress() -> Iterator[Callable[[str, int, int], None] | None]:
             status.stop()
 
 
-def _lines(proofs: Proofs) -> Iterator[str]:
-    count = {"proved": 0, "refuted": 0, "undecided": 0}
-    for file, system, verdicts in proofs:
-        if not verdicts:
-            yield f"{file}: {system.name}: no guarantees"
-        for verdict in verdicts:
-            word = type(verdict).__name__.lower()
-            count[word] += 1
-            place = str(verdict.span).rpartition(":")[0] if verdict.span is not None else file
-            yield f"{place}: {word}: {verdict.claim}"
-            yield from (f"    {line}" for line in _details(verdict))
-    yield ", ".join(f"{n} {word}" for word, n in count.items() if n or word == "proved")
+def _lines(file: str, verdict: Verdict) -> Iterator[str]:
+    place = str(verdict.span).rpartition(":")[0] if verdict.span is not None else file
+    yield f"{place}: {_word(verdict)}: {verdict.claim}"
+    yield from (f"    {line}" for line in _details(verdict))
+
+
+def _word(verdict: Verdict) -> str:
+    return type(verdict).__name__.lower()
+
+
+def _summary(proofs: Proofs) -> str:
+    """Return how many guarantees are proved, refuted and undecided, and how many nobody has looked at."""
+    count = Counter(_word(v) for _, _, verdicts in proofs for v in verdicts)
+    count["left"] = sum(len(system.guarantees) - len(verdicts) for _, system, verdicts in proofs)
+    words = ("proved", "refuted", "undecided", "left")
+    return ", ".join(f"{count[word]} {word}" for word in words if count[word] or word == "proved")
 
 
 def _details(verdict: Verdict) -> Iterator[str]:
@@ -189,7 +212,7 @@ def _verdict_data(verdict: Verdict) -> dict[str, Any]:
     data: dict[str, Any] = {
         "claim": verdict.claim,
         "line": verdict.span.line if verdict.span is not None else None,
-        "verdict": type(verdict).__name__.lower(),
+        "verdict": _word(verdict),
     }
     if isinstance(verdict, Proved):
         return data | {"note": verdict.note or None}

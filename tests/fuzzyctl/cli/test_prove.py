@@ -5,6 +5,7 @@ import json
 import pytest
 from click.testing import CliRunner
 
+from fuzzyctl.analysis.prove import Prover
 from fuzzyctl.cli.main import main
 from fuzzyctl.shipped import rules_folder
 
@@ -79,6 +80,29 @@ def test_a_mistake_in_the_file_is_a_diagnostic(written):
     assert "FZ202" in result.stderr
     data = json.loads(run(written("v <= 1"), "--format", "json").stdout)
     assert data["diagnostics"][0]["code"] == "FZ202"
+
+
+def test_of_a_file_with_mistakes_nothing_is_counted(tmp_path):
+    path = tmp_path / "broken.fz"
+    path.write_text("system s\n", encoding="utf-8")
+    assert run(path).stdout == ""
+
+
+def test_ctrl_c_keeps_what_was_told_and_counts_what_is_left(written, monkeypatch):
+    path = written("u <= 1", "u >= -1", "u <= 0.5")
+    verdict = Prover.verdict
+
+    def interrupted(prover, guarantee):
+        if guarantee.span.line == 12:
+            raise KeyboardInterrupt
+        return verdict(prover, guarantee)
+
+    monkeypatch.setattr(Prover, "verdict", interrupted)
+    result = run(path)
+    assert result.exit_code == 1
+    assert result.stdout == f"{path}:11: proved: u <= 1\n"
+    assert result.stderr == "interrupted: 1 proved, 2 left\n"
+    assert run(path, "--format", "json").stdout == ""
 
 
 def test_a_file_without_guarantees_says_so(written):
