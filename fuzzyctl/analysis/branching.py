@@ -19,6 +19,8 @@ from fuzzyctl.expr import Binary
 
 #: Sides below this part of the range are not halved any more.
 _NARROW: Final = 1e-13
+#: Slopes this much beyond their bound are not so for rounding.
+_NEAR: Final = 1e-6
 #: Points tried as witnesses among the boxes of one step.
 _TRIED: Final = 4
 #: Points tried before any box is halved.
@@ -320,8 +322,27 @@ class _Sloped:
                 break
         if search.stuck:
             boxes, count = search.open_boxes
-            return Undecided(self.claim.text, "the slope comes as close to its bound as rounding", boxes, count)
+            return Undecided(self.claim.text, self._why_stuck(output, axis), boxes, count)
         return Proved(self.claim.text, note="in exact arithmetic; kernels round")
+
+    def _excess(self, down: Array, up: Array) -> Array:
+        """Return by how much slopes between two ends may be beyond what is claimed."""
+        match self.slope.word:
+            case "increasing":
+                return -down
+            case "decreasing":
+                return up
+        found: Array = np.maximum(np.abs(down), np.abs(up)) - self.slope.limit
+        return found
+
+    def _why_stuck(self, output: int, axis: int) -> str:
+        lo, hi = self.search.stuck[0]
+        (found,), _ = self.system.evaluate(list(self.system.inputs_of(lo, hi, sloped=True).values()), [output])
+        assert found.slopes is not None
+        down, up = (np.broadcast_to(s, lo.shape)[axis] for s in found.slopes)
+        if self._excess(down, up).max() > _NEAR * max(1.0, self.slope.limit):
+            return "there one formula takes over from another, and slopes are known too roughly beside such places"
+        return "the slope comes as close to its bound as rounding"
 
     def _step(self, output: int, axis: int) -> Witness | None:
         lo, hi = self.search.take()
@@ -330,13 +351,7 @@ class _Sloped:
         if found.slopes is None:
             return None
         down, up = (np.broadcast_to(s, lo.shape)[axis] for s in found.slopes)
-        match self.slope.word:
-            case "increasing":
-                open_ = ~(down >= 0.0)
-            case "decreasing":
-                open_ = ~(up <= 0.0)
-            case _:
-                open_ = ~(np.maximum(np.abs(down), np.abs(up)) <= self.slope.limit)
+        open_ = ~(self._excess(down, up) <= 0.0)
         self.search.settled += int((~open_).sum())
         if not open_.any():
             return None

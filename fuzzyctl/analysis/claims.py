@@ -14,6 +14,9 @@ from fuzzyctl.model.system import FuzzySystem
 #: Words about two points of an input.
 SLOPES: Final = ("increasing", "decreasing", "lipschitz")
 
+#: Most comparisons that one is written as.
+MOST_PARTS: Final = 256
+
 
 @dataclass(frozen=True, eq=False)
 class Bound:
@@ -209,7 +212,9 @@ def _comparison(expr: Compare, tolerance: Fraction, wanted: bool) -> Truth:
 
 
 def _simplified(bound: Bound) -> Truth:
-    """Write magnitudes, minima and maxima that stand alone as several comparisons, which are linear."""
+    """Write magnitudes, minima and maxima that stand alone as several comparisons, unless they are too many."""
+    if _alternatives(bound.left) * _alternatives(bound.right) > MOST_PARTS:
+        return bound
 
     def parts(sides: Sequence[tuple[Expr, Expr]]) -> tuple[Truth, ...]:
         return tuple(_simplified(Bound(a, b, bound.tolerance, bound.strict, bound.origin)) for a, b in sides)
@@ -230,6 +235,16 @@ def _simplified(bound: Bound) -> Truth:
         case Call(function="min", arguments=several):
             return Some(parts([(left, a) for a in several]))
     return bound
+
+
+def _alternatives(expr: Expr) -> int:
+    """Return how many expressions magnitudes, minima and maxima that stand alone choose from."""
+    match expr:
+        case Call(function="abs", arguments=(a,)):
+            return 1 + _alternatives(a)
+        case Call(function="min" | "max", arguments=several):
+            return sum(map(_alternatives, several))
+    return 1
 
 
 def _negative(expr: Expr) -> Expr:

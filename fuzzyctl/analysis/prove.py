@@ -36,7 +36,7 @@ from fuzzyctl.analysis.silence import Silence, unclear_at
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict
 from fuzzyctl.analysis.witnesses import Judge
 from fuzzyctl.errors import Diagnostic
-from fuzzyctl.expr import Expr, span_of, to_text
+from fuzzyctl.expr import Binary, Expr, span_of, to_text
 from fuzzyctl.kernels.plan import Plan, plan
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.system import FuzzySystem
@@ -139,10 +139,10 @@ class Prover:
         claim = claim_of(self.system, guarantee)
         found = self._settled(claim)
         if isinstance(found, Undecided):
-            zero = self._zero_divisor(guarantee, claim)
-            if zero is not None:
+            part = self._part_without_value(guarantee, claim)
+            if part is not None:
                 found = replace(
-                    found, reason=f"{_divides(*zero)}; 'when' can leave such points out", boxes=(), remaining=0
+                    found, reason=f"it {_lacks(*part)}; 'when' can leave such points out", boxes=(), remaining=0
                 )
         if not isinstance(found, Refuted) and self._is_void(guarantee):
             found = Proved(claim.text, note="nothing is claimed: no point of the ranges is in the region")
@@ -158,17 +158,19 @@ class Prover:
         brief = replace(self, timeout=min(self.timeout, LOOKED), progress=None)
         return isinstance(brief._pointwise(nowhere), Proved)
 
-    def zero_divisor(self, guarantee: Guarantee) -> Diagnostic | None:
-        """Report a guarantee that divides by 0 at some point of its region."""
-        zero = self._zero_divisor(guarantee, claim_of(self.system, guarantee))
-        if zero is None:
+    def without_value(self, guarantee: Guarantee) -> Diagnostic | None:
+        """Report a guarantee that has no value at some point of its region, such as one that divides by 0."""
+        part = self._part_without_value(guarantee, claim_of(self.system, guarantee))
+        if part is None:
             return None
-        help_text = "leave such points out with 'when', or multiply both sides"
-        message = _divides(*zero).replace("it divides", "the guarantee divides", 1)
-        return Diagnostic("FZ307", message, span_of(zero[0]) or guarantee.span, help=help_text)
+        place, help_text = part[0], "leave such points out with 'when'"
+        if isinstance(place, Binary) and place.op == "/":
+            place, help_text = place.right, f"{help_text}, or multiply both sides"
+        message = f"the guarantee {_lacks(*part)}"
+        return Diagnostic("FZ307", message, span_of(place) or guarantee.span, help=help_text)
 
-    def _zero_divisor(self, guarantee: Guarantee, claim: Claim) -> tuple[Expr, dict[str, float]] | None:
-        return sampling.zero_divisor(guarantee, claim, self.plan, self.judge, self.timeout or LOOKED)
+    def _part_without_value(self, guarantee: Guarantee, claim: Claim) -> tuple[Expr, dict[str, float]] | None:
+        return sampling.without_value(guarantee, claim, self.plan, self.judge, self.timeout or LOOKED)
 
     def _settled(self, claim: Claim) -> Verdict:
         match claim.truth:
@@ -245,7 +247,9 @@ class Prover:
         """Decide a claim by subdivision, which needs numpy."""
         if self.timeout <= 0.0:
             witness = sampling.witness_of(claim, self.plan, self.judge)
-            return Refuted(claim.text, witness) if witness else Undecided(claim.text, "it takes subdivision")
+            if witness is not None:
+                return Refuted(claim.text, witness)
+            return Undecided(claim.text, "it takes subdivision, for which no time is given")
         from fuzzyctl.analysis import branching
         from fuzzyctl.analysis.boxes import System
 
@@ -262,9 +266,9 @@ def diagnostics(system: FuzzySystem) -> list[Diagnostic]:
     prover = Prover(system, timeout=0.0)
     found: list[Diagnostic] = []
     for guarantee in system.guarantees:
-        zero = prover.zero_divisor(guarantee)
-        if zero is not None:
-            found.append(zero)
+        lacking = prover.without_value(guarantee)
+        if lacking is not None:
+            found.append(lacking)
             continue
         verdict = prover.verdict(guarantee)
         if isinstance(verdict, Refuted):
@@ -274,9 +278,12 @@ def diagnostics(system: FuzzySystem) -> list[Diagnostic]:
     return found
 
 
-def _divides(divisor: Expr, point: Mapping[str, float]) -> str:
+def _lacks(part: Expr, point: Mapping[str, float]) -> str:
+    """Return what part of a guarantee has no value at a point."""
     at = ", ".join(f"{n} = {x:.6g}" for n, x in point.items())
-    return f"it divides by '{to_text(divisor)}', which is 0 at {at}"
+    if isinstance(part, Binary) and part.op == "/":
+        return f"divides by '{to_text(part.right)}', which is 0 at {at}"
+    return f"takes '{to_text(part)}', which has no value at {at}"
 
 
 def _denied(verdict: Verdict) -> Verdict:

@@ -8,11 +8,11 @@ from collections.abc import Iterator, Sequence
 from itertools import chain, islice, pairwise, product
 from typing import Final
 
-from fuzzyctl.analysis.claims import Claim, Slope, named
+from fuzzyctl.analysis.claims import Claim, Slope, named, speaks_of_all_points
 from fuzzyctl.analysis.degrees import breakpoints
 from fuzzyctl.analysis.verdicts import Witness
 from fuzzyctl.analysis.witnesses import Judge, NoValueError
-from fuzzyctl.expr import Binary, Expr, ExprError, walk
+from fuzzyctl.expr import Binary, Call, Expr, ExprError, children, walk
 from fuzzyctl.kernels.plan import Plan
 from fuzzyctl.model.guarantee import Guarantee
 
@@ -37,36 +37,60 @@ def witness_of(claim: Claim, plan: Plan, judge: Judge) -> Witness | None:
     return None
 
 
-def zero_divisor(
+def without_value(
     guarantee: Guarantee, claim: Claim, plan: Plan, judge: Judge, seconds: float
 ) -> tuple[Expr, dict[str, float]] | None:
-    """Look for a point of the region where a claim divides by 0; return the divisor and the point."""
+    """Look for a point of the region where a claim has no value; return the part that has none, and the point.
+
+    Such parts are quotients by 0, roots and logarithms of what is negative, and powers of such kinds.
+    """
     parts = [part for part in (guarantee.claim, guarantee.when) if part is not None]
-    quotients = [n for part in parts for n in walk(part) if isinstance(n, Binary) and n.op == "/"]
     variables = {*judge.inputs, *judge.outputs_named}
-    divisors = [q.right for q in quotients if variables & set(named(q.right))]
-    if not divisors or plan.states or plan.held or len(plan.rules) > RULES:
+    partial = [n for part in parts for n in walk(part) if _is_partial(n) and variables & set(named(n))]
+    if not partial or plan.states or plan.held or len(plan.rules) > RULES:
         return None
     for point in points(plan, seconds):
         here = judge.outputs(point)
-        for divisor in divisors:
-            if _is_zero(judge, divisor, point, here) and _is_inside(judge, claim, point):
-                return divisor, dict(zip(judge.inputs, point, strict=True))
+        for node in partial:
+            if _has_none(judge, node, point, here) and not _is_answered(judge, claim, point):
+                return node, dict(zip(judge.inputs, point, strict=True))
     return None
 
 
-def _is_zero(judge: Judge, divisor: Expr, point: tuple[float, ...], here: dict[str, float]) -> bool:
+def _is_partial(expr: Expr) -> bool:
+    if isinstance(expr, Binary):
+        return expr.op in ("/", "^")
+    return isinstance(expr, Call) and expr.function in ("sqrt", "log")
+
+
+def _has_none(judge: Judge, expr: Expr, point: tuple[float, ...], here: dict[str, float]) -> bool:
+    """Return whether an expression has no value at a point where its operands have one."""
     try:
-        return judge.value(divisor, point, here)[0] == 0
+        values = [judge.value(child, point, here)[0] for child in children(expr)]
     except (NoValueError, ExprError, OverflowError):
         return False
+    match expr:
+        case Binary(op="/"):
+            return values[1] == 0
+        case Binary(op="^"):
+            base, exponent = values
+            return (base == 0 and exponent < 0) or (base < 0 and exponent.denominator != 1)
+        case Call(function="log"):
+            return values[0] <= 0
+    return values[0] < 0
 
 
-def _is_inside(judge: Judge, claim: Claim, point: tuple[float, ...]) -> bool:
+def _is_answered(judge: Judge, claim: Claim, point: tuple[float, ...]) -> bool:
+    """Return whether a point is outside the region of a claim, or the claim is true or false there all the same."""
     try:
-        return judge.holds(claim.region, point)
+        if not judge.holds(claim.region, point):
+            return True
+        if not speaks_of_all_points(claim.truth):
+            judge.holds(claim.truth, point)
+            return True
     except (NoValueError, ExprError, OverflowError):
-        return True  # the condition itself divides by 0
+        pass
+    return False
 
 
 def _broken(claim: Claim, plan: Plan, judge: Judge, point: list[float]) -> Witness | None:

@@ -2,6 +2,7 @@
 
 import math
 import re
+import time
 
 import pytest
 
@@ -253,6 +254,26 @@ class TestRegions:
 
 
 class TestUndecided:
+    def test_without_time_it_says_that_none_is_given(self):
+        (verdict,) = verdicts(CURVED, "u(-e, -de) == -u within 1e-12", timeout=0)
+        assert verdict.reason == "it takes subdivision, for which no time is given"
+
+    def test_slopes_at_kinks_are_told_from_slopes_at_their_bound(self):
+        text = (
+            "system kink\nand min\nor max\ndefuzzifier weighted_average\ninput e in [-1, 1]\n"
+            "  A = gaussian(-0.5, 0.6)\n  B = gaussian(0.6, 0.6)\noutput u in [0, 1]\n  terms a=0 b=1\n"
+            "if e is A or e is B then u is a\nif e is A and e is B then u is b\n"
+        )
+        kinks, proved = verdicts(text, "lipschitz(u, e) <= 1", "lipschitz(u, e) <= 2")
+        assert isinstance(proved, Proved)
+        assert kinks.reason.startswith("there one formula takes over from another")
+
+    def test_comparisons_of_many_alternatives_take_no_longer_than_others(self):
+        many = f"max({', '.join(['u'] * 400)}) <= min({', '.join(['2'] * 400)})"
+        begun = time.process_time()
+        assert words(LINE, many) == ["Proved"]
+        assert time.process_time() - begun < 3
+
     def test_time_is_kept_and_open_boxes_are_shown(self):
         (verdict,) = verdicts(CURVED, "u(-e, -de) == -u within 1e-13", timeout=0.2)
         assert isinstance(verdict, Undecided)

@@ -97,6 +97,20 @@ require {claim}
     def test_other_quotients_are_fine(self, claim):
         assert diagnostics(fuzzyctl.loads(self.SYSTEM.format(claim=claim))) == []
 
+    @pytest.mark.parametrize("part", ["log(x)", "sqrt(x - 0.5)", "x^-1", "x^0.5", "x^(u / 2 - 0.25)", "log(x + 1)"])
+    def test_what_has_no_value_in_part_of_the_range_is_reported(self, part):
+        (found,) = diagnostics(fuzzyctl.loads(self.SYSTEM.format(claim=f"u <= 9 + abs({part})")))
+        assert (found.code, found.span.text.rstrip(")")) == ("FZ307", part.rstrip(")"))
+        assert f"takes '{part}', which has no value at x = " in found.message
+        (verdict,) = fuzzyctl.prove(fuzzyctl.loads(self.SYSTEM.format(claim=f"u <= 9 + abs({part})")), timeout=0.1)
+        assert f"it takes '{part}'" in verdict.reason
+
+    @pytest.mark.parametrize(
+        "claim", ["u <= 9 + log(x + 2)", "x^2 + u <= 2", "u <= x^-2 when x > 0.1", "x <= 0.1 or log(x) <= 5 * (u + 2)"]
+    )
+    def test_what_has_one_wherever_it_counts_is_not(self, claim):
+        assert diagnostics(fuzzyctl.loads(self.SYSTEM.format(claim=claim))) == []
+
     def test_an_open_verdict_says_so(self):
         (verdict,) = fuzzyctl.prove(fuzzyctl.loads(self.SYSTEM.format(claim="u / x >= 0.5")), timeout=0.2)
         assert isinstance(verdict, fuzzyctl.Undecided)
