@@ -75,6 +75,7 @@ def _matters(system: FuzzySystem, knob: str, there: Semantics) -> bool:
     methods = [defuzzifier_of(system, o) for o in system.outputs]
     norms = {system.method.conjunction, system.method.disjunction, system.method.implication, system.method.aggregation}
     norms |= {n for o in system.outputs for n in (o.implication, o.aggregation) if n is not None}
+    norms |= {n for b in system.rule_blocks for n in (b.conjunction, b.disjunction, b.implication) if n is not None}
     hedges = {h for r in system.rules for i in literals(r.antecedent) for h in i.hedges}
     consequent_hedges = {h for r in system.rules for c in r.consequents for h in c.hedges}
     kinds = {t.membership.kind for v in (*system.inputs, *system.outputs) for t in v.terms}
@@ -210,7 +211,7 @@ def named_consequents(system: FuzzySystem) -> FuzzySystem:
             consequents.append(c)
         rules.append(rule.model_copy(update={"consequents": tuple(consequents)}))
     made = tuple(o.model_copy(update={"terms": tuple(outputs[o.name])}) for o in system.outputs)
-    return system.model_copy(update={"outputs": made, "blocks": tuple(rules)})
+    return system.with_rules(rules).model_copy(update={"outputs": made})
 
 
 def _named(

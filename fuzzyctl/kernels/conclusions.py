@@ -82,9 +82,9 @@ class Conclusions:
         self.system, self.output = system, output
         self.semantics = system.method.semantics
         self.over_rules = (output.defuzzifier or system.method.defuzzifier).over_rules
-        found = () if self.over_rules else system.implications_of(output)
-        #: The one of all rules, or the one of the output where rule blocks differ.
-        self.implication = found[0] if len(found) == 1 else output.implication or system.method.implication
+        #: That of the first rule; of others whose rule blocks say something else the terms say it.
+        own = output.implication or system.method.implication
+        self.implication = own if self.over_rules else system.implications_of(output)[0]
         self.terms = [consequent_of(system, term.membership) for term in output.terms]
         self.positions = {term.name: i for i, term in enumerate(output.terms)}
         self.implied: list[ImpliedPlan] = []

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import unicodedata
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache, cached_property
 from numbers import Real
 from typing import Any, Self, TypeVar
@@ -133,6 +133,20 @@ class FuzzySystem(Node):
     def number(self, expr: Expr) -> float:
         """Compute an expression over the params."""
         return evaluate(expr, self.values)
+
+    def with_rules(self, rules: Sequence[Rule]) -> FuzzySystem:
+        """Return the system with other rules, as many and each in the block of the one whose place it takes.
+
+        Tables become single rules.
+        """
+        loose = [r for r, m in zip(rules, self.rule_methods, strict=True) if m.block < 0]
+        blocks = [
+            block.model_copy(
+                update={"rules": tuple(r for r, m in zip(rules, self.rule_methods, strict=True) if m.block == k)}
+            )
+            for k, block in enumerate(self.rule_blocks)
+        ]
+        return self.model_copy(update={"blocks": (*loose, *(b for b in blocks if b.rules))})
 
     def input(self, name: str) -> Input:
         """Return the input of that name, or raise `UnknownNameError`."""

@@ -10,16 +10,11 @@ from typing import Final
 
 from fuzzyctl.errors import Diagnostic, Note
 from fuzzyctl.expr import Number
+from fuzzyctl.formats.blocks import combined
 from fuzzyctl.formats.findings import Findings
 from fuzzyctl.formats.fll.lines import SPELT, Block, split
 from fuzzyctl.formats.fll.methods import defuzzifier, is_none, norm
-from fuzzyctl.formats.fll.rule_blocks import (
-    RuleBlock,
-    common_activation,
-    common_norm,
-    implication_of,
-    read_rule_blocks,
-)
+from fuzzyctl.formats.fll.rule_blocks import RuleBlock, found_block, read_rule_blocks, require_norms
 from fuzzyctl.formats.fll.rules import Known, RuleReader
 from fuzzyctl.formats.fll.terms import Place
 from fuzzyctl.formats.fll.variables import (
@@ -99,23 +94,23 @@ class _File:
             findings.error("FZ212", "the file has no rule that is enabled", None, help="write a RuleBlock with rules")
         if not enabled and outputs and not findings.failed:
             findings.error("FZ212", "all outputs are disabled", outputs[0].span, help="enable one")
-        # A norm by which no rule joins is kept all the same.
-        conjunction = common_norm(blocks, "conjunction", findings) or (blocks and blocks[0].conjunction) or "min"
-        disjunction = common_norm(blocks, "disjunction", findings) or (blocks and blocks[0].disjunction) or "max"
         ranges = [self._input_range(v) for v in inputs]
         made = [self._output(v, blocks, ranges) for v in enabled]
-        activation = common_activation(blocks, findings)
+        sets = [o.name for o in made if o.defuzzifier is not None and not o.defuzzifier.over_rules]
+        require_norms(blocks, sets, findings)
         if findings.failed:
             return None
+        named = any(b.block.head.value.text for b in blocks)
+        rules = combined([found_block(b) for b in blocks], sets, keep=named)
+        # A norm that no rule needs is kept all the same.
+        usual = {n: getattr(blocks[0], n) for n in ("conjunction", "disjunction", "implication")}
         method = Method(
-            conjunction=conjunction,
-            disjunction=disjunction,
-            implication=made[0].implication or blocks[0].implication or "min",
             aggregation=made[0].aggregation or "max",
-            activation=activation,
             defuzzifier=made[0].defuzzifier or self.profile.defuzzifier("centroid"),
             semantics=self.profile.semantics,
+            **{n: norm for n, norm in usual.items() if norm is not None} | rules.method,
         )
+        made = [o.model_copy(update={"implication": rules.implications.get(o.name)}) for o in made]
         name, title = self._title()
         return FuzzySystem(
             name=name,
@@ -123,7 +118,7 @@ class _File:
             method=method,
             inputs=tuple(self._input(v, r) for v, r in zip(inputs, ranges, strict=True)),
             outputs=tuple(_unless_common(o, method) for o in made),
-            blocks=tuple(r.rule for b in blocks for r in b.rules),
+            blocks=rules.blocks,
             path=findings.source.name,
         )
 
@@ -200,7 +195,6 @@ class _File:
         if aggregation is None and is_none(line) and is_set and not over_rules:
             message = f"output '{variable.name}' has no aggregation, which '{method.kind}' needs"
             findings.error("FZ212", message, variable.span, help="write: aggregation: Maximum")
-        implication = None if over_rules else implication_of(variable.name, blocks, findings)
         lower, upper = self._output_range(variable, ranges, over_rules)
         return Output(
             name=variable.name,
@@ -210,7 +204,6 @@ class _File:
             terms=variable.terms,
             otherwise=otherwise(block, findings),
             clamped=variable.lock_range and math.isfinite(variable.lower.value + variable.upper.value),
-            implication=implication,
             aggregation=aggregation or ("sum" if over_rules else "max"),
             defuzzifier=method,
             span=variable.span,

@@ -7,6 +7,7 @@ from typing import Final
 
 from fuzzyctl.expr import Expr, number_text
 from fuzzyctl.formats import numerics
+from fuzzyctl.formats.findings import Names
 from fuzzyctl.formats.fll.formulas import formula
 from fuzzyctl.formats.fll.terms_text import written
 from fuzzyctl.formats.fll.words import ACTIVATION_WORDS, HEDGE_WORDS, OF_SETS, S_NORMS, T_NORMS
@@ -14,7 +15,7 @@ from fuzzyctl.formats.identifiers import with_identifiers
 from fuzzyctl.formats.losses import Loss
 from fuzzyctl.formats.weighted import as_inverted_there
 from fuzzyctl.formulas import MEMBERSHIP
-from fuzzyctl.model.method import Defuzzifier
+from fuzzyctl.model.method import Activation, Defuzzifier
 from fuzzyctl.model.profiles import Profile, profile
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule
 from fuzzyctl.model.system import FuzzySystem
@@ -94,8 +95,8 @@ class _Writer:
             lines.append(f"  description: {_plain(system.title)}")
         for variable in (*system.inputs, *system.outputs):
             lines.extend(self._variable(variable))
-        for implication, outputs in self._by_implication().items():
-            lines.extend(self._rule_block(implication, outputs))
+        for position in sorted({m.block for m in system.rule_methods}):
+            lines.extend(self._rule_blocks(position))
         if self.reasons:
             raise numerics.cannot(system, ".fll", self.reasons)
         self.losses.extend(numerics.unsaid_words(system, labels=True, title=True))
@@ -189,39 +190,55 @@ class _Writer:
 
     # --- rules ---------------------------------------------------------------------------------------------------
 
-    def _by_implication(self) -> dict[str, list[str]]:
-        """Return the outputs by their implication; outputs of averages go with the first."""
-        usual = self.system.method.implication
+    def _rule_blocks(self, position: int) -> Iterator[str]:
+        """Yield a rule block, or one for each implication of the outputs that its rules set."""
+        rules = [r for r, m in enumerate(self.system.rule_methods) if m.block == position]
+        method = self.system.rule_methods[rules[0]]
+        names = Names(b.name for b in self.system.rule_blocks)
+        name = self.system.rule_blocks[position].name if position >= 0 else ""
+        parts = self._by_implication(rules)
+        if len(parts) > 1 and method.activation.compares:
+            self.reasons.append(
+                f"activation '{method.activation.kind}' compares rules of outputs with other implications"
+            )
+        for k, (implication, outputs) in enumerate(parts.items()):
+            own = names.take(name) if name and k else name
+            yield f"RuleBlock: {own}".rstrip()
+            yield "  enabled: true"
+            yield f"  conjunction: {_CONJUNCTIONS[method.conjunction]}"
+            yield f"  disjunction: {_DISJUNCTIONS[method.disjunction]}"
+            yield f"  implication: {_CONJUNCTIONS[implication]}"
+            yield f"  activation: {self._activation(method.activation)}"
+            yield from self._rules(rules, outputs, split=len(parts) > 1)
+
+    def _by_implication(self, rules: Sequence[int]) -> dict[str, list[str]]:
+        """Return the outputs that rules of one block set by implication; outputs of averages go with the first."""
+        concluded = {c.output for r in rules for c in self.system.rules[r].consequents}
         found: dict[str, list[str]] = {}
         averaged: list[str] = []
-        for output in self.system.outputs:
+        for output in (o for o in self.system.outputs if o.name in concluded):
             if numerics.defuzzifier_of(self.system, output).over_rules:
                 averaged.append(output.name)
             else:
-                found.setdefault(output.implication or usual, []).append(output.name)
+                found.setdefault(self.system.implication_of(rules[0], output), []).append(output.name)
         if not found:
-            return {usual: averaged}
+            return {self.system.rule_methods[rules[0]].implication or self.system.method.implication: averaged}
         next(iter(found.values())).extend(averaged)
         return found
 
-    def _rule_block(self, implication: str, outputs: Sequence[str]) -> Iterator[str]:
-        method = self.system.method
-        yield "RuleBlock:"
-        yield "  enabled: true"
-        yield f"  conjunction: {_CONJUNCTIONS[method.conjunction]}"
-        yield f"  disjunction: {_DISJUNCTIONS[method.disjunction]}"
-        yield f"  implication: {_CONJUNCTIONS[implication]}"
-        yield f"  activation: {self._activation()}"
-        for i, rule in enumerate(self.system.rules, 1):
+    def _rules(self, rules: Sequence[int], outputs: Sequence[str], *, split: bool) -> Iterator[str]:
+        """Yield the rules of a block with what they say of some outputs."""
+        for r in rules:
+            rule, method = self.system.rules[r], self.system.rule_methods[r]
             consequents = [c for c in rule.consequents if c.output in outputs]
-            if len(consequents) < len(rule.consequents) and any(c.hedges for c in rule.consequents):
-                self.reasons.append(f"rule {i} has hedges in consequents of outputs with several implications")
+            if split and len(consequents) < len(rule.consequents) and any(c.hedges for c in rule.consequents):
+                self.reasons.append(f"rule {r + 1} has hedges in consequents of outputs with several implications")
             if consequents:
                 narrowed = rule.model_copy(update={"consequents": tuple(consequents)})
-                yield f"  rule: {self._rule(narrowed, f'rule {i}')}"
+                dual = (method.conjunction, method.disjunction) in _DUAL
+                yield f"  rule: {self._rule(narrowed, f'rule {r + 1}', dual=dual)}"
 
-    def _activation(self) -> str:
-        own = self.system.method.activation
+    def _activation(self, own: Activation) -> str:
         parts = [_ACTIVATIONS[own.kind]]
         if own.count is not None:
             parts.append(str(own.count))
@@ -231,28 +248,29 @@ class _Writer:
             parts.append(number_text(numerics.value(self.system, own.threshold)))
         return " ".join(parts)
 
-    def _rule(self, rule: Rule, where: str) -> str:
-        antecedent = self._antecedent(rule.antecedent, where, negated=False, inside="or")
+    def _rule(self, rule: Rule, where: str, *, dual: bool) -> str:
+        antecedent = self._antecedent(rule.antecedent, where, dual=dual, negated=False, inside="or")
         consequents = " and ".join(
             f"{c.output} is {' '.join([*self._hedges(c.hedges, where), str(c.term)])}" for c in rule.consequents
         )
         weight = numerics.value(self.system, rule.weight)
         return f"if {antecedent} then {consequents}{f' with {number_text(weight)}' if weight != 1 else ''}"
 
-    def _antecedent(self, antecedent: Antecedent, where: str, *, negated: bool, inside: str) -> str:
-        """Return an antecedent; `not` before a group goes to its parts, whose connective changes."""
+    def _antecedent(self, antecedent: Antecedent, where: str, *, dual: bool, negated: bool, inside: str) -> str:
+        """Return an antecedent; `not` before a group goes to its parts, if norms are dual with the other connective."""
         match antecedent:
             case Is(variable=variable, term=term, hedges=hedges):
                 given = self._hedges(("not", *hedges) if negated else hedges, where)
                 return f"{variable} is {' '.join([*given, term])}"
             case Not(operand=operand):
-                return self._antecedent(operand, where, negated=not negated, inside=inside)
+                return self._antecedent(operand, where, dual=dual, negated=not negated, inside=inside)
             case And(operands=operands) | Or(operands=operands):
-                method = self.system.method
-                if negated and (method.conjunction, method.disjunction) not in _DUAL:
+                if negated and not dual:
                     self.reasons.append(f"{where} negates a group")
                 word = "and" if isinstance(antecedent, And) != negated else "or"
-                text = f" {word} ".join(self._antecedent(o, where, negated=negated, inside=word) for o in operands)
+                text = f" {word} ".join(
+                    self._antecedent(o, where, dual=dual, negated=negated, inside=word) for o in operands
+                )
                 return text if (inside == "or" and word == "and") or inside == word == "or" else f"({text})"
         raise TypeError(type(antecedent).__name__)
 

@@ -16,6 +16,9 @@ from fuzzyctl.model.rule import And, Is, Or
 from fuzzyctl.model.variable import Hold
 from fuzzyctl.source import SourceText, Span
 
+#: What a rule block may say itself.
+OF_BLOCKS = ("conjunction", "disjunction", "implication", "activation")
+
 SAMPLES = Path(__file__).parent.parent / "samples"
 TIPPER = (SAMPLES / "tipper.fll").read_text(encoding="utf-8")
 ALL_TERMS = (SAMPLES / "all_terms.fll").read_text(encoding="utf-8")
@@ -157,15 +160,54 @@ class TestEngines:
     def test_activation_methods_have_their_parameters(self, text, activation):
         assert system(changed("General", text)).method.activation == activation
 
-    def test_rule_blocks_may_have_implications_of_their_own_for_outputs_of_their_own(self):
+    @pytest.mark.parametrize(
+        ("line", "other", "field", "value"),
+        [
+            ("conjunction: Minimum", "conjunction: AlgebraicProduct", "conjunction", "product"),
+            ("implication: Minimum", "implication: AlgebraicProduct", "implication", "product"),
+            ("activation: General", "activation: Proportional", "activation", Activation(kind="proportional")),
+        ],
+    )
+    def test_rule_blocks_keep_their_names_and_say_in_what_they_differ(self, line, other, field, value):
+        joined = SMALL.replace("if a is low then", "if a is low and b is low then")
+        second = "RuleBlock: all" + joined.split("RuleBlock: all")[1].replace(line, other)
+        found = system(joined + second + second.replace("RuleBlock: all", "RuleBlock:"))
+        assert found.method == system(SMALL).method
+        assert [b.name for b in found.rule_blocks] == ["all", "all_2", "block3"]
+        assert [getattr(b, field) for b in found.rule_blocks] == [None, value, value]
+        assert sum(getattr(b, f) is not None for b in found.rule_blocks for f in OF_BLOCKS) == 2
+        assert [r.block for r in found.rule_methods] == sorted([0, 1, 2] * (len(found.rules) // 3))
+
+    def test_rule_blocks_without_names_that_differ_in_nothing_are_one(self):
+        nameless = SMALL.replace("RuleBlock: all", "RuleBlock:")
+        twice = system(nameless + "RuleBlock:" + nameless.split("RuleBlock:")[1])
+        assert not twice.rule_blocks
+        assert twice.rules == system(SMALL).rules * 2
+
+    def test_rule_blocks_without_names_leave_implications_to_the_outputs_that_they_set(self):
         more = SMALL.replace(
             "RuleBlock: all",
             "OutputVariable: z\n  range: 0 2\n  aggregation: AlgebraicSum\n"
-            "  defuzzifier: Centroid 100\n  term: low Ramp 2 0\nRuleBlock: all",
+            "  defuzzifier: Centroid 100\n  term: low Ramp 2 0\nRuleBlock:",
         )
-        more += "RuleBlock: second\n  implication: AlgebraicProduct\n  rule: if b is low then z is low\n"
+        more += "RuleBlock:\n  implication: AlgebraicProduct\n  rule: if b is low then z is low\n"
         first, second = system(more).outputs
         assert (first.implication, second.implication, second.aggregation) == (None, "product", "probabilistic_sum")
+        assert not system(more).rule_blocks
+
+    @pytest.mark.parametrize("activation", ["First 1 0.0", "Highest 2", "Proportional"])
+    def test_a_choice_is_made_within_each_of_several_blocks(self, activation):
+        text = SMALL.replace("General", activation).replace("RuleBlock: all", "RuleBlock:")
+        found = system(text + "RuleBlock:" + text.split("RuleBlock:")[1])
+        assert [b.name for b in found.rule_blocks] == ["block1", "block2"]
+        assert found.method.activation == system(text).method.activation
+
+    def test_an_implication_that_no_output_heeds_makes_no_block_differ(self):
+        sets = "lock-previous: false\n  term: low Ramp 1.0 0.0\n  term: high Ramp 0.0 1.0"
+        numbers = "lock-previous: false\n  term: low Constant 1\n  term: high Constant 2"
+        text = SMALL.replace("Centroid 100", "WeightedAverage TakagiSugeno").replace(sets, numbers)
+        found = system(text + "RuleBlock: b\n  implication: AlgebraicProduct\n  rule: if b is low then y is low\n")
+        assert [b.implication for b in found.rule_blocks] == [None, None]
 
     def test_infinite_ranges_are_as_wide_as_the_terms(self):
         text = changed("InputVariable: b\n  range: 0.0 1.0", "InputVariable: b\n  range: -inf inf\n  lock-range: true")
@@ -384,27 +426,6 @@ class TestMistakes:
         assert system(text) == system(SMALL)
         joined = text.replace("if a is low then", "if a is low and b is low then")
         assert said(joined) == [("FZ212", "error", 23, 9)]
-
-    @pytest.mark.parametrize(
-        ("line", "other", "code"),
-        [
-            ("conjunction: Minimum", "conjunction: AlgebraicProduct", "FZ602"),
-            ("implication: Minimum", "implication: AlgebraicProduct", "FZ602"),
-            ("activation: General", "activation: Proportional", "FZ602"),
-        ],
-    )
-    def test_blocks_that_differ_are_refused(self, line, other, code):
-        block = "RuleBlock: " + SMALL.split("RuleBlock: ")[1].replace(
-            "if a is low then", "if a is low and b is low then"
-        )
-        text = SMALL.replace("if a is low then", "if a is low and b is low then") + block.replace(line, other)
-        assert [c for c, *_ in said(text)] == [code]
-
-    @pytest.mark.parametrize("activation", ["First 1 0.0", "Highest 2", "Proportional"])
-    def test_a_choice_within_each_of_several_blocks_is_refused(self, activation):
-        text = SMALL.replace("General", activation)
-        assert said(text) == []
-        assert [c for c, *_ in said(text + "RuleBlock: " + text.split("RuleBlock: ")[1])] == ["FZ602"]
 
     @pytest.mark.parametrize(
         ("text", "code"),

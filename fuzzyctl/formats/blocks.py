@@ -1,0 +1,95 @@
+"""Rule blocks of other tools' files: what the system says for all of them, and what each says itself."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from fuzzyctl.formats.findings import Names
+from fuzzyctl.model.method import Activation
+from fuzzyctl.model.rule import Rule, RuleBlock
+
+
+@dataclass(frozen=True)
+class FoundBlock:
+    """A rule block of a file.
+
+    Args:
+        name: Its name, empty for none.
+        rules: Its rules.
+        conjunction: How they join by `and`, None where none does.
+        disjunction: How they join by `or`, None where none does.
+        implication: What activations make of the sets that they conclude, None where they conclude none.
+        activation: Which of them act.
+    """
+
+    name: str
+    rules: tuple[Rule, ...]
+    conjunction: str | None
+    disjunction: str | None
+    implication: str | None
+    activation: Activation
+
+    @property
+    def outputs(self) -> set[str]:
+        """The outputs that its rules set."""
+        return {c.output for rule in self.rules for c in rule.consequents}
+
+
+@dataclass(frozen=True)
+class Combined:
+    """All rules of a file.
+
+    Args:
+        blocks: The rules, or rule blocks.
+        method: What the system says: the fields `conjunction`, `disjunction`, `implication`, `activation` of its
+            method, without those that no rule needs.
+        implications: Implications that outputs say themselves, since no block does.
+    """
+
+    blocks: tuple[Rule | RuleBlock, ...]
+    method: dict[str, Any] = field(default_factory=dict)
+    implications: dict[str, str] = field(default_factory=dict)
+
+
+#: What rule blocks may say, as fields of a block and of a method.
+_FIELDS = ("conjunction", "disjunction", "implication", "activation")
+
+
+def combined(found: Sequence[FoundBlock], sets: Collection[str], *, keep: bool) -> Combined:
+    """Return the rules of a file, in blocks only where these have a meaning.
+
+    Args:
+        found: The blocks, each with some rule.
+        sets: The outputs whose defuzzifiers look at sets; implication matters to no others.
+        keep: Whether several blocks stay blocks though they differ in nothing.
+    """
+    own = [_without_idle(block, sets) for block in found]
+    method = {name: first for name in _FIELDS if (first := _first(own, name)) is not None}
+    by_output = {o: dict.fromkeys(b.implication for b in own if b.implication and o in b.outputs) for o in sets}
+    same = all(len({getattr(b, n) for b in own} - {None}) < 2 for n in ("conjunction", "disjunction", "activation"))
+    told_by_outputs = all(len(implications) < 2 for implications in by_output.values())
+    compares = len(own) > 1 and any(b.activation.compares for b in own)
+    if len(own) < 2 or (same and told_by_outputs and not compares and not keep):
+        said = {o: next(iter(i)) for o, i in by_output.items() if i}
+        return Combined(tuple(r for b in own for r in b.rules), method, said)
+    names = Names()
+    return Combined(tuple(_block(b, names.take(b.name or f"block{k}"), method) for k, b in enumerate(own, 1)), method)
+
+
+def _without_idle(block: FoundBlock, sets: Collection[str]) -> FoundBlock:
+    """Return a block without an implication that no output of its rules heeds."""
+    if any(o in sets for o in block.outputs):
+        return block
+    return FoundBlock(block.name, block.rules, block.conjunction, block.disjunction, None, block.activation)
+
+
+def _first(blocks: Iterable[FoundBlock], name: str) -> Any:
+    return next((value for b in blocks if (value := getattr(b, name)) is not None), None)
+
+
+def _block(block: FoundBlock, name: str, method: dict[str, Any]) -> RuleBlock:
+    """Return a block that says only what the system does not say."""
+    own = {n: getattr(block, n) for n in _FIELDS}
+    return RuleBlock(name=name, rules=block.rules, **{n: None if v == method.get(n) else v for n, v in own.items()})
