@@ -176,7 +176,7 @@ class System:
         sides = [self._sides(i, own) for i, own in enumerate(places)]
         count = prod(len(own) for own in sides)
         if count > MOST_CELLS:
-            sides = [[self._whole(i)] if len(own) > 3 else own for i, own in enumerate(sides)]
+            sides = [[self.whole(i)] if len(own) > 3 else own for i, own in enumerate(sides)]
             count = prod(len(own) for own in sides)
             if count > MOST_CELLS:
                 return None
@@ -201,16 +201,17 @@ class System:
             other = systems[taken.system]
             for i, argument in enumerate(taken.arguments):
                 if argument.input is not None and (other is not self or argument != self.reader.here[0][i]):
-                    bends = [Fraction(x) for x in (*other._places(i), *other._whole(i)) if isfinite(x)]
+                    bends = [Fraction(x) for x in (*other._places(i), *other.whole(i)) if isfinite(x)]
                     places[argument.input] |= {float((x - argument.shift) / argument.factor) for x in bends}
 
-    def _whole(self, position: int) -> tuple[float, float]:
+    def whole(self, position: int) -> tuple[float, float]:
+        """Return the ends of what an input may be."""
         variable = self.plan.inputs[position]
         return (-inf, inf) if variable.extrapolate else (variable.lower, variable.upper)
 
     def _sides(self, position: int, places: set[float]) -> list[tuple[float, float]]:
         """Return points and the floats strictly between them."""
-        lower, upper = self._whole(position)
+        lower, upper = self.whole(position)
         inner = sorted(x for x in places if lower < x < upper and isfinite(x))
         points = [lower, *inner, upper]
         found: list[tuple[float, float]] = [(x, x) for x in points if isfinite(x)]

@@ -279,7 +279,7 @@ def decide_slope(
     for k in range(0, lo.shape[1], max(1, lo.shape[1] // _FIRST)):
         if time.monotonic() > deadline:
             break
-        witness = _broken(slope, judge, lo[:, k], hi[:, k], axis)
+        witness = _broken(system, slope, judge, lo[:, k], hi[:, k], axis)
         if witness is not None:
             return Refuted(claim.text, witness)
     if not system.is_continuous(output):
@@ -289,19 +289,20 @@ def decide_slope(
         return _Sloped(system, claim, slope, judge, search).verdict(output, axis)
 
 
-def _broken(slope: Slope, judge: Judge, lo: Array, hi: Array, axis: int) -> Witness | None:
+def _broken(system: System, slope: Slope, judge: Judge, lo: Array, hi: Array, axis: int) -> Witness | None:
+    """Return a pair of points at both ends of a box as a witness, of ends that are open rather those beyond them."""
     if not (np.isfinite(lo[axis]) and np.isfinite(hi[axis]) and lo[axis] < hi[axis]):
         return None
-    start = middles(lo, hi)
-    start[axis] = lo[axis]
-    ends = hi.copy()
-    ends[axis] = lo[axis]
-    far = float(hi[axis])
-    for point in signed_points(start, lo, ends):
-        for end in (far, -0.0) if far == 0.0 else (far,):
-            witness = judge.broken_slope(slope, point, end, judge.rounding(slope.output))
-            if witness is not None:
-                return witness
+    start, ends = middles(lo, hi), hi.copy()
+    beyond = np.nextafter(lo[axis], -np.inf), np.nextafter(hi[axis], np.inf)
+    for low, high in (np.clip(beyond, *system.whole(axis)), (lo[axis], hi[axis])):
+        start[axis] = ends[axis] = low
+        far = float(high)
+        for point in signed_points(start, lo, ends):
+            for end in (far, -0.0) if far == 0.0 else (far,):
+                witness = judge.broken_slope(slope, point, end, judge.rounding(slope.output))
+                if witness is not None:
+                    return witness
     return None
 
 
@@ -356,7 +357,7 @@ class _Sloped:
         if not open_.any():
             return None
         for k in np.flatnonzero(open_)[:_TRIED]:
-            witness = _broken(self.slope, self.judge, lo[:, k], hi[:, k], axis)
+            witness = _broken(self.system, self.slope, self.judge, lo[:, k], hi[:, k], axis)
             if witness is not None:
                 return witness
         self.search.put_halves(lo[:, open_], hi[:, open_], np.zeros_like(lo[:, open_]))

@@ -144,6 +144,13 @@ def bounds_in(truth: Truth) -> Iterator[Bound]:
             yield from bounds_in(part)
 
 
+def outputs_in(truth: Truth) -> set[str]:
+    """Return the names in comparisons and words about slopes, among which are the outputs that are spoken of."""
+    if isinstance(truth, Slope):
+        return {truth.output}
+    return {n for b in bounds_in(truth) for side in (b.left, b.right) for n in named(side)}
+
+
 def compared_outputs(system: FuzzySystem) -> set[str]:
     """Return the outputs of other systems that guarantees may name."""
     return {f"{c.name}.{o.name}" for c in system.compared for o in c.outputs}

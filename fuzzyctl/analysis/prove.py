@@ -24,6 +24,7 @@ from fuzzyctl.analysis.claims import (
     Total,
     Truth,
     claim_of,
+    outputs_in,
     outside,
     speaks_of_all_points,
 )
@@ -47,6 +48,9 @@ TIMEOUT: Final = 10.0
 QUICK: Final = 10_000
 #: Seconds spent on points at which a guarantee divides by 0 where no time is given.
 LOOKED: Final = 1.0
+
+#: What is said where a claim depends on a state.
+_AT_FIRST: Final = "no point is found that breaks the claim with what is at first"
 
 #: Told now and then during a long proof: the claim, boxes settled, boxes open.
 Progress = Callable[[str, int, int], None]
@@ -141,12 +145,24 @@ class Prover:
         if isinstance(found, Undecided):
             part = self._part_without_value(guarantee, claim)
             if part is not None:
-                found = replace(
-                    found, reason=f"it {_lacks(*part)}; 'when' can leave such points out", boxes=(), remaining=0
-                )
+                reason = f"it {_lacks(*part)}; 'when' can leave such points out"
+                found = replace(found, reason=reason, boxes=(), remaining=0)
+            elif found.remaining and (reason := self._state_of(claim)):
+                found = replace(found, reason=reason, boxes=(), remaining=0)
         if not isinstance(found, Refuted) and self._is_void(guarantee):
             found = Proved(claim.text, note="nothing is claimed: no point of the ranges is in the region")
         return replace(found, claim=claim.text, span=guarantee.span)
+
+    def _state_of(self, claim: Claim) -> str:
+        """Return what a claim depends on besides the inputs, an empty text for one that depends on nothing else."""
+        spoken = outputs_in(claim.truth)
+        for k, output in enumerate(self.plan.outputs):
+            if output.name in spoken and k in {o for o, _ in self.plan.states}:
+                ends = f"from {output.lower:.6g} to {output.upper:.6g}"
+                return f"'{output.name}' is adaptive: its consequents may become anything {ends}; {_AT_FIRST}"
+            if output.name in spoken and k in self.plan.held:
+                return f"'{output.name}' holds what it was before where no rule fires; {_AT_FIRST}"
+        return ""
 
     def _is_void(self, guarantee: Guarantee) -> bool:
         """Return whether the region of a guarantee is proved to hold no point, if it has one and there is time."""

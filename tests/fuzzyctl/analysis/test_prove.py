@@ -214,6 +214,10 @@ class TestSlopes:
         text = LINE.replace("output u", "input t in [0, 1]\n  terms A B\noutput u")
         assert words(text, "increasing(u, t) and decreasing(u, t) and lipschitz(u, t) <= 0") == ["Proved"]
 
+    def test_a_witness_stands_at_ends_that_can_be_read(self):
+        (verdict,) = verdicts(MAMDANI, "decreasing(u, e)")
+        assert (verdict.witness.point["e"], verdict.witness.other["e"]) == (-1.0, 0.0)
+
 
 class TestRounding:
     def test_a_bound_that_is_touched_needs_a_tolerance(self):
@@ -253,7 +257,32 @@ class TestRegions:
         assert words(CURVED.replace("e in [-1, 1]", "e in [-1, 1] extrapolate", 1), "u <= 1", timeout=2) == ["Proved"]
 
 
+ADAPTIVE = """
+system a
+and product
+defuzzifier weighted_average
+input e in [-1, 1]
+  terms N P
+output u in [-2, 2] adaptive rate e
+  terms N=0 P=0
+table u = e
+     N  P
+  |  N  P
+"""
+
+
 class TestUndecided:
+    @pytest.mark.parametrize("claim", ["u <= 1.9", "u(-e) == -u within 0.1"])
+    def test_what_adapts_is_named(self, claim):
+        (verdict,) = verdicts(ADAPTIVE, claim, timeout=1)
+        assert verdict.reason.startswith("'u' is adaptive: its consequents may become anything from -2 to 2; no point")
+        assert verdicts(ADAPTIVE, "u >= 0.5")[0].witness.sides == (("u", 0.0),)
+
+    def test_what_is_held_is_named(self):
+        text = CHAIN.replace("else 0", "else hold(1)")
+        (verdict,) = verdicts(text, "u <= 1.9 when e >= -0.629 and e <= -0.628", timeout=1)
+        assert verdict.reason.startswith("'u' holds what it was before where no rule fires")
+
     def test_without_time_it_says_that_none_is_given(self):
         (verdict,) = verdicts(CURVED, "u(-e, -de) == -u within 1e-12", timeout=0)
         assert verdict.reason == "it takes subdivision, for which no time is given"
