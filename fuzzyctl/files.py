@@ -22,10 +22,11 @@ def written_whole(path: str | os.PathLike[str]) -> Iterator[Path]:
         A path with the target's suffix to write to.
 
     Raises:
-        DiagnosticError: When the folder does not exist or cannot be written to.
+        DiagnosticError: When the folder does not exist or cannot be written to, or the target is no regular file.
     """
     # Through a link its target is written; replacing the link itself would leave the target as it was.
     target = Path(path).resolve() if os.path.islink(path) else Path(path)
+    refuse_what_is_no_file(target)
     try:
         handle, name = tempfile.mkstemp(prefix=f".{target.stem}-", suffix=target.suffix, dir=target.parent)
     except OSError as error:
@@ -41,6 +42,19 @@ def written_whole(path: str | os.PathLike[str]) -> Iterator[Path]:
         raise DiagnosticError([_unwritable(target, error)]) from None
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def refuse_what_is_no_file(target: Path) -> None:
+    """Refuse to replace a folder, pipe or device by a file.
+
+    Raises:
+        DiagnosticError: Where such a thing stands in the place of the target.
+    """
+    if os.path.isdir(target):
+        raise DiagnosticError([Diagnostic("FZ005", "this is a folder", file=str(target), help="name a file in it")])
+    if os.path.exists(target) and not os.path.isfile(target):
+        message, hint = "this is no regular file, and is not replaced by one", "name another file"
+        raise DiagnosticError([Diagnostic("FZ005", message, file=str(target), help=hint)])
 
 
 def _umask() -> int:

@@ -47,3 +47,24 @@ class TestWrittenWhole:
     def test_a_missing_folder_is_a_diagnostic(self, tmp_path):
         with pytest.raises(DiagnosticError, match="FZ005"), written_whole(tmp_path / "no" / "a.txt"):
             pass
+
+    @pytest.mark.parametrize("link", [False, True])
+    def test_what_is_no_regular_file_is_refused_and_stays(self, tmp_path, link):
+        pipe = tmp_path / "pipe"
+        os.mkfifo(pipe)
+        target = pipe
+        if link:
+            target = tmp_path / "link"
+            target.symlink_to(pipe)
+        with pytest.raises(DiagnosticError, match="no regular file"), written_whole(target) as temporary:
+            temporary.write_text("new")
+        assert stat.S_ISFIFO(pipe.stat().st_mode)
+        assert {p.name for p in tmp_path.iterdir()} == {"pipe", target.name}
+
+    def test_a_folder_is_refused_before_anything_is_computed(self, tmp_path):
+        def fail():
+            with written_whole(tmp_path):
+                pytest.fail("the block was entered")
+
+        with pytest.raises(DiagnosticError, match="this is a folder"):
+            fail()
