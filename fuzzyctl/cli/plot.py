@@ -77,7 +77,9 @@ def plot_surface(
         if axis in fixed:
             message, help_text = f"'{axis}' is an axis and has a value too", f"drop '--at {axis}=...' or the axis"
             raise DiagnosticError([Diagnostic("FZ214", message, help=help_text)])
-    target = picture_file(out, f"{system.name}-{chosen}.png")
+    from fuzzyctl.plot.names import file_part
+
+    target = picture_file(out, f"{file_part(system.name)}-{file_part(chosen)}.png")
     from fuzzyctl.plot.style import saved
     from fuzzyctl.plot.surface import draw_surface
 
@@ -96,7 +98,9 @@ def plot_surface(
 def plot_terms(file: str, out: str | None, settings: tuple[str, ...], name: str | None, profile: str | None) -> None:
     """Draw the terms of all inputs and outputs."""
     system = load_checked(file, settings, name, profile)
-    target = picture_file(out, f"{system.name}-terms.png")
+    from fuzzyctl.plot.names import file_part
+
+    target = picture_file(out, f"{file_part(system.name)}-terms.png")
     from fuzzyctl.plot.style import saved
     from fuzzyctl.plot.terms import draw_terms
 

@@ -31,6 +31,21 @@ class TestPlotSurface:
         assert run("plot-surface", TIPPER, "--resolution", 5).output == "wrote tipper-tip.png\n"
         assert (tmp_path / "tipper-tip.png").exists()
 
+    @pytest.mark.parametrize("name", ["../escaped", "a/b", "/tmp/absolute", "n" * 300, "ж" * 250, ""])
+    def test_a_default_name_stays_in_the_folder_whatever_the_system_is_called(self, tmp_path, monkeypatch, name):
+        folder = tmp_path / "folder"
+        folder.mkdir()
+        monkeypatch.chdir(folder)
+        fis = f"[System]\nName='{name}'\nType='mamdani'\nNumInputs=1\nNumOutputs=1\nNumRules=1\n"
+        fis += "[Input1]\nName='x'\nRange=[0 1]\nNumMFs=1\nMF1='a':'trimf',[0 0.5 1]\n"
+        fis += "[Output1]\nName='../y'\nRange=[0 1]\nNumMFs=1\nMF1='b':'trimf',[0 0.5 1]\n[Rules]\n1, 1 (1) : 1\n"
+        (folder / "t.fis").write_text(fis)
+        for command in (["plot-terms", "t.fis"], ["plot-surface", "t.fis", "--resolution", 3]):
+            result = run(*command)
+            assert result.exit_code == 0, result.output
+        assert [p.name for p in tmp_path.iterdir()] == ["folder"]
+        assert len(list(folder.glob("*.png"))) == 2
+
     @pytest.mark.parametrize(
         ("arguments", "part"),
         [
