@@ -30,6 +30,8 @@ def sampled_bisector(samples: Samples, middle: float) -> tuple[Expr, Expr]:
             return _walk(samples, middle)
         case "two_sided":
             return _two_sided(samples, middle)
+        case "between":
+            return _between(samples, middle)
     return _interpolated(samples, middle)
 
 
@@ -121,6 +123,44 @@ def _two_sided(samples: Samples, middle: float) -> tuple[Expr, Expr]:
     body = tuple(s for s in inner.statements if isinstance(s, Assign))
     builder.statements.append(Fold(len(points) - 1, counter, first, body, then))
     return plus(Number(points[0] - middle), times(Number(step), names[low])), names[below]
+
+
+def _between(samples: Samples, middle: float) -> tuple[Expr, Expr]:
+    """Go from both ends, always on the side whose sum is less, until all samples are taken.
+
+    The place is between the last ones taken on both sides, nearer to that of the larger sum of the other side; a side
+    on which none was taken ends at the end of the range.
+    """
+    builder, output, points = samples.builder, samples.output, samples.points
+    inner, counter = builder.inner(), builder.fresh()
+    step = (points[-1] - points[0]) / max(len(points) - 1, 1)
+    low, high, below, above, left, right = (builder.fresh() for _ in range(6))
+    names = {n: Name(n) for n in (low, high, below, above, left, right)}
+    from_left: Expr = Compare("<=", names[below], names[above])
+    if output.tolerance:
+        from_left = Logic("or", (from_left, Compare("<", minus(names[below], names[above]), Number(output.tolerance))))
+    is_left = Compare(">", inner.let(Where(from_left, ONE, ZERO)), ZERO)
+    place = inner.let(plus(Number(points[0]), times(Number(step), inner.let(Where(is_left, names[low], names[high])))))
+    value = inner.let(
+        samples.join(inner, {k: output.terms[t].degree(place) for k, (t, _, _) in enumerate(samples.heights)})
+    )
+    new = {
+        low: Where(is_left, plus(names[low], ONE), names[low]),
+        high: Where(is_left, names[high], minus(names[high], ONE)),
+        below: Where(is_left, plus(names[below], value), names[below]),
+        above: Where(is_left, names[above], plus(names[above], value)),
+        left: Where(is_left, place, names[left]),
+        right: Where(is_left, names[right], place),
+    }
+    then = tuple(Assign(n, inner.let(v)) for n, v in new.items())
+    starts = (0.0, len(points) - 1.0, 0.0, 0.0, output.lower, output.upper)
+    first = tuple(Assign(n, Number(v)) for n, v in zip(new, starts, strict=True))
+    body = tuple(s for s in inner.statements if isinstance(s, Assign))
+    builder.statements.append(Fold(len(points), counter, first, body, then))
+    whole = builder.let(plus(names[below], names[above]))
+    ends = [builder.let(minus(names[n], Number(middle))) for n in (right, left)]
+    moment = plus(times(names[below], ends[0]), times(names[above], ends[1]))
+    return Binary("/", builder.let(moment), whole), whole
 
 
 def _interpolated(samples: Samples, middle: float) -> tuple[Expr, Expr]:

@@ -204,7 +204,7 @@ def support_hull(output: OutputPlan, terms: Sequence[int]) -> tuple[float, float
     points = sample_points(output)
     degrees = [sampled_degrees(output.terms[t], points) for t in set(terms)]
     inside = [x for i, x in enumerate(points) if any(d[i] > 0.0 for d in degrees)]
-    if not inside or output.rule in ("nearest", "two_sided"):
+    if not inside or output.rule in ("nearest", "two_sided", "between", "running"):
         return whole
     # What lies between samples may be a step away from those above 0.
     beyond = (output.upper - output.lower) / max(len(points) - 1, 1) if output.kind == "bisector" else 0.0

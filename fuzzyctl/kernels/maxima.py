@@ -10,7 +10,7 @@ from typing import Final
 from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, Expr, Logic, Number, Where
 from fuzzyctl.kernels.plan import OutputPlan
 from fuzzyctl.kernels.program import Builder, clip, minus, plus, times
-from fuzzyctl.kernels.sampling import Carried, Samples, largest
+from fuzzyctl.kernels.sampling import HALF, Carried, Samples, Step, largest
 
 #: Degrees that fall short of the largest by less than this part of it count as largest, unless a file says otherwise.
 TOLERANCE: Final = 1e-9
@@ -31,6 +31,8 @@ def sampled_maximum(samples: Samples, middle: float) -> tuple[Expr, Expr]:
         left out where the set is empty.
     """
     most = largest(samples)
+    if samples.output.rule == "running":
+        return _running(samples, middle), most
     bound = samples.builder.let(times(Number(1.0 - tolerance(samples.output)), most))
     # Where the set is empty all samples are maxima, for those who look at them.
     gaps = samples.output.none_active == "range"
@@ -72,6 +74,62 @@ def _by_magnitude(samples: Samples, bound: Expr, places: Sequence[float], *, gap
     start = {"place": ZERO, "away": Number(worst)}
     magnitudes = [abs(p) for p in samples.points]
     return samples.scan(start, step, [places, magnitudes], gaps=gaps)["place"]
+
+
+def _running(samples: Samples, middle: float) -> Expr:
+    """Return the place that a largest degree so far leads to, from left to right.
+
+    Degrees that differ from it by less than the tolerance are equal to it. The smallest place is where it was exceeded
+    last, the largest where it was reached or exceeded last, and from then on that degree is the largest so far; the
+    mean is the middle of the samples in a row, from the smallest place on, that are equal to it.
+    """
+    same = samples.output.tolerance or 0.0
+    places = [p - middle for p in samples.points]
+    step = {"som": _exceeding, "lom": _reaching, "mom": _staying}[samples.output.kind](same)
+    start: Carried = {"most": Number(-1.0), "place": Number(places[0])}
+    if samples.output.kind == "mom":
+        start = {**start, "end": Number(places[0]), "stays": ZERO}
+    found = samples.scan(start, step, [places], gaps=True)
+    return times(HALF, plus(found["place"], found["end"])) if samples.output.kind == "mom" else found["place"]
+
+
+def _exceeds(degree: Expr, most: Expr, same: float) -> Expr:
+    above = Compare(">", degree, most)
+    return Logic("and", (above, Compare(">=", minus(degree, most), Number(same)))) if same else above
+
+
+def _exceeding(same: float) -> Step:
+    def step(b: Builder, v: Expr, items: Sequence[Expr], c: Mapping[str, Expr]) -> Carried:
+        hit = Compare(">", b.let(Where(_exceeds(v, c["most"], same), ONE, ZERO)), ZERO)
+        return {"most": Where(hit, v, c["most"]), "place": Where(hit, items[0], c["place"])}
+
+    return step
+
+
+def _reaching(same: float) -> Step:
+    def step(b: Builder, v: Expr, items: Sequence[Expr], c: Mapping[str, Expr]) -> Carried:
+        reached: Expr = Compare(">=", v, c["most"])
+        if same:
+            reached = Logic("or", (reached, Compare("<", minus(c["most"], v), Number(same))))
+        hit = Compare(">", b.let(Where(reached, ONE, ZERO)), ZERO)
+        return {"most": Where(hit, v, c["most"]), "place": Where(hit, items[0], c["place"])}
+
+    return step
+
+
+def _staying(same: float) -> Step:
+    def step(b: Builder, v: Expr, items: Sequence[Expr], c: Mapping[str, Expr]) -> Carried:
+        hit = Compare(">", b.let(Where(_exceeds(v, c["most"], same), ONE, ZERO)), ZERO)
+        falls = Compare(">", b.let(Where(_exceeds(c["most"], v, same), ONE, ZERO)), ZERO)
+        stays = b.let(Where(hit, ONE, Where(falls, ZERO, c["stays"])))
+        return {
+            "most": Where(hit, v, c["most"]),
+            "place": Where(hit, items[0], c["place"]),
+            "end": Where(Compare(">", stays, ZERO), items[0], c["end"]),
+            "stays": stays,
+        }
+
+    return step
 
 
 @dataclass(frozen=True)

@@ -43,8 +43,21 @@ Grid = Literal["midpoint", "endpoints", "left"]
 #: How samples make an integral or its half. Centroid: `plain` sums, or `trapezoid` sums. Bisector: `interpolated`,
 #: where the area to the left is half, inside a cell too; `first`, the first sample up to which the sum is half or more;
 #: `nearest`, the mean of all samples up to which the sum is nearest to half; `walk`, from the left by trapezoids while
-#: the left part is the smaller one, then the nearer end; `two_sided`, from both ends, always on the smaller side.
-Rule = Literal["plain", "trapezoid", "interpolated", "first", "nearest", "walk", "two_sided"]
+#: the left part is the smaller one, then the nearer end; `two_sided`, from both ends, always on the smaller side;
+#: `between`, the same with all samples, then between the two where they stop, by their sums. Maxima: `all` samples that
+#: are largest; `running`, a largest degree so far from left to right, which `tolerance` more exceeds.
+Rule = Literal[
+    "plain",
+    "trapezoid",
+    "interpolated",
+    "first",
+    "nearest",
+    "walk",
+    "two_sided",
+    "between",
+    "all",
+    "running",
+]
 
 
 class Defuzzifier(Node):
@@ -54,9 +67,11 @@ class Defuzzifier(Node):
         kind: One of `DEFUZZIFIERS`.
         resolution: Number of sample points of a set; None for what is exact.
         grid: Where the samples stand: the middles of equal cells, their left ends, or equal steps from end to end.
-        rule: What is made of the samples; None for the usual one: `plain` for a centroid, else
-            `interpolated`.
+        rule: What is made of the samples; None for the usual one: `plain` for a centroid, `interpolated` for a
+            bisector, `all` for maxima.
         tolerance: Degrees that fall short of the largest by at most this part of it count as maxima; None for 1e-9.
+            For the rules `running` and `between` what degrees, or sums of them, that count as equal differ by; None
+            for 0.
         by: What smallest and largest of `som` and `lom` are measured by: the value or its magnitude.
     """
 

@@ -17,6 +17,7 @@ SCALABLE = ("min", "product")
 def misfitting_semantics(system: FuzzySystem) -> Iterator[Diagnostic]:
     """Find knobs under which parts of a system have no meaning."""
     for output in system.outputs:
+        yield from _sampled(system, output)
         yield from _adaptive(system, output)
         yield from _weighted_after(system, output)
         yield from _divided(system, output)
@@ -25,6 +26,17 @@ def misfitting_semantics(system: FuzzySystem) -> Iterator[Diagnostic]:
 
 def _defuzzifier(system: FuzzySystem, output: Output) -> Defuzzifier:
     return output.defuzzifier or system.method.defuzzifier
+
+
+def _sampled(system: FuzzySystem, output: Output) -> Iterator[Diagnostic]:
+    """Find options of a defuzzifier that exclude each other."""
+    own = _defuzzifier(system, output)
+    if own.rule == "running" and own.by == "magnitude":
+        message = f"output '{output.name}': 'rule=running' goes from left to right, and not by magnitude"
+        yield Diagnostic("FZ214", message, output.span, help="leave one of them out")
+    if own.kind == "bisector" and own.tolerance is not None and own.rule != "between":
+        message = f"output '{output.name}': a bisector has a tolerance with 'rule=between' only"
+        yield Diagnostic("FZ214", message, output.span, help="leave it out")
 
 
 def _adaptive(system: FuzzySystem, output: Output) -> Iterator[Diagnostic]:

@@ -68,6 +68,7 @@ def _sampled(
     *,
     centroid: Rule | None = "plain",
     bisector: Rule | None,
+    maxima: Rule | None = None,
     tolerance: float = 0.0,
     by: Literal["value", "magnitude"] = "value",
 ) -> Mapping[str, Defuzzifier]:
@@ -75,11 +76,13 @@ def _sampled(
     common: dict[str, Any] = {"resolution": resolution, "grid": grid}
     found: dict[str, Defuzzifier] = {
         "centroid": Defuzzifier(kind="centroid", rule=centroid, **common),
-        "bisector": Defuzzifier(kind="bisector", rule=bisector, **common),
+        "bisector": Defuzzifier(
+            kind="bisector", rule=bisector, tolerance=tolerance if bisector == "between" else None, **common
+        ),
     }
     for kind in MAXIMA:
         measured: dict[str, Any] = {"by": by} if kind != "mom" else {}
-        found[kind] = Defuzzifier(kind=kind, tolerance=tolerance, **common, **measured)
+        found[kind] = Defuzzifier(kind=kind, rule=maxima, tolerance=tolerance, **common, **measured)
     return MappingProxyType(found)
 
 
@@ -181,7 +184,7 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
             Profile(
                 "fuzzylite_6",
                 "fuzzylite 6 (C++)",
-                "measured with 6.0: centroids, averages and activation methods; its sources for the rest",
+                "measured with 6.0",
                 Semantics(
                     profile="fuzzylite_6",
                     least=1e-6,
@@ -190,17 +193,22 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                     consequent_hedges="carried",
                     places="free",
                 ),
-                _sampled(1000, "midpoint", bisector="two_sided", tolerance=1e-6),
+                _sampled(1000, "midpoint", bisector="between", maxima="running", tolerance=1e-6),
                 otherwise="nan",
                 keeps_resolution=True,
                 has_activations=True,
                 not_imitated=(
                     *_FUZZYLITE_BUGS[3:],
-                    "its tolerance of 1e-6 applies to the corners of terms, too, and to maxima as an absolute number; "
-                    "here corners are exact, and the tolerance is a part of the largest degree",
-                    "`mom` is the middle of the first stretch of maxima; here it is the mean of all",
-                    "its bisector stands between the two samples where it stops, by their areas; here it is the last "
-                    "sample",
+                    "its tolerance of 1e-6 applies to the corners of terms, too; here they are exact",
+                    "Tsukamoto's method leaves heights of terms out; here places have the degree of the activation",
+                    "Tsukamoto's method inverts the upper half of s_shape, the lower one of z_shape, and concave to "
+                    "other places; here all are inverted",
+                    "Tsukamoto's method gives of a sigmoid with the activation 1 the end of the range; here the place "
+                    "is infinite",
+                    "where rules act but leave an empty set, maxima are those of the whole range, and others NaN; here "
+                    "they are what their `else` says",
+                    "where hedges make 0 of the activations of all rules that act, a sum over rules is 0, an average "
+                    "NaN; here they are what their `else` says",
                 ),
             ),
             Profile(
@@ -226,6 +234,8 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                     "four of its activation methods refuse arrays; here they do not",
                     "an input that is NaN spoils only what reads it, and a default then takes its place; here every "
                     "output is NaN",
+                    "a rule that reads what no rule before it has activated makes a Tsukamoto output NaN whose place "
+                    "at 0 is infinite; here it never acts",
                     "its Hamacher and drastic norms lose their digits near 1, where rounding decides what they are",
                 ),
             ),

@@ -14,7 +14,7 @@ from fuzzyctl.resolve.context import Context
 RESOLUTIONS: Final = (2, 1_000_000)
 
 _GRIDS: Final = ("midpoint", "endpoints", "left")
-_MAXIMA: Final = {"resolution": (), "grid": _GRIDS, "tolerance": ()}
+_MAXIMA: Final = {"resolution": (), "grid": _GRIDS, "rule": ("all", "running"), "tolerance": ()}
 _MEASURED: Final = {**_MAXIMA, "by": ("value", "magnitude")}
 
 #: Options of the defuzzifiers that look at a set, with the words that each of them takes; none for a number.
@@ -23,7 +23,8 @@ OPTIONS: Final[dict[str, dict[str, tuple[str, ...]]]] = {
     "bisector": {
         "resolution": (),
         "grid": _GRIDS,
-        "rule": ("interpolated", "first", "nearest", "walk", "two_sided"),
+        "rule": ("interpolated", "first", "nearest", "walk", "two_sided", "between"),
+        "tolerance": (),
     },
     "som": _MEASURED,
     "lom": _MEASURED,

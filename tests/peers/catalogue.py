@@ -64,6 +64,7 @@ _FUZZYLITE = Abilities(
     monotone=MONOTONE,
     kinds=(*STRAIGHT, *CURVED),
     aggregations=(*DISJUNCTIONS, "sum"),
+    sums=("weighted_average", "weighted_sum", "inverse_tsukamoto", "inverse_tsukamoto_sum"),
     consequent_hedges=("very", "somewhat", "extremely", "seldom", "not", "any"),
     activations=("first", "last", "highest", "lowest", "proportional", "threshold"),
     infinite=True,
@@ -75,8 +76,14 @@ _FUZZYLITE = Abilities(
     specials=(INF, -INF),
 )
 
-#: Release 6.0 differs in maxima, the bisector, Tsukamoto's method and held outputs; its profile does not claim them.
-_FUZZYLITE_6 = replace(_FUZZYLITE, defuzzifiers=("centroid",), monotone=(), holds=False, specials=())
+#: Of the terms that release 6.0 inverts only ramps are inverted as they should be; corners at samples are not its own.
+_FUZZYLITE_6 = replace(
+    _FUZZYLITE,
+    sets=tuple(k for k in (*STRAIGHT, *CURVED) if k != "rectangle"),
+    monotone=("ramp",),
+    tall=False,
+    empties=False,
+)
 #: Its drastic norms are left out: they are no norms of a single degree, nor of three.
 _OF_OCTAVE = tuple(
     tuple(n for n in norms if "drastic" not in n and "nilpotent" not in n) for norms in (CONJUNCTIONS, DISJUNCTIONS)

@@ -16,7 +16,8 @@ from peers.catalogue import Peer
 from peers.literal import literal_norms
 
 import fuzzyctl
-from fuzzyctl.model.method import MAXIMA, TSUKAMOTO
+from fuzzyctl.kernels.tracing import trace
+from fuzzyctl.model.method import MAXIMA
 from fuzzyctl.model.system import FuzzySystem
 
 #: Largest difference that counts as agreement, relative to the larger of the value and the width of the output's range.
@@ -24,9 +25,17 @@ AGREEMENT = 1e-9
 #: What a driver writes for a point that a peer stops at, and what stands for it here.
 STOPPED, SKIPPED = "error", -1.2345e300
 #: How far a point is moved, relative to the range of an input, to see whether it stands at a jump.
+NUDGES = (0.0, 1e-16, 1e-15, 1e-13, 1e-11)
 #: How widely our own values may scatter there, relative to the width of the output's range, other than at a jump.
 SCATTER = 1e-2
-NUDGES = (0.0, 1e-15, 1e-13, 1e-11)
+#: The averages that have no value where the sums are 0 because all activations are.
+AVERAGE_OF = {
+    "weighted_sum": "weighted_average",
+    "tsukamoto_sum": "tsukamoto",
+    "inverse_tsukamoto_sum": "inverse_tsukamoto",
+}
+#: So many orders of the rules are tried where their activations tie.
+ORDERS = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +68,8 @@ class Tally:
         values: How many numbers were compared.
         largest: Largest relative difference among those that agree.
         at_jumps: Values where ours takes the peer's within a rounding error of the inputs.
+        emptied: Values where rules act, but leave an empty set, of a peer that then has no value, or any.
+        tied: Values where ours takes the peer's when rules of equal activation are chosen in another order.
         rounded: Values where ours takes the peer's with the norms as the peer writes them, which lose digits near 1.
         refused: What a peer did not evaluate, with its words.
         failed: What fuzzyctl did not evaluate.
@@ -69,6 +80,8 @@ class Tally:
     values: int = 0
     largest: float = 0.0
     at_jumps: int = 0
+    emptied: int = 0
+    tied: int = 0
     rounded: int = 0
     refused: list[tuple[Case, str]] = field(default_factory=list)
     failed: list[tuple[Case, str]] = field(default_factory=list)
@@ -143,8 +156,16 @@ def widths_of(system: FuzzySystem) -> np.ndarray:
     return np.array([system.number(o.upper) - system.number(o.lower) for o in system.outputs])
 
 
-def compare(case: Case, theirs: np.ndarray, tally: Tally) -> None:
-    """Compare a case, and add what came out."""
+def compare(case: Case, theirs: np.ndarray, tally: Tally, *, empties: bool = True) -> None:
+    """Compare a case, and add what came out.
+
+    Args:
+        case: The case.
+        theirs: The outputs of the peer.
+        tally: What to add to.
+        empties: Whether the peer makes of an empty set, and of a sum of nothing, what the output is where no rule
+            fires.
+    """
     try:
         ours = evaluated(case)
     except Exception as error:  # noqa: BLE001 - a crash is a finding, and must not end the run
@@ -159,9 +180,13 @@ def compare(case: Case, theirs: np.ndarray, tally: Tally) -> None:
         for row in np.flatnonzero(relative[:, output] > AGREEMENT):
             place = (int(row), output, theirs[row, output], widths[output])
             jumps = reaches(_kernel(case), case, *place)
-            if jumps or noisy(case, int(row), output, ours) or _rounded(case, *place):
+            emptied = not jumps and _leaves_nothing(case, int(row), output, empties=empties)
+            tied = not jumps and not emptied and _tied(case, *place)
+            if jumps or emptied or tied or noisy(case, int(row), output, ours) or _rounded(case, *place):
                 tally.at_jumps += jumps
-                tally.rounded += not jumps
+                tally.emptied += emptied
+                tally.tied += tied
+                tally.rounded += not jumps and not emptied and not tied
                 relative[row, output] = 0.0
                 if output in held:  # what it holds from here on is another number
                     rows = int(row)
@@ -199,8 +224,44 @@ def reaches(kernel: fuzzyctl.Kernel, case: Case, row: int, output: int, value: f
     ours = np.reshape(kernel.batch(np.array(points), state), (len(points), -1))[:, output]
     if (differences(ours, np.full(len(points), value), np.array(width)) <= AGREEMENT).any():
         return True
+    if not np.isfinite(ours).all():
+        return False
     spread = float(np.ptp(ours))
     return bool(spread <= SCATTER * width and np.min(ours) - spread <= value <= np.max(ours) + spread)
+
+
+def _leaves_nothing(case: Case, row: int, output: int, *, empties: bool) -> bool:
+    """Return whether the set of an output is 0 at all samples, or hedges make 0 of all that is summed up."""
+    outputs = list(case.system.outputs)
+    own = outputs[output].defuzzifier or case.system.method.defuzzifier
+    if empties:
+        return False
+    kind = AVERAGE_OF.get(own.kind, own.kind) if own.over_rules else "lom"
+    other = {"kind": kind, "rule": None, "tolerance": 0.0}
+    changed = {"defuzzifier": own.model_copy(update=other), "otherwise": "nan", "clamped": False}
+    outputs[output] = outputs[output].model_copy(update=changed)
+    kernel = fuzzyctl.compile(case.system.model_copy(update={"outputs": tuple(outputs)}), backend="numpy")
+    return bool(np.isnan(np.reshape(kernel.batch(np.array(case.points)), (len(case.points), -1))[row, output]))
+
+
+def _tied(case: Case, row: int, output: int, value: float, width: float) -> bool:
+    """Return whether a value is ours where the highest or lowest activations are chosen in another order of the rules.
+
+    Tools choose any of equal ones, here it is the first. Rules that read outputs are in order for other reasons, and
+    activations that are compared are not theirs.
+    """
+    if case.system.method.activation.kind not in ("highest", "lowest"):
+        return False
+    return any(reaches(kernel, case, row, output, value, width) for kernel in _reordered(case))
+
+
+@lru_cache(maxsize=1)
+def _reordered(case: Case) -> list[fuzzyctl.Kernel]:
+    """Return kernels of the same rules in other orders, the reverse one first."""
+    random, blocks = Random(0), list(case.system.blocks)
+    orders = [blocks[::-1], *(random.sample(blocks, len(blocks)) for _ in range(ORDERS - 1))]
+    systems = (case.system.model_copy(update={"blocks": tuple(order)}) for order in orders)
+    return [fuzzyctl.compile(system, backend="numpy") for system in systems]
 
 
 def _rounded(case: Case, row: int, output: int, value: float, width: float) -> bool:
@@ -208,9 +269,26 @@ def _rounded(case: Case, row: int, output: int, value: float, width: float) -> b
     own = case.system.outputs[output].defuzzifier or case.system.method.defuzzifier
     if own.kind in MAXIMA and among_maxima(case, row, output, value, width):
         return True
-    if own.kind in TSUKAMOTO and reaches(_shaken_kernel(case), case, row, output, value, width):
+    if _vanishes(case, row, output):
         return True
-    return reaches(_literal_kernel(case), case, row, output, value, width)
+    return any(reaches(kernel(case), case, row, output, value, width) for kernel in (_literal_kernel, _shaken_kernel))
+
+
+def _vanishes(case: Case, row: int, output: int) -> bool:
+    """Return whether all activations are so small that rounding of them shows, such as that of 1 + a - 1.
+
+    They may be 0 here, and not where the inputs are off by their last digit.
+    """
+    name, random = case.system.outputs[output].name, Random(row)
+    largest = 0.0
+    for nudge in (0.0, *(6 * [1e-16])):
+        moved = [
+            x + random.choice((-1.0, 1.0)) * nudge * max(abs(x), _width(case, k)) if isfinite(x) else x
+            for k, x in enumerate(case.points[row])
+        ]
+        found = trace(case.system, dict(zip((i.name for i in case.system.inputs), moved, strict=True)))
+        largest = max(largest, *(c.felt for r in found.rules for c in r.contributions if c.output == name), 0.0)
+    return 0.0 < largest < 2.0**-53 / AGREEMENT
 
 
 def among_maxima(case: Case, row: int, output: int, value: float, width: float) -> bool:
@@ -245,6 +323,8 @@ def report(peer: Peer, tally: Tally) -> Iterator[str]:
     yield f"  numbers compared: {tally.values}"
     yield f"  largest relative difference among those that agree: {tally.largest:.2g}"
     yield f"  at jumps, where rounding decides: {tally.at_jumps}"
+    yield f"  at empty sets, of which the tool makes something else: {tally.emptied}"
+    yield f"  at ties of activations, of which tools choose any: {tally.tied}"
     yield f"  with the peer's rounding of norms: {tally.rounded}"
     yield f"  refused by {peer.name}: {len(tally.refused)}"
     yield f"  refused by fuzzyctl: {len(tally.failed)}"

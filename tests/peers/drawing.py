@@ -30,6 +30,8 @@ DISJUNCTIONS = tuple(
     "max probabilistic_sum bounded_sum drastic_sum einstein_sum hamacher_sum nilpotent_maximum".split()
 )
 MAXIMA = ("som", "lom", "mom")
+#: Implications by which an activation above 0 leaves something of any set.
+LEAVING = ("min", "product", "einstein_product", "hamacher_product")
 
 
 @dataclass(frozen=True)
@@ -38,13 +40,16 @@ class Abilities:
 
     Args:
         kinds: Membership functions of inputs, and of outputs that have sets.
+        sets: Those of outputs that have sets, where they are others.
         monotone: Those of outputs of Tsukamoto's method; empty for peers without it.
+        tall: Whether these have heights.
         conjunctions, disjunctions, implications, aggregations: Norms by their names here.
         defuzzifiers: Those over sets.
         consequents: Kinds of Takagi-Sugeno consequents.
         sums: Defuzzifiers over rules.
         hedges: In antecedents.
         consequent_hedges: In consequents.
+        empties: Whether an output whose rules act, but leave an empty set, is what its `else` says.
         activations: Activation methods.
         infinite: Whether feet may be infinite.
         negates: Whether `not` may stand before parts of an antecedent.
@@ -61,7 +66,9 @@ class Abilities:
     """
 
     kinds: Sequence[str] = (*STRAIGHT, *CURVED)
+    sets: Sequence[str] | None = None
     monotone: Sequence[str] = ()
+    tall: bool = True
     conjunctions: Sequence[str] = CONJUNCTIONS
     disjunctions: Sequence[str] = DISJUNCTIONS
     implications: Sequence[str] = CONJUNCTIONS
@@ -71,6 +78,7 @@ class Abilities:
     sums: Sequence[str] = ("weighted_average", "weighted_sum")
     hedges: Sequence[str] = ("very", "somewhat", "extremely", "seldom", "not", "any")
     consequent_hedges: Sequence[str] = ()
+    empties: bool = True
     activations: Sequence[str] = ("general",)
     infinite: bool = False
     negates: bool = False
@@ -121,8 +129,11 @@ class Draw:
             self.outputs = tuple(o.model_copy(update={"defuzzifier": None}) for o in self.outputs)
             if (self.outputs[0].defuzzifier or method.defuzzifier).over_rules and len(self.can.aggregations) > 1:
                 method = method.model_copy(update={"aggregation": self._choice(("sum", "max"))})
+        if not self.can.empties and any(self._must_leave(o, method) for o in self.outputs):
+            method = method.model_copy(update={"implication": self._choice(LEAVING)})
         # What is compared must not depend on what is chosen.
         self.chained = self.can.chains and self.activation.kind in ("general", "threshold") and self._likely(0.3)
+        self.aggregation = method.aggregation
         rules = tuple(self._rule() for _ in range(self._between(self.can.fewest_rules, 7)))
         return FuzzySystem(name="drawn", method=method, inputs=self.inputs, outputs=self.outputs, blocks=rules)
 
@@ -173,6 +184,11 @@ class Draw:
             extrapolate=self._likely(0.7) if extrapolate is None else extrapolate,
         )
 
+    def _must_leave(self, output: Output, method: Method) -> bool:
+        """Return whether it shows if rules act but leave an empty set."""
+        own = output.defuzzifier or method.defuzzifier
+        return not own.over_rules and (own.kind in MAXIMA or output.otherwise != self.profile.otherwise)
+
     def _output(self, name: str, sugeno: bool | None) -> Output:
         low, high = self._range()
         method, kinds = self._defuzzifier(sugeno)
@@ -197,10 +213,13 @@ class Draw:
         if over_rules and self.can.sums and self.can.consequents:
             if self.can.monotone and self._likely(0.4):
                 return Defuzzifier(kind=self._choice(("tsukamoto", "tsukamoto_sum"))), self.can.monotone
-            return Defuzzifier(kind=self._choice(self.can.sums)), self.can.consequents
+            kind = self._choice(self.can.sums)
+            return Defuzzifier(kind=kind), self.can.kinds if kind.startswith("inverse") else self.can.consequents
         method = self.profile.defuzzifier(self._choice(self.can.defuzzifiers))
         resolution = self._choice(self.can.resolutions)
-        return (method if resolution is None else method.model_copy(update={"resolution": resolution})), self.can.kinds
+        return (method if resolution is None else method.model_copy(update={"resolution": resolution})), (
+            self.can.sets or self.can.kinds
+        )
 
     def _otherwise(self, low: float, high: float) -> Expr | str | Hold | None:
         if not self.can.holds:
@@ -211,7 +230,7 @@ class Draw:
     def _term(self, name: str, kinds: Sequence[str], low: float, high: float) -> Term:
         kind = self._choice(kinds)
         height = Number(self._number(0.2, 1.0)) if self.can.heights and self._likely(0.25) else Number(1.0)
-        if kind in ("constant", "linear", "function"):
+        if kind in ("constant", "linear", "function") or (kinds is self.can.monotone and not self.can.tall):
             height = Number(1.0)
         arguments = tuple(a if isinstance(a, Expr) else Number(a) for a in self._shape(kind, low, high))
         return Term(name=name, membership=Membership(kind=kind, arguments=arguments, height=height))
@@ -348,8 +367,10 @@ class Draw:
         return (And if self._likely(0.6) else Or)(operands=parts)
 
     def _is(self, variable: Input | Output) -> Antecedent:
-        if self.chained and self._likely(0.25):
-            variable = self._choice(self.outputs)
+        # Degrees above 1 are none, and tools make of them what they please.
+        read = [o for o in self.outputs if (o.aggregation or self.aggregation) != "sum"] if self.chained else []
+        if read and self._likely(0.25):
+            variable = self._choice(read)
         found = Is(
             variable=variable.name,
             term=self._choice(variable.terms).name,

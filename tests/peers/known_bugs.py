@@ -107,6 +107,58 @@ output y in [0, 10]
 if a is low then y is left
 if a is low then y is right
 """
+_INVERTED = """
+input a in [0, 10] extrapolate
+  low = triangle(0, 2, 4)
+output y in [0, 10] else nan aggregation sum defuzzifier tsukamoto
+  only = {term}
+if a is low then y is only
+"""
+_CORNER = """
+input a in [0, 10] extrapolate
+  low = triangle(0, 2, 4)
+output y in [0, 10] else nan defuzzifier centroid(resolution=4)
+  only = rectangle(1.2500001, 6)
+if a is low then y is only
+"""
+_EMPTY = """
+implication bounded_difference
+input a in [0, 10] extrapolate
+  low = triangle(0, 2, 4)
+output y in [0, 10] else 7 defuzzifier {kind}(resolution=4)
+  only = triangle(2, 5, 8, height=0.4)
+if a is low then y is only
+"""
+_HEDGED = """
+input a in [0, 10] extrapolate
+  low = triangle(0, 2, 4)
+output y in [0, 10] else 7 aggregation sum defuzzifier weighted_sum
+  only = constant(5)
+if a is low then y is not only
+"""
+_NEVER = """
+input a in [0, 10] extrapolate
+  low = triangle(0, 2, 4)
+output y in [0, 10] else 7 aggregation max defuzzifier tsukamoto
+  up = ramp(0, 10)
+  down = concave(8, 2)
+if y is down then y is down
+if a is low then y is up
+"""
+_TIED = """
+activation highest(count=2)
+input a in [0, 10] extrapolate
+  low = triangle(0, 2, 4)
+output y in [0, 10] else nan aggregation sum defuzzifier weighted_average
+  one = constant(1)
+  two = constant(2)
+  four = constant(4)
+  eight = constant(8)
+if a is low then y is one
+if a is low then y is two
+if a is low then y is four
+if a is low then y is eight
+"""
 #: A point that the peer stops at with an error.
 STOPS = SKIPPED
 NAN = float("nan")
@@ -119,6 +171,45 @@ BUGS = (
     Bug("simpful", "a double Gaussian whose means", _REVERSED, (5.0,), 3.1515313709599613, 4.020325350385163),
     Bug("scikit_fuzzy", "its bisector forgets", _HALVES, (1.0,), 5.0 + 2.0**0.5, 5.0 + 6.0**0.5),
     Bug("pyfuzzylite", "an input that is NaN", _NAN, (NAN, 1.0), NAN, 7.0),
+    Bug("pyfuzzylite", "a rule that reads what no rule", _NEVER, (1.0,), 5.0, 7.0),
+    Bug("fuzzylite", "where hedges make 0", _HEDGED, (2.0,), 7.0, 0.0),
+    Bug("fuzzylite", "where hedges make 0", _HEDGED.replace("weighted_sum", "weighted_average"), (2.0,), 7.0, NAN),
+    Bug("fuzzylite", "its tolerance of 1e-6", _CORNER, (2.0,), 3.75, 2.5),
+    Bug(
+        "fuzzylite",
+        "Tsukamoto's method leaves heights",
+        _INVERTED.format(term="ramp(0, 10, height=0.5)"),
+        (0.5,),
+        5.0,
+        2.5,
+    ),
+    Bug(
+        "fuzzylite",
+        "Tsukamoto's method inverts the upper half",
+        _INVERTED.format(term="s_shape(0, 10)"),
+        (1.5,),
+        10.0 - 10.0 * 0.125**0.5,
+        13.535533905932738,
+    ),
+    Bug(
+        "fuzzylite",
+        "Tsukamoto's method inverts the upper half",
+        _INVERTED.format(term="concave(2, 8)"),
+        (1.0,),
+        2.0,
+        0.5,
+    ),
+    Bug(
+        "fuzzylite",
+        "Tsukamoto's method gives of a sigmoid",
+        _INVERTED.format(term="sigmoid(5, 1)"),
+        (2.0,),
+        float("inf"),
+        10.0,
+    ),
+    Bug("fuzzylite", "where rules act but leave", _EMPTY.format(kind="som"), (1.0,), 7.0, 1.25),
+    Bug("fuzzylite", "where rules act but leave", _EMPTY.format(kind="centroid"), (1.0,), 7.0, NAN),
+    Bug("fuzzylite", "of equal activations", _TIED, (2.0,), 1.5, 2.5),
 )
 
 

@@ -59,6 +59,8 @@ def counts(tally: Tally) -> dict[str, float]:
         "numbers": tally.values,
         "largest": tally.largest,
         "at_jumps": tally.at_jumps,
+        "emptied": tally.emptied,
+        "tied": tally.tied,
         "rounded": tally.rounded,
         "disagree": len(tally.disagreements),
     }
@@ -84,7 +86,7 @@ def run(peer: Peer, systems: int, points: int, seed: int) -> Tally:
     for case in cases:
         answer = theirs[case.name]
         if isinstance(answer, np.ndarray):
-            compare(case, answer, tally)
+            compare(case, answer, tally, empties=peer.abilities.empties)
         else:
             tally.refused.append((case, answer))
     return tally

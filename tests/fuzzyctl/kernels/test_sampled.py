@@ -104,6 +104,19 @@ def bisector_two_sided(x, v, _):
     return x[low]
 
 
+def bisector_between(x, v, kind):
+    left, right, below, above = 0, len(v), 0.0, 0.0
+    while left < right:
+        if below <= above:
+            below += v[left]
+            left += 1
+        else:
+            right -= 1
+            above += v[right]
+    ends = (x[left - 1] if left else LOWER, x[right] if right < len(v) else UPPER)
+    return (below * ends[1] + above * ends[0]) / (below + above)
+
+
 def bisector_interpolated(x, v, kind):
     fine = 20_000
     step = x[1] - x[0]
@@ -124,6 +137,7 @@ BISECTORS = {
     "nearest": bisector_nearest,
     "walk": bisector_walk,
     "two_sided": bisector_two_sided,
+    "between": bisector_between,
     "interpolated": bisector_interpolated,
 }
 SETS = st.fixed_dictionaries(
@@ -176,7 +190,7 @@ class TestRules:
             assert found == 77
             return
         expected = reference(points, values, chosen["grid"])
-        if name in ("first", "nearest", "walk", "two_sided") and found != pytest.approx(expected, abs=1e-9):
+        if name in ("first", "nearest", "walk", "two_sided", "between") and found != pytest.approx(expected, abs=1e-9):
             # Only where sums that are equal but for rounding decide.
             assert is_tie(values)
             return
@@ -208,6 +222,22 @@ def is_tie(values):
     return any(c.any() for c in close) or bool(halves.any()) or bool(trap_halves.any())
 
 
+def running(kind, x, v, tolerance):
+    """What fuzzylite 6 does, in three loops."""
+    most, place, end, stays = -1.0, x[0], x[0], False
+    for p, d in zip(x, v, strict=True):
+        equal = d == most or abs(d - most) < tolerance
+        if kind == "lom" and (equal or d > most):
+            most, place = d, p
+        elif kind != "lom" and not equal and d > most:
+            most, place, end, stays = d, p, p, True
+        elif equal and stays:
+            end = p
+        elif not equal and d < most:
+            stays = False
+    return 0.5 * (place + end) if kind == "mom" else place
+
+
 class TestMaxima:
     @given(
         SETS,
@@ -237,7 +267,13 @@ class TestMaxima:
         expected = {"som": min(places, key=size), "lom": max(places, key=size), "mom": sum(places) / len(places)}
         assert found == pytest.approx(expected[kind], abs=1e-12)
 
-    @pytest.mark.parametrize("kind", ["som", "lom", "mom", "som(by=magnitude)", "lom(by=magnitude)"])
+    @pytest.mark.parametrize(
+        "kind",
+        [
+            *("som", "lom", "mom", "som(by=magnitude)", "lom(by=magnitude)"),
+            *("som(rule=running, tolerance=0.01)", "lom(rule=running, tolerance=0.01)", "mom(rule=running)"),
+        ],
+    )
     def test_compiled_code_gives_the_same(self, kind):
         name, _, options = kind.partition("(")
         chosen = {"a": "triangle(-4, -2, 1)", "b": "gaussian(1, 1.25)", "implication": "min", "aggregation": "max"}
@@ -245,6 +281,42 @@ class TestMaxima:
         system = compiled(chosen, f"{name}(resolution=30, grid=left{tail}")
         for x, y in ((0.3, 0.9), (0.5, 0.5), (0.0, 0.4)):
             evaluated(system, x, y, BACKENDS)
+
+    @given(SETS, st.sampled_from(["som", "lom", "mom"]), st.sampled_from([0.0, 1e-6, 0.0625]), ACTIVATIONS, ACTIVATIONS)
+    @quick(120)
+    def test_a_running_maximum_is_what_a_plain_loop_says(self, chosen, kind, tolerance, x, y):
+        options = f"resolution={chosen['count']}, grid={chosen['grid']}, rule=running, tolerance={tolerance}"
+        found = evaluated(compiled(chosen, f"{kind}({options})"), x, y)
+        points, values = samples(chosen, x, y)
+        if max(values) <= 0.0:
+            assert found == 77
+            return
+        expected = {
+            running(kind, points, [v * (1.0 + slant * i) for i, v in enumerate(values)], t)
+            for t in (tolerance - 1e-12, tolerance, tolerance + 1e-12)
+            for slant in (-1e-15, 0.0, 1e-15)
+        }
+        if len(expected) == 1:  # else rounding decides which degrees are equal
+            assert found == pytest.approx(expected.pop(), abs=1e-12)
+
+    def test_a_running_maximum_follows_a_slope_down(self):
+        # Each step of the flank is within the tolerance, so that the largest place is far from the top.
+        chosen = {"a": "triangle(-4, -2, 1)", "b": "triangle(-1, 0, 1)", "implication": "min", "aggregation": "max"}
+        options = "resolution=400, tolerance=0.01, rule"
+        # The top is at -2, between samples at -2.01 and -1.99.
+        assert evaluated(compiled(chosen, f"lom({options}=all)"), 1.0, 0.0) == pytest.approx(-1.97)
+        assert evaluated(compiled(chosen, f"lom({options}=running)"), 1.0, 0.0) == pytest.approx(4.99)
+        # Where all degrees are within the tolerance, it goes on to where the set is 0.
+        assert evaluated(compiled(chosen, f"lom({options}=running)"), 0.005, 0.0) == pytest.approx(4.99)
+
+    def test_a_bisector_has_a_tolerance_too(self):
+        chosen = {"a": "triangle(-4, -2, 1)", "b": "triangle(0, 2, 5)", "implication": "min", "aggregation": "max"}
+        found = [
+            evaluated(compiled(chosen, f"bisector(resolution=2, rule=between, tolerance={t})"), x, 1.0)
+            for x, t in ((1.0, 0.0), (1.0, 0.99))
+        ]
+        # Samples at -1 and 3 with 2/3 each. The second is taken from the right unless 2/3 counts as no more than 0.
+        assert found == pytest.approx([1.0, 5.0])
 
     def test_tools_differ_where_a_plateau_lies_left_of_zero(self):
         # The older manual of MATLAB: of a plateau from -8 to -2 the smallest is -2 and the largest -8.

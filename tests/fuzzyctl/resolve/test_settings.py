@@ -137,6 +137,14 @@ class TestOwnSettings:
                 "mom(resolution=7, grid=left, tolerance=1e-9)",
                 Defuzzifier(kind="mom", resolution=7, grid="left", tolerance=1e-9),
             ),
+            (
+                "som(resolution=9, rule=running, tolerance=1e-6)",
+                Defuzzifier(kind="som", resolution=9, rule="running", tolerance=1e-6),
+            ),
+            (
+                "bisector(resolution=9, rule=between, tolerance=1e-6)",
+                Defuzzifier(kind="bisector", resolution=9, rule="between", tolerance=1e-6),
+            ),
             ("inverse_tsukamoto_sum", Defuzzifier(kind="inverse_tsukamoto_sum")),
         ],
     )
@@ -154,6 +162,10 @@ class TestOwnSettings:
             ("centroid(resolution=10, by=value)", "FZ213"),
             ("mom(resolution=10, by=value)", "FZ213"),
             ("som(by=size)", "FZ213"),
+            ("mom(rule=running)", "FZ214"),
+            ("som(resolution=9, rule=running, by=magnitude)", "FZ214"),
+            ("bisector(resolution=9, tolerance=0.1)", "FZ214"),
+            ("som(resolution=9, rule=first)", "FZ213"),
             ("mom(tolerance=1)", "FZ302"),
             ("mom(tolerance=much)", "FZ302"),
             ("mom(resolution=1)", "FZ302"),
