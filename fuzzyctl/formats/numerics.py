@@ -84,7 +84,9 @@ def _matters(system: FuzzySystem, knob: str, there: Semantics) -> bool:
     relevant = {
         "weight": weighted and any(not m.over_rules for m in methods) and norms != {"product"},
         # Where rules stand by themselves a file says so: it adds them up.
-        "merge": system.method.semantics.merge != "rules" and _merges(system) and _shared_terms(system),
+        "merge": system.method.semantics.merge != "rules"
+        and _merges(system)
+        and any(shares_terms(system, o) for o in system.outputs),
         "total": any(m.averages for m in methods) and (weighted or len(system.outputs) > 1),
         "least": bool(consequent_hedges) or _least_decides(system, there),
         "equal": any(n.startswith(_ASK_EQUALITY) for n in norms),
@@ -124,7 +126,7 @@ def _places_leave(system: FuzzySystem, output: Output) -> bool:
     if kind.startswith("inverse"):
         return not (low <= 0.0 and high >= 1.0)
     # Beyond its height a term has a degree nowhere, and rules of one term may add up to more than 1.
-    if _shared_terms(system) or any(value(system, t.membership.height) != 1 for t in output.terms):
+    if shares_terms(system, output) or any(value(system, t.membership.height) != 1 for t in output.terms):
         return True
     return not all(low <= end <= high for t in output.terms for end in _ends(system, t.membership))
 
@@ -153,9 +155,9 @@ def _has_functions(system: FuzzySystem) -> bool:
     return any(m.kind == "function" and names_in(m.arguments[0]) for m in terms)
 
 
-def _shared_terms(system: FuzzySystem) -> bool:
+def shares_terms(system: FuzzySystem, output: Output) -> bool:
     """Whether two rules name one term of an output."""
-    named = [(c.output, c.term) for r in system.rules for c in r.consequents]
+    named = [c.term for r in system.rules for c in r.consequents if c.output == output.name]
     return len(set(named)) < len(named)
 
 

@@ -11,6 +11,7 @@ from fuzzyctl.errors import Diagnostic, Severity, did_you_mean, listed
 from fuzzyctl.expr import CONSTANTS, FUNCTIONS, Binary, Call, Expr, ExprError, Name, Negate, Number, evaluate, span_of
 from fuzzyctl.formats.fcl.dialect import Dialect
 from fuzzyctl.formats.fcl.syntax import Word
+from fuzzyctl.formats.functions import ARGUMENTS, expanded
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.params import ParamValues
 from fuzzyctl.source import Span
@@ -149,15 +150,14 @@ class Scope:
         given = tuple(a for a in arguments if a is not None)
         name = _SAME.get(call.function, call.function)
         # LOG is the logarithm to the base 10 in jFuzzyLogic, the natural one in fuzzylite.
-        if name == "log10" or (call.function == "log" and self.dialect.name != "fuzzylite"):
-            return Binary("/", Call("log", given, call.span), Call("log", (Number(10.0),)), call.span)
-        if name == "pow" and len(given) == 2:
-            return Binary("^", given[0], given[1], call.span)
-        least, most = FUNCTIONS.get(name, (0, -1))
-        if name not in FUNCTIONS:
+        if call.function == "log" and self.dialect.name != "fuzzylite":
+            name = "log10"
+        least, most = (ARGUMENTS[name],) * 2 if name in ARGUMENTS else FUNCTIONS.get(name, (0, -1))
+        if name not in FUNCTIONS and name not in ARGUMENTS:
             message = f"the function '{call.function}' is not available"
-            return self._refused(message, call.span, facts=(f"functions: {listed(sorted(FUNCTIONS))}",))
+            known = listed(sorted({*FUNCTIONS, *ARGUMENTS}))
+            return self._refused(message, call.span, facts=(f"functions: {known}",))
         if len(given) < least or (most is not None and len(given) > most):
             self.error("FZ303", f"'{call.function}' does not take {len(given)} arguments", call.span)
             return None
-        return Call(name, given, call.span)
+        return expanded(name, given) if name in ARGUMENTS else Call(name, given, call.span)

@@ -162,14 +162,21 @@ class _Writer:
         return "inverse tsukamoto" if kind.startswith("inverse") else "tsukamoto"
 
     def _common(self, field: str) -> str:
-        """Return a norm that all outputs have; where they differ, that of the first."""
-        usual = getattr(self.system.method, field)
-        found = {getattr(o, field) or usual: o for o in reversed(self.system.outputs)}
-        first: str = getattr(self.system.outputs[0], field) or usual
-        for norm, output in found.items():
-            if norm != first and not numerics.defuzzifier_of(self.system, output).over_rules:
+        """Return a norm that all outputs have; where they differ, that of the first to which it matters."""
+        norms = [(o, getattr(o, field) or getattr(self.system.method, field)) for o in self.system.outputs]
+        mattering = [(o, norm) for o, norm in norms if self._matters(o, field)]
+        first: str = (mattering or norms)[0][1]
+        for output, norm in mattering:
+            if norm != first:
                 self._lose(f"output '{output.name}'", f"{field} {norm}", f"all outputs have '{first}'")
         return first
+
+    def _matters(self, output: Output, field: str) -> bool:
+        """Whether an output of sums over rules has a norm, too: some tools join those of one term first."""
+        if not numerics.defuzzifier_of(self.system, output).over_rules:
+            return True
+        merge = self.profile.semantics.merge if field == "aggregation" else "rules"
+        return merge == "places" or (merge == "terms" and numerics.shares_terms(self.system, output))
 
     def _norm(self, own: str, known: dict[str, str]) -> str:
         word = known.get(own)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from fuzzyctl.expr import Binary, Call, Expr, Name, Negate, Number, number_text
+from fuzzyctl.expr import ZERO, Binary, Call, Expr, Name, Negate, Number, number_text
 
 #: Functions of the model that fuzzylite has under the same name; `min` and `max` take two arguments there.
 _FUNCTIONS: Final = frozenset({"abs", "sqrt", "exp", "log", "sin", "cos", "tan", "atan2", "min", "max"})
@@ -28,9 +28,23 @@ def formula(expr: Expr, params: dict[str, float]) -> str | None:
         case Binary(op=op, left=left, right=right):
             a, b = formula(left, params), formula(right, params)
             return None if a is None or b is None else f"({a} {op} {b})"
+        case Call(function="max", arguments=(Number(value=0.0), Call(function="sign", arguments=(inside,)))):
+            return _comparison("gt", inside, params)
+        case Call(function="abs", arguments=(Call(function="sign", arguments=(inside,)),)):
+            return _comparison("neq", inside, params)
+        case Call(function="sign", arguments=(inside,)):
+            text = formula(inside, params)
+            return None if text is None else f"(gt({text}, 0) - gt(0, {text}))"
         case Call(function=function, arguments=arguments) if function in _FUNCTIONS:
             return _call(function, [formula(a, params) for a in arguments])
     return None
+
+
+def _comparison(function: str, difference: Expr, params: dict[str, float]) -> str | None:
+    """Return the comparison of two expressions, or of one with 0, that a sign of their difference is."""
+    two = isinstance(difference, Binary) and difference.op == "-"
+    left, right = (difference.left, difference.right) if two and isinstance(difference, Binary) else (difference, ZERO)
+    return _call(function, [formula(left, params), formula(right, params)])
 
 
 def _name(name: str, params: dict[str, float]) -> str:

@@ -6,7 +6,9 @@ import re
 from collections.abc import Collection
 from typing import Final
 
+from fuzzyctl.errors import counted
 from fuzzyctl.expr import Binary, BinaryOp, Call, Expr, Name, Negate, Number
+from fuzzyctl.formats.functions import ARGUMENTS, expanded
 from fuzzyctl.source import Span
 
 #: Deepest nesting of parentheses and signs.
@@ -169,15 +171,15 @@ class _Formula:
                 arguments.append(self._sum())
         self._expect(")", place)
         self.depth -= 1
-        if name == "pow" and len(arguments) == 2:
-            return Binary("^", arguments[0], arguments[1], place)
         if name == "pi" and not arguments:
             return Name("pi", place)
-        if name not in _FUNCTIONS and name != "pow":
+        if name not in _FUNCTIONS and name not in ARGUMENTS:
             raise FormulaError(f"there is no function '{name[:40]}' here", place, "FZ602")
-        own, due = _FUNCTIONS.get(name, (name, 2))
+        own, due = _FUNCTIONS.get(name, (name, ARGUMENTS.get(name, 2)))
         if len(arguments) != due:
-            raise FormulaError(f"'{name}' takes {due} arguments, got {len(arguments)}", place)
+            raise FormulaError(f"'{name}' takes {counted(due, 'argument')}, got {len(arguments)}", place)
+        if name in ARGUMENTS:
+            return expanded(name, arguments)
         return Call(own, tuple(arguments), place)
 
     def _binary(self, sign: str, left: Expr, right: Expr, place: Span) -> Expr:

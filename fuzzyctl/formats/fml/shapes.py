@@ -82,7 +82,7 @@ def _sided(element: Element, p: tuple[float, ...], scope: Scope, domain: Ends) -
 
 
 _CURVES: Final = "curves through points may leave [0, 1] between them, and the standard does not say what holds there"
-_STRAIGHT: Final = "write points so close that straight lines between them do: interpolationMethod=\"linear\""
+_STRAIGHT: Final = 'write points so close that straight lines between them do: interpolationMethod="linear"'
 
 
 def _points(element: Element, scope: Scope) -> Membership | None:

@@ -6,8 +6,9 @@ from pathlib import Path
 import pytest
 
 from fuzzyctl.errors import render_all
-from fuzzyctl.expr import ONE, Number, evaluate
+from fuzzyctl.expr import ONE, Call, Name, Number, evaluate
 from fuzzyctl.formats.fll import read
+from fuzzyctl.formats.fll.formulas import formula
 from fuzzyctl.formats.fll.functions import FormulaError, read_formula
 from fuzzyctl.loading import load
 from fuzzyctl.model.method import Activation, Defuzzifier
@@ -288,7 +289,7 @@ class TestTerms:
             ("(a", "FZ103"),
             ("sin(a", "FZ103"),
             ("sin(a, b)", "FZ601"),
-            ("sinh(a)", "FZ602"),
+            ("floor(a)", "FZ602"),
             ("a % b", "FZ602"),
             ("!a", "FZ602"),
             ("c + 1", "FZ202"),
@@ -466,3 +467,47 @@ def test_the_largest_number_of_samples_is_told():
     _, diagnostics = read(SourceText("t.fll", SMALL.replace("Centroid 100", "Centroid 1000000000")))
     (found,) = diagnostics
     assert found.message == "a whole number from 1 to 1000000 is due, got '1000000000'"
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        *((f"{name}(0.3)", getattr(math, name)(0.3)) for name in ("asin", "acos", "atan", "sinh", "cosh", "tanh")),
+        *((f"{name}(-0.3)", getattr(math, name)(-0.3)) for name in ("asin", "atan", "sinh", "tanh", "asinh", "atanh")),
+        ("acosh(1.5)", math.acosh(1.5)),
+        ("asinh(2)", math.asinh(2)),
+        ("log10(1000)", 3),
+        ("log1p(0.5)", math.log1p(0.5)),
+        ("tanh(1000)", 1),
+        ("lt(1, 2) + 10*lt(2, 2) + 100*lt(3, 2)", 1),
+        ("le(1, 2) + 10*le(2, 2) + 100*le(3, 2)", 11),
+        ("gt(1, 2) + 10*gt(2, 2) + 100*gt(3, 2)", 100),
+        ("ge(1, 2) + 10*ge(2, 2) + 100*ge(3, 2)", 110),
+        ("eq(1, 2) + 10*eq(2, 2) + 100*eq(3, 2)", 10),
+        ("neq(1, 2) + 10*neq(2, 2) + 100*neq(3, 2)", 101),
+        ("pow(2, 3)", 8),
+    ],
+)
+def test_functions_of_fuzzylite_are_expressions_of_those_here(text, expected):
+    source = SourceText("t", text)
+    found = read_formula(Span(source, 0, len(text)), [])
+    assert evaluate(found, {}) == pytest.approx(expected, rel=1e-14)
+    written = formula(found, {})
+    again = read_formula(Span(SourceText("t", written), 0, len(written)), [])
+    assert evaluate(again, {}) == evaluate(found, {})
+
+
+@pytest.mark.parametrize("function", ["lt", "le", "gt", "ge", "eq", "neq"])
+def test_comparisons_are_written_as_comparisons(function):
+    text = f"{function}(x, 2)"
+    found = read_formula(Span(SourceText("t", text), 0, len(text)), ["x"])
+    written = formula(found, {})
+    assert "sign" not in written
+    assert read_formula(Span(SourceText("t", written), 0, len(written)), ["x"]) == found
+
+
+def test_a_sign_is_the_difference_of_two_comparisons():
+    written = formula(Call("sign", (Name("x"),)), {})
+    assert written == "(gt(x, 0) - gt(0, x))"
+    read_back = read_formula(Span(SourceText("t", written), 0, len(written)), ["x"])
+    assert [evaluate(read_back, {"x": x}) for x in (-2.0, 0.0, 0.5)] == [-1.0, 0.0, 1.0]
