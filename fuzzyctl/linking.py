@@ -77,6 +77,9 @@ class _Links:
         known = list(self.others)
         facts = (f"other systems of the file: {listed(known)}",) if known else ("the file holds no other system",)
         help_text = did_you_mean(name, known) or "add the system, or 'use' the file that holds it"
+        if name == self.system.name:
+            own = listed([o.name for o in self.system.outputs])
+            help_text = f"the system's own outputs have no prefix: {own}"
         return Diagnostic("FZ202", f"no other system '{name}'", span_of(node), facts=facts, help=help_text)
 
 

@@ -15,7 +15,7 @@ from fuzzyctl.analysis.holes import Side
 from fuzzyctl.analysis.sampling import with_signs
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Witness
 from fuzzyctl.analysis.witnesses import Judge
-from fuzzyctl.expr import Binary
+from fuzzyctl.expr import Binary, Compare
 
 #: Sides below this part of the range are not halved any more.
 _NARROW: Final = 1e-13
@@ -180,7 +180,8 @@ class _Pointwise:
         while search.lo.shape[1]:
             if search.is_over:
                 boxes, count = search.open_boxes
-                return Undecided(self.claim.text, "more time would decide it, or a wider tolerance", boxes, count)
+                wider = ", or a wider tolerance" if self._is_loosened else ""
+                return Undecided(self.claim.text, f"more time would decide it{wider}", boxes, count)
             witness = self._step()
             if witness is not None:
                 return Refuted(self.claim.text, witness)
@@ -198,7 +199,14 @@ class _Pointwise:
         found, _ = self.system.enclose(exprs, *self.search.stuck[0], sloped=False)
         if any(np.isinf(e.lo).any() for e in found):
             return "values may be infinite there, or none at all; 'when' can leave such places out"
-        return "it comes as close to its bound as rounding; a tolerance, such as 'within 1e-9', would decide it"
+        advice = "; a tolerance, such as 'within 1e-9', would decide it" if self._is_loosened else ""
+        return f"it comes as close to its bound as rounding{advice}"
+
+    @property
+    def _is_loosened(self) -> bool:
+        """Whether a tolerance makes the claim any weaker, as it does not where two things are to differ."""
+        equalities = [b for b in self.compared if isinstance(b.origin, Compare) and b.origin.op in ("==", "!=")]
+        return not any(b.strict for b in equalities)
 
     def _step(self) -> Witness | None:
         """Settle what can be settled of a batch, and halve the rest."""

@@ -62,7 +62,9 @@ def _in_a_claim(text: str, line: LogicalLine, at: int) -> str:
     operator = _OPERATOR.match(text, start, line.end)
     if operator is not None and operator[0] in _OPERATORS:
         return f"write '{_OPERATORS[operator[0]]}'"
-    chain = _CHAIN.fullmatch(text, line.start, line.end)
+    if text.startswith("within", at):
+        return "write 'within' once, and before 'when'"
+    chain = _CHAIN.fullmatch(text, line.start, line.end) if text[at : at + 1] in ("<", ">", "=", "!") else None
     if chain is None:
         return ""
     low, first, middle, second, high = chain.groups()

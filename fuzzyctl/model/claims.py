@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from fuzzyctl.errors import Diagnostic
 from fuzzyctl.expr import (
     FUNCTIONS,
+    Binary,
     Call,
     Compare,
     Expr,
@@ -34,6 +35,9 @@ def uncomputable_claims(numbers: Numbers) -> Iterator[Diagnostic]:
                 elif value is not None and math.isinf(value):
                     message = "a number of the guarantee is infinite"
                     yield Diagnostic("FZ302", message, place, help="only feet may be infinite; leave the bound out")
+            for quotient in _quotients(expr, variables) if expr is not None else ():
+                if numbers.value(quotient.right) == 0.0:
+                    yield Diagnostic("FZ307", "division by zero", span_of(quotient) or guarantee.span)
 
 
 def bad_claims(numbers: Numbers) -> Iterator[Diagnostic]:
@@ -55,6 +59,15 @@ def bad_claims(numbers: Numbers) -> Iterator[Diagnostic]:
                 if bound is not None and bound < 0:
                     message = f"the bound {bound:.6g} of a slope is below 0"
                     yield Diagnostic("FZ302", message, span_of(node.right) or guarantee.span)
+
+
+def _quotients(expr: Expr, variables: set[str]) -> Iterator[Binary]:
+    """Yield quotients of what depends on variables by what depends on params only."""
+    for node in walk(expr):
+        if isinstance(node, Binary) and node.op == "/":
+            (_, whole), (_, below) = _parts(node, variables), _parts(node.right, variables)
+            if below and not whole:
+                yield node
 
 
 def _constants(expr: Expr, variables: set[str]) -> list[Expr]:

@@ -139,6 +139,11 @@ class TestComparedSystems:
         assert got == code
         assert word in message
 
+    def test_outputs_of_its_own_have_no_prefix(self):
+        _, diagnostics = examine_all(SourceText("t.fz", f"{ONE}require u == coarse.u\n{OTHER}"))
+        (mistake,) = (d for d in diagnostics if d.severity == "error")
+        assert mistake.help == "the system's own outputs have no prefix: u"
+
     def test_no_file_outside_is_read(self, tmp_path):
         (tmp_path / "old.fz").write_text(OTHER.lstrip())
         inner = tmp_path / "inner"

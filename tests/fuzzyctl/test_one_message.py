@@ -602,6 +602,8 @@ class TestOtherNotations:
             ("require u <= |e|", "write abs(e)"),
             ("require 0 <= u <= 1", "write: require bounded(u, 0, 1)"),
             ("require 0 < u < 1 within 1", "0 < u and u < 1"),
+            ("require u <= 1 when e > 0 within 1", "write 'within' once, and before 'when'"),
+            ("require u <= 1 within 1 within 2", "write 'within' once, and before 'when'"),
             ("if e is N then u is 2*e + 3 weight 0.5", "u is function(2*e + 3)"),
             ("if e is N then u = 2 + e", "u is function(2 + e)"),
             ("if e is N then u is e + 2", "u is function(e + 2)"),

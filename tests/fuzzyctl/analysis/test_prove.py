@@ -278,6 +278,11 @@ class TestUndecided:
         assert verdict.reason.startswith("'u' is adaptive: its consequents may become anything from -2 to 2; no point")
         assert verdicts(ADAPTIVE, "u >= 0.5")[0].witness.sides == (("u", 0.0),)
 
+    @pytest.mark.parametrize(("claim", "is_said"), [("u != 0.5", False), ("not u == 0.5", False), ("u < 1 - e", True)])
+    def test_a_tolerance_is_advised_where_it_helps(self, claim, is_said):
+        (verdict,) = verdicts(CURVED, f"{claim} when e <= -0.001 or e >= 0.0131", timeout=1e-9)
+        assert ("tolerance" in verdict.reason) == is_said
+
     def test_what_is_held_is_named(self):
         text = CHAIN.replace("else 0", "else hold(1)")
         (verdict,) = verdicts(text, "u <= 1.9 when e >= -0.629 and e <= -0.628", timeout=1)
