@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
 @click.argument("target", metavar="OUT")
 @click.option("--to", "wanted", metavar="FORMAT", help="The format, where the suffix of OUT does not say it.")
 @click.option("--lossy", is_flag=True, help="Write it even though the format cannot express all of it.")
-@click.option("--force", is_flag=True, help="Replace OUT where it exists.")
+@click.option("--force", is_flag=True, help="Replace OUT, and pictures of a page, where they exist.")
 @click.option(
     "--points",
     type=click.IntRange(2, 10_000_000),
@@ -71,12 +72,13 @@ def convert(
     the format cannot express is listed; where that changes numbers nothing is written without --lossy.
     """
     to = _target(target, wanted)
-    if target != "-" and Path(target).is_dir():
-        raise DiagnosticError([Diagnostic("FZ005", "this is a folder", file=target, help="name a file in it")])
-    if target != "-" and Path(target).exists() and not force:
-        message = "the file exists"
-        raise DiagnosticError([Diagnostic("FZ005", message, file=target, help="name another file, or add --force")])
+    if target != "-":
+        _free(Path(target), force)
     system = _loaded(source, settings, name)
+    if to == "markdown" and target != "-" and not force:
+        from fuzzyctl.document.pictures import picture_files, refuse_to_replace
+
+        refuse_to_replace(picture_files(system, Path(target)))
     from fuzzyctl.conversion import convert as converted
 
     conversion = converted(system, to, points=points)
@@ -90,11 +92,22 @@ def convert(
     return FAILED if refused else DONE
 
 
+def _free(target: Path, force: bool) -> None:
+    """Refuse a target that is no file, or is there and is not to be replaced."""
+    from fuzzyctl.files import refuse_what_is_no_file
+
+    refuse_what_is_no_file(target)
+    if os.path.exists(target) and not force:
+        message, help_text = "the file exists", "name another file, or add --force"
+        raise DiagnosticError([Diagnostic("FZ005", message, file=str(target), help=help_text)])
+
+
 def _target(target: str, wanted: str | None) -> str:
     """Return the format to write.
 
     Raises:
-        DiagnosticError: For a suffix or a name that stands for none.
+        DiagnosticError: For a suffix that stands for none.
+        BadParameter: For a name that does.
     """
     from fuzzyctl.conversion import TARGETS
     from fuzzyctl.errors import closest
@@ -103,9 +116,8 @@ def _target(target: str, wanted: str | None) -> str:
         if wanted in TARGETS:
             return wanted
         near = closest(wanted, TARGETS)
-        help_text = f"did you mean '{near}'?" if near else ""
-        facts = (f"formats: {', '.join(TARGETS)}",)
-        raise DiagnosticError([Diagnostic("FZ502", f"no format '{wanted}'", facts=facts, help=help_text)])
+        hint = f"did you mean '{near}'?" if near else f"there are: {', '.join(TARGETS)}"
+        raise click.BadParameter(f"no format '{wanted}'; {hint}", param_hint="--to")
     suffix = Path(target).suffix.lower()
     for name, suffixes in TARGETS.items():
         if suffix in suffixes:

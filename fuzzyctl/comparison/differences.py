@@ -106,7 +106,7 @@ class _Pair:
 
         self.a, self.names, self.outputs = a, [v.name for v in a.inputs], outputs
         self.columns = list(np.argsort(inputs))
-        self.kernels = [compile_system(_quiet(s), backend="numpy") for s in (a, b)]
+        self.kernels = [compile_system(quiet(s), backend="numpy") for s in (a, b)]
 
     def values(self, points: FloatArray, output: int) -> tuple[FloatArray, FloatArray]:
         first = self._batch(0, points, output)
@@ -122,7 +122,7 @@ class _Pair:
         return results if results.ndim == 1 else results[:, output]
 
 
-def _quiet(system: FuzzySystem) -> FuzzySystem:
+def quiet(system: FuzzySystem) -> FuzzySystem:
     """Return a system that has no value where it would raise."""
     outputs = tuple(o.model_copy(update={"otherwise": "nan"}) if o.otherwise == "error" else o for o in system.outputs)
     return system.model_copy(update={"outputs": outputs}) if outputs != system.outputs else system
@@ -182,7 +182,7 @@ def _refined(
 
 def at_point(system: FuzzySystem, point: Sequence[float], output: int) -> float:
     """Return what one output of a system is at a point; NaN for nothing."""
-    kernel = compile_system(_quiet(system), backend="python")
+    kernel = compile_system(quiet(system), backend="python")
     state = (kernel.plan.initial_state,) if kernel.n_states else ()
     result = kernel(*point, *state)
     return float(result[output] if isinstance(result, tuple) else result)

@@ -22,8 +22,8 @@ from fuzzyctl.model.rule import Rule, RuleBlock, RuleTable
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, LinguisticVariable, Membership, Output
 
-#: Characters that mean something in Markdown's running text and table cells.
-_SPECIAL: Final = re.compile(r"([\\`*_{}\[\]<>#|~$])")
+#: Characters that mean something in Markdown's running text; bars do in tables only, which escape them.
+_SPECIAL: Final = re.compile(r"([\\`*_{}\[\]<>#~$])")
 
 Row = Sequence[str]
 

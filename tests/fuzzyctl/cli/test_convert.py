@@ -56,17 +56,56 @@ def test_a_page_comes_with_its_pictures(source, tmp_path):
     ]
 
 
+def test_pictures_that_are_there_are_not_replaced_without_force(source, tmp_path):
+    folder = tmp_path / "base-pictures"
+    folder.mkdir()
+    (folder / "x.svg").write_text("mine", encoding="utf-8")
+    (folder / "other.svg").write_text("mine", encoding="utf-8")
+    result = run(source, tmp_path / "base.md")
+    assert result.exit_code == 1
+    assert "x.svg: error[FZ005]: a file of this name exists" in result.stderr
+    assert "--force" in result.stderr
+    assert [p.read_text() for p in folder.iterdir()] == ["mine", "mine"]
+    assert not (tmp_path / "base.md").exists()
+    assert run(source, tmp_path / "base.md", "--force").exit_code == 0
+    assert (folder / "x.svg").read_text(encoding="utf-8").startswith("<?xml")
+    assert (folder / "other.svg").read_text() == "mine"
+
+
+def test_a_file_in_the_place_of_the_folder_of_pictures_is_named(source, tmp_path):
+    (tmp_path / "q-pictures").write_text("mine", encoding="utf-8")
+    for more in ([], ["--force"]):
+        result = run(source, tmp_path / "q.md", *more)
+        assert result.exit_code == 1
+        assert f"{tmp_path / 'q-pictures'}: error[FZ005]: this is a file" in result.stderr
+        assert "= help: move it" in result.stderr
+    assert not (tmp_path / "q.md").exists()
+
+
+def test_names_that_are_the_same_as_parts_of_files_have_pictures_each(tmp_path):
+    text = "Engine: n\n" + "".join(
+        f"InputVariable: {name}\n  range: 0 1\n  term: a Triangle 0 0.5 1\n" for name in ("a-b", "a+b")
+    )
+    text += "OutputVariable: y\n  range: 0 1\n  aggregation: Maximum\n  defuzzifier: Centroid 100\n"
+    text += "  term: b Triangle 0 0.5 1\n  default: nan\n"
+    text += "RuleBlock:\n  conjunction: Minimum\n  implication: Minimum\n  activation: General\n"
+    (tmp_path / "n.fll").write_text(text + "  rule: if a-b is a and a+b is a then y is b\n", encoding="utf-8")
+    result = run(tmp_path / "n.fll", tmp_path / "n.md")
+    assert result.exit_code == 0, result.output
+    assert len(list((tmp_path / "n-pictures").iterdir())) == 4
+
+
 @pytest.mark.parametrize(
-    ("arguments", "message"),
+    ("arguments", "message", "code"),
     [
-        (["out.fiz"], "no format has the suffix '.fiz'"),
-        (["out"], "no suffix that says the format"),
-        (["-", "--to", "fiss"], "did you mean 'fis'?"),
+        (["out.fiz"], "no format has the suffix '.fiz'", 1),
+        (["out"], "no suffix that says the format", 1),
+        (["-", "--to", "fiss"], "did you mean 'fis'?", 2),
     ],
 )
-def test_a_format_that_is_none_is_named(source, arguments, message):
+def test_a_format_that_is_none_is_named(source, arguments, message, code):
     result = run(source, *arguments)
-    assert result.exit_code == 1
+    assert result.exit_code == code
     assert message in result.stderr
 
 

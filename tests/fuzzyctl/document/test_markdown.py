@@ -39,7 +39,16 @@ def test_guarantees_and_source_are_listed(immune):
 
 def test_markup_in_names_is_text(base):
     system = fuzzyctl.loads(base.replace('"Base"', '"a_b *c* | [d]"'))
-    assert page(system, {}).startswith("# a\\_b \\*c\\* \\| \\[d\\]\n")
+    assert page(system, {}).startswith("# a\\_b \\*c\\* | \\[d\\]\n")
+
+
+def test_a_bar_in_a_cell_is_escaped_once(base):
+    """As GitHub's Markdown asks for: before cells are split; a second escape would show a backslash."""
+    system = fuzzyctl.loads(base)
+    x = system.input("x")
+    terms = (x.terms[0].model_copy(update={"name": "po|or"}), *x.terms[1:])
+    text = page(system.model_copy(update={"inputs": (x.model_copy(update={"terms": terms}), *system.inputs[1:])}), {})
+    assert "| po\\|or |" in text
 
 
 def test_every_table_has_rows_of_one_length(immune):
@@ -58,3 +67,9 @@ def test_pictures_are_drawn_beside_the_page_and_linked(immune, tmp_path):
     for path in found.values():
         assert (tmp_path / path).read_text(encoding="utf-8").lstrip().startswith("<?xml")
         assert f"]({path})" in text
+
+
+def test_a_surface_has_a_hole_where_no_rule_fires(base, changed, tmp_path):
+    text = changed(("  Z |  N  P", "  Z |  .  ."), ("[-2, 2]", "[-2, 2] else error"))
+    assert "surface u" in draw(fuzzyctl.loads(text), tmp_path / "base.md")
+    assert (tmp_path / "base-pictures" / "surface-u.svg").exists()
