@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from fuzzyctl.errors import counted, listed
+from fuzzyctl.errors import counted, did_you_mean, listed
 from fuzzyctl.expr import ONE, Binary, Expr, Name, Number
 from fuzzyctl.formats.fcl.names import (
     FUZZYLITE_SHAPES,
@@ -35,9 +35,8 @@ def membership(line: TermLine, scope: Scope, *, of_output: bool) -> Membership |
         return _special(word, shape, arguments, scope)
     known = FUZZYLITE_SHAPES[word] if word is not None else JFUZZYLOGIC_SHAPES.get(shape.kind.upper)
     if known is None or shape.points:
-        scope.error(
-            "FZ601", f"no shape '{shape.kind.text}'", shape.kind.span, facts=(f"shapes: {listed(SHAPE_WORDS)}",)
-        )
+        facts, help_text = (f"shapes: {listed(SHAPE_WORDS)}",), did_you_mean(shape.kind.upper, SHAPE_WORDS)
+        scope.error("FZ601", f"no shape '{shape.kind.text}'", shape.kind.span, facts=facts, help=help_text)
         return None
     return _known(known, shape, arguments, scope)
 

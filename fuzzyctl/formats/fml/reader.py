@@ -84,7 +84,7 @@ def _system(root: Element, scope: Scope, source: SourceText) -> FuzzySystem | No
 
 
 def _require_parts(root: Element, base: KnowledgeBase, rules: RuleReader, scope: Scope) -> None:
-    if not base.inputs:
+    if not base.inputs and not any(e.name == "anyadatacloud" for e in _all(root)):
         scope.error("FZ212", "the knowledge base has no input", root.span, help='add: <fuzzyVariable type="input" ...>')
     if not base.outputs:
         help_text = 'add: <fuzzyVariable type="output" ...>'

@@ -30,6 +30,9 @@ _MODIFIERS: Final = tuple(sorted({*MODIFIERS, *OWN_HEDGES, *_BESIDE, "norm"}))
 
 _SLIGHTLY: Final = "'slightly' is plus and not very by the smaller degree, made to reach 1; JFML takes their product"
 
+#: Hedges that only rise with the degree, so that they can change places with MIN and MAX.
+_RISING: Final = frozenset({"very", "somewhat", "extremely", "slightly", "seldom", "any", "plus", "intensify"})
+
 #: Most conditions that one rule may become: definitions may use each other, and grow by that.
 _MOST_CONDITIONS: Final = 1000
 
@@ -72,7 +75,8 @@ class RuleReader:
     def read(self, base: Element) -> None:
         """Read one rule base."""
         if base.name == "anyarulebase":
-            self._scope.error("FZ602", "AnYa rule bases are not available", base.span)
+            help_text = "write fuzzyTerms for what the clouds stand for, and rules over these"
+            self._scope.error("FZ602", "AnYa rule bases are not available", base.span, help=help_text)
             return
         self._scope.known(base, _BASE, _RULES)
         implication = self._scope.choice(base, "activationmethod", CONJUNCTION_WORDS, "min")
@@ -272,11 +276,29 @@ class RuleReader:
             return found
         if isinstance(found, Is):
             return found.model_copy(update={"hedges": (*hedges, *found.hedges)})
-        if set(hedges) == {"not"}:
-            return Not(operand=found, span=span) if len(hedges) % 2 else found
-        message = f"a modifier of '{key[1]}', which is defined by others, is not available"
-        self._scope.error("FZ602", message, span)
-        return None
+        for hedge in reversed(hedges):
+            modified = self._with_hedge(found, hedge, span)
+            if modified is None:
+                message = f"the modifier '{hedge}' of '{key[1]}', which is defined by others, is not available"
+                help_text = "with MIN and MAX those that only rise with the degree are, and 'not' is with any"
+                self._scope.error("FZ602", message, span, help=help_text)
+                return None
+            found = modified
+        return found
+
+    def _with_hedge(self, antecedent: Antecedent, hedge: str, span: Span) -> Antecedent | None:
+        """Return a hedge of a condition: of several joined by MIN and MAX it is that of each, where it only rises."""
+        if isinstance(antecedent, Is):
+            return antecedent.model_copy(update={"hedges": (hedge, *antecedent.hedges)})
+        if hedge == "not":
+            return Not(operand=antecedent, span=span)
+        usual = self.conjunctions.keys() <= {"min"} and self.disjunctions.keys() <= {"max"}
+        if hedge not in _RISING or not usual or not isinstance(antecedent, And | Or):
+            return None
+        operands = [self._with_hedge(o, hedge, span) for o in antecedent.operands]
+        if any(o is None for o in operands):
+            return None
+        return antecedent.model_copy(update={"operands": tuple(o for o in operands if o is not None)})
 
     def _joined(self, element: Element, variable: str, depth: int, *, hedged: bool = False) -> Antecedent | None:
         """Return what <and> and <or> of a definition stand for.
@@ -338,6 +360,11 @@ class RuleReader:
         variable, term, place, _ = named
         if variable not in self._outputs:
             message, facts, help_text = unknown("output", variable, sorted(self._outputs))
+            if variable in self._inputs:
+                message, help_text = (
+                    f"'{variable}' is an input, and rules conclude on outputs",
+                    'declare it: type="output"',
+                )
             self._scope.error("FZ202", message, place, facts=facts, help=help_text)
             return None
         if (variable, term) in self._base.defined:
