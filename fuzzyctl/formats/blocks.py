@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from fuzzyctl.formats.findings import Names
-from fuzzyctl.model.method import Activation
+from fuzzyctl.model.method import Activation, RuleMethod
 from fuzzyctl.model.rule import Rule, RuleBlock
+from fuzzyctl.model.system import FuzzySystem
 
 
 @dataclass(frozen=True)
@@ -93,3 +94,54 @@ def _block(block: FoundBlock, name: str, method: dict[str, Any]) -> RuleBlock:
     """Return a block that says only what the system does not say."""
     own = {n: getattr(block, n) for n in _FIELDS}
     return RuleBlock(name=name, rules=block.rules, **{n: None if v == method.get(n) else v for n, v in own.items()})
+
+
+@dataclass(frozen=True)
+class BlockPart:
+    """A rule block as formats have it that know one implication for all that it concludes.
+
+    Args:
+        block: Position of the rule block of the system, -1 for the rules of none.
+        number: Its number among the parts of one block, from 1 on.
+        method: What its rules have.
+        implication: What activations make of the sets that its rules conclude.
+        rules: Its rules with their positions in the system, each with the consequents that have this implication.
+    """
+
+    block: int
+    number: int
+    method: RuleMethod
+    implication: str
+    rules: tuple[tuple[int, Rule], ...]
+
+
+def block_parts(system: FuzzySystem) -> list[BlockPart]:
+    """Return the rules of a system in blocks of one implication; consequents of averages stay with the first."""
+    found: list[BlockPart] = []
+    for block in sorted({m.block for m in system.rule_methods}):
+        positions = [r for r, m in enumerate(system.rule_methods) if m.block == block]
+        method = system.rule_methods[positions[0]]
+        for number, (implication, outputs) in enumerate(by_implication(system, positions).items(), 1):
+            rules = []
+            for r in positions:
+                consequents = tuple(c for c in system.rules[r].consequents if c.output in outputs)
+                if consequents:
+                    rules.append((r, system.rules[r].model_copy(update={"consequents": consequents})))
+            found.append(BlockPart(block, number, method, implication, tuple(rules)))
+    return found
+
+
+def by_implication(system: FuzzySystem, rules: Sequence[int]) -> dict[str, list[str]]:
+    """Return the outputs that rules of one block set by their implication; outputs over rules go with the first."""
+    concluded = {c.output for r in rules for c in system.rules[r].consequents}
+    found: dict[str, list[str]] = {}
+    over_rules: list[str] = []
+    for output in (o for o in system.outputs if o.name in concluded):
+        if (output.defuzzifier or system.method.defuzzifier).over_rules:
+            over_rules.append(output.name)
+        else:
+            found.setdefault(system.implication_of(rules[0], output), []).append(output.name)
+    if not found:
+        return {system.rule_methods[rules[0]].implication or system.method.implication: over_rules}
+    next(iter(found.values())).extend(over_rules)
+    return found

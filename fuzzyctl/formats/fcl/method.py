@@ -6,18 +6,23 @@ from collections.abc import Iterator, Sequence
 from typing import Final
 
 from fuzzyctl.errors import Note
+from fuzzyctl.formats.blocks import Combined, FoundBlock, combined
 from fuzzyctl.formats.fcl import syntax as sx
 from fuzzyctl.formats.fcl.rules import RuleResolver, Vocabulary, same_either_way
 from fuzzyctl.formats.fcl.scope import Scope
 from fuzzyctl.formats.fcl.settings import Norms, norms
 from fuzzyctl.formats.fcl.variables import OutputDraft
-from fuzzyctl.model.method import TSUKAMOTO, Method
+from fuzzyctl.model.method import TSUKAMOTO, Activation, Method
 from fuzzyctl.model.rule import And, Antecedent, Not, Or, Rule
 from fuzzyctl.model.semantics import Semantics
 from fuzzyctl.model.variable import Output
 
 #: Defuzzifiers over rules, for which implication has no effect, and accumulation only where terms are merged.
 _OVER_RULES: Final = frozenset({"weighted_average", "weighted_sum", *TSUKAMOTO})
+
+
+#: What a rule block may say, as fields of its norms and of a method.
+_NORMS: Final = ("conjunction", "disjunction", "implication")
 
 
 class BlockRules:
@@ -31,17 +36,23 @@ class BlockRules:
     Attributes:
         found: All rules without mistakes, in the order written.
         norms: The norms of each rule block, with its rules.
+        blocks: The rule blocks that have rules, with the norms that these need.
     """
 
     def __init__(self, block: sx.FunctionBlock, scope: Scope, vocabulary: Vocabulary) -> None:
         self.found: list[Rule] = []
         self.norms: list[tuple[Norms, list[Rule]]] = []
+        self.blocks: list[FoundBlock] = []
         resolver = RuleResolver(scope, vocabulary)
         for part in block.rules:
             rules = [r for r in map(resolver.rule, part.rules) if r is not None]
             joins = frozenset(word for r in rules for word in _joins(r.antecedent))
-            self.norms.append((norms(part, scope, joins=joins), rules))
+            own = norms(part, scope, joins=joins)
+            self.norms.append((own, rules))
             self.found.extend(rules)
+            if rules:
+                needed = own.conjunction if "AND" in joins else None, own.disjunction if "OR" in joins else None
+                self.blocks.append(FoundBlock(part.name, tuple(rules), *needed, own.implication, Activation()))
         if resolver.mixed is not None and not same_either_way(resolver.mixed):
             _tell_mixed(resolver.mixed, scope)
 
@@ -64,24 +75,24 @@ def _joins(antecedent: Antecedent) -> Iterator[str]:
                 yield from _joins(operand)
 
 
-def method_of(drafts: list[OutputDraft], rules: BlockRules, scope: Scope) -> tuple[list[Output], Method]:
-    """Return the outputs with their own norms, and the method of the system."""
+def method_of(drafts: list[OutputDraft], rules: BlockRules, scope: Scope) -> tuple[list[Output], Method, Combined]:
+    """Return the outputs with their own norms, the method of the system, and the rules in their blocks."""
     numerics = scope.dialect.numerics
-    conjunction = _common(rules, "AND", scope)
-    disjunction = _common(rules, "OR", scope)
     made = [_with_norms(d, rules, scope) for d in drafts]
+    found = combined(rules.blocks, [d.name.text for d in drafts if d.method not in _OVER_RULES], keep=True)
     if not made:
-        return [], Method()
+        return [], Method(), found
     first = made[0]
+    # A norm that no rule needs is kept all the same.
+    usual = {n: getattr(rules.norms[0][0], n) for n in _NORMS} if rules.norms else {}
     method = Method(
-        conjunction=conjunction,
-        disjunction=disjunction,
-        implication=first.implication or "min",
         aggregation=first.aggregation or "max",
         defuzzifier=first.defuzzifier or numerics.defuzzifier("centroid"),
         semantics=_semantics(drafts, made, scope),
+        **usual | found.method,
     )
-    return [_without_common(o, method) for o in made], method
+    made = [o.model_copy(update={"implication": found.implications.get(o.name)}) for o in made]
+    return [_without_common(o, method) for o in made], method, found
 
 
 def _semantics(drafts: list[OutputDraft], made: list[Output], scope: Scope) -> Semantics:
@@ -105,7 +116,6 @@ def _with_norms(draft: OutputDraft, rules: BlockRules, scope: Scope) -> Output:
     blocks = [n for n, found in rules.norms if any(c.output == draft.name.text for r in found for c in r.consequents)]
     numerics = scope.dialect.numerics
     over_rules = draft.method in _OVER_RULES
-    implication = _agreed("ACT", [(n.implication, n) for n in blocks], draft, scope, needed=not over_rules)
     said = [(n.accumulation, n) for n in blocks if n.accumulation is not None]
     if draft.accumulation is not None:
         said = [s for s in said if s[0] != draft.accumulation]
@@ -114,7 +124,7 @@ def _with_norms(draft: OutputDraft, rules: BlockRules, scope: Scope) -> Output:
             scope.warning("FZ609", message, draft.block.variable.span, help="keep one of them")
         aggregation: str | None = draft.accumulation
     else:
-        aggregation = _agreed("ACCU", said, draft, scope, needed=not over_rules)
+        aggregation = _agreed(said, draft, scope, needed=not over_rules)
     return Output(
         name=draft.name.text,
         lower=draft.lower,
@@ -122,39 +132,22 @@ def _with_norms(draft: OutputDraft, rules: BlockRules, scope: Scope) -> Output:
         terms=draft.terms,
         otherwise=draft.otherwise if draft.otherwise is not None else numerics.otherwise or "nan",
         clamped=draft.clamped,
-        implication=implication or "min",
         aggregation=aggregation or ("sum" if over_rules else numerics.method.aggregation),
         defuzzifier=numerics.defuzzifier(draft.method),
         span=draft.name.span,
     )
 
 
-def _agreed(
-    keyword: str, said: Sequence[tuple[str | None, Norms]], draft: OutputDraft, scope: Scope, *, needed: bool
-) -> str | None:
-    """Return the norm that all rule blocks of an output name; an error where they differ and it matters."""
+def _agreed(said: Sequence[tuple[str | None, Norms]], draft: OutputDraft, scope: Scope, *, needed: bool) -> str | None:
+    """Return the accumulation that all rule blocks of an output name; an error where they differ and it matters."""
     first = said[0] if said else None
     other = next((s for s in said if first is not None and s[0] != first[0]), None)
     if first is not None and other is not None and needed:
-        message = f"rule blocks with different {keyword} conclude on '{draft.name.text}'"
-        note = (Note(first[1].span, f"{keyword} is '{first[0]}' here"),)
-        help_text = f"'{other[0]}' here; one value for an output is available"
+        message = f"rule blocks with different ACCU conclude on '{draft.name.text}'"
+        note = (Note(first[1].span, f"ACCU is '{first[0]}' here"),)
+        help_text = f"'{other[0]}' here; the rules of an output are joined in one way"
         scope.error("FZ602", message, other[1].span, notes=note, help=help_text)
     return first[0] if first is not None else None
-
-
-def _common(rules: BlockRules, keyword: str, scope: Scope) -> str:
-    """Return the norm for AND or OR: the one of the rule blocks whose rules use it."""
-    values = [(n.conjunction if keyword == "AND" else n.disjunction, n, found) for n, found in rules.norms]
-    using = [v for v in values if any(keyword in _joins(r.antecedent) for r in v[2])]
-    for value, block, _ in using:
-        if value != using[0][0]:
-            message = f"rule blocks with different {keyword}"
-            note = (Note(using[0][1].span, f"{keyword} is '{using[0][0]}' here"),)
-            scope.error("FZ602", message, block.span, notes=note, help=f"'{value}' here; one value is available")
-            break
-    chosen = using or values
-    return chosen[0][0] if chosen else ("min" if keyword == "AND" else "max")
 
 
 def _without_common(output: Output, method: Method) -> Output:

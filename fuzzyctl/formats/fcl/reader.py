@@ -69,7 +69,7 @@ def _system(
     drafts = variables.outputs(inputs)
     rules = BlockRules(block, scope, _vocabulary(inputs, drafts, block))
     _require_parts(block, inputs, rules.found, scope)
-    outputs, method = method_of(drafts, rules, scope)
+    outputs, method, combined = method_of(drafts, rules, scope)
     if any(d.severity == "error" for d in scope.diagnostics):
         return None, scope.diagnostics
     name = block.name or PurePath(source.name).stem
@@ -79,7 +79,7 @@ def _system(
         method=method,
         inputs=tuple(inputs),
         outputs=tuple(outputs),
-        blocks=tuple(rules.found),
+        blocks=combined.blocks,
         path=source.name,
         span=block.span,
     )

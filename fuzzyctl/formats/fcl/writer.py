@@ -7,6 +7,7 @@ from typing import Final
 
 from fuzzyctl.expr import Expr, Name, number_text, replace_names
 from fuzzyctl.formats import numerics
+from fuzzyctl.formats.blocks import BlockPart, block_parts
 from fuzzyctl.formats.fcl.dialect import USUAL_NUMERICS, DialectName
 from fuzzyctl.formats.fcl.names import (
     ACCUMULATION_WORDS,
@@ -24,6 +25,7 @@ from fuzzyctl.formats.fcl.written_shapes import (
     needs_jfuzzylogic,
     shape_text,
 )
+from fuzzyctl.formats.findings import Names
 from fuzzyctl.formats.held import with_shoulders
 from fuzzyctl.formats.losses import Loss
 from fuzzyctl.formats.weighted import as_inverted_there, inferred_otherwise
@@ -90,7 +92,9 @@ def write(system: FuzzySystem) -> tuple[str, list[Loss]]:
     writer = _Writer(system)
     text = "\n".join(writer.lines()) + "\n"
     read_back, _ = read(SourceText(f"{writer.names.system}.fcl", text))
-    return text, sorted({*writer.names.losses, *losses_of(system, read_back, writer.dialect, writer.names)})
+    return text, sorted(
+        {*writer.names.losses, *losses_of(system, read_back, writer.dialect, writer.names, writer.parts)}
+    )
 
 
 def dialect_for(system: FuzzySystem) -> DialectName:
@@ -101,7 +105,7 @@ def dialect_for(system: FuzzySystem) -> DialectName:
     terms += [c.term for r in system.rules for c in r.consequents if isinstance(c.term, Membership)]
     if system.method.semantics.profile == "jfuzzylogic" or any(map(needs_jfuzzylogic, terms)):
         return "jfuzzylogic"
-    norms = {system.method.conjunction, system.method.disjunction, *_per_output(system, "implication")}
+    norms = _norms(system)
     usual = {"min", "max", "product", "probabilistic_sum", "bounded_difference", "bounded_sum"}
     return "standard" if norms <= usual else "jfuzzylogic"
 
@@ -115,8 +119,7 @@ def _needs_fuzzylite(system: FuzzySystem) -> bool:
         return True
     if any((o.defuzzifier or system.method.defuzzifier).kind in TSUKAMOTO for o in system.outputs):
         return True
-    norms = {system.method.conjunction, system.method.disjunction}
-    norms |= {*_per_output(system, "implication"), *_per_output(system, "aggregation")}
+    norms = _norms(system) | set(_per_output(system, "aggregation"))
     if norms & _ONLY_FUZZYLITE:
         return True
     return any(needs_fuzzylite(m, system.values) for m in _written(system) if m.kind != "linear")
@@ -130,6 +133,14 @@ def _written(system: FuzzySystem) -> list[Membership]:
     return found
 
 
+def _norms(system: FuzzySystem) -> set[str]:
+    """Return what rule blocks say for AND, OR and ACT."""
+    parts = block_parts(system)
+    joins = {n for p in parts for n in (p.method.conjunction, p.method.disjunction)}
+    usual = {system.method.conjunction, system.method.disjunction, *_per_output(system, "implication")}
+    return joins | {p.implication for p in parts} if system.rule_blocks else usual
+
+
 def _per_output(system: FuzzySystem, field: str) -> list[str]:
     return [getattr(o, field) or getattr(system.method, field) for o in system.outputs]
 
@@ -138,6 +149,8 @@ class _Writer:
     def __init__(self, system: FuzzySystem) -> None:
         self._system = system
         self.names = WrittenNames(system)
+        #: The rule blocks of the text: none of them has two implications.
+        self.parts = block_parts(system)
         self.dialect = dialect_for(system)
 
     def lines(self) -> Iterator[str]:
@@ -157,7 +170,10 @@ class _Writer:
             yield from self._fuzzify(variable)
         for output in self._system.outputs:
             yield from self._defuzzify(output)
-        yield from self._rule_block()
+        others = Names(self.names.blocks.values())
+        for part in self.parts:
+            own = self.names.blocks[self._system.rule_blocks[part.block].name] if part.block >= 0 else "rules"
+            yield from self._rule_block(part, own if part.block >= 0 and part.number == 1 else others.take(own))
         yield "END_FUNCTION_BLOCK"
 
     def _declarations(self, keyword: str, variables: tuple[Input, ...] | tuple[Output, ...]) -> Iterator[str]:
@@ -282,29 +298,26 @@ class _Writer:
     def _middle(self, output: Output) -> float:
         return self._system.number(output.lower) / 2 + self._system.number(output.upper) / 2
 
-    def _rule_block(self) -> Iterator[str]:
-        yield "RULEBLOCK rules"
-        method = self._system.method
-        yield from self._connectives()
-        implications = dict.fromkeys(_per_output(self._system, "implication"))
-        yield f"  ACT : {self._norm(next(iter(implications), method.implication), CONJUNCTION_WORDS)};"
+    def _rule_block(self, part: BlockPart, name: str) -> Iterator[str]:
+        yield f"RULEBLOCK {name}"
+        yield from self._connectives(part)
+        yield f"  ACT : {self._norm(part.implication, CONJUNCTION_WORDS)};"
         if self.dialect != "fuzzylite" and self._system.outputs and not self._accumulations_differ():
             yield f"  ACCU : {self._accumulation(self._system.outputs[0])};"
-        for number, rule in enumerate(self._system.rules, 1):
+        for position, rule in part.rules:
             # fuzzylite wants the words of rules in small letters, and takes a semicolon for a part of the term.
             end = "" if self.dialect == "fuzzylite" else ";"
-            yield f"  RULE {number} : {self._rule(rule)}{end}"
+            yield f"  RULE {position + 1} : {self._rule(rule)}{end}"
         yield "END_RULEBLOCK"
         yield ""
 
-    def _connectives(self) -> Iterator[str]:
+    def _connectives(self, part: BlockPart) -> Iterator[str]:
         """Yield AND and OR, the one that rules use last: of two that are no pair jFuzzyLogic takes the last."""
-        method = self._system.method
         lines = [
-            f"  OR : {self._norm(method.disjunction, DISJUNCTION_WORDS)};",
-            f"  AND : {self._norm(method.conjunction, CONJUNCTION_WORDS)};",
+            f"  OR : {self._norm(part.method.disjunction, DISJUNCTION_WORDS)};",
+            f"  AND : {self._norm(part.method.conjunction, CONJUNCTION_WORDS)};",
         ]
-        uses_and = any(_uses(And, r.antecedent) for r in self._system.rules)
+        uses_and = any(_uses(And, rule.antecedent) for _, rule in part.rules)
         yield from lines if uses_and else reversed(lines)
 
     def _word(self, word: str) -> str:

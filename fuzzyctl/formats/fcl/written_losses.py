@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from fuzzyctl.expr import Expr
+from fuzzyctl.formats.blocks import BlockPart
 from fuzzyctl.formats.fcl.dialect import DialectName
 from fuzzyctl.formats.fcl.written_names import WrittenNames
 from fuzzyctl.formats.fcl.written_shapes import counts_as_number, says_otherwise, unknown_functions
@@ -19,7 +20,11 @@ from fuzzyctl.model.variable import Hold, Input, Membership, Output
 
 
 def losses_of(
-    system: FuzzySystem, read_back: FuzzySystem | None, dialect: DialectName, names: WrittenNames
+    system: FuzzySystem,
+    read_back: FuzzySystem | None,
+    dialect: DialectName,
+    names: WrittenNames,
+    parts: Sequence[BlockPart],
 ) -> Iterator[Loss]:
     """Yield what a text does not say.
 
@@ -28,6 +33,7 @@ def losses_of(
         read_back: What reading the text gives, None where it cannot be read.
         dialect: The dialect of the text.
         names: What its names became.
+        parts: Its rule blocks as they were written.
     """
     yield from _of_system(system)
     for variable in system.inputs:
@@ -40,6 +46,7 @@ def losses_of(
         yield Loss(f"system '{system.name}'", "the system", "what is written cannot be read as FCL")
     else:
         yield from _of_numerics(system, read_back, names)
+        yield from _of_methods(system, read_back, [r for part in parts for r, _ in part.rules])
 
 
 def _of_system(system: FuzzySystem) -> Iterator[Loss]:
@@ -54,10 +61,10 @@ def _of_system(system: FuzzySystem) -> Iterator[Loss]:
         yield Loss(where, "source", "FCL has no words for it", exact=True)
     if system.guarantees:
         yield Loss(where, "guarantees", "FCL has no words for them", exact=True)
-    if any(isinstance(b, RuleTable) for b in system.blocks):
+    if any(isinstance(b, RuleTable) for b in system.tables_and_rules):
         yield Loss(where, "tables", "they are written as single rules", exact=True)
-    if system.method.activation.kind != "general":
-        yield Loss(where, f"activation '{system.method.activation.kind}'", "in FCL all rules act")
+    for kind in dict.fromkeys(m.activation.kind for m in system.rule_methods if m.activation.kind != "general"):
+        yield Loss(where, f"activation '{kind}'", "in FCL all rules act")
 
 
 def _of_variable(system: FuzzySystem, variable: Input | Output, dialect: DialectName) -> Iterator[Loss]:
@@ -105,9 +112,6 @@ def _of_output(system: FuzzySystem, output: Output) -> Iterator[Loss]:
 def _of_rules(system: FuzzySystem, dialect: DialectName) -> Iterator[Loss]:
     own = {h.name for h in system.hedges}
     no_tool = {"slightly"} if dialect == "fuzzylite" else set()
-    implications = {o.implication or system.method.implication for o in system.outputs if _needs_sets(system, o)}
-    if len(implications) > 1:
-        yield Loss(f"system '{system.name}'", "implications", "a rule block has one ACT for all outputs")
     for number, rule in enumerate(system.rules, 1):
         hedges = {h for i in literals(rule.antecedent) for h in i.hedges}
         hedges |= {h for c in rule.consequents for h in c.hedges}
@@ -134,10 +138,6 @@ def _needs_sets(system: FuzzySystem, output: Output) -> bool:
 def _of_numerics(system: FuzzySystem, read_back: FuzzySystem, names: WrittenNames) -> Iterator[Loss]:
     """Yield the settings that are others after reading the text back."""
     where = f"system '{system.name}'"
-    for field in ("conjunction", "disjunction"):
-        said, found = getattr(system.method, field), getattr(read_back.method, field)
-        if said != found and any(_uses(field, r.antecedent) for r in system.rules):
-            yield Loss(where, f"{field} '{said}'", f"it is read as '{found}'")
     ours, theirs = system.method.semantics.knobs, read_back.method.semantics.knobs
     for knob in ours:
         if ours[knob] != theirs[knob] and not _without_effect(knob, system):
@@ -145,6 +145,17 @@ def _of_numerics(system: FuzzySystem, read_back: FuzzySystem, names: WrittenName
             yield Loss(where, f"semantics {knob}={system.method.semantics.text(knob)}", why)
     for output in system.outputs:
         yield from _of_output_numerics(system, output, read_back, read_back.output(names.variables[output.name]))
+
+
+def _of_methods(system: FuzzySystem, read_back: FuzzySystem, written: Sequence[int]) -> Iterator[Loss]:
+    """Yield norms that are others after reading the text back; `written` are the rules in the order of the text."""
+    for r, method in zip(written, read_back.rule_methods, strict=False):
+        block = system.rule_methods[r].block
+        where = f"rule block '{system.rule_blocks[block].name}'" if block >= 0 else f"system '{system.name}'"
+        for field in ("conjunction", "disjunction"):
+            said, found = getattr(system.rule_methods[r], field), getattr(method, field)
+            if said != found and _uses(field, system.rules[r].antecedent):
+                yield Loss(where, f"{field} '{said}'", f"it is read as '{found}'")
 
 
 def _without_effect(knob: str, system: FuzzySystem) -> bool:
@@ -174,11 +185,12 @@ def _of_output_numerics(system: FuzzySystem, output: Output, read_back: FuzzySys
     if _plain(ours) != _plain(theirs):
         yield Loss(where, f"defuzzifier {_text(ours)}", f"it is read as {_text(theirs)}")
     if _needs_sets(system, output) and output.adaptive is None:
-        for field in ("implication", "aggregation"):
-            said = getattr(output, field) or getattr(system.method, field)
-            read = getattr(found, field) or getattr(read_back.method, field)
+        for said, read in zip(system.implications_of(output), read_back.implications_of(found), strict=False):
             if said != read:
-                yield Loss(where, f"{field} '{said}'", f"it is read as '{read}'")
+                yield Loss(where, f"implication '{said}'", f"it is read as '{read}'")
+        said, read = (o.aggregation or s.method.aggregation for s, o in ((system, output), (read_back, found)))
+        if said != read:
+            yield Loss(where, f"aggregation '{said}'", f"it is read as '{read}'")
     elif not _needs_sets(system, output) and read_back.method.semantics.merge != "rules":
         said = output.aggregation or system.method.aggregation
         read = found.aggregation or read_back.method.aggregation

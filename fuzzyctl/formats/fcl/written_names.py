@@ -42,6 +42,7 @@ class WrittenNames:
     Attributes:
         system: The name of the function block.
         variables: By their names.
+        blocks: Rule blocks by their names.
         terms: By variable, then by term.
         losses: The names that were changed.
     """
@@ -51,6 +52,7 @@ class WrittenNames:
         everything = (*system.inputs, *system.outputs)
         self.system = self._all(f"system '{system.name}'", [system.name])[system.name]
         self.variables = self._all("variable", [v.name for v in everything])
+        self.blocks = self._all("rule block", [b.name for b in system.rule_blocks])
         self.terms = {v.name: self._all(f"variable '{v.name}'", [t.name for t in v.terms]) for v in everything}
 
     def _all(self, where: str, names: list[str]) -> dict[str, str]:

@@ -7,7 +7,7 @@ from typing import Final
 
 from fuzzyctl.expr import Expr, number_text
 from fuzzyctl.formats import numerics
-from fuzzyctl.formats.findings import Names
+from fuzzyctl.formats.blocks import BlockPart, block_parts
 from fuzzyctl.formats.fll.formulas import formula
 from fuzzyctl.formats.fll.terms_text import written
 from fuzzyctl.formats.fll.words import ACTIVATION_WORDS, HEDGE_WORDS, OF_SETS, S_NORMS, T_NORMS
@@ -95,8 +95,9 @@ class _Writer:
             lines.append(f"  description: {_plain(system.title)}")
         for variable in (*system.inputs, *system.outputs):
             lines.extend(self._variable(variable))
-        for position in sorted({m.block for m in system.rule_methods}):
-            lines.extend(self._rule_blocks(position))
+        parts = block_parts(system)
+        for part in parts:
+            lines.extend(self._rule_block(part, split=sum(p.block == part.block for p in parts) > 1))
         if self.reasons:
             raise numerics.cannot(system, ".fll", self.reasons)
         self.losses.extend(numerics.unsaid_words(system, labels=True, title=True))
@@ -190,53 +191,25 @@ class _Writer:
 
     # --- rules ---------------------------------------------------------------------------------------------------
 
-    def _rule_blocks(self, position: int) -> Iterator[str]:
-        """Yield a rule block, or one for each implication of the outputs that its rules set."""
-        rules = [r for r, m in enumerate(self.system.rule_methods) if m.block == position]
-        method = self.system.rule_methods[rules[0]]
-        names = Names(b.name for b in self.system.rule_blocks)
-        name = self.system.rule_blocks[position].name if position >= 0 else ""
-        parts = self._by_implication(rules)
-        if len(parts) > 1 and method.activation.compares:
-            self.reasons.append(
-                f"activation '{method.activation.kind}' compares rules of outputs with other implications"
-            )
-        for k, (implication, outputs) in enumerate(parts.items()):
-            own = names.take(name) if name and k else name
-            yield f"RuleBlock: {own}".rstrip()
-            yield "  enabled: true"
-            yield f"  conjunction: {_CONJUNCTIONS[method.conjunction]}"
-            yield f"  disjunction: {_DISJUNCTIONS[method.disjunction]}"
-            yield f"  implication: {_CONJUNCTIONS[implication]}"
-            yield f"  activation: {self._activation(method.activation)}"
-            yield from self._rules(rules, outputs, split=len(parts) > 1)
-
-    def _by_implication(self, rules: Sequence[int]) -> dict[str, list[str]]:
-        """Return the outputs that rules of one block set by implication; outputs of averages go with the first."""
-        concluded = {c.output for r in rules for c in self.system.rules[r].consequents}
-        found: dict[str, list[str]] = {}
-        averaged: list[str] = []
-        for output in (o for o in self.system.outputs if o.name in concluded):
-            if numerics.defuzzifier_of(self.system, output).over_rules:
-                averaged.append(output.name)
-            else:
-                found.setdefault(self.system.implication_of(rules[0], output), []).append(output.name)
-        if not found:
-            return {self.system.rule_methods[rules[0]].implication or self.system.method.implication: averaged}
-        next(iter(found.values())).extend(averaged)
-        return found
-
-    def _rules(self, rules: Sequence[int], outputs: Sequence[str], *, split: bool) -> Iterator[str]:
-        """Yield the rules of a block with what they say of some outputs."""
-        for r in rules:
-            rule, method = self.system.rules[r], self.system.rule_methods[r]
-            consequents = [c for c in rule.consequents if c.output in outputs]
-            if split and len(consequents) < len(rule.consequents) and any(c.hedges for c in rule.consequents):
+    def _rule_block(self, part: BlockPart, *, split: bool) -> Iterator[str]:
+        """Yield a rule block; `split` for one of several that a block of the system becomes."""
+        method = part.method
+        if split and method.activation.compares:
+            kind = method.activation.kind
+            self.reasons.append(f"activation '{kind}' compares rules of outputs with several implications")
+        name = self.system.rule_blocks[part.block].name if part.block >= 0 else ""
+        yield f"RuleBlock: {name}{f'_{part.number}' if name and part.number > 1 else ''}".rstrip()
+        yield "  enabled: true"
+        yield f"  conjunction: {_CONJUNCTIONS[method.conjunction]}"
+        yield f"  disjunction: {_DISJUNCTIONS[method.disjunction]}"
+        yield f"  implication: {_CONJUNCTIONS[part.implication]}"
+        yield f"  activation: {self._activation(method.activation)}"
+        dual = (method.conjunction, method.disjunction) in _DUAL
+        for r, rule in part.rules:
+            whole = self.system.rules[r].consequents
+            if len(rule.consequents) < len(whole) and any(c.hedges for c in whole):
                 self.reasons.append(f"rule {r + 1} has hedges in consequents of outputs with several implications")
-            if consequents:
-                narrowed = rule.model_copy(update={"consequents": tuple(consequents)})
-                dual = (method.conjunction, method.disjunction) in _DUAL
-                yield f"  rule: {self._rule(narrowed, f'rule {r + 1}', dual=dual)}"
+            yield f"  rule: {self._rule(rule, f'rule {r + 1}', dual=dual)}"
 
     def _activation(self, own: Activation) -> str:
         parts = [_ACTIVATIONS[own.kind]]

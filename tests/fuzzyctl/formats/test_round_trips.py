@@ -1,8 +1,6 @@
 """What is written as `.fis` or `.fll` is read back as the same system; what cannot be written is said."""
 
-import dataclasses
 import math
-from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -13,11 +11,10 @@ from fuzzyctl.errors import DiagnosticError, render_all
 from fuzzyctl.expr import ONE, Number
 from fuzzyctl.formats.registry import FORMATS, format_of
 from fuzzyctl.formulas import MEMBERSHIP
-from fuzzyctl.kernels.plan import plan
 from fuzzyctl.loading import loads
 from fuzzyctl.model.method import Activation, Method
 from fuzzyctl.model.profiles import profile
-from fuzzyctl.model.rule import And, Consequent, Is, Or, Rule, RuleBlock
+from fuzzyctl.model.rule import And, Consequent, Is, Or, Rule
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Input, Membership, Output, Term
 from fuzzyctl.source import SourceText
@@ -163,25 +160,6 @@ ACTIVATIONS = st.sampled_from(
 
 
 @st.composite
-def blocked(draw, systems, activations):
-    """Draw a system whose rules stand in several blocks with methods of their own."""
-    base = draw(systems)
-    rules = draw(st.permutations(base.rules * 2))
-    cuts = sorted(draw(st.sets(st.integers(1, len(rules) - 1), min_size=1, max_size=2)))
-    blocks = []
-    for k, (a, b) in enumerate(pairwise([0, *cuts, len(rules)])):
-        conjunction, disjunction = draw(st.sampled_from([(None, None), *NORMS]))
-        own = {
-            "conjunction": conjunction,
-            "disjunction": disjunction,
-            "implication": draw(st.sampled_from([None, "min", "product"])),
-            "activation": draw(st.none() | activations),
-        }
-        blocks.append(RuleBlock(name=f"Block_{k + 1}", rules=tuple(rules[a:b]), **own))
-    return base.model_copy(update={"blocks": tuple(blocks)})
-
-
-@st.composite
 def fuzzylite_systems(draw):
     tool = profile(draw(st.sampled_from(["fuzzylite", "fuzzylite_6", "pyfuzzylite"])))
     inputs = tuple(
@@ -281,30 +259,6 @@ def test_a_system_with_the_numerics_of_fuzzylite_survives_an_fll_file(system):
     assert diagnostics == [], render_all(diagnostics)
     assert back == system
     assert FORMATS["fll"].write(back)[0] == text
-
-
-def computes_the_same(system, back):
-    """Hold a system that was read back to the one that was written: names and places, and all that is computed."""
-    assert [b.name for b in back.rule_blocks] == [b.name for b in system.rule_blocks]
-    assert [m.block for m in back.rule_methods] == [m.block for m in system.rule_methods]
-    assert back.rules == system.rules
-    assert heeded(plan(back)) == heeded(plan(system))
-
-
-def heeded(found):
-    """Return a plan without implications that averages and sums over rules do not heed."""
-    outputs = tuple(dataclasses.replace(o, implication="min") if o.over_rules else o for o in found.outputs)
-    return dataclasses.replace(found, outputs=outputs)
-
-
-@QUICK
-@given(blocked(fuzzylite_systems(), ACTIVATIONS))
-def test_rule_blocks_survive_an_fll_file(system):
-    text, losses = FORMATS["fll"].write(system)
-    assert [str(x) for x in losses if not x.exact] == []
-    back, diagnostics = read("fll", text)
-    assert diagnostics == [], render_all(diagnostics)
-    computes_the_same(system, back)
 
 
 @pytest.mark.parametrize("path", SAMPLES, ids=lambda p: p.name)

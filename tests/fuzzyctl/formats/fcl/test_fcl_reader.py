@@ -340,12 +340,28 @@ def test_ranges_are_estimated_as_jfuzzylogic_does_and_that_is_said():
     assert [f[:2] for f in found(text) if f[0] == "FZ610"] == [("FZ610", 2), ("FZ610", 3)]
 
 
-def test_two_rule_blocks_with_other_norms_are_refused_only_where_it_matters():
+def test_several_rule_blocks_keep_their_names_and_say_in_what_they_differ():
     second = "END_RULEBLOCK\nRULEBLOCK second\nAND : {};\nRULE 1 : IF x IS high {} y IS low THEN u IS yes;"
     first = "AND : MIN;\nRULE 1 : IF x IS low AND y IS low THEN u IS no;\n"
-    assert found(block(rules=first + second.format("MIN", "AND"))) == []
-    assert found(block(rules=first + second.format("PROD", "OR"))) == []
-    assert [f[0] for f in found(block(rules=first + second.format("PROD", "AND")))] == ["FZ602"]
+    for norm, word, own in (("MIN", "AND", None), ("PROD", "OR", None), ("PROD", "AND", "product")):
+        system = sound(block(rules=first + second.format(norm, word)))
+        assert [b.name for b in system.rule_blocks] == ["first", "second"]
+        assert [b.conjunction for b in system.rule_blocks] == [None, own]
+        assert [m.block for m in system.rule_methods] == [0, 1]
+    assert [m.disjunction for m in sound(block(rules=first + second.format("PROD", "OR"))).rule_methods][1] == (
+        "probabilistic_sum"
+    )
+
+
+def test_implications_of_rule_blocks_count_where_they_set_a_set_and_accumulations_must_agree():
+    sets = "TERM no := (0, 1) (1, 0); TERM yes := (0, 0) (1, 1); METHOD : COG; RANGE := (0 .. 1);"
+    second = "END_RULEBLOCK\nRULEBLOCK second\nACT : PROD; {}\nRULE 1 : IF x IS high THEN u IS yes;"
+    first = "ACT : MIN; ACCU : MAX;\nRULE 1 : IF x IS low THEN u IS no;\n"
+    made = sound(block(rules=first + second.format("ACCU : MAX;"), consequents=sets))
+    assert [b.implication for b in made.rule_blocks] == [None, "product"]
+    assert [b.implication for b in sound(block(rules=first + second.format(""))).rule_blocks] == [None, None]
+    refused = found(block(rules=first + second.format("ACCU : BSUM;"), consequents=sets))
+    assert [f[0] for f in refused] == ["FZ602"]
 
 
 def test_names_that_differ_in_capitals_only_are_taken_for_each_other_with_a_warning():

@@ -1,0 +1,82 @@
+"""Rule blocks in the formats of other tools: kept with their names and methods, or told as a loss."""
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+
+from fuzzyctl.errors import render_all
+from fuzzyctl.formats.registry import FORMATS
+from fuzzyctl.loading import loads
+from fuzzyctl.source import SourceText
+from tests.fuzzyctl.formats.blocked import blocked, keeps_blocks
+from tests.fuzzyctl.formats.fcl.test_fcl_round_trip import CONJUNCTIONS, DUAL_OF
+from tests.fuzzyctl.formats.fcl.test_fcl_round_trip import systems as fcl_systems
+from tests.fuzzyctl.formats.test_round_trips import ACTIVATIONS, NORMS, fuzzylite_systems
+
+QUICK = settings(max_examples=40, deadline=None, suppress_health_check=list(HealthCheck))
+
+
+def read(format, text):
+    systems, diagnostics = FORMATS[format].read(SourceText(f"t.{format}", text))
+    assert systems, f"{render_all(diagnostics)}\n{text}"
+    return systems[0], diagnostics
+
+
+@QUICK
+@given(blocked(fuzzylite_systems(), NORMS, ACTIVATIONS))
+def test_rule_blocks_survive_an_fll_file(system):
+    text, losses = FORMATS["fll"].write(system)
+    assert [str(x) for x in losses if not x.exact] == []
+    back, diagnostics = read("fll", text)
+    assert diagnostics == [], render_all(diagnostics)
+    keeps_blocks(system, back)
+
+
+@QUICK
+@given(blocked(fcl_systems(), [(c, DUAL_OF[c]) for c in CONJUNCTIONS]))
+def test_rule_blocks_survive_an_fcl_file(system):
+    text, losses = FORMATS["fcl"].write(system)
+    assert [str(x) for x in losses if not x.exact] == []
+    back, _ = read("fcl", text)
+    keeps_blocks(system, back)
+
+
+SYSTEM = """
+system s
+defuzzifier centroid(resolution=101, grid=endpoints)
+input e in [-1, 1]
+  terms N P
+input d in [-1, 1]
+  terms N P
+output u in [-1, 1] else 0
+  N = triangle(-3, -1, 1)
+  P = triangle(-1, 1, 3)
+if e is N then u is N
+rules fast and product implication product activation highest(count=1)
+if e is N and d is N then u is N
+if e is P and d is P then u is P
+"""
+
+
+def lost(format, text):
+    _, losses = FORMATS[format].write(loads(text))
+    return {(x.where, x.what) for x in losses if not x.exact}
+
+
+@pytest.mark.parametrize("format", ["fcl"])
+def test_an_activation_that_a_format_has_not_is_told(format):
+    told = {what for _, what in lost(format, SYSTEM)}
+    assert "activation 'highest'" in told
+    assert told - {what for _, what in lost(format, SYSTEM.replace(" activation highest(count=1)", ""))} == {
+        "activation 'highest'"
+    }
+
+
+@pytest.mark.parametrize("format", ["fcl"])
+def test_rules_of_no_block_become_one(format):
+    system = loads(SYSTEM.replace(" activation highest(count=1)", ""))
+    back, _ = read(format, FORMATS[format].write(system)[0])
+    assert len(back.rule_blocks) == 2
+    assert [b.conjunction for b in back.rule_blocks] in ([None, "product"], ["min", None], [None, None])
+    assert [(m.conjunction, m.implication or back.method.implication) for m in back.rule_methods[1:]] == [
+        ("product", "product")
+    ] * 2
