@@ -19,8 +19,8 @@ from fuzzyctl.expr import Binary, Compare
 
 #: Sides below this part of the range are not halved any more.
 _NARROW: Final = 1e-13
-#: Slopes this much beyond their bound are not so for rounding.
-_NEAR: Final = 1e-6
+#: What is this much beyond its bound is not so for rounding.
+_NEAR: Final = 1e-9
 #: Points tried as witnesses among the boxes of one step.
 _TRIED: Final = 4
 #: Points tried before any box is halved.
@@ -69,7 +69,9 @@ class Search:
         with np.errstate(invalid="ignore", over="ignore"):
             width = (hi - lo) / self.ranges
             weight = np.where(np.isfinite(steepness), steepness * (hi - lo), np.inf)
-            floor = np.maximum(_NARROW, 8.0 * 2.0**-52 * np.maximum(np.abs(lo), np.abs(hi)) / self.ranges)
+            # Of a side without an end, the end that it has says how near its floats are.
+            sizes = [np.where(np.isfinite(ends), np.abs(ends), 0.0) for ends in (lo, hi)]
+            floor = np.maximum(_NARROW, 8.0 * 2.0**-52 * np.maximum(*sizes) / self.ranges)
         can = width > floor
         # Steep sides first; where slopes are not known, or none matters, long ones.
         unknown = ~np.isfinite(weight).all(axis=0) | (weight <= 0.0).all(axis=0)
@@ -199,6 +201,11 @@ class _Pointwise:
         found, _ = self.system.enclose(exprs, *self.search.stuck[0], sloped=False)
         if any(np.isinf(e.lo).any() for e in found):
             return "values may be infinite there, or none at all; 'when' can leave such places out"
+        if any(
+            (e.lo + float(b.tolerance) < -_NEAR * (1.0 + e.size)).any()
+            for b, e in zip(self.compared, found, strict=True)
+        ):
+            return "too little is known of values there, as where rules hardly fire; 'when' can leave such places out"
         advice = "; a tolerance, such as 'within 1e-9', would decide it" if self._is_loosened else ""
         return f"it comes as close to its bound as rounding{advice}"
 

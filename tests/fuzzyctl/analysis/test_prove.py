@@ -256,6 +256,14 @@ class TestRegions:
         assert words(text, "bounded(u, -1, 1)", "u >= e", timeout=2) == ["Proved", "Refuted"]
         assert words(CURVED.replace("e in [-1, 1]", "e in [-1, 1] extrapolate", 1), "u <= 1", timeout=2) == ["Proved"]
 
+    def test_what_is_broken_far_out_is_found(self):
+        text = CURVED.replace("e in [-1, 1]", "e in [-1, 1] extrapolate").replace(
+            "[-1, 1]\n  terms", "[-1, 1] else 0\n  terms"
+        )
+        (verdict,) = verdicts(text, "u <= e + 1e9")
+        assert verdict.witness.point["e"] < -0.9e9
+        assert words(text, "u > -0.5 when e >= 40") == ["Proved"]
+
 
 ADAPTIVE = """
 system a
@@ -282,6 +290,11 @@ class TestUndecided:
     def test_a_tolerance_is_advised_where_it_helps(self, claim, is_said):
         (verdict,) = verdicts(CURVED, f"{claim} when e <= -0.001 or e >= 0.0131", timeout=1e-9)
         assert ("tolerance" in verdict.reason) == is_said
+
+    def test_values_that_are_not_known_are_told_from_values_at_their_bound(self):
+        text = CURVED.replace("output u in [-1, 1]", "output u in [-1, 1] else 0").replace("[-1, 1]", "[-60, 60]", 1)
+        (far,) = verdicts(text, "u >= -0.5 when e >= 12")
+        assert far.reason.startswith("too little is known of values there")
 
     def test_what_is_held_is_named(self):
         text = CHAIN.replace("else 0", "else hold(1)")
