@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from pathlib import PurePath
-from typing import Any, Final
+from typing import Final
 
 from fuzzyctl.errors import Diagnostic
+from fuzzyctl.formats.blocks import combined
 from fuzzyctl.formats.fml.document import Element, parse_document
 from fuzzyctl.formats.fml.names import POINT_SETS, SHAPES
 from fuzzyctl.formats.fml.rules import RuleReader
@@ -16,9 +18,11 @@ from fuzzyctl.model.method import Method
 from fuzzyctl.model.semantics import Semantics
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Output
-from fuzzyctl.source import SourceText, Span
+from fuzzyctl.source import SourceText
 
 _ROOTS: Final = ("fuzzysystem", "fuzzycontroller")
+#: What fuzzyctl calls the rule bases of rules that stand in no block.
+_WRITTEN: Final = re.compile(r"(rules\d*)?")
 _RULE_BASES: Final = ("mamdanirulebase", "tskrulebase", "tsukamotorulebase", "rulebase", "anyarulebase")
 
 
@@ -65,19 +69,21 @@ def _system(root: Element, scope: Scope, source: SourceText) -> FuzzySystem | No
     for element in root.all(*_RULE_BASES):
         rules.read(element)
     _require_parts(root, base, rules, scope)
-    conjunction = _one(rules.conjunctions, "AND", scope, "min")
-    disjunction = _one(rules.disjunctions, "OR", scope, "max")
-    method = Method(conjunction=conjunction, disjunction=disjunction, semantics=_semantics(rules))
-    outputs = [_with_implication(o, rules, scope) for o in base.outputs]
+    outputs = [_with_aggregation(o) for o in base.outputs]
+    sets = [o.name for o in outputs if o.defuzzifier is None or not o.defuzzifier.over_rules]
+    keep = not all(_WRITTEN.fullmatch(b.name) for b in rules.blocks)
+    found = combined(rules.blocks, sets, keep=keep)
+    outputs = [o.model_copy(update={"implication": found.implications.get(o.name)}) for o in outputs]
     if any(d.severity == "error" for d in scope.diagnostics) or not outputs:
         return None
+    method = _method(Method(semantics=_semantics(rules), **found.method), outputs)
     return FuzzySystem(
         name=" ".join(root.attributes.get("name", "").split()) or PurePath(source.name).stem,
         hedges=rules.hedges,
-        method=_method(method, outputs),
+        method=method,
         inputs=tuple(base.inputs),
-        outputs=tuple(_without_common(o, _method(method, outputs)) for o in outputs),
-        blocks=tuple(rules.rules),
+        outputs=tuple(_without_common(o, method) for o in outputs),
+        blocks=found.blocks,
         path=source.name,
         span=root.span,
     )
@@ -93,37 +99,22 @@ def _require_parts(root: Element, base: KnowledgeBase, rules: RuleReader, scope:
         scope.error("FZ212", "the document has no rule", root.span, help="add: <mamdaniRuleBase ...>")
 
 
-def _one(norms: dict[str, Span], word: str, scope: Scope, usual: str) -> str:
-    """Return the one norm that all rules use."""
-    if len(norms) > 1:
-        first, second = list(norms)[:2]
-        message = f"rules with different methods for {word}: '{first}' and '{second}'"
-        scope.error("FZ602", message, norms[second], help="one method for all rules is available")
-    return next(iter(norms), usual)
-
-
 def _semantics(rules: RuleReader) -> Semantics:
     """Return the knobs: the standard's `extremely` is the cube."""
     return Semantics(extremely="cube") if "extremely" in rules.modifiers else Semantics()
 
 
-def _with_implication(output: Output, rules: RuleReader, scope: Scope) -> Output:
-    """Return an output with the activation method of its rules."""
-    found = rules.implications.get(output.name, {})
+def _with_aggregation(output: Output) -> Output:
+    """Return an output with the accumulation that it has if it says none, and that of rules for an average."""
     over_rules = output.defuzzifier is not None and output.defuzzifier.over_rules
-    if len(found) > 1 and not over_rules:
-        second = list(found)[1]
-        message = f"rule bases with different activation methods conclude on '{output.name}'"
-        scope.error("FZ602", message, found[second], help="one method for an output is available")
-    update: dict[str, Any] = {"implication": next(iter(found), "min")}
-    if output.aggregation is None or over_rules:
-        update["aggregation"] = "sum" if over_rules else "max"
-    return output.model_copy(update=update)
+    if output.aggregation is not None and not over_rules:
+        return output
+    return output.model_copy(update={"aggregation": "sum" if over_rules else "max"})
 
 
 def _method(method: Method, outputs: list[Output]) -> Method:
     first = outputs[0]
-    shared = {n: getattr(first, n) for n in ("implication", "aggregation", "defuzzifier")}
+    shared = {n: getattr(first, n) for n in ("aggregation", "defuzzifier")}
     return method.model_copy(update=shared)
 
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from dataclasses import replace
 from typing import Final, Literal
 
 from fuzzyctl.expr import ONE, Number
+from fuzzyctl.formats.blocks import FoundBlock
 from fuzzyctl.formats.findings import Names
 from fuzzyctl.formats.fml.document import MAX_DEPTH, Element
 from fuzzyctl.formats.fml.hedges import NEED_ONE, OWN_HEDGES, reaches_one, up_to
@@ -13,6 +15,7 @@ from fuzzyctl.formats.fml.names import CONJUNCTION_WORDS, DISJUNCTION_WORDS, MOD
 from fuzzyctl.formats.fml.scope import Scope
 from fuzzyctl.formats.fml.variables import KnowledgeBase, unknown
 from fuzzyctl.model.guarantee import Hedge
+from fuzzyctl.model.method import Activation
 from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Not, Or, Rule
 from fuzzyctl.model.variable import Input, Output, Term
 from fuzzyctl.source import Span
@@ -37,6 +40,22 @@ _RISING: Final = frozenset({"very", "somewhat", "extremely", "slightly", "seldom
 _MOST_CONDITIONS: Final = 1000
 
 
+def _put(blocks: list[FoundBlock], new: FoundBlock) -> None:
+    """Add rules to the first block whose rules join by the same norms, as far as they join at all."""
+    for k, block in enumerate(blocks):
+        if all(a is None or b is None or a == b for a, b in zip(_norms(block), _norms(new), strict=True)):
+            conjunction, disjunction = (a or b for a, b in zip(_norms(block), _norms(new), strict=True))
+            both = (*block.rules, *new.rules)
+            blocks[k] = replace(block, rules=both, conjunction=conjunction, disjunction=disjunction)
+            return
+    if new.rules:
+        blocks.append(new)
+
+
+def _norms(block: FoundBlock) -> tuple[str | None, str | None]:
+    return block.conjunction, block.disjunction
+
+
 class RuleReader:
     """Reads rule bases.
 
@@ -47,9 +66,7 @@ class RuleReader:
 
     Attributes:
         rules: The rules in order.
-        conjunctions: Norms for AND that rules use, each with a place.
-        disjunctions: Norms for OR that rules use.
-        implications: Activation methods of each output.
+        blocks: The rule bases, and those of their rules that join by other norms, as blocks of their own.
         modifiers: The modifiers that are used.
     """
 
@@ -62,9 +79,9 @@ class RuleReader:
         self._outputs = {o.name for o in base.outputs}
         self._made = 0
         self.rules: list[Rule] = []
-        self.conjunctions: dict[str, Span] = {}
-        self.disjunctions: dict[str, Span] = {}
-        self.implications: dict[str, dict[str, Span]] = {}
+        self.blocks: list[FoundBlock] = []
+        #: Norms that the rule being read joins by, and how.
+        self._joins: dict[str, str] = {}
         self.modifiers: dict[str, Span] = {}
 
     @property
@@ -80,37 +97,43 @@ class RuleReader:
             return
         self._scope.known(base, _BASE, _RULES)
         implication = self._scope.choice(base, "activationmethod", CONJUNCTION_WORDS, "min")
+        name = " ".join(base.attributes.get("name", "").split())
+        own: list[FoundBlock] = []
         for element in base.all(*_RULES):
-            self._rule(element, base, implication)
+            made = self._rule(element, base)
+            self.rules.extend(made)
+            _put(own, FoundBlock(name, made, self._joins.get("and"), self._joins.get("or"), implication, Activation()))
+        self.blocks.extend(own)
 
-    def _rule(self, element: Element, base: Element, implication: str) -> None:
+    def _rule(self, element: Element, base: Element) -> tuple[Rule, ...]:
         attributes = ("name", "connector", "operator", "weight", *_METHODS)
         self._scope.known(element, attributes, ("antecedent", "consequent", "tskconsequent"))
         self._made = 0
+        self._joins = {}
         antecedent = self._antecedent(element, base)
         weight = self._weight(element)
         consequent = element.first("consequent", "tskconsequent")
         if consequent is None:
             self._scope.error("FZ601", f"<{element.tag}> has no consequent", element.span)
-            return
+            return ()
         self._scope.known(consequent, (), ("then", "else", "tskthen", "tskelse", *_CLAUSES))
         then = consequent.first("then", "tskthen") or consequent
-        conclusions = self._conclusions(then, implication)
+        conclusions = self._conclusions(then)
         otherwise = consequent.first("else", "tskelse")
         if antecedent is None or weight is None or conclusions is None:
-            return
-        self.rules.append(Rule(antecedent=antecedent, consequents=conclusions, weight=weight, span=element.span))
-        if otherwise is not None:
-            self._else(otherwise, antecedent, weight, implication)
+            return ()
+        rule = Rule(antecedent=antecedent, consequents=conclusions, weight=weight, span=element.span)
+        return (rule, *self._else(otherwise, antecedent, weight)) if otherwise is not None else (rule,)
 
-    def _else(self, element: Element, antecedent: Antecedent, weight: Number, implication: str) -> None:
-        """Add the rule for where the antecedent does not hold; with a weight it would be 1 minus the weighted truth."""
-        conclusions = self._conclusions(element, implication)
+    def _else(self, element: Element, antecedent: Antecedent, weight: Number) -> tuple[Rule, ...]:
+        """Return the rule for where the antecedent does not hold; a weight would make that 1 - the weighted truth."""
+        conclusions = self._conclusions(element)
         if weight != ONE:
             message = "<else> of a rule with a weight is not available"
             self._scope.error("FZ602", message, element.span, help="write a rule of its own for it")
         elif conclusions is not None:
-            self.rules.append(Rule(antecedent=Not(operand=antecedent), consequents=conclusions, span=element.span))
+            return (Rule(antecedent=Not(operand=antecedent), consequents=conclusions, span=element.span),)
+        return ()
 
     def _weight(self, element: Element) -> Number | None:
         if not element.attributes.get("weight", "").strip():
@@ -145,7 +168,10 @@ class RuleReader:
         return self._scope.choice(rule, f"{connector}method", words, usual)
 
     def _note_norm(self, connector: str, norm: str, span: Span) -> None:
-        (self.conjunctions if connector == "and" else self.disjunctions).setdefault(norm, span)
+        first = self._joins.setdefault(connector, norm)
+        if norm != first:
+            message = f"a rule with different methods for {connector.upper()}: '{first}' and '{norm}'"
+            self._scope.error("FZ602", message, span, help="one method within a rule is available")
 
     def _named(self, clause: Element) -> tuple[str, str, Span, Span] | None:
         """Return variable and term of a clause, which are elements in it, or attributes in an older dialect."""
@@ -292,7 +318,7 @@ class RuleReader:
             return antecedent.model_copy(update={"hedges": (hedge, *antecedent.hedges)})
         if hedge == "not":
             return Not(operand=antecedent, span=span)
-        usual = self.conjunctions.keys() <= {"min"} and self.disjunctions.keys() <= {"max"}
+        usual = self._joins.get("and", "min") == "min" and self._joins.get("or", "max") == "max"
         if hedge not in _RISING or not usual or not isinstance(antecedent, And | Or):
             return None
         operands = [self._with_hedge(o, hedge, span) for o in antecedent.operands]
@@ -345,14 +371,14 @@ class RuleReader:
             self._meaning((named[0], applied[0]), applied[1], clause.span, depth + 1) if applied is not None else None
         )
 
-    def _conclusions(self, element: Element, implication: str) -> tuple[Consequent, ...] | None:
-        found = [self._conclusion(c, implication) for c in element.all(*_CLAUSES)]
+    def _conclusions(self, element: Element) -> tuple[Consequent, ...] | None:
+        found = [self._conclusion(c) for c in element.all(*_CLAUSES)]
         if not found:
             self._scope.error("FZ601", f"<{element.tag}> concludes nothing", element.span, help="add a <clause>")
             return None
         return None if any(f is None for f in found) else tuple(f for f in found if f is not None)
 
-    def _conclusion(self, clause: Element, implication: str) -> Consequent | None:
+    def _conclusion(self, clause: Element) -> Consequent | None:
         named = self._named(clause)
         hedges = self._modifier(clause)
         if named is None or hedges is None or not self._declared(*named):
@@ -374,6 +400,5 @@ class RuleReader:
         if applied is None:
             return None
         term, hedges = applied
-        self.implications.setdefault(variable, {}).setdefault(implication, clause.span)
         hedges = (*hedges, "not") if (variable, term) in self._base.negated else hedges
         return Consequent(output=variable, term=term, hedges=hedges, span=clause.span)

@@ -144,16 +144,15 @@ class _Writer:
         return middle
 
     def _rule_bases(self) -> Iterator[str]:
-        method = self._system.method
-        for number, ((kind, implication), rules) in enumerate(self.rules.groups(), 1):
-            tag = _RULE_BASES[kind]
-            act = _word(CONJUNCTION_WORDS, implication, "MIN")
-            conjunction = _word(CONJUNCTION_WORDS, method.conjunction, "MIN")
-            disjunction = _word(DISJUNCTION_WORDS, method.disjunction, "MAX")
+        for base in self.rules.groups():
+            tag = _RULE_BASES[base.kind]
+            act = _word(CONJUNCTION_WORDS, base.implication, "MIN")
+            conjunction = _word(CONJUNCTION_WORDS, base.method.conjunction, "MIN")
+            disjunction = _word(DISJUNCTION_WORDS, base.method.disjunction, "MAX")
             norms = f'activationMethod="{act}" andMethod="{conjunction}" orMethod="{disjunction}"'
-            yield f'  <{tag} name="rules{number}" {norms}>'
-            for index, rule in rules:
-                yield from self._rule(index, rule, tsk=kind == "tsk")
+            yield f"  <{tag} name={_quoted(base.name)} {norms}>"
+            for index, rule in base.rules:
+                yield from self._rule(index, rule, tsk=base.kind == "tsk")
             yield f"  </{tag}>"
 
     def _rule(self, index: int, rule: Rule, *, tsk: bool) -> Iterator[str]:

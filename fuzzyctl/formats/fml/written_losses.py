@@ -33,9 +33,9 @@ def losses_of(system: FuzzySystem, rules: WrittenRules) -> Iterator[Loss]:
             yield Loss(where, "adaptive consequents", "in FML consequents stay as they are")
         if output.clamped:
             yield Loss(where, "clamp", "FML has no words for it")
-        implication = output.implication or system.method.implication
-        if rules.kind(output) == "mamdani" and implication not in CONJUNCTION_WORDS.values():
-            yield Loss(where, f"implication '{implication}'", "MIN is written")
+        for implication in system.implications_of(output) if rules.kind(output) == "mamdani" else ():
+            if implication not in CONJUNCTION_WORDS.values():
+                yield Loss(where, f"implication '{implication}'", "MIN is written")
         if rules.kind(output) == "tsk" and _defuzzifier(system, output.name) == "weighted_sum":
             yield Loss(where, "weighted sum", "FML divides by the sum of the activations")
         if rules.unnamed(output.name):
@@ -68,27 +68,24 @@ def _of_system(system: FuzzySystem) -> Iterator[Loss]:
             yield Loss(where, what, "FML has no words for it", exact=True)
     for param in system.params:
         yield Loss(where, f"param '{param.name}'", "numbers stand for what it is used in", exact=True)
-    if any(isinstance(b, RuleTable) for b in system.blocks):
+    if any(isinstance(b, RuleTable) for b in system.tables_and_rules):
         yield Loss(where, "tables", "they are written as single rules", exact=True)
-    if system.method.activation.kind != "general":
-        yield Loss(where, f"activation '{system.method.activation.kind}'", "in FML all rules act")
+    for kind in dict.fromkeys(m.activation.kind for m in system.rule_methods if m.activation.kind != "general"):
+        yield Loss(where, f"activation '{kind}'", "in FML all rules act")
 
 
 def _of_method(system: FuzzySystem, rules: WrittenRules) -> Iterator[Loss]:
     where = f"system '{system.name}'"
     method = system.method
-    if method.conjunction not in CONJUNCTION_WORDS.values() and _uses(And, system):
-        yield Loss(where, f"and '{method.conjunction}'", "MIN is written")
-    if method.disjunction not in DISJUNCTION_WORDS.values() and _uses(Or, system):
-        yield Loss(where, f"or '{method.disjunction}'", "MAX is written")
+    for rule, own in zip(system.rules, system.rule_methods, strict=True):
+        if own.conjunction not in CONJUNCTION_WORDS.values() and _has(And, rule.antecedent):
+            yield Loss(where, f"and '{own.conjunction}'", "MIN is written")
+        if own.disjunction not in DISJUNCTION_WORDS.values() and _has(Or, rule.antecedent):
+            yield Loss(where, f"or '{own.disjunction}'", "MAX is written")
     # The standard has a modifier for either meaning of `extremely`, and differences of sigmoids become points.
-    own = method.semantics
-    there = Semantics(profile="FML", extremely=own.extremely, sigmoid_difference=own.sigmoid_difference)
+    knobs = method.semantics
+    there = Semantics(profile="FML", extremely=knobs.extremely, sigmoid_difference=knobs.sigmoid_difference)
     yield from other_numerics(system, there, lambda output: output.defuzzifier or method.defuzzifier)
-
-
-def _uses(kind: type[And] | type[Or], system: FuzzySystem) -> bool:
-    return any(_has(kind, r.antecedent) for r in system.rules)
 
 
 def _has(kind: type[And] | type[Or], antecedent: Antecedent) -> bool:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Final
 from xml.sax.saxutils import escape, quoteattr
 
+from fuzzyctl.formats.findings import Names
 from fuzzyctl.formats.fml.hedges import own_modifier
 from fuzzyctl.formats.fml.names import CONJUNCTION_WORDS, DISJUNCTION_WORDS
 from fuzzyctl.formats.losses import Loss
-from fuzzyctl.model.method import OVER_RULES
+from fuzzyctl.model.method import OVER_RULES, RuleMethod
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, literals
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Membership, Output
@@ -28,6 +30,25 @@ _MODIFIERS: Final = {
 def takes_numbers(membership: Membership) -> bool:
     """Whether a term is a number."""
     return membership.kind in ("singleton", "constant")
+
+
+@dataclass(frozen=True)
+class RuleBase:
+    """A rule base as it is written.
+
+    Args:
+        name: Its name.
+        kind: `mamdani`, `tsk` or `tsukamoto`.
+        implication: Its activation method.
+        method: How its rules join.
+        rules: Its rules with their numbers in the system, each with the consequents that belong here.
+    """
+
+    name: str
+    kind: str
+    implication: str
+    method: RuleMethod
+    rules: tuple[tuple[int, Rule], ...]
 
 
 class WrittenRules:
@@ -58,20 +79,27 @@ class WrittenRules:
             return "tsukamoto"
         return "tsk" if defuzzifier.kind in OVER_RULES else "mamdani"
 
-    def groups(self) -> Iterator[tuple[tuple[str, str], list[tuple[int, Rule]]]]:
-        """Yield the rules of each rule base: of one sort, and of one activation method."""
-        found: dict[tuple[str, str], list[tuple[int, Rule]]] = {}
-        for index, rule in enumerate(self._system.rules, 1):
-            parts: dict[tuple[str, str], list[object]] = {}
+    def groups(self) -> Iterator[RuleBase]:
+        """Yield the rule bases: of the rules of one block, or of none, one sort and one activation method."""
+        found: dict[tuple[int, str, str], list[tuple[int, Rule]]] = {}
+        for index, (rule, method) in enumerate(zip(self._system.rules, self._system.rule_methods, strict=True)):
+            parts: dict[tuple[int, str, str], list[object]] = {}
             for c in rule.consequents:
                 output = self._system.output(c.output)
                 kind = self.kind(output)
-                implication = output.implication or self._system.method.implication
-                parts.setdefault((kind, implication if kind == "mamdani" else "min"), []).append(c)
+                implication = self._system.implication_of(index, output) if kind == "mamdani" else "min"
+                parts.setdefault((method.block, kind, implication), []).append(c)
             for key, consequents in parts.items():
                 part = rule.model_copy(update={"consequents": tuple(consequents)})
-                found.setdefault(key, []).append((index, part))
-        yield from found.items()
+                found.setdefault(key, []).append((index + 1, part))
+        names = Names(b.name for b in self._system.rule_blocks)
+        named: set[int] = set()
+        for number, ((block, kind, implication), rules) in enumerate(found.items(), 1):
+            own = f"rules{number}" if block < 0 else self._system.rule_blocks[block].name
+            first = block >= 0 and block not in named
+            named.add(block)
+            method = self._system.rule_methods[rules[0][0] - 1]
+            yield RuleBase(own if first else names.take(own), kind, implication, method, tuple(rules))
 
     def unnamed(self, output: str) -> dict[str, Membership]:
         """Return names for the consequents of an output that have none."""
@@ -97,6 +125,7 @@ class WrittenRules:
 
     def condition(self, index: int, rule: Rule) -> tuple[str, list[str]]:
         """Return the connector of a rule and its clauses; what is joined in itself is a term of its own."""
+        self._method = self._system.rule_methods[index - 1]
         clauses = [self._part(p, f"rule{index}_{k}") for k, p in enumerate(_parts(rule.antecedent), 1)]
         return ("or" if isinstance(rule.antecedent, Or) else "and"), clauses
 
@@ -122,7 +151,7 @@ class WrittenRules:
     def _tree(self, antecedent: And | Or, name: str) -> Iterator[str]:
         """Yield a condition as a tree of pairs, since the schema joins two at a time."""
         tag = "and" if isinstance(antecedent, And) else "or"
-        method = self._system.method
+        method = self._method
         words, norm = (
             (CONJUNCTION_WORDS, method.conjunction) if tag == "and" else (DISJUNCTION_WORDS, method.disjunction)
         )

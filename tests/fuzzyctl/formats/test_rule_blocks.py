@@ -10,6 +10,7 @@ from fuzzyctl.source import SourceText
 from tests.fuzzyctl.formats.blocked import blocked, keeps_blocks
 from tests.fuzzyctl.formats.fcl.test_fcl_round_trip import CONJUNCTIONS, DUAL_OF
 from tests.fuzzyctl.formats.fcl.test_fcl_round_trip import systems as fcl_systems
+from tests.fuzzyctl.formats.fml.test_fml_round_trip import systems as fml_systems
 from tests.fuzzyctl.formats.test_round_trips import ACTIVATIONS, NORMS, fuzzylite_systems
 
 QUICK = settings(max_examples=40, deadline=None, suppress_health_check=list(HealthCheck))
@@ -40,6 +41,15 @@ def test_rule_blocks_survive_an_fcl_file(system):
     keeps_blocks(system, back)
 
 
+@QUICK
+@given(blocked(fml_systems(), [("min", "max"), ("product", "probabilistic_sum")]))
+def test_rule_blocks_survive_an_fml_file(system):
+    text, losses = FORMATS["fml"].write(system)
+    assert [str(x) for x in losses if not x.exact] == []
+    back, _ = read("fml", text)
+    keeps_blocks(system, back)
+
+
 SYSTEM = """
 system s
 defuzzifier centroid(resolution=101, grid=endpoints)
@@ -62,7 +72,7 @@ def lost(format, text):
     return {(x.where, x.what) for x in losses if not x.exact}
 
 
-@pytest.mark.parametrize("format", ["fcl"])
+@pytest.mark.parametrize("format", ["fcl", "fml"])
 def test_an_activation_that_a_format_has_not_is_told(format):
     told = {what for _, what in lost(format, SYSTEM)}
     assert "activation 'highest'" in told
@@ -71,7 +81,7 @@ def test_an_activation_that_a_format_has_not_is_told(format):
     }
 
 
-@pytest.mark.parametrize("format", ["fcl"])
+@pytest.mark.parametrize("format", ["fcl", "fml"])
 def test_rules_of_no_block_become_one(format):
     system = loads(SYSTEM.replace(" activation highest(count=1)", ""))
     back, _ = read(format, FORMATS[format].write(system)[0])

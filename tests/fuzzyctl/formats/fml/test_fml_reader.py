@@ -472,10 +472,24 @@ def test_an_unknown_attribute_is_told_and_not_dropped_silently():
     assert codes(document().replace('name="tipper', 'networkAddress="10.0.0.7" name="tipper')) == ["FZ603"]
 
 
-def test_rules_with_different_methods_are_refused():
+def test_rules_with_different_methods_stand_in_blocks_of_their_own():
     both = [clause("food", "rancid"), clause("food", "delicious")]
-    rules = rule(*both, attributes='andMethod="MIN"') + rule(*both, attributes='andMethod="PROD"')
-    assert [e.code for e in errors(document(rules=rules))] == ["FZ602"]
+    rules = [rule(*both, attributes=f'andMethod="{norm}"') for norm in ("MIN", "PROD", "MIN")]
+    system = sound(document(rules="".join([*rules, rule(clause("food", "rancid"))])))
+    (name, *_) = (b.name for b in system.rule_blocks)
+    assert [b.name for b in system.rule_blocks] == [name, f"{name}_2"]
+    assert [b.conjunction for b in system.rule_blocks] == [None, "product"]
+    assert [len(b.rules) for b in system.rule_blocks] == [3, 1]
+    assert system.method.conjunction == "min"
+
+
+def test_a_rule_that_joins_by_two_methods_is_refused():
+    terms = '<and t-norm="PROD"><termName>rancid</termName><termName>other</termName></and>'
+    other = '<fuzzyTerm name="other"><singletonShape param1="3"/></fuzzyTerm>'
+    both = rule(clause("food", "delicious"), clause("food", "rancid"), attributes='connector="and" andMethod="MIN"')
+    text = document(f"<circularDefinition>{terms}</circularDefinition>", rules=both)
+    (found,) = errors(text.replace("</fuzzyVariable>", other + "</fuzzyVariable>", 1))
+    assert (found.code, found.message) == ("FZ602", "a rule with different methods for AND: 'product' and 'min'")
 
 
 def test_truncated_xml_is_told_with_what_is_open():
