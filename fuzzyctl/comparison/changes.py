@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -9,7 +10,8 @@ from typing import Any, Literal
 
 from fuzzyctl import arguments
 from fuzzyctl.comparison.names import Matches, matches
-from fuzzyctl.comparison.rules import FlatRule, flat_rules
+from fuzzyctl.comparison.rule_pairs import RulePair, rule_pairs
+from fuzzyctl.comparison.rules import flat_rules
 from fuzzyctl.comparison.settings import otherwise_text, plain_text, settings
 from fuzzyctl.expr import ExprError, to_text
 from fuzzyctl.formats.fz import block_text, defuzzifier_text, guarantee_text, membership_text
@@ -48,7 +50,9 @@ def changes(a: FuzzySystem, b: FuzzySystem) -> tuple[Change, ...]:
     """Return what differs between two systems, in the order of a rule file; nothing for systems that mean the same.
 
     Spaces, comments and layout do not count. A variable or term whose name alone changed is `renamed`, and rules that
-    name it are the same rules. Rules are matched by their antecedents, whether they stand in a table or alone.
+    name it are the same rules. Rules are matched by their antecedents, those of one antecedent by what they say, whether
+    they stand in a table or alone; where rules are not compared with each other, neither their order counts nor whether
+    one rule says two things or two rules one each.
 
     Raises:
         ArgumentError: For what is no system.
@@ -209,42 +213,35 @@ def _blocks(a: FuzzySystem, b: FuzzySystem) -> Iterator[Change]:
 
 
 def _rules(a: FuzzySystem, b: FuzzySystem, found: Matches) -> Iterator[Change]:
-    first, second = flat_rules(a), flat_rules(b, found)
-    for key in _union(first, second):
-        before, after = first.get(key), second.get(key)
-        if before is None or after is None:
-            one = before or after
-            assert one is not None
-            texts = before.text if before else None, after.text if after else None
-            yield _change(one.what, one.name, *texts, *_rules_of(before, after))
-            continue
-        if before.consequents != after.consequents:
-            yield from _consequents(before, after)
-        if before.block != after.block:
-            blocks = before.block or "none", after.block or "none"
-            yield Change("changed", "block of rule", before.name, *blocks, _line(before.rule), _line(after.rule))
-    if _ordered(a) or _ordered(b):
-        common = set(first) & set(second)
-        if [k for k in first if k in common] != [k for k in second if k in common]:
-            yield Change("changed", "order of rules", "", "as before", "another, which counts here")
+    wholes = any(m.activation.compares for s in (a, b) for m in s.rule_methods)
+    pairs = list(rule_pairs(flat_rules(a), flat_rules(b, found), wholes=wholes))
+    for pair in pairs:
+        yield from _rule(pair)
+    places = sorted(pair.places for pair in pairs if pair.places)
+    if _ordered(a, b) and any(later < earlier for (_, earlier), (_, later) in itertools.pairwise(places)):
+        yield Change("changed", "order of rules", "", "as before", "another, which counts here")
 
 
-def _rules_of(before: FlatRule | None, after: FlatRule | None) -> tuple[Node | None, Node | None]:
-    return (before.rule if before else None), (after.rule if after else None)
+def _rule(pair: RulePair) -> Iterator[Change]:
+    before, after = pair.before, pair.after
+    one = before or after
+    assert one is not None
+    nodes = before.rule if before else None, after.rule if after else None
+    if pair.changed:
+        for output, first, second in pair.changed:
+            yield _change(one.what, f"{one.name} then {output}", first, second, *nodes)
+    elif before is None or after is None:
+        yield _change(one.what, one.name, before.text if before else None, after.text if after else None, *nodes)
+    if before and after and before.block != after.block:
+        blocks = before.block or "none", after.block or "none"
+        yield Change("changed", "block of rule", one.name, *blocks, *map(_line, nodes))
 
 
-def _consequents(before: FlatRule, after: FlatRule) -> Iterator[Change]:
-    for output in _union(before.consequents, after.consequents):
-        one, other = before.consequents.get(output), after.consequents.get(output)
-        if one != other:
-            name = f"{before.name} then {output}"
-            yield _change(before.what, name, one, other, before.rule, after.rule)
-
-
-def _ordered(system: FuzzySystem) -> bool:
+def _ordered(a: FuzzySystem, b: FuzzySystem) -> bool:
     """Return whether the order of the rules has a meaning."""
-    ordered = any(m.activation.compares and m.activation.kind != "proportional" for m in system.rule_methods)
-    return ordered or any(o.adaptive is not None for o in system.outputs)
+    methods = [m for s in (a, b) for m in s.rule_methods]
+    ordered = any(m.activation.compares and m.activation.kind != "proportional" for m in methods)
+    return ordered or any(o.adaptive is not None for s in (a, b) for o in s.outputs)
 
 
 def _guarantees(a: FuzzySystem, b: FuzzySystem) -> Iterator[Change]:

@@ -19,42 +19,38 @@ class FlatRule:
     """A rule with what it is called in reports.
 
     Args:
+        key: Its antecedent in a form that does not depend on the order of its parts.
         rule: The rule.
         what: `cell` of a table, or `rule`.
         name: Its antecedent, or row and column of its cell.
         text: The rule as a line.
-        consequents: What it says of each output, weight included.
+        consequents: Outputs with what it says of them, weight included.
         block: Name of its rule block, nothing for a rule of none.
     """
 
+    key: str
     rule: Rule
     what: str
     name: str
     text: str
-    consequents: dict[str, str]
+    consequents: tuple[tuple[str, str], ...]
     block: str = ""
 
 
-def flat_rules(system: FuzzySystem, names: Matches | None = None) -> dict[str, FlatRule]:
-    """Return the rules of a system by a key that does not depend on the order of the parts of an antecedent.
+def flat_rules(system: FuzzySystem, names: Matches | None = None) -> list[FlatRule]:
+    """Return the rules of a system one by one, in the order written.
 
     Args:
         system: The system.
         names: How another system calls its variables and terms; keys and consequents then use those names.
-
-    Returns:
-        In the order written; of several rules with one antecedent each has a key of its own.
     """
     names = names or Matches({}, {})
-    found: dict[str, FlatRule] = {}
-    seen: dict[str, int] = {}
+    found = []
     for what, rule, block in _rules(system):
-        key = _key(rule.antecedent, names)
-        seen[key] = seen.get(key, 0) + 1
         name = antecedent_text(rule.antecedent, top=True)
-        consequents = {names.variable(c.output): _consequent(c, names) + _weight(rule) for c in rule.consequents}
-        # A second rule with the same antecedent is another rule.
-        found[f"{key} #{seen[key]}"] = FlatRule(rule, what, name, rule_text(rule), consequents, block)
+        consequents = tuple((names.variable(c.output), _consequent(c, names) + _weight(rule)) for c in rule.consequents)
+        key = _key(rule.antecedent, names)
+        found.append(FlatRule(key, rule, what, name, rule_text(rule), consequents, block))
     return found
 
 

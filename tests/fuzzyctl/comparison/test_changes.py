@@ -102,3 +102,78 @@ class TestChanges:
         )
         found = changes(fuzzyctl.loads(base), fuzzyctl.loads(respelt))
         assert [(c.kind, c.what) for c in found] == [("renamed", "term"), ("changed", "term"), ("renamed", "input")]
+
+
+TWO_TABLES = """\
+system two
+input a in [0, 1]
+  terms n p
+input b in [0, 1]
+  terms n p
+output y in [0, 1] else 0
+  terms s l
+output w in [0, 1] else 0
+  terms s l
+"""
+TABLE = "table {} = a x b\n       n  p\n  n |  {}  l\n  p |  l  s\n"
+JOINED = "table y, w = a x b\n       n    p\n  n | s/s  l/l\n  p | l/l  s/s\n"
+
+
+class TestRulesOfOneAntecedent:
+    """Two tables over the same inputs have rules of the same antecedents; each is paired by what it says."""
+
+    @staticmethod
+    def between(first, second, settings=""):
+        found = changes(*(fuzzyctl.loads(TWO_TABLES + settings + text) for text in (first, second)))
+        return [(c.kind, c.what, c.name, c.before, c.after) for c in found]
+
+    def test_a_cell_that_is_gone_is_one_change(self):
+        first, second = (TABLE.format("y", "s") + TABLE.format("w", cell) for cell in ("s", "."))
+        rule = "if a is n and b is n then w is s"
+        assert self.between(first, second) == [("removed", "cell", "a is n and b is n", rule, None)]
+        first, second = (TABLE.format("y", cell) + TABLE.format("w", "s") for cell in ("s", "."))
+        assert self.between(first, second) == [("removed", "cell", "a is n and b is n", rule.replace("w", "y"), None)]
+
+    def test_tables_in_another_order_or_joined_say_the_same(self):
+        y, w = TABLE.format("y", "s"), TABLE.format("w", "s")
+        assert self.between(y + w, w + y) == []
+        assert self.between(y + w, JOINED) == []
+        assert self.between(JOINED, w + y) == []
+
+    def test_a_cell_that_changed_on_the_way_is_one_change(self):
+        y, w = TABLE.format("y", "s"), TABLE.format("w", "l")
+        cell = "a is n and b is n then w"
+        assert self.between(w + y, JOINED) == [("changed", "cell", cell, "l", "s")]
+        assert self.between(JOINED, y + w) == [("changed", "cell", cell, "s", "l")]
+
+    def test_what_a_joined_table_no_longer_says_is_said_of_its_output(self):
+        y, w = TABLE.format("y", "s"), TABLE.format("w", ".")
+        assert self.between(JOINED, y + w) == [("removed", "cell", "a is n and b is n then w", "s", None)]
+        assert self.between(y + w, JOINED) == [("added", "cell", "a is n and b is n then w", None, "s")]
+
+    def test_the_line_is_that_of_the_file_that_has_it(self):
+        a = fuzzyctl.loads(TWO_TABLES + JOINED)
+        b = fuzzyctl.loads(TWO_TABLES + TABLE.format("y", "s") + TABLE.format("w", "."))
+        (change,) = changes(a, b)
+        assert (change.before_line, change.after_line) == (12, None)
+
+    def test_the_same_rule_twice_is_not_the_rule_once(self):
+        rule, other = "if a is n then y is s\n", "if a is p then w is s\n"
+        assert self.between(rule + rule + other, rule + other) == [("removed", "rule", "a is n", rule.strip(), None)]
+
+    def test_where_rules_are_compared_with_each_other_two_rules_are_not_one(self):
+        y, w = TABLE.format("y", "s"), TABLE.format("w", "s")
+        first = "activation first(count=1)\n"
+        assert [c[1] for c in self.between(y + w, w + y, first)] == ["order of rules"]
+        found = self.between(y + w, JOINED, first)
+        assert ("removed", "cell", "a is n and b is n", "if a is n and b is n then w is s", None) in found
+        assert ("added", "cell", "a is n and b is n then w", None, "s") in found
+        assert len(found) == 8
+        assert self.between(y + w, w + y, "activation proportional\n") == []
+
+    def test_the_order_of_adaptive_consequents_counts(self):
+        head, rest = TWO_TABLES.split("output y")
+        text = f"defuzzifier center_average\n{head}output y in [0, 1] adaptive rate 0.1 else 0\n  terms s@0 l@1\n"
+        rules = [f"if a is {t} then y is s\n" for t in ("n", "p")]
+        a, b = (fuzzyctl.loads(text + "".join(order)) for order in (rules, reversed(rules)))
+        assert [c.what for c in changes(a, b)] == ["order of rules"]
