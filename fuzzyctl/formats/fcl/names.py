@@ -133,6 +133,8 @@ DISJUNCTION_WORDS: Final[dict[str, str]] = {
     "MAXIMUM": "max",
     "ALGEBRAICSUM": "probabilistic_sum",
     "BOUNDEDSUM": "bounded_sum",
+    "NSUM": "bounded_sum",  # (a + b) / max(1, a + b) is min(1, a + b)
+    "NORMALIZEDSUM": "bounded_sum",
     "DRASTICSUM": "drastic_sum",
     "EINSTEINSUM": "einstein_sum",
     "HAMACHERSUM": "hamacher_sum",
@@ -145,8 +147,6 @@ ACCUMULATION_WORDS: Final[dict[str, str]] = {
     "SUM": "sum",
     "USUM": "sum",
     "UNBOUNDEDSUM": "sum",
-    "NSUM": "normalized_sum",
-    "NORMALIZEDSUM": "normalized_sum",
 }
 
 #: What METHOD may be.

@@ -15,7 +15,6 @@ from fuzzyctl.formats.fcl.names import (
 )
 from fuzzyctl.formats.fcl.scope import Scope
 from fuzzyctl.formats.fcl.syntax import RuleBlock, Setting, Word
-from fuzzyctl.formulas import AGGREGATIONS
 from fuzzyctl.source import Span
 
 
@@ -58,10 +57,23 @@ def norm_of(setting: Setting, words: Mapping[str, str], scope: Scope) -> str | N
 def accumulation_of(setting: Setting, scope: Scope) -> str | None:
     """Return what ACCU says."""
     found = norm_of(setting, ACCUMULATION_WORDS, scope)
-    if found is not None and found not in AGGREGATIONS:
-        scope.error("FZ602", f"the accumulation '{found}' is not available", setting.span)
-        return None
+    if setting.word is not None and setting.word.upper == "NSUM":
+        return _normalized_sum(setting, scope)
     return found
+
+
+def _normalized_sum(setting: Setting, scope: Scope) -> str:
+    """Return what NSUM is: the standard divides the whole sum by its largest value, tools each degree by its own.
+
+    No defuzzifier asks for the scale of a set, so that the standard's is the plain sum.
+    """
+    whole = scope.dialect.name == "standard"
+    ways = "the plain sum, since the standard divides the whole set by one number", "min(1, a + b), as BSUM"
+    here, there = ways if whole else ways[::-1]
+    facts = (f"{'jFuzzyLogic and fuzzylite take' if whole else 'the standard has'} {there}",)
+    help_text = "write SUM or BSUM to say which one is meant"
+    scope.warning("FZ609", f"NSUM is read as {here}", setting.span, facts=facts, help=help_text)
+    return "sum" if whole else "bounded_sum"
 
 
 def norms(block: RuleBlock, scope: Scope, *, joins: frozenset[str]) -> Norms:

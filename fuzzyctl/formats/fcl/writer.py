@@ -8,6 +8,7 @@ from typing import Final
 from fuzzyctl.expr import Expr, Name, number_text, replace_names
 from fuzzyctl.formats import numerics
 from fuzzyctl.formats.blocks import BlockPart, block_parts
+from fuzzyctl.formats.conditions import up_to_any
 from fuzzyctl.formats.fcl.dialect import USUAL_NUMERICS, DialectName
 from fuzzyctl.formats.fcl.names import (
     ACCUMULATION_WORDS,
@@ -337,16 +338,16 @@ class _Writer:
             term = next(n for n, m in self._unnamed(c.output).items() if m == c.term)
         else:
             term = self.names.terms[c.output][c.term]
-        return self._clause(c.output, c.hedges, term)
+        return self._clause(c.output, c.hedges, (term,))
 
-    def _clause(self, variable: str, hedges: tuple[str, ...], term: str) -> str:
+    def _clause(self, variable: str, hedges: tuple[str, ...], term: tuple[str, ...]) -> str:
         words = [self._word("NOT") if h == "not" else h for h in hedges if h in HEDGES]
-        return f"{self.names.variables[variable]} {self._word('IS')} {' '.join([*words, term])}"
+        return f"{self.names.variables[variable]} {self._word('IS')} {' '.join([*words, *term])}"
 
     def _antecedent(self, antecedent: Antecedent, *, top: bool = False) -> str:
         match antecedent:
             case Is(variable=variable, term=term, hedges=hedges):
-                return self._clause(variable, hedges, self.names.terms[variable][term])
+                return self._clause(variable, *up_to_any(hedges, self.names.terms[variable][term]))
             case Not(operand=operand):
                 return f"{self._word('NOT')} ({self._antecedent(operand, top=True)})"
             case And(operands=operands) | Or(operands=operands):

@@ -103,7 +103,18 @@ def written(kind: str, parameters: Values, *, fuzzylite: bool) -> Written | None
     if fuzzylite and kind in ("rectangle", "ramp"):
         return ("rectmf" if kind == "rectangle" else "rampmf"), parameters
     writer = _WRITERS.get(kind)
-    return writer(parameters) if writer is not None else None
+    found = writer(parameters) if writer is not None else None
+    return _shoulder_of_fuzzylite(*found) if fuzzylite and found is not None else found
+
+
+def _shoulder_of_fuzzylite(function: str, parameters: Values) -> Written:
+    """Return a shoulder as fuzzylite has it, which knows no word of MATLAB's, and no ramp without width."""
+    if function not in ("linsmf", "linzmf"):
+        return function, parameters
+    start, end = parameters
+    if start == end:
+        return "rectmf", (start, math.inf) if function == "linsmf" else (-math.inf, end)
+    return "rampmf", (start, end) if function == "linsmf" else (end, start)
 
 
 def is_of_matlab(function: str) -> bool:

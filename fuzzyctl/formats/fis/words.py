@@ -142,6 +142,7 @@ DISJUNCTION_WORDS: Final[dict[str, str]] = {
     "probor": "probabilistic_sum",
     "algebraic_sum": "probabilistic_sum",
     "bounded_sum": "bounded_sum",
+    "normalized_sum": "bounded_sum",  # (a + b) / max(1, a + b) is min(1, a + b)
     "drastic_sum": "drastic_sum",
     "einstein_sum": "einstein_sum",
     "hamacher_sum": "hamacher_sum",

@@ -92,12 +92,12 @@ T_NORMS: Final[dict[str, str]] = {
 S_NORMS: Final[dict[str, str]] = {
     "Maximum": "max",
     "AlgebraicSum": "probabilistic_sum",
+    "NormalizedSum": "bounded_sum",  # (a + b) / max(1, a + b) is min(1, a + b)
     "BoundedSum": "bounded_sum",
     "DrasticSum": "drastic_sum",
     "EinsteinSum": "einstein_sum",
     "HamacherSum": "hamacher_sum",
     "NilpotentMaximum": "nilpotent_maximum",
-    "NormalizedSum": "normalized_sum",
     "UnboundedSum": "sum",
 }
 

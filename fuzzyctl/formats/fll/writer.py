@@ -8,6 +8,7 @@ from typing import Final
 from fuzzyctl.expr import Expr, number_text
 from fuzzyctl.formats import numerics
 from fuzzyctl.formats.blocks import BlockPart, block_parts
+from fuzzyctl.formats.conditions import up_to_any
 from fuzzyctl.formats.fll.formulas import formula
 from fuzzyctl.formats.fll.terms_text import written
 from fuzzyctl.formats.fll.words import ACTIVATION_WORDS, HEDGE_WORDS, OF_SETS, S_NORMS, T_NORMS
@@ -233,8 +234,8 @@ class _Writer:
         """Return an antecedent; `not` before a group goes to its parts, if norms are dual with the other connective."""
         match antecedent:
             case Is(variable=variable, term=term, hedges=hedges):
-                given = self._hedges(("not", *hedges) if negated else hedges, where)
-                return f"{variable} is {' '.join([*given, term])}"
+                given, shown = up_to_any(("not", *hedges) if negated else hedges, term)
+                return f"{variable} is {' '.join([*self._hedges(given, where), *shown])}"
             case Not(operand=operand):
                 return self._antecedent(operand, where, dual=dual, negated=not negated, inside=inside)
             case And(operands=operands) | Or(operands=operands):

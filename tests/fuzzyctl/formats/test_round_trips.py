@@ -72,7 +72,10 @@ FUZZYLITE = [*MATLAB, "rectangle", "ramp", "piecewise", "concave", "cosine", "sp
 def literals(draw, inputs, hedges):
     variable = draw(st.sampled_from(inputs))
     given = draw(st.lists(st.sampled_from(hedges), max_size=2)) if hedges else []
-    return Is(variable=variable.name, term=draw(st.sampled_from([t.name for t in variable.terms])), hedges=tuple(given))
+    term = draw(st.sampled_from([t.name for t in variable.terms]))
+    if "any" in given:  # nothing is written behind it
+        given, term = given[: given.index("any") + 1], variable.terms[0].name
+    return Is(variable=variable.name, term=term, hedges=tuple(given))
 
 
 @st.composite

@@ -479,3 +479,24 @@ def test_deep_nesting_is_refused():
     assert "FZ106" in [f[0] for f in found(block(consequents=f"TERM no := FUNCTION {formula}; TERM yes := 1;"))]
     chain = " + ".join(["x"] * 5000)
     assert "FZ106" in [f[0] for f in found(block(consequents=f"TERM no := FUNCTION {chain}; TERM yes := 1;"))]
+
+
+@pytest.mark.parametrize(
+    ("comment", "aggregation", "said"), [("", "sum", "plain sum"), ("// jFuzzyLogic\n", "bounded_sum", "BSUM")]
+)
+def test_the_normalized_sum_is_that_of_the_dialect_and_that_is_said(comment, aggregation, said):
+    sets = "TERM no := (0, 1) (1, 0); TERM yes := (0, 0) (1, 1); METHOD : COG; RANGE := (0 .. 1);"
+    text = comment + block(consequents=sets, rules=RULES.replace("ACCU : MAX", "ACCU : NSUM"))
+    system, diagnostics = read(source(text))
+    assert system.method.aggregation == aggregation
+    (warning,) = [d for d in diagnostics if d.code == "FZ609"]
+    assert said in warning.message
+    assert (warning.span.line, warning.span.text) == (17 + bool(comment), "ACCU : NSUM")
+
+
+def test_fuzzylites_word_for_the_normalized_sum_needs_no_warning():
+    rules = RULES.replace("ACCU : MAX", "ACCU : NormalizedSum")
+    sets = "TERM no := Ramp 1 0; TERM yes := Ramp 0 1; METHOD : Centroid; RANGE := (0 .. 1);"
+    system, diagnostics = read(source(block(consequents=sets, rules=rules)))
+    assert system.method.aggregation == "bounded_sum"
+    assert [d.code for d in diagnostics] == []

@@ -351,3 +351,19 @@ def test_a_system_of_fuzzylite_without_any_word_of_its_own_stays_one():
     )
     again = read_back(write(loads(text))[0])
     assert again.method.semantics.profile == "fuzzylite"
+
+
+@pytest.mark.parametrize(
+    ("condition", "written"),
+    [("any a", "any"), ("any very a", "any"), ("very any a", "very any"), ("not any a", "not any")],
+)
+def test_nothing_stands_behind_any_as_fuzzylite_takes_nothing_there(condition, written):
+    system = loads(
+        "system t\ndefuzzifier weighted_average\ninput x in [0, 10]\n  a = ramp(10, 0)\noutput y in [0, 4] else 2\n"
+        f"  p = constant(1)\n  q = constant(3)\nif x is {condition} then y is p\nif x is a then y is q\n"
+    )
+    text, _ = write(system)
+    assert f"if x is {written} then y is p\n" in text
+    (back,), _ = read_all(SourceText("t.fcl", text))
+    for x in (0.0, 2.5, 7.0, 10.0):
+        assert back(x=x) == pytest.approx(system(x=x), rel=1e-12)

@@ -1,9 +1,11 @@
 """What is written as `.fis` computes the same numbers when it is read back, or the losses say so."""
 
 import math
+import re
 
 import pytest
 
+from fuzzyctl import as_profile
 from fuzzyctl.errors import render_all
 from fuzzyctl.formats.fis import read, write
 from fuzzyctl.loading import loads
@@ -132,3 +134,31 @@ def test_an_error_where_no_rule_fires_is_nan_in_a_file_of_fuzzylite():
     text, losses = write(loads(text.replace("defuzzifier", "semantics fuzzylite\ndefuzzifier")))
     assert ("else error", True) in [(loss.what, loss.exact) for loss in losses]
     assert math.isnan(read_back(text)(x=7.0))
+
+
+class TestFuzzylite:
+    @pytest.mark.parametrize(
+        ("term", "written"),
+        [
+            ("triangle(-inf, 0, 10)", "'rampmf',[10 0]"),
+            ("trapezoid(2, 3, 9, inf)", "'rampmf',[2 3]"),
+            ("trapezoid(4, 4, 9, inf)", "'rectmf',[4 Inf]"),
+            ("triangle(-inf, 4, 4)", "'rectmf',[-Inf 4]"),
+            ("ramp(10, 0)", "'rampmf',[10 0]"),
+            ("triangle(1, 2, 3)", "'trimf',[1 2 3]"),
+        ],
+    )
+    def test_shoulders_have_the_names_that_fuzzylite_knows(self, term, written):
+        system = loads(TWO.format(a=term, b="ramp(0, 10)", p="constant(1)", extrapolate="", otherwise="2"))
+        fuzzylite = system.model_copy(update={"method": as_profile(system, "fuzzylite").method})
+        text, _ = write(fuzzylite)
+        assert f"MF1='a':{written}\n" in text
+        assert not {"linsmf", "linzmf"} & set(re.findall("[a-z]+mf", text))
+        back = read_back(text)
+        for x in (0.0, 1.0, 2.5, 3.0, 4.0, 5.0, 9.0, 10.0):
+            assert back(x=x) == pytest.approx(fuzzylite(x=x), rel=1e-12, nan_ok=True), x
+
+
+def test_the_normalized_sum_of_fuzzylite_is_the_bounded_one():
+    text, _ = write(two(p="constant(1)"))
+    assert read_back(text.replace("OrMethod='max'", "OrMethod='normalized_sum'")).method.disjunction == "bounded_sum"

@@ -177,3 +177,32 @@ class TestInvertedTerms:
         ((code, message, line),) = [(d.code, d.message, d.span.line) for d in diagnostics]
         assert (code, text.splitlines()[line - 1].strip()) == ("FZ214", "term: p Discrete 0 1 4 0")
         assert message == "'WeightedAverage Tsukamoto' inverts terms, and fuzzylite cannot invert 'p'"
+
+
+#: Conditions with `any`, behind which fuzzylite takes nothing, and what is written.
+ANY = {
+    "x is any a": "x is any",
+    "x is very any a": "x is very any",
+    "x is any very a": "x is any",
+    "x is not any a": "x is not any",
+    "not (x is any a)": "x is not any",
+    "x is any a and x is b": "x is any and x is b",
+}
+
+
+@pytest.mark.parametrize("condition", ANY)
+def test_nothing_stands_behind_any(condition):
+    text = TWO.format(a="ramp(10, 0)", b="ramp(0, 10)", p="constant(1)", q="constant(3)", method="weighted_average")
+    system = loads(text.replace("if x is a then", f"if {condition} then"))
+    written = write(system)[0]
+    assert f"rule: if {ANY[condition]} then y is p\n" in written
+    back, _ = read(SourceText("t.fll", written))
+    for x in (0.0, 2.5, 7.0, 10.0):
+        assert back(x=x) == pytest.approx(system(x=x), rel=1e-12)
+
+
+def test_the_normalized_sum_is_the_bounded_one():
+    written = write(two())[0].replace("disjunction: Maximum", "disjunction: NormalizedSum")
+    back, _ = read(SourceText("t.fll", written))
+    assert back.method.disjunction == "bounded_sum"
+    assert "disjunction: BoundedSum" in write(back)[0]
