@@ -70,6 +70,7 @@ def codegen(
     if target == "python" and precision == "float":
         raise click.BadParameter("Python has double precision only", param_hint="--float")
     system = load_checked(file, settings, name, profile)
+    from fuzzyctl.codegen.digits import at_most
     from fuzzyctl.codegen.files import generate, write
     from fuzzyctl.codegen.fixed import fixed_point
     from fuzzyctl.codegen.unit import prepare
@@ -99,7 +100,7 @@ def codegen(
     for path in paths:
         click.echo(f"wrote {path}")
     for output, error in generated.errors.items():
-        click.echo(f"proved: {output} is off by {error:.3g} at most")
+        click.echo(f"proved: {output} is off by {at_most(error)} at most")
     return DONE
 
 

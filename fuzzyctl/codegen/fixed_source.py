@@ -9,6 +9,7 @@ from itertools import product
 from fuzzyctl.codegen.c_layout import CLayout
 from fuzzyctl.codegen.c_source import comment
 from fuzzyctl.codegen.c_text import INDENT, wrapped
+from fuzzyctl.codegen.digits import at_most
 from fuzzyctl.codegen.fixed import Axis, Entries, Fixed, strides_of
 from fuzzyctl.codegen.unit import Unit, described
 
@@ -66,8 +67,8 @@ class _FixedText:
         lines = [f"Fixed point {form}: an integer X stands for X / 2^{form.fraction}; integer arithmetic only."]
         lines.append("Proved for every input of the type, against the system in exact arithmetic:")
         for o, error in zip(self.unit.plan.outputs, self.fixed.errors, strict=True):
-            last = f"{error * 2**form.fraction:.4g} / 2^{form.fraction}"
-            lines.append(f"  |{o.name} - exact {o.name}| <= {error:.6g}, that is {last}")
+            last = f"{at_most(error * 2**form.fraction, 4)} / 2^{form.fraction}"
+            lines.append(f"  |{o.name} - exact {o.name}| <= {at_most(error, 6)}, that is {last}")
         lines.append("The bounds of the outputs above hold for the integers too, rounded to the format.")
         return lines
 

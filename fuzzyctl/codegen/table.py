@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fuzzyctl.analysis.coverage import uncovered_of
 from fuzzyctl.analysis.intervals import Interval, enclose
+from fuzzyctl.codegen.digits import at_most
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.errors import NoRuleFiresError
 from fuzzyctl.expr import Call, Expr, Number, Where, replace
@@ -81,7 +82,7 @@ def tabulated(algorithm: Algorithm, points: int) -> Tabulated:
         if not error <= USEFUL * span:
             raise CodegenError(
                 f"no useful bound is found for the error of a table of {output.name!r} with {points} points along each "
-                f"input: at most {error:.3g}, of a span of {span:.3g}; take more points"
+                f"input: at most {at_most(error)}, of a span of {span:.3g}; take more points"
             )
     return Tabulated(found, errors, proof)
 

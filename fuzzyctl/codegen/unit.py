@@ -11,6 +11,7 @@ from typing import Final, Literal
 
 from fuzzyctl import __version__
 from fuzzyctl.analysis.bounds import OutputBound, output_bounds
+from fuzzyctl.codegen.digits import at_most
 from fuzzyctl.codegen.lean import lean
 from fuzzyctl.codegen.table import Tabulated, tabulated
 from fuzzyctl.kernels import inference
@@ -149,7 +150,9 @@ def described(unit: Unit) -> list[str]:
     if unit.table is not None:
         lines.append("Proved error of the table, beside rounding of the arithmetic:")
         errors = zip(system.outputs, unit.table.errors, strict=True)
-        lines += [f"  |{o.name} - exact {o.name}| <= {e:.3g} for all inputs; {unit.table.proof}" for o, e in errors]
+        lines += [
+            f"  |{o.name} - exact {o.name}| <= {at_most(e)} for all inputs; {unit.table.proof}" for o, e in errors
+        ]
     return [printable(line) for line in lines]
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from fuzzyctl import loads
+from fuzzyctl.codegen.digits import at_most
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.files import generate
 from fuzzyctl.codegen.fixed import Format, fixed_point, to_format
@@ -133,7 +134,7 @@ class TestCode:
         unit = unit_of("ais_reaction")
         fixed = fixed_point(unit, to_format("Q3.12"))
         header = generate(unit, "c", fixed).files["ais_reaction.h"]
-        assert f"|f - exact f| <= {fixed.errors[0]:.6g}" in header
+        assert f"|f - exact f| <= {at_most(fixed.errors[0], 6)}, that is" in header
         assert "int16_t ais_reaction(int16_t sigma, int16_t dsigma);" in header
 
     def test_several_outputs_and_inputs_that_nothing_reads(self, compiled, sanitized):
