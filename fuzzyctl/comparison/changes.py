@@ -50,9 +50,9 @@ def changes(a: FuzzySystem, b: FuzzySystem) -> tuple[Change, ...]:
     """Return what differs between two systems, in the order of a rule file; nothing for systems that mean the same.
 
     Spaces, comments and layout do not count. A variable or term whose name alone changed is `renamed`, and rules that
-    name it are the same rules. Rules are matched by their antecedents, those of one antecedent by what they say, whether
-    they stand in a table or alone; where rules are not compared with each other, neither their order counts nor whether
-    one rule says two things or two rules one each.
+    name it are the same rules. Rules are matched by their antecedents, those of one antecedent by what they say,
+    whether they stand in a table or alone; where no activation method compares rules with each other, neither their
+    order counts nor whether one rule says two things or two rules one each.
 
     Raises:
         ArgumentError: For what is no system.

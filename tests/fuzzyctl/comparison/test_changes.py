@@ -172,7 +172,7 @@ class TestRulesOfOneAntecedent:
         assert self.between(y + w, w + y, "activation proportional\n") == []
 
     def test_the_order_of_adaptive_consequents_counts(self):
-        head, rest = TWO_TABLES.split("output y")
+        head, _ = TWO_TABLES.split("output y")
         text = f"defuzzifier center_average\n{head}output y in [0, 1] adaptive rate 0.1 else 0\n  terms s@0 l@1\n"
         rules = [f"if a is {t} then y is s\n" for t in ("n", "p")]
         a, b = (fuzzyctl.loads(text + "".join(order)) for order in (rules, reversed(rules)))
