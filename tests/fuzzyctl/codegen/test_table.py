@@ -87,7 +87,7 @@ class TestRefusal:
             ("silent", 9, "'u' may have no value"),
             ("open", 9, "'x' is extrapolated"),
             ("ais_reaction", 1000, "more than 65,536 entries"),
-            ("ais_reaction", 2, "at most 0.845, of a span of 1.18; take more points"),
+            ("ais_reaction", 2, "at most 0.846, of a span of 1.18; take more points"),
             ("takagi", 8, "no useful bound is found"),
         ],
     )
