@@ -72,6 +72,7 @@ _FUZZYLITE = Abilities(
     holds=True,
     chains=True,
     own_methods=True,
+    blocks=True,
     resolutions=(1, 2, 10, 25, 100, 101, 200, None),
     specials=(INF, -INF),
 )

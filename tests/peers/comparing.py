@@ -250,18 +250,20 @@ def _tied(case: Case, row: int, output: int, value: float, width: float) -> bool
     Tools choose any of equal ones, here it is the first. Rules that read outputs are in order for other reasons, and
     activations that are compared are not theirs.
     """
-    if case.system.method.activation.kind not in ("highest", "lowest"):
+    if not any(m.activation.kind in ("highest", "lowest") for m in case.system.rule_methods):
         return False
     return any(reaches(kernel, case, row, output, value, width) for kernel in _reordered(case))
 
 
 @lru_cache(maxsize=1)
 def _reordered(case: Case) -> list[fuzzyctl.Kernel]:
-    """Return kernels of the same rules in other orders, the reverse one first."""
-    random, blocks = Random(0), list(case.system.blocks)
-    orders = [blocks[::-1], *(random.sample(blocks, len(blocks)) for _ in range(ORDERS - 1))]
-    systems = (case.system.model_copy(update={"blocks": tuple(order)}) for order in orders)
-    return [fuzzyctl.compile(system, backend="numpy") for system in systems]
+    """Return kernels of the same rules in other orders within their blocks, the reverse one first."""
+    random, system = Random(0), case.system
+    own = [m.block for m in system.rule_methods]
+    places = [[r for r, block in enumerate(own) if block == b] for b in sorted(set(own))]
+    orders = [[p[::-1] for p in places], *([random.sample(p, len(p)) for p in places] for _ in range(ORDERS - 1))]
+    systems = (system.with_rules([system.rules[r] for p in order for r in p]) for order in orders)
+    return [fuzzyctl.compile(s, backend="numpy") for s in systems]
 
 
 def _rounded(case: Case, row: int, output: int, value: float, width: float) -> bool:

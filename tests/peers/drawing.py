@@ -8,12 +8,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from random import Random
 
 from fuzzyctl.expr import Binary, Call, Expr, Name, Number
 from fuzzyctl.model.method import Activation, Defuzzifier, Method
 from fuzzyctl.model.profiles import PROFILES
-from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Not, Or, Rule
+from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Not, Or, Rule, RuleBlock
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Input, Membership, Output, Term
 
@@ -57,7 +58,7 @@ class Abilities:
         whole_slopes: Whether slopes of bells must be whole numbers.
         crosses: Whether the means of a double Gaussian may stand in reverse.
         fewest_rules: Least number of rules.
-        heights, weights, holds, chains, own_methods: Whether there are such.
+        heights, weights, holds, chains, own_methods, blocks: Whether there are such.
         jumps: Whether neighbouring corners may be equal.
         nested: Whether `and` and `or` may stand in one antecedent; else all of it is joined by one of them.
         resolutions: Numbers of samples; None for the usual one.
@@ -91,6 +92,7 @@ class Abilities:
     holds: bool = False
     chains: bool = False
     own_methods: bool = False
+    blocks: bool = False
     jumps: bool = True
     nested: bool = True
     resolutions: Sequence[int | None] = (None,)
@@ -135,7 +137,25 @@ class Draw:
         self.chained = self.can.chains and self.activation.kind in ("general", "threshold") and self._likely(0.3)
         self.aggregation = method.aggregation
         rules = tuple(self._rule() for _ in range(self._between(self.can.fewest_rules, 7)))
-        return FuzzySystem(name="drawn", method=method, inputs=self.inputs, outputs=self.outputs, blocks=rules)
+        blocks = self._blocks(rules) if self.can.blocks and len(rules) > 1 and self._likely(0.3) else rules
+        return FuzzySystem(name="drawn", method=method, inputs=self.inputs, outputs=self.outputs, blocks=blocks)
+
+    def _blocks(self, rules: Sequence[Rule]) -> tuple[RuleBlock, ...]:
+        """Put rules into two or three blocks, each with some methods of its own."""
+        cuts = sorted({self._between(1, len(rules) - 1) for _ in range(2)})
+        made = []
+        for k, (a, b) in enumerate(pairwise([0, *cuts, len(rules)])):
+            own = {
+                "conjunction": self._choice(self.can.conjunctions),
+                "disjunction": self._choice(self.can.disjunctions),
+                "implication": self._choice(LEAVING if not self.can.empties else self.can.implications),
+                "activation": self._activation(),
+            }
+            if self.chained and own["activation"].kind not in ("general", "threshold"):
+                own["activation"] = Activation()
+            said = {name: value for name, value in own.items() if self._likely(0.6)}
+            made.append(RuleBlock(name=f"b{k}", rules=tuple(rules[a:b]), **said))
+        return tuple(made)
 
     def points(self, system: FuzzySystem, count: int) -> list[list[float]]:
         """Draw points: corners of terms, ends of ranges, numbers around the range, and special ones."""

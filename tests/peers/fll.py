@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from fuzzyctl.expr import Expr, to_text
-from fuzzyctl.model.method import Activation, Defuzzifier
-from fuzzyctl.model.rule import And, Antecedent, Is, Or, Rule
+from fuzzyctl.model.method import Activation, Defuzzifier, Method
+from fuzzyctl.model.rule import And, Antecedent, Is, Or, Rule, RuleBlock
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Input, Output, Term
 
@@ -86,14 +86,21 @@ def _lines(system: FuzzySystem) -> Iterator[str]:
         own = output.defuzzifier or system.method.defuzzifier
         yield from _output(output, output.aggregation or system.method.aggregation, own)
         yield from (f"  term: {term.name} {_term(term)}" for term in output.terms)
-    method = system.method
-    yield "RuleBlock: rules"
+    loose = [part for part in system.blocks if isinstance(part, Rule)]
+    if loose:
+        yield from _block("rules", system.method, system.method, loose)
+    for block in system.rule_blocks:
+        yield from _block(block.name, block, system.method, block.rules)
+
+
+def _block(name: str, own: RuleBlock | Method, usual: Method, rules: Sequence[Rule]) -> Iterator[str]:
+    yield f"RuleBlock: {name}"
     yield "  enabled: true"
-    yield f"  conjunction: {CONJUNCTIONS[method.conjunction]}"
-    yield f"  disjunction: {DISJUNCTIONS[method.disjunction]}"
-    yield f"  implication: {CONJUNCTIONS[method.implication]}"
-    yield f"  activation: {_activation(method.activation)}"
-    yield from (f"  rule: {_rule(rule)}" for rule in system.rules)
+    yield f"  conjunction: {CONJUNCTIONS[own.conjunction or usual.conjunction]}"
+    yield f"  disjunction: {DISJUNCTIONS[own.disjunction or usual.disjunction]}"
+    yield f"  implication: {CONJUNCTIONS[own.implication or usual.implication]}"
+    yield f"  activation: {_activation(own.activation or usual.activation)}"
+    yield from (f"  rule: {_rule(rule)}" for rule in rules)
 
 
 def _variable(variable: Input | Output, *, locked: bool) -> Iterator[str]:
