@@ -94,7 +94,11 @@ class Judge:
         origin = bound.origin
         sides = (origin.left, origin.right) if isinstance(origin, Compare) else (bound.left, bound.right)
         here = self.outputs(point)
-        found = {to_text(s): float(self.value(s, point, here)[0]) for s in sides if not isinstance(s, Number)}
+        found = {
+            to_text(s): self._endless(s, point, here) or float(self.value(s, point, here)[0])
+            for s in sides
+            if not isinstance(s, Number)
+        }
         return tuple(found.items())
 
     def holds(self, truth: Truth, point: Sequence[float]) -> bool:
@@ -106,6 +110,9 @@ class Judge:
                 return any(self.holds(p, point) for p in parts)
             case Bound(left=left, right=right, tolerance=tolerance, strict=strict) as bound:
                 here = self.outputs(point)
+                endless = self._endless(left, point, here) - self._endless(right, point, here)
+                if math.isinf(endless):
+                    return endless > 0.0
                 (a, exact_a), (b, exact_b) = self.value(left, point, here), self.value(right, point, here)
                 slack = tolerance if exact_a and exact_b else tolerance + _ROUNDING * (abs(a) + abs(b))
                 if not tolerance and not is_limit(self.system, bound):
@@ -113,6 +120,25 @@ class Judge:
                     slack += sum(map(self.rounding, {*named(left), *named(right)} & self.outputs_named), Fraction(0))
                 return a - b + slack > 0 if strict and exact_a and exact_b else a - b + slack >= 0
         raise TypeError(f"{type(truth).__name__} is about all points")
+
+    def _endless(self, expr: Expr, point: Sequence[float], here: Mapping[str, float]) -> float:
+        """Return the value of a sum or a magnitude of outputs where one is infinite, 0 anywhere else."""
+        match expr:
+            case Name(name=name) if name in here:
+                return here[name] if math.isinf(here[name]) else 0.0
+            case Negate(operand=operand):
+                return -self._endless(operand, point, here)
+            case Call(function=function, arguments=arguments) if function in here:
+                value = self.outputs(self._floats(arguments, point, here))[function]
+                return value if math.isinf(value) else 0.0
+            case Call(function="abs", arguments=(operand,)):
+                return abs(self._endless(operand, point, here))
+            case Binary(op="+" | "-" as op, left=left, right=right):
+                a, b = self._endless(left, point, here), self._endless(right, point, here)
+                for part in [part for part, value in ((left, a), (right, b)) if (a or b) and not value]:
+                    self.value(part, point, here)  # which has one, or so has the whole none
+                return a + b if op == "+" else a - b
+        return 0.0
 
     def value(self, expr: Expr, point: Sequence[float], here: Mapping[str, float]) -> Value:
         """Return the value of an expression at a point, `here` being the outputs there."""

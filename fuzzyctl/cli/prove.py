@@ -218,6 +218,8 @@ def _verdict_data(verdict: Verdict) -> dict[str, Any]:
         return data | {"note": verdict.note or None}
     if isinstance(verdict, Refuted):
         w = verdict.witness
-        return data | {"witness": {"point": w.point, "other": w.other, "values": dict(w.sides)}}
+        return data | {
+            "witness": {"point": w.point, "other": w.other, "values": {n: end_of_range(v) for n, v in w.sides}}
+        }
     boxes = [{n: [end_of_range(s.lower), end_of_range(s.upper)] for n, s in box.items()} for box in verdict.boxes]
     return data | {"reason": verdict.reason, "boxes": boxes, "remaining": verdict.remaining}

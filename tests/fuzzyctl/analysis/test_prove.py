@@ -9,9 +9,11 @@ import pytest
 from fuzzyctl import Proved, Refuted, Undecided, compile, load, loads, prove
 from fuzzyctl.analysis import holes
 from fuzzyctl.analysis.bounds import output_bounds
+from fuzzyctl.analysis.claims import claim_of
 from fuzzyctl.analysis.coverage import diagnostics, uncovered
 from fuzzyctl.analysis.extremes import extents
 from fuzzyctl.analysis.prove import Prover
+from fuzzyctl.analysis.witnesses import Judge
 
 LINE = """
 system line
@@ -71,7 +73,7 @@ table y = x
 
 
 def test_what_minus_zero_makes_infinite_is_not_proved():
-    (verdict,) = verdicts(POWER.replace("min(5, max(-3, x ^ -1))", "x ^ -1"), "y >= 0")
+    (verdict,) = verdicts(POWER.replace("min(5, max(-3, x ^ -1))", "x ^ -1"), "y * x >= -5")
     assert "infinite" in verdict.reason  # where no tolerance helps
 
 
@@ -109,6 +111,29 @@ class TestMinusZero:
         (extent,) = extents(loads(text), timeout=0.5)
         assert (extent.lo, extent.lo_found) == (-3.0, -3.0)
         assert math.copysign(1.0, extent.lo_at["x"]) < 0.0
+
+    @pytest.mark.parametrize(
+        ("claim", "x", "side"),
+        [
+            ("y <= 1e300", 0.0, ("y", math.inf)),
+            ("y >= -1e300 when x >= 0", -0.0, ("y", -math.inf)),
+            ("-y(-x) <= 1e300 when x >= 0", 0.0, ("-y(-x)", math.inf)),
+            ("abs(y - x) <= 1e300", 0.0, ("abs(y - x)", math.inf)),
+        ],
+    )
+    def test_and_0_break_claims_where_outputs_are_infinite(self, claim, x, side):
+        text = POWER.replace("min(5, max(-3, x ^ -1))", "1 / x").replace("[0, 1]", "[-1, 1]", 1).replace("K M", "K K")
+        (verdict,) = verdicts(text, claim)
+        assert math.copysign(1.0, verdict.witness.point["x"]) == math.copysign(1.0, x)
+        assert verdict.witness.point["x"] == 0.0
+        assert verdict.witness.sides == (side,)
+
+    @pytest.mark.parametrize("claim", ["y - y <= 1", "y(-x) == -y within 1e290", "y + log(x - 2) >= 0"])
+    def test_what_has_no_value_there_is_not_broken(self, claim):
+        text = POWER.replace("min(5, max(-3, x ^ -1))", "1 / x").replace("[0, 1]", "[-1, 1]", 1).replace("K M", "K K")
+        judge = Judge(loads(f"{text}require {claim}\n"))
+        stated = claim_of(judge.system, judge.system.guarantees[0])
+        assert judge.broken(stated.truth, stated.region, [-0.0]) is None
 
     def test_refutes_a_slope(self):
         text = POWER.replace("output y", "input t in [0, 1]\n  terms A B\noutput y").replace("B\n | K M", "B\n | K K")

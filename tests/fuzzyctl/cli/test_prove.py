@@ -74,6 +74,17 @@ def test_json_holds_the_same(written):
     assert data["diagnostics"] == []
 
 
+def test_json_says_infinite_in_words(tmp_path):
+    path = tmp_path / "pole.fz"
+    path.write_text(
+        "system pole\ndefuzzifier weighted_average\ninput x in [0, 1]\n  terms A B\noutput y in [0, 9]\n"
+        "  K = function(1 / x)\ntable y = x\n   A B\n | K K\nrequire y <= 1e300\n",
+        encoding="utf-8",
+    )
+    (guarantee,) = json.loads(run(path, "--format", "json").stdout)["systems"][0]["guarantees"]
+    assert guarantee["witness"] == {"point": {"x": 0.0}, "other": None, "values": {"y": "inf"}}
+
+
 def test_a_mistake_in_the_file_is_a_diagnostic(written):
     result = run(written("v <= 1"))
     assert result.exit_code == 1
