@@ -147,13 +147,17 @@ def rules_of(part: RuleTable | Rule) -> Iterator[Rule]:
 
 def literals(antecedent: Antecedent) -> list[Is]:
     """Return every `input is term` of an antecedent from left to right."""
-    found: list[Is] = []
+    return [part for part in parts_of(antecedent) if isinstance(part, Is)]
+
+
+def parts_of(antecedent: Antecedent) -> list[Antecedent]:
+    """Return an antecedent and every part of it, each before its own parts, from left to right."""
+    found: list[Antecedent] = []
     left = [antecedent]
     while left:
         part = left.pop()
-        if isinstance(part, Is):
-            found.append(part)
-        elif isinstance(part, And | Or):
+        found.append(part)
+        if isinstance(part, And | Or):
             left.extend(reversed(part.operands))
         elif isinstance(part, Not):
             left.append(part.operand)

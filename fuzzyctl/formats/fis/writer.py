@@ -9,6 +9,7 @@ from typing import Final
 
 from fuzzyctl.expr import Binary, Expr, Name, Number
 from fuzzyctl.formats import numerics
+from fuzzyctl.formats.blocks import flattened
 from fuzzyctl.formats.findings import Findings
 from fuzzyctl.formats.fis import words
 from fuzzyctl.formats.fis.memberships import as_matlab_has_it, is_of_matlab, number, vector, written
@@ -73,7 +74,9 @@ def write(system: FuzzySystem) -> tuple[str, list[Loss]]:
     Raises:
         DiagnosticError: With all reasons, for a system that no `.fis` file can hold.
     """
-    return _Writer(numerics.named_consequents(system)).write()
+    flat, losses = flattened(numerics.named_consequents(system))
+    text, more = _Writer(flat).write()
+    return text, sorted({*losses, *more})
 
 
 class _Writer:

@@ -90,3 +90,23 @@ def test_rules_of_no_block_become_one(format):
     assert [(m.conjunction, m.implication or back.method.implication) for m in back.rule_methods[1:]] == [
         ("product", "product")
     ] * 2
+
+
+class TestFis:
+    def test_one_method_is_written_and_what_differs_is_told(self):
+        assert lost("fis", SYSTEM) - lost("fis", SYSTEM.replace(" activation highest(count=1)", "")) == {
+            ("rule block 'fast'", "activation highest")
+        }
+        plain = SYSTEM.replace(" activation highest(count=1)", "")
+        told = lost("fis", plain) - lost("fis", plain.replace("rules fast and product implication product", ""))
+        assert told == {("rule block 'fast'", "and product"), ("rule block 'fast'", "implication product")}
+
+    def test_blocks_that_do_not_differ_change_no_number(self):
+        same = SYSTEM.replace("if e is N then u is N\n", "").replace(" activation highest(count=1)", "")
+        text, losses = FORMATS["fis"].write(loads(same))
+        assert ("rule block 'fast'", "the block") in {(x.where, x.what) for x in losses if x.exact}
+        assert [x.where for x in losses if not x.exact and "rule block" in x.where] == []
+        assert "AndMethod='prod'" in text
+        assert "ImpMethod='prod'" in text
+        back, _ = read("fis", text)
+        assert not back.rule_blocks
