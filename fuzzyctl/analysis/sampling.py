@@ -12,7 +12,7 @@ from fuzzyctl.analysis.claims import Claim, Slope, named, speaks_of_all_points
 from fuzzyctl.analysis.degrees import breakpoints
 from fuzzyctl.analysis.verdicts import Witness
 from fuzzyctl.analysis.witnesses import Judge, NoValueError
-from fuzzyctl.expr import Binary, Call, Expr, ExprError, children, walk
+from fuzzyctl.expr import Binary, Call, Expr, ExprError, Number, children, walk
 from fuzzyctl.kernels.plan import Plan
 from fuzzyctl.model.guarantee import Guarantee
 
@@ -59,7 +59,8 @@ def without_value(
 
 def _is_partial(expr: Expr) -> bool:
     if isinstance(expr, Binary):
-        return expr.op in ("/", "^")
+        plain = isinstance(expr.right, Number) and expr.right.value >= 0.0 and expr.right.value % 1.0 == 0.0
+        return expr.op == "/" or (expr.op == "^" and not plain)
     return isinstance(expr, Call) and expr.function in ("sqrt", "log")
 
 

@@ -5,6 +5,7 @@ import time
 import pytest
 
 import fuzzyctl
+from fuzzyctl.analysis import sampling
 from fuzzyctl.analysis.prove import diagnostics
 from fuzzyctl.checking import check_source
 from fuzzyctl.source import SourceText
@@ -110,6 +111,13 @@ require {claim}
     )
     def test_what_has_one_wherever_it_counts_is_not(self, claim):
         assert diagnostics(fuzzyctl.loads(self.SYSTEM.format(claim=claim))) == []
+
+    def test_powers_that_always_have_one_are_not_looked_at(self, monkeypatch):
+        def never(*_):
+            raise AssertionError
+
+        monkeypatch.setattr(sampling, "_has_none", never)
+        assert diagnostics(fuzzyctl.loads(self.SYSTEM.format(claim="x^2 + u^3 <= 5"))) == []
 
     def test_an_open_verdict_says_so(self):
         (verdict,) = fuzzyctl.prove(fuzzyctl.loads(self.SYSTEM.format(claim="u / x >= 0.5")), timeout=0.2)
