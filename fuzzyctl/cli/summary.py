@@ -57,7 +57,7 @@ def summary(system: FuzzySystem) -> dict[str, Any]:
 
 
 def _method(method: Method) -> dict[str, str]:
-    fields = [name for name in Method.model_fields if name != "span"]
+    fields = [name for name in Method.model_fields if name not in ("span", "spans")]
     return {KEYWORDS.get(name, name): _setting(getattr(method, name)) for name in fields}
 
 

@@ -12,10 +12,13 @@ from fuzzyctl import arguments
 from fuzzyctl.comparison.names import Matches, matches
 from fuzzyctl.comparison.rule_pairs import RulePair, rule_pairs
 from fuzzyctl.comparison.rules import flat_rules
-from fuzzyctl.comparison.settings import otherwise_text, plain_text, settings
+from fuzzyctl.comparison.settings import defuzzifier_settings, otherwise_text, plain_text, settings
 from fuzzyctl.expr import ExprError, to_text
 from fuzzyctl.formats.fz import block_text, defuzzifier_text, guarantee_text, membership_text
+from fuzzyctl.model.guarantee import Hedge
+from fuzzyctl.model.method import Method
 from fuzzyctl.model.node import Node
+from fuzzyctl.model.semantics import Semantics
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, LinguisticVariable, Output, Term
 from fuzzyctl.source import Span
@@ -76,6 +79,13 @@ def _line(node: Node | None) -> int | None:
     return span.source.line_of(span.start) if span is not None else None
 
 
+def _line_of(method: Method, setting: str) -> int | None:
+    """Return the line of the statement that says a setting; None for a default."""
+    word = "defuzzifier" if setting in defuzzifier_settings(method.defuzzifier) else setting
+    span = method.semantics.span if word in Semantics.model_fields else method.spans.get(word)
+    return span.source.line_of(span.start) if span is not None else None
+
+
 def _change(what: str, name: str, before: str | None, after: str | None, *nodes: Node | None) -> Change:
     kind: Kind = "added" if before is None else "removed" if after is None else "changed"
     first, second = nodes if nodes else (None, None)
@@ -94,7 +104,8 @@ def _settings(a: FuzzySystem, b: FuzzySystem) -> Iterator[Change]:
     before, after = settings(a.method), settings(b.method)
     for name in before:
         if before[name] != after[name]:
-            yield Change("changed", "setting", name, before[name], after[name])
+            lines = (_line_of(s.method, name) for s in (a, b))
+            yield Change("changed", "setting", name, before[name], after[name], *lines)
 
 
 def _params(a: FuzzySystem, b: FuzzySystem) -> Iterator[Change]:
@@ -105,15 +116,20 @@ def _params(a: FuzzySystem, b: FuzzySystem) -> Iterator[Change]:
             yield _change(
                 "param", name, first and first[0], second and second[0], first and first[2], second and second[2]
             )
-        elif first[2].expression != second[2].expression:
+        elif plain_text(first[2].expression) != plain_text(second[2].expression):
             kind: Kind = "rewritten" if a.values[name] == b.values[name] else "changed"
             yield Change(kind, "param", name, first[0], second[0], _line(first[2]), _line(second[2]))
         elif first[1] != second[1]:
             yield _change("unit", name, first[1] or None, second[1] or None, first[2], second[2])
-    hedges = [{h.name: f"{h.name}({h.parameter}) = {to_text(h.expression)}" for h in s.hedges} for s in (a, b)]
+    hedges = [{h.name: h for h in s.hedges} for s in (a, b)]
     for name in _union(*hedges):
-        if hedges[0].get(name) != hedges[1].get(name):
-            yield _change("hedge", name, hedges[0].get(name), hedges[1].get(name))
+        before, after = (own.get(name) for own in hedges)
+        if before != after:
+            yield _change("hedge", name, _hedge(before), _hedge(after), before, after)
+
+
+def _hedge(h: Hedge | None) -> str | None:
+    return f"{h.name}({h.parameter}) = {to_text(h.expression)}" if h is not None else None
 
 
 def _variables(a: FuzzySystem, b: FuzzySystem, found: Matches) -> Iterator[Change]:
@@ -143,7 +159,7 @@ def _variable(
     if v.name != w.name:
         yield Change("renamed", what, v.name, v.name, w.name, _line(v), _line(w))
     before, after = (f"[{to_text(x.lower)}, {to_text(x.upper)}]" for x in (v, w))
-    if (v.lower, v.upper) != (w.lower, w.upper):
+    if [plain_text(x) for x in (v.lower, v.upper)] != [plain_text(x) for x in (w.lower, w.upper)]:
         same = (a.number(v.lower), a.number(v.upper)) == (b.number(w.lower), b.number(w.upper))
         kind: Kind = "rewritten" if same else "changed"
         yield Change(kind, "range", v.name, before, after, _line(v), _line(w))
@@ -184,7 +200,7 @@ def _terms(
             continue
         if t.name != u.name:
             yield Change("renamed", "term", f"{t.name} of {v.name}", t.name, u.name, _line(t), _line(u))
-        if t.membership != u.membership:
+        if _spelt(t) != _spelt(u):
             kind: Kind = "rewritten" if _numbers(a, t) == _numbers(b, u) else "changed"
             texts = membership_text(t.membership), membership_text(u.membership)
             yield Change(kind, "term", f"{t.name} of {v.name}", *texts, _line(t), _line(u))
@@ -192,6 +208,12 @@ def _terms(
     for u in w.terms:
         if found.term(w.name, u.name) not in names:
             yield _change("term", f"{u.name} of {v.name}", None, membership_text(u.membership), None, u)
+
+
+def _spelt(term: Term) -> tuple[str, ...]:
+    """Return a membership function as texts that do not depend on how its numbers are spelt."""
+    m = term.membership
+    return m.kind, *map(plain_text, m.arguments), plain_text(m.height)
 
 
 def _numbers(system: FuzzySystem, term: Term) -> tuple[Any, ...]:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final, Literal
 
-from pydantic import InstanceOf
+from pydantic import Field, InstanceOf
 
 from fuzzyctl.expr import Expr
 from fuzzyctl.model.node import Node
 from fuzzyctl.model.semantics import Semantics
+from fuzzyctl.source import Span
 
 #: Defuzzifiers over rules: each rule counts with the middle of the core of its consequent term, weighted by its
 #: activation; implication and aggregation then have no effect. `center_average` is the name Mamdani systems use,
@@ -134,7 +136,11 @@ class RuleMethod:
 
 
 class Method(Node):
-    """The inference method of a system; the defaults are those of the profile `exact`."""
+    """The inference method of a system; the defaults are those of the profile `exact`.
+
+    Args:
+        spans: Where each setting was written, by its word in rule files; those that were not have none.
+    """
 
     conjunction: str = "min"
     disjunction: str = "max"
@@ -143,3 +149,4 @@ class Method(Node):
     activation: Activation = Activation()
     defuzzifier: Defuzzifier = Defuzzifier()
     semantics: Semantics = Semantics()
+    spans: Mapping[str, InstanceOf[Span]] = Field(default_factory=dict, repr=False, exclude=True)

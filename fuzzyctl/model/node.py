@@ -27,4 +27,4 @@ class Node(BaseModel):
 
 
 #: Fields that say where something came from, not what it means.
-_PLACES = frozenset({"span", "path"})
+_PLACES = frozenset({"span", "spans", "path"})

@@ -41,14 +41,15 @@ _OPTIONS: Final[dict[str, tuple[str, ...]]] = {
 def resolve_method(context: Context, statements: Sequence[sx.Statement]) -> Method:
     """Resolve all settings of a system; those that it shares with others may have no effect here."""
     chosen: dict[str, sx.Word] = {}
-    values: dict[str, Any] = {}
+    values: dict[str, Any] = {"defuzzifier": context.profile.defuzzifier("centroid")}
     for s in statements:
         match s:
             case sx.Setting(keyword=keyword) if _is_first(context, keyword, chosen):
                 resolve_own_setting(context, s, values)
             case sx.Activation(keyword=keyword) if _is_first(context, keyword, chosen):
                 values |= {"activation": _activation(context, s), "span": keyword.span}
-    return context.profile.method.model_copy(update={"defuzzifier": context.profile.defuzzifier("centroid"), **values})
+    spans = {word: keyword.span for word, keyword in chosen.items()}
+    return context.profile.method.model_copy(update={"spans": spans, **values})
 
 
 def resolve_rule_settings(context: Context, statement: sx.Rules) -> dict[str, Any]:

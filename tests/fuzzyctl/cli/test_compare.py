@@ -25,7 +25,7 @@ class TestDiff:
         result = run("diff", *files)
         assert result.exit_code == 1
         assert result.stdout == (
-            "~ setting and: min → product\n~ cell x is Z and y is N then u: N → Z   (lines -19 +19)\n"
+            "~ setting and: min → product   (lines +21)\n~ cell x is Z and y is N then u: N → Z   (lines -19 +19)\n"
         )
 
     def test_says_that_nothing_was_changed(self, files):

@@ -4,6 +4,7 @@ import pytest
 
 import fuzzyctl
 from fuzzyctl.comparison.changes import changes
+from fuzzyctl.formats.registry import FORMATS
 
 
 @pytest.fixture
@@ -63,6 +64,34 @@ class TestChanges:
         assert between(("  Z = triangle(-1, 0, 1)", "  Z = triangle(-1, 0, 2 / 2)")) == [
             ("rewritten", "term", "Z of x", "triangle(-1, 0, 1)", "triangle(-1, 0, 2 / 2)")
         ]
+
+    @pytest.mark.parametrize("suffix", ["fll", "fis", "fcl", "fml"])
+    def test_another_format_spells_numbers_in_another_way(self, tmp_path, suffix):
+        """A minus is a sign in some formats and an operator in others, and so it is before inf."""
+        text = "system s\ninput x in [-0.50, 1]\n  N = triangle(-inf, -0.50, 1e0)\n  P = trapezoid(-0.250, 0, 1, inf)\n"
+        text += "output u in [-1.0, 1]\n  A = triangle(-1.0, -0.50, 0)\nif x is N then u is A\nif x is P then u is A\n"
+        system = fuzzyctl.loads(text)
+        path = tmp_path / f"a.{suffix}"
+        path.write_text(FORMATS[suffix].write(system)[0], encoding="utf-8")
+        found = changes(system, fuzzyctl.load(path))
+        assert [c for c in found if c.kind == "rewritten"] == []
+        # Formats without shoulders write other shapes for them.
+        terms = [c.name for c in found if c.what in ("term", "range")]
+        assert terms == [] if suffix == "fll" else set(terms) <= {"N of x", "P of x"}
+
+    def test_settings_hedges_and_knobs_have_the_lines_of_their_statements(self, base):
+        first = "and product\nhedge twice(x) = x / 2\n"
+        second = "semantics exact(least=0.1)\nhedge twice(x) = x ^ 2\nactivation threshold(>=0.1)\ndefuzzifier som\n"
+        lines = len(base.splitlines())
+        found = changes(fuzzyctl.loads(base + first), fuzzyctl.loads(base + second))
+        places = {c.name: [line and line - lines for line in (c.before_line, c.after_line)] for c in found}
+        assert places == {
+            "and": [1, None],
+            "least": [None, 1],
+            "twice": [2, 2],
+            "activation": [None, 3],
+            "defuzzifier": [None, 4],
+        }
 
     @pytest.mark.parametrize(
         ("statement", "name", "before", "after"),
