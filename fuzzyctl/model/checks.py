@@ -114,6 +114,16 @@ def functions_read(system: FuzzySystem) -> Iterator[Diagnostic]:
             yield Diagnostic("FZ214", message, i.span, help="give the output fuzzy sets as terms", notes=note)
 
 
+def inputs_without_degree(system: FuzzySystem) -> Iterator[Diagnostic]:
+    """Find linear consequents among the terms of inputs: sums over all inputs, which are no degrees."""
+    for variable in system.inputs:
+        for term in variable.terms:
+            if term.membership.kind == "linear":
+                message = f"term '{term.name}' of input '{variable.name}' is linear, a consequent, and no fuzzy set"
+                help_text = "give the input fuzzy sets as terms, or a function of the input alone"
+                yield Diagnostic("FZ214", message, term.membership.span or term.span, help=help_text)
+
+
 def unused_hedges(system: FuzzySystem) -> Iterator[Diagnostic]:
     """Find hedges of the system's own that no rule uses."""
     used = {h for rule in system.rules for i in literals(rule.antecedent) for h in i.hedges}
@@ -239,6 +249,7 @@ CHECKS: Final[tuple[Check, ...]] = (
     misfitting_activation,
     misfitting_semantics,
     functions_read,
+    inputs_without_degree,
     several_adaptive_outputs,
     outputs_without_rules,
     unlike_units,

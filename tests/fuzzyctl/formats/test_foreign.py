@@ -6,6 +6,7 @@ import pytest
 
 import fuzzyctl
 from fuzzyctl.errors import DiagnosticError
+from fuzzyctl.formats.foreign import examine_foreign
 from fuzzyctl.formats.registry import FORMATS, SUFFIXES, format_of
 from fuzzyctl.loading import decode, examine_all, load, load_all, loads
 from fuzzyctl.reading import FOREIGN, MAX_BYTES
@@ -173,3 +174,52 @@ class TestFiles:
         with pytest.raises(DiagnosticError) as caught:
             load(tipper.with_name("tiper.fis"))
         assert "tipper.fis" in caught.value.diagnostics[0].help
+
+
+LINEAR = {
+    "fll": """\
+Engine: t
+InputVariable: a
+  range: 0 10
+  term: lo Linear 0.3 1 2
+  term: hi Triangle 0 10 15
+InputVariable: b
+  range: 0 10
+  term: hi Triangle 0 10 15
+OutputVariable: y
+  range: 0 30
+  aggregation: none
+  defuzzifier: WeightedAverage
+  term: u Linear 1 2 3
+RuleBlock:
+  implication: none
+  rule: if a is {term} then y is u
+""",
+    "fis": """\
+[System]
+Name='t'
+Type='sugeno'
+[Input1]
+Name='a'
+Range=[0 10]
+MF1='lo':'linear',[0.3 1]
+MF2='hi':'trimf',[0 10 15]
+[Output1]
+Name='y'
+Range=[0 30]
+MF1='u':'linear',[1 2]
+[Rules]
+{number}, 1 (1) : 1
+""",
+}
+
+
+@pytest.mark.parametrize("used", ["lo", "hi"])
+@pytest.mark.parametrize(("format", "line"), [("fll", 4), ("fis", 7)])
+def test_a_linear_term_of_an_input_is_told_where_it_stands(format, line, used):
+    text = LINEAR[format].format(term=used, number=1 + (used == "hi"))
+    systems, diagnostics = examine_foreign(FORMATS[format], SourceText(f"t.{format}", text))
+    assert systems == ()
+    (error,) = [d for d in diagnostics if d.severity == "error"]
+    assert (error.code, error.span.line) == ("FZ214", line)
+    assert "term 'lo' of input 'a' is linear" in error.message
