@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Final
 from xml.parsers import expat
 
@@ -13,6 +14,12 @@ from fuzzyctl.source import SourceText, Span
 
 #: Deepest nesting of elements.
 MAX_DEPTH: Final = 100
+
+#: An attribute of a start tag with its value.
+_ATTRIBUTE: Final = re.compile(r"""\s+([^\s=<>/]+)\s*=\s*("[^"]*"|'[^']*')""")
+
+#: An entity that XML does not define.
+_ENTITY: Final = re.compile(r"&(?!(?:amp|lt|gt|quot|apos);|#)[^\s;<>&\"']*;")
 
 
 @dataclass(eq=False)
@@ -50,11 +57,17 @@ class Element:
 
     def place(self, attribute: str) -> Span:
         """Return where an attribute stands, the element where it has none."""
-        text = self.span.source.text
-        end = text.find(">", self.span.end)
-        pattern = re.compile(rf"\b{re.escape(attribute)}\s*=\s*(\"[^\"]*\"|'[^']*')", re.IGNORECASE)
-        match = pattern.search(text, self.span.end, end if end >= 0 else len(text))
-        return Span(self.span.source, match.start(1), match.end(1)) if match is not None else self.span
+        return self._places.get(attribute.lower(), self.span)
+
+    @cached_property
+    def _places(self) -> dict[str, Span]:
+        """Where each attribute stands, found in one walk through the start tag; values may hold `>`."""
+        source, found = self.span.source, {}
+        match = _ATTRIBUTE.match(source.text, self.span.end)
+        while match is not None:
+            found[match.group(1).lower()] = Span(source, match.start(2), match.end(2))
+            match = _ATTRIBUTE.match(source.text, match.end())
+        return found
 
 
 class _RefusedError(Exception):
@@ -139,7 +152,16 @@ class _Reader:
         line = min(max(error.lineno, 1), len(lines))
         start = sum(len(text) + 1 for text in lines[: line - 1]) + min(error.offset, len(lines[line - 1]))
         facts = tuple(f"not closed: <{e.tag}> of line {e.span.line}" for e in self._open[-3:])
+        if error.code == expat.errors.codes[expat.errors.XML_ERROR_UNDEFINED_ENTITY]:
+            return self._undefined_entity(start)
         reason = expat.ErrorString(error.code) or "broken"
         ends = reason in ("no element found", "unclosed token")
         message = "the file ends before its XML does" if ends and self._open else f"the XML is broken: {reason}"
         return Diagnostic("FZ601", message, Span(self._source, start, start + 1), facts=facts)
+
+    def _undefined_entity(self, start: int) -> Diagnostic:
+        """Return the diagnostic of the first entity from a place on that XML does not have; it begins its element."""
+        match = _ENTITY.search(self._source.text, start)
+        span = Span(self._source, *match.span()) if match is not None else Span(self._source, start, start + 1)
+        help_text = "write &amp; for an ampersand; other characters stand for themselves"
+        return Diagnostic("FZ601", f"there is no entity '{span.text[:40]}'", span, help=help_text)
