@@ -53,7 +53,11 @@ def _decoded(data: bytes, name: str) -> SourceText:
     source = None
     if data.startswith((b"\xff\xfe", b"\xfe\xff")):
         try:
-            source = SourceText(name, data.decode("utf-16"), "UTF-16")
+            text = data.decode("utf-16")
+            if "\0" in text:  # the mark of UTF-32 begins with that of UTF-16
+                message = "the file is no UTF-16 text, as its mark says: a character of it is NUL"
+                raise DiagnosticError([Diagnostic("FZ002", message, file=name, help="save it as UTF-8")])
+            source = SourceText(name, text, "UTF-16")
         except UnicodeDecodeError:
             message = "the file is no text: its mark says UTF-16, and its bytes are none"
             raise DiagnosticError([Diagnostic("FZ002", message, file=name, help="save it as UTF-8")]) from None

@@ -23,18 +23,26 @@ _NAME: Final = re.compile(r"[^\W\d][\w\u0300-\u036f]*")
 _LONGEST: Final = 200
 
 
-def with_identifiers(system: FuzzySystem) -> tuple[FuzzySystem, list[Loss]]:
+def with_identifiers(
+    system: FuzzySystem, reserved: Collection[str] = (), of_variables: Collection[str] = ()
+) -> tuple[FuzzySystem, list[Loss]]:
     """Return a system whose names are identifiers, and which names were changed.
 
-    A variable keeps its name as its label where it has none of its own. Titles, labels and units lose double quotes and
-    line ends, which no string of a rule file can hold.
+    What is called otherwise keeps its name as its label or title where it has none of its own. Titles, labels and units
+    lose double quotes and line ends, which no string of a rule file can hold.
+
+    Args:
+        system: The system.
+        reserved: Words besides those of rule files that are no names.
+        of_variables: Further ones that are no names of variables.
     """
     system = _with_plain_texts(system)
-    changed = _Names(system)
+    changed = _Names(system, frozenset(reserved), frozenset(of_variables))
     if not changed.losses:
         return system, []
     update: dict[str, Any] = {
         "name": changed.system,
+        "title": system.title or (_plain(system.name) if changed.system != system.name else ""),
         "inputs": tuple(changed.variable(v) for v in system.inputs),
         "outputs": tuple(changed.variable(v) for v in system.outputs),
         "blocks": tuple(changed.block(b) for b in system.blocks),
@@ -59,15 +67,15 @@ def _plain(text: str) -> str:
     return " ".join(lines.split()) if re.search(r"[\r\n]", lines) else lines
 
 
-def identifier(name: str, taken: Iterable[str] = ()) -> str:
-    """Return a name as an identifier that is none of those taken."""
+def identifier(name: str, taken: Iterable[str] = (), reserved: Collection[str] = ()) -> str:
+    """Return a name as an identifier that is none of those taken, and no reserved word."""
     text = unicodedata.normalize("NFC", name)
     found = text
     if not _is_name(text):
         found = "_".join("".join(c if _is_name(f"_{c}") else " " for c in text).replace("_", " ").split()) or "unnamed"
         found = found if _is_name(found) else f"_{found}"
     found = unicodedata.normalize("NFC", found[: _LONGEST - 8])
-    if found in _RESERVED:
+    if found in _RESERVED or found in reserved:
         found = f"{found}_"
     free, k, used = found, 1, set(taken)
     while free in used:
@@ -84,21 +92,24 @@ def _is_name(text: str) -> bool:
 class _Names:
     """What each name becomes; names that need no change keep theirs, and others make way for them."""
 
-    def __init__(self, system: FuzzySystem) -> None:
+    def __init__(self, system: FuzzySystem, reserved: frozenset[str], of_variables: frozenset[str]) -> None:
         self.losses: list[Loss] = []
+        self.reserved = reserved
         self.system = self._renamed(f"system '{system.name}'", [system.name])[system.name]
         variables = [*system.inputs, *system.outputs]
         params = [p.name for p in system.params]
+        self.reserved = reserved | of_variables
         self.variables = self._renamed("variable", [v.name for v in variables], params)
+        self.reserved = reserved
         self.blocks = self._renamed("rule block", [b.name for b in system.rule_blocks])
         self.terms = {v.name: self._renamed(f"variable '{v.name}'", [t.name for t in v.terms]) for v in variables}
 
     def _renamed(self, where: str, names: list[str], others: Collection[str] = ()) -> dict[str, str]:
-        kept = {n for n in names if identifier(n) == n} | set(others)
+        kept = {n for n in names if identifier(n, reserved=self.reserved) == n} | set(others)
         found = {n: n for n in names if n in kept}
         for name in names:
             if name not in found:
-                found[name] = identifier(name, {*kept, *found.values()})
+                found[name] = identifier(name, {*kept, *found.values()}, self.reserved)
                 why = f"it is called '{found[name]}'"
                 self.losses.append(Loss(where, f"the name '{name}'", why, exact=True))
         return found

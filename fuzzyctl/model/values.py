@@ -148,9 +148,12 @@ def _bad_shape(v: LinguisticVariable, shape: Shape, mistake: str) -> Diagnostic:
         message = f"the peaks of '{v.name}' are out of order: {given[1]:.6g} of '{term.name}', then {given[2]:.6g}"
         return Diagnostic("FZ301", message, term.span, help="list the terms from left to right")
     unordered = "greater than" in mistake
-    order = f"; the order is {', '.join(MEMBERSHIP[term.membership.kind].parameters)}" if unordered else ""
+    formula = MEMBERSHIP[term.membership.kind]
+    order = f"; the order is {', '.join(formula.parameters)}" if unordered and not formula.variadic else ""
+    help_text = "give the points from left to right" if unordered and formula.variadic else ""
     message = f"term '{term.name}' of '{v.name}': {mistake}{order}"
-    return Diagnostic("FZ301" if unordered else "FZ302", message, term.membership.span or term.span)
+    place = term.membership.span or term.span
+    return Diagnostic("FZ301" if unordered else "FZ302", message, place, help=help_text)
 
 
 def bad_heights(numbers: Numbers) -> Iterator[Diagnostic]:

@@ -14,7 +14,13 @@ from fuzzyctl.formats.blocks import combined
 from fuzzyctl.formats.findings import Findings
 from fuzzyctl.formats.fll.lines import SPELT, Block, split
 from fuzzyctl.formats.fll.methods import defuzzifier, is_none, norm
-from fuzzyctl.formats.fll.rule_blocks import RuleBlock, found_block, read_rule_blocks, require_norms
+from fuzzyctl.formats.fll.rule_blocks import (
+    RuleBlock,
+    found_block,
+    read_rule_blocks,
+    report_no_rule,
+    require_norms,
+)
 from fuzzyctl.formats.fll.rules import Known, RuleReader
 from fuzzyctl.formats.fll.terms import Place
 from fuzzyctl.formats.fll.variables import (
@@ -90,10 +96,10 @@ class _File:
                 message = f"output '{variable.name}' is disabled; it is left out"
                 findings.warning("FZ603", message, variable.span, help="enable it, or remove it")
         blocks = read_rule_blocks(self._of("ruleblock"), RuleReader(known, findings), findings)
-        if not blocks and not findings.failed:
-            findings.error("FZ212", "the file has no rule that is enabled", None, help="write a RuleBlock with rules")
         if not enabled and outputs and not findings.failed:
             findings.error("FZ212", "all outputs are disabled", outputs[0].span, help="enable one")
+        if not blocks and not findings.failed:
+            report_no_rule(self._of("ruleblock"), self.blocks[0], findings)
         ranges = [self._input_range(v) for v in inputs]
         made = [self._output(v, blocks, ranges) for v in enabled]
         sets = [o.name for o in made if o.defuzzifier is not None and not o.defuzzifier.over_rules]

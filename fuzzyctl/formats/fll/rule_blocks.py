@@ -100,3 +100,19 @@ def found_block(block: RuleBlock) -> FoundBlock:
         block.implication,
         block.activation,
     )
+
+
+def report_no_rule(blocks: Sequence[Block], first: Block, findings: Findings) -> None:
+    """Report that no rule acts: there is no rule block, all are disabled, none has a rule, or none has an effect."""
+    enabled = [b for b in blocks if flag(b.line("enabled"), True, findings)]
+    rule = "write, for example: rule: if A is x then C is z"
+    if not blocks:
+        findings.error("FZ212", "the file has no RuleBlock", first.head.span, help="write: RuleBlock: NAME, with rules")
+    elif not enabled:
+        message = "all rule blocks are disabled" if len(blocks) > 1 else "the only rule block is disabled"
+        findings.error("FZ212", message, blocks[0].head.span, help="enable one")
+    elif any(b.all("rule") for b in enabled):
+        findings.error("FZ212", "no rule sets an output that is enabled", enabled[0].head.span, help=rule)
+    else:
+        message = "the rule block has no rule" if len(enabled) == 1 else "the rule blocks have no rule"
+        findings.error("FZ212", message, enabled[0].head.span, help=rule)

@@ -17,6 +17,9 @@ _TOKEN: Final = re.compile(r"[()]|[^\s()]+")
 
 _FORM: Final = "a rule is written: if A is x and B is y then C is z with 0.5"
 
+#: What stands behind a term.
+_AFTER_TERM: Final = ("and", "or", "then", "with", "(", ")")
+
 #: Deepest nesting of parentheses.
 _DEEPEST: Final = 50
 
@@ -209,6 +212,10 @@ class _RuleText:
         if place.text in variable.unread:
             raise UnreadTermError
         if place.text not in variable.terms:
+            if place.text.lower() in _AFTER_TERM:
+                message = f"a term of '{variable.name}' is due, not '{place.text}'"
+                facts = (f"terms of '{variable.name}': {', '.join(variable.terms) or 'none'}",)
+                raise RuleError("FZ601", message, place, _FORM, facts)
             message = f"'{variable.name}' has no term '{place.text[:40]}'"
             facts = (f"terms of '{variable.name}': {', '.join(variable.terms) or 'none'}",)
             known = [*variable.terms, *HEDGE_WORDS]

@@ -11,7 +11,15 @@ from fuzzyctl.formats.blocks import BlockPart, block_parts
 from fuzzyctl.formats.conditions import up_to_any
 from fuzzyctl.formats.fll.formulas import formula
 from fuzzyctl.formats.fll.terms_text import written
-from fuzzyctl.formats.fll.words import ACTIVATION_WORDS, HEDGE_WORDS, OF_SETS, S_NORMS, T_NORMS
+from fuzzyctl.formats.fll.words import (
+    ACTIVATION_WORDS,
+    FUNCTION_WORDS,
+    HEDGE_WORDS,
+    OF_SETS,
+    RULE_WORDS,
+    S_NORMS,
+    T_NORMS,
+)
 from fuzzyctl.formats.identifiers import with_identifiers
 from fuzzyctl.formats.losses import Loss
 from fuzzyctl.formats.weighted import as_inverted_there
@@ -57,7 +65,7 @@ def write(system: FuzzySystem) -> tuple[str, list[Loss]]:
     Raises:
         DiagnosticError: With all reasons, for a system that no `.fll` file can hold.
     """
-    named, losses = with_identifiers(numerics.named_consequents(system))
+    named, losses = with_identifiers(numerics.named_consequents(system), RULE_WORDS, FUNCTION_WORDS)
     return _Writer(named, losses).write()
 
 
@@ -93,7 +101,8 @@ class _Writer:
         said = [] if self.profile.name == "fuzzylite" else [f"# numerics of {self.profile.name}"]
         lines = [*said, f"Engine: {system.name}"]
         if system.title:
-            lines.append(f"  description: {_plain(system.title)}")
+            where = f"system '{system.name}'"
+            lines.append(f"  description: {self._plain(system.title, where, 'the title')}")
         for variable in (*system.inputs, *system.outputs):
             lines.extend(self._variable(variable))
         parts = block_parts(system)
@@ -111,7 +120,8 @@ class _Writer:
         is_output = isinstance(variable, Output)
         yield f"{'OutputVariable' if is_output else 'InputVariable'}: {variable.name}"
         if variable.label:
-            yield f"  description: {_plain(variable.label)}"
+            where = f"{'output' if is_output else 'input'} '{variable.name}'"
+            yield f"  description: {self._plain(variable.label, where, 'the label')}"
         low, high = (numerics.value(self.system, end) for end in (variable.lower, variable.upper))
         yield "  enabled: true"
         yield f"  range: {number_text(low)} {number_text(high)}"
@@ -254,7 +264,9 @@ class _Writer:
                 self.reasons.append(f"{where} has the hedge '{hedge}'")
         return list(hedges)
 
-
-def _plain(text: str) -> str:
-    """Return a description in one line without what begins a comment."""
-    return " ".join(text.replace("#", "").replace(";", ",").split())
+    def _plain(self, text: str, where: str, what: str) -> str:
+        """Return a description in one line without what begins a comment or ends a line."""
+        found = " ".join(text.replace("#", "").replace(";", ",").split())
+        if set(text) & set("#;"):
+            self._lose(where, what, f"'#' and ';' have no place in it; it becomes '{found}'", exact=True)
+        return found

@@ -126,6 +126,12 @@ class TestLoading:
         assert systems[0](service=2, food=1)["other"] == 2.0
 
 
+def test_utf_32_is_no_utf_16_though_its_mark_begins_so():
+    with pytest.raises(DiagnosticError) as caught:
+        decode(codecs.BOM_UTF32_LE + TIPPER.encode("utf-32-le"), "t.fis")
+    assert [d.code for d in caught.value.diagnostics] == ["FZ002"]
+
+
 class TestEncodings:
     NAME = "Qualität"
     TEXT = TIPPER.replace("'service'", f"'{NAME}'")

@@ -44,3 +44,15 @@ def test_names_of_terms_stay_apart_and_the_file_reads_back(names):
     assert named.inputs[0].label == "x y"
     assert all(loss.exact for loss in losses)
     assert y.name == "y"
+
+
+@pytest.mark.parametrize(
+    ("name", "title", "expected"),
+    [("cart & pole", "", "cart & pole"), ("cart & pole", "A cart", "A cart"), ("cart", "", "")],
+)
+def test_a_system_that_is_called_otherwise_keeps_its_name_as_its_title(name, title, expected):
+    system = fuzzyctl.loads(
+        "system s\ninput x in [0, 1]\n  a = ramp(0, 1)\noutput y in [0, 1]\n  b = ramp(0, 1)\nif x is a then y is b\n"
+    )
+    found, _ = with_identifiers(system.model_copy(update={"name": name, "title": title}))
+    assert (found.name, found.title) == (name.replace(" & ", "_"), expected)

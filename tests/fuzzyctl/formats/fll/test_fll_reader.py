@@ -360,6 +360,8 @@ class TestMistakes:
             ("RuleBlock: all", "RuleBlok: all", None),
             ("  activation: General", "  colour: red", ("FZ601", "error", 22, 3)),
             ("  activation: General", "  activation: Some", ("FZ602", "error", 22, 15)),
+            ("if a is low then", "if a is very and b is low then", ("FZ601", "error", 23, 22)),
+            ("if a is low then", "if (a is) and b is low then", ("FZ601", "error", 23, 17)),
             ("  activation: General", "  activation: First 0 0.5", ("FZ601", "error", 22, 21)),
             ("  activation: General", "  activation: Threshold ~ 0.5", ("FZ601", "error", 22, 25)),
             ("  activation: General", "  activation: Proportional 3", ("FZ303", "error", 22, 28)),
@@ -511,3 +513,27 @@ def test_a_sign_is_the_difference_of_two_comparisons():
     assert written == "(gt(x, 0) - gt(0, x))"
     read_back = read_formula(Span(SourceText("t", written), 0, len(written)), ["x"])
     assert [evaluate(read_back, {"x": x}) for x in (-2.0, 0.0, 0.5)] == [-1.0, 0.0, 1.0]
+
+
+class TestNoRule:
+    @pytest.mark.parametrize(
+        ("old", "new", "line", "message"),
+        [
+            ("  rule: if a is low then y is low\n  rule: if a is high then y is high\n", "", 18, "has no rule"),
+            ("RuleBlock: all\n", "RuleBlock: all\n  enabled: false\n", 18, "the only rule block is disabled"),
+            (SMALL[SMALL.index("RuleBlock") :], "", 1, "the file has no RuleBlock"),
+            ("OutputVariable: y\n", "OutputVariable: y\n  enabled: false\n", 10, "all outputs are disabled"),
+        ],
+    )
+    def test_why_no_rule_acts_is_told_where(self, old, new, line, message):
+        _, diagnostics = read(SourceText("t.fll", changed(old, new)))
+        (error,) = [d for d in diagnostics if d.severity == "error"]
+        assert (error.code, error.span.line) == ("FZ212", line)
+        assert message in error.message
+
+    def test_rules_of_disabled_outputs_alone_are_none(self):
+        other = "OutputVariable: z\n  enabled: false\n  term: t Ramp 0 1\n"
+        text = changed("RuleBlock: all", other + "RuleBlock: all").replace("then y is low", "then z is t")
+        _, diagnostics = read(SourceText("t.fll", text.replace("then y is high", "then z is t")))
+        (error,) = [d for d in diagnostics if d.severity == "error"]
+        assert (error.message, error.span.line) == ("no rule sets an output that is enabled", 21)

@@ -206,3 +206,36 @@ def test_the_normalized_sum_is_the_bounded_one():
     back, _ = read(SourceText("t.fll", written))
     assert back.method.disjunction == "bounded_sum"
     assert "disjunction: BoundedSum" in write(back)[0]
+
+
+NAMED = """\
+system t "a # title; here"
+defuzzifier weighted_average
+input round in [0, 10]
+  round = ramp(10, 0)
+  if = ramp(0, 10)
+output with "in # per; cent" in [0, 4] else 2
+  with = constant(1)
+  q = constant(3)
+if round is round then with is with
+if round is if then with is q
+"""
+
+
+def test_what_rules_of_fuzzylite_take_for_their_own_words_is_no_name():
+    text, losses = write(loads(NAMED))
+    assert "rule: if round_ is round then with_ is with_\n" in text
+    assert "rule: if round_ is if_ then with_ is q\n" in text
+    told = [x.what for x in losses if x.what.startswith("the name")]
+    assert told == ["the name 'round'", "the name 'with'", "the name 'if'", "the name 'with'"]
+
+
+def test_descriptions_that_lose_a_sign_are_told():
+    text, losses = write(loads(NAMED))
+    assert "  description: a title, here\n" in text
+    assert "  description: in per, cent\n" in text
+    assert {(x.where, x.what) for x in losses if "'#'" in x.why} == {
+        ("system 't'", "the title"),
+        ("output 'with_'", "the label"),
+    }
+    assert all(x.exact for x in losses)
