@@ -119,6 +119,8 @@ def _outputs(system: FuzzySystem) -> list[dict[str, Any]]:
             for name in Method.model_fields
             if name in Output.model_fields and name != "span"
         }
+        if "implication" in method:
+            method["implication"] = " and ".join(system.implications_of(v))
         defuzzifier = v.defuzzifier or system.method.defuzzifier
         if defuzzifier.over_rules:
             idle = OVER_SETS[:1] if system.method.semantics.joins_rules else OVER_SETS

@@ -99,7 +99,8 @@ def _lines(system: FuzzySystem, found: Trace, most: int) -> list[str]:
         lines.append(f"  {variable}: {', '.join(above) or 'none'}")
     lines += ["", f"Rules that act: {len(found.rules)}; silent: {found.silent}"]
     for rule in found.rules[:most]:
-        lines.append(f"  {rule.activation:<8.4g}  {rule.text}")
+        block = f"   (rules {rule.block})" if rule.block else ""
+        lines.append(f"  {rule.activation:<8.4g}  {rule.text}{block}")
         lines += [f"            {_contribution(c)}" for c in rule.contributions]
     if len(found.rules) > most:
         lines.append(f"  and {len(found.rules) - most} more; --rules shows more of them")

@@ -52,12 +52,14 @@ class FiredRule:
         text: The rule as `.fz` text; a cell of a table as the rule it stands for.
         activation: Weight times firing strength, as the activation method lets it act.
         contributions: One for each output that it sets.
+        block: Name of its rule block, nothing for a rule of none.
     """
 
     number: int
     text: str
     activation: float
     contributions: tuple[Contribution, ...]
+    block: str = ""
 
 
 @dataclass(frozen=True)
@@ -167,7 +169,9 @@ def _fired(
             own = _value(flat, output, output.terms[entry.term], known)
             pull = None if own is None or output.sums else share * (own - value)
             parts.append(Contribution(output.name, _consequent(rule, output.name), own, effects[position], share, pull))
-    return FiredRule(position + 1, rule_text(rule), activation, tuple(parts))
+    block = system.rule_methods[position].block
+    name = system.rule_blocks[block].name if block >= 0 else ""
+    return FiredRule(position + 1, rule_text(rule), activation, tuple(parts), name)
 
 
 def _value(flat: Plan, output: OutputPlan, term: SetPlan, known: dict[str, float]) -> float | None:

@@ -85,6 +85,11 @@ FUNCTIONS = {
         build.rule_table,
         {"outputs": "u", "rows": "x", "cells": {"L": "A B"}, "columns": "y", "headers": "L H", "condition": None},
     ),
+    "rule_block": (
+        build.rule_block,
+        {"name": "b", "rules": [TABLE, "if x is L then u is A"], "conjunction": "min", "disjunction": "max"}
+        | {"implication": "min", "activation": "general"},
+    ),
     "rule": (build.rule, {"text": "if x is L then u is A"}),
     "expression": (build.expression, {"value": 1}),
     "Hold": (build.Hold, {"start": 0}),
