@@ -95,7 +95,7 @@ class Reference:
         self._evaluate = python_backend.compile_source(python_backend.evaluation_source(program), program, names)
         self._coarse = self._evaluate
         if unit.precision == "float":
-            coarse = mapped(program, _above_underflow)
+            coarse = mapped(program, _as_single)
             self._coarse = python_backend.compile_source(python_backend.evaluation_source(coarse), coarse, names)
         self.state = list(unit.plan.initial_state)
         self._rates: Callable[..., Any] | None = None
@@ -140,11 +140,14 @@ class Reference:
                 self.state[k] = min(max(value, flat.outputs[o].lower), flat.outputs[o].upper)
 
     def steady(self, point: Sequence[float]) -> bool:
-        """Return whether the outputs stay what they are within the last bits of the inputs, and of the activations."""
+        """Return whether outputs stay what they are within the last bits of inputs, activations and constants."""
         own = self.evaluate(point)
         if not self._alike(own, self._evaluated(self._coarse, point)):
             return False
-        return all(self._alike(own, self.evaluate(other)) for other in neighbours(point, self.unit.precision))
+        others = neighbours(
+            point, self.unit.precision, [max(abs(i.lower), abs(i.upper)) for i in self.unit.plan.inputs]
+        )
+        return all(self._alike(own, self.evaluate(other)) for other in others)
 
     def _alike(self, a: Vector, b: Vector) -> bool:
         if a.refused != b.refused:
@@ -155,20 +158,25 @@ class Reference:
         )
 
 
-def _above_underflow(node: Expr) -> Expr:
-    """Take for 0 what may be 0 in single precision."""
+def _as_single(node: Expr) -> Expr:
+    """Take for 0 what may be 0 in single precision, and constants as they are in it, such as places of singletons."""
     match node:
         case Compare(op=">", left=left, right=Number(value=0.0)):
             return Compare(">", left, Number(_UNDERFLOW))
+        case Number(value=value) if value != 0.0 and math.isfinite(single(value)) and abs(value) > _UNDERFLOW:
+            return Number(single(value))
     return node
 
 
-def neighbours(point: Sequence[float], precision: str) -> list[tuple[float, ...]]:
-    """Return points that differ from one by a few units in the last place of one input."""
+def neighbours(point: Sequence[float], precision: str, scales: Sequence[float]) -> list[tuple[float, ...]]:
+    """Return points that differ from one by a few units in the last place of one input, or of the ends of its range.
+
+    Degrees are rounded like the corners that an input is compared with, also where the input itself is near 0.
+    """
     relative = 2.0**-50 if precision == "double" else 2.0**-22
     found = []
-    for i, x in enumerate(point):
+    for i, (x, scale) in enumerate(zip(point, scales, strict=True)):
         if math.isfinite(x):
             for sign in (-1.0, 1.0):
-                found.append((*point[:i], x + sign * max(abs(x) * relative, 1e-300), *point[i + 1 :]))
+                found.append((*point[:i], x + sign * max(max(abs(x), scale) * relative, 1e-300), *point[i + 1 :]))
     return found
