@@ -378,8 +378,9 @@ def _output(own: Output, old: Profile, new: Profile) -> Output:
 def _not_evaluated(system: FuzzySystem, new: Profile) -> list[Diagnostic]:
     """Report what the tool of a profile does not have."""
     found: dict[str, Diagnostic] = {}
-    activation = system.method.activation
-    if activation.kind != "general" and not new.has_activations:
+    activations = (system.method.activation, *(m.activation for m in system.rule_methods))
+    activation = next((a for a in activations if a.kind != "general"), None)
+    if activation is not None and not new.has_activations:
         message = f"profile '{new.name}' cannot evaluate the system: {new.tool} has no activation '{activation.kind}'"
         found[""] = Diagnostic("FZ214", message, activation.span, help="use 'activation general'")
     for output in system.outputs:

@@ -288,3 +288,10 @@ def test_generated_code_knows_blocks(tmp_path):
     exec(compile(module.read_text(encoding="utf-8"), "generated", "exec"), space)
     (function,) = (f for name, f in space.items() if name == "s")
     assert function(0.6, 0.5) == loads(averages(rules))(e=0.6, d=0.5)
+
+
+def test_a_profile_of_a_tool_without_activation_methods_does_not_know_those_of_blocks():
+    system = loads(averages(f"{EITHER}rules late activation highest(count=1)\n{BOTH}"))
+    assert fuzzyctl.as_profile(system, "pyfuzzylite").rule_blocks == system.rule_blocks
+    with pytest.raises(DiagnosticError, match="has no activation 'highest'"):
+        fuzzyctl.as_profile(system, "matlab")
