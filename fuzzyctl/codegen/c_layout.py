@@ -4,9 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Final
 
-from fuzzyctl.codegen.names import C_RESERVED, Names
+from fuzzyctl.codegen.c_library import LIBRARY
+from fuzzyctl.codegen.names import C_FUNCTION_RESERVED, C_RESERVED, Names
 from fuzzyctl.codegen.unit import Unit
+
+#: Macros of generated files, and the constant of success, behind the name of the system in capitals.
+MACROS: Final = ("H", "OK", "MAGNITUDE", "INFINITE", "NAN", "FRACTION")
 
 
 @dataclass(frozen=True)
@@ -21,13 +26,20 @@ class CLayout:
     @cached_property
     def name(self) -> str:
         """Name of the function, and of the files."""
-        return Names(C_RESERVED).claim(self.unit.system.name)
+        names = Names(C_FUNCTION_RESERVED)
+        name = names.claim(self.unit.system.name)
+        # Its macros must not be those of the library, as FP_NAN is.
+        while any(f"{name.upper()}_{macro}" in LIBRARY for macro in MACROS):
+            name = names.claim(f"{name}_fz")
+        return name
 
     @cached_property
     def _members(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        names = Names([*C_RESERVED, self.name, "dt", "consequent"])
-        inputs = tuple(names.claim(i.name) for i in self.unit.plan.inputs)
-        return inputs, tuple(names.claim(o.name) for o in self.unit.plan.outputs)
+        # What the files call their own begins with the name of the system; members of structs meet its macros only.
+        names, macros = Names([*C_RESERVED, self.name]), f"{self.name.upper()}_"
+        own = (f"{self.name}_", macros)
+        inputs = tuple(names.claim(i.name, apart_from=own) for i in self.unit.plan.inputs)
+        return inputs, tuple(names.claim(o.name, apart_from=(macros,)) for o in self.unit.plan.outputs)
 
     @property
     def inputs(self) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ from typing import Final
 
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.lean import functions, renamed
-from fuzzyctl.codegen.names import PYTHON_RESERVED, Names
+from fuzzyctl.codegen.names import PYTHON_FUNCTION_RESERVED, PYTHON_RESERVED, Names
 from fuzzyctl.codegen.unit import Unit, described
 from fuzzyctl.kernels import inference
 from fuzzyctl.kernels.printer import IEEE_SCALAR, INDENT, INTERPRETED, Dialect, block, index_text, text
@@ -89,7 +89,7 @@ if __name__ == "__main__":
 
 def module_name(unit: Unit) -> str:
     """Return the name of the module, which is that of its function."""
-    return Names(PYTHON_RESERVED).claim(unit.system.name)
+    return Names(PYTHON_FUNCTION_RESERVED).claim(unit.system.name)
 
 
 def module(unit: Unit) -> str:

@@ -126,10 +126,10 @@ class _Block:
             depth = 2
         pad = INDENT * depth
         for k, (output, value) in enumerate(zip(self.outputs, self.unit.evaluation.results, strict=True)):
-            yield from writer.assigned(f"r{k}", value, depth)
-            writer.reals.append(f"r{k}")
-            yield f"{pad}{output} := r{k};"
-            missing = writer.missing(f"r{k}")
+            yield from writer.assigned(f"result{k}", value, depth)
+            writer.reals.append(f"result{k}")
+            yield f"{pad}{output} := result{k};"
+            missing = writer.missing(f"result{k}")
             yield f"{pad}{self.valid[k]} := {'TRUE' if missing == 'FALSE' else f'NOT {missing}'};"
             if missing != "FALSE":
                 yield f"{pad}IF {missing} THEN"
