@@ -30,6 +30,9 @@ _COMMENTS: Final[tuple[tuple[str, str | None], ...]] = (
     ("{", "}"),
 )
 
+#: So many runs of characters without a meaning are told one by one.
+_MOST_BAD: Final = 100
+
 _OPENINGS: Final = frozenset(opening[0] for opening, _ in _COMMENTS)
 
 
@@ -122,6 +125,12 @@ def _bad(source: SourceText, at: int, diagnostics: list[Diagnostic]) -> int:
     end = at + 1
     while end < len(source.text) and source.text[end] == source.text[at]:
         end += 1
+    if len(diagnostics) > _MOST_BAD:
+        return end
+    if len(diagnostics) == _MOST_BAD:
+        message = "there are more characters that have no meaning in FCL"
+        diagnostics.append(Diagnostic("FZ601", message, Span(source, at, end), help="is this an FCL file?"))
+        return end
     char = source.text[at]
     shown = f"'{char}' (U+{ord(char):04X})" if char.isprintable() else f"U+{ord(char):04X}"
     message = f"the character {shown} has no meaning in FCL"

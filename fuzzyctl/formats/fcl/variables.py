@@ -14,6 +14,7 @@ from fuzzyctl.formats.fcl.names import METHOD_WORDS
 from fuzzyctl.formats.fcl.scope import Scope
 from fuzzyctl.formats.fcl.settings import accumulation_of, norm_of, require_enabled
 from fuzzyctl.formats.fcl.shapes import membership
+from fuzzyctl.formats.findings import Names
 from fuzzyctl.formats.weighted import KINDS, weighted_kinds
 from fuzzyctl.formulas import is_monotone
 from fuzzyctl.model.guarantee import Param
@@ -243,17 +244,17 @@ class VariableResolver:
 
     def _terms(self, block: sx.FuzzyBlock, *, of_output: bool) -> tuple[Term, ...]:
         found: list[Term] = []
-        names: dict[str, sx.Word] = {}
+        first: dict[str, sx.Word] = {}
+        names = Names()
         for line in block.terms:
             made = membership(line, self._scope, of_output=of_output)
-            name = line.name.text
-            if name in names:
-                name = _free(name, names)
+            name = names.take(line.name.text)
+            first.setdefault(line.name.text, line.name)
+            if name != line.name.text:
                 message = f"'{block.variable.text}' has two terms '{line.name.text}'; rules mean the first one"
-                note = (Note(names[line.name.text].span, "the first one"),)
+                note = (Note(first[line.name.text].span, "the first one"),)
                 help_text = f"the second is called '{name}' here; rename it"
                 self._scope.warning("FZ604", message, line.name.span, help=help_text, notes=note)
-            names[name] = line.name
             if made is not None:
                 found.append(Term(name=name, membership=made, span=line.span))
         return tuple(found)
@@ -325,10 +326,3 @@ class VariableResolver:
 
 def _says(setting: sx.Setting, word: str) -> bool:
     return any(isinstance(v, sx.Word) and v.upper == word for v in setting.values)
-
-
-def _free(name: str, taken: dict[str, sx.Word]) -> str:
-    number = 2
-    while f"{name}_{number}" in taken:
-        number += 1
-    return f"{name}_{number}"

@@ -9,6 +9,7 @@ from typing import Final
 from fuzzyctl.errors import did_you_mean, listed
 from fuzzyctl.expr import Expr, Number
 from fuzzyctl.formats.fcl import ranges
+from fuzzyctl.formats.findings import Names
 from fuzzyctl.formats.fml.document import Element
 from fuzzyctl.formats.fml.names import DEFUZZIFIER_WORDS, DISJUNCTION_WORDS, SHAPES
 from fuzzyctl.formats.fml.scope import Scope
@@ -54,6 +55,7 @@ class VariableReader:
     def __init__(self, scope: Scope) -> None:
         self._scope = scope
         self._base = KnowledgeBase()
+        self._names: dict[str, Names] = {}
 
     def read(self, element: Element) -> KnowledgeBase:
         """Return the variables; functions of inputs come last, since they are over all inputs."""
@@ -167,17 +169,13 @@ class VariableReader:
         self._scope.known(term, ("name", "complement", "order"), [c.name for c in term.children])
         if name is None:
             return None
-        names = self._base.terms[variable]
-        if name in names:
-            number = 2
-            while f"{name}_{number}" in names:
-                number += 1
+        own = self._names.setdefault(variable, Names()).take(name)
+        if own != name:
             message = f"'{variable}' has two terms '{name}'; rules mean the first one"
-            help_text = f"the second is called '{name}_{number}' here; rename it"
+            help_text = f"the second is called '{own}' here; rename it"
             self._scope.warning("FZ604", message, term.place("name"), help=help_text)
-            name = f"{name}_{number}"
-        names.append(name)
-        return name
+        self._base.terms[variable].append(own)
+        return own
 
     def _shaped(
         self, term: Element, shape: Element, key: tuple[str, str], domain: tuple[float, float], found: list[Term]

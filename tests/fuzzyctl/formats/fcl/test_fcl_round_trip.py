@@ -367,3 +367,13 @@ def test_nothing_stands_behind_any_as_fuzzylite_takes_nothing_there(condition, w
     (back,), _ = read_all(SourceText("t.fcl", text))
     for x in (0.0, 2.5, 7.0, 10.0):
         assert back(x=x) == pytest.approx(system(x=x), rel=1e-12)
+
+
+def test_many_terms_of_one_name_and_characters_without_meaning_take_their_time_only():
+    text = write(loads(TSUKAMOTO.format(method="centroid", a="ramp(0, 9)", b="ramp(9, 0)")))[0]
+    begin = time.perf_counter()
+    again = read_back(text.replace("  TERM a :=", f"{'  TERM a := Ramp 0 9;' * 4000}\n  TERM a :=", 1))
+    assert len({t.name for t in again.outputs[0].terms}) == 4002
+    _, diagnostics = read_all(SourceText("x.fcl", "$@" * 40_000))
+    assert len(diagnostics) < 110
+    assert time.perf_counter() - begin < 8

@@ -338,6 +338,14 @@ def test_a_conclusion_on_an_input_says_so():
     assert [d.message for d in diagnostics] == ["'food' is an input, and rules conclude on outputs"]
 
 
+def test_many_terms_of_one_name_are_told_apart_in_time():
+    one = '<fuzzyTerm name="rancid"><triangularShape param1="0" param2="2" param3="5"/></fuzzyTerm>'
+    begin = time.perf_counter()
+    system = sound(document(shape=TRAPEZOID).replace("</fuzzyVariable>", f"{one * 2000}</fuzzyVariable>", 1))
+    assert len({t.name for t in system.inputs[0].terms}) == 2002
+    assert time.perf_counter() - begin < 5
+
+
 LOW_POINTS = '<pointSetShape><point x="1" y="0"/><point x="3" y="0.8"/><point x="8" y="0"/></pointSetShape>'
 TWO_PEAKS = (
     '<pointSetShape><point x="1" y="1"/><point x="3" y="0.8"/><point x="4" y="1"/><point x="8" y="0"/></pointSetShape>'
