@@ -10,7 +10,7 @@ from fuzzyctl.formats.blocks import Combined, FoundBlock, combined
 from fuzzyctl.formats.fcl import syntax as sx
 from fuzzyctl.formats.fcl.rules import RuleResolver, Vocabulary, same_either_way
 from fuzzyctl.formats.fcl.scope import Scope
-from fuzzyctl.formats.fcl.settings import Norms, norms
+from fuzzyctl.formats.fcl.settings import Norms, is_switched_off, norms
 from fuzzyctl.formats.fcl.variables import OutputDraft
 from fuzzyctl.model.method import TSUKAMOTO, Activation, Method
 from fuzzyctl.model.rule import And, Antecedent, Not, Or, Rule
@@ -35,7 +35,7 @@ class BlockRules:
 
     Attributes:
         found: All rules without mistakes, in the order written.
-        norms: The norms of each rule block, with its rules.
+        norms: The norms of each rule block that is not switched off, with its rules.
         blocks: The rule blocks that have rules, with the norms that these need.
     """
 
@@ -45,6 +45,8 @@ class BlockRules:
         self.blocks: list[FoundBlock] = []
         resolver = RuleResolver(scope, vocabulary)
         for part in block.rules:
+            if is_switched_off(part, scope):
+                continue
             rules = [r for r in map(resolver.rule, part.rules) if r is not None]
             joins = frozenset(word for r in rules for word in _joins(r.antecedent))
             own = norms(part, scope, joins=joins)

@@ -132,6 +132,17 @@ def _no_pair(scope: Scope, joins: frozenset[str], other: tuple[str, Setting], la
     scope.warning("FZ609", message, last.span, notes=note, help=help_text)
 
 
+def is_switched_off(block: RuleBlock, scope: Scope) -> bool:
+    """Return whether fuzzylite has switched a rule block off; its rules then have no effect, which is told."""
+    setting = next((s for s in block.settings if s.keyword.upper == "ENABLED"), None)
+    word = setting.word if setting is not None else None
+    if setting is None or not (isinstance(word, Word) and word.upper == "FALSE"):
+        return False
+    message = "the rule block is switched off, so its rules have no effect"
+    scope.warning("FZ603", message, setting.span, help="remove it, or write: ENABLED : TRUE")
+    return True
+
+
 def _other_settings(given: Mapping[str, Setting], scope: Scope) -> None:
     """Refuse what changes the rules in a way that is not available."""
     require_enabled(given.get("ENABLED"), scope)

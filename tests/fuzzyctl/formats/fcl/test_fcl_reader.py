@@ -353,6 +353,17 @@ def test_several_rule_blocks_keep_their_names_and_say_in_what_they_differ():
     )
 
 
+def test_a_rule_block_that_is_switched_off_has_no_effect_and_that_is_said():
+    second = "END_RULEBLOCK\nRULEBLOCK second\nENABLED : FALSE;\nRULE 1 : IF x IS high THEN u IS yes;"
+    first = "RULE 1 : IF x IS low THEN u IS no;\n"
+    text = block(rules=first + second)
+    assert sound(text).rules == sound(block(rules=first)).rules
+    assert not sound(text).rule_blocks
+    assert [f[0] for f in found(text)] == ["FZ603"]
+    off = block(rules="ENABLED : FALSE;\n" + first)
+    assert [f[0] for f in found(off)] == ["FZ603", "FZ212"]
+
+
 def test_implications_of_rule_blocks_count_where_they_set_a_set_and_accumulations_must_agree():
     sets = "TERM no := (0, 1) (1, 0); TERM yes := (0, 0) (1, 1); METHOD : COG; RANGE := (0 .. 1);"
     second = "END_RULEBLOCK\nRULEBLOCK second\nACT : PROD; {}\nRULE 1 : IF x IS high THEN u IS yes;"
