@@ -135,6 +135,9 @@ class _Idle:
 
     def _outdoes(self, s: int, r: int) -> bool:
         first, second = self.system.rules[s].antecedent, self.system.rules[r].antecedent
+        one, other = self.system.rule_methods[s], self.system.rule_methods[r]
+        if (one.conjunction, one.disjunction) != (other.conjunction, other.disjunction):
+            return False
         # Rules with the same antecedent have a message of their own.
         return self.flat.rules[s].weight >= self.flat.rules[r].weight and first != second and _at_most(second, first)
 

@@ -13,6 +13,7 @@ from fuzzyctl.analysis.bounds import output_bounds
 from fuzzyctl.analysis.coverage import uncovered
 from fuzzyctl.analysis.holes import Hole
 from fuzzyctl.analysis.verdicts import Refuted, Undecided
+from fuzzyctl.checking import check_source
 from fuzzyctl.cli.main import main
 from fuzzyctl.comparison.changes import changes
 from fuzzyctl.document.markdown import page
@@ -183,6 +184,14 @@ class TestProofs:
         kernel = fuzzyctl.compile(loads(text), backend="numpy")
         values = kernel.batch(np.random.default_rng(1).random((500, 2)))
         assert np.all((values >= bound.lo) & (values <= bound.hi))
+
+    def test_a_rule_covers_another_only_where_both_join_alike(self):
+        few = "if e is on then u is b\nif e is on and d is on then u is a\n"
+        many = "if e is on and d is on and d is not off then u is a\n"
+        for line, codes in (("rules p\n", ["FZ403"]), ("rules p and min\n", ["FZ403"]), ("rules p and product\n", [])):
+            text = sets(few + line + many)
+            found = [d.code for d in check_source(SourceText("t", text))[1] if d.code == "FZ403"]
+            assert found == codes, line
 
     def test_a_drastic_norm_of_one_block_makes_jumps(self):
         smooth = averages("rules p and product\nif e is on and d is on then u is a\nif e is off then u is b\n")
