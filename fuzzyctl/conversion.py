@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Final
 
 from fuzzyctl import arguments
 from fuzzyctl.comparison.differences import POINTS, Difference, differences
-from fuzzyctl.comparison.explanation import Cause, causes
+from fuzzyctl.comparison.explanation import Explanation, explanation
 from fuzzyctl.document.python import module_text
 from fuzzyctl.errors import DiagnosticError, UnknownNameError
 from fuzzyctl.formats.fz import dumps
@@ -41,7 +42,7 @@ class Conversion:
         losses: What the format cannot express; `Loss.exact` for what does not change a number.
         read_back: The system that the text is read as; None for formats that are not read back.
         differences: Between the original and what is read back, one for each output; empty for formats that are not.
-        causes: What explains each of them.
+        explanations: What explains each of them.
     """
 
     target: str
@@ -49,7 +50,7 @@ class Conversion:
     losses: tuple[Loss, ...]
     read_back: FuzzySystem | None
     differences: tuple[Difference, ...]
-    causes: tuple[tuple[Cause, ...], ...]
+    explanations: tuple[Explanation, ...]
 
     @property
     def lossy(self) -> tuple[Loss, ...]:
@@ -80,7 +81,7 @@ def convert(system: FuzzySystem, target: str, *, points: int = POINTS) -> Conver
     found = differences(system, back, points=points)
     if not any(not loss.exact for loss in losses):
         losses = [*losses, *_unexplained(system, found)]
-    return Conversion(target, text, tuple(losses), back, found, tuple(causes(system, back, d) for d in found))
+    return Conversion(target, text, tuple(losses), back, found, tuple(explanation(system, back, d) for d in found))
 
 
 def _unexplained(system: FuzzySystem, found: tuple[Difference, ...]) -> list[Loss]:
@@ -89,7 +90,10 @@ def _unexplained(system: FuzzySystem, found: tuple[Difference, ...]) -> list[Los
     for d in found:
         output = system.output(d.output)
         span = abs(system.number(output.upper) - system.number(output.lower))
-        if d.largest > TOLERANCE * max(span, abs(d.first)):
+        if d.gap is not None:
+            why = f"only one of both has a value at {d.one_sided:,} of {d.points:,} points, see below"
+            losses.append(Loss(f"output '{d.output}'", "whether it has a value", why))
+        if d.valued and (math.isinf(d.largest) or d.largest > TOLERANCE * max(span, abs(d.first))):
             losses.append(Loss(f"output '{d.output}'", "its numbers", f"they differ by {d.largest:.3g}, see below"))
     return losses
 

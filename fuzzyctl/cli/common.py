@@ -43,15 +43,23 @@ SET = click.option(
 SYSTEM = click.option("--system", "name", metavar="NAME", help="Which system, where the file holds several.")
 
 
-def _known_profile(_context: click.Context, _option: click.Parameter, given: str | None) -> str | None:
-    """Refuse what is no profile."""
-    if given is not None:
-        from fuzzyctl.model.profiles import PROFILES
+def known_profiles(given: Iterable[str]) -> None:
+    """Refuse what is no profile.
 
-        if given not in PROFILES:
-            near = closest(given, PROFILES)
+    Raises:
+        BadParameter: For the first name of none.
+    """
+    from fuzzyctl.model.profiles import PROFILES
+
+    for name in given:
+        if name not in PROFILES:
+            near = closest(name, PROFILES)
             hint = f"did you mean '{near}'?" if near else f"there are: {', '.join(PROFILES)}"
-            raise click.BadParameter(f"no profile '{given}'; {hint}")
+            raise click.BadParameter(f"no profile '{name}'; {hint}")
+
+
+def _known_profile(_context: click.Context, _option: click.Parameter, given: str | None) -> str | None:
+    known_profiles([given] if given is not None else [])
     return given
 
 
@@ -247,19 +255,23 @@ def point_of(system: FuzzySystem, texts: Iterable[str], command: str) -> dict[st
     return given
 
 
-class _Seconds(click.FloatRange):
-    """A time that is not negative; a NaN, which compares with nothing, is a mistake, too."""
+class NotNegative(click.FloatRange):
+    """A number that is not negative; a NaN, which compares with nothing, is a mistake, too."""
+
+    def __init__(self) -> None:
+        super().__init__(min=0.0)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        seconds = float(super().convert(value, param, ctx))
-        if math.isnan(seconds):
+        """Return the number; the message is that of a range."""
+        number = float(super().convert(value, param, ctx))
+        if math.isnan(number):
             self.fail(f"{value} is not in the range x>=0.", param, ctx)
-        return seconds
+        return number
 
 
 def timeout_option(default: float, what: str) -> Callable[[Any], Any]:
     """Return the option `--timeout`; `what` says of what it is the most."""
-    kind = _Seconds(min=0.0)
+    kind = NotNegative()
     return click.option("--timeout", type=kind, default=default, show_default=True, metavar="SECONDS", help=what)
 
 

@@ -4,17 +4,27 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from fuzzyctl.cli.common import DONE, FAILED, FORMAT, SET, SYSTEM, answers_with_diagnostics, load_checked
+from fuzzyctl.cli.common import (
+    DONE,
+    FAILED,
+    FORMAT,
+    SET,
+    SYSTEM,
+    NotNegative,
+    answers_with_diagnostics,
+    known_profiles,
+    load_checked,
+)
 
 if TYPE_CHECKING:
     from fuzzyctl.comparison.differences import Difference
-    from fuzzyctl.comparison.explanation import Cause
+    from fuzzyctl.comparison.explanation import Cause, Explanation
     from fuzzyctl.model.system import FuzzySystem
 
 
@@ -28,11 +38,22 @@ class _Side:
     system: FuzzySystem
 
 
+def _profiles(_context: click.Context, _option: click.Parameter, given: str | None) -> tuple[str, ...]:
+    """Return the profiles of a list, and refuse what is none."""
+    names = tuple(n.strip() for n in given.split(",")) if given else ()
+    known_profiles(names)
+    return names
+
+
 @click.command()
 @click.argument("first")
 @click.argument("second", required=False)
 @click.option(
-    "--as", "profiles", metavar="PROFILE,...", help="Semantics to compute by; the first is compared with each."
+    "--as",
+    "profiles",
+    metavar="PROFILE,...",
+    callback=_profiles,
+    help="Semantics to compute by; the first is compared with each.",
 )
 @click.option(
     "--points",
@@ -41,7 +62,7 @@ class _Side:
     show_default=True,
     help="How many points to compare.",
 )
-@click.option("--within", type=click.FloatRange(min=0.0), metavar="TOLERANCE", help="Fail where they differ by more.")
+@click.option("--within", type=NotNegative(), metavar="TOLERANCE", help="Fail where they differ by more.")
 @FORMAT
 @SET
 @SYSTEM
@@ -49,7 +70,7 @@ class _Side:
 def compare(
     first: str,
     second: str | None,
-    profiles: str | None,
+    profiles: tuple[str, ...],
     points: int,
     within: float | None,
     form: str,
@@ -76,15 +97,14 @@ def compare(
         click.echo(json.dumps({"points": points, "pairs": pairs}, ensure_ascii=False, indent=2))
     else:
         click.echo("\n\n".join(_text(one, other, own) for one, other, own in found))
-    worst = max(d.largest for _, _, own in found for d, _ in own)
-    return FAILED if within is not None and worst > within else DONE
+    agree = within is None or all(d.within(within) for _, _, own in found for d, _ in own)
+    return DONE if agree else FAILED
 
 
 def _sides(
-    first: str, second: str | None, profiles: str | None, settings: tuple[str, ...], name: str | None
+    first: str, second: str | None, names: tuple[str, ...], settings: tuple[str, ...], name: str | None
 ) -> list[_Side]:
     """Load what is compared: the first side with each of the others."""
-    names = [n.strip() for n in profiles.split(",")] if profiles else []
     files = [first] if second is None else [first, second]
     if second is None and len(names) < 2:
         raise click.UsageError("name a second file, or two profiles or more: --as matlab,exact")
@@ -101,19 +121,20 @@ def _sides(
     return [_Side(f"{file} as {p}", as_profile(system, p)) for file, system, p in pairs]
 
 
-def _compared(a: FuzzySystem, b: FuzzySystem, points: int) -> list[tuple[Difference, tuple[Cause, ...]]]:
+def _compared(a: FuzzySystem, b: FuzzySystem, points: int) -> list[tuple[Difference, Explanation]]:
     from fuzzyctl.comparison.differences import differences
-    from fuzzyctl.comparison.explanation import causes
+    from fuzzyctl.comparison.explanation import explanation
 
-    return [(d, causes(a, b, d)) for d in differences(a, b, points=points)]
-
-
-def _data(one: _Side, other: _Side, found: list[tuple[Difference, tuple[Cause, ...]]]) -> dict[str, Any]:
-    return {"first": one.label, "second": other.label, "outputs": [compared_data(d, c) for d, c in found]}
+    return [(d, explanation(a, b, d)) for d in differences(a, b, points=points)]
 
 
-def compared_data(d: Difference, causes: tuple[Cause, ...]) -> dict[str, Any]:
+def _data(one: _Side, other: _Side, found: list[tuple[Difference, Explanation]]) -> dict[str, Any]:
+    return {"first": one.label, "second": other.label, "outputs": [compared_data(d, e) for d, e in found]}
+
+
+def compared_data(d: Difference, explained: Explanation) -> dict[str, Any]:
     """Return a difference and what explains it as plain data; null stands for no value, and for an infinite one."""
+    gap = d.gap
     return {
         "output": d.output,
         "largest": _plain(d.largest),
@@ -123,15 +144,28 @@ def compared_data(d: Difference, causes: tuple[Cause, ...]) -> dict[str, Any]:
         "mean": d.mean,
         "points": d.points,
         "one_sided": d.one_sided,
-        "causes": [{"name": c.name, "first": c.before, "second": c.after, "explains": c.explains} for c in causes],
+        "causes": _causes_data(explained.largest),
+        "causes_of_mean": _causes_data(explained.mean or explained.largest),
+        "gap": None
+        if gap is None
+        else {
+            "point": gap.point,
+            "first": _plain(gap.first),
+            "second": _plain(gap.second),
+            "causes": _causes_data(explained.gap),
+        },
     }
+
+
+def _causes_data(causes: tuple[Cause, ...]) -> list[dict[str, Any]]:
+    return [{"name": c.name, "first": c.before, "second": c.after, "explains": c.explains} for c in causes]
 
 
 def _plain(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def _text(one: _Side, other: _Side, found: list[tuple[Difference, tuple[Cause, ...]]]) -> str:
+def _text(one: _Side, other: _Side, found: list[tuple[Difference, Explanation]]) -> str:
     return "\n".join(compared_text(one.label, one.system, other.label, *zip(*found, strict=True)))
 
 
@@ -140,7 +174,7 @@ def compared_text(
     system: FuzzySystem,
     second: str,
     found: Sequence[Difference],
-    causes: Sequence[tuple[Cause, ...]],
+    explanations: Sequence[Explanation],
 ) -> list[str]:
     """Return the lines of a comparison.
 
@@ -149,11 +183,11 @@ def compared_text(
         system: Either of them, for the units.
         second: What the second one is called.
         found: The difference of each output.
-        causes: What explains each.
+        explanations: What explains each.
     """
     lines = [f"{first}  and  {second}: {found[0].points:,} points"]
     units = {o.name: o.unit for o in system.outputs}
-    for d, own in zip(found, causes, strict=True):
+    for d, own in zip(found, explanations, strict=True):
         unit = units.get(d.output, "")
         lines += [f"  {line}" for line in _output(d, own, f" {unit}" if unit else "", _beyond(system, d))]
     return lines
@@ -168,31 +202,50 @@ def _beyond(system: FuzzySystem, d: Difference) -> list[str]:
     ]
 
 
-def _output(d: Difference, causes: tuple[Cause, ...], unit: str, beyond: Sequence[str] = ()) -> list[str]:
-    if d.largest == 0.0:
+def _output(d: Difference, explained: Explanation, unit: str, beyond: Sequence[str] = ()) -> list[str]:
+    if d.largest == 0.0 and d.gap is None:
         return [f"{d.output}: no difference"]
-    where = ", ".join(f"{name} = {value:.6g}" for name, value in d.point.items())
-    values = f"{d.first:.10g} and {d.second:.10g}{unit}"
-    if math.isinf(d.largest):
-        head = [f"{d.output}: one has no value at {where}: {values}"]
-    else:
-        head = [
-            f"{d.output}: largest difference {d.largest:.3g}{unit} at {where}: {values}",
-            f"  on average {d.mean:.3g}",
-        ]
-    head += [f"  {line}" for line in beyond]
-    if d.one_sided:
-        head.append(f"  at {d.one_sided:,} of {d.points:,} points only one has a value")
-    return [*head, *(f"  {line}" for line in _causes(causes))]
+    lines = [f"{d.output}: no difference where both have a value"]
+    # Where each point has one value only there is nothing to say but that.
+    if d.largest > 0.0 and d.valued:
+        at = _where(d.point, d.first, d.second, unit)
+        lines = [f"{d.output}: largest difference {d.largest:.3g}{unit} at {at}", *_indented(beyond)]
+        causes = _indented(_causes(explained.largest))
+        mean = [f"  on average {d.mean:.3g}"]
+        # Causes of the mean stand below it where they are others.
+        lines += (
+            [*causes, *mean, *_indented(_indented(_causes(explained.mean)))] if explained.mean else [*mean, *causes]
+        )
+    elif not d.valued:
+        lines = [f"{d.output}: nowhere have both a value"]
+    if d.gap is not None:
+        at = _where(d.gap.point, d.gap.first, d.gap.second, unit)
+        lines.append(f"  at {d.one_sided:,} of {d.points:,} points only one has a value, such as {at}")
+        settings = [_cause(c) for c in explained.gap] or ["several of what differs at once"]
+        lines += [f"    gone with {setting}" for setting in settings]
+    return lines
+
+
+def _where(point: Mapping[str, float], first: float, second: float, unit: str) -> str:
+    where = ", ".join(f"{name} = {value:.6g}" for name, value in point.items())
+    return f"{where}: {first:.10g} and {second:.10g}{unit}"
+
+
+def _indented(lines: Sequence[str]) -> list[str]:
+    return [f"  {line}" for line in lines]
 
 
 def _causes(causes: tuple[Cause, ...]) -> list[str]:
     """Return one line for each cause that anyone would feel, the largest first, and what no cause explains."""
     shown = sorted((c for c in causes if abs(c.explains) >= FELT), key=lambda c: -abs(c.explains))
-    names = [f"{c.name}: {c.before} → {c.after}" if c.before or c.after else c.name for c in shown]
+    names = [_cause(c) for c in shown]
     parts = [c.explains for c in shown]
     rest = 1.0 - sum(c.explains for c in causes)
     if abs(rest) >= FELT:
         names, parts = [*names, "the rest: several of what differs at once"], [*parts, rest]
     width = max(map(len, names), default=0)
     return [f"{name:{width}}  explains {100 * part:.3g} %" for name, part in zip(names, parts, strict=True)]
+
+
+def _cause(c: Cause) -> str:
+    return f"{c.name}: {c.before} → {c.after}" if c.before or c.after else c.name

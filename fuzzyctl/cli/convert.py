@@ -165,7 +165,7 @@ def _report(source: str, target: str, conversion: Conversion, refused: bool) -> 
     if conversion.read_back is not None:
         from fuzzyctl.cli.compare import compared_text
 
-        lines += compared_text(source, conversion.read_back, target, conversion.differences, conversion.causes)
+        lines += compared_text(source, conversion.read_back, target, conversion.differences, conversion.explanations)
     if refused:
         lines.append(f"error: nothing was written to {target}; add --lossy to write it all the same")
     return lines
@@ -195,5 +195,5 @@ def _data(source: str, target: str, conversion: Conversion, refused: bool) -> di
         "losses": [
             {"where": x.where, "what": x.what, "why": x.why, "changes_numbers": not x.exact} for x in conversion.losses
         ],
-        "outputs": [compared_data(d, c) for d, c in zip(conversion.differences, conversion.causes, strict=True)],
+        "outputs": [compared_data(d, e) for d, e in zip(conversion.differences, conversion.explanations, strict=True)],
     }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
@@ -10,6 +11,7 @@ from fuzzyctl import arguments
 from fuzzyctl.comparison.points import common_points
 from fuzzyctl.errors import ArgumentError
 from fuzzyctl.kernels.compile import compile as compile_system
+from fuzzyctl.kernels.kernel import Kernel
 from fuzzyctl.model.system import FuzzySystem
 
 if TYPE_CHECKING:
@@ -27,18 +29,35 @@ AROUND: Final = 64
 
 
 @dataclass(frozen=True)
+class Place:
+    """A point, and what two systems say of an output there.
+
+    Args:
+        point: The inputs of the first system by name.
+        first: What the first system says; NaN for nothing.
+        second: What the second says.
+    """
+
+    point: dict[str, float]
+    first: float
+    second: float
+
+
+@dataclass(frozen=True)
 class Difference:
     """How far one output of two systems is apart.
 
     Args:
         output: Its name in the first system.
-        largest: The largest difference found; infinite where one has a value and the other none.
+        largest: The largest difference found where both have a value; infinite where one of the values is, or where at
+            each point only one has a value.
         point: Where it is: the inputs of the first system by name.
         first: What the first system says there; NaN for nothing.
         second: What the second says there.
         mean: The mean difference over all points where both have a value.
         points: How many points were compared.
         one_sided: At how many of them only one system has a value.
+        gap: The first of these; None where there is none.
     """
 
     output: str
@@ -49,6 +68,16 @@ class Difference:
     mean: float
     points: int
     one_sided: int
+    gap: Place | None = None
+
+    @property
+    def valued(self) -> bool:
+        """Whether both have a value at the point of the largest difference, as they have unless they nowhere have."""
+        return not math.isnan(self.first) and not math.isnan(self.second)
+
+    def within(self, tolerance: float) -> bool:
+        """Return whether both have a value wherever one has, and these differ by no more than a tolerance."""
+        return self.one_sided == 0 and self.largest <= tolerance
 
 
 def differences(a: FuzzySystem, b: FuzzySystem, *, points: int = POINTS, seed: int = 0) -> tuple[Difference, ...]:
@@ -108,18 +137,24 @@ class _Pair:
         self.columns = list(np.argsort(inputs))
         self.kernels = [compile_system(quiet(s), backend="numpy") for s in (a, b)]
 
+    def point(self, at: FloatArray) -> dict[str, float]:
+        return dict(zip(self.names, map(float, at), strict=True))
+
     def values(self, points: FloatArray, output: int) -> tuple[FloatArray, FloatArray]:
         first = self._batch(0, points, output)
         return first, self._batch(1, points[:, self.columns], self.outputs[output])
 
     def _batch(self, which: int, points: FloatArray, output: int) -> FloatArray:
-        import numpy as np
+        return _batch(self.kernels[which], points, output)
 
-        kernel = self.kernels[which]
-        # Each point has the initial state: what is compared is a function, not a sequence.
-        state = np.broadcast_to(kernel.initial_state(), (len(points), kernel.n_states)) if kernel.n_states else None
-        results = np.asarray(kernel.batch(np.ascontiguousarray(points), state))
-        return results if results.ndim == 1 else results[:, output]
+
+def _batch(kernel: Kernel, points: FloatArray, output: int) -> FloatArray:
+    import numpy as np
+
+    # Each point has the initial state: what is compared is a function, not a sequence.
+    state = np.broadcast_to(kernel.initial_state(), (len(points), kernel.n_states)) if kernel.n_states else None
+    results = np.asarray(kernel.batch(np.ascontiguousarray(points), state))
+    return results if results.ndim == 1 else results[:, output]
 
 
 def quiet(system: FuzzySystem) -> FuzzySystem:
@@ -143,22 +178,33 @@ def _difference(pair: _Pair, points: FloatArray, output: int, seed: int) -> Diff
     import numpy as np
 
     first, second = pair.values(points, output)
+    lonely = np.isnan(first) != np.isnan(second)
     distance = apart(first, second)
     both = np.isfinite(distance)
-    worst = int(np.argmax(distance))
+    worst = _worst(first, second)
     at, one, other = points[worst], float(first[worst]), float(second[worst])
     if 0.0 < distance[worst] < np.inf:
         at, one, other = _refined(pair, points, at, output, seed)
+    gap = int(np.argmax(lonely))
     return Difference(
         output=pair.a.outputs[output].name,
         largest=float(apart(np.array([one]), np.array([other]))[0]),
-        point=dict(zip(pair.names, map(float, at), strict=True)),
+        point=pair.point(at),
         first=one,
         second=other,
         mean=float(distance[both].mean()) if both.any() else 0.0,
         points=len(points),
-        one_sided=int((np.isnan(first) != np.isnan(second)).sum()),
+        one_sided=int(lonely.sum()),
+        gap=Place(pair.point(points[gap]), float(first[gap]), float(second[gap])) if lonely.any() else None,
     )
+
+
+def _worst(first: FloatArray, second: FloatArray) -> int:
+    """Return where two systems are farthest apart, of the points where both have a value if there are any."""
+    import numpy as np
+
+    valued, distance = ~np.isnan(first) & ~np.isnan(second), apart(first, second)
+    return int(np.argmax(np.where(valued, distance, -1.0) if valued.any() else distance))
 
 
 def _refined(
@@ -174,10 +220,15 @@ def _refined(
         near = np.clip(at + size * rng.uniform(-1.0, 1.0, (AROUND, points.shape[1])), low, high)
         near[0] = at
         first, second = pair.values(near, output)
-        best = int(np.argmax(apart(first, second)))
+        best = _worst(first, second)
         at, found = near[best], (float(first[best]), float(second[best]))
         size = size / 2.0
     return at, *found
+
+
+def at_points(system: FuzzySystem, points: FloatArray, output: int) -> FloatArray:
+    """Return what one output of a system is at points of shape (n, inputs); NaN for nothing."""
+    return _batch(compile_system(quiet(system), backend="numpy"), points, output)
 
 
 def at_point(system: FuzzySystem, point: Sequence[float], output: int) -> float:

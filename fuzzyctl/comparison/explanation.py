@@ -1,20 +1,36 @@
-"""Which setting makes two systems differ at a point: settings of the second are put into the first, one by one."""
+"""Which setting makes two systems differ: settings of the second are put into the first, one by one."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
-from fuzzyctl.comparison.differences import Difference, at_point, pairing
-from fuzzyctl.comparison.parts import Part, fallbacks, parts
+from fuzzyctl.comparison.differences import Difference, Place, at_point, at_points, pairing
+from fuzzyctl.comparison.parts import Part, parts
+from fuzzyctl.comparison.points import common_points
 from fuzzyctl.errors import FuzzyctlError
 from fuzzyctl.expr import ExprError
 from fuzzyctl.model.system import FuzzySystem
 
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    FloatArray = npt.NDArray[np.float64]
+
 #: What is left of a difference counts as nothing below this part of it: rounding of two ways to compute.
 NOTHING: Final = 1e-9
+
+#: Points that a mean difference is explained at.
+SAMPLE: Final = 256
+
+#: Part of a mean difference that may be left once the causes of the largest one are gone; more has causes of its own.
+ELSEWHERE: Final = 0.1
+
+#: How far a system is from what it is to become; infinite where that cannot be said.
+Distance = Callable[[FuzzySystem], float]
 
 
 @dataclass(frozen=True)
@@ -35,50 +51,115 @@ class Cause:
     explains: float
 
 
-def causes(a: FuzzySystem, b: FuzzySystem, difference: Difference) -> tuple[Cause, ...]:
+@dataclass(frozen=True)
+class Explanation:
+    """What explains a difference, the largest cause first.
+
+    Args:
+        largest: Causes of the largest difference; none where there is none.
+        mean: Those of the mean difference, where it is no more than partly explained by the causes of the largest.
+        gap: Settings each of which makes that both or none have a value at the point where only one has.
+    """
+
+    largest: tuple[Cause, ...] = ()
+    mean: tuple[Cause, ...] = ()
+    gap: tuple[Cause, ...] = ()
+
+
+def explanation(a: FuzzySystem, b: FuzzySystem, difference: Difference) -> Explanation:
     """Explain a difference: settings of the second system are put into the first, each time the one that helps most.
 
     Args:
         a: The first system.
         b: The second one.
         difference: What `differences` found for one output.
+    """
+    _, outputs = pairing(a, b)
+    output = [o.name for o in a.outputs].index(difference.output)
+    gap = () if difference.gap is None else _resolving(a, b, difference.gap, output)
+    if difference.largest == 0.0:
+        return Explanation(gap=gap)
+    place = Place(difference.point, difference.first, difference.second)
+    if not math.isfinite(difference.largest):
+        # A gap that is the only difference is explained once.
+        return Explanation(gap=gap) if difference.gap else Explanation(_resolving(a, b, place, output)[:1])
+    point, target = [difference.point[v.name] for v in a.inputs], difference.second
+    largest, changed = _greedy(a, b, lambda system: abs(at_point(system, point, output) - target))
+    mean = _mean_distance(a, b, output, outputs[output])
+    start = mean(a)
+    if not 0.0 < start < math.inf or mean(changed) <= ELSEWHERE * start:
+        return Explanation(largest, gap=gap)
+    return Explanation(largest, _greedy(a, b, mean)[0], gap)
+
+
+def causes(a: FuzzySystem, b: FuzzySystem, difference: Difference) -> tuple[Cause, ...]:
+    """Return the causes of the largest difference; where only one system has a value, of that."""
+    found = explanation(a, b, difference)
+    return found.largest or found.gap
+
+
+def _greedy(a: FuzzySystem, b: FuzzySystem, distance: Distance) -> tuple[tuple[Cause, ...], FuzzySystem]:
+    """Put parts of the second system into the first, the best first, until the distance is gone or no part helps.
 
     Returns:
-        Causes, the largest first, until the difference is gone; nothing where there is none or one system has no value.
+        The parts with what each explains, and the first system with them.
     """
-    inputs, outputs = pairing(a, b)
-    output = [o.name for o in a.outputs].index(difference.output)
-    point = [difference.point[v.name] for v in a.inputs]
-    target, start = difference.second, difference.first
-    if difference.largest == 0.0:
-        return ()
-    if not math.isfinite(target) or not math.isfinite(start):
-        return tuple(Cause(p.name, p.before, p.after, 1.0) for p in fallbacks(a, b, output, outputs[output]))
     found: list[Cause] = []
-    left, current, value = list(parts(a, b, inputs, outputs)), a, start
-    while left and abs(value - target) > NOTHING * difference.largest:
-        tried = [(part, *_with(current, part, point, output)) for part in left]
+    left, current, start = list(parts(a, b, *pairing(a, b))), a, distance(a)
+    far = start
+    while left and far > NOTHING * start:
+        tried = [(part, *_with(current, part, distance)) for part in left]
+        # A part that changes nothing, or gives no value, is no cause.
         working = [
-            (part.last, abs(v - target), k)
-            for k, (part, s, v) in enumerate(tried)
-            if s is not None and v != value and not math.isnan(v)
+            (part.last, d, k) for k, (part, s, d) in enumerate(tried) if s is not None and d != far and math.isfinite(d)
         ]
         if not working:
             break  # what is left takes several parts at once
         *_, best = min(working)
         part, system, new = tried[best]
         assert system is not None
-        share = (abs(value - target) - abs(new - target)) / difference.largest
-        found.append(Cause(part.name, part.before, part.after, share))
+        found.append(Cause(part.name, part.before, part.after, (far - new) / start))
         left.remove(part)
-        current, value = system, new
-    return tuple(found)
+        current, far = system, new
+    return tuple(found), current
 
 
-def _with(system: FuzzySystem, part: Part, point: Sequence[float], output: int) -> tuple[FuzzySystem | None, float]:
-    """Return the system with one part of the other and its value; None where the part does not go without others."""
+def _with(system: FuzzySystem, part: Part, distance: Distance) -> tuple[FuzzySystem | None, float]:
+    """Return the system with one part of the other and its distance; None where the part does not go without others."""
     try:
         changed = part.put(system)
-        return changed, at_point(changed, point, output)
+        return changed, distance(changed)
     except (FuzzyctlError, ExprError):
-        return None, math.nan
+        return None, math.inf
+
+
+def _mean_distance(a: FuzzySystem, b: FuzzySystem, output: int, other: int) -> Distance:
+    """Return the mean distance of a system from the second one, over points where both have a value at first."""
+    import numpy as np
+
+    inputs, _ = pairing(a, b)
+    points = common_points(a, b, inputs, SAMPLE, 0)
+    first = at_points(a, points, output)
+    target = at_points(b, points[:, np.argsort(inputs)], other)
+    both = np.isfinite(first) & np.isfinite(target)
+    points, target = points[both], target[both]
+
+    def mean(system: FuzzySystem) -> float:
+        return float(np.abs(at_points(system, points, output) - target).mean()) if len(points) else math.inf
+
+    return mean
+
+
+def _resolving(a: FuzzySystem, b: FuzzySystem, place: Place, output: int) -> tuple[Cause, ...]:
+    """Return the parts each of which makes that both systems have a finite value at a point, or none has."""
+    point = [place.point[v.name] for v in a.inputs]
+
+    def differs(system: FuzzySystem) -> float:
+        value = at_point(system, point, output)
+        same = math.isfinite(value) == math.isfinite(place.second) and math.isnan(value) == math.isnan(place.second)
+        return 0.0 if same else 1.0
+
+    tried = [(part, _with(a, part, differs)[1]) for part in parts(a, b, *pairing(a, b))]
+    working = [part for part, left in tried if left == 0.0]
+    single = [part for part in working if not part.last] or working
+    return tuple(Cause(p.name, p.before, p.after, 1.0) for p in single)

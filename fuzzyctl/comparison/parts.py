@@ -46,13 +46,6 @@ class Part:
     last: bool = False
 
 
-def fallbacks(a: FuzzySystem, b: FuzzySystem, i: int, j: int) -> Iterator[Part]:
-    """Yield what an output is where no rule fires, if that differs."""
-    before, after = otherwise_text(a.outputs[i].otherwise), otherwise_text(b.outputs[j].otherwise)
-    if before != after:
-        yield Part("else", before or "nothing", after or "nothing", lambda s: s)
-
-
 def parts(a: FuzzySystem, b: FuzzySystem, inputs: list[int], outputs: list[int]) -> Iterator[Part]:
     """Yield what differs: settings one by one; variables, rules and params as wholes.
 

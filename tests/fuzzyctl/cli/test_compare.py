@@ -67,6 +67,32 @@ class TestCompare:
         assert output["largest"] > 0.1
         assert sum(c["explains"] for c in output["causes"]) == pytest.approx(1.0, abs=1e-6)
 
+    @pytest.mark.parametrize(
+        ("option", "value", "message"),
+        [("--as", "matlab,exakt", "did you mean 'exact'?"), ("--within", "nan", "nan"), ("--within", "-1", "-1")],
+    )
+    def test_options_that_mean_nothing_are_wrong_usage(self, files, option, value, message):
+        result = run("compare", *files, option, value)
+        assert result.exit_code == 2
+        assert message in result.stderr
+
+    def test_a_point_where_only_one_has_a_value_stands_beside_the_largest_difference(self, tmp_path, changed):
+        first, second = tmp_path / "first.fz", tmp_path / "second.fz"
+        hole = ("  Z |  N  P", "  Z |  .  .")
+        first.write_text(changed(hole, ("[-2, 2]", "[-2, 2] else nan")), encoding="utf-8")
+        second.write_text(changed(hole, ("[-2, 2]", "[-2, 2] else 0.5"), after="and product\n"), encoding="utf-8")
+        result = run("compare", first, second, "--points", "200")
+        assert "u: largest difference" in result.stdout
+        assert "and: min → product  explains 100 %" in result.stdout
+        assert "points only one has a value, such as x = 0, y = 0: nan and 0.5" in result.stdout
+        assert "    gone with else: nan → 0.5" in result.stdout
+        assert run("compare", first, second, "--within", "100", "--points", "200").exit_code == 1
+        data = json.loads(run("compare", first, second, "--points", "200", "--format", "json").stdout)
+        (output,) = data["pairs"][0]["outputs"]
+        assert output["gap"]["first"] is None
+        assert [c["name"] for c in output["gap"]["causes"]] == ["else"]
+        assert output["largest"] > 0
+
     def test_one_file_needs_two_profiles(self, files):
         result = run("compare", files[0])
         assert result.exit_code == 2

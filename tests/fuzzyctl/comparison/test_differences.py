@@ -55,18 +55,33 @@ class TestDifferences:
         worst = max(best, -min(one(x=k / 1000) for k in range(5001)))
         assert found.largest == pytest.approx(worst, rel=1e-5)
 
-    def test_where_only_one_has_a_value_the_difference_is_infinite(self):
+    def test_a_point_where_only_one_has_a_value_hides_no_difference_elsewhere(self):
+        """One point of many has no value on one side; everywhere else the second is 0 and the first x."""
         text = LINE.replace("{cell}", ".")
         (found,) = differences(line(otherwise="nan"), fuzzyctl.loads(text.format(peak=4, top=4, otherwise="nan")))
+        assert found.largest == pytest.approx(4.0, abs=1e-3)
+        assert (found.first, found.second) == (pytest.approx(4.0, abs=1e-3), 0.0)
+        assert found.one_sided == 1
+        assert found.gap is not None
+        assert (found.gap.point, found.gap.first) == ({"x": 4.0}, pytest.approx(4.0))
+        assert math.isnan(found.gap.second)
+        assert not found.within(5.0)
+        assert found.mean == pytest.approx(2.0, abs=0.01)
+
+    def test_where_nowhere_both_have_a_value_the_difference_is_infinite(self):
+        text = "system {}\ndefuzzifier weighted_average\ninput x in [0, 4]\n  low = triangle(-inf, 0, 2)\n"
+        text += "  high = triangle(2, 4, inf)\noutput y in [0, 8] else nan\n  terms a=0 b=1\nif x is {} then y is a\n"
+        (found,) = differences(fuzzyctl.loads(text.format("a", "low")), fuzzyctl.loads(text.format("b", "high")))
         assert math.isinf(found.largest)
-        assert found.one_sided > 0
-        assert math.isnan(found.second)
-        assert not math.isnan(found.first)
+        assert math.isnan(found.second) != math.isnan(found.first)
+        assert not found.valued
+        assert found.gap is not None
+        assert not found.within(1e9)
 
     def test_else_error_is_no_value_rather_than_an_exception(self):
         text = LINE.replace("{cell}", ".").format(peak=4, top=4, otherwise="error")
         (found,) = differences(line(), fuzzyctl.loads(text))
-        assert math.isinf(found.largest)
+        assert found.one_sided == 1
 
     def test_inputs_are_paired_by_name_in_any_order(self, base):
         swapped = base.replace("table u = x x y", "table u = y x x")

@@ -1,10 +1,12 @@
 """Which setting explains a difference."""
 
+import math
+
 import pytest
 
 import fuzzyctl
 from fuzzyctl.comparison.differences import differences
-from fuzzyctl.comparison.explanation import causes
+from fuzzyctl.comparison.explanation import causes, explanation
 
 SAMPLED = "defuzzifier centroid(resolution={}, grid={})\n"
 
@@ -72,3 +74,64 @@ class TestCauses:
         assert [v.name for v in b.inputs] == ["y", "x"]
         found = explained(fuzzyctl.loads(base), b)
         assert sum(c.explains for c in found.values()) == pytest.approx(1.0, abs=1e-6)
+
+
+HEDGED = """\
+semantics fuzzylite{}
+and product
+input a in [0, 10]
+  lo = triangle(-inf, 0, 10)
+  hi = triangle(0, 10, inf)
+input b in [0, 10]
+  lo = triangle(-inf, 0, 10)
+  hi = triangle(0, 10, inf)
+output z in [0, 10] else {}
+  s = triangle(-inf, 0, 5)
+  l = triangle(3, 10, inf)
+if a is lo and b is lo then z is very s
+if a is lo and b is hi then z is not l
+if a is hi then z is l weight 0.7
+"""
+
+
+class TestGapsAndMeans:
+    """Where one point has no value on one side, or the largest difference is a special point, the rest counts, too."""
+
+    def test_a_knob_that_takes_the_value_away_explains_both(self):
+        first, second = (
+            fuzzyctl.loads("system s\n" + HEDGED.format(k, "nan")) for k in ("", "(consequent_hedges=set)")
+        )
+        (difference,) = differences(first, second, points=400)
+        found = explanation(first, second, difference)
+        assert difference.gap is not None
+        assert [(c.name, c.explains) for c in found.largest] == [("consequent_hedges", pytest.approx(1.0))]
+        assert [c.name for c in found.gap] == ["consequent_hedges"]
+        assert found.mean == ()
+
+    def test_each_setting_that_closes_a_gap_by_itself_is_named(self):
+        first, second = (
+            fuzzyctl.loads("system s\n" + HEDGED.format(k, e))
+            for k, e in (("", "nan"), ("(consequent_hedges=set)", "3"))
+        )
+        (difference,) = differences(first, second, points=400)
+        assert {c.name for c in explanation(first, second, difference).gap} == {"consequent_hedges", "else"}
+
+    def test_the_mean_has_causes_of_its_own_where_the_largest_difference_is_another_matter(self):
+        """Beside 0 an activation of 1e-6 is too small to count, which is the largest difference; most is the gap."""
+        text = "system s\nsemantics exact(least={})\ninput x in [0, 10]\n  low = triangle(0, 2, 5)\n"
+        text += "  hi = triangle(8, 9, 10)\noutput y in [0, 20] else {}\n  s = triangle(0, 0.25, 0.5)\n"
+        text += "if x is low then y is s\nif x is hi then y is s\n"
+        a, b = (fuzzyctl.loads(text.format(*parts)) for parts in ((1e-6, 9), (0.0, 0.5)))
+        (difference,) = differences(a, b, points=2000)
+        found = explanation(a, b, difference)
+        assert [c.name for c in found.largest] == ["least"]
+        assert [c.name for c in found.mean] == ["else"]
+        assert found.mean[0].explains == pytest.approx(1.0, abs=0.01)
+
+    def test_an_infinite_difference_has_a_cause(self):
+        text = "system s\ndefuzzifier weighted_average\ninput x in [0, 1]\n  all = rectangle(-inf, 1)\n"
+        text += "output y in [0, 1]\n  f = function(1 / x)\n  g = function(x)\nif x is all then y is {}\n"
+        a, b = (fuzzyctl.loads(text.format(t)) for t in "fg")
+        (difference,) = differences(a, b, points=50)
+        assert math.isinf(difference.largest)
+        assert [c.name for c in causes(a, b, difference)] == ["rules"]
