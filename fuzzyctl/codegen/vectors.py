@@ -9,9 +9,12 @@ from dataclasses import dataclass
 from itertools import islice, product
 from typing import Any, Final
 
+import numpy as np
+
 from fuzzyctl.analysis.degrees import breakpoints
 from fuzzyctl.codegen.c_text import single
 from fuzzyctl.codegen.lean import mapped
+from fuzzyctl.codegen.single import LANES, Numbers, Roundings, nearest
 from fuzzyctl.codegen.unit import Unit
 from fuzzyctl.errors import NoRuleFiresError
 from fuzzyctl.expr import Compare, Expr, Number
@@ -53,8 +56,12 @@ def vectors(unit: Unit, *, seed: int = 1) -> list[Vector]:
     """
     reference = Reference(unit)
     found = []
-    for point in points(unit, random.Random(seed)):
-        if reference.steady(point):
+    tried = points(unit, random.Random(seed))
+    # Without a state every point is rounded at once.
+    alike = reference.rounded_alike(tried) if not reference.state else None
+    for k, point in enumerate(tried):
+        kept = alike[k] if alike is not None else reference.rounded_alike([point])[0]
+        if kept and reference.steady(point):
             found.append(reference.next(point))
     return found
 
@@ -97,6 +104,7 @@ class Reference:
         if unit.precision == "float":
             coarse = mapped(program, _as_single)
             self._coarse = python_backend.compile_source(python_backend.evaluation_source(coarse), coarse, names)
+        self._single = _Single(unit) if unit.precision == "float" else None
         self.state = list(unit.plan.initial_state)
         self._rates: Callable[..., Any] | None = None
         if unit.plan.states:
@@ -118,26 +126,52 @@ class Reference:
     def next(self, point: Sequence[float]) -> Vector:
         """Evaluate at a point, keep what is held, and adapt by one step."""
         found = self.evaluate(point)
-        flat = self.unit.plan
+        self.state = self._after(found)
+        if self._single is not None:
+            self._single.keep()
+        return found
+
+    def _after(self, found: Vector) -> list[float]:
+        """Return the state after a vector, which holds and adapts."""
+        flat, state = self.unit.plan, list(self.state)
         if not found.refused:
             for k, o in enumerate(flat.held, start=len(flat.states)):
                 if not math.isnan(found.outputs[o]):
-                    self.state[k] = found.outputs[o]
+                    state[k] = found.outputs[o]
         if self._rates is not None:
-            self._adapt(self._rates, point)
-        return found
+            self._adapt(self._rates, found.inputs, state)
+        return state
 
-    def _adapt(self, write_rates: Callable[..., Any], point: Sequence[float]) -> None:
+    def _adapt(self, write_rates: Callable[..., Any], point: Sequence[float], state: list[float]) -> None:
         flat = self.unit.plan
         rates = [math.nan] * len(flat.states)
         try:
-            write_rates(*point, self.state, rates)
+            write_rates(*point, state, rates)
         except NoRuleFiresError:
             return
         for k, (o, _) in enumerate(flat.states):
-            value = self.state[k] + STEP * rates[k]
+            value = state[k] + STEP * rates[k]
             if not math.isnan(value):
-                self.state[k] = min(max(value, flat.outputs[o].lower), flat.outputs[o].upper)
+                state[k] = min(max(value, flat.outputs[o].lower), flat.outputs[o].upper)
+
+    def rounded_alike(self, tried: Sequence[tuple[float, ...]]) -> list[bool]:
+        """Return for some points whether single precision, however it rounds, stays near; true in double precision.
+
+        The state must stay near, too.
+        """
+        if self._single is None:
+            return [True] * len(tried)
+        own = [self.evaluate(point) for point in tried]
+        lanes = self._single.vectors(tried)
+        return [
+            all(self._alike(a, b) for b in found) and all(self._same_state(self._after(a), after) for after in states)
+            for a, (found, states) in zip(own, lanes, strict=True)
+        ]
+
+    def _same_state(self, a: Sequence[float], b: Sequence[float]) -> bool:
+        flat = self.unit.plan
+        outputs = [*(o for o, _ in flat.states), *flat.held]
+        return all(self._near(o, x, y) for o, x, y in zip(outputs, a, b, strict=True))
 
     def steady(self, point: Sequence[float]) -> bool:
         """Return whether outputs stay what they are within the last bits of inputs, activations and constants."""
@@ -147,15 +181,60 @@ class Reference:
         others = neighbours(
             point, self.unit.precision, [max(abs(i.lower), abs(i.upper)) for i in self.unit.plan.inputs]
         )
-        return all(self._alike(own, self.evaluate(other)) for other in others)
+        after = self._after(own)
+        near = [self.evaluate(other) for other in others]
+        return all(self._alike(own, found) and self._same_state(after, self._after(found)) for found in near)
 
     def _alike(self, a: Vector, b: Vector) -> bool:
         if a.refused != b.refused:
             return False
-        pairs = enumerate(zip(a.outputs, b.outputs, strict=True))
-        return all(
-            (math.isnan(x) and math.isnan(y)) or abs(x - y) <= _STEADY * self.unit.tolerance(k) for k, (x, y) in pairs
-        )
+        return all(self._near(k, x, y) for k, (x, y) in enumerate(zip(a.outputs, b.outputs, strict=True)))
+
+    def _near(self, output: int, x: float, y: float) -> bool:
+        return (math.isnan(x) and math.isnan(y)) or abs(x - y) <= _STEADY * self.unit.tolerance(output)
+
+
+class _Single:
+    """What single precision may make of vectors, each rounding with the state that it has come to."""
+
+    def __init__(self, unit: Unit) -> None:
+        self.unit = unit
+        self._evaluate = Roundings(unit.evaluation)
+        self._rates = Roundings(unit.rates) if unit.rates is not None else None
+        self._state = [np.full((1, LANES), single(v)) for v in unit.plan.initial_state]
+        self._next = self._state
+
+    def keep(self) -> None:
+        """Go on from the last point."""
+        self._state = self._next
+
+    def vectors(self, tried: Sequence[tuple[float, ...]]) -> list[tuple[list[Vector], list[tuple[float, ...]]]]:
+        """Return for each point the vector of each lane, and the state after it; one point where there is a state."""
+        numbers = np.array(tried)
+        results, refused = self._evaluate.run(numbers, self._state)
+        none = (refused != "") | np.isnan(numbers).any(axis=1)[:, None]
+        results = [np.where(none, np.nan, r) for r in results]
+        refused = np.where(np.isnan(numbers).any(axis=1)[:, None], "", refused)
+        if self._state:
+            self._next = self._after(numbers, results)
+        found = []
+        for i, point in enumerate(tried):
+            lanes = [Vector(point, tuple(float(r[i, k]) for r in results), str(refused[i, k])) for k in range(LANES)]
+            found.append((lanes, [tuple(float(s[i, k]) for s in self._next) for k in range(LANES)]))
+        return found
+
+    def _after(self, numbers: Numbers, results: list[Numbers]) -> list[Numbers]:
+        flat, state = self.unit.plan, list(self._state)
+        for k, o in enumerate(flat.held, start=len(flat.states)):
+            state[k] = np.where(np.isnan(results[o]), state[k], results[o])
+        if self._rates is None or np.isnan(numbers).any():
+            return state
+        rates, refused = self._rates.run(numbers, state)
+        for k, (o, _) in enumerate(flat.states):
+            value = nearest(state[k] + nearest(nearest(STEP) * rates[k]))
+            held = np.clip(value, nearest(flat.outputs[o].lower), nearest(flat.outputs[o].upper))
+            state[k] = np.where(np.isnan(value) | (refused != ""), state[k], held)
+        return state
 
 
 def _as_single(node: Expr) -> Expr:
