@@ -6,6 +6,7 @@ those of a function at each call.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import Final
 
@@ -35,6 +36,16 @@ def function_block(unit: Unit) -> str:
     return _Block(unit).text()
 
 
+def _require_first_values(unit: Unit) -> None:
+    """Refuse outputs that hold NaN at first: a declaration has no text for it."""
+    held = unit.plan.initial_state[len(unit.plan.states) :]
+    empty = [unit.plan.outputs[o].name for o, value in zip(unit.plan.held, held, strict=True) if math.isnan(value)]
+    if empty:
+        raise CodegenError(
+            f"output '{empty[0]}' holds NaN at first, which Structured Text has no number for; write 'hold(VALUE)'"
+        )
+
+
 class _Block:
     def __init__(self, unit: Unit) -> None:
         self.unit, self.name = unit, block_name(unit)
@@ -47,6 +58,7 @@ class _Block:
         self.rates = with_prefix(unit.rates, "R") if unit.rates is not None else None
         if self.rates is not None and any(isinstance(s, Refuse) for s in self.rates.body):
             raise CodegenError("rates that may be refused are not written in Structured Text")
+        _require_first_values(unit)
 
     def text(self) -> str:
         arguments = dict(zip(self.unit.evaluation.arguments, self.inputs, strict=True))

@@ -78,12 +78,13 @@ def test_single_precision_stays_within_its_tolerance(tmp_path_factory, system):
 
 
 @engine.quick(40)
-@given(system=any_system)
+@given(system=any_system | held_system)
 def test_structured_text_agrees_with_the_kernel(system):
     try:
         assert structured_text.differences(prepare(system, "")) <= 1.0
     except CodegenError as error:
-        assert "no standard function" in str(error)  # noqa: PT017 - such as atan2
+        told = ("no standard function", "adaptive integral", "holds NaN at first")  # such as atan2
+        assert any(t in str(error) for t in told)  # noqa: PT017
 
 
 @engine.quick(60)

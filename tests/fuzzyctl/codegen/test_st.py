@@ -351,3 +351,12 @@ class TestText:
         )
         with pytest.raises(CodegenError, match="atan2"):
             function_block(prepare(loads(text), text))
+
+    def test_what_is_held_at_first_must_be_a_number(self):
+        text = (
+            "system s\ninput x in [0, 9]\n  low = triangle(-inf, 0, 4)\noutput y in [0, 1] else hold({})\n"
+            "  p = triangle(0, 0.5, 1)\nif x is low then y is p\n"
+        )
+        with pytest.raises(CodegenError, match="'y' holds NaN at first"):
+            function_block(prepare(loads(text.format("nan")), text))
+        assert "held_y : LREAL := 0.25;" in function_block(prepare(loads(text.format("0.25")), text))
