@@ -68,12 +68,19 @@ def counts(tally: Tally) -> dict[str, float]:
 
 def rendered(results: dict[str, dict[str, float]]) -> str:
     """Return the table of the documentation."""
-    head = ["tool", "profile", "systems", "numbers", "largest difference", "at jumps", "rounding of norms", "disagree"]
-    lines = ["| " + " | ".join(head) + " |", "| --- " * 2 + "| ---: " * 6 + "|"]
+    apart = {
+        "at_jumps": "at jumps",
+        "emptied": "empty sets",
+        "tied": "ties",
+        "rounded": "rounding",
+        "disagree": "disagree",
+    }
+    head = ["tool", "profile", "systems", "numbers", "largest difference", *apart.values()]
+    lines = ["| " + " | ".join(head) + " |", "| --- " * 2 + "| ---: " * (len(head) - 2) + "|"]
     for name, found in results.items():
         peer = PEERS[name]
         cells = [f"{name} {peer.version}", f"`{peer.profile}`", f"{found['systems']:,}", f"{found['numbers']:,}"]
-        cells += [f"{found['largest']:.1e}", *(f"{found[k]:,}" for k in ("at_jumps", "rounded", "disagree"))]
+        cells += [f"{found['largest']:.1e}", *(f"{found[k]:,}" for k in apart)]
         lines.append("| " + " | ".join(cells) + " |")
     return "\n".join(lines)
 
