@@ -18,7 +18,7 @@ class FoundBlock:
     """A rule block of a file.
 
     Args:
-        name: Its name, empty for none.
+        name: Its name, empty for none; the first of several that has none is no block then.
         rules: Its rules.
         conjunction: How they join by `and`, None where none does.
         disjunction: How they join by `or`, None where none does.
@@ -76,8 +76,16 @@ def combined(found: Sequence[FoundBlock], sets: Collection[str], *, keep: bool) 
     if len(own) < 2 or (same and told_by_outputs and not compares and not keep):
         said = {o: next(iter(i)) for o, i in by_output.items() if i}
         return Combined(tuple(r for b in own for r in b.rules), method, said)
-    names = Names()
-    return Combined(tuple(_block(b, names.take(b.name or f"block{k}"), method) for k, b in enumerate(own, 1)), method)
+    # The first block has the methods of the system, so that without a name it need be none.
+    loose = own[0].rules if not own[0].name else ()
+    names = Names(b.name for b in own)
+    used: set[str] = set()
+    made: list[RuleBlock] = []
+    for k, block in enumerate(own[1:] if loose else own, 2 if loose else 1):
+        name = block.name if block.name and block.name not in used else names.take(block.name or f"block{k}")
+        used.add(name)
+        made.append(_block(block, name, method))
+    return Combined((*loose, *made), method)
 
 
 def _without_idle(block: FoundBlock, sets: Collection[str]) -> FoundBlock:

@@ -54,7 +54,9 @@ class BlockRules:
             self.found.extend(rules)
             if rules:
                 needed = own.conjunction if "AND" in joins else None, own.disjunction if "OR" in joins else None
-                self.blocks.append(FoundBlock(part.name, tuple(rules), *needed, own.implication, Activation()))
+                # So the writer calls the rules of no block.
+                name = "" if part.name == "rules" and not self.blocks else part.name
+                self.blocks.append(FoundBlock(name, tuple(rules), *needed, own.implication, Activation()))
         if resolver.mixed is not None and not same_either_way(resolver.mixed):
             _tell_mixed(resolver.mixed, scope)
 

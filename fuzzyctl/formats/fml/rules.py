@@ -98,6 +98,8 @@ class RuleReader:
         self._scope.known(base, _BASE, _RULES)
         implication = self._scope.choice(base, "activationmethod", CONJUNCTION_WORDS, "min")
         name = " ".join(base.attributes.get("name", "").split())
+        # So the writer calls the rules of no block.
+        name = "" if name == "rules1" and not self.blocks else name
         own: list[FoundBlock] = []
         for element in base.all(*_RULES):
             made = self._rule(element, base)

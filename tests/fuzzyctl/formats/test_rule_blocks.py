@@ -81,15 +81,13 @@ def test_an_activation_that_a_format_has_not_is_told(format):
     }
 
 
-@pytest.mark.parametrize("format", ["fcl", "fml"])
-def test_rules_of_no_block_become_one(format):
+@pytest.mark.parametrize("format", ["fll", "fcl", "fml"])
+def test_rules_of_no_block_stay_such(format):
     system = loads(SYSTEM.replace(" activation highest(count=1)", ""))
     back, _ = read(format, FORMATS[format].write(system)[0])
-    assert len(back.rule_blocks) == 2
-    assert [b.conjunction for b in back.rule_blocks] in ([None, "product"], ["min", None], [None, None])
-    assert [(m.conjunction, m.implication or back.method.implication) for m in back.rule_methods[1:]] == [
-        ("product", "product")
-    ] * 2
+    assert [b.name for b in back.rule_blocks] == ["fast"]
+    assert [(m.block, m.implication) for m in back.rule_methods] == [(-1, None), (0, "product"), (0, "product")]
+    assert [m.conjunction for m in back.rule_methods][1:] == ["product"] * 2
 
 
 class TestFis:

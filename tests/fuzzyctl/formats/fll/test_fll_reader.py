@@ -200,7 +200,8 @@ class TestEngines:
     def test_a_choice_is_made_within_each_of_several_blocks(self, activation):
         text = SMALL.replace("General", activation).replace("RuleBlock: all", "RuleBlock:")
         found = system(text + "RuleBlock:" + text.split("RuleBlock:")[1])
-        assert [b.name for b in found.rule_blocks] == ["block1", "block2"]
+        assert [b.name for b in found.rule_blocks] == ["block2"]
+        assert [m.block for m in found.rule_methods] == [-1, -1, 0, 0]
         assert found.method.activation == system(text).method.activation
 
     def test_an_implication_that_no_output_heeds_makes_no_block_differ(self):
