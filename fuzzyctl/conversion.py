@@ -15,6 +15,7 @@ from fuzzyctl.formats.fz import dumps
 from fuzzyctl.formats.identifiers import with_identifiers
 from fuzzyctl.formats.losses import Loss
 from fuzzyctl.formats.registry import FORMATS
+from fuzzyctl.formats.repeated import without_repeated_outputs
 from fuzzyctl.loading import examine
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.source import SourceText
@@ -102,11 +103,11 @@ def written(system: FuzzySystem, target: str) -> tuple[str, list[Loss]]:
     """Return a system as a text, with what the text does not say."""
     if target in FORMATS:
         return FORMATS[target].write(system)
-    named, losses = with_identifiers(system)
     if target == "markdown":
         from fuzzyctl.document.markdown import page
 
         return page(system, {}), []
+    named, losses = with_identifiers(without_repeated_outputs(system))
     return (module_text(named) if target == "python" else dumps(named)), losses
 
 

@@ -42,24 +42,29 @@ class ImpliedSets:
         self.output, self.points = output, points
         self._join = scalar_function(aggregation(output.aggregation, output.equal)(Name("a"), Name("b")))
 
-    def _term(self, rule: int) -> SetPlan:
-        return self.output.terms[next(e for e in self.output.implied if e.rule == rule).term]
+    def _term(self, rule: int, nth: int) -> SetPlan:
+        return self.output.terms[[e for e in self.output.implied if e.rule == rule][nth].term]
 
-    def consequent(self, rule: int) -> Curve | None:
-        """Return the set that a rule names, as its hedges leave it; None for what is no set."""
-        term = self._term(rule)
+    def consequent(self, rule: int, nth: int = 0) -> Curve | None:
+        """Return the set that a rule names for the output, as its hedges leave it; None for what is no set.
+
+        Args:
+            rule: Position of the rule.
+            nth: Which of its consequents for this output, from 0 on; rules of some formats name an output twice.
+        """
+        term = self._term(rule, nth)
         return None if term.expression is not None else sampled_degrees(term, self.points)
 
-    def implied(self, rule: int, felt: float) -> Curve | None:
+    def implied(self, rule: int, felt: float, nth: int = 0) -> Curve | None:
         """Return what a rule leaves of this set, cut at how far the output feels the rule."""
-        own = self.consequent(rule)
+        own = self.consequent(rule, nth)
         if own is None:
             return None
-        norm = conjunction(self.output.implication_of(self._term(rule)), self.output.equal)
+        norm = conjunction(self.output.implication_of(self._term(rule, nth)), self.output.equal)
         imply = scalar_function(norm(Name("a"), Name("b")))
         return tuple(imply(felt, degree) for degree in own)
 
-    def together(self, rules: Iterable[tuple[int, float]]) -> Curve:
-        """Return the union of what rules leave, each given with how far the output feels it."""
-        curves = [curve for rule, felt in rules if (curve := self.implied(rule, felt)) is not None]
+    def together(self, rules: Iterable[tuple[int, float, int]]) -> Curve:
+        """Return the union of what rules leave, each given with how far the output feels it, and which consequent."""
+        curves = [curve for rule, felt, nth in rules if (curve := self.implied(rule, felt, nth)) is not None]
         return tuple(reduce(self._join, degrees) for degrees in zip(*curves, strict=True)) if curves else ()

@@ -9,12 +9,12 @@ from typing import Any, Final
 
 from fuzzyctl import arguments
 from fuzzyctl.errors import ArgumentError, NoRuleFiresError, UnknownNameError
-from fuzzyctl.formats.fz import rule_text
+from fuzzyctl.formats.fz import membership_text, rule_text
 from fuzzyctl.kernels import inference, python_backend
 from fuzzyctl.kernels.defuzzify import consequent_hull
 from fuzzyctl.kernels.plan import OutputPlan, Plan, SetPlan, plan
 from fuzzyctl.model.method import TSUKAMOTO
-from fuzzyctl.model.rule import Rule
+from fuzzyctl.model.rule import Consequent
 from fuzzyctl.model.system import FuzzySystem
 
 #: Slopes are differences over this part of an input's range.
@@ -51,7 +51,7 @@ class FiredRule:
         number: Its number, from 1 on, in the order written.
         text: The rule as `.fz` text; a cell of a table as the rule it stands for.
         activation: Weight times firing strength, as the activation method lets it act.
-        contributions: One for each output that it sets.
+        contributions: One for each consequent, in the order of the outputs; of one output in the order written.
         block: Name of its rule block, nothing for a rule of none.
     """
 
@@ -113,7 +113,9 @@ def trace(system: FuzzySystem, values: Mapping[str, float]) -> Trace:
     count, width = len(flat.degrees), len(flat.outputs)
     activations, outputs = results[count : count + len(flat.rules)], results[-width:]
     felt = _felt(flat, results[count + len(flat.rules) : -width])
-    active = {r for r, a in enumerate(activations) if a > 0.0} | {r for own in felt for r, a in own.items() if a > 0.0}
+    active = {r for r, a in enumerate(activations) if a > 0.0}
+    for output, effects in zip(flat.outputs, felt, strict=True):
+        active |= {e.rule for e, effect in zip(output.implied, effects, strict=True) if effect > 0.0}
     acting = sorted(active, key=lambda r: (-activations[r], r))
     return Trace(
         inputs=dict(zip(names, point, strict=True)),
@@ -125,10 +127,10 @@ def trace(system: FuzzySystem, values: Mapping[str, float]) -> Trace:
     )
 
 
-def _felt(flat: Plan, effects: tuple[float, ...]) -> list[dict[int, float]]:
-    """Return for each output how far it feels each rule that names it."""
+def _felt(flat: Plan, effects: tuple[float, ...]) -> list[list[float]]:
+    """Return for each output how far it feels each consequent that names it."""
     rest = iter(effects)
-    return [{entry.rule: next(rest) for entry in output.implied} for output in flat.outputs]
+    return [[next(rest) for _ in output.implied] for output in flat.outputs]
 
 
 class _Traced:
@@ -155,7 +157,7 @@ def _fired(
     flat: Plan,
     position: int,
     activation: float,
-    felt: list[dict[int, float]],
+    felt: list[list[float]],
     outputs: tuple[float, ...],
     inputs: dict[str, float],
 ) -> FiredRule:
@@ -163,12 +165,15 @@ def _fired(
     known = inputs | dict(zip((o.name for o in flat.outputs), outputs, strict=True))
     parts = []
     for output, effects, value in zip(flat.outputs, felt, outputs, strict=True):
-        total = sum(effects.values())
-        for entry in (e for e in output.implied if e.rule == position):
-            share = effects[position] / total if total else 0.0
+        total = sum(effects)
+        entries = [(e, effect) for e, effect in zip(output.implied, effects, strict=True) if e.rule == position]
+        # A rule may set an output several times; its entries stand in the order of its consequents.
+        named = [c for c in rule.consequents if c.output == output.name]
+        for (entry, effect), consequent in zip(entries, named, strict=True):
+            share = effect / total if total else 0.0
             own = _value(flat, output, output.terms[entry.term], known)
             pull = None if own is None or output.sums else share * (own - value)
-            parts.append(Contribution(output.name, _consequent(rule, output.name), own, effects[position], share, pull))
+            parts.append(Contribution(output.name, _named(consequent), own, effect, share, pull))
     block = system.rule_methods[position].block
     name = system.rule_blocks[block].name if block >= 0 else ""
     return FiredRule(position + 1, rule_text(rule), activation, tuple(parts), name)
@@ -186,12 +191,9 @@ def _value(flat: Plan, output: OutputPlan, term: SetPlan, known: dict[str, float
     return float(function(**{n: held[n] for n in held if n in function.__code__.co_varnames}))
 
 
-def _consequent(rule: Rule, output: str) -> str:
-    for c in rule.consequents:
-        if c.output == output and isinstance(c.term, str):
-            return " ".join((*c.hedges, c.term))
-    text = rule_text(rule)
-    return text.partition(f"{output} is ")[2].partition(" weight ")[0]
+def _named(consequent: Consequent) -> str:
+    term = consequent.term if isinstance(consequent.term, str) else membership_text(consequent.term)
+    return " ".join((*consequent.hedges, term))
 
 
 def _slopes(flat: Plan, found: _Traced, point: list[float]) -> dict[str, dict[str, tuple[float, float]]]:

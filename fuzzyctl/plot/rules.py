@@ -79,6 +79,7 @@ def _cell(ax: Any, system: FuzzySystem, found: Trace, rule: FiredRule, column: _
     variable = column.variable
     named = [i for i in literals(system.rules[rule.number - 1].antecedent) if i.variable == variable.name]
     value = _read_value(system, found, variable)
+    own = [c for c in rule.contributions if c.output == variable.name]
     for part in dict.fromkeys(named):
         asked = antecedent_set(system, variable, part)
         if asked is None:
@@ -88,12 +89,13 @@ def _cell(ax: Any, system: FuzzySystem, found: Trace, rule: FiredRule, column: _
         if value is not None:
             (degree,) = sampled_degrees(asked, [value])
             ax.fill_between(column.x, np.minimum(curve, degree), color=INPUT, alpha=0.25, lw=0)
-        _name(ax, " ".join((*part.hedges, part.term)), INPUT)
+    _names(
+        ax, [*((" ".join((*p.hedges, p.term)), INPUT) for p in dict.fromkeys(named)), *((c.term, OUTPUT) for c in own)]
+    )
     if named and isinstance(variable, Input):
         ax.axvline(found.inputs[variable.name], color=LINE, lw=0.8)
-    own = [c for c in rule.contributions if c.output == variable.name]
-    for c in own:
-        _consequent(ax, column, rule.number - 1, c)
+    for nth, c in enumerate(own):
+        _consequent(ax, column, rule.number - 1, nth, c)
     if not named and not own:
         ax.set_facecolor("#f4f4f4")
 
@@ -110,21 +112,24 @@ def _read_value(system: FuzzySystem, found: Trace, variable: LinguisticVariable)
     return min(max(value, low), high) if held else value
 
 
-def _consequent(ax: Any, column: _Column, rule: int, contribution: Contribution) -> None:
-    _name(ax, contribution.term, OUTPUT)
+def _consequent(ax: Any, column: _Column, rule: int, nth: int, contribution: Contribution) -> None:
     if contribution.value is not None:
         ax.vlines(contribution.value, 0, contribution.felt, color=OUTPUT, lw=3)
         return
     assert column.sets is not None, "rules contribute to outputs only"
-    curve, cut = column.sets.consequent(rule), column.sets.implied(rule, contribution.felt)
+    curve, cut = column.sets.consequent(rule, nth), column.sets.implied(rule, contribution.felt, nth)
     if curve is not None and cut is not None:
         ax.plot(column.x, curve, color=OUTPUT, lw=1)
         ax.fill_between(column.x, cut, color=OUTPUT, alpha=0.35, lw=0)
 
 
-def _name(ax: Any, name: str, color: str) -> None:
+def _names(ax: Any, names: Sequence[tuple[str, str]]) -> None:
+    """Write names with their colours below each other, closer where there are many."""
     box = {"boxstyle": "square,pad=0.1", "fc": "white", "ec": "none", "alpha": 0.7}
-    ax.annotate(name, (0.03, 0.8), xycoords="axes fraction", fontsize="small", color=color, bbox=box)
+    size = "small" if len(names) < 3 else "xx-small"
+    step = min(0.28, 0.8 / max(len(names), 1))
+    for k, (name, color) in enumerate(names):
+        ax.annotate(name, (0.03, 0.8 - k * step), xycoords="axes fraction", fontsize=size, color=color, bbox=box)
 
 
 def _last_row(ax: Any, found: Trace, column: _Column) -> None:
@@ -134,10 +139,14 @@ def _last_row(ax: Any, found: Trace, column: _Column) -> None:
     if column.sets is None:
         ax.axvline(found.inputs[name], color=LINE, lw=0.8)
         return
-    own = [(r.number - 1, c) for r in found.rules for c in r.contributions if c.output == name]
-    for value, felt in ((c.value, c.felt) for _, c in own if c.value is not None):
+    own = [
+        (rule.number - 1, c, nth)
+        for rule in found.rules
+        for nth, c in enumerate(c for c in rule.contributions if c.output == name)
+    ]
+    for value, felt in ((c.value, c.felt) for _, c, _ in own if c.value is not None):
         ax.vlines(value, 0, felt, color=OUTPUT, lw=3)
-    together = column.sets.together((r, c.felt) for r, c in own if c.value is None)
+    together = column.sets.together((r, c.felt, nth) for r, c, nth in own if c.value is None)
     if together:
         _union(ax, column.x, together)
     value = found.outputs[name]

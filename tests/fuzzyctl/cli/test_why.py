@@ -214,6 +214,11 @@ class TestPictureOfHedges:
         of_p = self.drawn(text.replace("somewhat p", "p"), 6.0)[1]
         assert self.top(of_p, 0.55, 0.55) == pytest.approx(0.5 * 0.6)
 
+    def test_names_of_a_variable_that_is_read_twice_stand_below_each_other(self):
+        both = self.drawn(HEDGED.replace("if x is very low", "if not x is high or x is very low"), 6.0)[2]
+        assert [t.get_text() for t in both.texts] == ["high", "very low"]
+        assert both.texts[0].xy[1] - both.texts[1].xy[1] > 0.2
+
     def test_rules_that_are_not_shown_count_in_what_all_give_together(self):
         axes = self.drawn(HEDGED, 6.0, most=1)
         assert len(axes) == 4

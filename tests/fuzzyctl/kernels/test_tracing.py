@@ -20,3 +20,31 @@ def test_shares_are_of_what_consequents_feel_and_functions_read_outputs():
     assert second.contributions[0].share == pytest.approx(0.8 / (0.64 + 0.8))
     assert first.contributions[1].value == pytest.approx(7 * found.outputs["y"])
     assert found.outputs["z"] == 10.0
+
+
+TWICE = """\
+Engine: twice
+InputVariable: x
+  range: 0 10
+  term: low Triangle -10 0 10
+OutputVariable: y
+  range: 0 1
+  aggregation: Maximum
+  defuzzifier: Centroid 100
+  term: m Triangle 0.25 0.5 0.75
+  term: l Triangle 0.5 0.75 1
+RuleBlock:
+  implication: Minimum
+  activation: General
+  rule: if x is low then y is very m and y is l
+"""
+
+
+def test_a_rule_that_sets_an_output_twice_contributes_twice():
+    """A hedge of fuzzylite's consequents is carried on to the next one: 0.8 squared for both."""
+    (rule,) = trace(loads(TWICE, "twice.fll"), {"x": 2.0}).rules
+    assert [(c.output, c.term, c.felt) for c in rule.contributions] == [
+        ("y", "very m", pytest.approx(0.64)),
+        ("y", "l", pytest.approx(0.64)),
+    ]
+    assert [c.share for c in rule.contributions] == [0.5, 0.5]
