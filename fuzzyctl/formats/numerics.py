@@ -53,16 +53,21 @@ def other_numerics(
         there: The knobs of the tool.
         defuzzifier: What the defuzzifier of an output becomes.
     """
-    own = system.method.semantics
-    for knob in KNOBS:
-        if getattr(own, knob) != getattr(there, knob) and _matters(system, knob, there):
-            why = f"{there.text(knob)} under '{there.profile}'"
-            yield Loss(f"system '{system.name}'", f"{knob} {own.text(knob)}", why)
+    yield from other_knobs(system, there)
     for output in system.outputs:
         before, after = defuzzifier_of(system, output), defuzzifier(output)
         same = (before.averages and after.averages) or (before.over_rules and before.kind == after.kind)
         if before != after and not same:
             yield Loss(f"output '{output.name}'", f"defuzzifier {_text(before)}", f"becomes {_text(after)}")
+
+
+def other_knobs(system: FuzzySystem, there: Semantics) -> Iterator[Loss]:
+    """Yield the knobs that are others in the tool of a format, and change numbers of a system."""
+    own = system.method.semantics
+    for knob in KNOBS:
+        if getattr(own, knob) != getattr(there, knob) and _matters(system, knob, there):
+            why = f"{there.text(knob)} under '{there.profile}'"
+            yield Loss(f"system '{system.name}'", f"{knob} {own.text(knob)}", why)
 
 
 def _text(defuzzifier: Defuzzifier) -> str:

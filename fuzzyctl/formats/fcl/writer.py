@@ -32,7 +32,6 @@ from fuzzyctl.formats.losses import Loss
 from fuzzyctl.formats.weighted import as_inverted_there, inferred_otherwise
 from fuzzyctl.formulas import HEDGES
 from fuzzyctl.model.method import TSUKAMOTO
-from fuzzyctl.model.profiles import PROFILES
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, literals
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Input, Membership, Output
@@ -43,6 +42,9 @@ _TITLES: Final[dict[DialectName, str]] = {
     "jfuzzylogic": "Fuzzy Control Language with the extensions of jFuzzyLogic",
     "fuzzylite": "Fuzzy Control Language in the dialect of fuzzylite",
 }
+
+#: Versions of fuzzylite with numerics of their own, which a comment names.
+_OLDER_FUZZYLITE: Final = ("fuzzylite_6",)
 
 #: Words for norms: of each dialect those it has, and the first that any has.
 _FUZZYLITE_NORMS: Final = {
@@ -78,8 +80,8 @@ _METHODS: Final = {
 def write(system: FuzzySystem) -> tuple[str, list[Loss]]:
     """Return a system as FCL, and what FCL cannot express of it.
 
-    The dialect is the plainest one that has words for all of it. A comment says whose numerics the system has where the
-    dialect alone would mean others. Where no word holds inputs within their ranges shoulders do.
+    The dialect is the plainest one that has words for all of it, and its numerics are those of the tool that reads it:
+    others are among what changes. Where no word holds inputs within their ranges shoulders do.
 
     Raises:
         DiagnosticError: With all reasons, for a system of Tsukamoto's method that fuzzylite would take for another one.
@@ -159,10 +161,10 @@ class _Writer:
         yield f"// {_TITLES[self.dialect]}"
         if self._system.title:
             yield f"// {' '.join(self._system.title.split())}"
-        if own != USUAL_NUMERICS[self.dialect] and own in PROFILES:
+        if self.dialect == "fuzzylite" and own in _OLDER_FUZZYLITE:
             yield f"// numerics of {own}"
         elif self.dialect == "standard":
-            yield "// numerics of exact"
+            yield f"// numerics of {USUAL_NUMERICS['standard']}"
         yield f"FUNCTION_BLOCK {self.names.system}"
         yield ""
         yield from self._declarations("VAR_INPUT", self._system.inputs)

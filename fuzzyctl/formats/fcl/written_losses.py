@@ -12,6 +12,7 @@ from fuzzyctl.formats.fcl.written_shapes import counts_as_number, says_otherwise
 from fuzzyctl.formats.fz import defuzzifier_text
 from fuzzyctl.formats.held import holding_matters
 from fuzzyctl.formats.losses import Loss
+from fuzzyctl.formats.numerics import other_knobs
 from fuzzyctl.formulas import HEDGES
 from fuzzyctl.model.method import OVER_RULES, Defuzzifier
 from fuzzyctl.model.rule import And, Antecedent, Not, Or, RuleTable, literals
@@ -138,11 +139,7 @@ def _needs_sets(system: FuzzySystem, output: Output) -> bool:
 def _of_numerics(system: FuzzySystem, read_back: FuzzySystem, names: WrittenNames) -> Iterator[Loss]:
     """Yield the settings that are others after reading the text back."""
     where = f"system '{system.name}'"
-    ours, theirs = system.method.semantics.knobs, read_back.method.semantics.knobs
-    for knob in ours:
-        if ours[knob] != theirs[knob] and not _without_effect(knob, system):
-            why = f"FCL of these numerics has {system.method.semantics.model_copy(update=theirs).text(knob)}"
-            yield Loss(where, f"semantics {knob}={system.method.semantics.text(knob)}", why)
+    yield from other_knobs(system, read_back.method.semantics)
     for output in system.outputs:
         yield from _of_output_numerics(system, output, read_back, read_back.output(names.variables[output.name]))
 
@@ -156,16 +153,6 @@ def _of_methods(system: FuzzySystem, read_back: FuzzySystem, written: Sequence[i
             said, found = getattr(system.rule_methods[r], field), getattr(method, field)
             if said != found and _uses(field, system.rules[r].antecedent):
                 yield Loss(where, f"{field} '{said}'", f"it is read as '{found}'")
-
-
-def _without_effect(knob: str, system: FuzzySystem) -> bool:
-    """Whether a knob says nothing about this system."""
-    kinds = {t.membership.kind for v in (*system.inputs, *system.outputs) for t in v.terms}
-    if knob == "sigmoid_difference":
-        return "sigmoid_difference" not in kinds
-    if knob in ("merge", "total"):
-        return all(_needs_sets(system, o) for o in system.outputs)
-    return knob == "consequent_hedges" and not any(c.hedges for r in system.rules for c in r.consequents)
 
 
 def _uses(field: str, antecedent: Antecedent) -> bool:
@@ -192,7 +179,9 @@ def _of_output_numerics(system: FuzzySystem, output: Output, read_back: FuzzySys
         if said != read:
             yield Loss(where, f"aggregation '{said}'", f"it is read as '{read}'")
     elif not _needs_sets(system, output) and read_back.method.semantics.merge != "rules":
-        said = output.aggregation or system.method.aggregation
+        # Rules that stand by themselves are added up.
+        alone = system.method.semantics.merge == "rules"
+        said = "sum" if alone else output.aggregation or system.method.aggregation
         read = found.aggregation or read_back.method.aggregation
         if said != read:
             yield Loss(where, f"aggregation '{said}'", f"it is read as '{read}'")

@@ -71,7 +71,7 @@ def needs_fuzzylite(membership: Membership, values: Mapping[str, float]) -> bool
     if kind in ("function", "linear"):
         return any(c not in _JFUZZYLOGIC_FUNCTIONS for c in _functions(membership))
     given = numbers(membership, values)
-    if _as_points(membership, given) or kind in ("singleton", "constant", "piecewise"):
+    if _as_points(membership, given, "jfuzzylogic") or kind in ("singleton", "constant", "piecewise"):
         return False
     if evaluate(membership.height, values) != 1.0 or kind not in _JFUZZYLOGIC:
         return True
@@ -81,7 +81,7 @@ def needs_fuzzylite(membership: Membership, values: Mapping[str, float]) -> bool
 
 def needs_jfuzzylogic(membership: Membership) -> bool:
     """Whether the standard alone, with its points and singletons, has no words for a term."""
-    return membership.kind not in ("singleton", "constant", "piecewise") or membership.kind in ("function", "linear")
+    return membership.kind not in ("singleton", "constant") and not piecewise_linear(membership.kind)
 
 
 def unknown_functions(membership: Membership) -> list[str]:
@@ -95,12 +95,13 @@ def _functions(membership: Membership) -> list[str]:
     return [node.function for node in walk(membership.arguments[0]) if isinstance(node, Call)]
 
 
-def _as_points(membership: Membership, given: Parameters) -> bool:
-    """Whether a term without a word in jFuzzyLogic is straight, so that points say the same."""
+def _as_points(membership: Membership, given: Parameters, dialect: DialectName) -> bool:
+    """Whether a term without a word in a dialect is straight, so that points say the same; the standard has no words."""
     kind = membership.kind
     if not piecewise_linear(kind) or kind == "piecewise":
         return False
-    return kind not in _JFUZZYLOGIC or any(map(math.isinf, given)) or membership.height != Number(1.0)
+    spelt = dialect == "jfuzzylogic" and kind in _JFUZZYLOGIC
+    return not spelt or any(map(math.isinf, given)) or membership.height != Number(1.0)
 
 
 def shape_text(membership: Membership, values: Mapping[str, float], dialect: DialectName) -> str:
@@ -117,7 +118,7 @@ def shape_text(membership: Membership, values: Mapping[str, float], dialect: Dia
     if dialect == "fuzzylite":
         parameters = given if height == 1.0 else (*given, height)
         return " ".join([_FUZZYLITE[kind], *map(number_text, parameters)])
-    if _as_points(membership, given):
+    if _as_points(membership, given, dialect):
         return _points(MEMBERSHIP[kind].vertices(given), height)
     word, ordered = _JFUZZYLOGIC[kind]
     return " ".join([word, *map(number_text, ordered(given))])
@@ -128,7 +129,7 @@ def says_otherwise(membership: Membership, values: Mapping[str, float], dialect:
     return (
         dialect != "fuzzylite"
         and membership.kind not in ("function", "linear", "singleton", "constant")
-        and (_as_points(membership, numbers(membership, values)))
+        and _as_points(membership, numbers(membership, values), dialect)
     )
 
 

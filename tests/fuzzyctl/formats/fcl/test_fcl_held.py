@@ -27,7 +27,7 @@ if x is b then y is q
         ("triangle(-10, 0, 10)", "(0, 1) (10, 0)"),
         ("triangle(-5, 2, 10)", "(0, 0.7142857142857143) (2, 1) (10, 0)"),
         ("triangle(0, 0, 10, height=0.5)", "(0, 0.5) (10, 0)"),
-        ("triangle(0, 4, 10)", "TRIAN 0 4 10"),
+        ("triangle(0, 4, 10)", "(0, 0) (4, 1) (10, 0)"),
     ],
 )
 def test_straight_terms_stay_beyond_the_range_what_they_are_at_its_ends(term, written):
