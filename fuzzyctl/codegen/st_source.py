@@ -8,17 +8,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import Final
 
 from fuzzyctl.codegen.errors import CodegenError
-from fuzzyctl.codegen.lean import functions, with_prefix
+from fuzzyctl.codegen.lean import functions, mapped, with_prefix
 from fuzzyctl.codegen.names import ST_RESERVED, Names
+from fuzzyctl.codegen.st_guards import PARTIAL
 from fuzzyctl.codegen.st_text import INDENT, STText
 from fuzzyctl.codegen.unit import Unit, described
+from fuzzyctl.expr import Binary, Call, Expr, Number
 from fuzzyctl.kernels.program import Refuse
-
-#: Functions without a value somewhere.
-_PARTIAL: Final = frozenset(["divide", "power", "sqrt", "log", "sin", "cos", "tan"])
 
 
 def block_name(unit: Unit) -> str:
@@ -46,6 +44,14 @@ def _require_first_values(unit: Unit) -> None:
         )
 
 
+def _quotient(node: Expr) -> Expr:
+    """Take quotients of rates, which are those of the user, for such that may have no value."""
+    match node:
+        case Binary(op="/", left=left, right=right) if not (isinstance(right, Number) and right.value != 0.0):
+            return Call("divide", (left, right))
+    return node
+
+
 class _Block:
     def __init__(self, unit: Unit) -> None:
         self.unit, self.name = unit, block_name(unit)
@@ -55,7 +61,7 @@ class _Block:
         self.valid = [names.claim(f"{o}_valid") for o in self.outputs]
         adaptive = [f"consequent_{k}" for k in range(len(unit.plan.states))]
         self.states = [names.claim(s) for s in (*adaptive, *(f"held_{self.outputs[o]}" for o in unit.plan.held))]
-        self.rates = with_prefix(unit.rates, "R") if unit.rates is not None else None
+        self.rates = with_prefix(mapped(unit.rates, _quotient), "R") if unit.rates is not None else None
         if self.rates is not None and any(isinstance(s, Refuse) for s in self.rates.body):
             raise CodegenError("rates that may be refused are not written in Structured Text")
         _require_first_values(unit)
@@ -64,7 +70,7 @@ class _Block:
         arguments = dict(zip(self.unit.evaluation.arguments, self.inputs, strict=True))
         writer = STText(self.unit.precision, arguments, self.states, partial=self._partial())
         body = list(self._evaluation(writer))
-        rates = STText(self.unit.precision, arguments, self.states)
+        rates = STText(self.unit.precision, arguments, self.states, partial=True)
         adapted = list(self._adaptation(rates)) if self.rates is not None else []
         head = [f"(* {line.replace('(*', '( *').replace('*)', '* )')} *)" if line else "" for line in self._head()]
         lines = [*head, f"FUNCTION_BLOCK {self.name}", *self._interface(writer)]
@@ -72,7 +78,7 @@ class _Block:
         return "\n".join([*lines, "", *body, *adapted, "END_FUNCTION_BLOCK"]) + "\n"
 
     def _partial(self) -> bool:
-        return bool(functions(self.unit.evaluation) & _PARTIAL)
+        return bool(functions(self.unit.evaluation) & PARTIAL)
 
     def _head(self) -> list[str]:
         lines = [
@@ -80,6 +86,11 @@ class _Block:
             "",
             "Where an output is not valid, it is 0: an input is NaN, or no rule gives it a value.",
         ]
+        if self._partial():
+            lines.append(
+                "Nor is it where a function that it depends on has no value, such as the root of -1; functions are"
+            )
+            lines.append("called only where they have one, and a quotient by 0 counts as the largest number.")
         if self.unit.plan.states:
             lines.append("Adaptive consequents change by one Euler step of time_step seconds after each evaluation.")
         return lines

@@ -14,8 +14,9 @@ from typing import Final
 from fuzzyctl.codegen.c_text import single_text
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.lean import FALSE, TRUE, folding, read
+from fuzzyctl.codegen.st_guards import TESTED, function_of, guarded, is_named, may_fail, needs_guard
 from fuzzyctl.codegen.unit import Precision
-from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where, replace, walk
+from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where, children, replace, walk
 from fuzzyctl.kernels.program import STATE, Accumulate, Assign, Fold, Item, Locate, Offset, Place, Refuse, Statement
 
 INDENT: Final = "  "
@@ -32,6 +33,7 @@ _STANDARD: Final[Mapping[str, str]] = {
     "sin": "SIN",
     "cos": "COS",
     "tan": "TAN",
+    "power": "EXPT",
 }
 #: The largest numbers of the two types stand for infinity, which has no literal.
 _LARGEST: Final[Mapping[Precision, float]] = {"double": 1.7976931348623157e308, "float": 3.4028234663852886e38}
@@ -96,7 +98,9 @@ class STText:
                     yield f"{pad}{name} := {' + '.join(n if s == 1 else f'{s} * {n}' for n, s in parts)};"
                 case Accumulate(count=count, counter=k, body=body, sums=sums):
                     self.integers.append(k)
-                    yield from (f"{pad}{self._declared(s.name)} := {self.number(0.0)};" for s in sums)
+                    self._carried([*body, *(Assign(s.name, Binary("+", Name(s.name), s.value)) for s in sums)])
+                    for s in sums:
+                        yield from self.assigned(self._declared(s.name), Number(0.0), depth)
                     yield f"{pad}FOR {k} := 0 TO {count - 1} DO"
                     yield from self.block(body, refusals, depth + 1)
                     for s in sums:
@@ -104,6 +108,7 @@ class STText:
                     yield f"{pad}END_FOR;"
                 case Fold(count=count, counter=k, first=first, body=body, then=then):
                     self.integers.append(k)
+                    self._carried([*first, *body, *then])
                     for s in first:
                         yield from self.assigned(self._declared(s.name), s.value, depth)
                     yield f"{pad}FOR {k} := 0 TO {count - 1} DO"
@@ -122,12 +127,44 @@ class STText:
     def assigned(self, name: str, value: Expr, depth: int) -> Iterator[str]:
         """Yield lines that give a variable a value, and say whether it has one."""
         value = self._folded(value)
-        flag = self._flag(name) if self.may_be_missing(value) else ""
+        flag = self._flag(name) if name in self._missing or self.may_be_missing(value) else ""
         yield from self._set(name, flag, value, depth)
+
+    def _carried(self, statements: Sequence[Assign]) -> None:
+        """Give flags to what may have no value in a later turn of a loop, however that comes about."""
+        before = -1
+        while before != len(self._missing):
+            before = len(self._missing)
+            for s in statements:
+                if self.may_be_missing(self._folded(s.value)):
+                    self._flag(s.name)
+
+    def _inner(self, value: Expr, lines: list[str], depth: int) -> Expr:
+        """Return a value whose choices stand at its head only: names stand for those within it."""
+        if isinstance(value, Where | Number | Name | Item):
+            return value
+        operands = [self._named(o, lines, depth) for o in children(value)]
+        function = function_of(value)
+        if not self.partial or not needs_guard(function):
+            return _with_operands(value, operands)
+        atoms = [o if is_named(o) else self._temporary(o, lines, depth) for o in operands]
+        absent = [a for a in atoms if isinstance(a, Name) and a.name in self._missing]
+        return guarded(function, atoms, absent)
+
+    def _named(self, value: Expr, lines: list[str], depth: int) -> Expr:
+        value = self._inner(value, lines, depth)
+        return self._temporary(value, lines, depth) if isinstance(value, Where) else value
+
+    def _temporary(self, value: Expr, lines: list[str], depth: int) -> Expr:
+        self._temporaries += 1
+        name = self._declared(f"c{self._temporaries}")
+        lines.extend(self.assigned(name, value, depth))
+        return Name(name)
 
     def _set(self, name: str, flag: str, value: Expr, depth: int) -> Iterator[str]:
         pad = INDENT * depth
         lines: list[str] = []
+        value = self._inner(value, lines, depth)
         if isinstance(value, Where):
             test = self._condition(value.condition, lines, depth)
             yield from lines
@@ -137,12 +174,11 @@ class STText:
             yield from self._set(name, flag, value.otherwise, depth + 1)
             yield f"{pad}END_IF;"
             return
+        yield from lines
         if isinstance(value, Number) and math.isnan(value.value):
             yield from (f"{pad}{name} := {self.number(0.0)};", f"{pad}{flag} := TRUE;")
             return
-        text = self._text(value, lines, depth)
-        yield from lines
-        yield f"{pad}{name} := {text};"
+        yield f"{pad}{name} := {self._text(value)};"
         if flag:
             missing = sorted(self._missing[n] for n in read(value) if n in self._missing)
             yield f"{pad}{flag} := {' OR '.join(missing) or 'FALSE'};"
@@ -152,7 +188,7 @@ class STText:
 
     def may_be_missing(self, value: Expr) -> bool:
         """Return whether a value may be NaN because one is written in it, or because of what it reads."""
-        written = any(isinstance(n, Number) and math.isnan(n.value) for n in walk(value))
+        written = any((isinstance(n, Number) and math.isnan(n.value)) or may_fail(n) for n in walk(value))
         return written or any(n in self._missing for n in read(value))
 
     def missing(self, name: str) -> str:
@@ -172,8 +208,8 @@ class STText:
         self.reals.append(name)
         return name
 
-    def _text(self, expr: Expr, lines: list[str], depth: int) -> str:
-        """Return an expression; what must be computed before goes to `lines`."""
+    def _text(self, expr: Expr) -> str:
+        """Return an expression without choices."""
         match expr:
             case Number(value=value):
                 return self.number(value)
@@ -182,18 +218,13 @@ class STText:
             case Item(array=array, index=index):
                 return self._item(array, index)
             case Negate(operand=operand):
-                return f"(-{self._text(operand, lines, depth)})"
+                return f"(-{self._text(operand)})"
             case Binary(op="^", left=left, right=right):
-                return f"EXPT({self._text(left, lines, depth)}, {self._text(right, lines, depth)})"
+                return self._call("power", [self._text(left), self._text(right)])
             case Binary(op=op, left=left, right=right):
-                return f"({self._text(left, lines, depth)} {op} {self._text(right, lines, depth)})"
-            case Where():
-                self._temporaries += 1
-                name = self._declared(f"c{self._temporaries}")
-                lines.extend(self.assigned(name, expr, depth))
-                return name
+                return f"({self._text(left)} {op} {self._text(right)})"
             case Call(function=function, arguments=arguments):
-                return self._call(function, [self._text(a, lines, depth) for a in arguments])
+                return self._call(function.removesuffix(TESTED), [self._text(a) for a in arguments])
         raise CodegenError(f"a {type(expr).__name__} cannot be printed as a number")
 
     def _call(self, function: str, texts: Sequence[str]) -> str:
@@ -203,6 +234,9 @@ class STText:
             return f"LIMIT({self.number(0.0)}, {texts[0]}, {self.number(1.0)})"
         if function == "divide":
             return f"({texts[0]} / {texts[1]})"
+        if function == "whole":
+            kind = self.real
+            return f"DINT_TO_{kind}(TRUNC({texts[0]}))"
         if function not in _STANDARD:
             raise CodegenError(f"Structured Text has no standard function for '{function}'")
         return f"{_STANDARD[function]}({', '.join(texts)})"
@@ -223,18 +257,26 @@ class STText:
             case Compare(op="!=", left=left, right=right) if left == right:
                 return self.missing(left.name) if isinstance(left, Name) else "FALSE"
             case Compare(op=op, left=left, right=right):
-                sign = {"==": "=", "!=": "<>"}.get(op, op)
-                return f"({self._text(left, lines, depth)} {sign} {self._text(right, lines, depth)})"
+                return self._comparison(op, self._named(left, lines, depth), self._named(right, lines, depth))
             case Logic(op="not", operands=(operand,)):
                 return f"(NOT {self._condition(operand, lines, depth)})"
             case Logic(op=op, operands=operands):
                 return f"({f' {op.upper()} '.join(self._condition(o, lines, depth) for o in operands)})"
         raise CodegenError(f"a {type(expr).__name__} cannot be printed as a condition")
 
+    def _comparison(self, op: str, left: Expr, right: Expr) -> str:
+        """Return a comparison, false where an operand has no value, as that of NaN is."""
+        sign = {"==": "=", "!=": "<>"}.get(op, op)
+        text = f"({self._text(left)} {sign} {self._text(right)})"
+        flags = sorted({self._missing[n] for n in read(left) | read(right) if n in self._missing})
+        if not flags:
+            return text
+        return f"({' AND '.join(f'(NOT {f})' for f in flags)} AND {text})"
+
     def _located(self, statement: Locate) -> Iterator[str]:
         name, rest, knots = statement.name, self._declared(statement.rest), statement.knots
         self.integers.append(name)
-        x = self._text(statement.x, [], 0)
+        x = self._text(statement.x)
         yield f"{rest} := LIMIT({self.number(knots[0])}, {x}, {self.number(knots[-1])});"
         yield f"{name} := 0;"
         if len(knots) > 1:
@@ -246,3 +288,14 @@ class STText:
         yield f"{rest} := {rest} - {statement.table}[{name}];"
         if statement.stride != 1:
             yield f"{name} := {statement.stride} * {name};"
+
+
+def _with_operands(value: Expr, operands: Sequence[Expr]) -> Expr:
+    match value:
+        case Negate():
+            return Negate(operands[0])
+        case Binary(op=op):
+            return Binary(op, operands[0], operands[1])
+        case Call(function=function):
+            return Call(function, tuple(operands))
+    return value
