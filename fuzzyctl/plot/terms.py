@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, Final
 
 import numpy as np
 
+from fuzzyctl.formats.fz import membership_text
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.kernels.compile import degrees
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import LinguisticVariable
+from fuzzyctl.plot.labels import Label, draw_labels, shortened
 from fuzzyctl.plot.style import COLORS
+
+#: Room for one more line of names above the curves, in degrees.
+LANE: Final = 0.16
+
+#: Most functions that a panel has room for.
+FUNCTIONS: Final = 7
 
 
 def draw_terms(figure: Any, system: FuzzySystem) -> None:
@@ -32,25 +41,41 @@ def draw_variable(ax: Any, system: FuzzySystem, variable: LinguisticVariable) ->
     """Draw the terms of one variable into axes and return the axes."""
     low, high = system.number(variable.lower), system.number(variable.upper)
     x = _grid(system, variable, low, high)
+    labels: list[Label] = []
+    functions: list[tuple[str, str]] = []
     for i, term in enumerate(variable.terms):
         color = COLORS[i % len(COLORS)]
         y = degrees(system, variable, term, x)
         if y is None:
-            continue  # a function of the inputs has no picture over the output's range
-        if term.membership.kind in ("singleton", "constant"):
+            functions.append((f"{term.name} = {membership_text(term.membership)}", color))
+        elif term.membership.kind in ("singleton", "constant"):
             at = system.number(term.membership.arguments[0])
             ax.vlines(at, 0, 1, color=color, lw=2)
+            labels.append(Label(term.name, at, 1.0, color))
         else:
-            at = _top(x, y)
             ax.plot(x, y, color=color)
             ax.fill_between(x, y, color=color, alpha=0.08, lw=0)
-        # At the ends of the axis a centred name would stand on the tick labels or outside.
-        side = "left" if at <= low else "right" if at >= high else "center"
-        height = 1.0 if term.membership.kind in ("singleton", "constant") else float(np.max(y))
-        offset = (0, 3)
-        ax.annotate(term.name, (at, height), offset, textcoords="offset points", ha=side, color=color)
-    ax.set(xlim=(low, high), ylim=(0, 1.18), xlabel=variable.axis_label, ylabel="degree", yticks=[0, 0.5, 1])
+            labels.append(Label(term.name, _top(x, y), float(np.max(y)), color))
+    lines = draw_labels(ax, labels, low, high)
+    ax.set(xlim=(low, high), ylim=(0, 1.18 + LANE * (lines - 1)), xlabel=variable.axis_label)
+    if labels or not functions:
+        ax.set(ylabel="degree", yticks=[0, 0.5, 1])
+    else:
+        ax.set(yticks=[])
+    _write_functions(ax, functions)
     return ax
+
+
+def _write_functions(ax: Any, functions: Sequence[tuple[str, str]]) -> None:
+    """Write functions of the inputs, which have no picture over the range of the output, as texts."""
+    shown = functions if len(functions) <= FUNCTIONS else functions[: FUNCTIONS - 1]
+    texts = [(shortened(text, 70), color) for text, color in shown]
+    if len(shown) < len(functions):
+        texts.append((f"and {len(functions) - len(shown)} more", "#444444"))
+    box = {"boxstyle": "square,pad=0.1", "fc": "white", "ec": "none", "alpha": 0.8}
+    for k, (text, color) in enumerate(texts):
+        place = (0.02, 0.86 - k * 0.9 / FUNCTIONS)
+        ax.annotate(text, place, xycoords="axes fraction", fontsize="small", va="center", color=color, bbox=box)
 
 
 def _top(x: Any, y: Any) -> float:
