@@ -148,10 +148,10 @@ class Cursor:
             if self.take().text == ";":
                 return
 
-    def rest_of_line(self) -> list[Token]:
-        """Take the tokens that are left on the line of the one taken last."""
+    def rest_of_line(self, stops: Collection[str]) -> list[Token]:
+        """Take the tokens that are left on the line of the one taken last, up to a keyword that begins a block."""
         taken: list[Token] = []
-        while self.here.kind != "end" and not self.here.first:
+        while self.here.kind != "end" and not self.here.first and self.here.word not in stops:
             taken.append(self.take())
         return taken
 

@@ -35,8 +35,9 @@ _ENDS: Final = {
     "DEFUZZIFY": "END_DEFUZZIFY",
     "RULEBLOCK": "END_RULEBLOCK",
     "OPTIONS": "END_OPTIONS",
+    "OPTION": "END_OPTION",
 }
-_BLOCKS: Final = (*_VARIABLES, *_FUZZY, "RULEBLOCK", "OPTIONS", "FUNCTION_BLOCK", "END_FUNCTION_BLOCK")
+_BLOCKS: Final = (*_VARIABLES, *_FUZZY, "RULEBLOCK", "OPTIONS", "OPTION", "FUNCTION_BLOCK", "END_FUNCTION_BLOCK")
 _CLOSERS: Final = tuple(dict.fromkeys(_ENDS.values()))
 _FUZZY_STARTS: Final = ("TERM", "RANGE", "METHOD", "ACCU", "DEFAULT", "LOCK", "ENABLED")
 _RULE_SETTINGS: Final = ("AND", "OR", "ACT", "ACCU", "ENABLED", "ACTIVATION")
@@ -79,7 +80,7 @@ def _function_block(cursor: Cursor) -> FunctionBlock:
     first = cursor.here
     name = ""
     if cursor.accept("FUNCTION_BLOCK"):
-        words = cursor.rest_of_line()
+        words = cursor.rest_of_line((*_VARIABLES, *_FUZZY, "RULEBLOCK", "END_FUNCTION_BLOCK"))
         name = cursor.span(words[0], words[-1]).text if words else ""
         if not words and cursor.here.kind == "name" and cursor.here.word not in _BLOCKS:
             name = cursor.take().text
@@ -96,7 +97,7 @@ def _function_block(cursor: Cursor) -> FunctionBlock:
             fuzzy.append(_fuzzy_block(cursor))
         elif word == "RULEBLOCK":
             rules.append(_rule_block(cursor))
-        elif word == "OPTIONS":
+        elif word in ("OPTIONS", "OPTION"):
             _options(cursor)
         else:
             cursor.report(cursor.unexpected("a block", _BLOCKS[:-2]), _BLOCKS)
@@ -310,9 +311,10 @@ def _rule_block(cursor: Cursor) -> RuleBlock:
 def _options(cursor: Cursor) -> None:
     """Skip a block of options, whose meaning the standard leaves to each tool."""
     keyword = _keyword(cursor)
-    while cursor.here.kind != "end" and cursor.here.word not in ("END_OPTIONS", *_BLOCKS):
+    closing = _ENDS[keyword.upper]
+    while cursor.here.kind != "end" and cursor.here.word not in (closing, *_BLOCKS):
         cursor.take()
-    if not cursor.accept("END_OPTIONS"):
-        cursor.diagnostics.append(cursor.unexpected("END_OPTIONS").diagnostic)
+    if not cursor.accept(closing):
+        cursor.diagnostics.append(cursor.unexpected(closing).diagnostic)
     message = "a block of options has no effect: the standard leaves their meaning to each tool"
     cursor.diagnostics.append(Diagnostic("FZ603", message, keyword.span, "warning", help="remove it"))

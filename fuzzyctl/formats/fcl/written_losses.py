@@ -138,7 +138,6 @@ def _needs_sets(system: FuzzySystem, output: Output) -> bool:
 
 def _of_numerics(system: FuzzySystem, read_back: FuzzySystem, names: WrittenNames) -> Iterator[Loss]:
     """Yield the settings that are others after reading the text back."""
-    where = f"system '{system.name}'"
     yield from other_knobs(system, read_back.method.semantics)
     for output in system.outputs:
         yield from _of_output_numerics(system, output, read_back, read_back.output(names.variables[output.name]))

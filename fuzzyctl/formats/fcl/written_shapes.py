@@ -96,7 +96,7 @@ def _functions(membership: Membership) -> list[str]:
 
 
 def _as_points(membership: Membership, given: Parameters, dialect: DialectName) -> bool:
-    """Whether a term without a word in a dialect is straight, so that points say the same; the standard has no words."""
+    """Whether a term without a word in a dialect is straight, so that points say the same; the standard has none."""
     kind = membership.kind
     if not piecewise_linear(kind) or kind == "piecewise":
         return False

@@ -17,6 +17,7 @@ from fuzzyctl.formats.fis.sections import Section, Sections, split
 from fuzzyctl.formats.fis.settings import Settings, dialect_of, profile_of, read_settings
 from fuzzyctl.formats.fis.variables import Variable, VariableReader, is_empty
 from fuzzyctl.formats.fis.words import Dialect
+from fuzzyctl.formats.fll.variables import corners, finite_range
 from fuzzyctl.formats.weighted import KINDS, weighted_kinds
 from fuzzyctl.model.method import Defuzzifier, Method
 from fuzzyctl.model.profiles import profile
@@ -159,12 +160,17 @@ class _Assembly:
 
     def _input(self, variable: Variable, section: Section) -> Input:
         """Return an input; no tool holds it within its range, unless fuzzylite is told so."""
+        terms = tuple(variable.terms[n] for n in sorted(variable.terms))
+        lower, upper = variable.lower, variable.upper
+        unbounded = self.dialect == "fuzzylite" and (math.isinf(lower.value) or math.isinf(upper.value))
+        if unbounded:
+            lower, upper = finite_range(variable, corners(t.membership for t in terms), self.findings)
         return Input(
             name=variable.name,
-            lower=variable.lower,
-            upper=variable.upper,
-            terms=tuple(variable.terms[n] for n in sorted(variable.terms)),
-            extrapolate=not self._flag(section, "LockRange"),
+            lower=lower,
+            upper=upper,
+            terms=terms,
+            extrapolate=not self._flag(section, "LockRange") or unbounded,
             span=variable.span,
         )
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 from fuzzyctl.errors import Note
 from fuzzyctl.expr import Expr, Number
@@ -102,7 +103,27 @@ def _range(block: Block, findings: Findings) -> tuple[Number, Number]:
     return lower or Number(0.0), upper or Number(1.0)
 
 
-def finite_range(variable: Variable, ends: Iterable[float], findings: Findings) -> tuple[Number, Number]:
+class Ranged(Protocol):
+    """A variable with the range that a file gives it."""
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+
+    @property
+    def lower(self) -> Number:
+        """The lower end."""
+
+    @property
+    def upper(self) -> Number:
+        """The upper end."""
+
+    @property
+    def span(self) -> Span:
+        """Where its name stands."""
+
+
+def finite_range(variable: Ranged, ends: Iterable[float], findings: Findings) -> tuple[Number, Number]:
     """Return a finite range: the one given, or what some places reach where it is infinite."""
     lower, upper = variable.lower, variable.upper
     if math.isfinite(lower.value) and math.isfinite(upper.value):

@@ -454,7 +454,7 @@ def test_what_a_broken_statement_declares_is_not_missed():
         ("", "FZ004"),
         ("(* nothing", "FZ601"),
         ("FUNCTION_BLOCK x", "FZ601"),
-        ("FUNCTION_BLOCK x END_FUNCTION_BLOCK", "FZ601"),
+        ("FUNCTION_BLOCK x END_FUNCTION_BLOCK", "FZ212"),
         ("VAR_INPUT x : REAL; END_VAR", "FZ601"),
         (block().replace("END_FUZZIFY", ""), "FZ601"),
         (block().replace("END_FUNCTION_BLOCK", ""), "FZ601"),
@@ -471,8 +471,16 @@ def test_a_broken_file_is_told(text, code):
     assert code in [d.code for d in diagnostics if d.severity == "error"]
 
 
-def test_options_have_no_effect_and_that_is_said():
-    text = block().replace("RULEBLOCK first", "OPTIONS\n foo = 3;\nEND_OPTIONS\nRULEBLOCK first")
+@pytest.mark.parametrize("between", [" ", "\t \t"])
+def test_a_file_may_stand_in_one_line(between):
+    text = between.join(block().split())
+    assert found(text) == found(block())[:0]
+    assert sound(text).model_copy(update={"span": None}) == sound(block()).model_copy(update={"span": None})
+
+
+@pytest.mark.parametrize("word", ["OPTION", "OPTIONS"])
+def test_options_have_no_effect_and_that_is_said(word):
+    text = block().replace("RULEBLOCK first", f"{word}\n foo = 3;\nEND_{word}\nRULEBLOCK first")
     assert [f[0] for f in found(text)] == ["FZ603"]
     assert sound(text) == sound(block())
 

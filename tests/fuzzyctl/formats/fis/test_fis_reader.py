@@ -456,3 +456,29 @@ def test_a_formula_of_an_output_may_name_the_outputs_before_it():
     found = system(text.replace("[Rules]", second))
     assert found.outputs[1].terms[0].membership.kind == "function"
     assert [c for c, *_ in said(text.replace("[Rules]", second.replace("power", "cost")))] == ["FZ202"]
+
+
+@pytest.mark.parametrize(
+    ("given", "lower", "upper"), [("[-inf inf]", -5.0, 10.0), ("[-2 inf]", -2.0, 10.0), ("[-inf 20]", -5.0, 20.0)]
+)
+def test_an_input_of_fuzzylite_without_end_is_as_wide_as_its_terms(given, lower, upper):
+    text = f"""% generated with fuzzylite
+[System]
+Name='t'
+Type='sugeno'
+[Input1]
+Name='a'
+Range={given}
+MF1='lo':'trimf',[-5 0 10]
+[Output1]
+Name='y'
+Range=[0 30]
+MF1='u':'constant',[2]
+[Rules]
+1, 1 (1) : 1
+"""
+    system, diagnostics = read(SourceText("t.fis", text))
+    assert system is not None, render_all(diagnostics)
+    (a,) = system.inputs
+    assert (a.lower.value, a.upper.value, a.extrapolate) == (lower, upper, True)
+    assert [(d.code, d.span.line) for d in diagnostics if "infinite" in d.message] == [("FZ603", 7)]
