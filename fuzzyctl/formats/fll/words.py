@@ -54,7 +54,7 @@ def _trapezoid(p: Values) -> Shape:
 #: Terms by name, besides Constant, Linear, Discrete and Function.
 TERM_WORDS: Final[dict[str, TermWord]] = {
     "Arc": _same("arc", "start end"),
-    "Bell": _same("bell", "center width slope"),
+    "Bell": TermWord("bell", "center width slope", lambda p: ("bell", (p[0], abs(p[1]), p[2]))),
     "Binary": TermWord("rectangle", "start direction", _binary),
     "Concave": _same("concave", "inflection end"),
     "Cosine": _same("cosine", "center width"),
@@ -69,7 +69,7 @@ TERM_WORDS: Final[dict[str, TermWord]] = {
     "Sigmoid": _same("sigmoid", "inflection slope"),
     "SigmoidDifference": _same("sigmoid_difference", "left rising falling right"),
     "SigmoidProduct": _same("sigmoid_product", "left rising falling right"),
-    "Spike": _same("spike", "center width"),
+    "Spike": TermWord("spike", "center width", lambda p: ("spike", (p[0], abs(p[1])))),
     "SShape": _same("s_shape", "start end"),
     "Trapezoid": TermWord("trapezoid", "left left_top right_top right", _trapezoid),
     "Triangle": _same("triangle", "left top right"),

@@ -538,3 +538,22 @@ class TestNoRule:
         _, diagnostics = read(SourceText("t.fll", text.replace("then y is high", "then z is t")))
         (error,) = [d for d in diagnostics if d.severity == "error"]
         assert (error.message, error.span.line) == ("no rule sets an output that is enabled", 21)
+
+
+@pytest.mark.parametrize(
+    ("written", "parameters"),
+    [("Bell 3 -2 3", (3, 2, 3)), ("Spike 3 -2", (3, 2)), ("Gaussian 3 -2", (3, 2))],
+)
+def test_formulas_take_the_magnitude_of_a_width(written, parameters):
+    membership = (
+        system(
+            changed(
+                "term: low Ramp 1.0 0.0\n  term: high Ramp 0.0 1.0\nInputVariable: b",
+                f"term: low {written}\n  term: high Ramp 0.0 1.0\nInputVariable: b",
+            )
+        )
+        .inputs[0]
+        .terms[0]
+        .membership
+    )
+    assert tuple(a.value for a in membership.arguments) == parameters
