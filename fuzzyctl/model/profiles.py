@@ -232,6 +232,7 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                     _NEGATIVE,
                     "a weighted sum to which no rule contributes is NaN, and so it is here, but 0 in fuzzylite",
                     "four of its activation methods refuse arrays; here they do not",
+                    "of several terms of one name its rules mean the last; here the first, as in fuzzylite",
                     "an input that is NaN spoils only what reads it, and a default then takes its place; here every "
                     "output is NaN",
                     "a rule that reads what no rule before it has activated makes a Tsukamoto output NaN whose place "
