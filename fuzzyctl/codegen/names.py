@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import re
-import unicodedata
 from collections.abc import Iterable
 from typing import Final
 
 from fuzzyctl.codegen.c_library import LIBRARY, LINKED
-
-
-def _words_in_order(text: str) -> list[str]:
-    return text.split()
+from fuzzyctl.spelling import in_ascii
 
 
 def _words(text: str) -> frozenset[str]:
@@ -21,17 +17,6 @@ def _words(text: str) -> frozenset[str]:
 def _headed(head: str, text: str) -> frozenset[str]:
     return frozenset(head + word for word in text.split())
 
-
-_GREEK: Final = dict(
-    zip(
-        "αβγδεζηθικλμνξοπρςστυφχψω",
-        _words_in_order(
-            "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi omicron pi rho sigma sigma "
-            "tau upsilon phi chi psi omega"
-        ),
-        strict=True,
-    )
-)
 
 #: What generated C calls its parameters and variables beside inputs, and the one macro that has no name of its system.
 _C_OWN: Final = _words(
@@ -146,19 +131,7 @@ class Names:
 
 def ascii_name(name: str) -> str:
     """Return a name in ASCII letters, digits and single underscores, which begins with a letter."""
-    text = "".join(_plain(c) for c in unicodedata.normalize("NFC", name))
+    text = in_ascii(name)
     # Double, leading and final underscores are reserved in one language or the other.
     text = re.sub(r"_+", "_", text).strip("_") or "name"
     return text if text[0].isalpha() else f"n{text}"
-
-
-def _plain(character: str) -> str:
-    if character.isascii():
-        return character if character.isalnum() else "_"
-    base = "".join(c for c in unicodedata.normalize("NFKD", character) if not unicodedata.combining(c))
-    if base.isascii() and base.isalnum():
-        return base
-    if base.lower() in _GREEK:
-        spelt = _GREEK[base.lower()]
-        return spelt.capitalize() if base != base.lower() else spelt
-    return "".join(f"u{ord(c):04X}" for c in character)

@@ -14,6 +14,7 @@ from fuzzyctl.formats.fcl.names import (
 from fuzzyctl.formats.losses import Loss
 from fuzzyctl.formulas import HEDGES
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.spelling import in_ascii
 
 #: Words that are no names in FCL; jFuzzyLogic takes none of them for one, wherever it stands.
 RESERVED: Final = frozenset(
@@ -75,7 +76,7 @@ class WrittenNames:
 def _plain(name: str) -> str:
     if _NAME.fullmatch(name) and name.upper() not in RESERVED:
         return name
-    found = re.sub(r"[^A-Za-z0-9]+", "_", name).strip("_") or "unnamed"
+    found = re.sub(r"_+", "_", in_ascii(name)).strip("_") or "unnamed"
     if not found[0].isalpha():
         found = f"n_{found}"
     return f"{found}_" if found.upper() in RESERVED else found

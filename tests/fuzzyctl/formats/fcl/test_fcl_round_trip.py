@@ -402,3 +402,10 @@ def test_many_terms_of_one_name_and_characters_without_meaning_take_their_time_o
     _, diagnostics = read_all(SourceText("x.fcl", "$@" * 40_000))
     assert len(diagnostics) < 110
     assert time.perf_counter() - begin < 8
+
+
+@pytest.mark.parametrize(("name", "written"), [("σ", "sigma"), ("Qualität", "Qualitat"), ("Δe [m/s]", "Deltae_m_s")])
+def test_names_beyond_ascii_are_spelt(name, written):
+    x = minimal().inputs[0].model_copy(update={"name": name})
+    rule = Rule(antecedent=Is(variable=name, term="a"), consequents=minimal().blocks[0].consequents)
+    assert f"  {written} : REAL;" in write(minimal(inputs=(x,), blocks=(rule,)))[0]
