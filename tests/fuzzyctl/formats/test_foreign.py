@@ -229,3 +229,11 @@ def test_a_linear_term_of_an_input_is_told_where_it_stands(format, line, used):
     (error,) = [d for d in diagnostics if d.severity == "error"]
     assert (error.code, error.span.line) == ("FZ214", line)
     assert "term 'lo' of input 'a' is linear" in error.message
+
+
+def test_points_from_right_to_left_are_told_with_what_to_do():
+    text = LINEAR["fll"].replace("lo Linear 0.3 1 2", "lo Discrete 6 0 3 1").format(term="lo")
+    _, diagnostics = examine_foreign(FORMATS["fll"], SourceText("t.fll", text))
+    (error,) = [d for d in diagnostics if d.severity == "error"]
+    assert (error.code, error.span.line, error.help) == ("FZ301", 4, "give the points from left to right")
+    assert error.message.endswith("x = 6 is greater than the next x = 3")
