@@ -195,7 +195,7 @@ class TestNamedArguments:
     @pytest.mark.parametrize(
         ("changed", "message"),
         [
-            ({"rules": TABLE}, "'rules' must be a list of rules, tables, rule blocks and texts of rules, got RuleTable"),
+            ({"rules": TABLE}, "'rules' must be a list of rules, tables, rule blocks and texts .*, got RuleTable"),
             ({"rules": "if x is L then u is A"}, "'rules' must be a list .*, got str"),
             ({"rules": None}, "'rules' must be a list .*, got None"),
             ({"variables": [1, 2]}, "'variables' must be a list of inputs and outputs, got one with int in it"),
