@@ -40,7 +40,12 @@ ALLOWED = {
 #: Third parties and the only places that may import them.
 HOMES = {
     "lark": {"fuzzyctl/lang"},
-    "numba": {"fuzzyctl/kernels/numba_backend.py", "fuzzyctl/kernels/selections.py", "apps/dwmr"},
+    "numba": {
+        "fuzzyctl/kernels/native.py",
+        "fuzzyctl/kernels/numba_backend.py",
+        "fuzzyctl/kernels/selections.py",
+        "apps/dwmr",
+    },
     "llvmlite": {"fuzzyctl/kernels/entry.py"},
     "matplotlib": {"fuzzyctl/plot", "apps/dwmr/figures"},
     "mpl_toolkits": {"fuzzyctl/plot", "apps/dwmr/figures"},

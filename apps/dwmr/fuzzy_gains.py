@@ -223,11 +223,11 @@ class Rules:
             Goto, Bertol, Martins, Eq. (18), which the rule file's `center_average` is.
         """
         system = self.prove_reaction(robot, channel, k_h_min, k_s)
-        return self.kernel("ais_reaction", system).jit, system.values["k_h_min"], system.values["k_s"]
+        return self.kernel("ais_reaction", system).value, system.values["k_h_min"], system.values["k_s"]
 
     def boundary_layer(self) -> Any:
         """Return the proved and compiled β(|σ*|)."""
-        return self.kernel("boundary_layer", self.prove_boundary_layer()).jit
+        return self.kernel("boundary_layer", self.prove_boundary_layer()).value
 
     def prove_adaptive_gain(self) -> Any:
         """Prove what the rule file requires and return the fuzzy system F(σ*).
@@ -244,7 +244,7 @@ class Rules:
         system = self.prove_adaptive_gain()
         bound = self._bounds("fcafsmc", system)["F"]
         kernel = self.kernel("fcafsmc", system)
-        return kernel.jit, kernel.jit_rates, kernel.initial_state(), bound.lo, bound.hi
+        return kernel.value, kernel.rates_value, kernel.initial_state(), bound.lo, bound.hi
 
     def proved(self, role: str) -> tuple[str, int, dict[str, float], float, float]:
         """Return what is proved of a rule file: output, number of rules, params, and least and greatest value.

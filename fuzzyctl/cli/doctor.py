@@ -6,6 +6,7 @@ import json
 import os
 import platform
 import shutil
+from contextlib import suppress
 from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 from pathlib import Path
@@ -73,22 +74,20 @@ def _backend(numba_version: str | None) -> tuple[str, str]:
     """Return which backend `auto` takes, and why."""
     if numba_version is None and find_spec("numba") is None:
         return "numpy", "numba is not installed; single points take generated Python, arrays numpy"
-    try:
-        import fuzzyctl.kernels.numba_backend  # noqa: F401 - whether it can be imported is the question
-    except ImportError as error:
-        return "numpy", str(error)
-    return "numba", "numba can be imported"
+    from fuzzyctl.kernels.compile import numba_is_missing
+
+    reason = numba_is_missing()
+    return ("numba", "numba can be imported") if reason is None else ("numpy", reason)
 
 
 def _cache() -> dict[str, Any]:
     folder = _cache_folder()
-    files = [f for f in folder.rglob("*") if f.is_file()] if folder.is_dir() else []
-    return {
-        "folder": str(folder),
-        "writable": _is_writable(folder),
-        "files": len(files),
-        "bytes": sum(f.stat().st_size for f in files),
-    }
+    try:
+        sizes = [f.stat().st_size for f in folder.rglob("*") if f.is_file()] if folder.is_dir() else []
+        writable = _is_writable(folder)
+    except OSError:  # a folder that may not be looked into, or a name that no file system takes
+        sizes, writable = [], False
+    return {"folder": str(folder), "writable": writable, "files": len(sizes), "bytes": sum(sizes)}
 
 
 def _cache_folder() -> Path:
@@ -108,7 +107,8 @@ def _clear(folder: Path) -> int:
     count = 0
     for name in ("kernels", "dwmr"):
         part = folder / name
-        count += sum(f.is_file() for f in part.rglob("*")) if part.is_dir() else 0
+        with suppress(OSError):  # what may not be looked into holds nothing of ours
+            count += sum(f.is_file() for f in part.rglob("*")) if part.is_dir() else 0
         shutil.rmtree(part, ignore_errors=True)
     return count
 

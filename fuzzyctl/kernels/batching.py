@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -41,19 +42,25 @@ def run(fill: Fill, points: Any, states: FloatArray | None, results: FloatArray,
 
     Args:
         fill: Computes a block.
-        points: Shape (n, inputs), of any type of numbers and any layout.
+        points: n points, shape (..., inputs), of any type of numbers and any layout.
         states: Shape (n, states), perhaps one row repeated; None without a state.
         results: Shape (n, outputs), contiguous.
         parallel: Whether several threads may share the work.
     """
-    count = len(points)
-    ready = states is None and points.dtype == np.float64 and points.flags.c_contiguous and points.flags.writeable
+    count = len(results)
+    ready = (
+        points.ndim == 2
+        and states is None
+        and points.dtype == np.float64
+        and points.flags.c_contiguous
+        and points.flags.writeable
+    )
 
     def work(first: int, last: int) -> None:
         step = last - first if ready else BLOCK
         for start in range(first, last, max(step, 1)):
             part = slice(start, min(start + step, last))
-            block = points[part] if ready else writable(float_array(points[part], "points"))
+            block = points[part] if ready else writable(float_array(listed(points, part.start, part.stop), "points"))
             fill(block, None if states is None else writable(states[part]), results[part])
 
     workers = cores() if parallel and count >= ENOUGH else 1
@@ -61,6 +68,27 @@ def run(fill: Fill, points: Any, states: FloatArray | None, results: FloatArray,
         work(0, count)
     else:
         _share(work, count, workers)
+
+
+def listed(points: npt.NDArray[Any], first: int, last: int) -> npt.NDArray[Any]:
+    """Return the points from one index to before another of an array of shape (..., inputs), in the order of indices.
+
+    They are copied where the array does not hold them as a list, and no others.
+    """
+    if points.ndim == 2:
+        return points[first:last]
+    if points.ndim == 1:
+        return points[np.newaxis, :][first:last]
+    inner = max(math.prod(points.shape[1:-1]), 1)
+    begin, end = -(-first // inner), last // inner
+    if begin > end:  # all within one
+        return listed(points[end], first - end * inner, last - end * inner)
+    parts = [points[begin:end].reshape(-1, points.shape[-1])]
+    if first < begin * inner:
+        parts.insert(0, listed(points[begin - 1], first - (begin - 1) * inner, inner))
+    if last > end * inner:
+        parts.append(listed(points[end], 0, last - end * inner))
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
 def _share(work: Callable[[int, int], None], count: int, workers: int) -> None:
@@ -96,19 +124,28 @@ def _pool(_process: int, threads: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(threads, thread_name_prefix="fuzzyctl")
 
 
-def results_for(out: Any, shape: tuple[int, ...]) -> FloatArray:
+def results_for(out: Any, shape: tuple[int, ...], *read: FloatArray | None) -> FloatArray:
     """Return the array to write to: a new one, or the caller's.
 
+    Args:
+        out: The caller's, None for a new one.
+        shape: What it must be.
+        read: Arrays that are read while it is written.
+
     Raises:
-        ArgumentError: For an array of another shape or type, or one that is not contiguous or cannot be written to.
+        ArgumentError: For an array of another shape or type, one that is not contiguous, cannot be written to, or
+            shares memory with one that is read.
     """
     if out is None:
         return np.empty(shape)
-    if not isinstance(out, np.ndarray) or out.dtype != np.float64:
-        found = out.dtype if isinstance(out, np.ndarray) else type(out).__name__
+    if not isinstance(out, np.ndarray) or isinstance(out, np.ma.MaskedArray) or out.dtype != np.float64:
+        plain = isinstance(out, np.ndarray) and not isinstance(out, np.ma.MaskedArray)
+        found = out.dtype if plain else type(out).__name__
         raise ArgumentError(f"out must be an array of float64, got {found}")
     if out.shape != shape:
         raise ArgumentError(f"out must have the shape {shape}, got {out.shape}")
     if not (out.flags.c_contiguous and out.flags.writeable):
         raise ArgumentError("out must be contiguous and writable")
+    if any(a is not None and np.shares_memory(out, a) for a in read):
+        raise ArgumentError("out must not share memory with what is read while it is written")
     return out

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import warnings
 import weakref
 from collections.abc import Mapping, Sequence
+from functools import cache
 from numbers import Real
 from typing import TYPE_CHECKING, Any, Final
 
@@ -35,7 +37,8 @@ def compile(system: FuzzySystem, backend: str = "auto", *, algorithm: str = "aut
         system: A well-formed system.
         backend: "numba"; "numpy", which evaluates arrays with numpy and single points with generated Python; "python",
             which loops over the points of an array with the same Python; or "auto", which is numba where it can be
-            imported, else numpy. Once it is compiled by numba, calls of the system by name use that.
+            imported, else numpy, and a warning says so once. Once it is compiled by numba, calls of the system by name
+            use that.
         algorithm: "auto", "interpolation" or "rules"; all compute the same, up to rounding.
 
     Raises:
@@ -60,13 +63,32 @@ def compile(system: FuzzySystem, backend: str = "auto", *, algorithm: str = "aut
 def _resolve(backend: str) -> str:
     if backend in ("numpy", "python"):
         return backend
+    reason = numba_is_missing()
+    if reason is None:
+        return "numba"
+    if backend == "numba":
+        raise BackendUnavailableError(backend, reason)
+    _say_once(reason)
+    return "numpy"
+
+
+@cache
+def numba_is_missing() -> str | None:
+    """Return why numba cannot be used, None where it can."""
     try:
         import fuzzyctl.kernels.numba_backend  # noqa: F401 - whether it can be imported is the question
-    except ImportError as error:
-        if backend == "numba":
-            raise BackendUnavailableError(backend, str(error)) from error
-        return "numpy"
-    return "numba"
+    except Exception as error:  # noqa: BLE001 - a broken installation may raise anything; what it raised is told
+        return f"{type(error).__name__}: {error}" if not isinstance(error, ImportError) else str(error)
+    return None
+
+
+@cache
+def _say_once(reason: str) -> None:
+    warnings.warn(
+        f"numba cannot be used ({reason}); points take generated Python, arrays numpy, which is slower",
+        RuntimeWarning,
+        stacklevel=4,
+    )
 
 
 def degrees(system: FuzzySystem, variable: LinguisticVariable, term: Term, x: Any) -> FloatArray | None:

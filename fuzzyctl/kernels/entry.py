@@ -12,9 +12,15 @@ import ctypes
 import sys
 from collections.abc import Callable
 from functools import cache
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import llvmlite.binding as llvm
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    FloatArray = npt.NDArray[np.float64]
 
 #: Where CPython keeps the type of an object, and the value of a float, in bytes from the object's beginning.
 _TYPE, _VALUE = 8, 16
@@ -28,8 +34,9 @@ start:
   br i1 %right, label %type0, label %careful
 {typed}
 type{count}:
-  %f = inttoptr i64 {function} to double ({doubles})*
-  %y = call double %f({values})
+  %f = inttoptr i64 {function} to double ({doubles}, double*)*
+  %table = inttoptr i64 {table} to double*
+  %y = call double %f({values}, double* %table)
   %known = fcmp ord double %y, %y
   br i1 %known, label %done, label %careful
 done:
@@ -71,12 +78,16 @@ class _MethodDefinition(ctypes.Structure):
     ]
 
 
-def direct_call(function: Any, inputs: int, careful: Callable[..., Any]) -> Callable[..., Any] | None:
+def direct_call(
+    function: Any, inputs: int, table: FloatArray, careful: Callable[..., Any]
+) -> Callable[..., Any] | None:
     """Return a C function that takes real numbers and gives what compiled code computes of them.
 
     Args:
-        function: A function compiled by numba for one signature, float64(float64, ...), that raises nothing.
-        inputs: The number of its arguments.
+        function: A function compiled by numba for one signature, float64(float64, ..., CPointer(float64)), that raises
+            nothing.
+        inputs: The number of its arguments but the last.
+        table: What its last argument points to.
         careful: Called instead for anything but floats, and where the result is NaN.
 
     Returns:
@@ -84,12 +95,25 @@ def direct_call(function: Any, inputs: int, careful: Callable[..., Any]) -> Call
     """
     if not _layout_is_known():
         return None
-    (compiled,) = function.overloads.values()
-    address = compiled.library.get_pointer_to_function(compiled.fndesc.llvm_cfunc_wrapper_name)
+    address = address_of(function)
     if not address:
         return None
-    made: Callable[..., Any] = _new_function(ctypes.byref(_definition(address, inputs)), careful, None)
+    made: Callable[..., Any] = _new_function(ctypes.byref(_definition(address, inputs, table)), careful, None)
     return made
+
+
+def address_of(function: Any) -> int:
+    """Return where the code of a function compiled by numba for one signature begins, for callers in C."""
+    (compiled,) = function.overloads.values()
+    return int(compiled.library.get_pointer_to_function(compiled.fndesc.llvm_cfunc_wrapper_name))
+
+
+def loaded(code: str) -> Any:
+    """Return machine code written for LLVM, compiled in this process."""
+    machine = llvm.Target.from_default_triple().create_target_machine(opt=2)
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(code), machine)
+    engine.finalize_object()
+    return engine
 
 
 @cache
@@ -109,23 +133,21 @@ def _layout_is_known() -> bool:
 _KEPT: Final[list[Any]] = []
 
 
-@cache
-def _definition(address: int, inputs: int) -> _MethodDefinition:
+def _definition(address: int, inputs: int, table: FloatArray) -> _MethodDefinition:
     """Compile the code around the function at an address."""
-    machine = llvm.Target.from_default_triple().create_target_machine(opt=2)
-    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(_code(address, inputs)), machine)
-    engine.finalize_object()
+    engine = loaded(_code(address, inputs, table.ctypes.data))
     definition = _MethodDefinition(b"kernel", engine.get_function_address("call"), _FASTCALL, None)
-    _KEPT.append((engine, definition))
+    _KEPT.append((engine, definition, table))
     return definition
 
 
-def _code(address: int, inputs: int) -> str:
+def _code(address: int, inputs: int, table: int) -> str:
     typed = (_TYPED.format(k=k, next=k + 1, type=_TYPE, value=_VALUE, float=id(float)) for k in range(inputs))
     return _CODE.format(
         count=inputs,
         typed="".join(typed),
         function=address,
+        table=table,
         doubles=", ".join(["double"] * inputs),
         values=", ".join(f"double %x{k}" for k in range(inputs)),
         new=_address(ctypes.pythonapi.PyFloat_FromDouble),

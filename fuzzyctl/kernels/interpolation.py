@@ -12,12 +12,13 @@ from collections.abc import Sequence
 from itertools import pairwise, product
 from typing import Final
 
-from fuzzyctl.expr import Binary, Expr, Name, Number, Where
+from fuzzyctl.expr import Binary, Expr, Name, Number, Where, names_in
 from fuzzyctl.kernels.grid import Grid, Table
 from fuzzyctl.kernels.inference import raw_names
 from fuzzyctl.kernels.plan import Plan
 from fuzzyctl.kernels.program import (
     NAN,
+    Assign,
     Builder,
     Item,
     Locate,
@@ -66,7 +67,7 @@ def _cells(plan: Plan, grid: Grid) -> Program:
             items = [plus(a, times(rest, b)) for a, b in zip(items[::2], items[1::2], strict=True)]
         return builder.let(items[0])
 
-    return _finished(plan, grid, builder, [_average(builder, t, value) for t in grid.outputs])
+    return _finished(plan, builder, [_average(builder, t, value) for t in grid.outputs])
 
 
 def _corners(plan: Plan, grid: Grid) -> Program:
@@ -95,7 +96,7 @@ def _corners(plan: Plan, grid: Grid) -> Program:
             items = [plus(a, times(share, minus(b, a))) for a, b in zip(named[::2], named[1::2], strict=True)]
         return builder.let(items[0])
 
-    return _finished(plan, grid, builder, [_average(builder, t, value) for t in grid.outputs])
+    return _finished(plan, builder, [_average(builder, t, value) for t in grid.outputs])
 
 
 def _ramps(plan: Plan, grid: Grid) -> Program:
@@ -112,7 +113,7 @@ def _ramps(plan: Plan, grid: Grid) -> Program:
     def value(at_knots: tuple[float, ...]) -> Expr:
         return builder.let(_over_ramps(builder, list(at_knots), ramps))
 
-    return _finished(plan, grid, builder, [_average(builder, t, value) for t in grid.outputs])
+    return _finished(plan, builder, [_average(builder, t, value) for t in grid.outputs])
 
 
 def _over_ramps(builder: Builder, values: list[float], ramps: Sequence[Sequence[Expr]]) -> Expr:
@@ -190,20 +191,30 @@ def _average(builder: Builder, table: Table, value: object) -> Expr:
     return builder.let(clip(own, table.low, table.high))
 
 
-def _finished(plan: Plan, grid: Grid, builder: Builder, outputs: Sequence[Expr]) -> Program:
-    """Return the program; NaN of an input that no rule reads makes the outputs NaN too."""
+def _finished(plan: Plan, builder: Builder, outputs: Sequence[Expr]) -> Program:
+    """Return the program; NaN of an input that does not change an output makes it NaN all the same."""
     raw = raw_names(plan)
-    unread = [x for i, x in enumerate(raw) if i not in grid.inputs or _is_flat(grid, i)]
-    results = tuple(Where(any_nan(unread), NAN, o) if unread else o for o in outputs)
+    results: list[Expr] = []
+    for output in outputs:
+        read = _read(builder, output)
+        unread = [x for x in raw if x.name not in read]
+        results.append(Where(any_nan(unread), NAN, output) if unread else output)
     return Program(
         arguments=tuple(x.name for x in raw),
         state=0,
         tables=tuple(builder.tables.items()),
         body=tuple(builder.statements),
-        results=results,
+        results=tuple(results),
     )
 
 
-def _is_flat(grid: Grid, position: int) -> bool:
-    """Return whether an input has one knot only, so that forms without its ramp do not see it."""
-    return len(grid.knots[grid.inputs.index(position)]) == 1
+def _read(builder: Builder, value: Expr) -> set[str]:
+    """Return the names that a value is computed from; positions are not among them, since they hide that one is NaN."""
+    found = {n.name for n in names_in(value)}
+    for statement in reversed(builder.statements):
+        match statement:
+            case Assign(name=name, value=own) if name in found:
+                found |= {n.name for n in names_in(own)}
+            case Locate(rest=name, x=own) if name in found:
+                found |= {n.name for n in names_in(own)}
+    return found

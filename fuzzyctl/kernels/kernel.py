@@ -42,7 +42,7 @@ class Kernel:
     """
 
     def __init__(self, plan: Plan, backend: str, algorithm: str = "auto") -> None:
-        self.plan, self.backend = plan, backend
+        self.plan, self.backend, self._wanted = plan, backend, algorithm
         self.input_names = tuple(i.name for i in plan.inputs)
         self.output_names = tuple(o.name for o in plan.outputs)
         self.n_rules = len(plan.rules)
@@ -54,9 +54,14 @@ class Kernel:
         certain = self.algorithm.grid is not None
         self._promised = () if certain else tuple(k for k, o in enumerate(plan.outputs) if o.otherwise is None)
         self._n_arguments = len(plan.inputs) + (1 if self.n_states else 0)
-        compiled = self.jit if backend == "numba" else None
-        if not self.n_states and len(plan.outputs) == 1:  # a call needs no preparation
-            self.__class__ = quick.specialised(self, self._program, compiled)
+        single = not self.n_states and len(plan.outputs) == 1
+        self._function = self._native(single=single and not self.raises) if backend == "numba" else self.jit
+        if single:  # a call needs no preparation
+            self.__class__ = quick.specialised(self, self._program)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """A kernel in another process is made anew there, from the cache where it can be."""
+        return Kernel, (self.plan, self.backend, self._wanted)
 
     def __repr__(self) -> str:
         return f"Kernel({', '.join(self.input_names)} -> {', '.join(self.output_names)}; {self.backend})"
@@ -75,10 +80,10 @@ class Kernel:
             arguments = self._checked_state(arguments)
         try:
             try:
-                result = self.jit(*arguments)
+                result = self._function(*arguments)
             except TypeError:
                 # Compiled code takes fewer types of numbers than there are; it never comes here with floats.
-                result = self.jit(*self._as_floats(arguments))
+                result = self._function(*self._as_floats(arguments))
             if result != result or type(result) is tuple:
                 self._keep_promises(arguments, result)
             return result
@@ -130,17 +135,30 @@ class Kernel:
             )
         shape = array.shape[:-1]
         count = int(np.prod(shape))
-        flat = array.reshape(count, array.shape[-1])
+        if array.flags.c_contiguous or array.size == 0:
+            array = array.reshape(count, array.shape[-1])
         states = self._flat_state(state, shape)
-        if states is not None and self.plan.held and np.ndim(state if state is not None else 0.0) <= 1:
-            flat = writable(float_array(flat, "points"))
-            states = sequence.states_along(self.plan, self._results, flat, self._first_state(state))
         width = len(self.output_names)
-        results = batching.results_for(out, shape if width == 1 else (*shape, width))
-        # Threads of plain Python would only wait for each other.
-        shared = parallel and self.backend != "python"
-        batching.run(self._checked_fill, flat, states, results.reshape(count, width), parallel=shared)
+        results = batching.results_for(out, shape if width == 1 else (*shape, width), array, states)
+        flat = results.reshape(count, width)
+        if states is not None and self.plan.held and np.ndim(state if state is not None else 0.0) <= 1:
+            self._fill_sequence(array, self._first_state(state), flat)
+        else:
+            # Threads of plain Python would only wait for each other.
+            shared = parallel and self.backend != "python"
+            batching.run(self._checked_fill, array, states, flat, parallel=shared)
         return results
+
+    def _fill_sequence(self, points: Any, state: FloatArray, results: FloatArray) -> None:
+        """Fill the results of points one after another, each of which begins with what the last one left."""
+        from fuzzyctl.kernels import batching
+
+        for first in range(0, len(results), batching.BLOCK):
+            last = min(first + batching.BLOCK, len(results))
+            block = writable(float_array(batching.listed(points, first, last), "points"))
+            states = sequence.states_along(self.plan, self._results, block, state)
+            self._checked_fill(block, states, results[first:last])
+            state = sequence.state_after(self.plan, state, results[first:last])
 
     def _results(self, points: FloatArray, states: FloatArray) -> FloatArray:
         """Return the results of some points, promises unchecked."""
@@ -207,6 +225,30 @@ class Kernel:
         return sequence.state_after(self.plan, before, outputs.reshape(-1, len(self.output_names)))
 
     @cached_property
+    def value(self) -> Any:
+        """The function as a value for compiled code: of the type that its signature says, whatever the system.
+
+        It computes what `jit` does. Code that takes it as an argument is compiled once for all systems, and so is its
+        own code for all systems that differ in numbers only; `jit` is the faster one where a system stays as it is.
+        Without numba it is `jit`.
+        """
+        if self.backend != "numba":
+            return self.jit
+        from fuzzyctl.kernels import native
+
+        return native.value(self._program, self)
+
+    @cached_property
+    def rates_value(self) -> Any:
+        """What `jit_rates` does as a value for compiled code, as `value` is one."""
+        self._require_adaptive()
+        if self.backend != "numba":
+            return self.jit_rates
+        from fuzzyctl.kernels import native
+
+        return native.storing_value(inference.rates(self.plan), lambda *arguments: self.jit_rates(*arguments))
+
+    @cached_property
     def jit_rates(self) -> Any:
         """The function (x0, ..., C, C_dot) that writes dC_k/dt = rate · ξ_k into C_dot.
 
@@ -250,6 +292,11 @@ class Kernel:
         source = python_backend.evaluation_source(self._program)
         return python_backend.compile_source(source, self._program, self.input_names)
 
+    def _native(self, *, single: bool) -> Any:
+        from fuzzyctl.kernels import native
+
+        return native.Point(self._program) if single else native.call(self._program)
+
     def _storing(self, program: Program) -> Any:
         if self.backend == "numba":
             from fuzzyctl.kernels import numba_backend
@@ -271,14 +318,14 @@ class Kernel:
         return self._python_fill
 
     def _numba_fill(self) -> Any:
-        from fuzzyctl.kernels import numba_backend
+        from fuzzyctl.kernels import native, numba_backend
 
-        loop = numba_backend.compile_source(numba_backend.batch_source(self.algorithm.many))
+        loop, table = native.compiled(self.algorithm.many, numba_backend.batch_source)
         refusals = list(self._refusals.values())
 
         def fill(points: FloatArray, states: FloatArray | None, results: FloatArray) -> None:
             given = () if states is None else (states.reshape(-1),)
-            failed = loop(points.reshape(-1), *given, results.reshape(-1))
+            failed = loop(points.reshape(-1), *given, results.reshape(-1), table)
             if failed >= 0:
                 index, which = divmod(failed, len(refusals))
                 raise NoRuleFiresError(refusals[which], python_backend.point_text(self.input_names, points[index]))

@@ -50,6 +50,7 @@ class Dialect:
         item: Text of an array item.
         divide: Text of a quotient.
         row: Text of a row of a table, from its name and that of the place.
+        constant: Text of a number.
     """
 
     where: Callable[[str, str, str], str]
@@ -66,15 +67,24 @@ class Dialect:
     integral: Callable[[Quadrature, str, str], str] = lambda s, given, marks: (
         f"{s.kind}({s.function}, marked({s.places}, {marks}), {given})"
     )
+    constant: Callable[[float], str] = lambda value: number(value)
 
 
-def counted(statement: Locate, x: str) -> list[str]:
-    """Return lines without branches: each knot but the first counts if it is not beyond the value."""
+def counted(statement: Locate, x: str, constants: Sequence[str] = (), item: str = "") -> list[str]:
+    """Return lines without branches: each knot but the first counts if it is not beyond the value.
+
+    Args:
+        statement: What is found.
+        x: Text of the value.
+        constants: Texts of the knots; empty for the numbers themselves.
+        item: Text of the knot found; empty for an item of the table.
+    """
     name, rest = statement.name, statement.rest
-    first, last = number(statement.knots[0]), number(statement.knots[-1])
+    knots = constants or [number(k) for k in statement.knots]
+    first, last = knots[0], knots[-1]
     held = f"{rest} = ({first} if {x} < {first} else ({last} if {x} > {last} else {x}))"
-    count = " + ".join(["0", *(f"({rest} >= {number(k)})" for k in statement.knots[1:])])
-    lines = [held, f"{name} = {count}", f"{rest} = {rest} - {statement.table}[{name}]"]
+    count = " + ".join(["0", *(f"({rest} >= {k})" for k in knots[1:])])
+    lines = [held, f"{name} = {count}", f"{rest} = {rest} - {item or f'{statement.table}[{name}]'}"]
     return lines if statement.stride == 1 else [*lines, f"{name} = {statement.stride} * {name}"]
 
 
@@ -147,7 +157,7 @@ class _Writer:
     def text(self, expr: Expr) -> str:
         match expr:
             case Number(value=value):
-                return number(value)
+                return self.dialect.constant(value)
             case Name(name=name):
                 return name
             case Item(array=array, index=index):
@@ -160,6 +170,8 @@ class _Writer:
                 return self.text(kept)
             case Binary(op="/", left=left, right=right):
                 return self.dialect.divide(self.text(left), self.text(right))
+            case Binary(op="^", left=left, right=Number(value=value)):
+                return f"power({self.text(left)}, {number(value)})"
             case Binary(op="^", left=left, right=right):
                 return f"power({self.text(left)}, {self.text(right)})"
             case Binary(op=op, left=left, right=right) | Compare(op=op, left=left, right=right):

@@ -20,26 +20,21 @@ if TYPE_CHECKING:
 Call = Callable[..., Any]
 
 
-def specialised(kernel: Kernel, program: Program, compiled: Call | None) -> type[Kernel]:
+def specialised(kernel: Kernel, program: Program) -> type[Kernel]:
     """Return a class for one kernel whose result is one number, and whose inputs are all that it takes.
 
     Args:
         kernel: The kernel; its own class's `__call__` takes the arguments where something is unusual.
         program: What it computes.
-        compiled: Its function by numba; None to have it in Python.
     """
     general = type(kernel)
-    if compiled is None:
+    if kernel.backend != "numba":
         call: Call = python_backend.compile_call(program)
     elif kernel.raises:  # in a C function nobody would hear of it
-        call = _guarded(compiled, len(program.arguments))
+        call = _guarded(kernel._function, len(program.arguments))
     else:
-        from fuzzyctl.kernels import entry
-
         careful = MethodType(general.__call__, kernel)
-        call = entry.direct_call(compiled, len(program.arguments), careful) or _guarded(
-            compiled, len(program.arguments)
-        )
+        call = kernel._function.direct(careful) or _guarded(kernel._function, len(program.arguments))
     return type(general.__name__, (general,), {"__call__": call, "__doc__": general.__doc__})
 
 

@@ -177,17 +177,40 @@ class TestMemory:
     """Beyond the results a batch takes about a megabyte, however many points there are."""
 
     @pytest.mark.parametrize("backend", BACKENDS)
-    @pytest.mark.parametrize("layout", [np.asarray, np.asfortranarray, lambda p: p.astype(np.float32)])
+    @pytest.mark.parametrize(
+        "layout",
+        [
+            np.asarray,
+            np.asfortranarray,
+            lambda p: p.astype(np.float32),
+            lambda p: p.reshape(400, 500, 2).transpose(1, 0, 2),
+            lambda p: np.broadcast_to(p[:500, np.newaxis], (500, 400, 2)),
+        ],
+    )
     def test_does_not_grow_with_the_points(self, backend, layout, tipper):
         kernel = compile_system(tipper, backend)
         kernel.batch(points_for(10))
-        points, out = layout(points_for(200_000)), np.empty(200_000)
+        points = layout(points_for(200_000))
+        out = np.empty(points.shape[:-1])
         tracemalloc.start()
         kernel.batch(points, out=out)
         most = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
         # Arrays of a block, a converted block, and whatever Python needs itself.
         assert most < 1.5 * batching.cores() * 2**20
+
+    @pytest.mark.parametrize("backend", BACKENDS)
+    def test_of_a_sequence_does_not_grow_either(self, backend):
+        kernel = compile_system(loads(GAP.format(otherwise="else hold(0.5)")), backend)
+        points, out = np.tile([5.0, 0.0], (100_000, 1)), np.empty(100_000)
+        points[::7, 0] = 1.0
+        kernel.batch(points[:10])
+        tracemalloc.start()
+        kernel.batch(points, out=out)
+        most = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        assert most < 1.5 * 2**20
+        assert out.tolist() == [0.5] * 100_000
 
     def test_names_are_let_go_when_nothing_needs_them(self, tipper):
         program = compile_system(tipper, "numpy").algorithm.many
@@ -196,3 +219,35 @@ class TestMemory:
         dropped = [n for line in source.splitlines() if "del " in line for n in line.split("del ")[1].split(", ")]
         assert len(dropped) == len(set(dropped))
         assert set(given) - set(dropped) <= set(source.splitlines()[-1].replace("(", " ").replace(")", " ").split())
+
+
+class TestListed:
+    @pytest.mark.parametrize("shape", [(7, 2), (3, 5, 2), (2, 3, 4, 2), (1, 6, 2), (4, 1, 1, 2), (0, 3, 2), (3, 0, 2)])
+    def test_gives_the_points_in_the_order_of_their_indices(self, shape):
+        values = np.arange(float(np.prod(shape))).reshape(shape)
+        for points in (values, np.asfortranarray(values), np.moveaxis(values, 0, -2) if len(shape) > 2 else values):
+            flat = points.reshape(-1, 2)
+            for first in range(len(flat) + 1):
+                for last in range(first, len(flat) + 1):
+                    assert batching.listed(points, first, last).tolist() == flat[first:last].tolist()
+
+
+@pytest.mark.parametrize("backend", ["numba", "numpy", "python"])
+class TestMemoryThatIsShared:
+    def test_is_refused(self, backend, ais):
+        kernel = compile_system(ais, backend)
+        memory = np.zeros(3000)
+        points = memory[:2000].reshape(1000, 2)
+        with pytest.raises(ArgumentError, match="share memory"):
+            kernel.batch(points, out=memory[1500:2500])
+
+    def test_side_by_side_is_not(self, backend, ais):
+        kernel = compile_system(ais, backend)
+        memory = np.zeros(3000)
+        kernel.batch(memory[:2000].reshape(1000, 2), out=memory[2000:])
+        assert memory[2000:] == pytest.approx(np.full(1000, kernel(0.0, 0.0)))
+
+
+def test_a_masked_array_is_no_place_for_results(ais):
+    with pytest.raises(ArgumentError, match="MaskedArray"):
+        compile_system(ais, "numpy").batch(np.zeros((3, 2)), out=np.ma.zeros(3))

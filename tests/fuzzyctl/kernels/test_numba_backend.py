@@ -1,4 +1,6 @@
+import math
 import os
+import re
 import stat
 import subprocess
 import sys
@@ -52,6 +54,11 @@ def forget(monkeypatch):
     return drop
 
 
+def hits(kernel):
+    """Return how often the machine code of a kernel came from the cache."""
+    return sum(kernel._function.function.stats.cache_hits.values())
+
+
 def run():
     return subprocess.run([sys.executable, "-c", CODE], capture_output=True, text=True, check=False, env=os.environ)
 
@@ -59,7 +66,7 @@ def run():
 class TestCache:
     def test_is_where_the_variable_says_and_private(self, folder, forget):
         compile_system(loads(TEXT.format(peak=0.5)), "numba")
-        assert [p.suffix for p in folder.iterdir() if p.is_file()] == [".py"]
+        assert sorted(p.suffix for p in folder.iterdir() if p.is_file()) == [".py", ".sum"]
         assert list((folder / "__pycache__").glob("*.nbi"))
         if os.name == "posix":
             assert stat.S_IMODE(folder.stat().st_mode) == 0o700
@@ -84,7 +91,25 @@ class TestCache:
         kernel = compile_system(system, "numba")
         assert kernel(0.25) == 0.5
         forget()
-        assert sum(compile_system(system, "numba").jit.stats.cache_hits.values()) == 1
+        assert hits(compile_system(system, "numba")) == 1
+
+    def test_machine_code_of_which_a_bit_is_wrong_is_not_run(self, folder, forget):
+        system = loads(TEXT.format(peak=0.5))
+        compile_system(system, "numba")
+        (code,) = (folder / "__pycache__").glob("*.nbc")
+        whole = bytearray(code.read_bytes())
+        whole[len(whole) // 2] ^= 4
+        code.write_bytes(whole)
+        forget()
+        kernel = compile_system(system, "numba")
+        assert hits(kernel) == 0
+        assert kernel(0.25) == 0.5
+
+    def test_threads_may_compile_the_same_at_the_same_time(self, folder, forget):
+        system = loads(TEXT.format(peak=0.6))
+        with ThreadPoolExecutor(8) as pool:
+            found = list(pool.map(lambda _: compile_system(system, "numba")(0.3), range(8)))
+        assert found == [0.5] * 8
 
     def test_a_changed_module_is_written_anew(self, folder, forget):
         system = loads(TEXT.format(peak=0.5))
@@ -158,3 +183,42 @@ def test_minima_and_maxima_are_no_branches_since_compiling_many_takes_long():
     )
     assert kernel.source.count("smaller(") >= 49
     assert not any(" = (v" in line and " if v" in line for line in kernel.source.splitlines())
+
+
+FLAT = """
+system flat
+and product
+defuzzifier weighted_average
+input x in [0, 1]
+  terms low high
+input y in [0, 1]
+  terms low high
+output p in [0, 1]
+  terms A=0 B=1
+output q in [0, 1]
+  terms A=0 B=1
+table p = x x y
+        low high
+  low  | A B
+  high | B A
+table q = x x y
+        low high
+  low  | A A
+  high | B B
+"""
+
+
+def test_nan_of_an_input_that_changes_nothing_is_kept():
+    """The output q is the same for all y."""
+    kernel = compile_system(loads(FLAT), "numba")
+    found = kernel.batch([[0.25, math.nan], [math.nan, 0.5], [0.25, 0.5]])
+    assert np.isnan(found[:2]).all()
+    assert found[2].tolist() == [0.5, 0.25]
+
+
+def test_names_cannot_be_taken_for_others():
+    """numba takes v1 at the instruction 5722 for v15 at 722."""
+    source = numba_backend.evaluation_source(compile_system(loads(FLAT), "python").algorithm.point)
+    code = source.partition("def kernel")[2]
+    assert not re.search(r"\b[A-Za-z]\d+\b", code)
+    assert "v1_" in code

@@ -1,0 +1,129 @@
+"""Machine code for a system: what numba made of its structure, and its numbers in a table.
+
+Systems that differ in numbers only share the code, so that no value of a param, and no change of a number in a file,
+has to be compiled.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numba.core import types
+
+from fuzzyctl.kernels import entry, numba_backend
+from fuzzyctl.kernels.program import Program
+from fuzzyctl.kernels.table import Numbers
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    FloatArray = npt.NDArray[np.float64]
+
+    Source = Callable[[Program, Numbers], str]
+
+
+def compiled(program: Program, source: Source) -> tuple[Any, FloatArray]:
+    """Return a compiled function and the table that is its last argument."""
+    numbers = Numbers(program)
+    function = numba_backend.compile_source(source(program, numbers))
+    return function, np.array(numbers.values, dtype=np.float64)
+
+
+def _with_pointer(program: Program, numbers: Numbers) -> str:
+    return numba_backend.evaluation_source(program, numbers, pointer=True)
+
+
+def _storing_with_pointer(program: Program, numbers: Numbers) -> str:
+    return numba_backend.storing_source(program, numbers, pointer=True)
+
+
+def call(program: Program) -> Callable[..., Any]:
+    """Return a function (x0, ..., C) to be called from Python."""
+    function, table = compiled(program, numba_backend.evaluation_source)
+
+    def kernel(*arguments: Any) -> Any:
+        return function(*arguments, table)
+
+    return kernel
+
+
+class Point:
+    """Machine code of a program that takes numbers and gives one, and raises nothing."""
+
+    def __init__(self, program: Program) -> None:
+        self.function, self.table = compiled(program, _with_pointer)
+        self.inputs = len(program.arguments)
+        kinds = [ctypes.c_double] * self.inputs
+        self._c = ctypes.CFUNCTYPE(ctypes.c_double, *kinds, ctypes.c_void_p)(entry.address_of(self.function))
+
+    def __call__(self, *arguments: float) -> float:
+        """Evaluate at one point.
+
+        Raises:
+            TypeError: For anything but floats, or another number of them.
+        """
+        if len(arguments) != self.inputs or not all(isinstance(a, float) for a in arguments):
+            raise TypeError(f"takes {self.inputs} floats")
+        value: float = self._c(*arguments, self.table.ctypes.data)
+        return value
+
+    def direct(self, careful: Callable[..., Any]) -> Callable[..., Any] | None:
+        """Return a C function for calls from Python, see `entry.direct_call`."""
+        return entry.direct_call(self.function, self.inputs, self.table, careful)
+
+
+class Value(types.WrapperAddressProtocol):
+    """A function as a value for compiled code: typed by its signature, so that the code is the same for all of them.
+
+    Args:
+        function: Machine code whose last argument is the table.
+        table: The table.
+        plain: What computes the same when called from Python.
+    """
+
+    def __init__(self, function: Any, table: FloatArray, plain: Callable[..., Any]) -> None:
+        self.plain, self._table = plain, table
+        (result,) = function.overloads.values()
+        *arguments, _ = result.signature.args
+        self._signature = result.signature.return_type(*arguments)
+        self._engine = entry.loaded(_code(result, self._signature, entry.address_of(function), table.ctypes.data))
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Call it from Python."""
+        return self.plain(*arguments)
+
+    def __wrapper_address__(self) -> int:
+        """Return where its code begins; what numba asks of functions that are values."""
+        return int(self._engine.get_function_address("value"))
+
+    def signature(self) -> Any:
+        """Return its signature, without the table."""
+        return self._signature
+
+
+def _code(result: Any, signature: Any, address: int, table: int) -> str:
+    """Return code for LLVM that calls the function at an address with its own arguments and the table."""
+    from llvmlite import ir
+
+    context = result.target_context
+    outer, inner = (context.get_value_type(types.FunctionType(s).ftype) for s in (signature, result.signature))
+    module = ir.Module()
+    own = ir.Function(module, outer.pointee, "value")
+    builder = ir.IRBuilder(own.append_basic_block())
+    target = builder.inttoptr(ir.Constant(ir.IntType(64), address), inner)
+    last = builder.inttoptr(ir.Constant(ir.IntType(64), table), inner.pointee.args[-1])
+    builder.ret(builder.call(target, [*own.args, last]))
+    return str(module)
+
+
+def value(program: Program, plain: Callable[..., Any]) -> Value:
+    """Return the function (x0, ..., C) as a value."""
+    return Value(*compiled(program, _with_pointer), plain)
+
+
+def storing_value(program: Program, plain: Callable[..., Any]) -> Value:
+    """Return the function (x0, ..., C, result) as a value."""
+    return Value(*compiled(program, _storing_with_pointer), plain)
