@@ -46,7 +46,7 @@ HOMES = {
         "fuzzyctl/kernels/selections.py",
         "apps/dwmr",
     },
-    "llvmlite": {"fuzzyctl/kernels/entry.py"},
+    "llvmlite": {"fuzzyctl/kernels/entry.py", "fuzzyctl/kernels/native.py"},
     "matplotlib": {"fuzzyctl/plot", "apps/dwmr/figures"},
     "mpl_toolkits": {"fuzzyctl/plot", "apps/dwmr/figures"},
     "click": {"fuzzyctl/cli", "apps/dwmr/cli"},
