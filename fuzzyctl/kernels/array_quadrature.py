@@ -19,8 +19,14 @@ PART: Final = 256
 
 _POSITIVE: Final = np.array(quadrature.NODES)
 _NODES: Final = np.concatenate((-_POSITIVE, [0.0], _POSITIVE[::-1]))
+#: Nodes and both ends.
+_PLACES: Final = np.concatenate((_NODES, [-quadrature.END, quadrature.END]))
 _KRONROD: Final = np.array((*quadrature.KRONROD, quadrature.KRONROD_MIDDLE, *quadrature.KRONROD[::-1]))
 _GAUSS: Final = np.array((*quadrature.GAUSS, quadrature.GAUSS_MIDDLE, *quadrature.GAUSS[::-1]))
+_EVEN, _ODD = np.array(quadrature.EVEN), np.array(quadrature.ODD)
+#: The polynomial through the nodes, at the left and the right end.
+_LEFT: Final = np.concatenate((_EVEN + _ODD, [quadrature.EVEN_MIDDLE], (_EVEN - _ODD)[::-1]))
+_RIGHT: Final = np.concatenate((_EVEN - _ODD, [quadrature.EVEN_MIDDLE], (_EVEN + _ODD)[::-1]))
 
 
 def marked(places: FloatArray, marks: tuple[FloatArray | float, ...]) -> FloatArray:
@@ -91,9 +97,11 @@ def _stretches(
     function: ArrayFunction, given: FloatArray, center: FloatArray, width: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return areas, moments about the centers, and errors of some stretches; `width` is half of theirs."""
-    x = center[:, None] + width[:, None] * _NODES
-    values = np.broadcast_to(function(x, tuple(g[:, None] for g in given)), x.shape)
+    x = center[:, None] + width[:, None] * _PLACES
+    found = np.broadcast_to(function(x, tuple(g[:, None] for g in given)), x.shape)
+    values, (left, right) = found[:, :-2], found[:, -2:].T
     area, other = values @ _KRONROD, values @ _GAUSS
     moment, other_moment = values @ (_KRONROD * _NODES), values @ (_GAUSS * _NODES)
-    error = np.abs(area - other) + np.abs(moment - other_moment)
+    ends = np.abs(left - values @ _LEFT) + np.abs(right - values @ _RIGHT)
+    error = np.abs(area - other) + np.abs(moment - other_moment) + quadrature.BEYOND * ends
     return width * area, width * width * moment, width * error

@@ -49,6 +49,32 @@ GAUSS: Final = (
 KRONROD_MIDDLE: Final = 0.209482141084727828012999174891714
 GAUSS_MIDDLE: Final = 0.417959183673469387755102040816327
 
+#: No node lies in the outer parts of a stretch, where a bend would not be seen. So the function is also looked at
+#: next to both ends, and compared with the polynomial through the nodes. Ends themselves may be places of jumps.
+END: Final = 1.0 - 1e-9
+#: The polynomial at ±END is a sum over the nodes: these times f(x) + f(-x), plus or minus those times f(x) - f(-x).
+EVEN: Final = (
+    0.730111099156431581359002796250460,
+    -0.362562734668144675065942090676127,
+    0.225242720462736739489294951568692,
+    -0.167334729984671505305792199546401,
+    0.139447522589830276999719362035157,
+    -0.124174646081349231204725695689811,
+    0.115735346085408016989752553813647,
+)
+ODD: Final = (
+    0.723872571497436880833149766123231,
+    -0.344111160538275433987063863428216,
+    0.194804415743794883636616540845952,
+    -0.124083920841571920755643031951303,
+    0.081728413089220448712026062681021,
+    -0.050395678086515574741263122289755,
+    0.024048063703228126551393266845960,
+)
+EVEN_MIDDLE: Final = -0.112929155120482406522619355511233
+#: The share of half a stretch that lies beyond its last node: what differs at the end differs there at most.
+BEYOND: Final = 1.0 - NODES[0]
+
 #: A stretch is halved while its error is more than both of these parts: of the whole area, and of its own.
 OF_ALL: Final = 1e-14
 OF_OWN: Final = 1e-13
@@ -86,6 +112,8 @@ def stretch(function: SetFunction, given: Given, center: float, half: float) -> 
     other = GAUSS_MIDDLE * value
     moment = 0.0
     other_moment = 0.0
+    even = EVEN_MIDDLE * value
+    odd = 0.0
     for k in range(7):
         away = half * NODES[k]
         below = function(center - away, given)
@@ -96,7 +124,11 @@ def stretch(function: SetFunction, given: Given, center: float, half: float) -> 
         other += GAUSS[k] * both
         moment += KRONROD[k] * apart
         other_moment += GAUSS[k] * apart
-    error = abs(area - other) + abs(moment - other_moment)
+        even += EVEN[k] * both
+        odd += ODD[k] * (above - below)
+    away = half * END
+    ends = abs(function(center + away, given) - even - odd) + abs(function(center - away, given) - even + odd)
+    error = abs(area - other) + abs(moment - other_moment) + BEYOND * ends
     return half * area, half * half * moment, half * error
 
 

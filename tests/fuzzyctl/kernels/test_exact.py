@@ -271,3 +271,30 @@ class TestCurvedSides:
             assert [d.code for d in error.value.diagnostics] == ["FZ214"]
             assert "mom(resolution=1000)" in error.value.diagnostics[0].help
             assert build(terms, *norms, "mom(resolution=100)") is not None
+
+
+BEND = """
+system s
+input x in [0, 10]
+  a = triangle(-inf, 0, 10)
+  b = ramp(0, 10)
+output y in [0, 10]
+  p = s_shape(2, 5)
+  q = ramp(10, 2)
+if x is a then y is p
+if x is b then y is q
+"""
+
+
+@pytest.mark.parametrize("backend", ["python", "numpy", "numba"])
+@pytest.mark.parametrize("x", [9.98, 9.99, 9.999, 9.99999])
+def test_a_bend_near_the_end_of_a_stretch_is_seen(backend, x):
+    """q falls below the activation of p so near to 10 that no node of Gauss and Kronrod lies beyond."""
+    low, high = 1 - x / 10, x / 10
+    # q falls below its own activation at `fall`, and at `bend` below p's, which p has long reached by then.
+    fall, bend = 10 - 8 * high, 10 - 8 * low
+    area = high * fall + ((10 - fall) ** 2 - (10 - bend) ** 2) / 16 + low * (10 - bend)
+    moment = high * fall**2 / 2 + low * (100 - bend**2) / 2
+    moment += (5 * bend**2 - bend**3 / 3 - 5 * fall**2 + fall**3 / 3) / 8
+    system = loads(BEND)
+    assert compile_system(system, backend).batch([[x]])[0] == pytest.approx(moment / area, rel=1e-12)
