@@ -55,7 +55,8 @@ class Kernel:
         self._promised = () if certain else tuple(k for k, o in enumerate(plan.outputs) if o.otherwise is None)
         self._n_arguments = len(plan.inputs) + (1 if self.n_states else 0)
         single = not self.n_states and len(plan.outputs) == 1
-        self._function = self._native(single=single and not self.raises) if backend == "numba" else self.jit
+        if backend == "numba":  # compiled before the first call, which may be one in a loop that must not wait
+            self._function = self._native(single=single and not self.raises)
         if single:  # a call needs no preparation
             self.__class__ = quick.specialised(self, self._program)
 
@@ -291,6 +292,11 @@ class Kernel:
             return numba_backend.compile_source(numba_backend.evaluation_source(self._program))
         source = python_backend.evaluation_source(self._program)
         return python_backend.compile_source(source, self._program, self.input_names)
+
+    @cached_property
+    def _function(self) -> Any:
+        """What calls from Python call."""
+        return self.jit
 
     def _native(self, *, single: bool) -> Any:
         from fuzzyctl.kernels import native

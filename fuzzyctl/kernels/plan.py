@@ -52,7 +52,7 @@ from fuzzyctl.kernels.numbers import constants_of, guarded, number_of, over_inpu
 from fuzzyctl.kernels.program import DEEPEST, depth
 from fuzzyctl.model.method import AVERAGES, MAXIMA, Activation
 from fuzzyctl.model.misfits import misfitting_semantics
-from fuzzyctl.model.reads import comparisons_that_wait, reads_of
+from fuzzyctl.model.reads import comparisons_that_wait
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Input, LinguisticVariable, Output, Term
@@ -273,7 +273,7 @@ def _order(system: FuzzySystem) -> tuple[tuple[int, ...], list[tuple[int, ...]]]
     """Return the outputs each after those it reads, and for each all it depends on."""
     names = [o.name for o in system.outputs]
     direct: dict[str, set[str]] = {name: set() for name in names}
-    for output, read in reads_of(system):
+    for output, read in system.reads:
         direct.get(output, set()).update(read)
     reads: dict[str, set[str]] = {}
     order: list[str] = []

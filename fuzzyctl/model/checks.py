@@ -11,7 +11,7 @@ from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.model.hints import jumping_tables
 from fuzzyctl.model.misfits import misfitting_semantics
 from fuzzyctl.model.numbers import Numbers
-from fuzzyctl.model.reads import comparisons_that_wait, reads_of
+from fuzzyctl.model.reads import comparisons_that_wait
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, literals
 from fuzzyctl.model.shapes import SHAPE_CHECKS, SHAPE_HINTS
 from fuzzyctl.model.symmetry import odd_cells
@@ -62,7 +62,7 @@ def circular_outputs(system: FuzzySystem) -> Iterator[Diagnostic]:
     """Find outputs whose values depend on themselves through antecedents and functions."""
     names = {o.name for o in system.outputs}
     needs: dict[str, dict[str, Span | None]] = {name: {} for name in names}
-    for output, read in reads_of(system):
+    for output, read in system.reads:
         needs[output].update(read)
     for declared in system.outputs:
         path = _circle(declared.name, needs)

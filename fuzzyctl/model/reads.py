@@ -22,7 +22,8 @@ def reads_of(system: FuzzySystem) -> Iterator[tuple[str, dict[str, Span | None]]
     outputs = {o.name: o for o in system.outputs}
     waits = system.method.semantics.chained == "value"
     functions = {(o.name, t.name): t.membership for o in system.outputs for t in o.terms if _is_function(t.membership)}
-    compared = _compared(system) if waits else {}
+    compares = any(b.activation is not None and b.activation.compares for b in system.rule_blocks)
+    compared = _compared(system) if waits and (compares or system.method.activation.compares) else {}
     for rule, method in zip(system.rules, system.rule_methods, strict=True):
         read = _read(rule, outputs) if waits else {}
         if waits and method.activation.compares:

@@ -98,6 +98,11 @@ class RuleTable(Node):
     cells: tuple[tuple[Cell, ...], ...]
     condition: InstanceOf[Antecedent] | None = None
 
+    @property
+    def rule_count(self) -> int:
+        """How many of its cells are rules."""
+        return sum(bool(cell.terms) for row in self.cells for cell in row)
+
     def rules(self) -> Iterator[Rule]:
         """Yield the rules row by row; each has the span of its cell."""
         columns = [Is(variable=self.columns, term=term) for term in self.column_terms]
@@ -145,8 +150,15 @@ def rules_of(part: RuleTable | Rule) -> Iterator[Rule]:
         yield part
 
 
+def rule_count(part: RuleTable | Rule) -> int:
+    """Return how many rules a table or a single rule is."""
+    return part.rule_count if isinstance(part, RuleTable) else 1
+
+
 def literals(antecedent: Antecedent) -> list[Is]:
     """Return every `input is term` of an antecedent from left to right."""
+    if isinstance(antecedent, And) and all(type(part) is Is for part in antecedent.operands):  # nearly all are
+        return list(antecedent.operands)  # type: ignore[arg-type]
     return [part for part in parts_of(antecedent) if isinstance(part, Is)]
 
 

@@ -17,8 +17,9 @@ from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
 from fuzzyctl.model.method import Method, RuleMethod
 from fuzzyctl.model.node import Node
 from fuzzyctl.model.params import ParamValues
-from fuzzyctl.model.rule import Rule, RuleBlock, RuleTable, rules_of
+from fuzzyctl.model.rule import Rule, RuleBlock, RuleTable, rule_count, rules_of
 from fuzzyctl.model.variable import Input, Output
+from fuzzyctl.source import Span
 
 
 class FuzzySystem(Node):
@@ -55,7 +56,7 @@ class FuzzySystem(Node):
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> FuzzySystem:
         """Return a copy with some fields changed; what was computed from the old ones is not copied."""
         copied = super().model_copy(update=update, deep=deep)
-        for computed in ("rules", "rule_methods", "values"):
+        for computed in ("rules", "rule_methods", "reads", "values"):
             copied.__dict__.pop(computed, None)
         return copied
 
@@ -93,7 +94,7 @@ class FuzzySystem(Node):
         of_none = RuleMethod(-1, usual.conjunction, usual.disjunction, None, usual.activation)
         for part in self.blocks:
             if not isinstance(part, RuleBlock):
-                found.extend(of_none for _ in rules_of(part))
+                found.extend([of_none] * rule_count(part))
         for position, block in enumerate(self.rule_blocks):
             method = RuleMethod(
                 position,
@@ -102,8 +103,15 @@ class FuzzySystem(Node):
                 block.implication,
                 block.activation or usual.activation,
             )
-            found.extend(method for part in block.rules for _ in rules_of(part))
+            found.extend([method] * sum(map(rule_count, block.rules)))
         return tuple(found)
+
+    @cached_property
+    def reads(self) -> tuple[tuple[str, dict[str, Span | None]], ...]:
+        """For each consequent of each rule its output, and the outputs that its rule waits for; see `model.reads`."""
+        from fuzzyctl.model.reads import reads_of
+
+        return tuple(reads_of(self))
 
     def implication_of(self, rule: int, output: Output) -> str:
         """Return what the activation of a rule, given by its position, makes of a set of an output.

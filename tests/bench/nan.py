@@ -22,10 +22,11 @@ from bench.workloads import WORKLOADS, Workload
 
 import fuzzyctl
 from fuzzyctl.kernels import numba_backend
+from fuzzyctl.kernels.table import Numbers
 
 COUNT, ROUNDS = 200_000, 30
 #: A result as numba's modules have it.
-_TEST = re.compile(r"\(nan if \((?:\(x\d != x\d\)(?: or )?)+\) else (\w+)\)")
+_TEST = re.compile(r"\(nan if \((?:\(x\d_? != x\d_?\)(?: or )?)+\) else (\w+)\)")
 
 
 def without_test(source: str) -> str:
@@ -36,13 +37,14 @@ def without_test(source: str) -> str:
 def cost(workload: Workload) -> dict[str, tuple[float, float]]:
     """Return nanoseconds with the test and without it, of a point of a batch and of a call in a compiled loop."""
     kernel = fuzzyctl.compile(fuzzyctl.loads(workload.text), "numba")
-    batch = numba_backend.batch_source(kernel.algorithm.many)
+    program = kernel.algorithm.many
+    batch, table = numba_backend.batch_source(program, Numbers(program, inside=True)), np.empty(0)
     points = workload.points(COUNT)
     flat, out = points.reshape(-1), np.empty(COUNT)
     runs: dict[str, Any] = {}
     for which, change in (("with", str), ("without", without_test)):
         filled = numba_backend.compile_source(change(batch))
-        runs["batch", which] = lambda filled=filled: filled(flat, out)
+        runs["batch", which] = lambda filled=filled: filled(flat, out, table)
         runs["loop", which] = _loop(numba_backend.compile_source(change(kernel.source)), points)
     best = dict.fromkeys(runs, float("inf"))
     for run in runs.values():

@@ -113,6 +113,18 @@ if x is mid then u is a
         assert isinstance(verdict, Undecided)
         assert "2 inputs" in verdict.reason
 
+    @pytest.mark.parametrize("where", ["activation threshold(>= 0.2)\n", ""])
+    def test_a_hedge_makes_nothing_of_a_rule_below_the_threshold(self, where):
+        """`not` of an activation of 0 is 1, but only for rules that act."""
+        head = "system s\nsemantics exact(least=none, consequent_hedges=activation)\ndefuzzifier weighted_average\n"
+        variables = (
+            "input x in [0, 10]\n  lo = triangle(-inf, 0, 4)\noutput y in [0, 1] else nan\n  one = constant(1)\n"
+        )
+        block = "" if where else "rules b activation threshold(>= 0.2)\n"
+        system = loads(f"{head}{where}{variables}{block}if x is lo then y is not one\n")
+        assert math.isnan(compile(system, "python")(9.0))
+        assert uncovered(system)["y"] is not None
+
     def test_a_strength_close_to_zero_leaves_it_undecided(self):
         text = """
 system s

@@ -43,20 +43,31 @@ class TestCompile:
         with pytest.raises(UnknownNameError, match=r"no backend 'nunba'.*did you mean 'numba'"):
             compile_system(ais, "nunba")
 
-    def test_numba_is_named_when_it_is_asked_for_and_absent(self, ais, monkeypatch):
+    @pytest.fixture
+    def no_numba(self, monkeypatch):
+        """Leave numba out; what was found out of it before is forgotten, and again afterwards."""
         monkeypatch.setitem(sys.modules, "numba", None)
-        monkeypatch.delitem(sys.modules, "fuzzyctl.kernels.numba_backend", raising=False)
-        monkeypatch.delattr("fuzzyctl.kernels.numba_backend", raising=False)
+        for name in ("numba_backend", "native", "entry", "selections"):
+            monkeypatch.delitem(sys.modules, f"fuzzyctl.kernels.{name}", raising=False)
+            monkeypatch.delattr(f"fuzzyctl.kernels.{name}", raising=False)
+        for found in (compile_module.numba_is_missing, compile_module._say_once):
+            found.cache_clear()
+        yield
+        for found in (compile_module.numba_is_missing, compile_module._say_once):
+            found.cache_clear()
+
+    @pytest.mark.usefixtures("no_numba")
+    def test_numba_is_named_when_it_is_asked_for_and_absent(self, ais):
         with pytest.raises(BackendUnavailableError, match="numba"):
             compile_system(ais, "numba")
 
-    def test_auto_survives_a_missing_numba(self, ais, monkeypatch):
-        monkeypatch.setitem(sys.modules, "numba", None)
-        monkeypatch.delitem(sys.modules, "fuzzyctl.kernels.numba_backend", raising=False)
-        monkeypatch.delattr("fuzzyctl.kernels.numba_backend", raising=False)
-        kernel = compile_system(ais)
-        assert kernel.backend == "numpy"
-        assert kernel(0.0, 0.0) == pytest.approx(0.18)
+    @pytest.mark.usefixtures("no_numba")
+    def test_auto_survives_a_missing_numba_and_says_so_once(self, ais):
+        with pytest.warns(RuntimeWarning, match="numba cannot be used .* slower") as said:
+            kernels = [compile_system(ais), compile_system(ais)]
+        assert len(said) == 1
+        assert kernels[0].backend == "numpy"
+        assert kernels[0](0.0, 0.0) == pytest.approx(0.18)
 
     def test_exact_maxima_refuse_curved_terms_without_a_closed_form(self):
         from fuzzyctl.kernels.plan import plan
