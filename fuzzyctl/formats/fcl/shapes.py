@@ -32,7 +32,7 @@ def membership(line: TermLine, scope: Scope, *, of_output: bool) -> Membership |
         return _single(shape, arguments, scope)
     word = fuzzylite_word(shape.kind.text)
     if word is not None and word not in FUZZYLITE_SHAPES:
-        return _special(word, shape, arguments, scope)
+        return _special(word, shape, arguments, scope, of_output=of_output)
     known = FUZZYLITE_SHAPES[word] if word is not None else JFUZZYLOGIC_SHAPES.get(shape.kind.upper)
     if known is None or shape.points:
         facts, help_text = (f"shapes: {listed(SHAPE_WORDS)}",), did_you_mean(shape.kind.upper, SHAPE_WORDS)
@@ -85,10 +85,14 @@ def _single(shape: Shape, arguments: tuple[Expr, ...], scope: Scope) -> Membersh
     return None
 
 
-def _special(word: str, shape: Shape, arguments: tuple[Expr, ...], scope: Scope) -> Membership | None:
+def _special(
+    word: str, shape: Shape, arguments: tuple[Expr, ...], scope: Scope, *, of_output: bool
+) -> Membership | None:
     """Return what fuzzylite's words stand for whose parameters are counted otherwise."""
     count = len(arguments)
     if word == "Constant" and count == 1:
+        if not of_output:  # its degree is its value, whatever the input is
+            return Membership(kind="function", arguments=arguments, span=shape.span)
         return Membership(kind="singleton", arguments=arguments, span=shape.span)
     if word == "Binary" and count in (2, 3):
         return _binary(shape, arguments, scope)

@@ -134,6 +134,13 @@ def test_fuzzylite_gives_terms_a_height():
     assert system.input("x").term("low").membership.height == Number(0.5)
 
 
+def test_a_constant_of_an_input_is_its_degree_everywhere_as_in_fuzzylite():
+    terms = "TERM low := Constant 0.25; TERM high := Ramp 0 10;"
+    rules = "RULE 1 : if x is low then u is yes;\nRULE 2 : if x is high then u is no;"
+    system = sound(block(terms=terms, rules=rules))
+    assert [system(x=x, y=1.0) for x in (2.5, 7.5)] == [0.25 / (0.25 + 0.25), 0.25 / (0.25 + 0.75)]
+
+
 def test_a_surplus_parameter_is_told_and_has_no_effect():
     text = block(terms="TERM low := TRIAN 0 1 2 3;\nTERM high := TRIAN 0 5 10;")
     assert ("FZ603", 8, 13) in found(text)
