@@ -32,8 +32,8 @@ _FIRST: Final[dict[bytes, tuple[float, ...]]] = {}
 def compiled(program: Program, source: Source, *, shared: bool = False) -> tuple[Any, FloatArray]:
     """Return a compiled function and the table that is its last argument.
 
-    The first system of its structure has code of its own, which is up to a third faster in batches of little
-    arithmetic; all further ones share code, so that the next number costs nothing.
+    The first system of its structure has code of its own, which is faster in batches of little arithmetic, where the
+    numbers no longer fit into registers; all further ones share code, so that the next number costs nothing.
 
     Args:
         program: What it computes.

@@ -274,7 +274,7 @@ def _is_sealed(seal: Path, entries: list[Path]) -> bool:
 
 
 def _write(path: Path, text: str) -> None:
-    """Write a file as a whole; numba knows stale code by the file's time, so a file that exists is replaced last."""
+    """Write a file as a whole; of several first writers one wins where the file system allows."""
     handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".tmp")
     try:
         with os.fdopen(handle, "w", encoding="utf-8") as file:
