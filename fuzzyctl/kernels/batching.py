@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from collections import deque
+from collections.abc import Callable, Iterator
 from functools import cache
+from threading import Lock, Thread
+from time import perf_counter, sleep
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -25,11 +27,10 @@ if TYPE_CHECKING:
 BLOCK: Final = 8192
 #: With fewer points waking a thread, and waiting for one whose core is busy, costs more than it saves.
 ENOUGH: Final = 100_000
-#: So many shares each thread takes, about, of so many points at least and at most: few enough that taking them costs
-#: nothing, many enough that no thread waits long for the last one.
-SHARES: Final = 6
-LEAST: Final = 1 << 14
-MOST: Final = 1 << 17
+#: Points of the smallest share that a thread takes at a time: few enough that none waits long for the last one.
+LEAST: Final = 1 << 13
+#: Seconds that the caller looks again and again whether the last share is done before it waits to be woken.
+PATIENCE: Final = 100e-6
 
 
 def cores() -> int:
@@ -63,7 +64,7 @@ def run(fill: Fill, points: Any, states: FloatArray | None, results: FloatArray,
             block = points[part] if ready else writable(float_array(listed(points, part.start, part.stop), "points"))
             fill(block, None if states is None else writable(states[part]), results[part])
 
-    workers = cores() if parallel and count >= ENOUGH else 1
+    workers = min(cores(), 2 * count // ENOUGH) if parallel and count >= ENOUGH else 1
     if workers == 1:
         work(0, count)
     else:
@@ -96,32 +97,82 @@ def _share(work: Callable[[int, int], None], count: int, workers: int) -> None:
 
     A core that is busy with something else takes fewer shares, so that the others need not wait for it.
     """
-    size = min(max(count // (SHARES * workers), LEAST), MOST)
-    starts = iter(range(0, count, size))
+    left = deque(_shares(count, workers))
     failed: list[tuple[int, Exception]] = []
 
     def take() -> None:
-        for start in starts:
+        while not failed:
             try:
-                work(start, min(start + size, count))
-            except Exception as error:  # noqa: BLE001 - raised below, in the thread of the caller
-                failed.append((start, error))
-            if failed:
+                first, last = left.popleft()
+            except IndexError:  # another thread took the last one
                 return
+            try:
+                work(first, last)
+            except Exception as error:  # noqa: BLE001 - raised below, in the thread of the caller
+                failed.append((first, error))
 
-    others = [_pool(os.getpid(), workers - 1).submit(take) for _ in range(workers - 1)]
-    take()
-    for job in others:
-        if not job.cancel():  # what has not begun yet has nothing left to do
-            job.result()
+    helping = [helper for helper in _helpers(os.getpid(), workers - 1) if helper.begins(take)]
+    try:
+        take()
+    finally:  # whatever interrupts this thread, nobody writes to the results any more once it is gone
+        left.clear()
+        for helper in helping:
+            helper.wait()
     if failed:  # shares are taken in order, so that the first point that fails is among these
         raise min(failed, key=lambda f: f[0])[1]
 
 
+def _shares(count: int, workers: int) -> Iterator[tuple[int, int]]:
+    """Yield what to take at a time: half of what is left, shared out, until that is little."""
+    first = 0
+    while first < count:
+        last = min(first + max((count - first) // (2 * workers), LEAST), count)
+        yield first, last
+        first = last
+
+
+class _Helper:
+    """A thread that waits for something to do; to have it begin costs less than to put a job into a queue."""
+
+    def __init__(self) -> None:
+        self._free, self._wanted, self._done = Lock(), Lock(), Lock()
+        self._wanted.acquire()
+        self._job: Callable[[], None] | None = None
+        Thread(target=self._live, name="fuzzyctl", daemon=True).start()
+
+    def _live(self) -> None:
+        while True:
+            self._wanted.acquire()
+            job, self._job = self._job, None
+            assert job is not None
+            try:
+                job()
+            finally:
+                del job
+                self._done.release()
+
+    def begins(self, job: Callable[[], None]) -> bool:
+        """Have it begin with a job that raises nothing, unless it is at work for another thread."""
+        if not self._free.acquire(blocking=False):
+            return False
+        self._done.acquire()
+        self._job = job
+        self._wanted.release()
+        return True
+
+    def wait(self) -> None:
+        """Wait until it is done."""
+        until = perf_counter() + PATIENCE
+        while self._done.locked() and perf_counter() < until:
+            sleep(0.0)  # lets others run; to be woken takes longer than the last share
+        with self._done:
+            self._free.release()
+
+
 @cache
-def _pool(_process: int, threads: int) -> ThreadPoolExecutor:
+def _helpers(_process: int, threads: int) -> tuple[_Helper, ...]:
     """Return the threads that help, started once for each process, since a fork copies none."""
-    return ThreadPoolExecutor(threads, thread_name_prefix="fuzzyctl")
+    return tuple(_Helper() for _ in range(threads))
 
 
 def results_for(out: Any, shape: tuple[int, ...], *read: FloatArray | None) -> FloatArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final
@@ -135,7 +136,7 @@ class Kernel:
                 f"got {array.shape}"
             )
         shape = array.shape[:-1]
-        count = int(np.prod(shape))
+        count = math.prod(shape)
         if array.flags.c_contiguous or array.size == 0:
             array = array.reshape(count, array.shape[-1])
         states = self._flat_state(state, shape)

@@ -150,6 +150,43 @@ class TestThreads:
         assert len({thread for thread, _ in seen}) == 2
         assert sum(count for _, count in seen) == 12_345
 
+    def test_help_several_callers_at_once(self, kernel):
+        points = [points_for(6000, seed) for seed in range(4)]
+        expected = [kernel.batch(p, parallel=False) for p in points]
+        found = {}
+
+        def call(k):
+            for _ in range(3):
+                found[k] = kernel.batch(points[k])
+
+        callers = [threading.Thread(target=call, args=(k,)) for k in range(4)]
+        for caller in callers:
+            caller.start()
+        for caller in callers:
+            caller.join(timeout=60)
+        for k in range(4):
+            np.testing.assert_array_equal(found[k], expected[k])
+
+    def test_write_nothing_after_an_interrupt_and_help_the_next_call(self, kernel, monkeypatch):
+        own, caller, points, out = kernel._fill, threading.get_ident(), points_for(20_000), np.zeros(20_000)
+
+        def fill(points, states, results):
+            if threading.get_ident() == caller:
+                time.sleep(0.02)
+                raise KeyboardInterrupt
+            time.sleep(0.005)
+            own(points, states, results)
+
+        monkeypatch.setitem(kernel.__dict__, "_fill", fill)
+        with pytest.raises(KeyboardInterrupt):
+            kernel.batch(points, out=out)
+        left = out.copy()
+        assert not left[-500:].any()
+        time.sleep(0.03)
+        np.testing.assert_array_equal(out, left)
+        monkeypatch.setitem(kernel.__dict__, "_fill", own)
+        np.testing.assert_array_equal(kernel.batch(points), kernel.batch(points, parallel=False))
+
     @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs processes that are copies of another")
     def test_of_a_copied_process_are_its_own(self, kernel):
         points = points_for(5000)
