@@ -8,7 +8,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable
 from typing import Final
 
-from fuzzyctl.formulas.memberships import MEMBERSHIP, VARIANTS, MembershipFormula, Parameters, Vertex, formula_of
+from fuzzyctl.formulas.formula import MembershipFormula, Parameters, Vertex
+from fuzzyctl.formulas.memberships import MEMBERSHIP, VARIANTS, formula_of
 from fuzzyctl.formulas.norms import (
     AGGREGATIONS,
     CONJUNCTIONS,

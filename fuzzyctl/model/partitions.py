@@ -8,8 +8,7 @@ from itertools import pairwise
 from typing import Final
 
 from fuzzyctl.errors import Diagnostic
-from fuzzyctl.formulas import MEMBERSHIP
-from fuzzyctl.formulas.memberships import Vertex
+from fuzzyctl.formulas import MEMBERSHIP, Vertex
 from fuzzyctl.model.numbers import Numbers
 from fuzzyctl.model.variable import Input
 

@@ -1,0 +1,103 @@
+"""Bells that tend to 0 on both sides: Gaussians, of one width or of two, and the generalized bell."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, Expr, Number, Where
+from fuzzyctl.formulas.formula import MembershipFormula, Parameters
+from fuzzyctl.formulas.mistakes import positive
+from fuzzyctl.formulas.shared import first, scaled, square
+
+
+def _gaussian_degree(x: Expr, p: Parameters) -> Expr:
+    """Compute exp(-z²/2) with z = (x - mean) / sigma; a product, since a general power is slower and less exact.
+
+    The division is done beforehand where all numbers, of 32 bits too, can hold what that takes.
+    """
+    mean, sigma = p
+    if 1e-15 < sigma < 1e15:
+        return Call("exp", (Binary("*", Number(-0.5 / sigma**2), square(Binary("-", x, Number(mean)))),))
+    return Call("exp", (Binary("*", Number(-0.5), square(scaled(x, mean, sigma))),))
+
+
+def _gaussian2_degree(x: Expr, p: Parameters) -> Expr:
+    left = Where(Compare("<", x, Number(p[0])), _gaussian_degree(x, p[:2]), ONE)
+    right = Where(Compare(">", x, Number(p[2])), _gaussian_degree(x, p[2:]), ONE)
+    if math.isinf(p[0]):
+        return right
+    return left if math.isinf(p[2]) else Binary("*", left, right)
+
+
+def _gaussian2_inverse(w: Expr, p: Parameters) -> Expr | None:
+    """Invert the one side that is left where the other mean is infinite; the degree 0 lies infinitely far away."""
+    mean_left, sigma_left, mean_right, sigma_right = p
+    if math.isinf(mean_left) == math.isinf(mean_right):
+        return None
+    odds = Where(Compare(">", w, ZERO), Binary("/", ONE, w), Number(math.inf))
+    away = Call("sqrt", (Binary("*", Number(2.0), Call("max", (ZERO, Call("log", (odds,))))),))
+    if math.isinf(mean_right):
+        return Binary("-", Number(mean_left), Binary("*", Number(sigma_left), away))
+    return Binary("+", Number(mean_right), Binary("*", Number(sigma_right), away))
+
+
+def _gaussian2_mistake(p: Parameters) -> str | None:
+    if p[0] == math.inf or p[2] == -math.inf:
+        return "an infinite mean_left is -inf, an infinite mean_right inf"
+    if math.isinf(p[0]) and math.isinf(p[2]):
+        return "mean_left and mean_right are both infinite"
+    return positive(sigma_left=1, sigma_right=3)(p)
+
+
+def _gaussian2_core(p: Parameters) -> tuple[float, float]:
+    """Return the stretch between the means; where they cross, the place where the product is largest."""
+    mean_left, sigma_left, mean_right, sigma_right = p
+    if math.isinf(mean_left):
+        return mean_right, mean_right
+    if math.isinf(mean_right):
+        return mean_left, mean_left
+    if mean_left <= mean_right:
+        return mean_left, mean_right
+    ratio = (sigma_right / sigma_left) ** 2
+    peak = mean_right + (mean_left - mean_right) * (ratio / (1.0 + ratio))
+    return peak, peak
+
+
+def _bell_degree(x: Expr, p: Parameters) -> Expr:
+    distance = Call("abs", (scaled(x, p[0], p[1]),))
+    return Binary("/", ONE, Binary("+", ONE, Binary("^", distance, Number(2.0 * p[2]))))
+
+
+BELLS: Final[tuple[MembershipFormula, ...]] = (
+    MembershipFormula(
+        name="gaussian",
+        parameters=("mean", "sigma"),
+        summary="exp(-((x - mean) / sigma)² / 2)",
+        degree=_gaussian_degree,
+        mistake=positive(sigma=1),
+        core=first,
+        pieces=lambda p: p[:1],
+    ),
+    MembershipFormula(
+        name="gaussian2",
+        parameters=("mean_left", "sigma_left", "mean_right", "sigma_right"),
+        summary="a Gaussian left of mean_left times a Gaussian right of mean_right; 1 between them; an infinite "
+        "mean makes a shoulder",
+        degree=_gaussian2_degree,
+        mistake=_gaussian2_mistake,
+        core=_gaussian2_core,
+        inverse=_gaussian2_inverse,
+        infinite=frozenset({"mean_left", "mean_right"}),
+        pieces=lambda p: (p[0], p[2]),
+    ),
+    MembershipFormula(
+        name="bell",
+        parameters=("center", "width", "slope"),
+        summary="1 / (1 + |(x - center) / width|^(2 slope))",
+        degree=_bell_degree,
+        mistake=positive(width=1, slope=2),
+        core=first,
+        pieces=lambda p: p[:1],
+    ),
+)

@@ -1,0 +1,112 @@
+"""Curves of one formula each: cosine, spike, concave, and arcs of an ellipse."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, CompareOp, Expr, Number, Where
+from fuzzyctl.formulas.formula import MembershipFormula, Parameters
+from fuzzyctl.formulas.mistakes import different, positive, rising
+from fuzzyctl.formulas.shared import EDGE, compare, first, scaled, second, square
+
+
+def _cosine_degree(x: Expr, p: Parameters) -> Expr:
+    center, width = p
+    wave = Call("cos", (Binary("*", Number(2.0 * math.pi), scaled(x, center, width)),))
+    inside = Compare("<", Call("abs", (scaled(x, center, width),)), Number(0.5))
+    return Where(inside, Binary("*", Number(0.5), Binary("+", ONE, wave)), ZERO)
+
+
+def _spike_degree(x: Expr, p: Parameters) -> Expr:
+    return Call("exp", (Binary("*", Number(-10.0), Call("abs", (scaled(x, p[0], p[1]),))),))
+
+
+def _concave_degree(x: Expr, p: Parameters) -> Expr:
+    """Compute (end - inflection) / (2 end - inflection - x) before the end; both directions share the formula."""
+    inflection, end = p
+    before: CompareOp = "<" if inflection < end else ">"
+    rest = Binary("+", ONE, scaled(x, end, inflection - end))
+    return Where(compare(before, x, end), Binary("/", ONE, rest), ONE)
+
+
+def _concave_inverse(w: Expr, p: Parameters) -> Expr:
+    inflection, end = p
+    away = Where(Compare(">", w, ZERO), Binary("/", Binary("-", ONE, w), w), Number(math.inf))
+    return Binary("-", Number(end), Binary("*", Number(end - inflection), away))
+
+
+def _arc_degree(x: Expr, p: Parameters) -> Expr:
+    start, end = p
+    after: CompareOp = ">=" if start < end else "<="
+    return Where(compare(after, x, end), ONE, _circle(scaled(x, end, end - start)))
+
+
+def _circle(u: Expr) -> Expr:
+    inside = Compare("<", Call("abs", (u,)), ONE)
+    return Where(inside, Call("sqrt", (Binary("-", ONE, square(u)),)), ZERO)
+
+
+def _arc_inverse(w: Expr, p: Parameters) -> Expr:
+    start, end = p
+    return Binary("-", Number(end), Binary("*", Number(end - start), Call("sqrt", (Binary("-", ONE, square(w)),))))
+
+
+def _semi_ellipse_degree(x: Expr, p: Parameters) -> Expr:
+    start, end = p
+    return _circle(scaled(x, 0.5 * start + 0.5 * end, 0.5 * (end - start)))
+
+
+def _middle(p: Parameters) -> tuple[float, float]:
+    return 0.5 * p[0] + 0.5 * p[1], 0.5 * p[0] + 0.5 * p[1]
+
+
+CURVES: Final[tuple[MembershipFormula, ...]] = (
+    MembershipFormula(
+        name="cosine",
+        parameters=("center", "width"),
+        summary="(1 + cos(2π (x - center) / width)) / 2 within width / 2 of the center, 0 elsewhere",
+        degree=_cosine_degree,
+        mistake=positive(width=1),
+        core=first,
+        pieces=lambda p: (p[0] - 0.5 * p[1], p[0], p[0] + 0.5 * p[1]),
+    ),
+    MembershipFormula(
+        name="spike",
+        parameters=("center", "width"),
+        summary="exp(-10 |x - center| / width)",
+        degree=_spike_degree,
+        mistake=positive(width=1),
+        core=first,
+        pieces=lambda p: p[:1],
+    ),
+    MembershipFormula(
+        name="concave",
+        parameters=("inflection", "end"),
+        summary="(end - inflection) / (2 end - inflection - x) before the end, 1 beyond; falling where "
+        "end < inflection",
+        degree=_concave_degree,
+        mistake=different(("inflection", "end")),
+        core=second,
+        inverse=_concave_inverse,
+    ),
+    MembershipFormula(
+        name="arc",
+        parameters=EDGE,
+        summary="a quarter of an ellipse from 0 at start to 1 at end, 1 beyond: sqrt(1 - u²) with "
+        "u = (x - end) / (end - start); falling where end < start",
+        degree=_arc_degree,
+        mistake=different(EDGE),
+        core=second,
+        inverse=_arc_inverse,
+    ),
+    MembershipFormula(
+        name="semi_ellipse",
+        parameters=EDGE,
+        summary="half an ellipse from start to end: sqrt(1 - u²) with u = (2 x - start - end) / (end - start)",
+        degree=_semi_ellipse_degree,
+        mistake=rising(EDGE),
+        core=_middle,
+        pieces=lambda p: (p[0], 0.5 * p[0] + 0.5 * p[1], p[1]),
+    ),
+)

@@ -1,0 +1,62 @@
+"""What a membership function is: its degree as an expression, its corners, its core, its inverse and its mistakes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from fuzzyctl.expr import ONE, Expr
+
+#: A place x and the degree there.
+Vertex = tuple[float, float]
+#: Numbers of one term, in the order of its kind's `parameters`.
+Parameters = tuple[float, ...]
+
+
+def _no_vertices(_: Parameters) -> tuple[Vertex, ...]:
+    return ()
+
+
+def _never(_w: Expr, _p: Parameters) -> Expr | None:
+    return None
+
+
+@dataclass(frozen=True)
+class MembershipFormula:
+    """Define one kind of membership function.
+
+    Args:
+        name: As rule files write it.
+        parameters: Names of its parameters, in order; of a variadic one the names of the first group.
+        summary: One line for the reference.
+        degree: The degree of x as an expression, for given parameters; within [0, 1] for every x but NaN.
+        mistake: What is wrong with given parameters, or None.
+        core: The interval where the degree is largest; its middle is what averages take (Eq. (18)). Where the largest
+            degree stays up to infinity it is the finite end of that stretch, and infinite where the degree only tends
+            to 1 (a sigmoid): such a term has no place in an average.
+        vertices: Corners of a piecewise-linear function from left to right, an empty tuple for a curved one. Beyond
+            the outer corners the degree stays as there. A corner given twice is a jump; the larger degree holds there.
+        inverse: Where a monotone function has the degree w, an expression of w; None for parameters of a function that
+            is not monotone. Where the function jumps it is the place of the jump, at a shoulder its finite end.
+        infinite: Which parameters may be infinite: feet, and the means of one-sided Gaussians.
+        variadic: Whether the group of parameters may be repeated.
+        pieces: Points besides the corners of the core where the formula changes or bends.
+        fuzzy: Whether it is a fuzzy set with an area.
+    """
+
+    name: str
+    parameters: tuple[str, ...]
+    summary: str
+    degree: Callable[[Expr, Parameters], Expr]
+    mistake: Callable[[Parameters], str | None]
+    core: Callable[[Parameters], tuple[float, float]]
+    vertices: Callable[[Parameters], tuple[Vertex, ...]] = _no_vertices
+    inverse: Callable[[Expr, Parameters], Expr | None] = _never
+    infinite: frozenset[str] = frozenset()
+    variadic: bool = False
+    pieces: Callable[[Parameters], tuple[float, ...]] = lambda p: p
+    fuzzy: bool = True
+
+    def monotone(self, p: Parameters) -> bool:
+        """Return whether the function with these parameters is monotone, so that `tsukamoto` can invert it."""
+        return self.inverse(ONE, p) is not None

@@ -1,0 +1,44 @@
+"""What several membership functions share: names of parameters, arguments of their formulas, and cores."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from fuzzyctl.expr import Binary, Compare, CompareOp, Expr, Number
+from fuzzyctl.formulas.formula import Parameters
+
+#: Parameters of an edge, which rises from its start to its end.
+EDGE: Final = ("start", "end")
+TRAPEZOID: Final = ("left", "left_top", "right_top", "right")
+#: Parameters that may be infinite, which makes a shoulder.
+FEET: Final = frozenset({"left", "right"})
+
+
+def scaled(x: Expr, origin: float, width: float) -> Expr:
+    """Return (x - origin) / width."""
+    return Binary("/", Binary("-", x, Number(origin)), Number(width))
+
+
+def square(x: Expr) -> Expr:
+    """Return x², for an x that may be mentioned twice."""
+    return Binary("*", x, x)
+
+
+def compare(op: CompareOp, x: Expr, place: float) -> Expr:
+    """Compare x with a place."""
+    return Compare(op, x, Number(place))
+
+
+def first(p: Parameters) -> tuple[float, float]:
+    """Return the first parameter as a core of one point."""
+    return p[0], p[0]
+
+
+def second(p: Parameters) -> tuple[float, float]:
+    """Return the second parameter as a core of one point."""
+    return p[1], p[1]
+
+
+def tops(p: Parameters) -> tuple[float, float]:
+    """Return the core of a trapezoid."""
+    return p[1], p[2]

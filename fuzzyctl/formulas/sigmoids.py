@@ -1,0 +1,89 @@
+"""Sigmoids, and hills between two of them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Final
+
+from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, Expr, Number, Where
+from fuzzyctl.formulas.formula import MembershipFormula, Parameters
+from fuzzyctl.formulas.mistakes import not_zero
+
+_SIGMOIDS: Final = ("left", "rising", "falling", "right")
+
+
+def _sigmoid_degree(x: Expr, p: Parameters) -> Expr:
+    exponent = Binary("*", Number(-p[1]), Binary("-", x, Number(p[0])))
+    return Binary("/", ONE, Binary("+", ONE, Call("exp", (exponent,))))
+
+
+def _sigmoid_inverse(w: Expr, p: Parameters) -> Expr:
+    odds = Where(Compare(">", w, ZERO), Binary("/", Binary("-", ONE, w), w), Number(math.inf))
+    return Binary("-", Number(p[0]), Binary("/", Call("log", (odds,)), Number(p[1])))
+
+
+def _sigmoid_core(p: Parameters) -> tuple[float, float]:
+    limit = math.copysign(math.inf, p[1])
+    return limit, limit
+
+
+def _sigmoids(p: Parameters) -> tuple[Parameters, Parameters]:
+    left, rising, falling, right = p
+    return (left, rising), (right, falling)
+
+
+def _sigmoid_difference_degree(x: Expr, p: Parameters) -> Expr:
+    first, second = (_sigmoid_degree(x, q) for q in _sigmoids(p))
+    return Call("abs", (Binary("-", first, second),))
+
+
+def _sigmoid_product_degree(x: Expr, p: Parameters) -> Expr:
+    first, second = (_sigmoid_degree(x, q) for q in _sigmoids(p))
+    return Binary("*", first, second)
+
+
+def _between_inflections(p: Parameters) -> tuple[float, float]:
+    middle = 0.5 * p[0] + 0.5 * p[3]
+    return middle, middle
+
+
+SIGMOIDS: Final[tuple[MembershipFormula, ...]] = (
+    MembershipFormula(
+        name="sigmoid",
+        parameters=("inflection", "slope"),
+        summary="1 / (1 + exp(-slope (x - inflection))); falling for slope < 0",
+        degree=_sigmoid_degree,
+        mistake=not_zero(slope=1),
+        core=_sigmoid_core,
+        inverse=_sigmoid_inverse,
+        pieces=lambda p: p[:1],
+    ),
+    MembershipFormula(
+        name="sigmoid_difference",
+        parameters=_SIGMOIDS,
+        summary="|sigmoid(left, rising) - sigmoid(right, falling)|",
+        degree=_sigmoid_difference_degree,
+        mistake=not_zero(rising=1, falling=2),
+        core=_between_inflections,
+        pieces=lambda p: (p[0], p[3]),
+    ),
+    MembershipFormula(
+        name="sigmoid_product",
+        parameters=_SIGMOIDS,
+        summary="sigmoid(left, rising) times sigmoid(right, falling); a hill for rising > 0 and falling < 0",
+        degree=_sigmoid_product_degree,
+        mistake=not_zero(rising=1, falling=2),
+        core=_between_inflections,
+        pieces=lambda p: (p[0], p[3]),
+    ),
+)
+
+
+def _clamped_difference_degree(x: Expr, p: Parameters) -> Expr:
+    first, second = (_sigmoid_degree(x, q) for q in _sigmoids(p))
+    return Call("max", (ZERO, Binary("-", first, second)))
+
+
+#: A difference that is 0 where the second sigmoid is the larger one.
+CLAMPED_DIFFERENCE: Final = replace(SIGMOIDS[1], degree=_clamped_difference_degree)
