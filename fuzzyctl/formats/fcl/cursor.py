@@ -15,6 +15,9 @@ from fuzzyctl.source import SourceText, Span
 #: Deepest nesting of parentheses.
 MAX_DEPTH: Final = 100
 
+#: So many mistakes of syntax are told one by one; a file with more is no FCL, or is broken at one place above them.
+_MOST_SLIPS: Final = 1000
+
 #: Words that are numbers.
 _NUMBERS: Final = {"NAN": math.nan, "INF": math.inf, "INFINITY": math.inf}
 
@@ -45,6 +48,7 @@ class Cursor:
         self.diagnostics: list[Diagnostic] = list(found.diagnostics)
         self._tokens = found.tokens
         self._at = 0
+        self._slips = 0
 
     @property
     def here(self) -> Token:
@@ -140,7 +144,12 @@ class Cursor:
 
     def report(self, slip: Slip, stops: Collection[str]) -> None:
         """Note a mistake, and go on behind the next semicolon or at a keyword that begins a line."""
-        self.diagnostics.append(slip.diagnostic)
+        self._slips += 1
+        if self._slips <= _MOST_SLIPS:
+            self.diagnostics.append(slip.diagnostic)
+        elif self._slips == _MOST_SLIPS + 1:
+            message, help_text = "there are more mistakes, which are not told", "is this an FCL file?"
+            self.diagnostics.append(Diagnostic("FZ601", message, slip.diagnostic.span, help=help_text))
         while self.here.kind != "end":
             token = self.here
             if token.first and token.word in stops:

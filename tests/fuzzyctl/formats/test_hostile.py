@@ -22,6 +22,7 @@ SAMPLES = {
 }
 FIS = SAMPLES["tipper.fis"]
 FLL = SAMPLES["tipper.fll"]
+FCL = (Path(__file__).parent / "fcl" / "standard.fcl").read_text(encoding="utf-8")
 TOKEN = re.compile(r"[\d.]+|[^\W\d]\w*|\n *|.", re.DOTALL)
 ODD = [
     "0",
@@ -120,6 +121,12 @@ N = 40_000
         ("hedges.fll", FLL + "  rule: if service is " + "very " * N + "poor then mTip is cheap\n"),
         ("keys.fll", "Engine: a;" + "term:;" * N),
         ("formula.fll", FLL.replace("25 + sin(service)", "(" * N)),
+        ("words.fcl", FCL.replace("RULE 1 ", "x ; " * N + "RULE 1 ", 1)),
+        ("symbols.fcl", FCL.replace("RULE 1 ", "@ " * N + "RULE 1 ", 1)),
+        ("not.fcl", FCL.replace("IF ", "IF " + "NOT " * N, 1)),
+        ("parentheses.fcl", FCL.replace("IF ", "IF " + "(" * N, 1)),
+        ("open.fcl", FCL.replace("RULE 1 ", "(* " * N + "RULE 1 ", 1)),
+        ("rules.fcl", FCL.replace("RULE 1 ", "RULE 0 : IF trend IS rising THEN valve IS shut; " * 4000 + "RULE 1 ", 1)),
         ("long.fll", FLL.replace("25 + sin(service)", "1+" * N + "1 ")),
     ],
     ids=lambda x: x if len(x) < 30 else "",
@@ -129,3 +136,10 @@ def test_large_files_take_time_that_grows_with_their_size(name, text):
     examined(name, text)
     # About a second on a quiet machine; quadratic time would take minutes.
     assert time.perf_counter() - start < 30
+
+
+def test_mistakes_without_end_are_not_all_told():
+    _, diagnostics = examined("words.fcl", FCL.replace("RULE 1 ", "x ; " * 3000 + "RULE 1 ", 1))
+    assert 1000 < len(diagnostics) < 1010
+    (last,) = (d for d in diagnostics if "more mistakes" in d.message)
+    assert last.span.column == 5 + 4 * 1000  # the thousand and first
