@@ -15,8 +15,9 @@ from fuzzyctl.analysis.affine import Reader
 from fuzzyctl.analysis.bounds import OutputBound, output_bounds
 from fuzzyctl.analysis.claims import Bound, Every, Some, Truth, bounds_in
 from fuzzyctl.analysis.coverage import uncovered_of
-from fuzzyctl.analysis.enclosures import Array, Enclosure, Interpreter, Mask, boxes, constant
+from fuzzyctl.analysis.enclosures import Array, Enclosure, Mask, boxes, constant
 from fuzzyctl.analysis.exact import surface_of
+from fuzzyctl.analysis.interpreter import Interpreter
 from fuzzyctl.analysis.slices import needed
 from fuzzyctl.expr import CONSTANTS, Call, Expr, Name, walk
 from fuzzyctl.kernels import inference

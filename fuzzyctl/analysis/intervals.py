@@ -49,7 +49,7 @@ def enclose(expr: Expr, box: Mapping[str, Interval]) -> Interval:
         case Binary(op=op, left=left, right=right):
             return _binary(op, enclose(left, box), enclose(right, box))
         case Call(function=function, arguments=arguments):
-            return _call(function, [enclose(a, box) for a in arguments])
+            return applied(function, [enclose(a, box) for a in arguments])
         case Where(condition=condition, then=then, otherwise=otherwise):
             truth = decide(condition, box)
             if truth is None:
@@ -104,7 +104,7 @@ def _binary(op: str, a: Interval, b: Interval) -> Interval:
         case "/":
             return _quotient(a, b)
         case "^":
-            return _power(a, b)
+            return raised(a, b)
     raise TypeError(f"{op!r} has no interval")
 
 
@@ -125,7 +125,12 @@ def _square(a: Interval) -> Interval:
     return (0.0 if a[0] <= 0.0 <= a[1] else min(ends)), max(ends)
 
 
-def _call(function: str, a: list[Interval]) -> Interval:
+def applied(function: str, a: list[Interval]) -> Interval:
+    """Enclose a function of the expression language.
+
+    Raises:
+        TypeError: When there is no enclosure of it.
+    """
     match function:
         case "min" | "smaller" if a[-1] != ANYTHING:
             return min(x[0] for x in a), min(x[1] for x in a)
@@ -211,7 +216,7 @@ def _angle(y: Interval, x: Interval) -> Interval:
     return -math.pi, math.pi
 
 
-def _power(a: Interval, b: Interval) -> Interval:
+def raised(a: Interval, b: Interval) -> Interval:
     """Enclose powers; monotone in base and exponent where the base is not negative."""
     if ANYTHING in (a, b):
         return ANYTHING
@@ -222,7 +227,7 @@ def _power(a: Interval, b: Interval) -> Interval:
     if b[0] != b[1] or b[0] % 1.0 != 0.0:
         return ANYTHING
     if b[0] % 2.0 == 0.0:
-        return _power(_call("abs", [a]), b)
+        return raised(applied("abs", [a]), b)
     return _widened([power(x, b[0]) for x in a])
 
 

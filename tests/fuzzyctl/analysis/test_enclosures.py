@@ -6,7 +6,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from fuzzyctl.analysis.enclosures import Interpreter, boxes, constant
+from fuzzyctl.analysis.enclosures import boxes, constant
+from fuzzyctl.analysis.interpreter import Interpreter
 from fuzzyctl.expr import Binary, Call, Compare, Logic, Name, Negate, Number, Where
 from fuzzyctl.kernels.program import Program
 from fuzzyctl.kernels.python_backend import scalar_function
