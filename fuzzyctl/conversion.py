@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Final
 
@@ -10,7 +11,7 @@ from fuzzyctl import arguments
 from fuzzyctl.comparison.differences import POINTS, Difference, differences
 from fuzzyctl.comparison.explanation import Explanation, explanation
 from fuzzyctl.document.python import module_text
-from fuzzyctl.errors import DiagnosticError, UnknownNameError
+from fuzzyctl.errors import Diagnostic, DiagnosticError, UnknownNameError
 from fuzzyctl.formats.fz import dumps
 from fuzzyctl.formats.identifiers import with_identifiers
 from fuzzyctl.formats.losses import Loss
@@ -83,6 +84,14 @@ def convert(system: FuzzySystem, target: str, *, points: int = POINTS) -> Conver
     if not any(not loss.exact for loss in losses):
         losses = [*losses, *_unexplained(system, found)]
     return Conversion(target, text, tuple(losses), back, found, tuple(explanation(system, back, d) for d in found))
+
+
+def left_out(diagnostics: Iterable[Diagnostic]) -> tuple[Loss, ...]:
+    """Return what reading a file left out because it is switched off there, so that no format can get it."""
+    found = [d for d in diagnostics if d.code == "FZ611"]
+    return tuple(
+        Loss(f"line {d.span.line}" if d.span else "the file", "left out", d.message, exact=True) for d in found
+    )
 
 
 def _unexplained(system: FuzzySystem, found: tuple[Difference, ...]) -> list[Loss]:

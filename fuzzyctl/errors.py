@@ -89,6 +89,7 @@ CODES: dict[str, str] = {
     "FZ608": "the format cannot express the system",
     "FZ609": "tools read it differently",
     "FZ610": "a range is estimated",
+    "FZ611": "a part that is switched off is left out",
     "FZ901": "a scenario file is malformed",
     "FZ902": "a scenario has an unknown key",
     "FZ903": "a scenario value is missing",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -74,14 +75,16 @@ def convert(
     to = _target(target, wanted)
     if target != "-":
         _free(Path(target), force)
-    system = _loaded(source, settings, name)
+    system, told = _loaded(source, settings, name)
     if to == "markdown" and target != "-" and not force:
         from fuzzyctl.document.pictures import picture_files, refuse_to_replace
 
         refuse_to_replace(picture_files(system, Path(target)))
     from fuzzyctl.conversion import convert as converted
+    from fuzzyctl.conversion import left_out
 
     conversion = converted(system, to, points=points)
+    conversion = replace(conversion, losses=(*left_out(told), *conversion.losses))
     refused = bool(conversion.lossy) and not lossy
     if not refused:
         _write(system, conversion, target)
@@ -128,8 +131,8 @@ def _target(target: str, wanted: str | None) -> str:
     raise DiagnosticError([Diagnostic("FZ005", message, file=target, help=help_text)])
 
 
-def _loaded(source: str, settings: tuple[str, ...], name: str | None) -> FuzzySystem:
-    """Load a system of any format; its warnings are printed, its gaps are no mistakes of a conversion."""
+def _loaded(source: str, settings: tuple[str, ...], name: str | None) -> tuple[FuzzySystem, list[Diagnostic]]:
+    """Load a system of any format with its warnings, which are printed; its gaps are no mistakes of a conversion."""
     from fuzzyctl.loading import examine
     from fuzzyctl.reading import read_source
 
@@ -138,7 +141,7 @@ def _loaded(source: str, settings: tuple[str, ...], name: str | None) -> FuzzySy
         raise DiagnosticError(diagnostics)
     show(diagnostics)
     values = assignments(settings, [p.name for p in system.params], "param")
-    return with_params(system, values, settings) if values else system
+    return (with_params(system, values, settings) if values else system), diagnostics
 
 
 def _write(system: FuzzySystem, conversion: Conversion, target: str) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from fuzzyctl.errors import Note, did_you_mean, listed
+from fuzzyctl.errors import Note, counted, did_you_mean, listed
 from fuzzyctl.formats.fcl.names import (
     ACCUMULATION_WORDS,
     CONJUNCTION_WORDS,
@@ -138,8 +138,9 @@ def is_switched_off(block: RuleBlock, scope: Scope) -> bool:
     word = setting.word if setting is not None else None
     if setting is None or not (isinstance(word, Word) and word.upper == "FALSE"):
         return False
-    message = "the rule block is switched off, so its rules have no effect"
-    scope.warning("FZ603", message, setting.span, help="remove it, or write: ENABLED : TRUE")
+    rules = counted(len(block.rules), "rule")
+    message = f"the rule block is switched off; it is left out, and {rules} with it"
+    scope.warning("FZ611", message, setting.span, help="remove it, or write: ENABLED : TRUE")
     return True
 
 

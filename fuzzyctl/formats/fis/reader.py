@@ -224,7 +224,7 @@ class _Assembly:
         entry = section.entry(key)
         if entry is None or self.dialect != "fuzzylite":
             return False
-        return values.string(entry).text.lower() in ("1", "true", "1.000")
+        return values.is_on(entry)
 
     def _otherwise(self, section: Section) -> Expr | Fallback | Hold | None:
         """Return what the output is where no rule fires."""

@@ -15,6 +15,10 @@ from fuzzyctl.source import Span
 _COUNT: Final = re.compile(r"(\d{1,9})(?:\.0*)? *[;,]?$")
 
 
+#: What switches of fuzzylite's are where they are on.
+_ON: Final = re.compile(r"(?:1(?:\.0*)?|true)$", re.IGNORECASE)
+
+
 @dataclass(frozen=True)
 class Text:
     """A string with its place, quotes left out."""
@@ -32,6 +36,11 @@ class RawTerm:
     parameters: tuple[Number, ...]
     span: Span
     formula: Span | None = None
+
+
+def is_on(entry: Entry) -> bool:
+    """Whether a switch of fuzzylite's is on."""
+    return _ON.match(string(entry).text) is not None
 
 
 def string(entry: Entry) -> Text:

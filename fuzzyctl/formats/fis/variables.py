@@ -77,6 +77,7 @@ class VariableReader:
         terms = self._terms(section, name.text)
         written = sum(bool(_NUMBERED.match(e.key)) for e in section.entries)
         self._check_count(section, written)
+        self._refuse_disabled(section)
         return Variable(name.text, lower, upper, terms, name.span, written)
 
     def _check_keys(self, section: Section) -> None:
@@ -91,6 +92,13 @@ class VariableReader:
                 known = ["Name", "Range", "NumMFs", "MF1"]
                 help_text = meant(entry.key, known) or f"keys of a variable: {', '.join(known)}"
                 self.findings.warning("FZ603", f"nothing reads '{entry.key}'", entry.key_span, help=help_text)
+
+    def _refuse_disabled(self, section: Section) -> None:
+        """Refuse what fuzzylite has switched off, since its rules would mean something else."""
+        entry = section.entry("Enabled") if self.dialect == "fuzzylite" else None
+        if entry is not None and not values.is_on(entry):
+            message = f"a variable that is switched off is not available: '{self.reading}'"
+            self.findings.error("FZ602", message, entry.value, help="write: Enabled=1; or remove it and its rules")
 
     def _name(self, section: Section) -> Text:
         entry = section.entry("Name")

@@ -93,8 +93,8 @@ class _File:
         enabled = [v for v in outputs if v.enabled]
         for variable in outputs:
             if not variable.enabled:
-                message = f"output '{variable.name}' is disabled; it is left out"
-                findings.warning("FZ603", message, variable.span, help="enable it, or remove it")
+                message = f"output '{variable.name}' is disabled; it is left out, and what rules say of it"
+                findings.warning("FZ611", message, variable.span, help="enable it, or remove it")
         blocks = read_rule_blocks(self._of("ruleblock"), RuleReader(known, findings), findings)
         if not enabled and outputs and not findings.failed:
             findings.error("FZ212", "all outputs are disabled", outputs[0].span, help="enable one")
@@ -173,7 +173,7 @@ class _File:
         unbounded = math.isinf(variable.lower.value) or math.isinf(variable.upper.value)
         if not variable.enabled:
             message = f"input '{variable.name}' is disabled, so that nothing can be one of its terms"
-            self.findings.warning("FZ603", message, variable.span, help="enable it, or remove it")
+            self.findings.warning("FZ611", message, variable.span, help="enable it, or remove it")
         return Input(
             name=variable.name,
             label=variable.label,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from fuzzyctl.errors import counted
 from fuzzyctl.formats.blocks import FoundBlock
 from fuzzyctl.formats.findings import Findings
 from fuzzyctl.formats.fll.lines import Block
@@ -37,8 +38,10 @@ def read_rule_blocks(blocks: Sequence[Block], rules: RuleReader, findings: Findi
     found = []
     for block in blocks:
         if not flag(block.line("enabled"), True, findings):
-            message = "the rule block is disabled, so its rules have no effect"
-            findings.warning("FZ603", message, block.head.span, help="enable it, or remove it")
+            name = block.head.value.text[:60]
+            named = f"rule block '{name}'" if name else "the rule block"
+            message = f"{named} is disabled; it is left out, and {counted(len(block.all('rule')), 'rule')} with it"
+            findings.warning("FZ611", message, block.head.span, help="enable it, or remove it")
             continue
         made = _rule_block(block, rules, findings)
         if made.rules:

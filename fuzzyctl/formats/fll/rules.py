@@ -109,7 +109,7 @@ class _RuleText:
             raise RuleError("FZ601", f"unexpected '{place.text[:40]}' in the rule", place, _FORM)
         if not consequents:
             message, help_text = "the rule sets only disabled outputs, so it has no effect", "enable one, or remove it"
-            findings.warning("FZ603", message, self.span, help=help_text)
+            findings.warning("FZ611", message, self.span, help=help_text)
             return None
         rule = Rule(antecedent=antecedent, consequents=consequents, weight=weight, span=self.span)
         return Read(rule, "and" in self.uses, "or" in self.uses)

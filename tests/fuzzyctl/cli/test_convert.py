@@ -38,6 +38,34 @@ def test_a_file_that_exists_is_not_replaced_without_force(source, tmp_path):
     assert run(source, target, "--force", "--points", "100").exit_code == 0
 
 
+DISABLED = """Engine: fan
+InputVariable: heat
+  range: 0 40
+  term: hot Ramp 0 40
+OutputVariable: speed
+  range: 0 900
+  aggregation: Maximum
+  defuzzifier: Centroid 100
+  term: high Triangle 300 600 900
+RuleBlock: usual
+  implication: Minimum
+  rule: if heat is hot then speed is high
+RuleBlock: night
+  enabled: false
+  rule: if heat is hot then speed is high
+"""
+
+
+def test_what_is_switched_off_is_listed_since_no_format_gets_it(tmp_path):
+    source = tmp_path / "fan.fll"
+    source.write_text(DISABLED, encoding="utf-8")
+    told = "line 13: left out: rule block 'night' is disabled; it is left out, and 1 rule with it"
+    assert told in run(source, tmp_path / "fan.fz", "--points", "10").stdout
+    result = run(source, tmp_path / "other.fll", "--points", "10", "--format", "json")
+    assert json.loads(result.stdout)["losses"][0]["where"] == "line 13"
+    assert run(source, tmp_path / "again.fll", "--points", "10").exit_code == 0  # no number changes
+
+
 def test_standard_output_holds_the_text_and_nothing_else(source):
     result = run(source, "-", "--to", "python")
     assert result.exit_code == 0

@@ -366,9 +366,9 @@ def test_a_rule_block_that_is_switched_off_has_no_effect_and_that_is_said():
     text = block(rules=first + second)
     assert sound(text).rules == sound(block(rules=first)).rules
     assert not sound(text).rule_blocks
-    assert [f[0] for f in found(text)] == ["FZ603"]
+    assert [f[0] for f in found(text)] == ["FZ611"]
     off = block(rules="ENABLED : FALSE;\n" + first)
-    assert [f[0] for f in found(off)] == ["FZ603", "FZ212"]
+    assert [f[0] for f in found(off)] == ["FZ611", "FZ212"]
 
 
 def test_implications_of_rule_blocks_count_where_they_set_a_set_and_accumulations_must_agree():

@@ -290,6 +290,12 @@ class TestDialects:
         unset = system(self.FUZZYLITE.replace("Default=12.500", "Default=nan"))
         assert unset.outputs[0].otherwise == "nan"
 
+    @pytest.mark.parametrize("value", ["0", "0.000", "false"])
+    def test_what_fuzzylite_has_switched_off_is_refused(self, value):
+        text = changed("[Input1]\n", f"[Input1]\nEnabled={value}\n")
+        _, diagnostics = read(SourceText("t.fis", text))
+        assert [(d.code, d.span.text) for d in diagnostics if d.severity == "error"] == [("FZ602", value)]
+
     def test_old_fuzzylite_called_the_algebraic_sum_sum(self):
         text = self.FUZZYLITE.replace("AggMethod='max'", "AggMethod='sum'")
         assert system(text).method.aggregation == "sum"
