@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Final, Literal
 
+from fuzzyctl.records import record
 from fuzzyctl.source import Span
 
 #: Deepest nesting an expression may have; deeper ones are refused when they are built from text.
@@ -39,12 +40,12 @@ FUNCTIONS: Final[dict[str, tuple[int, int | None]]] = {
 CONSTANTS: Final[dict[str, float]] = {"pi": math.pi, "inf": math.inf}
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Expr:
     """Base of all expression nodes; `span` and the typed text take no part in equality."""
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Number(Expr):
     """A number; `text` is how it was typed."""
 
@@ -53,7 +54,7 @@ class Number(Expr):
     span: Span | None = field(default=None, compare=False, repr=False)
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Name(Expr):
     """A param, a variable or a named constant."""
 
@@ -61,7 +62,7 @@ class Name(Expr):
     span: Span | None = field(default=None, compare=False, repr=False)
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Negate(Expr):
     """Arithmetic negation."""
 
@@ -69,7 +70,7 @@ class Negate(Expr):
     span: Span | None = field(default=None, compare=False, repr=False)
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Binary(Expr):
     """An arithmetic operation; `^` is the power."""
 
@@ -79,7 +80,7 @@ class Binary(Expr):
     span: Span | None = field(default=None, compare=False, repr=False)
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Compare(Expr):
     """A comparison; its value is a truth value."""
 
@@ -89,7 +90,7 @@ class Compare(Expr):
     span: Span | None = field(default=None, compare=False, repr=False)
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Logic(Expr):
     """`and` / `or` of two or more truth values, `not` of one."""
 
@@ -98,7 +99,7 @@ class Logic(Expr):
     span: Span | None = field(default=None, compare=False, repr=False)
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Call(Expr):
     """A function applied to arguments; in a guarantee also an output at shifted arguments."""
 
@@ -107,7 +108,7 @@ class Call(Expr):
     span: Span | None = field(default=None, compare=False, repr=False)
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Where(Expr):
     """`then` where the condition holds, `otherwise` elsewhere; built by formulas only, never typed."""
 

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import accumulate
 
+from fuzzyctl.records import record
+
 
 @dataclass(frozen=True)
 class SourceText:
@@ -52,7 +54,7 @@ class SourceText:
         return self.text[start:end].rstrip("\r")
 
 
-@dataclass(frozen=True)
+@record(frozen=True, slots=True)
 class Span:
     """Mark a half-open range of characters in a source text."""
 

@@ -11,6 +11,7 @@ ROOT = Path(__file__).parent.parent
 
 #: From the bottom up; a module may import what stands on a lower line, or on its own line within its own part.
 ORDER = [
+    ["records"],
     ["source", "peer_words", "spelling"],
     ["errors"],
     ["files", "shipped", "reading", "arguments"],

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cached_property, reduce
 from typing import Final, Literal
 
@@ -25,9 +24,10 @@ from fuzzyctl.formulas import (
 )
 from fuzzyctl.kernels.program import clip
 from fuzzyctl.model.method import AVERAGES, OVER_RULES, SUMS
+from fuzzyctl.records import record
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class HeldPlan:
     """What an output is where no rule fires, if that is its previous value: at first `start`."""
 
@@ -49,7 +49,7 @@ class OutputCycleError(FuzzyctlError):
         super().__init__(f"outputs depend on each other: {' → '.join(names)}")
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class SetPlan:
     """A fuzzy set, or a consequent of Takagi-Sugeno, with its parameters as numbers.
 
@@ -174,7 +174,7 @@ def _line(x: Expr, foot: float, top: float, *, exact: bool) -> Expr:
     return Binary("*", beyond, Number(slope))
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class InputPlan:
     """An input: its position is its place in the plan."""
 
@@ -184,7 +184,7 @@ class InputPlan:
     extrapolate: bool
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class DegreePlan:
     """The degree of one term of one variable; it appears once, however many rules name it.
 
@@ -196,7 +196,7 @@ class DegreePlan:
     set: SetPlan
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class RulePlan:
     """A rule: which firing strength it has, its weight, and the group of rules that it is chosen from.
 
@@ -211,7 +211,7 @@ class RulePlan:
     group: int = 0
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class ImpliedPlan:
     """The consequent of a rule in one output, both as positions.
 
@@ -228,7 +228,7 @@ class ImpliedPlan:
     change: Expr | None = None
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class ChainPlan:
     """How far a term of an output has been activated by the rules before, which later rules read.
 
@@ -241,7 +241,7 @@ class ChainPlan:
     entries: tuple[int, ...]
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class OutputPlan:
     """An output with the consequents of all rules that name it.
 
@@ -330,7 +330,7 @@ class OutputPlan:
         return self.kind in ("inverse_tsukamoto", "inverse_tsukamoto_sum")
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class ActivationPlan:
     """The activation method; see `model.method.Activation`."""
 
@@ -345,7 +345,7 @@ class ActivationPlan:
         return self.kind not in ("general", "threshold")
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Plan:
     """A system as numbers: hashable, and equal for systems that compute the same in the same order.
 

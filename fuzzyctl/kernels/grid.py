@@ -210,6 +210,8 @@ def _table(
     strides = [math.prod(len(k) for k in knots[i + 1 :]) for i in range(len(knots))]
     above, below = [0.0] * size, [0.0] * size
     peaks = []
+    #: By the inputs of a firing strength, the strides of these, and the steps along all others.
+    ways: dict[tuple[int, ...], tuple[list[int], list[int]]] = {}
     peaks_of = {k: output.terms[k].peak for k in {entry.term for entry in output.implied}}
     for entry in output.implied:
         rule = plan.rules[entry.rule]
@@ -219,9 +221,11 @@ def _table(
         over, values = fired[rule.strength]
         if any(values.values()):
             peaks.append(peak)
-        free = [i for i in range(len(knots)) if i not in over]
-        shifts = [sum(s) for s in product(*([strides[i] * k for k in range(len(knots[i]))] for i in free))]
-        own = [strides[i] for i in over]
+        if over not in ways:
+            free = [i for i in range(len(knots)) if i not in over]
+            shifts = [sum(s) for s in product(*([strides[i] * k for k in range(len(knots[i]))] for i in free))]
+            ways[over] = [strides[i] for i in over], shifts
+        own, shifts = ways[over]
         for position, value in values.items():
             start = sum(map(mul, own, position))
             for shift in shifts:

@@ -105,7 +105,7 @@ def plan(system: FuzzySystem) -> Plan:
         raise DiagnosticError([Diagnostic("FZ214", message, system.method.semantics.span)])
     return Plan(
         inputs=tuple(_input(system, i) for i in system.inputs),
-        degrees=tuple(antecedents.degrees.values()),
+        degrees=tuple(antecedents.degrees),
         steps=tuple(antecedents.steps),
         strengths=tuple(antecedents.strengths),
         rules=rules,
@@ -135,7 +135,7 @@ class _Antecedents:
         self.variables = (*system.inputs, *system.outputs)
         self.positions = {v.name: i for i, v in enumerate(self.variables)}
         self.hedges = {h.name: h for h in system.hedges}
-        self.degrees: dict[tuple[int, str], DegreePlan] = {}
+        self.degrees: list[DegreePlan] = []
         self.names: dict[tuple[int, str], Name] = {}
         self.steps: dict[Expr, Name] = {}
         self.strengths: dict[Expr, int] = {}
@@ -144,15 +144,16 @@ class _Antecedents:
 
     def strength(self, antecedent: Antecedent, rule: int) -> int:
         self.rule = rule
-        if _nesting(antecedent) > MAX_DEPTH:
+        if not isinstance(antecedent, Is) and _nesting(antecedent) > MAX_DEPTH:
             message = f"an antecedent is nested more than {MAX_DEPTH} deep"
             raise DiagnosticError([Diagnostic("FZ106", message, help="join the parts with one 'and' or 'or'")])
         return self.strengths.setdefault(self.truth(antecedent), len(self.strengths))
 
     def truth(self, antecedent: Antecedent) -> Expr:
+        if type(antecedent) is Is:  # more than half of all parts are
+            degree = self.degree(antecedent.variable, antecedent.term)
+            return reduce(self.hedged, reversed(antecedent.hedges), degree) if antecedent.hedges else degree
         match antecedent:
-            case Is(variable=variable, term=term, hedges=hedges):
-                return reduce(self.hedged, reversed(hedges), self.degree(variable, term))
             case Not(operand=operand):
                 return one_minus(self.shallow(self.truth(operand)))
             case And(operands=operands):
@@ -208,18 +209,20 @@ class _Antecedents:
     def degree(self, variable: str, term: str) -> Expr:
         if variable not in self.positions:
             raise UnknownNameError("input", variable, self.positions)
-        if self.system.method.semantics.chained == "degree" and self.positions[variable] >= len(self.system.inputs):
-            return self.so_far(self.positions[variable] - len(self.system.inputs), term)
-        key = (self.positions[variable], term)
-        if key not in self.degrees:
-            declared = self.variables[key[0]]
-            found = declared.term(term)
-            if found is None:
-                raise UnknownNameError("term", term, [t.name for t in declared.terms])
-            degrees = _term_of_input if isinstance(declared, Input) else _term_of_output
-            self.names[key] = Name(degree_name(len(self.degrees)))
-            self.degrees[key] = DegreePlan(key[0], term, degrees(self.system, declared.name, found))
-        return self.names[key]
+        position = self.positions[variable]
+        known = self.names.get((position, term))
+        if known is not None:
+            return known
+        if self.system.method.semantics.chained == "degree" and position >= len(self.system.inputs):
+            return self.so_far(position - len(self.system.inputs), term)
+        declared = self.variables[position]
+        found = declared.term(term)
+        if found is None:
+            raise UnknownNameError("term", term, [t.name for t in declared.terms])
+        degrees = _term_of_input if isinstance(declared, Input) else _term_of_output
+        name = self.names[position, term] = Name(degree_name(len(self.degrees)))
+        self.degrees.append(DegreePlan(position, term, degrees(self.system, declared.name, found)))
+        return name
 
 
 def _nesting(antecedent: Antecedent) -> int:

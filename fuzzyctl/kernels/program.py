@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 from functools import reduce
 from itertools import count
 from typing import Final
 
 from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where, children, replace
+from fuzzyctl.records import record
 
 #: Deeper expressions are written as several statements, since parsers stop at some depth (CPython's at 200).
 DEEPEST: Final = 40
@@ -20,7 +20,7 @@ SUMMANDS: Final = 32
 NAN: Final = Number(math.nan)
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Place:
     """A position that is computed: the value of an integer name, and some steps further."""
 
@@ -28,7 +28,7 @@ class Place:
     steps: int = 0
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Item(Expr):
     """One number of an array argument or of a constant table.
 
@@ -41,7 +41,7 @@ class Item(Expr):
     index: int | str | Place
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Assign:
     """Give a name to a value, once."""
 
@@ -49,7 +49,7 @@ class Assign:
     value: Expr
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Locate:
     """Find the knot at or below a value, and how far the value lies beyond it.
 
@@ -72,7 +72,7 @@ class Locate:
     stride: int
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Offset:
     """Give a name to an integer: the sum of other integers, each times a constant."""
 
@@ -80,7 +80,7 @@ class Offset:
     parts: tuple[tuple[str, int], ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Row:
     """Give names to a row of a constant table; only generated Python has rows, see `python_rows`.
 
@@ -95,7 +95,7 @@ class Row:
     place: str
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Branches:
     """Give names to values that depend on where an atom lies; only generated Python has branches.
 
@@ -112,7 +112,7 @@ class Branches:
     values: tuple[tuple[Expr, ...], ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Guarded:
     """Run statements only where a value is not 0; only generated Python has branches.
 
@@ -125,7 +125,7 @@ class Guarded:
     body: tuple[Assign, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Accumulate:
     """Add up over the entries of constant tables.
 
@@ -142,7 +142,7 @@ class Accumulate:
     sums: tuple[Assign, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Fold:
     """Carry values along the entries of constant tables: what a sum is not enough for.
 
@@ -161,7 +161,7 @@ class Fold:
     then: tuple[Assign, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Quadrature:
     """Integrate a set that depends on a place, from the first to the last entry of a constant table; see `quadrature`.
 
@@ -193,7 +193,7 @@ class Quadrature:
         return f"set_{self.found}"
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Refuse:
     """Stop where a condition holds: no rule fires for an output that says `else error`."""
 
@@ -209,7 +209,7 @@ class Refuse:
 Statement = Assign | Locate | Offset | Row | Branches | Guarded | Accumulate | Fold | Quadrature | Refuse
 
 
-@dataclass(frozen=True)
+@record(frozen=True)
 class Program:
     """A function as a list of statements.
 

@@ -13,6 +13,7 @@ from typing import Final, Literal
 from fuzzyctl.errors import Diagnostic
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.lang.syntax import NAME, STATEMENT_KEYWORDS
+from fuzzyctl.records import record
 from fuzzyctl.source import SourceText, Span
 
 #: Which start symbol of the grammar a line is parsed with; "unknown" is a mistake, "blank" has no code.
@@ -37,7 +38,7 @@ _TERM_LINE = re.compile(rf"\s*{NAME}\s*=\s*(?:{'|'.join(MEMBERSHIP)})\s*\(")
 _ROW_LINE = re.compile(rf"\s*(?:{NAME}\s*)?\|")
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class LogicalLine:
     """One logical line.
 

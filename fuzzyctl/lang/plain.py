@@ -150,15 +150,18 @@ def _number(source: SourceText, base: int, found: re.Match[str], group: int) -> 
 
 
 def _at(source: SourceText, base: int, found: re.Match[str], group: int = 0) -> Span:
-    return Span(source, base + found.start(group), base + found.end(group))
+    first, last = found.span(group)
+    return Span(source, base + first, base + last)
 
 
 def _word(source: SourceText, base: int, found: re.Match[str], group: int = 0) -> sx.Word:
-    return sx.Word(found[group], _at(source, base, found, group))
+    first, last = found.span(group)
+    return sx.Word(found[group], Span(source, base + first, base + last))
 
 
 def _cell(source: SourceText, base: int, found: re.Match[str]) -> sx.CellText:
-    place = _at(source, base, found)
+    first, last = found.span()
+    place = Span(source, base + first, base + last)
     return sx.CellText(() if found[0] == "." else (sx.Word(found[0], place),), None, place)
 
 

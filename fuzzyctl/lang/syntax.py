@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
 from fuzzyctl.expr import Expr
+from fuzzyctl.records import record
 from fuzzyctl.source import SourceText, Span
 
 #: Words that begin a statement.
@@ -43,7 +43,7 @@ RESERVED: Final = frozenset({"and", "or", "not", "then", "weight", "inf", "pi"})
 NAME: Final = r"[^\W\d][\w\u0300-\u036f]*"
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Word:
     """A name as typed, in normal form NFC."""
 
@@ -51,21 +51,21 @@ class Word:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Statement:
     """Base of all statements; the span covers the line without its comment."""
 
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Version(Statement):
     """`fz 1`."""
 
     number: Word
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class System(Statement):
     """`system NAME "title"`."""
 
@@ -73,14 +73,14 @@ class System(Statement):
     title: str
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Citation(Statement):
     """`source "..."`."""
 
     text: str
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Option:
     """`name=value` inside the parentheses of a setting."""
 
@@ -88,7 +88,7 @@ class Option:
     value: Word
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Setting(Statement):
     """`and`, `or`, `implication`, `aggregation` or `defuzzifier` with a value and options."""
 
@@ -97,7 +97,7 @@ class Setting(Statement):
     options: tuple[Option, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Semantics(Statement):
     """`semantics PROFILE(...)`."""
 
@@ -106,7 +106,7 @@ class Semantics(Statement):
     options: tuple[Option, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class ActivationOption:
     """`name=value`, or a comparison with a value, inside the parentheses of an activation method."""
 
@@ -114,7 +114,7 @@ class ActivationOption:
     value: Expr
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Activation(Statement):
     """`activation KIND(...)`."""
 
@@ -123,7 +123,7 @@ class Activation(Statement):
     options: tuple[ActivationOption, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Hedge(Statement):
     """`hedge NAME(x) = expression`."""
 
@@ -132,7 +132,7 @@ class Hedge(Statement):
     expression: Expr
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Use(Statement):
     """`use "file.fz"`."""
 
@@ -140,7 +140,7 @@ class Use(Statement):
     path_span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Allow(Statement):
     """`allow CODES "reason"` and `deny CODES "reason"`."""
 
@@ -149,7 +149,7 @@ class Allow(Statement):
     reason: str
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Param(Statement):
     """`param NAME = expression unit "..."`."""
 
@@ -158,7 +158,7 @@ class Param(Statement):
     unit: str
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Argument:
     """One parameter of a term, with its name where it was given by keyword."""
 
@@ -167,7 +167,7 @@ class Argument:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class TermLine(Statement):
     """`NAME = kind(...)` below an input or an output."""
 
@@ -176,7 +176,7 @@ class TermLine(Statement):
     arguments: tuple[Argument, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class PartitionItem:
     """One item of a `terms` line: a name with a peak (`@`), with a value (`=`), or alone."""
 
@@ -185,14 +185,14 @@ class PartitionItem:
     value: Expr | None
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class TermsLine(Statement):
     """`terms ...` below an input or an output."""
 
     items: tuple[PartitionItem, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class UnitClause:
     """`unit "..."` of a variable."""
 
@@ -200,7 +200,7 @@ class UnitClause:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Held:
     """`hold(EXPR)`: the previous output, at first the value of the expression."""
 
@@ -208,7 +208,7 @@ class Held:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class FallbackClause:
     """`else VALUE`, `else word` or `else hold(EXPR)`."""
 
@@ -216,7 +216,7 @@ class FallbackClause:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class AdaptiveClause:
     """`adaptive rate EXPR`."""
 
@@ -224,21 +224,21 @@ class AdaptiveClause:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class ExtrapolateClause:
     """`extrapolate`."""
 
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class ClampClause:
     """`clamp`."""
 
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class SettingClause:
     """`implication`, `aggregation` or `defuzzifier` of one output."""
 
@@ -249,7 +249,7 @@ class SettingClause:
 Clause = UnitClause | FallbackClause | AdaptiveClause | ExtrapolateClause | ClampClause | SettingClause
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class FunctionTerm:
     """A consequent without a name: `linear(...)`, `function(...)`, `constant(...)`."""
 
@@ -262,7 +262,7 @@ class FunctionTerm:
 ConsequentTerm = Word | Expr | FunctionTerm
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Variable(Statement):
     """An `input` or `output` with the term lines below it."""
 
@@ -277,7 +277,7 @@ class Variable(Statement):
     incomplete: bool = False
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class CellText:
     """One cell of a table row; no terms means no rule."""
 
@@ -286,28 +286,28 @@ class CellText:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Truth:
     """Base of what stands between `if` and `then`."""
 
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class With(Statement):
     """`with CONDITION` above a table."""
 
     condition: Truth
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class HeaderLine(Statement):
     """The line of terms above the rows of a table."""
 
     terms: tuple[Word, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class RowLine(Statement):
     """One row of a table."""
 
@@ -315,7 +315,7 @@ class RowLine(Statement):
     cells: tuple[CellText, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Table(Statement):
     """`table OUT = ROWS x COLUMNS` with header and rows; `second` is None for `table OUT = INPUT`.
 
@@ -333,7 +333,7 @@ class Table(Statement):
     incomplete: bool = False
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Rules(Statement):
     """`rules NAME` with the settings of the block: the tables and rules from here to the next such line are its own."""
 
@@ -341,7 +341,7 @@ class Rules(Statement):
     settings: tuple[Setting | Activation, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Literal(Truth):
     """`variable is [hedges] term`."""
 
@@ -350,21 +350,21 @@ class Literal(Truth):
     term: Word
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Negation(Truth):
     """`not ...`."""
 
     operand: Truth
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Group(Truth):
     """`( ... )`."""
 
     operand: Truth
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Chain(Truth):
     """`a and b and c`, or the same with `or`."""
 
@@ -372,7 +372,7 @@ class Chain(Truth):
     operands: tuple[Truth, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class ConsequentText:
     """`output is hedges term`."""
 
@@ -381,7 +381,7 @@ class ConsequentText:
     hedges: tuple[Word, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Rule(Statement):
     """`if ... then ... weight w`."""
 
@@ -390,7 +390,7 @@ class Rule(Statement):
     weight: Expr | None
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class Require(Statement):
     """`require CLAIM within TOLERANCE when REGION`."""
 
@@ -399,7 +399,7 @@ class Require(Statement):
     when: Expr | None
 
 
-@dataclass(frozen=True, slots=True)
+@record(frozen=True, slots=True)
 class SyntaxTree:
     """All statements of a file in the order written.
 

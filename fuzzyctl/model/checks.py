@@ -17,7 +17,7 @@ from fuzzyctl.model.shapes import SHAPE_CHECKS, SHAPE_HINTS
 from fuzzyctl.model.symmetry import odd_cells
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.units import unlike_units
-from fuzzyctl.model.values import VALUE_CHECKS, all_numbers
+from fuzzyctl.model.values import VALUE_CHECKS, computed_numbers
 from fuzzyctl.model.variable import Membership
 from fuzzyctl.source import Span
 
@@ -217,7 +217,7 @@ def unused_terms(system: FuzzySystem) -> Iterator[Diagnostic]:
 def unused_params(system: FuzzySystem) -> Iterator[Diagnostic]:
     """Find params that nothing uses."""
     used: set[str] = set()
-    for expr, _, _ in all_numbers(system):
+    for expr, _, _ in computed_numbers(system):
         used.update(n.name for n in names_in(expr))
     for function in _functions(system):
         used.update(n.name for n in names_in(function))

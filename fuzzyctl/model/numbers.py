@@ -28,7 +28,7 @@ class Numbers:
 
     def __init__(self, system: FuzzySystem, *, partial: bool = False) -> None:
         self.system = system
-        self.params = ParamValues(system.params, partial=partial)
+        self.params = ParamValues(system.params, partial=True) if partial else system.param_values
         self._shapes: dict[int, list[Shape]] = {}
 
     @property

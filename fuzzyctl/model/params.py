@@ -83,5 +83,7 @@ class ParamValues:
 
     def lacks(self, expr: ex.Expr) -> bool:
         """Whether an expression has no value through no fault of its own: it uses a param that has none."""
+        if not self.failed and not self.partial:
+            return False
         unknown = {n.name for n in names_in(expr)} - self.values.keys() - CONSTANTS.keys()
         return bool(unknown & self.failed) or (self.partial and bool(unknown))

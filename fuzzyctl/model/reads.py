@@ -6,7 +6,7 @@ from collections.abc import Container, Iterator
 
 from fuzzyctl.errors import Diagnostic, Note
 from fuzzyctl.expr import names_in, span_of
-from fuzzyctl.model.rule import Rule, literals
+from fuzzyctl.model.rule import Rule, RuleTable, literals
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Membership, Output
 from fuzzyctl.source import Span
@@ -24,6 +24,7 @@ def reads_of(system: FuzzySystem) -> Iterator[tuple[str, dict[str, Span | None]]
     functions = {(o.name, t.name): t.membership for o in system.outputs for t in o.terms if _is_function(t.membership)}
     compares = any(b.activation is not None and b.activation.compares for b in system.rule_blocks)
     compared = _compared(system) if waits and (compares or system.method.activation.compares) else {}
+    waits = waits and (bool(compared) or _reads_any(system, outputs))
     for rule, method in zip(system.rules, system.rule_methods, strict=True):
         read = _read(rule, outputs) if waits else {}
         if waits and method.activation.compares:
@@ -69,6 +70,17 @@ def _compared(system: FuzzySystem) -> dict[int, dict[str, Span | None]]:
 
 def _read(rule: Rule, outputs: Container[str]) -> dict[str, Span | None]:
     return {i.variable: i.span for i in literals(rule.antecedent) if i.variable in outputs}
+
+
+def _reads_any(system: FuzzySystem, outputs: Container[str]) -> bool:
+    """Whether any antecedent names an output; of a table it is told by its head."""
+    for part in system.tables_and_rules:
+        heads = (part.condition,) if isinstance(part, RuleTable) else (part.antecedent,)
+        if isinstance(part, RuleTable) and (part.rows in outputs or part.columns in outputs):
+            return True
+        if any(i.variable in outputs for head in heads if head is not None for i in literals(head)):
+            return True
+    return False
 
 
 def _is_function(membership: Membership) -> bool:

@@ -56,7 +56,7 @@ class FuzzySystem(Node):
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> FuzzySystem:
         """Return a copy with some fields changed; what was computed from the old ones is not copied."""
         copied = super().model_copy(update=update, deep=deep)
-        for computed in ("rules", "rule_methods", "reads", "values"):
+        for computed in ("rules", "rule_methods", "reads", "param_values", "values"):
             copied.__dict__.pop(computed, None)
         return copied
 
@@ -127,13 +127,18 @@ class FuzzySystem(Node):
         return found or (output.implication or self.method.implication,)
 
     @cached_property
+    def param_values(self) -> ParamValues:
+        """Values of the params as far as they can be computed, and why others cannot."""
+        return ParamValues(self.params)
+
+    @cached_property
     def values(self) -> dict[str, float]:
         """Values of all params.
 
         Raises:
             ExprError: Where a param cannot be computed; a loaded system has none such.
         """
-        computed = ParamValues(self.params)
+        computed = self.param_values
         if computed.errors:
             raise computed.errors[0]
         return computed.values

@@ -30,12 +30,12 @@ def uncomputable_numbers(numbers: Numbers) -> Iterator[Diagnostic]:
     infinite = list(_infinite_ranges(numbers))
     yield from infinite
     seen: set[_Place | None] = set()
-    for expr, may_be_infinite, what in all_numbers(numbers.system):
-        if type(expr) is Number and math.isfinite(expr.value):  # nearly all are
-            seen.add(_place(expr.span))
-            continue
+    for expr, may_be_infinite, what in computed_numbers(numbers.system):
         # The ends of a range are also peaks of an even partition; one place gives one diagnostic.
-        place = _place(span_of(expr))
+        place, value = _place(span_of(expr)), numbers.value(expr)
+        if value is not None and (may_be_infinite or math.isfinite(value)):
+            seen.add(place)
+            continue
         if (place is not None and place in seen) or (place is None and infinite and not isinstance(expr, Number)):
             continue
         error = numbers.failure(expr)
@@ -69,21 +69,29 @@ def _infinite_ranges(numbers: Numbers) -> Iterator[Diagnostic]:
             yield Diagnostic("FZ302", f"the range of '{v.name}' is infinite", place, help="only feet may be infinite")
 
 
-def all_numbers(system: FuzzySystem) -> Iterator[tuple[Expr, bool, str]]:
-    """Yield every expression of a system that is a number, with whether it may be infinite and what it is."""
+def computed_numbers(system: FuzzySystem) -> Iterator[tuple[Expr, bool, str]]:
+    """Yield every expression of a system that is to be a number, with whether it may be infinite and what it is.
+
+    Plain finite numbers, which nearly all are, are left out.
+    """
     for variable in (*system.inputs, *system.outputs):
-        yield variable.lower, True, f"the lower end of '{variable.name}'"
-        yield variable.upper, True, f"the upper end of '{variable.name}'"
+        if not _is_plain(variable.lower):
+            yield variable.lower, True, f"the lower end of '{variable.name}'"
+        if not _is_plain(variable.upper):
+            yield variable.upper, True, f"the upper end of '{variable.name}'"
         for term in variable.terms:
-            yield from parameters(term.membership, term.name)
-            yield term.membership.height, False, f"the height of '{term.name}'"
+            if not all(map(_is_plain, term.membership.arguments)):
+                yield from parameters(term.membership, term.name)
+            if not _is_plain(term.membership.height):
+                yield term.membership.height, False, f"the height of '{term.name}'"
     for output in system.outputs:
         if isinstance(output.otherwise, Expr):
             yield output.otherwise, False, f"the 'else' value of '{output.name}'"
         elif isinstance(output.otherwise, Hold) and isinstance(output.otherwise.start, Expr):
             yield output.otherwise.start, False, f"the value that '{output.name}' holds at first"
     for rule in system.rules:
-        yield rule.weight, False, "the weight"
+        if not _is_plain(rule.weight):
+            yield rule.weight, False, "the weight"
         for c in rule.consequents:
             if isinstance(c.term, Membership):
                 yield from parameters(c.term, c.output)
@@ -93,6 +101,10 @@ def all_numbers(system: FuzzySystem) -> Iterator[tuple[Expr, bool, str]]:
     for guarantee in system.guarantees:
         if guarantee.within is not None:
             yield guarantee.within, False, "the tolerance"
+
+
+def _is_plain(expr: Expr) -> bool:
+    return type(expr) is Number and -math.inf < expr.value < math.inf
 
 
 def empty_ranges(numbers: Numbers) -> Iterator[Diagnostic]:

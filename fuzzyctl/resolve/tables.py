@@ -240,6 +240,9 @@ def _cell(context: Context, outputs: Sequence[sx.Variable], cell: sx.CellText) -
     """Resolve a cell; one without a meaning becomes an empty one."""
     if not cell.terms:
         return Cell(terms=(), span=cell.span)
+    if len(outputs) == 1 and type(cell.terms[0]) is sx.Word and cell.weight is None:  # nearly all are
+        word = cell.terms[0]
+        return Cell(terms=(word.text,) if _is_named(context, outputs[0], word) else (), span=cell.span)
     terms = [_cell_term(context, o, t) for o, t in zip(outputs, cell.terms, strict=True)]
     ok = all(t is not None for t in terms)
     if cell.weight is not None:
@@ -249,10 +252,14 @@ def _cell(context: Context, outputs: Sequence[sx.Variable], cell: sx.CellText) -
     return Cell(terms=tuple(t for t in terms if t is not None), weight=cell.weight or ex.ONE, span=cell.span)
 
 
+def _is_named(context: Context, output: sx.Variable, term: sx.Word) -> bool:
+    return known_term(context, output, term, f"for the param write: ({term.text})")
+
+
 def _cell_term(context: Context, output: sx.Variable, term: sx.ConsequentTerm) -> str | Membership | None:
     match term:
         case sx.Word():
-            return term.text if known_term(context, output, term, f"for the param write: ({term.text})") else None
+            return term.text if _is_named(context, output, term) else None
         case sx.FunctionTerm():
             return resolve_function(context, term)
     if not context.check_names(term, context.params, "param"):
