@@ -2,16 +2,43 @@
 
 from __future__ import annotations
 
+import unicodedata
+from collections.abc import Mapping, Sequence
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
-from fuzzyctl.errors import ArgumentError, ValueOutOfBoundsError
+from fuzzyctl.errors import ArgumentError, UnknownNameError, ValueOutOfBoundsError
 
 if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
     FloatArray = npt.NDArray[np.float64]
+
+
+def in_order(names: Sequence[str], arguments: tuple[Any, ...], named: Mapping[str, Any]) -> tuple[Any, ...]:
+    """Return all arguments of a call by position.
+
+    Args:
+        names: Of the arguments, in their order.
+        arguments: Those without a name.
+        named: The others; Python writes µ and some other letters in another form (NFKC).
+
+    Raises:
+        UnknownNameError: For a name that is no input.
+        ArgumentError: For an argument that is missing or given twice.
+    """
+    known = [unicodedata.normalize("NFKC", name) for name in names]
+    for name in named:
+        if name not in known:
+            raise UnknownNameError("input", name, names)
+        if name in known[: len(arguments)]:
+            raise ArgumentError(f"{name!r} is given by position and by name")
+    rest = known[len(arguments) :]
+    missing = [name for name in rest if name not in named]
+    if missing:
+        raise ArgumentError(f"a value is missing for: {', '.join(missing)}")
+    return (*arguments, *(named[name] for name in rest))
 
 
 def overflows(value: Any) -> bool:
@@ -25,10 +52,13 @@ def overflows(value: Any) -> bool:
 
 
 def writable(array: FloatArray) -> FloatArray:
-    """Return an array as compiled code takes it: it declares arrays that could be written to, though it only reads."""
+    """Return an array as compiled code takes it: it declares arrays that could be written to, though it only reads.
+
+    Such an array is contiguous and aligned, and of no class derived from numpy's.
+    """
     import numpy as np
 
-    return np.require(array, requirements=["C", "W"])
+    return np.require(array, requirements=["C", "W", "A"])
 
 
 def number_array(values: Any, what: str) -> Any:
@@ -40,7 +70,7 @@ def number_array(values: Any, what: str) -> Any:
     import numpy as np
 
     if isinstance(values, np.ndarray) and values.dtype.kind in "biuf" and not isinstance(values, np.ma.MaskedArray):
-        return values
+        return np.asarray(values)
     return float_array(values, what)
 
 

@@ -53,8 +53,7 @@ def run(fill: Fill, points: Any, states: FloatArray | None, results: FloatArray,
         points.ndim == 2
         and states is None
         and points.dtype == np.float64
-        and points.flags.c_contiguous
-        and points.flags.writeable
+        and points.flags.carray  # contiguous, aligned and writeable
     )
 
     def work(first: int, last: int) -> None:
@@ -195,8 +194,8 @@ def results_for(out: Any, shape: tuple[int, ...], *read: FloatArray | None) -> F
         raise ArgumentError(f"out must be an array of float64, got {found}")
     if out.shape != shape:
         raise ArgumentError(f"out must have the shape {shape}, got {out.shape}")
-    if not (out.flags.c_contiguous and out.flags.writeable):
-        raise ArgumentError("out must be contiguous and writable")
+    if not out.flags.carray:
+        raise ArgumentError("out must be contiguous, aligned and writable")
     if any(a is not None and np.shares_memory(out, a) for a in read):
         raise ArgumentError("out must not share memory with what is read while it is written")
     return out

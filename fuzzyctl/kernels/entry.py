@@ -1,17 +1,20 @@
 """Calls from Python straight into machine code: a C function of CPython around what numba has compiled.
 
 numba's own way into a function looks at the type of each argument, packs the arguments, and gives up and takes back the
-lock of the interpreter; that costs more than evaluating most systems. Here a few instructions, written for LLVM and
-compiled in two milliseconds, look whether all arguments are floats, take their values out, and call the function by the
-address that numba keeps for callers in C. Anything else, NaN as a result included, goes to a function in Python.
+lock of the interpreter; that costs more than evaluating most systems. Here a few instructions, written for LLVM, look
+whether all arguments are floats, take their values out, and call the function by the address that numba keeps for
+callers in C. Anything else, names and NaN as a result included, goes to a function in Python. The instructions are the
+same for all kernels of so many inputs: what differs stands in the tuple that is the C function's `self`.
 """
 
 from __future__ import annotations
 
 import ctypes
+import struct
 import sys
 from collections.abc import Callable
 from functools import cache
+from threading import Lock
 from typing import TYPE_CHECKING, Any, Final
 
 import llvmlite.binding as llvm
@@ -22,20 +25,31 @@ if TYPE_CHECKING:
 
     FloatArray = npt.NDArray[np.float64]
 
-#: Where CPython keeps the type of an object, and the value of a float, in bytes from the object's beginning.
+#: Where CPython keeps the type of an object, the value of a float, the first entry of a tuple and the first byte of
+#: bytes, from the object's beginning.
 _TYPE, _VALUE = 8, 16
-#: The calling convention `METH_FASTCALL`: (self, arguments, their number).
-_FASTCALL: Final = 0x0080
+_ENTRY, _BYTE = tuple.__basicsize__, bytes.__basicsize__ - 1
+#: The calling convention `METH_FASTCALL | METH_KEYWORDS`: (self, arguments, number of those without a name, names).
+_FASTCALL: Final = 0x0080 | 0x0002
 
 _CODE: Final = """
-define i8* @call(i8* %own, i8** %given, i64 %count) {{
+define i8* @call{count}(i8* %own, i8** %given, i64 %count, i8* %names) {{
 start:
   %right = icmp eq i64 %count, {count}
-  br i1 %right, label %type0, label %careful
+  %nameless = icmp eq i8* %names, null
+  %usual = and i1 %right, %nameless
+  br i1 %usual, label %type0, label %careful
 {typed}
 type{count}:
-  %f = inttoptr i64 {function} to double ({doubles}, double*)*
-  %table = inttoptr i64 {table} to double*
+  %pair_at = getelementptr i8, i8* %own, i64 {second}
+  %pair_place = bitcast i8* %pair_at to i8**
+  %pair = load i8*, i8** %pair_place
+  %f_at = getelementptr i8, i8* %pair, i64 {byte}
+  %f_place = bitcast i8* %f_at to double ({doubles}, double*)**
+  %f = load double ({doubles}, double*)*, double ({doubles}, double*)** %f_place, align 1
+  %table_at = getelementptr i8, i8* %f_at, i64 8
+  %table_place = bitcast i8* %table_at to double**
+  %table = load double*, double** %table_place, align 1
   %y = call double %f({values}, double* %table)
   %known = fcmp ord double %y, %y
   br i1 %known, label %done, label %careful
@@ -44,8 +58,11 @@ done:
   %result = call i8* %new(double %y)
   ret i8* %result
 careful:
+  %function_at = getelementptr i8, i8* %own, i64 {first}
+  %function_place = bitcast i8* %function_at to i8**
+  %function = load i8*, i8** %function_place
   %python = inttoptr i64 {python} to i8* (i8*, i8**, i64, i8*)*
-  %other = call i8* %python(i8* %own, i8** %given, i64 %count, i8* null)
+  %other = call i8* %python(i8* %function, i8** %given, i64 %count, i8* %names)
   ret i8* %other
 }}
 """
@@ -98,7 +115,9 @@ def direct_call(
     address = address_of(function)
     if not address:
         return None
-    made: Callable[..., Any] = _new_function(ctypes.byref(_definition(address, inputs, table)), careful, None)
+    # What the machine code reads, and what must last as long as the C function does.
+    own = (careful, struct.pack("=qq", address, table.ctypes.data), table)
+    made: Callable[..., Any] = _new_function(ctypes.byref(_definition(inputs)), own, None)
     return made
 
 
@@ -108,12 +127,30 @@ def address_of(function: Any) -> int:
     return int(compiled.library.get_pointer_to_function(compiled.fndesc.llvm_cfunc_wrapper_name))
 
 
-def loaded(code: str) -> Any:
-    """Return machine code written for LLVM, compiled in this process."""
+#: One thread at a time adds machine code.
+_LOADING: Final = Lock()
+
+
+def loaded(code: str, name: str) -> int:
+    """Compile code written for LLVM, and return the address of one of its functions, which stays for ever.
+
+    All of it goes to one engine: one for each function would take three quarters of a megabyte.
+
+    Args:
+        code: The code; its functions must have names that no other code has.
+        name: The function.
+    """
+    with _LOADING:
+        engine = _engine()
+        engine.add_module(llvm.parse_assembly(code))
+        engine.finalize_object()
+        return int(engine.get_function_address(name))
+
+
+@cache
+def _engine() -> Any:
     machine = llvm.Target.from_default_triple().create_target_machine(opt=2)
-    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(code), machine)
-    engine.finalize_object()
-    return engine
+    return llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
 
 
 @cache
@@ -125,29 +162,27 @@ def _layout_is_known() -> bool:
     if type(sample).__basicsize__ != _VALUE + 8:
         return False
     kind = ctypes.c_int64.from_address(id(sample) + _TYPE).value
-    return kind == id(float) and ctypes.c_double.from_address(id(sample) + _VALUE).value == sample
+    value = ctypes.c_double.from_address(id(sample) + _VALUE).value
+    pair = (b"12345678", sample)
+    entry = ctypes.c_int64.from_address(id(pair) + _ENTRY + 8).value
+    return (kind, value, entry) == (id(float), sample, id(sample)) and ctypes.string_at(id(pair[0]) + _BYTE) == pair[0]
 
 
-#: Code and its definition, kept for ever: CPython reads a definition even while it takes a function down. So does numba
-#: keep what it has compiled.
-_KEPT: Final[list[Any]] = []
+@cache
+def _definition(inputs: int) -> _MethodDefinition:
+    """Return what the C functions of so many inputs are; CPython reads it even while it takes a function down."""
+    address = loaded(_code(inputs), f"call{inputs}")
+    return _MethodDefinition(b"kernel", address, _FASTCALL, None)
 
 
-def _definition(address: int, inputs: int, table: FloatArray) -> _MethodDefinition:
-    """Compile the code around the function at an address."""
-    engine = loaded(_code(address, inputs, table.ctypes.data))
-    definition = _MethodDefinition(b"kernel", engine.get_function_address("call"), _FASTCALL, None)
-    _KEPT.append((engine, definition, table))
-    return definition
-
-
-def _code(address: int, inputs: int, table: int) -> str:
+def _code(inputs: int) -> str:
     typed = (_TYPED.format(k=k, next=k + 1, type=_TYPE, value=_VALUE, float=id(float)) for k in range(inputs))
     return _CODE.format(
         count=inputs,
         typed="".join(typed),
-        function=address,
-        table=table,
+        first=_ENTRY,
+        second=_ENTRY + 8,
+        byte=_BYTE,
         doubles=", ".join(["double"] * inputs),
         values=", ".join(f"double %x{k}" for k in range(inputs)),
         new=_address(ctypes.pythonapi.PyFloat_FromDouble),

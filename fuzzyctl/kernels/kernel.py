@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final
 
 from fuzzyctl.errors import ArgumentError, FuzzyctlError, NoRuleFiresError, ValueOutOfBoundsError
 from fuzzyctl.kernels import inference, python_backend, quick, sequence
 from fuzzyctl.kernels.algorithm import algorithm_of
-from fuzzyctl.kernels.arguments import float_array, number_array, overflows, writable
+from fuzzyctl.kernels.arguments import float_array, in_order, number_array, overflows, writable
 from fuzzyctl.kernels.plan import Plan
 from fuzzyctl.kernels.program import Program, Refuse
 
@@ -68,16 +68,21 @@ class Kernel:
     def __repr__(self) -> str:
         return f"Kernel({', '.join(self.input_names)} -> {', '.join(self.output_names)}; {self.backend})"
 
-    def __call__(self, *arguments: Any) -> Any:
+    def __call__(self, *arguments: Any, **named: Any) -> Any:
         """Evaluate at one point.
 
+        Arguments may be given by the name of their input, which takes longer; the state is called `state`.
+
         Raises:
-            ArgumentError: For a wrong number of arguments, or one that is no real number.
+            ArgumentError: For a wrong number of arguments, one given twice, or one that is no real number.
+            UnknownNameError: For a name that is no input.
             NoRuleFiresError: Where no rule fires for an output that says `else error` or has no `else`.
         """
-        return self._careful(arguments)
+        return self._careful(arguments, named)
 
-    def _careful(self, arguments: tuple[Any, ...]) -> Any:
+    def _careful(self, arguments: tuple[Any, ...], named: Mapping[str, Any]) -> Any:
+        if named:
+            arguments = in_order(self._argument_names(), arguments, named)
         if self.n_states:
             arguments = self._checked_state(arguments)
         try:
@@ -142,7 +147,7 @@ class Kernel:
         states = self._flat_state(state, shape)
         width = len(self.output_names)
         results = batching.results_for(out, shape if width == 1 else (*shape, width), array, states)
-        flat = results.reshape(count, width)
+        flat = np.asarray(results).reshape(count, width)
         if states is not None and self.plan.held and np.ndim(state if state is not None else 0.0) <= 1:
             self._fill_sequence(array, self._first_state(state), flat)
         else:
@@ -409,10 +414,13 @@ class Kernel:
                 return ValueOutOfBoundsError(f"input {name!r}", type(value), "within the range of floats")
         return ValueOutOfBoundsError("an input", type(arguments), "within the range of floats")
 
+    def _argument_names(self) -> list[str]:
+        return [*self.input_names, *(["state"] if self.n_states else [])]
+
     def _argument_error(self, arguments: Sequence[Any], error: Exception) -> ArgumentError:
         if isinstance(error, ArgumentError):
             return error
-        names = [*self.input_names, *(["state"] if self.n_states else [])]
+        names = self._argument_names()
         if len(arguments) != self._n_arguments:
             return ArgumentError(f"the kernel takes {len(names)} arguments ({', '.join(names)}), got {len(arguments)}")
         kinds = ", ".join(f"{n}: {type(a).__name__}" for n, a in zip(names, arguments, strict=True))

@@ -8,6 +8,7 @@ from __future__ import annotations
 import ctypes
 import hashlib
 from collections.abc import Callable
+from itertools import count
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -92,6 +93,11 @@ class Point:
         return entry.direct_call(self.function, self.inputs, self.table, careful)
 
 
+#: Numbers of values, and the tables that their code reads.
+_NAMED: Final = count(1)
+_KEPT: Final[list[Any]] = []
+
+
 class Value(types.WrapperAddressProtocol):
     """A function as a value for compiled code: typed by its signature, so that the code is the same for all of them.
 
@@ -102,11 +108,15 @@ class Value(types.WrapperAddressProtocol):
     """
 
     def __init__(self, function: Any, table: FloatArray, plain: Callable[..., Any]) -> None:
-        self.plain, self._table = plain, table
+        self.plain = plain
         (result,) = function.overloads.values()
         *arguments, _ = result.signature.args
         self._signature = result.signature.return_type(*arguments)
-        self._engine = entry.loaded(_code(result, self._signature, entry.address_of(function), table.ctypes.data))
+        name = f"value{next(_NAMED)}"
+        code = _code(result, self._signature, entry.address_of(function), table.ctypes.data, name)
+        # Compiled code may keep the address longer than anyone keeps this object: so does a list of values.
+        self._address = entry.loaded(code, name)
+        _KEPT.append(table)
 
     def __call__(self, *arguments: Any) -> Any:
         """Call it from Python."""
@@ -114,21 +124,21 @@ class Value(types.WrapperAddressProtocol):
 
     def __wrapper_address__(self) -> int:
         """Return where its code begins; what numba asks of functions that are values."""
-        return int(self._engine.get_function_address("value"))
+        return self._address
 
     def signature(self) -> Any:
         """Return its signature, without the table."""
         return self._signature
 
 
-def _code(result: Any, signature: Any, address: int, table: int) -> str:
+def _code(result: Any, signature: Any, address: int, table: int, name: str) -> str:
     """Return code for LLVM that calls the function at an address with its own arguments and the table."""
     from llvmlite import ir
 
     context = result.target_context
     outer, inner = (context.get_value_type(types.FunctionType(s).ftype) for s in (signature, result.signature))
     module = ir.Module()
-    own = ir.Function(module, outer.pointee, "value")
+    own = ir.Function(module, outer.pointee, name)
     builder = ir.IRBuilder(own.append_basic_block())
     target = builder.inttoptr(ir.Constant(ir.IntType(64), address), inner)
     last = builder.inttoptr(ir.Constant(ir.IntType(64), table), inner.pointee.args[-1])

@@ -40,16 +40,16 @@ def call_source(program: Program) -> str:
 
     The program is one with rows.
 
-    Where an argument is missing, one too many or no number, where no rule fires and where the result is NaN it returns
-    what `self._careful` does with the arguments.
+    Where an argument is missing, one too many, given by name or no number, where no rule fires and where the result is
+    NaN it returns what `self._careful` does with the arguments.
     """
     names = list(program.arguments)
-    head = f"def call(self, {', '.join(f'{x}=missing' for x in names)}, /, *more):"
+    head = f"def call(self, {', '.join(f'{x}=missing' for x in names)}, /, *more, **named):"
     lines = [*_conversions(program), *_body(program, INTERPRETED)]
     lines.append(f"{INDENT}result = {text(program.results[0], SCALAR)}")
-    tried = [f"{INDENT}if not more:", f"{INDENT * 2}try:", *(INDENT * 2 + line for line in lines)]
+    tried = [f"{INDENT}if not (more or named):", f"{INDENT * 2}try:", *(INDENT * 2 + line for line in lines)]
     tried += [f"{INDENT * 3}if result == result: return result", f"{INDENT * 2}except refusals: pass"]
-    return "\n".join([head, *tried, f"{INDENT}return self._careful(given({', '.join(names)}, *more))"]) + "\n"
+    return "\n".join([head, *tried, f"{INDENT}return self._careful(given({', '.join(names)}, *more), named)"]) + "\n"
 
 
 def storing_source(program: Program) -> str:

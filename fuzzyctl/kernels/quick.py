@@ -41,14 +41,14 @@ def specialised(kernel: Kernel, program: Program) -> type[Kernel]:
 def _guarded(function: Call, inputs: int) -> Call:
     """Return a method that calls a function, and what is careful where that refuses its arguments or gives NaN."""
 
-    def call(self: Any, *arguments: Any) -> Any:
-        if len(arguments) == inputs:
+    def call(self: Any, *arguments: Any, **named: Any) -> Any:
+        if len(arguments) == inputs and not named:
             try:
                 result = function(*arguments)
                 if result == result:
                     return result
             except python_backend.REFUSALS:
                 pass
-        return self._careful(arguments)
+        return self._careful(arguments, named)
 
     return call

@@ -11,7 +11,7 @@ from typing import Any, Self, TypeVar
 
 from pydantic import Field, InstanceOf, model_validator
 
-from fuzzyctl.errors import UnknownNameError, ValueOutOfBoundsError
+from fuzzyctl.errors import ArgumentError, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.expr import Expr, Number, evaluate
 from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
 from fuzzyctl.model.method import Method, RuleMethod
@@ -204,10 +204,11 @@ class FuzzySystem(Node):
         shared = {p.name: values[p.name] for p in compared.params if p.name in values and (p.name, p.span) in own}
         return compared.with_params(**shared) if shared else compared
 
-    def __call__(self, **inputs: Any) -> Any:
+    def __call__(self, *unnamed: Any, **inputs: Any) -> Any:
         """Evaluate the system for numbers or arrays given by name.
 
         Args:
+            unnamed: None; `fuzzyctl.compile(system)` takes inputs by position.
             inputs: A number or an array for every input; arrays broadcast against each other.
 
         Returns:
@@ -215,9 +216,12 @@ class FuzzySystem(Node):
 
         Raises:
             UnknownNameError: For a name that is no input.
-            ArgumentError: When an input is missing.
+            ArgumentError: When an input is missing, or given without its name.
             NoRuleFiresError: Where no rule fires for an output that says `else error`.
         """
+        if unnamed:
+            call = ", ".join(f"{v.name}=..." for v in self.inputs)
+            raise ArgumentError(f"inputs are given by name: system({call}); a kernel takes them by position")
         return _evaluator()(self, inputs)
 
     def as_declared(self, name: str) -> str:

@@ -107,7 +107,8 @@ class TestOut:
         [
             (np.empty(4), r"shape \(5,\), got \(4,\)"),
             (np.empty(5, dtype=np.float32), "float64, got float32"),
-            (np.empty(10)[::2], "contiguous and writable"),
+            (np.empty(10)[::2], "contiguous, aligned and writable"),
+            (np.zeros(41, np.uint8)[1:].view(float), "contiguous, aligned and writable"),
             ([0.0] * 5, "float64, got list"),
         ],
     )

@@ -113,9 +113,18 @@ def test_without_the_layout_of_cpython_calls_go_through_python(monkeypatch: pyte
         kernel(0.5)
 
 
-@pytest.mark.parametrize("basic_size", [32])
-def test_another_size_of_floats_is_seen(monkeypatch: pytest.MonkeyPatch, basic_size: int) -> None:
-    monkeypatch.setattr(entry, "_VALUE", basic_size - 8)
+def test_further_kernels_need_no_further_code(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Three quarters of a megabyte each is what an engine of LLVM takes."""
+    monkeypatch.setattr(entry, "loaded", lambda *_: pytest.fail("code is made"))
+    for peak in (0.25, 0.375, 0.5):
+        kernel = fuzzyctl.compile(fuzzyctl.loads(SUM.replace("0.25", str(peak))), "numba")
+        assert isinstance(type(kernel).__dict__["__call__"], BuiltinFunctionType)
+        assert kernel(-1.0, 1.0) == peak
+
+
+@pytest.mark.parametrize(("what", "wrong"), [("_VALUE", 24), ("_ENTRY", 32), ("_BYTE", 40)])
+def test_another_layout_is_seen(monkeypatch: pytest.MonkeyPatch, what: str, wrong: int) -> None:
+    monkeypatch.setattr(entry, what, wrong)
     entry._layout_is_known.cache_clear()
     assert not entry._layout_is_known()
     monkeypatch.undo()

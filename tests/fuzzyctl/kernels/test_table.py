@@ -1,8 +1,11 @@
 """Systems that differ in numbers only share their machine code."""
 
+import ctypes
+import gc
 import math
 import re
 import sys
+import weakref
 
 import numba
 import numpy as np
@@ -145,6 +148,16 @@ def test_values_outlive_their_kernels():
         return f(0.0)
 
     assert [at_zero(v) for v in values] == np.linspace(1, 5, 9).tolist()
+
+
+def test_the_code_of_a_value_stays_when_the_value_is_gone():
+    """Compiled code keeps the address only, in a list of functions for example."""
+    value = compile_system(loads(INTERPOLATED.format(peak=0.5, value=3)), "numba").value
+    address, gone = value.__wrapper_address__(), weakref.ref(value)
+    del value
+    gc.collect()
+    assert gone() is None
+    assert ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double)(address)(0.0) == 3.0
 
 
 def test_without_numba_values_are_plain_functions():
