@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from dwmr import controllers
-from dwmr.fuzzy_gains import ROLES, Rules
+from dwmr.fuzzy_gains import Rules
+from dwmr.roles import ROLES
 from dwmr.scenario import Robot, Scenario
 from dwmr.scenario_file import ScenarioFile
 from dwmr.shapes import Shape

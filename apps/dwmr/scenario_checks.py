@@ -8,9 +8,9 @@ from itertools import islice
 from pathlib import Path
 
 from dwmr import controllers
-from dwmr.fuzzy_gains import ROLES
 from dwmr.overrides import split_key
 from dwmr.places import Places
+from dwmr.roles import ROLES
 from dwmr.scenario import Scenario
 from dwmr.scenario_mistakes import unknown_role
 from dwmr.scenario_remarks import MOST_OF_A_KIND, overlaps

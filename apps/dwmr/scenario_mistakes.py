@@ -9,8 +9,8 @@ from typing import Any, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
-from dwmr.fuzzy_gains import ROLES
 from dwmr.places import COMMON, EXTENDS, Places
+from dwmr.roles import ROLES
 from dwmr.scenario import FULL_TURN, Scenario
 from fuzzyctl.errors import Diagnostic, did_you_mean
 

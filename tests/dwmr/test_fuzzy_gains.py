@@ -189,8 +189,8 @@ class TestOverlay:
     def test_takes_a_file_of_the_same_name_and_leaves_the_others(self, tmp_path):
         edited(tmp_path, "boundary_layer.fz")
         overlaid = rules(folder=tmp_path)
-        assert overlaid.path("boundary_layer") == tmp_path / "boundary_layer.fz"
-        assert overlaid.path("ais_reaction") == rules_folder() / "ais_reaction.fz"
+        assert overlaid.files.path("boundary_layer") == tmp_path / "boundary_layer.fz"
+        assert overlaid.files.path("ais_reaction") == rules_folder() / "ais_reaction.fz"
 
 
 class TestSuppressionGain:
@@ -281,7 +281,7 @@ class TestFolder:
     def test_without_any_of_the_files_is_refused(self, tmp_path):
         edited(tmp_path, "ais_reaction.fz")
         (tmp_path / "ais_reaction.fz").rename(tmp_path / "ais_reactoin.fz")
-        one = refusal(lambda: rules().require_use_of(tmp_path))
+        one = refusal(lambda: rules().files.require_use_of(tmp_path))
         assert "looked for ais_reaction.fz, boundary_layer.fz, fcafsmc.fz" in one.facts
         assert one.help == "did you mean 'ais_reaction.fz'?"
 
@@ -289,6 +289,6 @@ class TestFolder:
         edited(tmp_path, "ais_reaction.fz")
         edited(tmp_path, "boundary_layer.fz")
         (tmp_path / "boundary_layer.fz").rename(tmp_path / "boundery_layer.fz")
-        rules().require_use_of(tmp_path)
-        (one,) = rules().near_misses(tmp_path)
+        rules().files.require_use_of(tmp_path)
+        (one,) = rules().files.near_misses(tmp_path)
         assert one.help == "did you mean 'boundary_layer.fz'?"

@@ -89,8 +89,8 @@ def read(scenario: str, rules_folder: Path | None, overrides: Sequence[str]) -> 
     file = read_scenario(scenario, overrides)
     rules = Rules(file.scenario.rules, (*([rules_folder] if rules_folder else []), *file.folders), file.places)
     if rules_folder:
-        rules.require_use_of(rules_folder)
-        rules.warnings += rules.near_misses(rules_folder)
+        rules.files.require_use_of(rules_folder)
+        rules.warnings += rules.files.near_misses(rules_folder)
     return Task(file, rules, tuple(overrides))
 
 
