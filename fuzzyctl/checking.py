@@ -10,6 +10,7 @@ from fuzzyctl import arguments
 from fuzzyctl.errors import Diagnostic, DiagnosticError
 from fuzzyctl.loading import choose, chosen_name, look_through
 from fuzzyctl.model.checks import check_model
+from fuzzyctl.model.kept import kept
 from fuzzyctl.model.profiles import as_profile
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.reading import MAX_BYTES, read_source
@@ -70,7 +71,7 @@ def check_source(
     diagnostics, sound = examined.diagnostics, []
     for system in examined.systems:
         system, found = _under(system, profile, source)
-        found = found or _analysed(system, guarantees=guarantees)
+        found = found if _has_errors(found) else [*found, *_analysed(system, guarantees=guarantees)]
         diagnostics = [*diagnostics, *found]
         if not _has_errors(found):
             sound.append(system)
@@ -78,11 +79,11 @@ def check_source(
 
 
 def _under(system: FuzzySystem, profile: str | None, source: SourceText) -> tuple[FuzzySystem, list[Diagnostic]]:
-    """Return a system under a profile, and why it cannot be."""
+    """Return a system under a profile, and what is to be said of that: why it cannot be, or what stays as it is."""
     if profile is None:
         return system, []
     try:
-        return as_profile(system, profile), []
+        return as_profile(system, profile), kept(system, profile)
     except DiagnosticError as error:
         return system, [replace(d, file=d.file or source.name) for d in error.diagnostics]
 

@@ -158,12 +158,15 @@ def load_checked(
 
 
 def under(system: FuzzySystem, profile: str | None) -> FuzzySystem:
-    """Return a system under a profile, or as it is."""
+    """Return a system under a profile, or as it is; what stays as it is although the tool has no such thing is said."""
     if profile is None:
         return system
+    from fuzzyctl.model.kept import kept
     from fuzzyctl.model.profiles import as_profile
 
-    return as_profile(system, profile)
+    changed = as_profile(system, profile)
+    show(kept(system, profile))
+    return changed
 
 
 def with_params(system: FuzzySystem, values: dict[str, float], texts: Sequence[str]) -> FuzzySystem:

@@ -20,6 +20,7 @@ from fuzzyctl.cli.common import (
     answers_with_diagnostics,
     known_profiles,
     load_checked,
+    under,
 )
 
 if TYPE_CHECKING:
@@ -113,12 +114,10 @@ def _sides(
     systems = [load_checked(file, settings, name) for file in files]
     if not names:
         return [_Side(file, system) for file, system in zip(files, systems, strict=True)]
-    from fuzzyctl.model.profiles import as_profile
-
     if second is None:
-        return [_Side(f"{first} as {p}", as_profile(systems[0], p)) for p in names]
+        return [_Side(f"{first} as {p}", under(systems[0], p)) for p in names]
     pairs = zip(files, systems, names if len(names) == 2 else names * 2, strict=True)
-    return [_Side(f"{file} as {p}", as_profile(system, p)) for file, system, p in pairs]
+    return [_Side(f"{file} as {p}", under(system, p)) for file, system, p in pairs]
 
 
 def _compared(a: FuzzySystem, b: FuzzySystem, points: int) -> list[tuple[Difference, Explanation]]:

@@ -33,28 +33,34 @@ def diff(first: str, second: str, form: str, name: str | None) -> int:
     fuzzyctl diff old.fz new.fz
     fuzzyctl diff tipper.fis tipper.fll
 
-    Settings, params, terms, rules, cells of tables and guarantees are compared, not lines of text: layout, comments and
-    the order of the parts of a rule do not count, and a term that was renamed is no other term. Systems of the same
+    Settings, params, terms, rules, cells of tables, guarantees, and the diagnostics that a file allows or denies are
+    compared, not lines of text: layout, comments and the order of the parts of a rule do not count, and a term that was
+    renamed is no other term. Systems of the same
     name are compared where files hold several. '=' marks what is written in another way and has the same value.
 
     Exit code: 0 where nothing was changed, 1 where something was.
     """
     pairs = _pairs(first, second, name)
     from fuzzyctl.comparison.changes import changes
+    from fuzzyctl.comparison.policy import policy_changes_of_files
 
+    said = policy_changes_of_files(first, second)
     found = [(a.name, changes(a, b)) for a, b in pairs]
     if form == "json":
-        data = {"first": first, "second": second, "systems": [_data(name, own) for name, own in found]}
+        systems = [_data(name, own) for name, own in found]
+        data = {"first": first, "second": second, "changes": [dataclasses.asdict(c) for c in said], "systems": systems}
         click.echo(json.dumps(data, ensure_ascii=False, indent=2))
     else:
+        for change in said:
+            click.echo(_line(change))
         for name, own in found:
             if len(found) > 1 and own:
                 click.echo(f"system {name}")
             for change in own:
                 click.echo(_line(change))
-        if not any(own for _, own in found):
+        if not said and not any(own for _, own in found):
             click.echo("nothing was changed")
-    return FAILED if any(own for _, own in found) else DONE
+    return FAILED if said or any(own for _, own in found) else DONE
 
 
 def _pairs(first: str, second: str, name: str | None) -> list[tuple[FuzzySystem, FuzzySystem]]:

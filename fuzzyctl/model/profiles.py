@@ -42,6 +42,7 @@ class Profile:
         evaluates: The defuzzifiers that the tool has; None for all.
         keeps_resolution: Whether its files may say how many samples there are, so that they keep their own number.
         has_activations: Whether it has other activation methods than `general`.
+        has_blocks: Whether it has rule blocks with norms of their own.
         not_imitated: What the tool is known to do otherwise, and this profile on purpose does not.
     """
 
@@ -55,6 +56,7 @@ class Profile:
     evaluates: tuple[str, ...] | None = None
     keeps_resolution: bool = False
     has_activations: bool = False
+    has_blocks: bool = False
     not_imitated: tuple[str, ...] = ()
 
     def defuzzifier(self, kind: str) -> Defuzzifier:
@@ -110,7 +112,9 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
     {
         p.name: p
         for p in (
-            Profile("exact", "fuzzyctl itself", "the definitions of this reference", has_activations=True),
+            Profile(
+                "exact", "fuzzyctl itself", "the definitions of this reference", has_activations=True, has_blocks=True
+            ),
             Profile(
                 "matlab",
                 "MATLAB Fuzzy Logic Toolbox",
@@ -179,6 +183,7 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                 otherwise="nan",
                 keeps_resolution=True,
                 has_activations=True,
+                has_blocks=True,
                 not_imitated=_FUZZYLITE_BUGS,
             ),
             Profile(
@@ -197,6 +202,7 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                 otherwise="nan",
                 keeps_resolution=True,
                 has_activations=True,
+                has_blocks=True,
                 not_imitated=(
                     *_FUZZYLITE_BUGS[3:],
                     "its tolerance of 1e-6 applies to the corners of terms, too; here they are exact",
@@ -228,6 +234,7 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                 otherwise="nan",
                 keeps_resolution=True,
                 has_activations=True,
+                has_blocks=True,
                 not_imitated=(
                     _NEGATIVE,
                     "a weighted sum to which no rule contributes is NaN, and so it is here, but 0 in fuzzylite",
@@ -249,6 +256,7 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                 otherwise=Hold(start="nan"),
                 method=Method(aggregation="sum"),
                 evaluates=("centroid", "bisector", *MAXIMA, *_SUMS),
+                has_blocks=True,
                 not_imitated=(
                     "AND and OR bind equally, from left to right: a matter of reading its files, not of this profile",
                     "samples are found by adding the step again and again, so that they drift by rounding",

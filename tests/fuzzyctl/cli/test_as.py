@@ -1,8 +1,10 @@
 import json
+from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
 
+from fuzzyctl import as_profile, load
 from fuzzyctl.cli.main import main
 
 TIPPER = """system tip
@@ -71,6 +73,47 @@ def test_a_system_that_a_tool_cannot_evaluate_is_refused_with_the_reason(file, t
     result = run("eval", str(path), "service=2", "--as", "scikit_fuzzy")
     assert result.exit_code == 1
     assert "scikit-fuzzy 0.5 has no 'weighted_average'" in result.output
+
+
+BLOCK = """
+rules night and product implication product
+if service is good and service is poor then tip is cheap
+"""
+
+
+class TestRuleBlocks:
+    """Norms stay under every profile; that a tool has none of its own for a block is said."""
+
+    @pytest.fixture
+    def blocks(self, tmp_path):
+        path = tmp_path / "blocks.fz"
+        path.write_text(TIPPER.format(" else 7") + BLOCK)
+        return str(path)
+
+    @pytest.mark.parametrize("command", [["eval", "service=2"], ["check"], ["show"], ["why", "service=2"]])
+    def test_a_tool_without_blocks_gets_a_hint(self, blocks, command):
+        result = run(command[0], blocks, *command[1:], "--as", "matlab")
+        assert result.exit_code == 0, result.output
+        assert "blocks.fz:12:7: hint[FZ609]" in result.output
+        assert "leaves rule block 'night' its own conjunction product, implication product" in result.output
+
+    @pytest.mark.parametrize("profile", ["exact", "fuzzylite", "fuzzylite_6", "pyfuzzylite", "jfuzzylogic"])
+    def test_a_tool_with_blocks_does_not(self, blocks, profile):
+        assert "FZ609" not in run("eval", blocks, "service=2", "--as", profile).output
+
+    def test_a_block_whose_norms_are_those_of_the_system_does_not(self, blocks):
+        path = Path(blocks)
+        path.write_text(path.read_text().replace(" and product implication product", " and min"))
+        assert "FZ609" not in run("eval", blocks, "service=2", "--as", "matlab").output
+
+    def test_each_side_of_a_comparison_is_said(self, blocks):
+        result = run("compare", blocks, "--as", "simpful,exact,octave", "--points", "10")
+        told = [f"'{name}' leaves rule block" in result.output for name in ("simpful", "octave", "exact")]
+        assert told == [True, True, False]
+
+    def test_the_numbers_are_those_of_the_block(self, blocks):
+        system = load(blocks)
+        assert as_profile(system, "matlab").rule_methods == system.rule_methods
 
 
 class TestCheck:
