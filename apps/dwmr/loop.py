@@ -172,11 +172,7 @@ def run_periods(
             _inner_loop(i, v_c, omega_c, world, memory)
             _record(record[k, i], state, target, error, v_c, omega_c, now, memory, i)
             memory.theta_star[i] += world.dt * seen.drift_theta
-            # numbers first: nothing can be said about the gain of a run whose numbers are gone
-            if not (math.isfinite(v_c) and math.isfinite(omega_c) and _is_finite(state)):
-                fault = NOT_FINITE
-            elif _is_too_large(state, v_c, omega_c):
-                fault = TOO_LARGE
+            fault = _fault(fault, state, v_c, omega_c)
             if fault != 0 and first_fault == 0:
                 faulty, first_fault = i, fault
         if first_fault != 0:  # only now, so that the last row is whole
@@ -184,6 +180,14 @@ def run_periods(
         for i in range(n):
             _move(t, i, world, memory)
     return last, -1, 0
+
+
+@compiled
+def _fault(fault: int, state: State, v_c: float, omega_c: float) -> int:
+    """Return what ends the run: numbers first, nothing can be said about the gain of a run whose numbers are gone."""
+    if not (math.isfinite(v_c) and math.isfinite(omega_c) and _is_finite(state)):
+        return NOT_FINITE
+    return TOO_LARGE if _is_too_large(state, v_c, omega_c) else fault
 
 
 @compiled

@@ -91,45 +91,50 @@ def activations(param):
     )
 
 
+def weights_of(param):
+    return st.one_of(st.just(ex.ONE), st.floats(0, 1).map(lambda x: ex.Number(x + 0.0)), st.just(ex.Name(param)))
+
+
 @st.composite
-def systems(draw):
-    names = draw(st.lists(NAMES, min_size=7, max_size=7, unique=True))
-    params = (Param(name=names[0], expression=draw(expressions([])), unit=draw(TEXTS)),)
-    hedge = Hedge(name=names[6], parameter=names[5], expression=draw(expressions([names[5], names[0]])))
-    inputs = tuple(draw(variables(Input, n, memberships(SETS))) for n in names[1:3])
-    averages = draw(st.booleans())
+def outputs_of(draw, names, param, averages):
     consequents = memberships(["singleton", "constant"] if averages else ["triangle", "trapezoid"])
-    outputs = tuple(
+    own = st.sampled_from([None, Defuzzifier(kind="weighted_average")]) if averages else st.none()
+    return tuple(
         draw(variables(Output, n, consequents)).model_copy(
             update={
-                "otherwise": draw(fallbacks(names[0])),
-                "defuzzifier": draw(st.sampled_from([None, Defuzzifier(kind="weighted_average")]))
-                if averages
-                else None,
+                "otherwise": draw(fallbacks(param)),
+                "defuzzifier": draw(own),
                 "aggregation": draw(st.sampled_from([None, "max", "sum"])),
             }
         )
-        for n in names[3:5]
+        for n in names
     )
+
+
+@st.composite
+def methods(draw, param, averages):
     resolution = None if averages else draw(st.sampled_from([2, 7, 100]))
-    method = Method(
+    return Method(
         conjunction=draw(st.sampled_from(sorted(CONJUNCTIONS))),
         disjunction=draw(st.sampled_from(sorted(DISJUNCTIONS))),
         implication=draw(st.sampled_from(sorted(IMPLICATIONS))),
         aggregation=draw(st.sampled_from(sorted(AGGREGATIONS))),
-        activation=draw(activations(names[0])),
+        activation=draw(activations(param)),
         defuzzifier=Defuzzifier(
             kind="center_average" if averages else "centroid",
             resolution=resolution,
             grid=draw(st.sampled_from(["midpoint", "endpoints"])) if resolution else "midpoint",
         ),
     )
+
+
+def antecedents_of(inputs, hedge):
     literals = st.one_of(
         [
             st.builds(
                 lambda t, h, v=v: Is(variable=v.name, term=t.name, hedges=tuple(h)),
                 st.sampled_from(v.terms),
-                st.lists(st.sampled_from([*sorted(HEDGES), hedge.name]), max_size=2),
+                st.lists(st.sampled_from([*sorted(HEDGES), hedge]), max_size=2),
             )
             for v in inputs
         ]
@@ -143,10 +148,11 @@ def systems(draw):
             pair.map(lambda p: Or(operands=p)),
         )
 
-    antecedents = st.recursive(literals, grow, max_leaves=5)
-    weights = st.one_of(st.just(ex.ONE), st.floats(0, 1).map(lambda x: ex.Number(x + 0.0)), st.just(ex.Name(names[0])))
+    return st.recursive(literals, grow, max_leaves=5)
 
-    def consequent(output):
+
+def consequents_of(outputs, averages):
+    def one(output):
         named = st.sampled_from([t.name for t in output.terms])
         functions = st.lists(NUMBERS, min_size=3, max_size=3).map(
             lambda a: Membership(kind="linear", arguments=tuple(a))
@@ -154,46 +160,71 @@ def systems(draw):
         constants = NUMBERS.map(lambda a: Membership(kind="constant", arguments=(a,)))
         return st.one_of(named, functions, constants) if averages else named
 
-    rules = st.builds(
+    return st.tuples(*[one(o) for o in outputs])
+
+
+def rules_of(outputs, antecedents, consequents, weights):
+    return st.builds(
         lambda a, t, w: Rule(
             antecedent=a,
             consequents=tuple(Consequent(output=o.name, term=x) for o, x in zip(outputs, t, strict=True)),
             weight=w,
         ),
         antecedents,
-        st.tuples(*[consequent(o) for o in outputs]),
+        consequents,
         weights,
     )
-    cells = st.one_of(
-        st.just(Cell(terms=())),
-        st.builds(lambda t, w: Cell(terms=t, weight=w), st.tuples(*[consequent(o) for o in outputs]), weights),
-    )
+
+
+@st.composite
+def tables(draw, inputs, outputs, consequents, conditions, weights):
+    cells = st.just(Cell(terms=())) | st.builds(lambda t, w: Cell(terms=t, weight=w), consequents, weights)
     one_way = draw(st.booleans())
     rows = () if one_way else tuple(t.name for t in inputs[0].terms)
     columns = tuple(t.name for t in inputs[1].terms)
-    table = RuleTable(
+    return RuleTable(
         outputs=tuple(o.name for o in outputs),
         rows=None if one_way else inputs[0].name,
         columns=inputs[1].name,
         row_terms=rows,
         column_terms=columns,
         cells=tuple(tuple(draw(cells) for _ in columns) for _ in (rows or (0,))),
-        condition=draw(st.none() | antecedents),
+        condition=draw(st.none() | conditions),
     )
-    claim = ex.Compare(
-        "<=", ex.Call(outputs[0].name, (ex.Name(inputs[0].name), ex.ZERO)), draw(expressions([names[0]]))
-    )
+
+
+@st.composite
+def blocks_of(draw, inputs, outputs, hedge, param, averages):
+    antecedents, consequents = antecedents_of(inputs, hedge), consequents_of(outputs, averages)
+    rules = rules_of(outputs, antecedents, consequents, weights_of(param))
+    table = draw(tables(inputs, outputs, consequents, antecedents, weights_of(param)))
+    return (draw(rules), table, draw(rules), *_rule_blocks(draw, param, draw(rules), table))
+
+
+@st.composite
+def guarantees(draw, claimed, given, param):
+    claim = ex.Compare("<=", ex.Call(claimed, (ex.Name(given), ex.ZERO)), draw(expressions([param])))
+    return Guarantee(claim=claim, within=ex.Number(1e-9), when=draw(st.none() | st.just(claim)))
+
+
+@st.composite
+def systems(draw):
+    names = draw(st.lists(NAMES, min_size=7, max_size=7, unique=True))
+    param, averages = names[0], draw(st.booleans())
+    hedge = Hedge(name=names[6], parameter=names[5], expression=draw(expressions([names[5], param])))
+    inputs = tuple(draw(variables(Input, n, memberships(SETS))) for n in names[1:3])
+    outputs = draw(outputs_of(names[3:5], param, averages))
     return FuzzySystem(
         name=draw(NAMES),
         title=draw(TEXTS),
         citation=draw(TEXTS),
-        params=params,
+        params=(Param(name=param, expression=draw(expressions([])), unit=draw(TEXTS)),),
         hedges=(hedge,),
-        method=method,
+        method=draw(methods(param, averages)),
         inputs=inputs,
         outputs=outputs,
-        blocks=(draw(rules), table, draw(rules), *_rule_blocks(draw, names[0], draw(rules), table)),
-        guarantees=(Guarantee(claim=claim, within=ex.Number(1e-9), when=draw(st.none() | st.just(claim))),),
+        blocks=draw(blocks_of(inputs, outputs, hedge.name, param, averages)),
+        guarantees=(draw(guarantees(outputs[0].name, inputs[0].name, param)),),
     )
 
 

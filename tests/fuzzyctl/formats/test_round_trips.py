@@ -163,9 +163,8 @@ ACTIVATIONS = st.sampled_from(
 
 
 @st.composite
-def fuzzylite_systems(draw):
-    tool = profile(draw(st.sampled_from(["fuzzylite", "fuzzylite_6", "pyfuzzylite"])))
-    inputs = tuple(
+def fuzzylite_inputs(draw):
+    return tuple(
         Input(
             name=n,
             label=draw(st.sampled_from(["", "How good it is"])),
@@ -176,59 +175,82 @@ def fuzzylite_systems(draw):
         )
         for n in ["a", "b1"][: draw(st.integers(1, 2))]
     )
-    outputs = []
-    for n in ["y", "z"][: draw(st.integers(1, 2))]:
-        kind = draw(st.sampled_from(["centroid", "bisector", "som", "lom", "mom", "weighted_average", "weighted_sum"]))
-        made = draw(terms(FUZZYLITE, NAMES, heights=True))
-        if kind.startswith("weighted"):
-            arguments = tuple(draw(numbers(-2, 2)) for _ in range(len(inputs) + 1))
-            made = tuple(
-                t.model_copy(update={"membership": Membership(kind="linear", arguments=arguments)}) for t in made
-            )
-        defuzzifier = tool.defuzzifier(kind)
-        if defuzzifier.resolution is not None:
-            defuzzifier = defuzzifier.model_copy(update={"resolution": draw(st.sampled_from([50, 1000]))})
-        default = draw(st.sampled_from(["nan", Number(0.75), Hold(start="nan"), Hold(start=Number(2.0))]))
-        aggregation = draw(st.sampled_from(["sum", "max", "bounded_sum"]))
-        outputs.append(
-            Output(
-                name=n,
-                lower=Number(0.0),
-                upper=Number(10.0),
-                terms=made,
-                otherwise=default,
-                clamped=draw(st.booleans()),
-                aggregation=aggregation,
-                defuzzifier=defuzzifier,
-            )
+
+
+@st.composite
+def fuzzylite_outputs(draw, tool, count):
+    """Draw outputs of systems with some number of inputs."""
+    return tuple(
+        Output(
+            name=n,
+            lower=Number(0.0),
+            upper=Number(10.0),
+            otherwise=draw(st.sampled_from(["nan", Number(0.75), Hold(start="nan"), Hold(start=Number(2.0))])),
+            clamped=draw(st.booleans()),
+            aggregation=draw(st.sampled_from(["sum", "max", "bounded_sum"])),
+            **draw(made_crisp(tool, count)),
         )
+        for n in ["y", "z"][: draw(st.integers(1, 2))]
+    )
+
+
+@st.composite
+def made_crisp(draw, tool, count):
+    """Draw a defuzzifier and terms that it takes."""
+    kind = draw(st.sampled_from(["centroid", "bisector", "som", "lom", "mom", "weighted_average", "weighted_sum"]))
+    made = draw(terms(FUZZYLITE, NAMES, heights=True))
+    if kind.startswith("weighted"):
+        linear = Membership(kind="linear", arguments=tuple(draw(numbers(-2, 2)) for _ in range(count + 1)))
+        made = tuple(t.model_copy(update={"membership": linear}) for t in made)
+    defuzzifier = tool.defuzzifier(kind)
+    if defuzzifier.resolution is not None:
+        defuzzifier = defuzzifier.model_copy(update={"resolution": draw(st.sampled_from([50, 1000]))})
+    return {"terms": made, "defuzzifier": defuzzifier}
+
+
+@st.composite
+def fuzzylite_methods(draw, tool, first):
+    """Draw a method of which one output has the aggregation and the defuzzifier."""
     conjunction, disjunction = draw(st.sampled_from(NORMS))
-    activation = draw(ACTIVATIONS)
-    first = outputs[0]
-    method = Method(
+    return Method(
         conjunction=conjunction,
         disjunction=disjunction,
         implication=draw(st.sampled_from(["min", "product", "nilpotent_minimum"])),
         aggregation=first.aggregation,
-        activation=activation,
+        activation=draw(ACTIVATIONS),
         defuzzifier=first.defuzzifier,
         semantics=tool.semantics,
     )
-    rules = []
-    for _ in range(draw(st.integers(1, 3))):
-        consequents = tuple(
-            Consequent(
-                output=o.name,
-                term=draw(st.sampled_from(o.terms)).name,
-                hedges=tuple(draw(st.lists(st.sampled_from(HEDGES), max_size=2))),
-            )
-            for o in outputs
+
+
+@st.composite
+def fuzzylite_rules(draw, inputs, outputs):
+    consequents = tuple(
+        Consequent(
+            output=o.name,
+            term=draw(st.sampled_from(o.terms)).name,
+            hedges=tuple(draw(st.lists(st.sampled_from(HEDGES), max_size=2))),
         )
-        weight = draw(st.sampled_from([ONE, Number(0.25), Number(1 / 3)]))
-        rules.append(Rule(antecedent=draw(antecedents(inputs)), consequents=consequents, weight=weight))
-    own = [_own(o, method) for o in outputs]
-    title = draw(st.sampled_from(["", "(a, b) -> y"]))
-    return FuzzySystem(name="drawn", title=title, method=method, inputs=inputs, outputs=tuple(own), blocks=tuple(rules))
+        for o in outputs
+    )
+    weight = draw(st.sampled_from([ONE, Number(0.25), Number(1 / 3)]))
+    return Rule(antecedent=draw(antecedents(inputs)), consequents=consequents, weight=weight)
+
+
+@st.composite
+def fuzzylite_systems(draw):
+    tool = profile(draw(st.sampled_from(["fuzzylite", "fuzzylite_6", "pyfuzzylite"])))
+    inputs = draw(fuzzylite_inputs())
+    outputs = draw(fuzzylite_outputs(tool, len(inputs)))
+    method = draw(fuzzylite_methods(tool, outputs[0]))
+    return FuzzySystem(
+        name="drawn",
+        title=draw(st.sampled_from(["", "(a, b) -> y"])),
+        method=method,
+        inputs=inputs,
+        outputs=tuple(_own(o, method) for o in outputs),
+        blocks=tuple(draw(st.lists(fuzzylite_rules(inputs, outputs), min_size=1, max_size=3))),
+    )
 
 
 def _own(output, method):
