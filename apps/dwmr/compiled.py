@@ -7,7 +7,6 @@ as it was.
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import os
 import sys
@@ -20,8 +19,13 @@ from typing import Any, TypeVar
 
 try:
     import numba
+
+    from fuzzyctl.machine_code import kept
 except ImportError:  # a platform without a wheel: about a hundred times slower, and `dwmr run` says so
     numba = None
+else:
+    if numba.config.DISABLE_JIT:  # as debuggers and tools that count lines ask for
+        numba = None
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -65,13 +69,13 @@ def _jit(function: Function, *signatures: Any) -> Function:
     # divisions by zero give infinities, which the loop reports as divergence; a call with the dozens of arguments that
     # the loop's tuples and arrays are takes longer than what is called, so all but functions as values are inlined
     options = {"error_model": "numpy", "forceinline": not signatures}
+    result = numba.njit(**options)(function)
     before = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(_cache_folder())
     try:
-        result = numba.njit(cache=True, **options)(function)
-        _survive_damage(result._cache)
-    except RuntimeError:  # no folder for the cache can be written: compile for this process only
-        result = numba.njit(**options)(function)
+        numba.config.CACHE_DIR = str(_cache_folder())
+        kept(result)
+    except RuntimeError:  # there is no home, so no folder for the cache: compile for this process only
+        pass
     finally:
         numba.config.CACHE_DIR = before
     for signature in signatures:
@@ -80,25 +84,6 @@ def _jit(function: Function, *signatures: Any) -> Function:
         result.disable_compile()
     compiled_function: Function = result
     return compiled_function
-
-
-def _survive_damage(stored: Any) -> None:
-    """Have a function compiled anew where its cache on disk is damaged, such as cut short by a full disk."""
-    load, save = stored.load_overload, stored.save_overload
-
-    def load_overload(signature: Any, context: Any) -> Any:
-        # reading a damaged pickle may raise anything
-        with contextlib.suppress(Exception):
-            return load(signature, context)
-        with contextlib.suppress(OSError):
-            stored.flush()
-        return None
-
-    def save_overload(signature: Any, data: Any) -> None:
-        with contextlib.suppress(OSError):  # a cache that cannot be written is no reason to stop
-            save(signature, data)
-
-    stored.load_overload, stored.save_overload = load_overload, save_overload
 
 
 @cache

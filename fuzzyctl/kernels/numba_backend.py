@@ -23,6 +23,9 @@ from typing import Any, Final
 
 import numba
 
+if numba.config.DISABLE_JIT:
+    raise ImportError("NUMBA_DISABLE_JIT is set")
+
 from fuzzyctl.kernels import selections
 from fuzzyctl.kernels.cache import cache_folder
 from fuzzyctl.kernels.integrals import SCALAR, integral_lines
@@ -38,6 +41,7 @@ from math import atan2, cos, exp, inf, log, nan, sin, sqrt, tan
 import numpy as np
 from numba import njit
 
+from fuzzyctl.machine_code import native
 from fuzzyctl.kernels.selections import larger, smaller
 
 power = np.power
@@ -160,7 +164,7 @@ def _module(
     own = () if numbers is not None and numbers.shares else program.tables
     tables = [f"{name} = np.array({list(values)!r})" for name, values in own]
     # error_model: 0/0 is NaN without a test; fastmath would delete the NaN that an input may bring.
-    decorator = f'@njit("{signature}", cache=CACHE, error_model="numpy"{options})'
+    decorator = f'@native("{signature}", error_model="numpy"{options})'
     sets = [line for s in program.body if isinstance(s, Quadrature) for line in integral_lines(s)]
     code = [*_helpers([*lines, *sets]), *sets, "", decorator, *lines]
     return "\n".join([_HEADER, *map(_unmistakable, [*tables, *code])]) + "\n"
@@ -183,23 +187,14 @@ def _helpers(lines: list[str]) -> Iterator[str]:
 def compile_source(source: str) -> Callable[..., Any]:
     """Compile a generated module, or take it from the cache, and return its function.
 
-    Safe when several threads or processes do the same at the same time. A damaged cache entry is thrown away; where the
-    cache folder cannot be used the function is compiled anew.
+    Safe when several threads or processes do the same at the same time. Where the cache folder cannot be used the
+    function is compiled anew by each process.
     """
     key = hashlib.sha256("\n".join([source, numba.__version__, _own_version()]).encode()).hexdigest()[:32]
     name = f"fuzzyctl_kernel_{key}"
     with _COMPILING:
         if name not in sys.modules:
-            cached = source.replace("cache=CACHE", "cache=True")
-            for attempt in (_from_cache, _from_cleared_cache):
-                # Reading a damaged pickle may raise anything; a mistake in the text itself shows up below again.
-                with contextlib.suppress(Exception):
-                    attempt(name, cached)
-                    break
-            else:
-                plain = ModuleType(name)
-                _execute(plain, source.replace("cache=CACHE", "cache=False"), f"<{name}>")
-                sys.modules[name] = plain
+            _import(name, source)
         function: Callable[..., Any] = sys.modules[name].kernel
     return function
 
@@ -218,67 +213,37 @@ def _own_version() -> str:
     return f"{own} {hashlib.sha256(Path(selections.__file__).read_bytes()).hexdigest()}"
 
 
-def _from_cache(name: str, source: str) -> None:
-    folder = cache_folder() / "kernels"
-    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-    path = folder / f"{name}.py"
-    if not path.exists() or path.read_text(encoding="utf-8") != source:
-        _write(path, source)
-    seal = folder / f"{name}.sum"
-    before = _entries(folder, name)
-    if before and not _is_sealed(seal, before):
-        _clear(before)
+def _import(name: str, source: str) -> None:
     module = ModuleType(name)
-    module.__file__ = str(path)
+    module.__file__ = _written(name, source)
     # numba finds the module of a cached function under its name.
     sys.modules[name] = module
     try:
-        _execute(module, source, str(path))
+        exec(compile(source, module.__file__, "exec"), module.__dict__)  # noqa: S102 - printed from a plan
     except BaseException:
         del sys.modules[name]
         raise
-    entries = _entries(folder, name)
-    if not _is_sealed(seal, entries):
-        with contextlib.suppress(OSError):
-            _write(seal, _digest(entries))
 
 
-def _from_cleared_cache(name: str, source: str) -> None:
-    _clear(_entries(cache_folder() / "kernels", name))
-    _from_cache(name, source)
-
-
-def _entries(folder: Path, name: str) -> list[Path]:
-    """Return the files in which numba keeps the machine code of a module."""
-    return sorted((folder / "__pycache__").glob(f"{name}.*"))
-
-
-def _clear(entries: list[Path]) -> None:
-    for entry in entries:
-        entry.unlink(missing_ok=True)
-
-
-def _digest(entries: list[Path]) -> str:
-    """Return what tells whether files are those that were written: machine code that was damaged may do anything."""
-    whole = hashlib.sha256()
-    for entry in entries:
-        whole.update(entry.name.encode() + b"\0" + entry.read_bytes())
-    return whole.hexdigest()
-
-
-def _is_sealed(seal: Path, entries: list[Path]) -> bool:
+def _written(name: str, source: str) -> str:
+    """Write the text of a module to the cache folder and return its path, or a name for it where that fails."""
     try:
-        return seal.read_text(encoding="utf-8") == _digest(entries)
-    except (OSError, UnicodeDecodeError):
-        return False
+        folder = cache_folder() / "kernels"
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        path = folder / f"{name}.py"
+        if not path.exists() or path.read_bytes() != source.encode():
+            _write(path, source)
+    except (OSError, RuntimeError):  # the latter where there is no home
+        return f"<{name}>"
+    return str(path)
 
 
 def _write(path: Path, text: str) -> None:
     """Write a file as a whole; of several first writers one wins where the file system allows."""
     handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".tmp")
     try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
+        with os.fdopen(handle, "wb") as file:
+            file.write(text.encode())
         if path.exists():
             os.replace(temporary, path)
             return
@@ -291,7 +256,3 @@ def _write(path: Path, text: str) -> None:
     finally:
         with contextlib.suppress(FileNotFoundError):
             os.unlink(temporary)
-
-
-def _execute(module: ModuleType, source: str, path: str) -> None:
-    exec(compile(source, path, "exec"), module.__dict__)  # noqa: S102 - printed from a plan

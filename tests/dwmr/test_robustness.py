@@ -258,9 +258,22 @@ class TestLawFile:
         assert str(tmp_path / "broken.py") in caught.value.diagnostics[0].place
 
 
+def test_without_a_home_functions_are_compiled_for_one_process(monkeypatch):
+    def none():
+        raise RuntimeError("Could not determine home directory.")
+
+    for name in ("FUZZYCTL_CACHE_DIR", "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(compiled.Path, "home", none)
+    compiled._cache_folder.cache_clear()
+    try:
+        assert compiled.compiled(lambda x: 2.0 * x)(21.0) == 42.0
+    finally:
+        compiled._cache_folder.cache_clear()
+
+
 @pytest.mark.skipif(not compiled.COMPILED, reason="needs numba")
-@pytest.mark.parametrize("suffix", ["nbi", "nbc"])
-@pytest.mark.parametrize("length", [0, 40])
+@pytest.mark.parametrize(("suffix", "length"), [("nbi", 0), ("nbc", 40), ("nbc", -1)])
 def test_a_damaged_cache_is_compiled_anew(tmp_path, suffix, length):
     code = (
         "from dwmr.compiled import compiled\n"
@@ -284,8 +297,8 @@ def test_a_damaged_cache_is_compiled_anew(tmp_path, suffix, length):
     damaged = list((tmp_path / "cache").rglob(f"*.{suffix}"))
     assert damaged
     for path in damaged:
-        path.write_bytes(path.read_bytes()[:length])
-    once()
+        path.write_bytes(path.read_bytes()[:length] + (b"?" if length < 0 else b""))
+    assert ": 1" not in once()
     assert ": 1" in once()
 
 

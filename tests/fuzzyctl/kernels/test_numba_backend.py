@@ -1,3 +1,4 @@
+import errno
 import math
 import os
 import re
@@ -66,7 +67,7 @@ def run():
 class TestCache:
     def test_is_where_the_variable_says_and_private(self, folder, forget):
         compile_system(loads(TEXT.format(peak=0.5)), "numba")
-        assert sorted(p.suffix for p in folder.iterdir() if p.is_file()) == [".py", ".sum"]
+        assert [p.suffix for p in folder.iterdir() if p.is_file()] == [".py"]
         assert list((folder / "__pycache__").glob("*.nbi"))
         if os.name == "posix":
             assert stat.S_IMODE(folder.stat().st_mode) == 0o700
@@ -118,6 +119,23 @@ class TestCache:
         module.write_text("raise SystemExit('not what was generated')")
         forget()
         assert compile_system(system, "numba")(0.25) == 0.5
+
+    def test_without_a_home_costs_only_time(self, monkeypatch, forget):
+        def none():
+            raise RuntimeError("Could not determine home directory.")
+
+        for name in ("FUZZYCTL_CACHE_DIR", "XDG_CACHE_HOME"):
+            monkeypatch.delenv(name, raising=False)
+        monkeypatch.setattr(numba_backend.Path, "home", none)
+        assert compile_system(loads(TEXT.format(peak=0.25)), "numba")(0.125) == 0.5
+
+    def test_a_folder_that_is_full_costs_only_time(self, folder, monkeypatch, forget):
+        def full(*_, **__):
+            raise OSError(errno.ENOSPC, "no space left on device")
+
+        monkeypatch.setattr(numba_backend.tempfile, "mkstemp", full)
+        assert compile_system(loads(TEXT.format(peak=0.25)), "numba")(0.125) == 0.5
+        assert not list(folder.iterdir())
 
     def test_a_folder_that_cannot_be_made_costs_only_time(self, tmp_path, monkeypatch, forget):
         (tmp_path / "file").write_text("")
@@ -222,3 +240,28 @@ def test_names_cannot_be_taken_for_others():
     code = source.partition("def kernel")[2]
     assert not re.search(r"\b[A-Za-z]\d+\b", code)
     assert "v1_" in code
+
+
+def test_where_nothing_is_to_be_compiled_numpy_takes_over():
+    """Tools that count lines or step through code set this variable."""
+    code = """
+import warnings
+from fuzzyctl import compile, loads
+from fuzzyctl.errors import BackendUnavailableError
+system = loads(TEXT)
+with warnings.catch_warnings(record=True) as said:
+    warnings.simplefilter("always")
+    print(compile(system).backend, compile(system)(0.375))
+print(said[0].message)
+try:
+    compile(system, "numba")
+except BackendUnavailableError as error:
+    print(error)
+"""
+    text = code.replace("TEXT", repr(TEXT.format(peak=0.75)))
+    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
+    done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=True, env=environment)
+    first, *rest = done.stdout.splitlines()
+    assert first == "numpy 0.5"
+    assert all("NUMBA_DISABLE_JIT is set" in line for line in rest)
+    assert len(rest) == 2
