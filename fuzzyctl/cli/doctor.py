@@ -32,7 +32,7 @@ def doctor(clear_cache: bool, form: str) -> int:
     Exit code 1 if something that fuzzyctl needs is missing or cannot be used; evaluation works without numba, slower.
     """
     data = examined()
-    if clear_cache:
+    if clear_cache and data["cache"]["folder"]:
         data["cache"]["removed"] = _clear(Path(data["cache"]["folder"]))
     if form == "json":
         click.echo(json.dumps(data, indent=2))
@@ -81,7 +81,10 @@ def _backend(numba_version: str | None) -> tuple[str, str]:
 
 
 def _cache() -> dict[str, Any]:
-    folder = _cache_folder()
+    try:
+        folder = _cache_folder()
+    except RuntimeError:  # a user without a home, as in some containers
+        return {"folder": None, "writable": False, "files": 0, "bytes": 0}
     try:
         sizes = [f.stat().st_size for f in folder.rglob("*") if f.is_file()] if folder.is_dir() else []
         writable = _is_writable(folder)
@@ -122,7 +125,7 @@ def _lines(data: dict[str, Any]) -> list[str]:
     lines = [
         f"fuzzyctl {data['fuzzyctl']}, Python {data['python']}, {data['platform']}, {data['cores']} cores",
         f"backend: {data['backend']}: {data['reason']}",
-        f"cache: {cache['folder']}: {kept}{writable}",
+        f"cache: {cache['folder'] or 'none, as there is no home and FUZZYCTL_CACHE_DIR is not set'}: {kept}{writable}",
         f"C compiler: {data['c_compiler'] or 'none found; only tests of generated C need one'}",
         "packages: " + ", ".join(f"{n} {v or 'missing'}" for n, v in data["packages"].items()),
     ]

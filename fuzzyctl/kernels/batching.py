@@ -110,7 +110,11 @@ def _share(work: Callable[[int, int], None], count: int, workers: int) -> None:
             except Exception as error:  # noqa: BLE001 - raised below, in the thread of the caller
                 failed.append((first, error))
 
-    helping = [helper for helper in _helpers(os.getpid(), workers - 1) if helper.begins(take)]
+    try:
+        helpers = _helpers(os.getpid(), workers - 1)
+    except RuntimeError:  # no thread can be begun: the interpreter is about to end, or there are too many
+        helpers = ()
+    helping = [helper for helper in helpers if helper.begins(take)]
     try:
         take()
     finally:  # whatever interrupts this thread, nobody writes to the results any more once it is gone

@@ -71,6 +71,17 @@ class TestCache:
         assert "cannot be written to" in run("doctor").output
 
 
+    def test_of_a_user_without_a_home_is_none(self, run, monkeypatch):
+        def none():
+            raise RuntimeError("Could not determine home directory.")
+
+        for name in ("FUZZYCTL_CACHE_DIR", "XDG_CACHE_HOME"):
+            monkeypatch.delenv(name, raising=False)
+        monkeypatch.setattr("fuzzyctl.kernels.cache.Path.home", none)
+        assert "cache: none, as there is no home" in run("doctor").output
+        assert "every process compiles anew" in run("doctor", "--clear-cache").output
+
+
 class TestPlan:
     def test_of_a_partition_is_looked_up(self, run):
         output = run("show", "--plan", str(rules_folder() / "ais_reaction.fz")).output

@@ -168,6 +168,15 @@ class TestThreads:
         for k in range(4):
             np.testing.assert_array_equal(found[k], expected[k])
 
+    def test_that_cannot_be_begun_are_done_without(self, kernel, monkeypatch):
+        def start(_):
+            raise RuntimeError("can't create new thread at interpreter shutdown")
+
+        batching._helpers.cache_clear()
+        monkeypatch.setattr(threading.Thread, "start", start)
+        points = points_for(5000)
+        np.testing.assert_array_equal(kernel.batch(points), kernel.batch(points, parallel=False))
+
     def test_write_nothing_after_an_interrupt_and_help_the_next_call(self, kernel, monkeypatch):
         own, caller, points, out = kernel._fill, threading.get_ident(), points_for(20_000), np.zeros(20_000)
 
