@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any, Final
 
-from pygments.lexer import RegexLexer, bygroups  # type: ignore[import-untyped,unused-ignore]
-from pygments.token import (  # type: ignore[import-untyped,unused-ignore]
+from pygments.lexer import RegexLexer, bygroups
+from pygments.token import (
     Comment,
     Keyword,
     Name,
@@ -108,7 +108,7 @@ def _action(scopes: str | tuple[str, ...]) -> Any:
     return TOKENS[scopes] if isinstance(scopes, str) else bygroups(*(TOKENS[s] for s in scopes))
 
 
-class FuzzyLexer(RegexLexer):  # type: ignore[misc,unused-ignore]
+class FuzzyLexer(RegexLexer):  # type: ignore[misc]  # pygments has no types
     """The Pygments lexer of rule files: `pygmentize -l fz`, Sphinx, MkDocs."""
 
     name = "fuzzyctl rules"

@@ -135,7 +135,7 @@ def _chosen(flat: Plan, rule: RulePlan, strength: Interval) -> Interval:
     method = flat.activations[rule.group]
     match method.kind:
         case "threshold":
-            truth = decide(Compare(method.comparison, Name("a"), Number(method.threshold)), {"a": (low, high)})  # type: ignore[arg-type]
+            truth = decide(Compare(method.comparison, Name("a"), Number(method.threshold)), {"a": (low, high)})
             return (low, high) if truth else (0.0, 0.0 if truth is False else high)
         case "first" | "last" if high < method.threshold:
             return 0.0, 0.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, Final
 
 from fuzzyctl.analysis.claims import Bound, Every, Slope, Some, Truth, bounds_in, compared_outputs, is_limit, named
@@ -172,8 +172,7 @@ class Judge:
                 numbers = [v for v, _ in parts]
                 return (abs(numbers[0]) if function == "abs" else {"min": min, "max": max}[function](numbers)), exact
             case Call(function=function, arguments=arguments) if function in FUNCTIONS:
-                call = lambda *v: evaluate(Call(function, tuple(Number(x) for x in v)), {})  # noqa: E731
-                return self._rounded(call, arguments, point, here)
+                return self._rounded(partial(_called, function), arguments, point, here)
         raise NoValueError
 
     def strength(self, output: str, point: Sequence[float]) -> float:
@@ -259,6 +258,10 @@ class Judge:
         places = [dict(zip(self.inputs, p, strict=True)) for p in (first, second)]
         sides = [(f"{slope.output} at {slope.input} = {p[k]:.9g}", v) for p, v in ((first, a), (second, b))]
         return Witness(places[0], tuple(sides), places[1])
+
+
+def _called(function: str, *values: float) -> float:
+    return evaluate(Call(function, tuple(Number(x) for x in values)), {})
 
 
 def _finite(value: float) -> Fraction:

@@ -12,7 +12,7 @@ from fuzzyctl.codegen.names import PYTHON_FUNCTION_RESERVED, PYTHON_RESERVED, Na
 from fuzzyctl.codegen.unit import Unit, described
 from fuzzyctl.kernels import inference
 from fuzzyctl.kernels.printer import IEEE_SCALAR, INDENT, INTERPRETED, Dialect, block, index_text, text
-from fuzzyctl.kernels.program import STATE, Place, Program
+from fuzzyctl.kernels.program import STATE, Locate, Place, Program
 
 #: What programs may call: the names each needs besides itself, and its text.
 _HELPERS: Final[Mapping[str, tuple[tuple[str, ...], str]]] = {
@@ -175,9 +175,8 @@ def _dialect(base: Dialect, prefix: str) -> Dialect:
     def item(array: str, index: int | str | Place) -> str:
         return f"{'state' if array == STATE else prefix + array}[{index_text(index)}]"
 
-    def located(statement: object, x: str) -> list[str]:
-        lines = base.locate(statement, x)  # type: ignore[arg-type]
-        table = getattr(statement, "table", "")
-        return [line.replace(f"{table}[", f"{prefix}{table}[") for line in lines]
+    def located(statement: Locate, x: str) -> list[str]:
+        own = f"{statement.table}["
+        return [line.replace(own, prefix + own) for line in base.locate(statement, x)]
 
     return replace(base, item=item, locate=located)

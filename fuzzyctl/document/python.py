@@ -86,8 +86,8 @@ def _variable(v: LinguisticVariable) -> list[str]:
 def _output(o: Output) -> list[str]:
     arguments = []
     if o.otherwise is not None:
-        plain = isinstance(o.otherwise, Expr)
-        arguments.append(f"otherwise={_value(o.otherwise) if plain else _text(otherwise_text(o.otherwise))}")  # type: ignore[arg-type]
+        value = _value(o.otherwise) if isinstance(o.otherwise, Expr) else _text(otherwise_text(o.otherwise))
+        arguments.append(f"otherwise={value}")
     if o.adaptive is not None:
         arguments.append(f"adaptive={_text(to_text(o.adaptive))}")
     if o.clamped:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 import re
 from collections.abc import Callable
 from typing import Final
@@ -73,8 +74,8 @@ class _Vector:
     def _sum(self) -> float:
         value = self._product()
         while self._peek() in ("+", "-") and not self._begins_element():
-            sign = self._take()
-            value = self._computed(lambda a, b, s=sign: a + b if s == "+" else a - b, value, self._product())  # type: ignore[misc]
+            operation = operator.add if self._take() == "+" else operator.sub
+            value = self._computed(operation, value, self._product())
         return value
 
     def _begins_element(self) -> bool:

@@ -33,7 +33,7 @@ def _acting(builder: Builder, method: ActivationPlan, activations: list[Expr]) -
     match method.kind:
         case "threshold":
             bound = Number(method.threshold)
-            return [builder.let(Where(Compare(method.comparison, a, bound), a, ZERO)) for a in activations]  # type: ignore[arg-type]
+            return [builder.let(Where(Compare(method.comparison, a, bound), a, ZERO)) for a in activations]
         case "proportional":
             total = builder.total(activations)
             fires = Compare(">", total, ZERO)

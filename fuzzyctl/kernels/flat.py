@@ -11,6 +11,7 @@ from fuzzyctl.expr import (
     ONE,
     Binary,
     Call,
+    CompareOp,
     Expr,
     Name,
     Number,
@@ -337,7 +338,7 @@ class ActivationPlan:
     kind: str = "general"
     count: int = 1
     threshold: float = 0.0
-    comparison: str = ">="
+    comparison: CompareOp = ">="
 
     @property
     def compares(self) -> bool:

@@ -296,7 +296,7 @@ class _Front:
         if self.plan.least is None and method.kind == "general":
             return None
         if self.plan.least is None and method.kind == "threshold":
-            return Compare(method.comparison, self._own[rule], Number(method.threshold))  # type: ignore[arg-type]
+            return Compare(method.comparison, self._own[rule], Number(method.threshold))
         return Compare(">", self.activations[rule], ZERO)
 
     def _besides(self, entry: ImpliedPlan) -> tuple[Expr, ...] | None:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, Expr, Logic, Number, Where
+from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, CompareOp, Expr, Logic, Number, Where
 from fuzzyctl.kernels.plan import OutputPlan
 from fuzzyctl.kernels.program import Builder, clip, minus, plus, times
 from fuzzyctl.kernels.sampling import HALF, Carried, Samples, Step, largest
@@ -62,11 +62,11 @@ def _mean(samples: Samples, bound: Expr, places: Sequence[float], *, gaps: bool)
 
 def _by_magnitude(samples: Samples, bound: Expr, places: Sequence[float], *, gaps: bool) -> Expr:
     """Return the place of smallest or largest magnitude; of two that are equally far from 0 the lower one."""
-    op: str = "<" if samples.output.kind == "som" else ">"
+    op: CompareOp = "<" if samples.output.kind == "som" else ">"
     worst = math.inf if samples.output.kind == "som" else -1.0
 
     def step(b: Builder, v: Expr, items: Sequence[Expr], c: Mapping[str, Expr]) -> Carried:
-        better = Logic("and", (Compare(">=", v, bound), Compare(op, items[1], c["away"])))  # type: ignore[arg-type]
+        better = Logic("and", (Compare(">=", v, bound), Compare(op, items[1], c["away"])))
         hit = b.let(Where(better, ONE, ZERO))
         is_hit = Compare(">", hit, ZERO)
         return {"place": Where(is_hit, items[0], c["place"]), "away": Where(is_hit, items[1], c["away"])}
@@ -162,7 +162,7 @@ def place_of(builder: Builder, output: OutputPlan, hits: Hits) -> Expr:
 def _nearest_or_farthest(builder: Builder, output: OutputPlan, hits: Hits) -> Expr:
     """Return the place of smallest or largest magnitude; of two that are equally far from 0 the lower one."""
     middle = 0.5 * output.lower + 0.5 * output.upper
-    op: str = "<" if output.kind == "som" else ">"
+    op: CompareOp = "<" if output.kind == "som" else ">"
     candidates = list(hits.points)
     if output.kind == "som":  # 0 itself, if it lies within an interval
         candidates += [(h, builder.let(clip(Number(0.0 - middle), a, b))) for h, a, b in hits.intervals]
@@ -170,7 +170,7 @@ def _nearest_or_farthest(builder: Builder, output: OutputPlan, hits: Hits) -> Ex
     away: Expr = Number(math.inf if output.kind == "som" else -1.0)
     for hit, x in candidates:
         own = builder.let(Call("abs", (builder.let(plus(x, Number(middle))),)))
-        better = Logic("and", (Compare(">", hit, ZERO), Compare(op, own, away)))  # type: ignore[arg-type]
+        better = Logic("and", (Compare(">", hit, ZERO), Compare(op, own, away)))
         place, away = builder.let(Where(better, x, place)), builder.let(Where(better, own, away))
     return place
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import reduce
-from typing import Final
+from typing import Final, cast
 
 from fuzzyctl.errors import Diagnostic, DiagnosticError, UnknownNameError
 from fuzzyctl.expr import (
     MAX_DEPTH,
     ZERO,
+    CompareOp,
     Expr,
     Name,
     Number,
@@ -319,7 +320,7 @@ def _activation(system: FuzzySystem, method: Activation) -> ActivationPlan:
         kind=method.kind,
         count=1 if method.count is None else method.count,
         threshold=0.0 if method.threshold is None else number_of(system, method.threshold),
-        comparison=method.comparison or ">=",
+        comparison=cast("CompareOp", method.comparison or ">="),  # what reads an activation lets nothing else pass
     )
 
 

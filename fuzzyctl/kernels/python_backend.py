@@ -128,7 +128,7 @@ def as_number(value: object, what: str = "an input") -> float:
         ArgumentError: For anything else, arrays included.
     """
     if isinstance(value, Real) or getattr(value, "shape", None) == ():
-        return float(value)  # type: ignore[arg-type]
+        return float(value)  # type: ignore[arg-type]  # what has an empty shape is an array of one number
     raise ArgumentError(f"{what} must be a real number, got {type(value).__name__}; kernel.batch takes arrays")
 
 

@@ -24,13 +24,13 @@ def _pair(comparison: str) -> Lowering:
     return types.float64(types.float64, types.float64), lowered
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic  # type: ignore[untyped-decorator]  # numba has no types
 def smaller(_typing: Any, _a: Any, _b: Any) -> Lowering:
     """Return `a if a < b else b`."""
     return _pair("<")
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic  # type: ignore[untyped-decorator]  # numba has no types
 def larger(_typing: Any, _a: Any, _b: Any) -> Lowering:
     """Return `a if a > b else b`."""
     return _pair(">")

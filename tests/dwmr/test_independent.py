@@ -188,8 +188,15 @@ class Formation:
         for i, (error, asked) in enumerate(errors):
             self.star[i] += dt * error[5]
             # windows begin and end at multiples of the period, so that nothing jumps inside it
-            inside = lambda at, s, asked=asked, i=i: self.plant(min(at, t + dt * (1 - 1e-12)), s, asked, i)  # noqa: E731
-            done = solve_ivp(inside, (t, t + dt), self.state[i], method="DOP853", rtol=1e-12, atol=1e-13)
+            end = t + dt * (1 - 1e-12)
+            done = solve_ivp(
+                lambda at, s, asked=asked, i=i, end=end: self.plant(min(at, end), s, asked, i),
+                (t, t + dt),
+                self.state[i],
+                method="DOP853",
+                rtol=1e-12,
+                atol=1e-13,
+            )
             self.state[i] = done.y[:, -1]
 
 

@@ -276,17 +276,18 @@ class TestPlan:
         assert any(words in d.message and d.span is not None and d.span.line == line for d in found), found
 
 
-class TestJournal:
-    ABOUT = {"runs": 3, "scenario": {"sha256": "ab"}}  # noqa: RUF012
+ABOUT = {"runs": 3, "scenario": {"sha256": "ab"}}
 
+
+class TestJournal:
     def write(self, folder, count=2):
-        with journal.journal(folder, self.ABOUT, False) as one:
+        with journal.journal(folder, ABOUT, False) as one:
             for k in range(count):
                 one.add(Outcome(k, {"rmse": 0.1 + k, "stop_reason": "σ", "none": None, "nan": float("nan")}, 0.5))
         return (folder / NAME).read_bytes()
 
     def resumed(self, folder, about=None) -> Journal:
-        with journal.journal(folder, about or self.ABOUT, True) as one:
+        with journal.journal(folder, about or ABOUT, True) as one:
             return one
 
     def test_gives_back_what_was_done(self, tmp_path):
@@ -315,7 +316,7 @@ class TestJournal:
         assert self.write(tmp_path, 1) == whole
 
     def test_without_runs_there_is_nothing_to_keep(self, tmp_path):
-        with journal.journal(tmp_path, self.ABOUT, False):
+        with journal.journal(tmp_path, ABOUT, False):
             header = (tmp_path / NAME).read_bytes()
         assert not (tmp_path / NAME).exists()
         (tmp_path / NAME).write_bytes(header)
@@ -336,7 +337,7 @@ class TestJournal:
     def test_two_sweeps_cannot_write_into_it(self, tmp_path):
         self.write(tmp_path)
         with (
-            journal.journal(tmp_path, self.ABOUT, True),
+            journal.journal(tmp_path, ABOUT, True),
             pytest.raises(DiagnosticError, match="in use by another sweep"),
         ):
             self.resumed(tmp_path)

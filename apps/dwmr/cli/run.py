@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -100,7 +101,7 @@ def _write(
     for name, draw in (("path.png", figures.draw_path), ("errors.png", figures.draw_errors)):
         try:
             with figures.large_numbers():
-                files.write(name, lambda path, draw=draw: draw(path, trajectories, scenario))  # type: ignore[misc]
+                files.write(name, partial(draw, trajectories=trajectories, scenario=scenario))
         except figures.CANNOT_DRAW as error:
             click.echo(f"warning: {name} could not be drawn: {str(error) or type(error).__name__}", err=True)
             files.drop(name)

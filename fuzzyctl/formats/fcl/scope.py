@@ -52,7 +52,7 @@ class Scope:
         self._note(code, message, span, "warning", more)
 
     def _note(self, code: str, message: str, span: Span | None, severity: Severity, more: dict[str, object]) -> None:
-        self.diagnostics.append(Diagnostic(code, message, span, severity, **more))  # type: ignore[arg-type]
+        self.diagnostics.append(Diagnostic(code, message, span, severity, **more))  # type: ignore[arg-type]  # fields by name
 
     def spelt(self, name: str, known: Collection[str], span: Span) -> str | None:
         """Return a declared name, found by its letters where only capitals differ, as the standard allows."""
