@@ -70,7 +70,6 @@ class TestCache:
         monkeypatch.setenv("FUZZYCTL_CACHE_DIR", str(tmp_path / "file" / "cache"))
         assert "cannot be written to" in run("doctor").output
 
-
     def test_of_a_user_without_a_home_is_none(self, run, monkeypatch):
         def none():
             raise RuntimeError("Could not determine home directory.")
