@@ -34,7 +34,24 @@ FUNCTIONS: Final[dict[str, tuple[int, int | None]]] = {
     "tan": (1, 1),
     "atan2": (2, 2),
     "sign": (1, 1),
+    "floor": (1, 1),
+    "ceil": (1, 1),
+    "round": (1, 1),
+    "mod": (2, 2),
+    "fmod": (2, 2),
+    "lt": (2, 2),
+    "le": (2, 2),
+    "gt": (2, 2),
+    "ge": (2, 2),
+    "eq": (2, 2),
+    "ne": (2, 2),
 }
+
+#: Functions that are 1 where a comparison holds and 0 where it does not, under the names of IEC 61131-3.
+COMPARISONS: Final[dict[str, CompareOp]] = {"lt": "<", "le": "<=", "gt": ">", "ge": ">=", "eq": "==", "ne": "!="}
+
+#: Functions whose names params, inputs and terms may have as well: a parenthesis behind the name tells them apart.
+SOFT: Final = frozenset({"floor", "ceil", "round", "mod", "fmod", *COMPARISONS})
 
 #: Named constants of the language.
 CONSTANTS: Final[dict[str, float]] = {"pi": math.pi, "inf": math.inf}
@@ -216,7 +233,7 @@ def evaluate(expr: Expr, names: Mapping[str, float]) -> float:
         case Call(function=function, arguments=arguments, span=span):
             if function not in FUNCTIONS:
                 raise ExprError(f"no function {function!r}", span)
-            return _checked(_SCALAR[function], tuple(evaluate(a, names) for a in arguments), span)
+            return _checked(SCALAR_FUNCTIONS[function], tuple(evaluate(a, names) for a in arguments), span)
     raise ExprError("a number is due here, not a truth value", span_of(expr))
 
 
@@ -250,12 +267,36 @@ def sign(x: float) -> float:
     return 1.0 if x > 0.0 else -1.0 if x < 0.0 else x * 0.0
 
 
+def floor(x: float) -> float:
+    """Return the largest whole number not above x, with the sign of x where it is 0; NaN and infinities stay."""
+    return math.copysign(float(math.floor(x)), x) if abs(x) < _WHOLE else x
+
+
+def rounded(x: float) -> float:
+    """Return the nearest whole number, of two the even one; NaN and infinities stay."""
+    whole = float(round(x)) if abs(x) < _WHOLE else x
+    return x if whole == x else whole
+
+
+def modulo(a: float, b: float) -> float:
+    """Return the remainder of a / b with the sign of b, as IEEE 754's fmod gives it; NaN where there is none.
+
+    Raises:
+        ValueError: For an infinite a, and where b is 0.
+    """
+    rest = math.fmod(a, b)
+    return rest + b if (rest < 0.0 < b) or (b < 0.0 < rest) else rest
+
+
 def _power(base: float, exponent: float) -> float:
     value = base**exponent
     if isinstance(value, complex):
         raise ValueError
     return float(value)
 
+
+#: From here on all numbers are whole.
+_WHOLE: Final = 2.0**53
 
 _BINARY: Final[dict[str, Callable[[float, float], float]]] = {
     "+": lambda a, b: a + b,
@@ -265,7 +306,8 @@ _BINARY: Final[dict[str, Callable[[float, float], float]]] = {
     "^": _power,
 }
 
-_SCALAR: Final[dict[str, Callable[..., float]]] = {
+#: The functions for floats; they raise where they have no value.
+SCALAR_FUNCTIONS: Final[dict[str, Callable[..., float]]] = {
     "abs": abs,
     "min": lambda *values: min(values),
     "max": lambda *values: max(values),
@@ -277,6 +319,17 @@ _SCALAR: Final[dict[str, Callable[..., float]]] = {
     "tan": math.tan,
     "atan2": math.atan2,
     "sign": sign,
+    "floor": floor,
+    "ceil": lambda x: -floor(-x),
+    "round": rounded,
+    "mod": modulo,
+    "fmod": math.fmod,
+    "lt": lambda a, b: float(a < b),
+    "le": lambda a, b: float(a <= b),
+    "gt": lambda a, b: float(a > b),
+    "ge": lambda a, b: float(a >= b),
+    "eq": lambda a, b: float(a == b),
+    "ne": lambda a, b: float(a != b),
 }
 
 _PRECEDENCE: Final = {"or": 1, "and": 2, "not": 3, "compare": 4, "+": 5, "-": 5, "*": 6, "/": 6, "neg": 7, "^": 8}

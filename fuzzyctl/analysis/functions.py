@@ -12,6 +12,8 @@ from fuzzyctl.analysis.enclosures import (
     ULPS,
     Array,
     Enclosure,
+    Mask,
+    chosen,
     constant,
     divided,
     hull_of_products,
@@ -23,6 +25,10 @@ from fuzzyctl.analysis.enclosures import (
     smaller,
     sound,
 )
+from fuzzyctl.expr import COMPARISONS
+
+#: Boxes where a condition surely holds, and where it surely does not.
+Truths = tuple[Mask, Mask]
 
 #: What a library function may be off by, relative to its value.
 _LIBRARY: Final = 64 * 2.0**-53
@@ -57,6 +63,10 @@ def applied(function: str, a: list[Enclosure]) -> Enclosure:
             return _sqrt(a[0])
         case "sign":
             return _sign(a[0])
+        case "floor" | "ceil" | "round" | "mod" | "fmod":
+            return jumping(*_scalars(lambda *x: intervals.applied(function, list(x)), a))
+        case comparison if comparison in COMPARISONS:
+            return _truth(COMPARISONS[comparison], a[0], a[1])
         case "log" | "sin" | "cos":
             return _by_scalars(function, a[0])
         case "atan2" | "tan":
@@ -95,6 +105,28 @@ def _sqrt(a: Enclosure) -> Enclosure:
         slopes = slope_times((0.5 / np.where(hi > 0.0, hi, 1.0) * (1.0 - ULPS), steep), a.slopes)
     error = np.where(lo * lo > 2.0 * a.error, a.error / with_root, np.sqrt(3.0 * a.error)) + hi * ULPS
     return sound(lo, hi, slopes, error)
+
+
+def compared(op: str, a: Enclosure, b: Enclosure) -> Truths:
+    """Return where a comparison surely holds, and where it surely does not."""
+    match op:
+        case "<":
+            return a.hi < b.lo, a.lo >= b.hi
+        case "<=":
+            return a.hi <= b.lo, a.lo > b.hi
+        case ">" | ">=":
+            return compared("<" if op == ">" else "<=", b, a)
+        case "==":
+            return (a.lo == a.hi) & (b.lo == b.hi) & (a.lo == b.lo), (a.hi < b.lo) | (b.hi < a.lo)
+    yes, no = compared("==", a, b)
+    return no, yes
+
+
+def _truth(op: str, a: Enclosure, b: Enclosure) -> Enclosure:
+    """Enclose the function that is 1 where a comparison holds, else 0; what may be NaN is compared without a result."""
+    yes, no = compared(op, a, b)
+    known = ~(np.isneginf(a.lo) & np.isposinf(a.hi) | np.isneginf(b.lo) & np.isposinf(b.hi))
+    return chosen(yes & known, no & known, constant(1.0), constant(0.0))
 
 
 def _sign(a: Enclosure) -> Enclosure:

@@ -24,12 +24,9 @@ from fuzzyctl.analysis.enclosures import (
     square,
     times,
 )
-from fuzzyctl.analysis.functions import applied, power
+from fuzzyctl.analysis.functions import Truths, applied, compared, power
 from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where
 from fuzzyctl.kernels.program import STATE, Accumulate, Assign, Fold, Item, Place, Program, Quadrature, Refuse
-
-#: Boxes where a condition surely holds, and where it surely does not.
-Truths = tuple[Mask, Mask]
 
 
 class Interpreter:
@@ -93,7 +90,7 @@ class Interpreter:
             case Compare(op="!=", left=left, right=right) if left == right:
                 return np.array(False), np.array(True)  # whether it is NaN, which boxes never hold
             case Compare(op=op, left=left, right=right):
-                return _compare(op, self.enclose(left), self.enclose(right))
+                return compared(op, self.enclose(left), self.enclose(right))
             case Logic(op="not", operands=(operand,)):
                 yes, no = self.decide(operand)
                 return no, yes
@@ -148,20 +145,6 @@ def _anything() -> Enclosure:
 
 def _is_nan(expr: Expr) -> bool:
     return isinstance(expr, Number) and math.isnan(expr.value)
-
-
-def _compare(op: str, a: Enclosure, b: Enclosure) -> Truths:
-    match op:
-        case "<":
-            return a.hi < b.lo, a.lo >= b.hi
-        case "<=":
-            return a.hi <= b.lo, a.lo > b.hi
-        case ">" | ">=":
-            return _compare("<" if op == ">" else "<=", b, a)
-        case "==":
-            return (a.lo == a.hi) & (b.lo == b.hi) & (a.lo == b.lo), (a.hi < b.lo) | (b.hi < a.lo)
-    yes, no = _compare("==", a, b)
-    return no, yes
 
 
 def _spread(e: Enclosure) -> Enclosure:

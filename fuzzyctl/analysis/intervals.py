@@ -10,7 +10,22 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import Final
 
-from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where, sign
+from fuzzyctl.expr import (
+    COMPARISONS,
+    SCALAR_FUNCTIONS,
+    Binary,
+    Call,
+    Compare,
+    Expr,
+    Logic,
+    Name,
+    Negate,
+    Number,
+    Where,
+    floor,
+    rounded,
+    sign,
+)
 from fuzzyctl.kernels.python_backend import power
 
 #: The least and the largest value.
@@ -138,6 +153,9 @@ def applied(function: str, a: list[Interval]) -> Interval:
             return max(x[0] for x in a), max(x[1] for x in a)
         case "held":
             return (0.0, 1.0) if a[0] == ANYTHING else (_held(a[0][0]), _held(a[0][1]))
+        case comparison if comparison in COMPARISONS:
+            truth = None if ANYTHING in a else _compare(COMPARISONS[comparison], a[0], a[1])
+            return (0.0, 1.0) if truth is None else (float(truth), float(truth))
     if ANYTHING in a:
         return ANYTHING
     low, high = a[0]
@@ -162,7 +180,30 @@ def applied(function: str, a: list[Interval]) -> Interval:
             return _angle(a[0], a[1])
         case "sign":
             return sign(low), sign(high)
+        case "floor":
+            return floor(low), floor(high)
+        case "ceil":
+            return -floor(-low), -floor(-high)
+        case "round":
+            return rounded(low), rounded(high)
+        case "mod" | "fmod":
+            return _remainder(function, a[0], a[1])
     raise TypeError(f"function {function!r} has no interval")
+
+
+def _remainder(function: str, a: Interval, b: Interval) -> Interval:
+    """Enclose remainders: monotone in a as long as nothing wraps around, else between 0 and the divisor."""
+    if b[0] <= 0.0 <= b[1] or math.isinf(a[0]) or math.isinf(a[1]):
+        return ANYTHING
+    divisor = max(abs(b[0]), abs(b[1]))
+    low, high = (0.0 if b[0] > 0.0 else -divisor), (divisor if b[0] > 0.0 else 0.0)
+    if function == "fmod":
+        most = min(divisor, max(abs(a[0]), abs(a[1])))
+        low, high = (-most if a[0] < 0.0 else 0.0), (most if a[1] > 0.0 else 0.0)
+    if b[0] == b[1] and a[1] - a[0] < 0.5 * divisor and (function == "mod" or a[0] >= 0.0 or a[1] <= 0.0):
+        ends = [SCALAR_FUNCTIONS[function](x, b[0]) for x in a]
+        return (ends[0], ends[1]) if ends[0] <= ends[1] else (low, high)
+    return low, high
 
 
 def _held(x: float) -> float:

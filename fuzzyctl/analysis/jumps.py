@@ -93,6 +93,7 @@ def _places(flat: Plan, output: OutputPlan, has_hole: bool) -> Iterator[tuple[in
     for i, variable in enumerate(flat.inputs):
         sets = [d.set for d in flat.degrees if d.variable == i]
         jumps = {a[0] for s in sets for a, b in pairwise(s.vertices) if a[0] == b[0] and a[1] != b[1]}
+        jumps |= {x for s in sets if s.expression is not None for x in s.pieces}
         if has_hole and isinstance(output.otherwise, float) and not _leaves_a_gap(variable, sets):
             jumps |= set(breakpoints(variable, sets))
         yield from ((i, x) for x in sorted(jumps) if _is_within(variable, x))

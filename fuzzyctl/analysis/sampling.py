@@ -61,7 +61,7 @@ def _is_partial(expr: Expr) -> bool:
     if isinstance(expr, Binary):
         plain = isinstance(expr.right, Number) and expr.right.value >= 0.0 and expr.right.value % 1.0 == 0.0
         return expr.op == "/" or (expr.op == "^" and not plain)
-    return isinstance(expr, Call) and expr.function in ("sqrt", "log")
+    return isinstance(expr, Call) and expr.function in ("sqrt", "log", "mod", "fmod")
 
 
 def _has_none(judge: Judge, expr: Expr, point: tuple[float, ...], here: dict[str, float]) -> bool:
@@ -78,6 +78,8 @@ def _has_none(judge: Judge, expr: Expr, point: tuple[float, ...], here: dict[str
             return (base == 0 and exponent < 0) or (base < 0 and exponent.denominator != 1)
         case Call(function="log"):
             return values[0] <= 0
+        case Call(function="mod" | "fmod"):
+            return values[1] == 0
     return values[0] < 0
 
 

@@ -31,7 +31,10 @@ INDENT: Final = "    "
 #: So many knots are counted by comparisons; more are searched by halving.
 COUNTED: Final = 9
 #: Functions of <math.h>.
-LIBM: Final[Mapping[str, str]] = {n: n for n in ("sqrt", "exp", "log", "sin", "cos", "tan", "atan2")} | {"power": "pow"}
+LIBM: Final[Mapping[str, str]] = {
+    "power": "pow",
+    **{n: n for n in ("sqrt", "exp", "log", "sin", "cos", "tan", "atan2", "floor", "fmod")},
+}
 #: Functions that generated files bring along, each with its arguments and value.
 HELPERS: Final[Mapping[str, tuple[str, str]]] = {
     "smaller": ("a b", "(a < b) ? a : b"),

@@ -50,6 +50,14 @@ def power(a, b):
     "decay": ((), "\ndecay = math.exp\n"),
     "atan2": ((), "\natan2 = math.atan2\n"),
     "abs": ((), ""),
+    "floor": (
+        (),
+        "\ndef floor(x):\n    return math.copysign(float(math.floor(x)), x) if abs(x) < 9007199254740992.0 else x\n",
+    ),
+    "fmod": (
+        (),
+        "\ndef fmod(a, b):\n    try:\n        return math.fmod(a, b)\n    except ValueError:\n        return nan\n",
+    ),
 } | {
     name: (
         (),

@@ -50,6 +50,8 @@ _FUNCTIONS: Final[dict[str, Any]] = {
     "cos": np.cos,
     "tan": np.tan,
     "atan2": np.arctan2,
+    "floor": np.floor,
+    "fmod": np.fmod,
 }
 _FUNCTIONS["min"], _FUNCTIONS["max"] = _FUNCTIONS["smaller"], _FUNCTIONS["larger"]
 _OPERATORS: Final[dict[str, Any]] = {

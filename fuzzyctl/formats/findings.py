@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Final
 
 from fuzzyctl.errors import Diagnostic, Note, closest
@@ -11,6 +11,23 @@ from fuzzyctl.source import SourceText, Span
 
 #: Files with more lines than this, comments and blank lines left out, are not read; nor lists with more numbers.
 MOST_LINES: Final = 20_000
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What two tools read differently.
+
+    Args:
+        message: How it is read here.
+        other: How the other tool reads it.
+        way_out: What both read alike.
+        span: Where it stands.
+    """
+
+    message: str
+    other: str
+    way_out: str
+    span: Span
 
 
 class Findings:
@@ -57,6 +74,10 @@ class Findings:
         """Add a warning."""
         self.error(code, message, span, help=help, facts=facts, note=note)
         self.diagnostics[-1] = replace(self.diagnostics[-1], severity="warning")
+
+    def differs(self, reading: Reading) -> None:
+        """Add a warning of what tools read differently."""
+        self.warning("FZ609", reading.message, reading.span, help=reading.way_out, facts=(reading.other,))
 
     def too_many(self, count: int, span: Span) -> bool:
         """Whether there are too many lines; it is reported where the count is just above the most."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Final
 
-from fuzzyctl.expr import ONE, ZERO, Binary, BinaryOp, Call, Expr, Number
+from fuzzyctl.expr import COMPARISONS, MAX_DEPTH, ONE, ZERO, Binary, BinaryOp, Call, Expr, Number, children
 
 _HALF: Final = Number(0.5)
 
@@ -19,14 +19,31 @@ def _root_beside(x: Expr) -> Expr:
     return Call("sqrt", (_op("-", ONE, _op("*", x, x)),))
 
 
-def less(a: Expr, b: Expr) -> Expr:
-    """Return 1 where a is less than b, else 0."""
-    return Call("max", (ZERO, Call("sign", (_op("-", b, a),))))
+def is_truth(expr: Expr) -> bool:
+    """Return whether an expression is 0 or 1, whatever its names are."""
+    match expr:
+        case Number(value=value):
+            return value in (0.0, 1.0)
+        case Call(function="min" | "max", arguments=arguments):
+            return all(map(is_truth, arguments))
+    return isinstance(expr, Call) and expr.function in COMPARISONS
 
 
-def unequal(a: Expr, b: Expr) -> Expr:
-    """Return 1 where a differs from b, else 0."""
-    return Call("abs", (Call("sign", (_op("-", a, b),)),))
+def truth(expr: Expr, *, python: bool) -> Expr:
+    """Return whether an operand of logic counts as true, as 1 or 0.
+
+    Args:
+        expr: The operand.
+        python: Whether everything but 0 is true, NaN included, as in pyfuzzylite; else nothing but 1, as in fuzzylite.
+    """
+    if is_truth(expr):
+        return expr
+    return Call("ne", (expr, ZERO)) if python else Call("eq", (expr, ONE))
+
+
+def negation(expr: Expr, *, python: bool) -> Expr:
+    """Return 1 where an operand of logic is not true, else 0; see `truth`."""
+    return Call("eq", (expr, ZERO)) if python or is_truth(expr) else Call("ne", (expr, ONE))
 
 
 def _exp(x: Expr) -> Expr:
@@ -52,6 +69,13 @@ def _acosh(x: Expr) -> Expr:
     return _log(_op("+", x, Call("sqrt", (_op("-", _op("*", x, x), ONE),))))
 
 
+def _away_from_zero(x: Expr) -> Expr:
+    """Return the nearest whole number, of two the one farther from 0, as C rounds."""
+    size = Call("abs", (x,))
+    whole = Call("floor", (size,))
+    return _op("*", Call("sign", (x,)), _op("+", whole, Call("ge", (_op("-", size, whole), _HALF))))
+
+
 _ONE_ARGUMENT: Final[dict[str, Callable[[Expr], Expr]]] = {
     "log10": lambda x: _op("/", _log(x), _log(Number(10.0))),
     "log1p": lambda x: _log(_op("+", ONE, x)),
@@ -63,25 +87,38 @@ _ONE_ARGUMENT: Final[dict[str, Callable[[Expr], Expr]]] = {
     "tanh": _tanh,
     "asinh": _asinh,
     "acosh": _acosh,
+    "round": _away_from_zero,
     "atanh": lambda x: _op("*", _HALF, _log(_op("/", _op("+", ONE, x), _op("-", ONE, x)))),
 }
 
 _TWO_ARGUMENTS: Final[dict[str, Callable[[Expr, Expr], Expr]]] = {
     "pow": lambda a, b: _op("^", a, b),
-    "lt": less,
-    "gt": lambda a, b: less(b, a),
-    "le": lambda a, b: _op("-", ONE, less(b, a)),
-    "ge": lambda a, b: _op("-", ONE, less(a, b)),
-    "neq": unequal,
-    "eq": lambda a, b: _op("-", ONE, unequal(a, b)),
+    "neq": lambda a, b: Call("ne", (a, b)),
 }
+
+#: Larger expressions are refused: what is nested in functions whose argument stands in them twice grows fast.
+_MOST_PARTS: Final = 5000
 
 #: How many arguments each function takes.
 ARGUMENTS: Final[dict[str, int]] = {**dict.fromkeys(_ONE_ARGUMENT, 1), **dict.fromkeys(_TWO_ARGUMENTS, 2)}
 
 
-def expanded(name: str, arguments: Sequence[Expr]) -> Expr:
-    """Return what a function of `ARGUMENTS` is of as many arguments as it takes."""
+def expanded(name: str, arguments: Sequence[Expr]) -> Expr | None:
+    """Return what a function of `ARGUMENTS` is of as many arguments as it takes; None for what becomes too large."""
     if name in _ONE_ARGUMENT:
-        return _ONE_ARGUMENT[name](arguments[0])
-    return _TWO_ARGUMENTS[name](arguments[0], arguments[1])
+        found = _ONE_ARGUMENT[name](arguments[0])
+    else:
+        found = _TWO_ARGUMENTS[name](arguments[0], arguments[1])
+    return None if is_too_large(found) else found
+
+
+def is_too_large(expr: Expr) -> bool:
+    """Return whether an expression has more parts, or is deeper, than rule files and kernels can hold."""
+    stack, count = [(expr, 0)], 0
+    while stack:
+        node, depth = stack.pop()
+        count += 1
+        if count > _MOST_PARTS or depth > MAX_DEPTH:
+            return True
+        stack.extend((part, depth + 1) for part in children(node))
+    return False

@@ -7,7 +7,7 @@ import unicodedata
 from collections.abc import Collection, Iterable
 from typing import Any, Final
 
-from fuzzyctl.expr import CONSTANTS, FUNCTIONS, Name, replace_names
+from fuzzyctl.expr import CONSTANTS, FUNCTIONS, SOFT, Name, replace_names
 from fuzzyctl.formats.losses import Loss
 from fuzzyctl.formulas import HEDGES
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, RuleBlock, RuleTable
@@ -15,7 +15,9 @@ from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import LinguisticVariable, Membership
 
 #: Words that cannot be names where rules and expressions name things.
-_RESERVED: Final = {"and", "or", "not", "then", "is", "weight", "nan", "hold", *HEDGES, *CONSTANTS, *FUNCTIONS}
+_RESERVED: Final = frozenset(
+    {"and", "or", "not", "then", "is", "weight", "nan", "hold", *HEDGES, *CONSTANTS, *FUNCTIONS} - SOFT
+)
 
 _NAME: Final = re.compile(r"[^\W\d][\w\u0300-\u036f]*")
 
@@ -98,7 +100,7 @@ class _Names:
         self.system = self._renamed(f"system '{system.name}'", [system.name])[system.name]
         variables = [*system.inputs, *system.outputs]
         params = [p.name for p in system.params]
-        self.reserved = reserved | of_variables
+        self.reserved = reserved | of_variables | (SOFT & {o.name for o in system.outputs})
         self.variables = self._renamed("variable", [v.name for v in variables], params)
         self.reserved = reserved
         self.blocks = self._renamed("rule block", [b.name for b in system.rule_blocks])

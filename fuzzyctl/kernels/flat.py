@@ -3,20 +3,26 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from functools import cached_property, reduce
 from typing import Final, Literal
 
 from fuzzyctl.errors import FuzzyctlError
 from fuzzyctl.expr import (
+    COMPARISONS,
     ONE,
     Binary,
     Call,
     CompareOp,
     Expr,
+    ExprError,
     Name,
     Number,
     evaluate,
+    names_in,
+    replace,
     replace_names,
+    walk,
 )
 from fuzzyctl.formulas import (
     Vertex,
@@ -116,9 +122,9 @@ class SetPlan:
 
     @property
     def pieces(self) -> tuple[float, ...]:
-        """Finite places where the formula changes, such as corners."""
+        """Finite places where the formula changes, such as corners; of an expression those it compares x with."""
         if self.expression is not None:
-            return ()
+            return tuple(sorted(set(_compared(self.expression))))
         formula = formula_of(self.kind)
         places = [*formula.core(self.parameters), *formula.pieces(self.parameters)]
         return tuple(sorted({x for x in places if not math.isinf(x)}))
@@ -139,6 +145,29 @@ class SetPlan:
         found = formula_of(self.kind).inverse(share, self.parameters)
         assert found is not None, "tsukamoto takes monotone sets only"
         return found
+
+
+def _compared(expression: Expr) -> Iterator[float]:
+    """Yield the numbers that an expression over `ITSELF` compares it with."""
+    for node in walk(expression):
+        if isinstance(node, Call) and node.function in COMPARISONS and Name(ITSELF) in node.arguments:
+            values = [_value(a) for a in node.arguments if not names_in(a)]
+            yield from (v for v in values if v is not None and math.isfinite(v))
+
+
+def _value(expression: Expr) -> float | None:
+    """Return the value of an expression without names, None where it has none."""
+
+    def plain(node: Expr) -> Expr:
+        match node:
+            case Call(function="divide", arguments=(a, b)):
+                return Binary("/", a, b)
+        return node
+
+    try:
+        return evaluate(replace(expression, plain), {})
+    except ExprError:
+        return None
 
 
 def _is_straight(change: Expr) -> bool:

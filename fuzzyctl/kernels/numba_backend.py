@@ -45,6 +45,7 @@ from fuzzyctl.machine_code import native
 from fuzzyctl.kernels.selections import larger, smaller
 
 power = np.power
+floor, fmod = np.floor, np.fmod
 '''
 
 #: What expressions of the user may call, each written only into modules that do.

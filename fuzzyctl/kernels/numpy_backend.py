@@ -214,4 +214,6 @@ _RUNTIME: Final[dict[str, Any]] = {
     "cos": np.cos,
     "tan": np.tan,
     "atan2": np.arctan2,
+    "floor": np.floor,
+    "fmod": np.fmod,
 }

@@ -8,7 +8,23 @@ from functools import reduce
 from itertools import count
 from typing import Final
 
-from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where, children, replace
+from fuzzyctl.expr import (
+    ONE,
+    SOFT,
+    ZERO,
+    Binary,
+    Call,
+    Compare,
+    Expr,
+    Logic,
+    Name,
+    Negate,
+    Number,
+    Where,
+    children,
+    replace,
+)
+from fuzzyctl.kernels.steps import step
 from fuzzyctl.records import record
 
 #: Deeper expressions are written as several statements, since parsers stop at some depth (CPython's at 200).
@@ -283,7 +299,7 @@ class Builder:
         return Negate(parts[0]), deepest + 1
 
     def flat(self, value: Expr) -> Expr:
-        """Return a value in which `min` and `max` are pairs of atoms and `sign` is a choice.
+        """Return a value in which `min` and `max` are pairs of atoms, and `sign` and comparisons are choices.
 
         Printers write those as comparisons, which name each operand twice.
         """
@@ -301,6 +317,8 @@ class Builder:
                     x = self.let(x)
                     negative = Where(Compare("<", x, ZERO), Number(-1.0), times(x, ZERO))
                     return Where(Compare(">", x, ZERO), ONE, negative)
+                case Call(function=function, arguments=arguments) if function in SOFT:
+                    return step(function, arguments, self.let)
             return node
 
         return replace(value, change)

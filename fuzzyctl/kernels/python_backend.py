@@ -11,7 +11,7 @@ from numbers import Real
 from typing import Any, Final
 
 from fuzzyctl.errors import ArgumentError, NoRuleFiresError
-from fuzzyctl.expr import Expr, names_in
+from fuzzyctl.expr import SCALAR_FUNCTIONS, SOFT, Expr, floor, names_in
 from fuzzyctl.kernels import quadrature
 from fuzzyctl.kernels.printer import IEEE_SCALAR, INDENT, INTERPRETED, SCALAR, Dialect, block, text
 from fuzzyctl.kernels.program import STATE, Program
@@ -105,7 +105,7 @@ _CALLING: Final[Mapping[str, Any]] = {"missing": _MISSING, "given": _given, "ref
 def scalar_function(expr: Expr) -> Callable[..., float]:
     """Return the function of the names in an expression, in order of appearance."""
     names = ", ".join(dict.fromkeys(n.name for n in names_in(expr))) or "_=0.0"
-    return _execute(f"def function({names}):\n{INDENT}return {text(expr, SCALAR)}\n", dict(RUNTIME))
+    return _execute(f"def function({names}):\n{INDENT}return {text(expr, SCALAR)}\n", {**_CHOICES, **RUNTIME})
 
 
 def _execute(source: str, namespace: dict[str, Any]) -> Callable[..., Any]:
@@ -195,4 +195,8 @@ RUNTIME: Final[Mapping[str, Any]] = {
     "cos": _ieee(math.cos),
     "tan": _ieee(math.tan),
     "atan2": math.atan2,
+    "floor": floor,
+    "fmod": _ieee(math.fmod),
 }
+#: What `scalar_function` calls besides: programs have choices in the place of these.
+_CHOICES: Final[Mapping[str, Any]] = {n: _ieee(f) for n, f in SCALAR_FUNCTIONS.items() if n in (*SOFT, "sign")}

@@ -105,6 +105,7 @@ _FUZZYLITE_BUGS: Final = (
     "a fourth parameter of gbellmf in a .fis file is read as a height, so that the term vanishes",
     "rules that cannot be read are left out; here they are errors",
     "of equal activations `highest` and `lowest` may choose any; here they choose the earliest",
+    "formulas take numbers closer than 1e-6 for equal, and NaN for equal to NaN; here neither is",
 )
 
 #: All profiles by name.
@@ -239,6 +240,7 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                     _NEGATIVE,
                     "a weighted sum to which no rule contributes is NaN, and so it is here, but 0 in fuzzylite",
                     "four of its activation methods refuse arrays; here they do not",
+                    "formulas add truths up to 1, and take NaN for equal to NaN; here neither is so",
                     "of several terms of one name its rules mean the last; here the first, as in fuzzylite",
                     "an input that is NaN spoils only what reads it, and a default then takes its place; here every "
                     "output is NaN",

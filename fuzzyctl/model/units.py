@@ -9,12 +9,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from fuzzyctl.errors import Diagnostic
-from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, children, span_of, to_text
+from fuzzyctl.expr import COMPARISONS, Binary, Call, Compare, Expr, Logic, Name, Negate, children, span_of, to_text
 from fuzzyctl.model.dimensions import are_same, surely_differ
 from fuzzyctl.model.system import FuzzySystem
 
 #: Functions whose value is measured in the unit of their arguments.
-_JOINING = ("abs", "min", "max")
+_JOINING = ("abs", "min", "max", "floor", "ceil", "round", "mod", "fmod")
 
 
 def unlike_units(system: FuzzySystem) -> Iterator[Diagnostic]:
@@ -73,6 +73,9 @@ class _Units:
                 self.join([left, right])
                 return ""
             case Call(function="bounded", arguments=arguments):
+                self.join(arguments)
+                return ""
+            case Call(function=function, arguments=arguments) if function in COMPARISONS:
                 self.join(arguments)
                 return ""
             case Call(function=function, arguments=arguments) if function in _JOINING:

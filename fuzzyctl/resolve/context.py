@@ -63,7 +63,9 @@ class Context:
 
     def declare(self, word: sx.Word, what: str) -> bool:
         """Enter a name; report and return False when it is reserved or taken."""
-        if word.text in sx.RESERVED or word.text in ex.FUNCTIONS or word.text in CLAIM_FUNCTIONS:
+        # An output may be called in a guarantee, as `u(-e)`, where nothing would tell it from a function.
+        functions = ex.FUNCTIONS if what == "an output" else ex.FUNCTIONS.keys() - ex.SOFT
+        if word.text in sx.RESERVED or word.text in functions or word.text in CLAIM_FUNCTIONS:
             self.report("FZ201", f"'{word.text}' is a word of the language and cannot name {what}", word.span)
             self.unread |= {word.text}
             self.lost_input = self.lost_input or what == "an input"

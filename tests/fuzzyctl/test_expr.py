@@ -14,6 +14,31 @@ def number(value):
     return ex.Number(value)
 
 
+#: Whole numbers near some: downwards, upwards, to the nearest, of two the even one.
+STEPS = [
+    *(("floor", x, v) for x, v in ((2.5, 2.0), (-2.5, -3.0), (-0.0, -0.0), (1e300, 1e300), (2.0, 2.0))),
+    *(("ceil", x, v) for x, v in ((2.5, 3.0), (-2.5, -2.0), (4503599627370497.5, 4503599627370498.0))),
+    *(("round", x, v) for x, v in ((0.5, 0.0), (1.5, 2.0), (2.5, 2.0), (-1.5, -2.0), (-0.3, 0.0), (2.6, 3.0))),
+    ("round", 0.49999999999999994, 0.0),
+    ("round", -0.49999999999999994, 0.0),
+]
+#: Those of `mod` have the sign of the divisor, those of `fmod` that of what is divided.
+REMAINDERS = [
+    *(("mod", a, b, v) for a, b, v in ((7.5, 2.0, 1.5), (-7.5, 2.0, 0.5), (7.5, -2.0, -0.5), (-4.0, 2.0, 0.0))),
+    *(("fmod", a, b, v) for a, b, v in ((7.5, 2.0, 1.5), (-7.5, 2.0, -1.5), (7.5, -2.0, 1.5), (-7.5, -2.0, -1.5))),
+    ("mod", 1e17, 3.0, 1e17 % 3.0),
+]
+#: What is true of a number below, at and above another.
+COMPARED = {
+    "lt": (1, 0, 0),
+    "le": (1, 1, 0),
+    "gt": (0, 0, 1),
+    "ge": (0, 1, 1),
+    "eq": (0, 1, 0),
+    "ne": (1, 0, 1),
+}
+
+
 class TestEvaluate:
     @pytest.mark.parametrize(
         ("expression", "value"),
@@ -26,6 +51,13 @@ class TestEvaluate:
             (ex.Call("max", (ex.Name("a"), ex.Name("b"))), 2.0),
             (ex.Call("atan2", (number(1.0), number(0.0))), math.pi / 2),
             (ex.Call("sign", (ex.Name("b"),)), -1.0),
+            *((ex.Call(f, (number(x),)), v) for f, x, v in STEPS),
+            *((ex.Call(f, (number(a), number(b))), v) for f, a, b, v in REMAINDERS),
+            *(
+                (ex.Call(f, (number(a), number(b))), float(v))
+                for f, truths in COMPARED.items()
+                for a, b, v in zip((1.0, 2.0, 2.0), (2.0, 2.0, 1.0), truths, strict=True)
+            ),
             (ex.Name("inf"), math.inf),
         ],
     )
@@ -38,6 +70,8 @@ class TestEvaluate:
             (ex.Binary("/", number(1.0), number(0.0)), "division by zero"),
             (ex.Call("sqrt", (number(-1.0),)), "domain"),
             (ex.Call("log", (number(0.0),)), "domain"),
+            (ex.Call("mod", (number(1.0), number(0.0))), "domain"),
+            (ex.Call("fmod", (number(1.0), number(0.0))), "domain"),
             (ex.Binary("^", number(-8.0), number(0.5)), "domain"),
             (ex.Binary("^", number(10.0), number(1e6)), "too large"),
             (ex.Binary("*", number(1e200), number(1e200)), "too large"),

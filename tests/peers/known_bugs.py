@@ -54,6 +54,14 @@ output y in [0, 10]
   left = triangle(0, 2, 4)
 if a is low then y is left
 """
+_FORMULA = """
+defuzzifier weighted_average
+input a in [0, 10]
+  low = trapezoid(-inf, 0, 10, inf)
+output y in [0, 10]
+  f = function({})
+if a is low then y is f
+"""
 _LONE = """
 {norm}
 defuzzifier weighted_average
@@ -210,6 +218,10 @@ BUGS = (
     Bug("fuzzylite", "where rules act but leave", _EMPTY.format(kind="som"), (1.0,), 7.0, 1.25),
     Bug("fuzzylite", "where rules act but leave", _EMPTY.format(kind="centroid"), (1.0,), 7.0, NAN),
     Bug("fuzzylite", "of equal activations", _TIED, (2.0,), 1.5, 2.5),
+    Bug("fuzzylite", "formulas take numbers closer", _FORMULA.format("eq(a, 2)"), (2.0000005,), 0.0, 1.0),
+    Bug("fuzzylite", "formulas take numbers closer", _FORMULA.format("eq(0 / a, 0 / a)"), (0.0,), 0.0, 1.0),
+    Bug("pyfuzzylite", "formulas add truths", _FORMULA.format("eq(a, 2) + eq(2, a)"), (2.0,), 2.0, 1.0),
+    Bug("pyfuzzylite", "formulas add truths", _FORMULA.format("eq(0 / a, 0 / a)"), (0.0,), 0.0, 1.0),
 )
 
 

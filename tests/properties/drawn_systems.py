@@ -74,6 +74,8 @@ FUNCTIONS = (
     Call("cos", (X,)),
     Binary("/", Number(1.0), Binary("+", Number(1.0), Binary("^", X, Number(2.0)))),
     Call("max", (X, Number(1.0), Call("min", (X, Number(0.5))))),
+    Binary("*", Call("lt", (X, Number(0.25))), Call("ne", (X, Number(0.0)))),
+    Binary("-", Call("ge", (X, Call("cos", (X,)))), Call("eq", (X, Number(0.5)))),
 )
 
 

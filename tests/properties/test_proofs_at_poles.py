@@ -23,6 +23,12 @@ FUNCTIONS = (
     "sqrt(abs({a})) ^ -1",
     "min(max(1 / ({a} * {b}), -2), 2)",
     "max(1 / ({b} - {a}), -1)",
+    "lt({a}, 0) * 3 - le({b}, {a})",
+    "4 * eq({a}, 0) - ne({b}, 1)",
+    "gt({a}, ge({b}, 0.5) - 0.5)",
+    "floor(3 * {a}) - ceil({b})",
+    "round(2 * {a}) / 2 + mod({b}, -0.3)",
+    "fmod({a}, {b}) + mod({a}, 0.25)",
 )
 #: Claims, and whether they hold, told by this file alone.
 CLAIMS = {

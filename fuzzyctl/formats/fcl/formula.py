@@ -32,9 +32,10 @@ class _Formula:
     def _product(self, depth: int) -> Expr:
         left = self._signed(depth)
         while (token := self._cursor.accept("*", "/", "%")) is not None:
-            if token.text == "%":
-                raise Slip(Diagnostic("FZ602", "the remainder '%' is not available", self._cursor.span(token, token)))
-            left = self._joined(cast(Literal["*", "/"], token.text), left, self._signed(depth))
+            right = self._signed(depth)
+            joined = self._joined(cast(Literal["*", "/"], token.text), left, right)
+            place = self._cursor.span(token, token)
+            left = Call("%", (left, right), place) if token.text == "%" else joined
         return left
 
     def _signed(self, depth: int) -> Expr:

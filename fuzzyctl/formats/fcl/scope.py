@@ -149,6 +149,10 @@ class Scope:
             return None
         given = tuple(a for a in arguments if a is not None)
         name = _SAME.get(call.function, call.function)
+        if name == "%":
+            if self.dialect.name != "fuzzylite":
+                return self._refused("the remainder '%' is not available", call.span)
+            name = "fmod"
         # LOG is the logarithm to the base 10 in jFuzzyLogic, the natural one in fuzzylite.
         if call.function == "log" and self.dialect.name != "fuzzylite":
             name = "log10"
@@ -160,4 +164,5 @@ class Scope:
         if len(given) < least or (most is not None and len(given) > most):
             self.error("FZ303", f"'{call.function}' does not take {len(given)} arguments", call.span)
             return None
-        return expanded(name, given) if name in ARGUMENTS else Call(name, given, call.span)
+        found = expanded(name, given) if name in ARGUMENTS else Call(name, given, call.span)
+        return self._refused("the function is too long", call.span) if found is None else found

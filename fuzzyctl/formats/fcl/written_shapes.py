@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import Final
 
 from fuzzyctl.expr import (
+    COMPARISONS,
     Binary,
     Call,
     Expr,
@@ -30,7 +31,9 @@ from fuzzyctl.model.variable import Membership, Output
 _JFUZZYLOGIC_FUNCTIONS: Final = {"exp": "EXP", "log": "LN", "sin": "SIN", "cos": "COS", "tan": "TAN", "abs": "ABS"}
 
 #: Functions of expressions that fuzzylite has besides.
-_FUZZYLITE_FUNCTIONS: Final = frozenset({*_JFUZZYLOGIC_FUNCTIONS, "sqrt", "min", "max", "atan2"})
+_FUZZYLITE_FUNCTIONS: Final = frozenset(
+    {*_JFUZZYLOGIC_FUNCTIONS, "sqrt", "min", "max", "atan2", "floor", "ceil", "fmod", *COMPARISONS}
+)
 
 #: Words of jFuzzyLogic with their parameters in its order.
 _JFUZZYLOGIC: Final[Mapping[str, tuple[str, Callable[[Parameters], Parameters]]]] = {
@@ -154,6 +157,8 @@ def _formula(membership: Membership, values: Mapping[str, float], dialect: Diale
             return Binary("*", Number(-1.0), node.operand)
         if isinstance(node, Call) and dialect != "fuzzylite" and node.function in _JFUZZYLOGIC_FUNCTIONS:
             return Call(_JFUZZYLOGIC_FUNCTIONS[node.function], node.arguments)
+        if isinstance(node, Call) and node.function == "ne":
+            return Call("neq", node.arguments)
         if isinstance(node, Number):
             return Number(node.value)
         return Number(math.pi) if node == Name("pi") else node

@@ -256,7 +256,7 @@ class VariableReader:
         # An output sees the outputs declared before it.
         names = {self.reading, "x"} if of_input else {*self.input_names, *self.output_names[:-1]}
         try:
-            formula = read_formula(raw.formula or raw.span, names)
+            formula = read_formula(raw.formula or raw.span, names, differs=self.findings.differs)
         except FormulaError as error:
             self.findings.error(error.code, error.message, error.span)
             return None

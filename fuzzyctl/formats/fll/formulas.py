@@ -2,62 +2,70 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
+from decimal import Decimal
 from typing import Final
 
-from fuzzyctl.expr import ZERO, Binary, Call, Expr, Name, Negate, Number, number_text
+from fuzzyctl.expr import COMPARISONS, Binary, Call, Expr, Name, Negate, Number, number_text
 
-#: Functions of the model that fuzzylite has under the same name; `min` and `max` take two arguments there.
-_FUNCTIONS: Final = frozenset({"abs", "sqrt", "exp", "log", "sin", "cos", "tan", "atan2", "min", "max"})
+#: fuzzylite's names for functions of the model that both its engines have.
+_FUNCTIONS: Final[Mapping[str, str]] = {
+    **{n: n for n in ("abs", "sqrt", "exp", "log", "sin", "cos", "tan", "atan2", "min", "max")},
+    **{n: n for n in ("floor", "ceil", "fmod", *COMPARISONS)},
+    "ne": "neq",
+}
 
 
-def formula(expr: Expr, params: dict[str, float]) -> str | None:
+def formula(expr: Expr, params: Mapping[str, float], *, python: bool = False) -> str | None:
     """Return an expression as a formula, with parentheses around every operation; None for what has none.
 
     Args:
         expr: The expression.
         params: Values of the names that are not variables.
+        python: Whether pyfuzzylite is to read it, whose `%` and `round` are those of the model; fuzzylite's are not.
     """
-    match expr:
-        case Number(value=value):
-            return number_text(value) if value >= 0 else f"(0 - {number_text(-value)})"
-        case Name(name=name):
-            return number_text(params[name]) if name in params and params[name] >= 0 else _name(name, params)
-        case Negate(operand=operand):
-            inner = formula(operand, params)
-            return None if inner is None else f"(0 - {inner})"
-        case Binary(op=op, left=left, right=right):
-            a, b = formula(left, params), formula(right, params)
-            return None if a is None or b is None else f"({a} {op} {b})"
-        case Call(function="max", arguments=(Number(value=0.0), Call(function="sign", arguments=(inside,)))):
-            return _comparison("gt", inside, params)
-        case Call(function="abs", arguments=(Call(function="sign", arguments=(inside,)),)):
-            return _comparison("neq", inside, params)
-        case Call(function="sign", arguments=(inside,)):
-            text = formula(inside, params)
-            return None if text is None else f"(gt({text}, 0) - gt(0, {text}))"
-        case Call(function=function, arguments=arguments) if function in _FUNCTIONS:
-            return _call(function, [formula(a, params) for a in arguments])
-    return None
+    return _Writer(params, python).text(expr)
 
 
-def _comparison(function: str, difference: Expr, params: dict[str, float]) -> str | None:
-    """Return the comparison of two expressions, or of one with 0, that a sign of their difference is."""
-    two = isinstance(difference, Binary) and difference.op == "-"
-    left, right = (difference.left, difference.right) if two and isinstance(difference, Binary) else (difference, ZERO)
-    return _call(function, [formula(left, params), formula(right, params)])
+@dataclass(frozen=True)
+class _Writer:
+    params: Mapping[str, float]
+    python: bool
 
-
-def _name(name: str, params: dict[str, float]) -> str:
-    return f"(0 - {number_text(-params[name])})" if name in params else name
-
-
-def _call(function: str, arguments: list[str | None]) -> str | None:
-    given = [a for a in arguments if a is not None]
-    if len(given) < len(arguments):
+    def text(self, expr: Expr) -> str | None:
+        match expr:
+            case Number(value=value):
+                return _number(value)
+            case Name(name=name):
+                return _number(self.params[name]) if name in self.params else name
+            case Negate(operand=operand):
+                return self._joined("(0 - {})", operand)
+            case Binary(op=op, left=left, right=right):
+                return self._joined(f"({{}} {op} {{}})", left, right)
+            case Call(function="sign", arguments=arguments):
+                return self._joined("(gt({0}, 0) - gt(0, {0}))", *arguments)
+            case Call(function="mod", arguments=(left, right)) if self.python:
+                return self._joined("({} % {})", left, right)
+            case Call(function="round", arguments=arguments) if self.python:
+                return self._joined("round({})", *arguments)
+            case Call(function="min" | "max" as function, arguments=arguments):  # of two there
+                form = "{}"
+                for _ in arguments[1:]:
+                    form = f"{function}({form}, {{}})"
+                return self._joined(form, *arguments)
+            case Call(function=function, arguments=arguments) if function in _FUNCTIONS:
+                return self._joined(f"{_FUNCTIONS[function]}({', '.join('{}' for _ in arguments)})", *arguments)
         return None
-    if function not in ("min", "max"):
-        return f"{function}({', '.join(given)})"
-    text = given[0]
-    for other in given[1:]:
-        text = f"{function}({text}, {other})"
-    return text
+
+    def _joined(self, form: str, *parts: Expr) -> str | None:
+        """Return a form with the texts of some parts in it, None where one has none."""
+        texts = [text for part in parts if (text := self.text(part)) is not None]
+        return form.format(*texts) if len(texts) == len(parts) else None
+
+
+def _number(value: float) -> str:
+    """Return a number without a sign and without an exponent, which formulas there take for sums."""
+    text = number_text(abs(value))
+    text = f"{Decimal(text):f}" if "e" in text else text
+    return text if value >= 0 else f"(0 - {text})"

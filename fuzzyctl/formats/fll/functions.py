@@ -1,14 +1,15 @@
-"""Reads the formulas of `Function` terms: `2.5 * sin(x) ^ 2 - pow(y, 3)`."""
+"""Reads the formulas of `Function` terms: `2.5 * sin(x) ^ 2 - pow(y, 3) * lt(x, 0)`."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from typing import Final
 
 from fuzzyctl.errors import counted
 from fuzzyctl.expr import Binary, BinaryOp, Call, Expr, Name, Negate, Number
-from fuzzyctl.formats.functions import ARGUMENTS, expanded
+from fuzzyctl.formats.findings import Reading
+from fuzzyctl.formats.functions import ARGUMENTS, expanded, is_too_large, is_truth, negation, truth
 from fuzzyctl.source import Span
 
 #: Deepest nesting of parentheses and signs.
@@ -17,8 +18,11 @@ _DEEPEST: Final = 50
 #: Largest number of tokens.
 _LONGEST: Final = 2000
 
+#: Most operands of a chain of `and` or `or`.
+_MOST_OPERANDS: Final = 50
+
 _TOKEN: Final = re.compile(
-    r"(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|(?P<name>[^\W\d][\w.]*)|(?P<sign>\*\*|[-+*/%^(),!~])"
+    r"(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|(?P<name>[^\W\d][\w.]*)|(?P<sign>\*\*|\.[-+]|[-+*/%^(),!~])"
 )
 
 #: Functions of fuzzylite that are here too, with the number of their arguments.
@@ -34,7 +38,19 @@ _FUNCTIONS: Final[dict[str, tuple[str, int]]] = {
     "atan2": ("atan2", 2),
     "min": ("min", 2),
     "max": ("max", 2),
+    "floor": ("floor", 1),
+    "ceil": ("ceil", 1),
+    "fmod": ("fmod", 2),
+    "lt": ("lt", 2),
+    "le": ("le", 2),
+    "gt": ("gt", 2),
+    "ge": ("ge", 2),
+    "eq": ("eq", 2),
+    "neq": ("ne", 2),
 }
+
+#: Signs of numbers, which bind less than powers; pyfuzzylite has them with a dot.
+_SIGNS: Final = ("+", "-", ".+", ".-")
 
 
 class FormulaError(ValueError):
@@ -45,32 +61,44 @@ class FormulaError(ValueError):
         self.message, self.span, self.code = message, span, code
 
 
-def read_formula(span: Span, names: Collection[str]) -> Expr:
+def read_formula(
+    span: Span,
+    names: Collection[str],
+    *,
+    python: bool = False,
+    differs: Callable[[Reading], None] = lambda reading: None,
+) -> Expr:
     """Return a formula as an expression.
 
     Args:
         span: The text.
         names: What it may name.
+        python: Whether it is read as pyfuzzylite reads it, not as fuzzylite does.
+        differs: Called with what the two read differently, unless `python` says whose it is.
 
     Raises:
         FormulaError: For a text that is no formula, or one that uses what is not available.
     """
-    return _Formula(span, names).read()
+    return _Formula(span, names, python, differs).read()
 
 
 class _Formula:
-    def __init__(self, span: Span, names: Collection[str]) -> None:
+    def __init__(self, span: Span, names: Collection[str], python: bool, differs: Callable[[Reading], None]) -> None:
         self.span = span
         self.names = names
+        self.python = python
+        self.differs = differs
         self.tokens = self._tokens()
         self.next = 0
         self.depth = 0
 
     def read(self) -> Expr:
-        expr = self._sum()
+        expr = self._either()
         if self.next < len(self.tokens):
             text, place = self.tokens[self.next]
             raise FormulaError(f"unexpected '{text[:40]}' in the formula", place)
+        if is_too_large(expr):
+            raise FormulaError("the formula is too long", self.span)
         return expr
 
     def _tokens(self) -> list[tuple[str, Span]]:
@@ -101,6 +129,34 @@ class _Formula:
         self.next += 1
         return self.tokens[self.next - 1]
 
+    def _either(self) -> Expr:
+        """Return a chain of `or`, which binds less than `and`, as that does than sums."""
+        return self._joined("or", "max", lambda: self._joined("and", "min", self._sum))
+
+    def _joined(self, word: str, function: str, part: Callable[[], Expr]) -> Expr:
+        operands = [part()]
+        while self._peek() == word and word not in self.names:
+            _, place = self._take()
+            if len(operands) > _MOST_OPERANDS:
+                raise FormulaError("the formula is too long", place)
+            if len(operands) == 1:
+                operands = [self._truth(operands[0], place)]
+            operands.append(self._truth(part(), place))
+        return operands[0] if len(operands) == 1 else Call(function, tuple(operands))
+
+    def _truth(self, operand: Expr, place: Span) -> Expr:
+        self._warn_of_number(operand, place)
+        return truth(operand, python=self.python)
+
+    def _warn_of_number(self, operand: Expr, place: Span) -> None:
+        if not is_truth(operand):
+            message = f"an operand of '{place.text}' may be another number than 0 and 1; it is true where it is 1"
+            self._tell(Reading(message, "in pyfuzzylite it is true unless it is 0", "compare it", place))
+
+    def _tell(self, reading: Reading) -> None:
+        if not self.python:
+            self.differs(reading)
+
     def _sum(self) -> Expr:
         left = self._product()
         while self._peek() in ("+", "-"):
@@ -112,26 +168,27 @@ class _Formula:
         left = self._unary()
         while self._peek() in ("*", "/", "%"):
             sign, place = self._take()
-            if sign == "%":
-                raise FormulaError("there is no remainder '%' here", place, "FZ602")
-            left = self._binary(sign, left, self._unary(), place)
+            right = self._unary()
+            left = self._remainder(left, right, place) if sign == "%" else self._binary(sign, left, right, place)
         return left
+
+    def _remainder(self, left: Expr, right: Expr, place: Span) -> Expr:
+        message = "the remainder '%' has the sign of what is divided"
+        self._tell(Reading(message, "in pyfuzzylite it has that of the divisor", "write fmod(a, b)", place))
+        return Call("mod" if self.python else "fmod", (left, right), place)
 
     def _unary(self) -> Expr:
         """Return a signed power; a sign binds less than the power behind it."""
-        sign = self._peek()
-        if sign not in ("+", "-", "~", "!"):
+        if self._peek() not in _SIGNS:
             return self._power()
-        _, place = self._take()
-        if sign == "!":
-            raise FormulaError("there is no logic in formulas here", place, "FZ602")
+        sign, place = self._take()
         self._enter(place)
         operand = self._unary()
         self.depth -= 1
-        return operand if sign == "+" else Negate(operand, place)
+        return Negate(operand, place) if sign.endswith("-") else operand
 
     def _power(self) -> Expr:
-        base = self._atom()
+        base = self._prefixed()
         if self._peek() not in ("^", "**"):
             return base
         _, place = self._take()
@@ -140,11 +197,24 @@ class _Formula:
         self.depth -= 1
         return Binary("^", base, exponent, place)
 
+    def _prefixed(self) -> Expr:
+        """Return an atom, perhaps negated by `~` or `!`, which bind more than powers."""
+        if self._peek() not in ("~", "!"):
+            return self._atom()
+        sign, place = self._take()
+        self._enter(place)
+        operand = self._unary() if self._peek() in _SIGNS else self._prefixed()
+        self.depth -= 1
+        if sign == "~":
+            return Negate(operand, place)
+        self._warn_of_number(operand, place)
+        return negation(operand, python=self.python)
+
     def _atom(self) -> Expr:
         text, place = self._take()
         if text == "(":
             self._enter(place)
-            inner = self._sum()
+            inner = self._either()
             self.depth -= 1
             self._expect(")", place)
             return inner
@@ -165,10 +235,10 @@ class _Formula:
         self._take()
         arguments: list[Expr] = []
         if self._peek() != ")":
-            arguments.append(self._sum())
+            arguments.append(self._either())
             while self._peek() == ",":
                 self._take()
-                arguments.append(self._sum())
+                arguments.append(self._either())
         self._expect(")", place)
         self.depth -= 1
         if name == "pi" and not arguments:
@@ -178,9 +248,15 @@ class _Formula:
         own, due = _FUNCTIONS.get(name, (name, ARGUMENTS.get(name, 2)))
         if len(arguments) != due:
             raise FormulaError(f"'{name}' takes {counted(due, 'argument')}, got {len(arguments)}", place)
-        if name in ARGUMENTS:
-            return expanded(name, arguments)
-        return Call(own, tuple(arguments), place)
+        if name not in ARGUMENTS or (name == "round" and self.python):
+            return Call(own, tuple(arguments), place)
+        if name == "round":
+            message = "'round' of a number halfway between two whole ones gives the one farther from 0"
+            self._tell(Reading(message, "in pyfuzzylite it gives the even one", "write floor(x + 0.5)", place))
+        found = expanded(name, arguments)
+        if found is None:
+            raise FormulaError("the formula is too long", place)
+        return found
 
     def _binary(self, sign: str, left: Expr, right: Expr, place: Span) -> Expr:
         operators: dict[str, BinaryOp] = {"+": "+", "-": "-", "*": "*", "/": "/"}

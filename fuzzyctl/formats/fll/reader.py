@@ -153,10 +153,10 @@ class _File:
         outputs = tuple(names[id(b)] for b in self.outputs)
         found: list[list[Variable]] = []
         for blocks in (self.inputs, self.outputs):
-            is_input = blocks is self.inputs
+            is_input, python = blocks is self.inputs, self.profile.name == "pyfuzzylite"
             found.append(
                 [
-                    read_variable(b, names[id(b)], Place(names[id(b)], inputs, outputs, is_input), findings)
+                    read_variable(b, names[id(b)], Place(names[id(b)], inputs, outputs, is_input, python), findings)
                     for b in blocks
                 ]
             )

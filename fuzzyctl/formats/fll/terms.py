@@ -30,12 +30,14 @@ class Place:
         inputs: The inputs in order.
         outputs: The outputs in order.
         is_input: Whether the variable is an input.
+        python: Whether pyfuzzylite's numerics are asked for, and formulas are read as it reads them.
     """
 
     variable: str
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
     is_input: bool
+    python: bool = False
 
     @property
     def earlier(self) -> tuple[str, ...]:
@@ -171,7 +173,8 @@ class TermReader:
         place = self.place
         names = {place.variable, "x"} if place.is_input else {*place.inputs, *place.earlier}
         try:
-            formula = read_formula(span, {*names, "x", *place.inputs, *place.outputs})
+            known = {*names, "x", *place.inputs, *place.outputs}
+            formula = read_formula(span, known, python=place.python, differs=self.findings.differs)
         except FormulaError as error:
             self.findings.error(error.code, error.message, error.span)
             return None

@@ -175,7 +175,7 @@ class _Writer:
         membership = term.membership
         where = f"term '{term.name}' of '{variable.name}'"
         if membership.kind == "function":
-            text = formula(membership.arguments[0], self.system.values)
+            text = formula(membership.arguments[0], self.system.values, python=self.profile.name == "pyfuzzylite")
             if text is None:
                 self.reasons.append(f"{where} is a formula with a function that fuzzylite does not have")
             return f"Function {text}"

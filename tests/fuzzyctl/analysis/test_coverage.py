@@ -37,6 +37,28 @@ def two(start=2, end=8, conjunction="product", otherwise="", last="a"):
     return loads(TWO.format(start=start, end=end, conjunction=conjunction, otherwise=otherwise, last=last))
 
 
+class TestComparisons:
+    """Formulas of 1 and 0 cut an input where they compare it, so that the whole range is covered, or a point is not."""
+
+    TEXT = (
+        "system s\ndefuzzifier weighted_average\ninput x in [-1, 1]\n  low = function({low})\n"
+        "  high = function({high})\noutput u in [0, 1]\n  terms a=0 b=1\n"
+        "if x is low then u is a\nif x is high then u is b\n"
+    )
+
+    @pytest.mark.parametrize("low", ["le(x, 0.25)", "1 - gt(x, 1 / 4)", "max(lt(x, 0.25), eq(x, 0.25))"])
+    def test_those_that_leave_nothing_out_cover(self, low):
+        assert uncovered(loads(self.TEXT.format(low=low, high="gt(x, 0.25)"))) == {"u": None}
+
+    @pytest.mark.parametrize(("low", "place"), [("lt(x, 0.25)", 0.25), ("le(-x, -0.3)", 0.0), ("lt(x, -0.5)", 0.0)])
+    def test_a_point_that_none_holds_at_is_found(self, low, place):
+        text = self.TEXT.format(low=low, high="gt(x, 0.25)")
+        with pytest.raises(NoRuleFiresError):
+            loads(text)(x=place)
+        (found,) = diagnostics(loads(text))
+        assert found.code == "FZ401"
+
+
 class TestUncovered:
     def test_shipped_rule_files_are_covered(self, shipped):
         for system in shipped.values():

@@ -46,6 +46,13 @@ JUMPING = {
     "negated": Where(Logic("not", (Compare("<=", X, Y),)), X, Y),
     "angle": call("atan2", X, Y),
     "tangent": call("tan", X),
+    "less": call("lt", X, Y),
+    "equal": call("eq", X, call("max", X, Y)),
+    "unequal or less": Binary("+", call("ne", X, Number(0.0)), call("ge", X, Y)),
+    "floor": call("floor", Binary("*", Number(3.0), X)),
+    "ceiling": Binary("-", call("ceil", X), call("round", Y)),
+    "remainder": call("mod", X, Number(0.4)),
+    "truncated remainder": call("fmod", Binary("*", Number(3.0), X), Y),
 }
 
 

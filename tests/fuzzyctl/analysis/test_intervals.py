@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 
 from fuzzyctl.analysis.intervals import decide, enclose, hull
-from fuzzyctl.expr import Binary, Call, Compare, Logic, Name, Negate, Number, Where, names_in
+from fuzzyctl.expr import FUNCTIONS, SOFT, Binary, Call, Compare, Logic, Name, Negate, Number, Where, names_in
 from fuzzyctl.formulas import CONJUNCTIONS, DISJUNCTIONS, MEMBERSHIP
 from fuzzyctl.kernels.numpy_backend import array_function
 from fuzzyctl.kernels.python_backend import scalar_function
@@ -98,6 +98,24 @@ NEAR, ROOT = {"x": (0.5, 2.0), "y": (-1.0, 1.0)}, Call("sqrt", (Name("y"),))
         (Call("atan2", (Name("y"), X)), (math.atan2(-1.0, 0.5), math.atan2(1.0, 0.5))),
         (Call("atan2", (X, Name("y"))), (math.atan2(0.5, 1.0), math.atan2(0.5, -1.0))),
         (Call("sign", (Name("y"),)), (-1.0, 1.0)),
+        (Call("floor", (Name("y"),)), (-1.0, 1.0)),
+        (Call("floor", (X,)), (0.0, 2.0)),
+        (Call("ceil", (X,)), (1.0, 2.0)),
+        (Call("round", (X,)), (0.0, 2.0)),
+        (Call("mod", (X, Number(4.0))), (0.5, 2.0)),
+        (Call("mod", (X, Number(1.0))), (0.0, 1.0)),
+        (Call("mod", (Name("y"), Number(-4.0))), (-4.0, 0.0)),
+        (Call("fmod", (Name("y"), Number(4.0))), (-1.0, 1.0)),
+        (Call("fmod", (X, Number(-9.0))), (0.5, 2.0)),
+        (Call("mod", (X, Name("y"))), (-math.inf, math.inf)),
+        (Call("lt", (X, Name("y"))), (0.0, 1.0)),
+        (Call("lt", (X, Number(0.5))), (0.0, 0.0)),
+        (Call("le", (X, Number(2.0))), (1.0, 1.0)),
+        (Call("gt", (X, Number(2.0))), (0.0, 0.0)),
+        (Call("ge", (X, Number(0.5))), (1.0, 1.0)),
+        (Call("eq", (X, Number(3.0))), (0.0, 0.0)),
+        (Call("ne", (X, Number(3.0))), (1.0, 1.0)),
+        (Call("lt", (Call("sqrt", (Name("y"),)), Number(9.0))), (0.0, 1.0)),
         (Call("divide", (Name("y"), X)), (-2.0, 2.0)),
         (Call("smaller", (Name("y"), X)), (-1.0, 1.0)),
         (Call("held", (Name("y"),)), (0.0, 1.0)),
@@ -122,6 +140,25 @@ def test_what_may_have_no_value_may_be_anything(function):
     assert enclose(Call("held", (ROOT,)), NEAR) == (0.0, 1.0)
 
 
+spot = st.floats(-2, 2) | st.integers(-8, 8).map(lambda i: i / 4)
+
+
+@settings(max_examples=300, deadline=None, derandomize=True)
+@given(st.data())
+def test_every_step_of_a_function_lies_in_its_interval(data):
+    """Ends are often multiples of 1/4, where comparisons, roundings and remainders change."""
+    function = data.draw(st.sampled_from(sorted(SOFT)))
+    names = (X, Name("y"))[: FUNCTIONS[function][0]]
+    box = {n.name: tuple(sorted((data.draw(spot), data.draw(spot)))) for n in names}
+    expr = Call(function, names)
+    low, high = enclose(expr, box)
+    for t in (0.0, 0.25, 0.3, 0.5, 1.0):
+        for u in (0.0, 0.5, 0.9, 1.0):
+            point = {n: min(max(a + s * (b - a), a), b) for (n, (a, b)), s in zip(box.items(), (t, u), strict=False)}
+            value = scalar_function(expr)(*point.values())
+            assert (low, high) == (-math.inf, math.inf) or low <= value <= high, (box, point, value)
+
+
 @settings(max_examples=400, deadline=None, derandomize=True)
 @given(st.data())
 def test_every_value_of_a_function_lies_in_its_interval(data):
@@ -135,9 +172,6 @@ def test_every_value_of_a_function_lies_in_its_interval(data):
         point = [np.array([min(max(a + t * (b - a), a), b)]) for a, b in box.values()]
         (value,) = compute(*point)
         assert enclosed == (-math.inf, math.inf) or enclosed[0] <= value <= enclosed[1]
-
-
-spot = st.floats(-2, 2) | st.integers(-4, 4).map(lambda i: i / 2)
 
 
 EXAMPLES = [

@@ -10,6 +10,7 @@ from fuzzyctl.analysis.jumps import largest_jump
 from fuzzyctl.kernels.plan import plan
 
 SWITCH = """system s
+param p = 6
 and product
 defuzzifier weighted_average
 input x in [0, 10]{where}
@@ -47,6 +48,10 @@ class TestJumps:
         assert found.others == {"y": 1.0}
         assert found.size == pytest.approx(3.0)
         assert not found.silent
+
+    def test_a_formula_jumps_where_it_compares(self):
+        found = jump("function(lt(x, p / 2))", "function(ge(x, p / 2))", where="").at
+        assert found == 3.0
 
     def test_a_term_whose_jump_changes_nothing_is_none(self):
         assert jump("rectangle(-inf, 3)", "rectangle(3, inf)", cell="low") is None

@@ -127,6 +127,17 @@ class TestSource:
         built = compiled(unit, sanitized)
         assert built.code == 0, built.output
 
+    def test_roundings_and_comparisons_are_those_of_the_kernel(self, compiled, sanitized):
+        values = ("floor(9 * x) - ceil(y)", "round(9 * x) + mod(y, -0.3)", "fmod(-9 * x, y) * lt(x, y) + ne(x, y)")
+        rules = "".join(f"if x is low then u{k} is function({v})\n" for k, v in enumerate(values))
+        text = (
+            "system steps\ndefuzzifier weighted_average\ninput x in [0, 1]\n  low = trapezoid(-inf, 0, 1, inf)\n"
+            "input y in [0, 1]\n" + "".join(f"output u{k} in [-20, 20] else 0\n" for k in range(3)) + rules
+        )
+        for precision in ("double", "float"):
+            built = compiled(prepare(loads(text), text, precision=precision), sanitized)
+            assert built.code == 0, built.output
+
     def test_knots_that_single_precision_cannot_tell_apart_are_refused(self, unit_of):
         text = (
             "system s\nand product\ndefuzzifier weighted_average\ninput x in [1000, 1001]\n"

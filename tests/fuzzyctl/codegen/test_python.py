@@ -6,7 +6,10 @@ import sys
 
 import pytest
 
+from fuzzyctl import compile as compile_system
+from fuzzyctl import loads
 from fuzzyctl.codegen.python_source import module, module_name
+from fuzzyctl.codegen.unit import prepare
 from fuzzyctl.codegen.vectors import STEP, vectors
 
 
@@ -35,6 +38,20 @@ class TestNumbers:
                 assert (math.isnan(a) and math.isnan(b)) or abs(a - b) <= unit.tolerance(k)
             if "rates" in names:
                 adapt(state, names["rates"](*arguments), unit.plan)
+
+    @pytest.mark.parametrize(
+        "value", ["floor(9 * x) - ceil(-x)", "round(9 * x) + lt(x, 0)", "mod(-x, y) + fmod(x, -y)"]
+    )
+    def test_of_roundings_and_remainders_are_too(self, value):
+        text = (
+            "system steps\ndefuzzifier weighted_average\ninput x in [-1, 1] extrapolate\n"
+            "  any = trapezoid(-inf, 0, 1, inf)\ninput y in [0, 1]\noutput u in [-20, 20] else 0\n"
+            f"if x is any then u is function({value})\n"
+        )
+        function = run(prepare(loads(text), text))["steps"]
+        kernel = compile_system(loads(text), backend="numpy")
+        for point in ((0.5, 0.3), (-0.5, 0.0), (1e17, 1.0), (math.inf, 0.5), (-math.inf, 0.5), (-0.0, 1.0)):
+            assert function(*point) == pytest.approx(kernel(*point), nan_ok=True, rel=1e-15), point
 
 
 def adapt(state, rates, plan):

@@ -338,6 +338,7 @@ class TestGuards:
                 "abs(sqrt(x))",
                 "1 / (1 + 1 / (x * x))",
             ),
+            *("lt(x, y)", "ne(sqrt(x), y) + eq(y, y)", "ge(x, y) * le(1 / x, y) - gt(x, 0.5)", "ne(x, y)"),
             *("exp(-1 / (x * x))", "sign(sqrt(x))", "sqrt(sqrt(x) - 1)", "1 / sqrt(x)", "log(1 / x)", "sin(1 / y)"),
         ],
     )
@@ -412,6 +413,10 @@ class TestText:
         )
         with pytest.raises(CodegenError, match="atan2"):
             function_block(prepare(loads(text), text))
+        for function in ("floor", "fmod"):
+            rounding = text.replace("atan2(x, 2)", "round(x) + x" if function == "floor" else "mod(x, 2)")
+            with pytest.raises(CodegenError, match=function):
+                function_block(prepare(loads(rounding), rounding))
 
     def test_what_is_held_at_first_must_be_a_number(self):
         text = (

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fuzzyctl.errors import DiagnosticError, NoRuleFiresError, UnknownNameError
-from fuzzyctl.expr import Binary, Call, Name, Number
+from fuzzyctl.expr import COMPARISONS, FUNCTIONS, Binary, Call, Name, Number
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.compile import degrees
 from fuzzyctl.kernels.plan import OutputCycleError, plan
@@ -161,6 +161,8 @@ class TestConsequents:
         x, y = Name("x"), Name("y")
         calls = [Call(f, (x,)) for f in ("abs", "sqrt", "exp", "log", "sin", "cos", "tan", "sign")]
         calls += [Call("atan2", (x, y)), Call("min", (x, y, Number(0.5))), Call("max", (x, y, Number(0.5)))]
+        calls += [Call(f, (Binary("*", Number(3.0), x),)) for f in ("floor", "ceil", "round")]
+        calls += [Call(f, (x, y)) for f in ("mod", "fmod", *COMPARISONS)]
         calls += [Binary("/", x, y), Binary("^", x, y), Binary("/", Call("log", (x,)), y)]
         soft = Hedge(name="soft", parameter="m", expression=Call("sqrt", (Name("m"),)))
         outputs = [output(f"u{k}", otherwise=Number(-1.0)) for k in range(len(calls))]
@@ -169,7 +171,8 @@ class TestConsequents:
         inputs = (input_("x", any=mf("trapezoid", -math.inf, 0, 1, math.inf)), input_("y"))
         system = build(rules, outputs, inputs=inputs, hedges=(soft,))
         python, compiled = compile_system(system, "python"), compile_system(system, "numba")
-        for point in ((0.25, 0.75), (0.75, 0.25), (0.0, 0.0), (0.0, 1.0), (1.0, 0.0)):
+        assert {c.function for c in calls if isinstance(c, Call)} == set(FUNCTIONS)
+        for point in ((0.25, 0.75), (0.75, 0.25), (0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (0.5, 0.5)):
             np.testing.assert_allclose(python(*point), compiled(*point), rtol=1e-13)
             np.testing.assert_allclose(python(*point), compiled.batch([point])[0], rtol=1e-13)
 

@@ -79,6 +79,9 @@ class TestUnits:
             ("decreasing(f, v) within speed", "speed"),
             ("bounded(f, 0, 5) within speed", "speed"),
             ("total(f) >= rate", "rate"),
+            ("lt(f, speed) >= 1", "speed"),
+            ("floor(f) <= speed", "speed"),
+            ("mod(f, speed) <= 5", "speed"),
         ],
     )
     def test_what_may_not_is_reported_at_its_place(self, claim, place):

@@ -429,7 +429,7 @@ MISTAKES = [
     ("consequents", "METHOD : COG;", "FZ212", 11, "output 'u' has no terms"),
     ("consequents", "TERM no := 0; TERM yes := 1; DEFAULT := never;", "FZ213", 41, "DEFAULT is a number or NC"),
     ("consequents", "TERM no := FUNCTION u; TERM yes := 1;", "FZ602", 21, "a function of the output 'u'"),
-    ("consequents", "TERM no := FUNCTION floor(x); TERM yes := 1;", "FZ602", 21, "the function 'floor'"),
+    ("consequents", "TERM no := FUNCTION trunc(x); TERM yes := 1;", "FZ602", 21, "the function 'trunc'"),
     ("consequents", "TERM no := FUNCTION x % 2; TERM yes := 1;", "FZ602", 23, "the remainder '%'"),
     ("consequents", "TERM no := FUNCTION (x; TERM yes := 1;", "FZ601", 23, "')' is due, not ';'"),
     ("consequents", "TERM no := 0; TERM yes := 1; METHOD : COGS; METHOD : COG;", "FZ215", 45, "METHOD is given twice"),

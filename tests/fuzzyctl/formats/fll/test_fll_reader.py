@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from fuzzyctl.errors import render_all
-from fuzzyctl.expr import ONE, Call, Name, Number, evaluate
+from fuzzyctl.expr import ONE, Binary, Call, Name, Number, evaluate
 from fuzzyctl.formats.fll import read
 from fuzzyctl.formats.fll.formulas import formula
 from fuzzyctl.formats.fll.functions import FormulaError, read_formula
@@ -272,6 +272,18 @@ class TestTerms:
             ("pow(a, 2) + fabs(-b)", 13),
             ("sin(0) + cos(pi - pi) + exp(0) + sqrt(4)", 4),
             ("1e2 + .5", 100.5),
+            ("~a ^ 2", 9),
+            (".-a ^ 2 + .+b", -5),
+            ("2 ^ .-1", 0.5),
+            ("!lt(a, b) + !0 * 2", 2),
+            ("lt(a, b) and gt(a, b) or eq(a, 3)", 1),
+            ("1 or 1 and 0", 1),
+            ("(1 or 1) and 0", 0),
+            ("0 and 0 + 1", 0),
+            ("a and 1", 0),
+            ("~b % a + 1.5 % a", 0.5),
+            ("round(2.5) + round(~2.5) + round(a / 2)", 2),
+            ("floor(~0.5) + ceil(a / 2) + fmod(~b, a)", 0),
             ("--a", 3),
         ],
     )
@@ -290,9 +302,14 @@ class TestTerms:
             ("(a", "FZ103"),
             ("sin(a", "FZ103"),
             ("sin(a, b)", "FZ601"),
-            ("floor(a)", "FZ602"),
-            ("a % b", "FZ602"),
-            ("!a", "FZ602"),
+            ("expm1(a)", "FZ602"),
+            ("ne(a, b)", "FZ602"),
+            ("mod(a, b)", "FZ602"),
+            ("a %", "FZ601"),
+            ("a and", "FZ601"),
+            ("or a", "FZ601"),
+            ("a ! b", "FZ601"),
+            ("asinh(" * 12 + "a" + ")" * 12, "FZ601"),
             ("c + 1", "FZ202"),
             ("(" * 60 + "a" + ")" * 60, "FZ601"),
             ("-" * 60 + "a", "FZ601"),
@@ -500,13 +517,51 @@ def test_functions_of_fuzzylite_are_expressions_of_those_here(text, expected):
     assert evaluate(again, {}) == evaluate(found, {})
 
 
-@pytest.mark.parametrize("function", ["lt", "le", "gt", "ge", "eq", "neq"])
-def test_comparisons_are_written_as_comparisons(function):
-    text = f"{function}(x, 2)"
+@pytest.mark.parametrize("function", ["lt", "le", "gt", "ge", "eq", "neq", "floor", "ceil", "fmod"])
+def test_functions_of_both_are_written_as_they_are_read(function):
+    text = f"{function}(x)" if function in ("floor", "ceil") else f"{function}(x, 2)"
     found = read_formula(Span(SourceText("t", text), 0, len(text)), ["x"])
-    written = formula(found, {})
-    assert "sign" not in written
-    assert read_formula(Span(SourceText("t", written), 0, len(written)), ["x"]) == found
+    assert formula(found, {}) == text
+
+
+@pytest.mark.parametrize(
+    ("text", "theirs", "pythons"),
+    [("a % b", -2.0, 1.0), ("b and ~a", 0.0, 1.0), ("!b", 1.0, 0.0), ("round(a / 2)", -3.0, -2.0)],
+)
+def test_what_the_two_engines_read_differently_is_told(text, theirs, pythons):
+    span = Span(SourceText("t", text), 0, len(text))
+    told = []
+    assert evaluate(read_formula(span, "ab", differs=told.append), {"a": -5.0, "b": 3.0}) == theirs
+    assert told
+    assert all(t.span.text in text and "pyfuzzylite" in t.other for t in told)
+    told.clear()
+    assert evaluate(read_formula(span, "ab", python=True, differs=told.append), {"a": -5.0, "b": 3.0}) == pythons
+    assert not told
+
+
+def test_a_file_says_whose_formulas_it_has():
+    text = SMALL.replace("Ramp 1.0 0.0", "Function a % 3", 1)
+    system, (warning,) = read(SourceText("t.fll", text))
+    assert (warning.code, warning.severity, warning.span.text) == ("FZ609", "warning", "%")
+    assert system.inputs[0].terms[0].membership.arguments[0].function == "fmod"
+    system, warnings = read(SourceText("t.fll", "# numerics of pyfuzzylite\n" + text))
+    assert system.inputs[0].terms[0].membership.arguments[0].function == "mod"
+    assert warnings == []
+
+
+@pytest.mark.parametrize(
+    ("expr", "fuzzylites", "pythons"),
+    [
+        (Call("mod", (Name("x"), Number(2.0))), None, "(x % 2)"),
+        (Call("round", (Name("x"),)), None, "round(x)"),
+        (Call("min", (Name("x"), Number(-1.5), Name("p"))), *["min(min(x, (0 - 1.5)), 0.00000025)"] * 2),
+        (Binary("*", Number(1e300), Name("x")), *[f"(1{'0' * 300} * x)"] * 2),
+    ],
+)
+def test_formulas_are_written_in_the_words_of_the_engine(expr, fuzzylites, pythons):
+    """Exponents have no place there: a minus in one is taken for a difference."""
+    assert formula(expr, {"p": 2.5e-7}) == fuzzylites
+    assert formula(expr, {"p": 2.5e-7}, python=True) == pythons
 
 
 def test_a_sign_is_the_difference_of_two_comparisons():
