@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Final
 
-from fuzzyctl.expr import ZERO, Binary, Call, Compare, Expr, Name, Number, Where
+from fuzzyctl.expr import ZERO, Binary, Call, Compare, Expr, Name, Number, Where, children, walk
 from fuzzyctl.kernels.program import NAN
 
 #: Functions without a value, or with an infinite one, somewhere.
@@ -83,6 +83,42 @@ def may_fail(value: Expr) -> bool:
         case Call(function="divide", arguments=(_, Number(value=divisor))):
             return divisor == 0.0
     return function_of(value) in PARTIAL
+
+
+def may_be_infinite(value: Expr, names: Collection[str]) -> bool:
+    """Return whether a value may be infinite where some names may be."""
+    match value:
+        case Number(value=number):
+            return math.isinf(number)
+        case Name(name=name):
+            return name in names
+        case Where(then=then, otherwise=otherwise):
+            return may_be_infinite(then, names) or may_be_infinite(otherwise, names)
+        case Call(function="clip", arguments=(_, low, high)):
+            return may_be_infinite(low, names) or may_be_infinite(high, names)
+        case Call(function="held" | "sin" | "cos"):
+            return False
+    return any(may_be_infinite(part, names) for part in children(value))
+
+
+def may_be_undefined(value: Expr, names: Collection[str]) -> bool:
+    """Return whether arithmetic may give NaN where some names may be infinite: ∞ - ∞, 0 · ∞, ∞ / ∞."""
+
+    def undefined(node: Expr) -> bool:
+        match node:
+            case Binary(op="+" | "-" | "/", left=left, right=right):
+                return may_be_infinite(left, names) and may_be_infinite(right, names)
+            case Binary(op="*", left=left, right=right):
+                pairs = ((left, right), (right, left))
+                return any(may_be_infinite(a, names) and not _is_factor(b) for a, b in pairs)
+        return False
+
+    return any(undefined(node) for node in walk(value))
+
+
+def _is_factor(value: Expr) -> bool:
+    """Return whether a factor is a number that is neither 0 nor infinite."""
+    return isinstance(value, Number) and value.value != 0.0 and math.isfinite(value.value)
 
 
 def function_of(value: Expr) -> str:

@@ -7,7 +7,7 @@ those of a function at each call.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.lean import functions, mapped, with_prefix
@@ -68,29 +68,38 @@ class _Block:
 
     def text(self) -> str:
         arguments = dict(zip(self.unit.evaluation.arguments, self.inputs, strict=True))
-        writer = STText(self.unit.precision, arguments, self.states, partial=self._partial())
+        writer = self._writer(arguments, partial=bool(functions(self.unit.evaluation) & PARTIAL))
         body = list(self._evaluation(writer))
-        rates = STText(self.unit.precision, arguments, self.states, partial=True)
+        if writer.undefined and not writer.partial:  # selections have to look for what has no value, too
+            writer = self._writer(arguments, partial=True)
+            body = list(self._evaluation(writer))
+        # Rates take the inputs as they are.
+        rates = STText(self.unit.precision, arguments, self.states, partial=True, infinite=set(arguments))
         adapted = list(self._adaptation(rates)) if self.rates is not None else []
-        head = [f"(* {line.replace('(*', '( *').replace('*)', '* )')} *)" if line else "" for line in self._head()]
+        head = [
+            f"(* {line.replace('(*', '( *').replace('*)', '* )')} *)" if line else "" for line in self._head(writer)
+        ]
         lines = [*head, f"FUNCTION_BLOCK {self.name}", *self._interface(writer)]
         lines += [*self._variables([writer, rates]), *self._constants(writer)]
         return "\n".join([*lines, "", *body, *adapted, "END_FUNCTION_BLOCK"]) + "\n"
 
-    def _partial(self) -> bool:
-        return bool(functions(self.unit.evaluation) & PARTIAL)
+    def _writer(self, arguments: Mapping[str, str], *, partial: bool) -> STText:
+        infinite = {a for a, i in zip(arguments, self.unit.plan.inputs, strict=True) if i.extrapolate}
+        return STText(self.unit.precision, arguments, self.states, partial=partial, infinite=infinite)
 
-    def _head(self) -> list[str]:
+    def _head(self, writer: STText) -> list[str]:
         lines = [
             *described(self.unit),
             "",
             "Where an output is not valid, it is 0: an input is NaN, or no rule gives it a value.",
         ]
-        if self._partial():
+        if writer.partial:
             lines.append(
                 "Nor is it where a function that it depends on has no value, such as the root of -1; functions are"
             )
             lines.append("called only where they have one, and a quotient by 0 counts as the largest number.")
+        if writer.undefined:
+            lines.append("Infinite inputs that are extrapolated may give a difference or a product without a value.")
         if self.unit.plan.states:
             lines.append("Adaptive consequents change by one Euler step of time_step seconds after each evaluation.")
         return lines

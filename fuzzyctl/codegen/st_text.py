@@ -14,7 +14,16 @@ from typing import Final
 from fuzzyctl.codegen.c_text import single_text
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.lean import FALSE, TRUE, folding, read
-from fuzzyctl.codegen.st_guards import TESTED, function_of, guarded, is_named, may_fail, needs_guard
+from fuzzyctl.codegen.st_guards import (
+    TESTED,
+    function_of,
+    guarded,
+    is_named,
+    may_be_infinite,
+    may_be_undefined,
+    may_fail,
+    needs_guard,
+)
 from fuzzyctl.codegen.unit import Precision
 from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where, children, replace, walk
 from fuzzyctl.kernels.program import STATE, Accumulate, Assign, Fold, Item, Locate, Offset, Place, Refuse, Statement
@@ -48,6 +57,8 @@ class STText:
         names: Identifiers of the program's arguments.
         states: Identifiers of the entries of the state.
         partial: Whether functions are called that have no value somewhere.
+        infinite: Names of the program that may be infinite; arithmetic with them may have no value.
+        undefined: Whether there is such arithmetic.
         reals: Variables declared so far.
         integers: The same for integers.
         flags: The same for truth values: whether another variable has no value.
@@ -57,6 +68,8 @@ class STText:
     names: Mapping[str, str]
     states: Sequence[str] = ()
     partial: bool = False
+    infinite: set[str] = field(default_factory=set)
+    undefined: bool = False
     reals: list[str] = field(default_factory=list)
     integers: list[str] = field(default_factory=list)
     flags: list[str] = field(default_factory=list)
@@ -127,15 +140,19 @@ class STText:
     def assigned(self, name: str, value: Expr, depth: int) -> Iterator[str]:
         """Yield lines that give a variable a value, and say whether it has one."""
         value = self._folded(value)
+        if may_be_infinite(value, self.infinite):
+            self.infinite.add(name)
         flag = self._flag(name) if name in self._missing or self.may_be_missing(value) else ""
         yield from self._set(name, flag, value, depth)
 
     def _carried(self, statements: Sequence[Assign]) -> None:
         """Give flags to what may have no value in a later turn of a loop, however that comes about."""
         before = -1
-        while before != len(self._missing):
-            before = len(self._missing)
+        while before != len(self._missing) + len(self.infinite):
+            before = len(self._missing) + len(self.infinite)
             for s in statements:
+                if may_be_infinite(self._folded(s.value), self.infinite):
+                    self.infinite.add(s.name)
                 if self.may_be_missing(self._folded(s.value)):
                     self._flag(s.name)
 
@@ -182,6 +199,10 @@ class STText:
         if flag:
             missing = sorted(self._missing[n] for n in read(value) if n in self._missing)
             yield f"{pad}{flag} := {' OR '.join(missing) or 'FALSE'};"
+        if may_be_undefined(value, self.infinite):
+            self.undefined = True
+            lines = [f"{name} := {self.number(0.0)};", f"{flag} := TRUE;"]
+            yield from (f"{pad}IF {name} <> {name} THEN", *(pad + INDENT + line for line in lines), f"{pad}END_IF;")
 
     def _folded(self, expr: Expr) -> Expr:
         return replace(expr, folding(lambda n: not self.partial and n not in self._missing))
@@ -189,7 +210,8 @@ class STText:
     def may_be_missing(self, value: Expr) -> bool:
         """Return whether a value may be NaN because one is written in it, or because of what it reads."""
         written = any((isinstance(n, Number) and math.isnan(n.value)) or may_fail(n) for n in walk(value))
-        return written or any(n in self._missing for n in read(value))
+        undefined = may_be_undefined(value, self.infinite)
+        return written or undefined or any(n in self._missing for n in read(value))
 
     def missing(self, name: str) -> str:
         """Return the text of whether a variable has no value."""

@@ -30,7 +30,7 @@ def of_other_tests(path):
 
 engine, kernels = of_other_tests("properties/test_engine.py"), of_other_tests("properties/test_kernels.py")
 structured_text = of_other_tests("fuzzyctl/codegen/test_st.py")
-any_system = engine.systems() | kernels.systems(extrapolate=False)
+any_system = engine.systems() | kernels.systems()
 #: Those that hold a value have a state, which the self-test of C carries on.
 held_system = engine.systems(held=True)
 

@@ -2,10 +2,11 @@
 
 import math
 import re
+from itertools import product
 
 import pytest
 
-from fuzzyctl import loads
+from fuzzyctl import compile, loads
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.names import ST_RESERVED
 from fuzzyctl.codegen.st_source import function_block
@@ -364,6 +365,63 @@ class TestGuards:
         test = re.search(r"\(v\d+ < 0\.0\)(?= THEN\n +v\d+ := 0\.0;\n +v\d+_no := TRUE)", written)
         with pytest.raises(ValueError, match="math domain error"):
             Block(written.replace(test[0], "FALSE"))(x=-1.0, y=1.0)
+
+
+INFINITE = """system s
+and product
+defuzzifier weighted_average
+input x in [0, 10] extrapolate
+  low  = triangle(-inf, 1, 4)
+  high = triangle(1, 4, inf)
+input y in [-1, 1] extrapolate
+  down = gaussian(0, 1)
+  up   = triangle(-0.6, 0.4, inf)
+output u in [-50, 50] {adaptive}else -1
+  a = {first}
+  b = {second}
+if x is low or y is up then u is a
+if x is high and y is down then u is b
+"""
+
+
+class TestInfinity:
+    """The machine of these tests stops where a selection is handed NaN."""
+
+    @pytest.mark.parametrize(
+        ("first", "second"),
+        [
+            ("function(x - y)", "function(2 * x - x * y)"),
+            ("linear(1, -1, 0)", "constant(3)"),
+            ("function(min(x - y, 4))", "function(max(3, x * y))"),
+            ("function(sqrt(abs(x)) - y)", "function(x / (y - 7))"),
+        ],
+    )
+    def test_less_infinity_and_times_zero_has_no_value(self, first, second):
+        system = loads(INFINITE.format(first=first, second=second, adaptive=""))
+        block, kernel = Block(function_block(prepare(system, ""))), compile(system, "python")
+        places = [math.inf, -math.inf, 1e308, -1e308, 0.0, 2.5]
+        undefined = 0
+        for x, y in product(places, places):
+            value, valid = block(x=x, y=y)
+            wanted = kernel(x, y)
+            assert valid == (wanted == wanted), (x, y)
+            assert value == (pytest.approx(wanted, rel=1e-12) if valid else 0.0), (x, y)
+            undefined += not valid
+        assert 0 < undefined < len(places) ** 2
+
+    def test_in_a_rate_keeps_the_consequent(self):
+        text = INFINITE.format(first="constant(1)", second="constant(3)", adaptive="adaptive rate x - y ")
+        block = Block(function_block(prepare(loads(text), "")))
+        assert block(x=2.5, y=0.5, time_step=0.125)[1]
+        before = block.variables["consequent_0"]
+        assert before > 1.0
+        block(x=math.inf, y=math.inf, time_step=0.125)
+        assert block.variables["consequent_0"] == before
+
+    def test_costs_nothing_where_inputs_are_clamped(self):
+        text = INFINITE.format(first="linear(1, -1, 0)", second="constant(3)", adaptive="")
+        assert "<>" in function_block(prepare(loads(text), ""))
+        assert "<>" not in function_block(prepare(loads(text.replace(" extrapolate", "")), ""))
 
 
 class TestNumbers:
