@@ -81,14 +81,14 @@ def write(system: FuzzySystem) -> tuple[str, list[Loss]]:
     """Return a system as FCL, and what FCL cannot express of it.
 
     The dialect is the plainest one that has words for all of it, and its numerics are those of the tool that reads it:
-    others are among what changes. Where no word holds inputs within their ranges shoulders do.
+    others are among what changes. No word holds inputs within their ranges: fuzzylite, which reads LOCK of outputs,
+    refuses a file that says it of an input. Shoulders do where they can.
 
     Raises:
         DiagnosticError: With all reasons, for a system of Tsukamoto's method that fuzzylite would take for another one.
     """
-    if dialect_for(system) != "fuzzylite":  # which alone says that a range holds
-        system = with_shoulders(system, points=True)
-    else:
+    system = with_shoulders(system, points=True)
+    if dialect_for(system) == "fuzzylite":
         system, reasons = as_inverted_there(system)
         if reasons := [*reasons, *inferred_otherwise(system)]:
             raise numerics.cannot(system, ".fcl", reasons)
@@ -198,8 +198,6 @@ class _Writer:
         yield f"FUZZIFY {self.names.variables[variable.name]}"
         if self.dialect == "fuzzylite":
             yield f"  {self._range(variable)}"
-            if not variable.extrapolate:
-                yield "  LOCK : RANGE;"
         yield from self._terms(variable)
         yield "END_FUZZIFY"
         yield ""
@@ -233,11 +231,12 @@ class _Writer:
         # fuzzylite joins nothing before an average where nothing is said.
         if not over_rules and (self.dialect == "fuzzylite" or self._accumulations_differ()):
             yield f"  ACCU : {self._accumulation(output)};"
+        if output.clamped and self.dialect == "fuzzylite":
+            # Before DEFAULT: fuzzylite takes from LOCK whether the previous value is held, too.
+            yield "  LOCK : RANGE;"
         default = self._default(output)
         if default:
             yield f"  DEFAULT := {default};"
-        if output.clamped and self.dialect == "fuzzylite":
-            yield "  LOCK : RANGE;"
         yield "END_DEFUZZIFY"
         yield ""
 

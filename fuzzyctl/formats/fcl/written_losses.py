@@ -73,7 +73,7 @@ def _of_variable(system: FuzzySystem, variable: Input | Output, dialect: Dialect
     for what, text in (("label", variable.label), ("unit", variable.unit)):
         if text:
             yield Loss(where, what, "FCL has no words for it", exact=True)
-    if isinstance(variable, Input) and not variable.extrapolate and dialect != "fuzzylite":
+    if isinstance(variable, Input) and not variable.extrapolate:
         matters = holding_matters(system, variable)
         why = "they are not held at its ends" if matters else "terms stay there what they are at its ends"
         yield Loss(where, "values outside the range", why, exact=not matters)

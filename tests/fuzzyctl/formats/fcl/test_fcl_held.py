@@ -49,12 +49,27 @@ def test_what_goes_on_beyond_the_range_changes_numbers(term, consequent):
     assert "values outside the range" in [loss.what for loss in losses if not loss.exact]
 
 
-def test_in_the_dialect_of_fuzzylite_the_file_says_that_the_range_holds():
-    text = TWO.format("gaussian(0, 4)", "linear(0.1, 1)").replace("defuzzifier", "semantics fuzzylite\ndefuzzifier")
-    system = loads(text)
+OF_FUZZYLITE = TWO.replace("defuzzifier", "semantics fuzzylite\ndefuzzifier")
+
+
+def test_fuzzylite_reads_no_word_that_holds_an_input_so_none_is_written():
+    written, losses = write(loads(OF_FUZZYLITE.format("gaussian(0, 4)", "constant(3)")))
+    assert "LOCK :" not in written
+    assert "values outside the range" in [loss.what for loss in losses if not loss.exact]
+
+
+def test_in_the_dialect_of_fuzzylite_straight_terms_get_shoulders_too():
+    system = loads(OF_FUZZYLITE.format("triangle(-10, 0, 10)", "constant(3)"))
     written, losses = write(system)
-    assert "values outside the range" not in [loss.what for loss in losses]
+    assert [str(loss) for loss in losses if not loss.exact] == []
     back, diagnostics = read(SourceText("t.fcl", written))
     assert back is not None, render_all(diagnostics)
     for x in (-100.0, -4.0, 0.0, 5.0, 100.0):
         assert back(x=x) == pytest.approx(system(x=x), rel=1e-12), x
+
+
+def test_the_lock_of_an_output_stands_before_what_it_holds_which_it_would_take_back():
+    # fuzzylite 6 sets both locks by LOCK: behind "DEFAULT := 2 | NC" the word RANGE alone ends the holding.
+    text = OF_FUZZYLITE.format("gaussian(0, 4)", "constant(3)").replace("in [0, 4] else 2", "in [0, 4] clamp else hold(2)")
+    written, _ = write(loads(text))
+    assert written.index("LOCK : RANGE;") < written.index("DEFAULT := 2 | NC;")
