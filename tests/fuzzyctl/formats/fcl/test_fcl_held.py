@@ -70,6 +70,6 @@ def test_in_the_dialect_of_fuzzylite_straight_terms_get_shoulders_too():
 
 def test_the_lock_of_an_output_stands_before_what_it_holds_which_it_would_take_back():
     # fuzzylite 6 sets both locks by LOCK: behind "DEFAULT := 2 | NC" the word RANGE alone ends the holding.
-    text = OF_FUZZYLITE.format("gaussian(0, 4)", "constant(3)").replace("in [0, 4] else 2", "in [0, 4] clamp else hold(2)")
-    written, _ = write(loads(text))
-    assert written.index("LOCK : RANGE;") < written.index("DEFAULT := 2 | NC;")
+    text = OF_FUZZYLITE.replace("in [0, 4] else 2", "in [0, 4] clamp else hold(2)")
+    written, _ = write(loads(text.format("gaussian(0, 4)", "constant(3)")))
+    assert written.rindex("LOCK : RANGE;") < written.index("DEFAULT := 2 | NC;")
