@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Final
 
 from fuzzyctl.errors import counted, did_you_mean, listed
 from fuzzyctl.expr import ONE, Binary, Expr, Name, Number
@@ -15,6 +16,7 @@ from fuzzyctl.formats.fcl.names import (
 )
 from fuzzyctl.formats.fcl.scope import Scope
 from fuzzyctl.formats.fcl.syntax import Shape, TermLine
+from fuzzyctl.formats.odd_terms import NOT_BEYOND, membership_as_computed
 from fuzzyctl.model.variable import Membership
 
 
@@ -38,7 +40,25 @@ def membership(line: TermLine, scope: Scope, *, of_output: bool) -> Membership |
         facts, help_text = (f"shapes: {listed(SHAPE_WORDS)}",), did_you_mean(shape.kind.upper, SHAPE_WORDS)
         scope.error("FZ601", f"no shape '{shape.kind.text}'", shape.kind.span, facts=facts, help=help_text)
         return None
-    return _known(known, shape, arguments, scope)
+    found = _known(known, shape, arguments, scope)
+    if found is None or word is None:
+        return found
+    variable = None if of_output else next(iter(scope.readable))
+    return membership_as_computed(_with_widths(found), variable, scope, word=word)
+
+
+#: Where widths stand whose sign says nothing to fuzzylite.
+_WIDTHS: Final = {"gaussian": (1,), "gaussian2": (1, 3), "bell": (1,), "spike": (1,)}
+
+
+def _with_widths(found: Membership) -> Membership:
+    """Return a membership function with the magnitudes of its widths."""
+    own = _WIDTHS.get(found.kind, ())
+    arguments = tuple(
+        Number(-a.value, span=a.span) if k in own and isinstance(a, Number) and a.value < 0 else a
+        for k, a in enumerate(found.arguments)
+    )
+    return found.model_copy(update={"arguments": arguments})
 
 
 def _numbers(shape: Shape, scope: Scope, name: str) -> tuple[Expr, ...] | None:
@@ -91,6 +111,10 @@ def _special(
     """Return what fuzzylite's words stand for whose parameters are counted otherwise."""
     count = len(arguments)
     if word == "Constant" and count == 1:
+        value = arguments[0]
+        if not of_output and isinstance(value, Number) and not 0.0 <= value.value <= 1.0:
+            scope.error("FZ302", f"the degree {value.value:g} lies outside [0, 1]", shape.span, help=NOT_BEYOND)
+            return None
         if not of_output:  # its degree is its value, whatever the input is
             return Membership(kind="function", arguments=arguments, span=shape.span)
         return Membership(kind="singleton", arguments=arguments, span=shape.span)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
@@ -13,8 +14,10 @@ from fuzzyctl.formats.findings import Findings, Names, meant
 from fuzzyctl.formats.fis import values
 from fuzzyctl.formats.fis.sections import Entry, Section
 from fuzzyctl.formats.fis.values import RawTerm, Text
-from fuzzyctl.formats.fis.words import MEMBERSHIP_WORDS, Dialect, MembershipWord
+from fuzzyctl.formats.fis.words import MEMBERSHIP_WORDS, Dialect, MembershipWord, Shape, Values
 from fuzzyctl.formats.fll.functions import FormulaError, read_formula
+from fuzzyctl.formats.fll.words import TERM_WORDS
+from fuzzyctl.formats.odd_terms import NOT_BEYOND, membership_as_computed
 from fuzzyctl.model.variable import Membership, Term
 from fuzzyctl.source import Span
 
@@ -190,9 +193,21 @@ class VariableReader:
         if given is None:
             return None
         if function == "constant" and self.dialect == "fuzzylite" and self.reading in self.input_names:
+            if not 0.0 <= given[0].value <= 1.0:
+                message = f"the degree {given[0].value:g} lies outside [0, 1]"
+                self.findings.error("FZ302", message, given[0].span or raw.span, help=NOT_BEYOND)
+                return None
             # To fuzzylite a constant is its own degree, whatever the input is.
             return Membership(kind="function", arguments=given, span=raw.span)
-        return _shaped(raw, given, word)
+        if self.dialect != "fuzzylite":
+            return _shaped(raw, given, word.shape)
+        if function == "binarymf" and given[0] == given[1]:
+            message = f"'{raw.function.text}' needs two different numbers: start and direction"
+            self.findings.error("FZ302", message, raw.span)
+            return None
+        made = _shaped(raw, given, _OF_FUZZYLITE.get(function, word.shape))
+        variable = self.reading if self.reading in self.input_names else None
+        return membership_as_computed(made, variable, self.findings, word=raw.function.text)
 
     def _refuse_function(self, raw: RawTerm) -> None:
         name = raw.function.text
@@ -272,9 +287,16 @@ class VariableReader:
             self.findings.warning("FZ606", message, entry.value, help="all that are written count")
 
 
-def _shaped(raw: RawTerm, given: tuple[Number, ...], word: MembershipWord) -> Membership:
+#: Functions whose parameters, where they are out of order, mean something else to fuzzylite than to MATLAB.
+_OF_FUZZYLITE: Final = {
+    function: TERM_WORDS[word].shape
+    for function, word in (("trapmf", "Trapezoid"), ("smf", "SShape"), ("zmf", "ZShape"))
+}
+
+
+def _shaped(raw: RawTerm, given: tuple[Number, ...], shape: Callable[[Values], Shape]) -> Membership:
     """Return a membership with the parameters in the model's order; each keeps the place of an equal one as written."""
-    kind, parameters = word.shape(tuple(n.value for n in given))
+    kind, parameters = shape(tuple(n.value for n in given))
     places = {n.value: n.span for n in given}
     arguments = tuple(Number(v, span=places.get(v) or places.get(-v)) for v in parameters)
     return Membership(kind=kind, arguments=arguments, span=raw.span)

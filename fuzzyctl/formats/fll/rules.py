@@ -10,6 +10,7 @@ from typing import Final
 from fuzzyctl.expr import ONE, Number
 from fuzzyctl.formats.findings import Findings, meant
 from fuzzyctl.formats.fll.words import HEDGE_WORDS
+from fuzzyctl.formats.odd_terms import NOT_BEYOND
 from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Or, Rule
 from fuzzyctl.source import Span
 
@@ -245,5 +246,5 @@ class _RuleText:
         except ValueError:
             raise RuleError("FZ601", f"the weight is a number, got '{place.text[:40]}'", place, _FORM) from None
         if not 0 <= value <= 1:
-            raise RuleError("FZ302", f"the weight {place.text[:40]} lies outside [0, 1]", place)
+            raise RuleError("FZ302", f"the weight {place.text[:40]} lies outside [0, 1]", place, NOT_BEYOND)
         return ONE if value == 1 else Number(value, span=place)

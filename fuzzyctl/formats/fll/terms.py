@@ -13,6 +13,7 @@ from fuzzyctl.formats.findings import Findings, Names, meant
 from fuzzyctl.formats.fll.functions import FormulaError, read_formula
 from fuzzyctl.formats.fll.lines import Line
 from fuzzyctl.formats.fll.words import TERM_WORDS, TERMS, TermWord
+from fuzzyctl.formats.odd_terms import NOT_BEYOND, membership_as_computed, nothing
 from fuzzyctl.model.variable import Membership, Term
 from fuzzyctl.source import Span
 
@@ -123,7 +124,25 @@ class TermReader:
         own, parameters = word.shape(tuple(n.value for n in given[: word.count]))
         places = {n.value: n.span for n in given[: word.count]}
         arguments = tuple(Number(v, span=places.get(v) or places.get(-v)) for v in parameters)
-        return Membership(kind=own, arguments=arguments, height=_height(height), span=line.value)
+        if kind == "Binary" and given[0] == given[1]:
+            return self._pointless(kind, line)
+        found = Membership(kind=own, arguments=arguments, height=_height(height), span=line.value)
+        return self._computed(found, kind)
+
+    def _computed(self, found: Membership, kind: str) -> Membership | None:
+        variable = self.place.variable if self.place.is_input else None
+        return membership_as_computed(found, variable, self.findings, word=kind)
+
+    def _pointless(self, kind: str, line: Line) -> Membership | None:
+        """Return a step that goes nowhere, which nothing belongs to; an output cannot have it."""
+        made = nothing(self.place.variable if self.place.is_input else None)
+        if made is None:
+            message = f"'{kind}' has its start as its direction, so that it is 0 everywhere"
+            self.findings.error("FZ302", message, line.value)
+            return None
+        message = f"'{kind}' has its start as its direction; it is read as fuzzylite computes it, {made.is_what}"
+        self.findings.warning("FZ609", message, line.value)
+        return Membership(kind=made.kind, arguments=made.arguments, span=line.value)
 
     def _too_few(self, kind: str, given: tuple[Number, ...], form: str, line: Line) -> None:
         message = f"'{kind}' has {counted(len(given), 'parameter')} instead of {len(form.split())}"
@@ -142,6 +161,10 @@ class TermReader:
                 self._too_few(kind, given, "value", line)
                 return None
             self._surplus(kind, given, 1)
+            if self.place.is_input and not 0.0 <= given[0].value <= 1.0:
+                message = f"the degree {given[0].value:g} lies outside [0, 1]"
+                self.findings.error("FZ302", message, given[0].span or line.value, help=NOT_BEYOND)
+                return None
             if self.place.is_input:  # its degree is its value, whatever the input is
                 return Membership(kind="function", arguments=given[:1], span=line.value)
             return Membership(kind="constant", arguments=given[:1], span=line.value)
@@ -162,7 +185,8 @@ class TermReader:
             return None
         pairs = len(given) // 2 * 2
         height = given[pairs] if len(given) > pairs else ONE
-        return Membership(kind="piecewise", arguments=given[:pairs], height=_height(height), span=line.value)
+        found = Membership(kind="piecewise", arguments=given[:pairs], height=_height(height), span=line.value)
+        return self._computed(found, "Discrete")
 
     def _function(self, rest: list[Span], line: Line) -> Membership | None:
         """Return a formula: of the variable itself in a term of an input, of the inputs in one of an output."""

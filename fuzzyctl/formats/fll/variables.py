@@ -9,6 +9,7 @@ from typing import Protocol
 
 from fuzzyctl.errors import Note
 from fuzzyctl.expr import Expr, Number
+from fuzzyctl.formats.beyond import warn_of_degrees_beyond
 from fuzzyctl.formats.findings import Findings
 from fuzzyctl.formats.fll.lines import Block, Line
 from fuzzyctl.formats.fll.terms import Place, TermReader, number, words
@@ -77,6 +78,8 @@ def read_variable(block: Block, name: str, place: Place, findings: Findings) -> 
     terms = TermReader(place, findings)
     read = [t for line in block.all("term") if (t := terms.read(line)) is not None]
     lower, upper = _range(block, findings)
+    if place.is_input:
+        warn_of_degrees_beyond(read, name, (lower.value, upper.value), findings)
     label = block.line("description")
     return Variable(
         name=name,
