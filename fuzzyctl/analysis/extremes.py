@@ -12,7 +12,7 @@ from typing import Any, Final
 from fuzzyctl import arguments
 from fuzzyctl.analysis.bounds import OutputBound, output_bounds
 from fuzzyctl.analysis.exact import Surface, surface_of
-from fuzzyctl.analysis.vertices import steepest
+from fuzzyctl.analysis.vertex_slopes import steepest
 from fuzzyctl.analysis.witnesses import Judge
 from fuzzyctl.kernels.plan import Plan, plan
 from fuzzyctl.model.system import FuzzySystem

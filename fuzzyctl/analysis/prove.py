@@ -10,7 +10,7 @@ from functools import cached_property, partial
 from typing import Any, Final
 
 from fuzzyctl import arguments
-from fuzzyctl.analysis import sampling, vertices
+from fuzzyctl.analysis import sampling, vertex_slopes, vertices
 from fuzzyctl.analysis.affine import Reader
 from fuzzyctl.analysis.bounds import OutputBound, output_bounds
 from fuzzyctl.analysis.claims import (
@@ -252,7 +252,7 @@ class Prover:
     def _slope(self, claim: Claim, slope: Slope) -> Verdict:
         found: Verdict | None = None
         if self.surface is not None:
-            found = vertices.decide_slope(self.system, self.surface, claim, slope, self.judge)
+            found = vertex_slopes.decide_slope(self.system, self.surface, claim, slope, self.judge)
         if found is None:
             found = self._divided(claim)
         if isinstance(found, Refuted) and claim.region != ALWAYS:

@@ -23,12 +23,9 @@ from fuzzyctl.formulas import (
     inverse_hedge,
 )
 from fuzzyctl.formulas import hedge as usual_hedge
-from fuzzyctl.kernels.flat import (
-    ITSELF,
-    ImpliedPlan,
-    SetPlan,
-)
+from fuzzyctl.kernels.flat import ImpliedPlan
 from fuzzyctl.kernels.numbers import constants_of, guarded, number_of, over_inputs, require_known
+from fuzzyctl.kernels.sets import ITSELF, SetPlan
 from fuzzyctl.model.rule import Consequent, Rule
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Membership, Output
