@@ -5,39 +5,7 @@ import pytest
 from fuzzyctl.checking import check_source
 from fuzzyctl.errors import CODES, WARNINGS
 from fuzzyctl.source import SourceText
-
-BASE = """\
-system s
-defuzzifier weighted_average
-input e in [-1, 1]
-  terms N Z P
-output u in [-5, 5]
-  a = constant(1)
-  b = constant(2)
-table u = e
-    N Z P
-  | a a b
-"""
-
-
-def said(*pairs, after="", folder=None):
-    """Return what is said of the base text with replacements, each of which must apply: place, code, words."""
-    text = BASE
-    for old, new in pairs:
-        assert old in text, old
-        text = text.replace(old, new, 1)
-    _, diagnostics = check_source(SourceText("t.fz", text + after), folder=folder)
-    return [
-        (d.span.line if d.span else 0, d.code, " | ".join([d.message, *d.facts, d.help, *(n.message for n in d.notes)]))
-        for d in diagnostics
-    ]
-
-
-def only(found):
-    """Return the only message as `line code`, and its words."""
-    assert len(found) == 1, found
-    line, code, words = found[0]
-    return f"{line} {code}", words
+from tests.fuzzyctl.messages import BASE, only, places, said
 
 
 class TestTheBase:
@@ -56,90 +24,11 @@ class TestNumbers:
         assert point in words
 
 
-class TestGivenTwice:
-    @pytest.mark.parametrize(
-        "line",
-        [
-            "activation first(count=2, count=3)",
-            "activation threshold(> 0.1, < 0.5)",
-            "activation threshold(> 0.1, > 0.5)",
-        ],
-    )
-    def test_an_option_of_an_activation(self, line):
-        assert only(said(("defuzzifier", f"{line}\ndefuzzifier")))[0] == "2 FZ215"
-
-    def test_an_option_of_a_defuzzifier(self):
-        sets = ("constant(1)", "triangle(0, 1, 2)"), ("constant(2)", "triangle(1, 2, 3)")
-        twice = ("weighted_average", "centroid(resolution=10, resolution=200)")
-        assert only(said(twice, *sets))[0] == "2 FZ215"
-
-    def test_an_output_of_a_table(self):
-        assert only(said(("table u = e", "table u, u = e"), ("a a b", "a/a a/a b/b")))[0] == "8 FZ215"
-
-
 class TestIllFormedTerms:
     @pytest.mark.parametrize("otherwise", ["", " else 0"])
     def test_hints_do_not_stumble_over_them(self, otherwise):
         terms = "  N = piecewise(1, 2, 3)\n  Z = triangle(-1, 0, 1)\n  P = triangle(0, 1, 1)"
         assert only(said(("  terms N Z P", terms), ("[-5, 5]", f"[-5, 5]{otherwise}")))[0] == "4 FZ302"
-
-
-CROSSED = (
-    ("input e in [-1, 1]\n  terms N Z P", "input e in [-1, 1]\n  terms N Z P\ninput d in [0, 1]\n  terms N Z P"),
-    ("table u = e\n    N Z P\n  | a a b\n", 'table u = e x d from "t.csv"\n'),
-    ("[-5, 5]", "[-5, 5] else 0"),
-)
-
-
-class TestCsvFields:
-    def read(self, tmp_path, csv):
-        """What is said of the fields; that an empty cell at the end of a range makes the output jump is true there."""
-        (tmp_path / "t.csv").write_text(csv)
-        return [message for message in said(*CROSSED, folder=tmp_path) if message[1] != "FZ405"]
-
-    @pytest.mark.parametrize(
-        "csv",
-        [
-            ',N,Z,P\n"N",a,"a", b\nZ,a,a,"linear(1, 2, 3)"\nP,a,0.5,b*(1/2)\n',
-            "e\\d;N;Z;P\nN;a;a;b\nZ;a;a;b\nP;a;0.5;.\n",
-            '"e, d",N,Z,P\r\n\r\nN,a,a,b\r\nZ,a,a,b\r\n,,,\r\nP,a,a,b',
-        ],
-    )
-    def test_quotes_semicolons_and_a_corner_are_read(self, tmp_path, csv):
-        assert self.read(tmp_path, csv) == []
-
-    @pytest.mark.parametrize(
-        ("csv", "place", "part"),
-        [
-            (",N,Z,P\nN,,a,b,b\nZ,a,a,b\nP,a,a,b\n", "2 FZ207", "the field of cell 1 is empty | write '.'"),
-            (",N,,P\nN,a,a,b\nZ,a,a,b\nP,a,a,b\n", "1 FZ207", "the field of column 2 is empty"),
-            (",N,Z,P\nN,a,a,b,\nZ,a,a,b\nP,a,a,b\n", "2 FZ207", "a ',' too many | remove it"),
-            (";N;Z;P;\nN;a;a;b;\nZ;a;a;b;\nP;a;a;b\n", "1 FZ207", "remove it here and in 2 other lines"),
-            ("\tN\tZ\tP\nN\ta\ta\tb\nZ\ta\ta\tb\nP\ta\ta\tb\n", "1 FZ105", "parted by tabs"),
-            (",N,Z,P\rN,a,a,b\rZ,a,a,b\rP,a,a,b\r", "1 FZ105", "line ends LF or CRLF"),
-            (",N,Z,P\nN,a,a # why,b\nZ,a,a,b\nP,a,a,b\n", "2 FZ105", "no comments"),
-            (",N,Z,P\nN # why,a,a,b\nZ,a,a,b\nP,a,a,b\n", "2 FZ105", "no comments"),
-            (",N,Z,P\nN,a a,b,b\nZ,a,a,b\nP,a,a,b\n", "2 FZ102", "unexpected 'a'"),
-            (",N,Z,P\nN,linear(1, 2, 3),b,b\nZ,a,a,b\nP,a,a,b\n", "2 FZ103", "in double quotes"),
-            (',N,Z,P\nN,"a,b,b\nZ,a,a,b\nP,a,a,b\n', "2 FZ104", "quoted field"),
-            ("N,Z,P\nN,a,a,b\nZ,a,a,b\nP,a,a,b\n", "1 FZ207", "begin it with an empty field"),
-            (",N,Z,P\nN,a,a,b\n,a,a,b\nP,a,a,b\n", "3 FZ207", "in its first field"),
-            (",N Z,P\nN,a,b\n", "1 FZ102", "parted by commas"),
-            ("", "10 FZ212", "the form of the file is: the first line"),
-        ],
-    )
-    def test_a_field_that_is_no_cell_is_named(self, tmp_path, csv, place, part):
-        where, words = only(self.read(tmp_path, csv))
-        assert where == place
-        assert part in words
-
-
-class TestTheFormOfATable:
-    @pytest.mark.parametrize("rows", ["  N | a\n  Z | a\n  P | b", "  | N Z P\n  | a a b"])
-    def test_a_table_without_header_is_shown_its_own_form(self, rows):
-        where, words = only(said(("    N Z P\n  | a a b", rows)))
-        assert where == "8 FZ212"
-        assert "the form is: a line 'N Z P', below it a line '| CELL CELL CELL'" in words
 
 
 #: Everything that leans on a declaration: arity, names in params and in guarantees.
@@ -186,10 +75,6 @@ class TestBrokenHeads:
     def test_a_slice_of_a_broken_table_is_not_missed(self, head):
         assert only(said(("table u = e", f"with e is N\n{head}")))[0].startswith("9 ")
 
-    def test_a_cross_without_its_keyword_is_a_table(self):
-        crossed = said(*CROSSED[:1], ("table u = e\n    N Z P\n", "u = e x d\n    N Z P\nN"))
-        assert only(crossed)[0] == "10 FZ101"
-
     @pytest.mark.parametrize(
         "line", ["b = constant(2|3)", "b = constant(2)|", "b | constant(2)", "| b = constant(2)", "|b = constant(2)"]
     )
@@ -202,46 +87,6 @@ class TestBrokenHeads:
         found = said(after="param k = (1\n" * 900)
         assert [code for _, code, _ in found] == ["FZ103"] * 500 + ["FZ112"]
         assert "500 lines" in found[-1][2]
-
-
-class TestWordsOfRules:
-    RULE = "if e is N and (e is Z or e is P) and not e is Z then u is a"
-
-    @pytest.mark.parametrize(
-        ("old", "new"),
-        [
-            ("N and", "N AND"),
-            ("Z or", "Z OR"),
-            ("then", "THEN"),
-            ("then", "Then"),
-            ("not", "NOT"),
-            ("e is N", "e IS N"),
-        ],
-    )
-    def test_keywords_are_written_small(self, old, new):
-        where, words = only(said(after=self.RULE.replace(old, new)))
-        assert where == "11 FZ102"
-        assert "keywords are written small" in words
-
-    @pytest.mark.parametrize(
-        ("old", "new"), [("if", "IF"), ("table", "Table"), ("input", "INPUT"), ("output", "Output")]
-    )
-    def test_so_are_those_that_begin_a_line(self, old, new):
-        where, words = only(said((old, new)) if old != "if" else said(after=self.RULE.replace(old, new)))
-        assert where.endswith("FZ101")
-        assert f"write '{old}'" in words
-
-    @pytest.mark.parametrize("word", ["and", "or", "then"])
-    def test_a_missing_term_is_missed(self, word):
-        rule = {"and": "if e is  and e is N then u is a", "or": "if e is  or e is N then u is a"}
-        where, words = only(said(after=rule.get(word, "if e is  then u is a")))
-        assert where == "11 FZ102"
-        assert f"a term is missing before '{word}'" in words
-
-    def test_a_missing_connective_is_missed(self):
-        where, words = only(said(after="if e is N e is Z then u is a"))
-        assert where == "11 FZ102"
-        assert "'and' or 'or' is missing before 'e'" in words
 
 
 class TestFiles:
@@ -257,21 +102,6 @@ class TestGuarantees:
         where, words = only(said(after="require e < 2\n"))
         assert where == "11 FZ214"
         assert "names no output" in words
-
-
-class TestTables:
-    def test_swapped_rows_and_columns_are_seen_at_once(self):
-        crossed = ("table u = e\n    N Z P\n  | a a b\n", "table u = e x d\n N Z P\nA | a a b\nB | b b a\n")
-        other = ("output u", "input d in [0, 1]\n  terms A B\noutput u")
-        where, words = only(said(crossed, other))
-        assert where == "10 FZ214"
-        assert "write: table u = d x e" in words
-
-    def test_cells_for_too_few_outputs_are_named_once(self):
-        two = (("output u", "output v in [0, 1]\n  terms lo=0 hi=1\noutput u"), ("table u = e", "table u, v = e"))
-        where, words = only(said(*two))
-        assert where == "12 FZ207"
-        assert "1 term for 2 outputs | and so do 2 other cells" in words
 
 
 class TestPartitions:
@@ -409,11 +239,6 @@ class TestOutputsWithoutTerms:
         assert "'a' is named here" in words
 
 
-def places(found):
-    """Return the errors found as `line code`."""
-    return [f"{line} {code}" for line, code, _ in found if code not in WARNINGS]
-
-
 class TestNoMistakeHidesAnother:
     @pytest.mark.parametrize("average", ["center_average", "weighted_average", "weighted_sum"])
     @pytest.mark.parametrize("term", ["piecewise(1, 0, 2)", "gaussian2(1, 0, 0, 1)"])
@@ -472,163 +297,3 @@ class TestElse:
     @pytest.mark.parametrize("otherwise", ["5", "hold(-5)", "hold", "nan"])
     def test_one_within_it_is_not(self, otherwise):
         assert said(("[-5, 5]", f"[-5, 5] else {otherwise}")) == []
-
-
-class TestMisspeltClaims:
-    @pytest.mark.parametrize(
-        ("claim", "meant"),
-        [("increasng(u, e)", "increasing"), ("monotone(u, e)", "increasing"), ("bound(u, 0, 1)", "bounded")],
-    )
-    def test_they_are_no_question_of_numbers_and_truth_values(self, claim, meant):
-        where, words = only(said(after=f"require {claim}\n"))
-        assert where == "11 FZ202"
-        assert f"did you mean '{meant}'?" in words
-
-
-class TestNamesThatAreMissingOrWrong:
-    USES = "param k = q\nif e is N then u is function(q * e)\nrequire u(-e) <= e + q\n"
-
-    @pytest.mark.parametrize(
-        ("old", "new", "place"),
-        [
-            ("input e", "input ", "3 FZ102"),
-            ("output u", "output ", "5 FZ102"),
-            ("output u", 'output "U"', "5 FZ102"),
-            ("output u", "output 0.5", "5 FZ102"),
-            ("input e", "input .", "3 FZ102"),
-            ("input e", "of e", "3 FZ101"),
-            ("output u", "0 u", "5 FZ101"),
-        ],
-    )
-    def test_a_variable(self, old, new, place):
-        assert only(said((old, new), after=self.USES.replace("param k = q", "param q = 1")))[0] == place
-
-    @pytest.mark.parametrize(("old", "new", "place"), [("e", "total", "3 FZ201"), ("u", "bounded", "5 FZ201")])
-    def test_a_variable_called_like_a_claim(self, old, new, place):
-        text = (
-            (BASE + "if e is P then u is b\nrequire u <= e\n")
-            .replace(f" {old} ", f" {new} ")
-            .replace(f"= {old}\n", f"= {new}\n")
-        )
-        _, diagnostics = check_source(SourceText("t.fz", text))
-        assert [f"{d.span.line} {d.code}" for d in diagnostics] == [place]
-
-    @pytest.mark.parametrize(("above", "place"), [("", "11 FZ102"), ("input e", "3 FZ102")])
-    def test_a_param(self, above, place):
-        line = "param  = 2\n"
-        assert only(said(after="param . = 2\n" + self.USES))[0] == "11 FZ102"
-        found = said((above, line + above), after=self.USES) if above else said(after=line + self.USES)
-        assert places(found) == [place]
-
-    def test_a_hedge(self):
-        assert only(said(after="hedge (t) = t^2\nif e is steep N then u is a\n"))[0] == "11 FZ102"
-
-    @pytest.mark.parametrize(
-        ("terms", "part"),
-        [
-            ("terms N@-1 Z0 P@1", "write Z@0"),
-            ("terms N=-1 Z0 P=1", "write Z=0"),
-            ("terms N N@-1", "mixes peaks"),
-            ("terms N", "two terms or more"),
-            ("terms N P P", "declared twice"),
-        ],
-    )
-    def test_terms(self, terms, part):
-        where, words = only(said(("terms N Z P", terms)))
-        assert where == ("4 FZ201" if "twice" in part else "4 FZ214")
-        assert part in words
-
-    @pytest.mark.parametrize("word", ["and", "or", "then", "weight", "inf", "pi", "not"])
-    def test_words_of_the_language_name_nothing(self, word):
-        assert only(said(("system s", f"system {word}")))[0] == "1 FZ201"
-        assert only(said(("defuzz", f"hedge {word}(x) = x\ndefuzz")))[0] == "2 FZ201"
-        assert only(said(("defuzz", f"hedge h({word}) = 1\ndefuzz")))[0] == "2 FZ201"
-
-
-TWO_WAY = (
-    ("output u", "input d in [0, 1]\n  terms A B\noutput u"),
-    ("table u = e\n    N Z P\n  | a a b\n", "table u = d x e\n    N Z P\n  A | a a b\n  B | b b a\n"),
-)
-
-
-class TestRowsAndHeadersAsPapersPrintThem:
-    @pytest.mark.parametrize(
-        ("without", "place", "help_text"),
-        [
-            ("A |", "12 FZ102", "write 'A | a a b'"),
-            ("B |", "13 FZ102", "write 'B | b b a'"),
-            ("AB", "12 FZ102", "and so does 1 other row | write 'A | a a b'"),
-        ],
-    )
-    def test_a_row_without_its_bar_is_shown_with_it(self, without, place, help_text):
-        bars = [(f"{label} |", f"{label}  ") for label in "AB" if label in without]
-        where, words = only(said(*TWO_WAY, *bars))
-        assert where == place
-        assert help_text in words
-
-    def test_so_is_that_of_a_one_way_table(self):
-        where, words = only(said(("| a a b", "  a a b")))
-        assert where == "10 FZ102"
-        assert "write '| a a b'" in words
-
-    def test_a_line_below_a_table_that_is_no_row_is_none(self):
-        where, words = only(said(after="fi e is N\n"))
-        assert where == "11 FZ101"
-        assert "begins no statement" in words
-
-    @pytest.mark.parametrize("corner", ["d\\e", "d/e", "d \\ e |"])
-    def test_a_corner_is_to_be_left_out(self, corner):
-        where, words = only(said(*TWO_WAY, ("    N Z P\n  A", f" {corner} N Z P\n  A")))
-        assert where == "11 FZ102"
-        assert "leave it out" in words
-
-    def test_so_is_the_bar_of_a_header(self):
-        where, words = only(said(*TWO_WAY, ("    N Z P\n  A", "  | N Z P\n  A")))
-        assert where == "10 FZ212"
-        assert "leave the bar of the first line out" in words
-
-
-class TestOtherNotations:
-    @pytest.mark.parametrize(
-        ("line", "help_text"),
-        [
-            ("require u = 1", "write '=='"),
-            ("require u => 1", "write '>='"),
-            ("require u =< 1", "write '<='"),
-            ("require u ≤ 1", "write '<='"),
-            ("require u <= e**2", "write '^'"),
-            ("param k = 2**3", "write '^'"),
-            ("require |u| <= 1", "write abs(u)"),
-            ("require u <= |e|", "write abs(e)"),
-            ("require 0 <= u <= 1", "write: require bounded(u, 0, 1)"),
-            ("require 0 < u < 1 within 1", "0 < u and u < 1"),
-            ("require u <= 1 when e > 0 within 1", "write 'within' once, and before 'when'"),
-            ("require u <= 1 within 1 within 2", "write 'within' once, and before 'when'"),
-            ("if e is N then u is 2*e + 3 weight 0.5", "u is function(2*e + 3)"),
-            ("if e is N then u = 2 + e", "u is function(2 + e)"),
-            ("if e is N then u is e + 2", "u is function(e + 2)"),
-            ("if e is N then u is -2", "u is constant(-2)"),
-            ("if e is N then u = a", "write: u is a"),
-            ("if e = N then u is a", "write 'is'"),
-            ("if e is N then u is a else u is a", "a rule ends with its last term"),
-            ("if e is N then u is a wieght", "did you mean 'weight'"),
-            ("if e is N then u is a wieght 0.5", "did you mean 'weight'"),
-        ],
-    )
-    def test_what_to_write_instead_is_said(self, line, help_text):
-        where, words = only(said(after=f"{line}\n"))
-        assert where.startswith("11 FZ10")
-        assert help_text in words
-
-    @pytest.mark.parametrize("cells", ["a - b", "- a b", "a b -", "a – b"])
-    def test_a_dash_is_no_empty_cell(self, cells):
-        where, words = only(said(("a a b", cells)))
-        assert where.startswith("10 FZ10")
-        assert "write '.' where there is to be no rule" in words
-
-    def test_an_output_that_an_antecedent_misspells_is_found(self):
-        _, words = only(
-            said(("output u", "output power"), ("u = e", "power = e"), after="if powr is a then power is a")
-        )
-        assert "inputs and outputs: e, power" in words
-        assert "did you mean 'power'?" in words

@@ -1,0 +1,43 @@
+"""What is said of a sound system that has been changed a bit."""
+
+from fuzzyctl.checking import check_source
+from fuzzyctl.errors import WARNINGS
+from fuzzyctl.source import SourceText
+
+BASE = """\
+system s
+defuzzifier weighted_average
+input e in [-1, 1]
+  terms N Z P
+output u in [-5, 5]
+  a = constant(1)
+  b = constant(2)
+table u = e
+    N Z P
+  | a a b
+"""
+
+
+def said(*pairs, after="", folder=None):
+    """Return what is said of the base text with replacements, each of which must apply: place, code, words."""
+    text = BASE
+    for old, new in pairs:
+        assert old in text, old
+        text = text.replace(old, new, 1)
+    _, diagnostics = check_source(SourceText("t.fz", text + after), folder=folder)
+    return [
+        (d.span.line if d.span else 0, d.code, " | ".join([d.message, *d.facts, d.help, *(n.message for n in d.notes)]))
+        for d in diagnostics
+    ]
+
+
+def only(found):
+    """Return the only message as `line code`, and its words."""
+    assert len(found) == 1, found
+    line, code, words = found[0]
+    return f"{line} {code}", words
+
+
+def places(found):
+    """Return the errors found as `line code`."""
+    return [f"{line} {code}" for line, code, _ in found if code not in WARNINGS]
