@@ -17,16 +17,16 @@ Values = Sequence[float]
 Written = tuple[str, Values]
 
 
-def number(value: float) -> str:
-    """Return a number as MATLAB reads it."""
+def number(value: float, infinite: str = "Inf") -> str:
+    """Return a number as MATLAB reads it; fuzzylite reads another word for what is infinite."""
     if math.isinf(value):
-        return "Inf" if value > 0 else "-Inf"
+        return infinite if value > 0 else f"-{infinite}"
     return number_text(value)
 
 
-def vector(values: Values) -> str:
+def vector(values: Values, infinite: str = "Inf") -> str:
     """Return numbers between brackets."""
-    return f"[{' '.join(map(number, values))}]"
+    return f"[{' '.join(number(v, infinite) for v in values)}]"
 
 
 def _trapezoid(p: Values) -> Written:

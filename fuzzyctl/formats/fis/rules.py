@@ -191,9 +191,9 @@ class RuleReader:
 
     def _antecedent(self, raw: RawRule) -> Antecedent | None:
         operands = tuple(
-            Is(variable=v.name, term=v.terms[c.number].name, hedges=self._hedges(c), span=c.span)
+            self._condition(c, v)
             for c, v in zip(raw.antecedent, self.inputs, strict=True)
-            if c.number
+            if c.number or (self._is_any(c) and (c.negated or raw.connective == "2"))
         )
         if not operands:
             return self._always(raw)
@@ -201,9 +201,23 @@ class RuleReader:
             return operands[0]
         return And(operands=operands, span=raw.span) if raw.connective == "1" else Or(operands=operands, span=raw.span)
 
+    def _is_any(self, code: Code) -> bool:
+        """Whether a number says `any` of an input without naming a term, as those of fuzzylite do."""
+        return self.dialect == "fuzzylite" and code.number == 0 and code.fraction == _ANY and self._named() is not None
+
+    def _named(self) -> Variable | None:
+        """Return an input that has terms."""
+        return next((v for v in self.inputs if v.terms), None)
+
+    def _condition(self, code: Code, variable: Variable) -> Is:
+        if not code.number:  # any term of any input says the same
+            variable = variable if variable.terms else self._named() or variable
+        term = variable.terms[code.number] if code.number else next(iter(variable.terms.values()))
+        return Is(variable=variable.name, term=term.name, hedges=self._hedges(code), span=code.span)
+
     def _always(self, raw: RawRule) -> Antecedent | None:
         """Return what holds everywhere, for a rule without conditions joined by and; by or it holds nowhere."""
-        named = next((v for v in self.inputs if v.terms), None)
+        named = self._named()
         if named is None:
             message = "the rule has no condition, and no input has a term"
             self.findings.error("FZ602", message, raw.span, help="give an input a term")

@@ -88,13 +88,12 @@ class _Writer:
         self.beyond_matlab = family(own) == "matlab" and _needs_octave(system)
         self.dialect: Dialect = "octave" if self.beyond_matlab else family(own)
         self.profile: Profile = profile(own if family(own) == self.dialect != "matlab" else self.dialect)
-        #: The system; where no key of a file holds inputs within their ranges, shoulders do.
-        self.system = system
+        #: The system; no key of a file holds inputs within their ranges, so shoulders do. (fuzzylite knows LockRange of
+        #: outputs, and refuses a file with that of an input.)
+        self.system = with_shoulders(system, points=False)
         if self.dialect == "fuzzylite":
-            self.system, self.reasons = as_inverted_there(system)
+            self.system, self.reasons = as_inverted_there(self.system)
             self.reasons += inferred_otherwise(self.system)
-        else:
-            self.system = with_shoulders(system, points=False)
         self.powers = {h.name: power for h in system.hedges if (power := _power(h.expression)) is not None}
 
     def write(self) -> tuple[str, list[Loss]]:
@@ -216,23 +215,17 @@ class _Writer:
         yield f"Range={vector((low, high))}"
         if isinstance(variable, Output):
             yield from self._fallback(variable, (low + high) / 2)
-            if variable.clamped:
-                yield from self._switch(variable, "clamped to its range", "LockRange=1")
+            if variable.clamped and self.dialect == "fuzzylite":
+                yield "LockRange=1"
+            elif variable.clamped:
+                self._lose(f"output '{variable.name}'", "clamped to its range", "nothing clamps it")
         elif isinstance(variable, Input) and not variable.extrapolate:
             exact = not holding_matters(self.system, variable)
-            yield from self._switch(variable, "clamped to its range", "LockRange=1", exact=exact)
+            why = "beyond it its terms stay what they are at its ends" if exact else "values outside it are not held"
+            self._lose(f"input '{variable.name}'", "clamped to its range", why, exact=exact)
         yield f"NumMFs={len(variable.terms)}"
         for i, term in enumerate(variable.terms, 1):
             yield f"MF{i}={_quoted(term.name)}:{self._term(variable, term)}"
-
-    def _switch(self, variable: LinguisticVariable, what: str, line: str, *, exact: bool = False) -> Iterator[str]:
-        if self.dialect == "fuzzylite":
-            yield line
-        else:
-            kind = "output" if isinstance(variable, Output) else "input"
-            beyond = "beyond it its terms stay what they are at its ends" if exact else "values outside it are not held"
-            why = beyond if kind == "input" else "nothing clamps it"
-            self._lose(f"{kind} '{variable.name}'", what, why, exact=exact)
 
     def _fallback(self, output: Output, middle: float) -> Iterator[str]:
         """Write what the output is where no rule fires, as far as the tool lets a file say so."""
@@ -283,7 +276,7 @@ class _Writer:
         function, values = found
         if not is_of_matlab(function) and self.dialect != "fuzzylite":
             self._lose(where, f"the kind '{membership.kind}'", f"only fuzzylite reads '{function}'")
-        return f"'{function}',{vector(values)}"
+        return f"'{function}',{vector(values, 'inf' if self.dialect == 'fuzzylite' else 'Inf')}"
 
     def _low(self, membership: Membership, parameters: list[float], height: float, where: str) -> str:
         """Return a triangle below 1: a trapezoid whose tops are in reverse order, so that its sides cross before."""
@@ -312,9 +305,15 @@ class _Writer:
     def _rule(self, i: int, rule: Rule) -> str:
         where = f"rule {i}"
         connective, codes = self._antecedent(rule.antecedent, where)
+        if not codes and self.dialect == "fuzzylite" and not self.reasons:
+            # It reads no rule without a condition, and has a number for "any".
+            connective, codes = 1, {self._some_input(): "0.99" if connective == 1 else "-0.99"}
         if_part = " ".join(codes.get(v.name, "0") for v in self.system.inputs)
         then_part = " ".join(self._consequent(o, rule, where) for o in self.system.outputs)
         return f"{if_part}, {then_part} ({number(numerics.value(self.system, rule.weight))}) : {connective}"
+
+    def _some_input(self) -> str:
+        return next((v for v in self.system.inputs if v.terms), self.system.inputs[0]).name
 
     def _antecedent(self, antecedent: Antecedent, where: str) -> tuple[int, dict[str, str]]:
         """Return the connective and the numbers of terms by variable."""

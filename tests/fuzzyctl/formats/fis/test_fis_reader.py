@@ -10,6 +10,7 @@ from fuzzyctl.expr import Number
 from fuzzyctl.formats.fis import read
 from fuzzyctl.formats.fis.memberships import written
 from fuzzyctl.formats.vectors import VectorError, read_vector
+from fuzzyctl.kernels.tracing import trace
 from fuzzyctl.loading import load
 from fuzzyctl.model.method import Defuzzifier
 from fuzzyctl.model.profiles import profile
@@ -281,14 +282,34 @@ class TestDialects:
     def test_fuzzylite_has_defaults_locks_any_and_functions_of_its_own(self):
         found = system(self.FUZZYLITE)
         assert found.outputs[0].otherwise == Number(12.5)
-        assert [v.extrapolate for v in found.inputs] == [True, False]
+        assert [v.extrapolate for v in found.inputs] == [True, True]
         kinds = [t.membership.kind for v in (*found.inputs, *found.outputs) for t in v.terms]
         assert kinds == ["ramp", "cosine", "ramp", "concave", "piecewise", "rectangle", "spike", "trapezoid"]
         assert found.rules[2].antecedent == Is(variable="error", term="cold", hedges=("not", "extremely"))
+        held = system(self.FUZZYLITE.replace("Range=[0.000 1.000]", "Range=[0.000 1.000]\nLockRange=1"))
+        assert [v.extrapolate for v in held.inputs] == [True, False]
         locked = system(self.FUZZYLITE.replace("LockValid=0", "LockValid=1"))
         assert locked.outputs[0].otherwise == Hold(start=Number(12.5))
         unset = system(self.FUZZYLITE.replace("Default=12.500", "Default=nan"))
         assert unset.outputs[0].otherwise == "nan"
+
+    @pytest.mark.parametrize(
+        ("rule", "activation"),
+        [
+            ("0.99 2, 3 (1) : 1", 0.04),
+            ("0.99 2, 3 (1) : 2", 1.0),
+            ("-0.99 2, 3 (1) : 1", 0.0),
+            ("-0.99 2, 3 (1) : 2", 0.04),
+            ("0.99 0, 3 (1) : 2", 1.0),
+            ("-.99 0, 3 (1) : 1", 0.0),
+        ],
+    )
+    def test_any_of_fuzzylite_holds_everywhere_and_negated_nowhere(self, rule, activation):
+        # As fuzzylite 6 computes them: 'any' joined by or is 1, whatever stands beside it.
+        head, _, _ = self.FUZZYLITE.partition("[Rules]")
+        found = system(f"{head.replace('NumRules=4', 'NumRules=1')}[Rules]\n{rule}\n")
+        traced = trace(found, {"error": 1.0, "window": 0.08})
+        assert sum(r.activation for r in traced.rules) == pytest.approx(activation, rel=1e-12)
 
     @pytest.mark.parametrize("value", ["0", "0.000", "false"])
     def test_what_fuzzylite_has_switched_off_is_refused(self, value):

@@ -25,7 +25,10 @@ if x is b then y is q
 """
 
 
-def two(a="triangle(-inf, 0, 10)", b="triangle(0, 10, inf)", p="constant(1)", extrapolate="", otherwise="2"):
+A, B = "triangle(-inf, 0, 10)", "triangle(0, 10, inf)"
+
+
+def two(a=A, b=B, p="constant(1)", extrapolate="", otherwise="2"):
     return loads(TWO.format(a=a, b=b, p=p, extrapolate=extrapolate, otherwise=otherwise))
 
 
@@ -142,8 +145,8 @@ class TestFuzzylite:
         [
             ("triangle(-inf, 0, 10)", "'rampmf',[10 0]"),
             ("trapezoid(2, 3, 9, inf)", "'rampmf',[2 3]"),
-            ("trapezoid(4, 4, 9, inf)", "'rectmf',[4 Inf]"),
-            ("triangle(-inf, 4, 4)", "'rectmf',[-Inf 4]"),
+            ("trapezoid(4, 4, 9, inf)", "'rectmf',[4 inf]"),
+            ("triangle(-inf, 4, 4)", "'rectmf',[-inf 4]"),
             ("ramp(10, 0)", "'rampmf',[10 0]"),
             ("triangle(1, 2, 3)", "'trimf',[1 2 3]"),
         ],
@@ -157,6 +160,27 @@ class TestFuzzylite:
         back = read_back(text)
         for x in (0.0, 1.0, 2.5, 3.0, 4.0, 5.0, 9.0, 10.0):
             assert back(x=x) == pytest.approx(fuzzylite(x=x), rel=1e-12, nan_ok=True), x
+
+    def test_no_key_holds_an_input_which_fuzzylite_would_refuse(self):
+        system = as_profile(two(a="gaussian(0, 4)"), "fuzzylite")
+        text, losses = write(system)
+        assert "LockRange" not in text
+        assert "clamped to its range" in [loss.what for loss in losses if not loss.exact]
+        straight, losses = write(as_profile(two(a="triangle(-9, 0, 10)"), "fuzzylite"))
+        assert "MF1='a':'rampmf',[10 0]" in straight
+        assert [str(loss) for loss in losses if not loss.exact] == []
+
+    @pytest.mark.parametrize(("condition", "code"), [("any a", "0.99"), ("not any a", "-0.99")])
+    def test_a_rule_has_a_condition_without_which_fuzzylite_reads_none(self, condition, code):
+        more = f"if x is {condition} then y is q\n"
+        system = as_profile(
+            loads(f"{TWO}{more}".format(a=A, b=B, p="constant(1)", extrapolate="", otherwise="2")), "fuzzylite"
+        )
+        text, _ = write(system)
+        assert text.splitlines()[-1] == f"{code}, 2 (1) : 1"
+        back = read_back(text)
+        for x in (0.0, 1.0, 7.5, 10.0):
+            assert back(x=x) == pytest.approx(system(x=x), rel=1e-12), x
 
 
 def test_the_normalized_sum_of_fuzzylite_is_the_bounded_one():
