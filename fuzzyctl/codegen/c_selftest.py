@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from typing import Final
 
 from fuzzyctl.codegen.c_layout import CLayout
 from fuzzyctl.codegen.c_source import comment, nan_lines
@@ -11,40 +12,62 @@ from fuzzyctl.codegen.c_text import INDENT, wrapped
 from fuzzyctl.codegen.unit import Precision, Unit
 from fuzzyctl.codegen.vectors import STEP, Vector
 
+#: Where `double` has 64 bits; on small targets, such as an AVR, it may have 32.
+_WIDE: Final = "#if DBL_MANT_DIG >= 53"
 
-def selftest(unit: Unit, found: Sequence[Vector]) -> str:
-    """Return the text of NAME_selftest.c."""
+
+def selftest(unit: Unit, anywhere: Sequence[Vector], here: Sequence[Vector]) -> str:
+    """Return the text of NAME_selftest.c.
+
+    Args:
+        unit: What is tested.
+        anywhere: Vectors that hold wherever `double` has 32 bits only, too.
+        here: Further ones.
+    """
     layout = CLayout(unit)
     name = layout.name
     about = f"Self-test of {name}: compile with {name}.c and run on the target; exits with 0 if every vector agrees."
     lines = [*comment([about, "Prints the worst error of each output."]), f'#include "{name}.h"', ""]
     lines += [f"#include <{h}.h>" for h in ("float", "math", "stdbool", "stddef", "stdint", "stdio", "string")]
-    lines += ["", f"#define VECTORS {len(found)}", ""]
-    lines += [*nan_lines(unit.precision, f"{name}_selftest", makes=False), "", *_tables(layout, found)]
+    lines += ["", *_count(unit, len(anywhere), len(here)), ""]
+    lines += [*nan_lines(unit.precision, f"{name}_selftest", makes=False), "", *_tables(layout, anywhere, here)]
     lines += ["", *_main(layout)]
     return "\n".join(lines) + "\n"
 
 
-def _tables(layout: CLayout, found: Sequence[Vector]) -> Iterator[str]:
+def _count(unit: Unit, anywhere: int, here: int) -> Iterator[str]:
+    if not here:
+        yield f"#define VECTORS {anywhere}"
+        return
+    yield from (_WIDE, f"#define VECTORS {anywhere + here}", "#else")
+    if anywhere:
+        yield f"#define VECTORS {anywhere}"
+    else:
+        yield '#error "double must have 64 bits for the numbers of this system"'
+    yield "#endif"
+
+
+def _tables(layout: CLayout, anywhere: Sequence[Vector], here: Sequence[Vector]) -> Iterator[str]:
     unit, real = layout.unit, layout.real
-    for what, width, rows in (
-        ("inputs", len(layout.inputs), [v.inputs for v in found]),
-        ("expected", len(layout.outputs), [v.outputs for v in found]),
-    ):
-        yield f"static const {real} {what}[VECTORS][{width}] = {{"
-        yield from wrapped([f"{{{', '.join(literal(x, unit.precision) for x in row)}}}" for row in rows], INDENT)
+
+    def row(numbers: Sequence[float]) -> str:
+        return f"{{{', '.join(literal(x, unit.precision) for x in numbers)}}}"
+
+    def table(declaration: str, text: Callable[[Vector], str]) -> Iterator[str]:
+        yield f"static const {declaration} = {{"
+        yield from wrapped([text(v) + "," for v in anywhere], INDENT, between="")
+        if here:
+            yield from (_WIDE, *wrapped([text(v) + "," for v in here], INDENT, between=""), "#endif")
         yield "};"
+
+    yield from table(f"{real} inputs[VECTORS][{len(layout.inputs)}]", lambda v: row(v.inputs))
+    yield from table(f"{real} expected[VECTORS][{len(layout.outputs)}]", lambda v: row(v.outputs))
     if unit.refusals:
-        yield f"static const {layout.name}_status refused[VECTORS] = {{"
-        yield from wrapped([layout.status(v.refused) for v in found], INDENT)
-        yield "};"
-    if unit.precision == "double":  # of 32 bits on small targets, such as an AVR
-        yield "#if DBL_MANT_DIG < 53"
-        yield _tolerances(layout, "float")
-        yield "#else"
-    yield _tolerances(layout, unit.precision)
+        yield from table(f"{layout.name}_status refused[VECTORS]", lambda v: layout.status(v.refused))
     if unit.precision == "double":
-        yield "#endif"
+        yield from (_WIDE, _tolerances(layout, "double"), "#else", _tolerances(layout, "float"), "#endif")
+    else:
+        yield _tolerances(layout, "float")
 
 
 def _tolerances(layout: CLayout, precision: Precision) -> str:

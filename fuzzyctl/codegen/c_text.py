@@ -256,11 +256,11 @@ def bare(text: str) -> str:
     return text
 
 
-def wrapped(texts: Sequence[str], pad: str, width: int = 110) -> Iterator[str]:
-    """Yield texts joined by commas, in lines of a width."""
+def wrapped(texts: Sequence[str], pad: str, width: int = 110, between: str = ",") -> Iterator[str]:
+    """Yield texts joined by commas, or something else, in lines of a width."""
     line = pad
     for k, text in enumerate(texts):
-        piece = text + ("," if k + 1 < len(texts) else "")
+        piece = text + (between if k + 1 < len(texts) else "")
         if len(line) + len(piece) > width and line.strip():
             yield line.rstrip()
             line = pad
@@ -275,7 +275,8 @@ def single(value: float) -> float:
         CodegenError: For one that is too large.
     """
     try:
-        found: float = struct.unpack("f", struct.pack("f", value))[0]
+        # The machine's own order of bytes would give infinity instead of the error.
+        found: float = struct.unpack("<f", struct.pack("<f", value))[0]
     except OverflowError:
         raise CodegenError(f"{value!r} is too large for single precision; use double") from None
     return found

@@ -11,7 +11,7 @@ from fuzzyctl.codegen import c_selftest, c_source, fixed_source, python_source, 
 from fuzzyctl.codegen.c_layout import CLayout
 from fuzzyctl.codegen.fixed import Fixed
 from fuzzyctl.codegen.unit import Unit
-from fuzzyctl.codegen.vectors import vectors
+from fuzzyctl.codegen.vectors import in_parts
 from fuzzyctl.errors import Diagnostic, DiagnosticError
 from fuzzyctl.files import written_whole
 
@@ -56,7 +56,7 @@ def generate(unit: Unit, target: str, fixed: Fixed | None = None) -> Generated:
         return Generated({f"{st_source.block_name(unit)}.st": st_source.function_block(unit)}, errors)
     name = CLayout(unit).name
     files = {f"{name}.h": c_source.header(unit), f"{name}.c": c_source.source(unit)}
-    files[f"{name}_selftest.c"] = c_selftest.selftest(unit, vectors(unit))
+    files[f"{name}_selftest.c"] = c_selftest.selftest(unit, *in_parts(unit))
     return Generated(files, errors)
 
 

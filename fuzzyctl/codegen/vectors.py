@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice, product
 from typing import Any, Final
 
@@ -13,6 +13,7 @@ import numpy as np
 
 from fuzzyctl.analysis.degrees import breakpoints
 from fuzzyctl.codegen.c_text import single
+from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.lean import mapped
 from fuzzyctl.codegen.single import LANES, Numbers, Roundings, nearest
 from fuzzyctl.codegen.unit import Unit
@@ -54,16 +55,41 @@ def vectors(unit: Unit, *, seed: int = 1) -> list[Vector]:
     A system with a state is evaluated from its initial state on, one vector after the other, and adapts by one step of
     `STEP` after each.
     """
-    reference = Reference(unit)
-    found = []
+    anywhere, here = in_parts(unit, seed=seed)
+    return [*anywhere, *here]
+
+
+def in_parts(unit: Unit, *, seed: int = 1) -> tuple[list[Vector], list[Vector]]:
+    """Return vectors that hold wherever `double` has 32 bits only, too, and those behind them that do not."""
     tried = points(unit, random.Random(seed))
+    wide, narrow = Reference(unit), _narrowed(unit)
+    if narrow is None:
+        return [], [wide.next(p) for p in tried if wide.steady(p)]
+    anywhere: list[Vector] = []
+    waiting: list[tuple[float, ...]] = []
     # Without a state every point is rounded at once.
-    alike = reference.rounded_alike(tried) if not reference.state else None
+    alike = narrow.rounded_alike(tried) if not narrow.state else None
     for k, point in enumerate(tried):
-        kept = alike[k] if alike is not None else reference.rounded_alike([point])[0]
-        if kept and reference.steady(point):
-            found.append(reference.next(point))
-    return found
+        kept = alike[k] if alike is not None else narrow.rounded_alike([point])[0]
+        if kept and narrow.steady(point) and wide.steady(point):
+            anywhere.append(wide.next(point))
+            narrow.next(point)
+        elif unit.precision == "double":
+            waiting.append(point)
+    return anywhere, [wide.next(p) for p in waiting if wide.steady(p)]
+
+
+def _narrowed(unit: Unit) -> Reference | None:
+    """Return the reference of single precision, None where that has not all numbers of the system."""
+    try:
+        for _, values in unit.evaluation.tables:
+            for value in filter(math.isfinite, values):
+                single(value)
+        return Reference(replace(unit, precision="float"))
+    except CodegenError:
+        if unit.precision == "float":
+            raise
+        return None
 
 
 def points(unit: Unit, rng: random.Random) -> list[tuple[float, ...]]:
@@ -155,12 +181,8 @@ class Reference:
                 state[k] = min(max(value, flat.outputs[o].lower), flat.outputs[o].upper)
 
     def rounded_alike(self, tried: Sequence[tuple[float, ...]]) -> list[bool]:
-        """Return for some points whether single precision, however it rounds, stays near; true in double precision.
-
-        The state must stay near, too.
-        """
-        if self._single is None:
-            return [True] * len(tried)
+        """Return for some points whether single precision, however it rounds, stays near, and so does the state."""
+        assert self._single is not None
         own = [self.evaluate(point) for point in tried]
         lanes = self._single.vectors(tried)
         return [
@@ -210,7 +232,7 @@ class _Single:
 
     def vectors(self, tried: Sequence[tuple[float, ...]]) -> list[tuple[list[Vector], list[tuple[float, ...]]]]:
         """Return for each point the vector of each lane, and the state after it; one point where there is a state."""
-        numbers = np.array(tried)
+        numbers = nearest(tried)
         results, refused = self._evaluate.run(numbers, self._state)
         none = (refused != "") | np.isnan(numbers).any(axis=1)[:, None]
         results = [np.where(none, np.nan, r) for r in results]

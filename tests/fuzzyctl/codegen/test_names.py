@@ -145,7 +145,7 @@ class TestC:
         unit = unit_of(kind)
         layout = CLayout(unit)
         vector = Vector((0.0,) * len(layout.inputs), (math.nan,) * len(layout.outputs))
-        self_test = c_selftest.selftest(unit, [vector])
+        self_test = c_selftest.selftest(unit, [vector], [vector])
         for text, kept in (
             (c_source.header(unit) + c_source.source(unit), C_RESERVED),
             (self_test, C_FUNCTION_RESERVED),

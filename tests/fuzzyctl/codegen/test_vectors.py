@@ -1,12 +1,17 @@
 """Self-tests in single precision hold what a correct target must compute, and nothing that rounding decides."""
 
+import re
+import subprocess
+
 import numpy as np
 import pytest
 
 from fuzzyctl import loads
+from fuzzyctl.codegen.errors import CodegenError
+from fuzzyctl.codegen.files import generate
 from fuzzyctl.codegen.single import LANES, Roundings, nearest
 from fuzzyctl.codegen.unit import prepare
-from fuzzyctl.codegen.vectors import Reference, vectors
+from fuzzyctl.codegen.vectors import Reference, in_parts, vectors
 from fuzzyctl.kernels.program import Accumulate, Fold
 
 HEAD = "system s\nand {conjunct}\ndefuzzifier {method}\n{more}input x in [0, 1]\n{x}\ninput y in [0, 1]\n{y}\n"
@@ -40,6 +45,16 @@ STATE = TIE.replace("output u in [0, 1] else 0", "output u in [0, 9] else 0 adap
 )
 
 
+#: No number of single precision is as large.
+HUGE = TIE.replace("activation highest(count=1)\n", "").replace("constant(1)", "constant(1e300)")
+
+
+def narrowed(_name, text):
+    """Return C as a compiler takes it whose `double` has 32 bits, as that of an AVR."""
+    text = re.sub(r"\bdouble\b", "float", text.replace("DBL_MANT_DIG", "FLT_MANT_DIG"))
+    return re.sub(r"\b(exp|sqrt|pow|log|sin|cos)\(", r"\1f(", text)
+
+
 def single(text):
     return prepare(loads(text), text, precision="float")
 
@@ -59,9 +74,36 @@ class TestVectors:
         tried = [(nearest(x).item(), 0.5) for x in np.linspace(0.05, 0.95, 20)]
         assert not all(reference.rounded_alike([point])[0] for point in tried)
 
-    def test_of_double_precision_are_not_judged_by_single(self):
-        unit = prepare(loads(TIE), TIE)
-        assert Reference(unit).rounded_alike([(0.1, 0.5)]) == [True]
+    @pytest.mark.parametrize("text", [TIE, RESIDUE, STATE], ids=["tie", "residue", "state"])
+    def test_of_double_precision_are_kept_for_it_where_single_differs(self, text):
+        unit = prepare(loads(text), text)
+        anywhere, here = in_parts(unit)
+        assert anywhere
+        assert here
+        assert vectors(unit) == [*anywhere, *here]
+
+    @pytest.mark.parametrize("text", [TIE, RESIDUE, STATE], ids=["tie", "residue", "state"])
+    def test_of_double_precision_agree_where_double_has_32_bits(self, compiled, text):
+        built = compiled(prepare(loads(text), text), ["-w"], change=narrowed)
+        assert built.code == 0, built.output
+
+    @pytest.mark.parametrize("name", ["ais_reaction", "tipper", "fcafsmc", "takagi", "threshold", "holding"])
+    def test_of_systems_agree_there_too(self, compiled, unit_of, name):
+        built = compiled(unit_of(name), ["-w"], change=narrowed)
+        assert built.code == 0, built.output
+        assert f"{len(in_parts(unit_of(name))[0])} vectors" in built.output
+
+    @pytest.mark.parametrize("target", ["c", "st"])
+    def test_numbers_beyond_single_precision_are_refused(self, target):
+        with pytest.raises(CodegenError, match=r"1e\+300 is too large for single precision; use double"):
+            generate(single(HUGE), target)
+
+    def test_numbers_beyond_single_precision_need_64_bits(self, compiled):
+        unit = prepare(loads(HUGE), HUGE)
+        assert in_parts(unit)[0] == []
+        assert compiled(unit).code == 0
+        with pytest.raises(subprocess.CalledProcessError):
+            compiled(unit, ["-w"], change=narrowed)
 
     def test_agree_on_a_target_where_ties_abound(self, compiled):
         built = compiled(single(TIE))
