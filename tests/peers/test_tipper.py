@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 import fuzzyctl
@@ -9,47 +11,8 @@ from fuzzyctl.loading import examine
 from fuzzyctl.model.profiles import as_profile
 from fuzzyctl.source import SourceText
 
-TIPPER = """[System]
-Name='tipper'
-Type='mamdani'
-Version=2.0
-NumInputs=2
-NumOutputs=1
-NumRules=3
-AndMethod='min'
-OrMethod='max'
-ImpMethod='min'
-AggMethod='max'
-DefuzzMethod='centroid'
-
-[Input1]
-Name='service'
-Range=[0 10]
-NumMFs=3
-MF1='poor':'gaussmf',[1.5 0]
-MF2='good':'gaussmf',[1.5 5]
-MF3='excellent':'gaussmf',[1.5 10]
-
-[Input2]
-Name='food'
-Range=[0 10]
-NumMFs=2
-MF1='rancid':'trapmf',[0 0 1 3]
-MF2='delicious':'trapmf',[7 9 10 10]
-
-[Output1]
-Name='tip'
-Range=[0 30]
-NumMFs=3
-MF1='cheap':'trimf',[0 5 10]
-MF2='average':'trimf',[10 15 20]
-MF3='generous':'trimf',[20 25 30]
-
-[Rules]
-1 1, 1 (1) : 2
-2 0, 2 (1) : 1
-3 2, 3 (1) : 2
-"""
+SAMPLES = Path(__file__).parent.parent / "fuzzyctl" / "formats" / "samples"
+TIPPER = (SAMPLES / "tipper.fis").read_text(encoding="utf-8")
 POINTS = [[2.0, 1.0], [4.0, 5.0], [7.0, 8.0], [1.0, 2.0]]
 
 #: Measured with the tools, to ten digits; MATLAB's manual prints the first three to four decimals.

@@ -1,6 +1,7 @@
 """Files of other tools go through the same functions and commands as rule files."""
 
 import codecs
+from pathlib import Path
 
 import pytest
 
@@ -12,48 +13,7 @@ from fuzzyctl.loading import decode, examine_all, load, load_all, loads
 from fuzzyctl.reading import FOREIGN, MAX_BYTES
 from fuzzyctl.source import SourceText
 
-TIPPER = """\
-[System]
-Name='tipper'
-Type='mamdani'
-Version=2.0
-NumInputs=2
-NumOutputs=1
-NumRules=3
-AndMethod='min'
-OrMethod='max'
-ImpMethod='min'
-AggMethod='max'
-DefuzzMethod='centroid'
-
-[Input1]
-Name='service'
-Range=[0 10]
-NumMFs=3
-MF1='poor':'gaussmf',[1.5 0]
-MF2='good':'gaussmf',[1.5 5]
-MF3='excellent':'gaussmf',[1.5 10]
-
-[Input2]
-Name='food'
-Range=[0 10]
-NumMFs=2
-MF1='rancid':'trapmf',[0 0 1 3]
-MF2='delicious':'trapmf',[7 9 10 10]
-
-[Output1]
-Name='tip'
-Range=[0 30]
-NumMFs=3
-MF1='cheap':'trimf',[0 5 10]
-MF2='average':'trimf',[10 15 20]
-MF3='generous':'trimf',[20 25 30]
-
-[Rules]
-1 1, 1 (1) : 2
-2 0, 2 (1) : 1
-3 2, 3 (1) : 2
-"""
+TIPPER = (Path(__file__).parent / "samples" / "tipper.fis").read_text(encoding="utf-8")
 
 
 @pytest.fixture

@@ -8,11 +8,10 @@ NAME.err why there are none. The points of a file are a sequence: an engine keep
 
 from __future__ import annotations
 
-import sys
 import warnings
-from pathlib import Path
 
 import fuzzylite as fl
+from answering import answer
 
 
 def evaluate(text: str, points: list[list[float]]) -> list[list[float]]:
@@ -26,18 +25,6 @@ def evaluate(text: str, points: list[list[float]]) -> list[list[float]]:
     return results
 
 
-def main() -> None:
-    warnings.simplefilter("ignore")
-    folder = Path(sys.argv[1])
-    for path in sorted(folder.glob("*.fll")):
-        points = [[float(n) for n in line.split()] for line in path.with_suffix(".points").read_text().splitlines()]
-        try:
-            rows = evaluate(path.read_text(), points)
-        except Exception as error:  # noqa: BLE001 - whatever the peer raises is its answer
-            path.with_suffix(".err").write_text(f"{type(error).__name__}: {error}\n")
-            continue
-        path.with_suffix(".out").write_text("".join(" ".join(map(repr, row)) + "\n" for row in rows))
-
-
 if __name__ == "__main__":
-    main()
+    warnings.simplefilter("ignore")
+    answer(".fll", evaluate)

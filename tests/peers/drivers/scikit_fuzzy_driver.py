@@ -10,13 +10,12 @@ of the terms and, since scikit-fuzzy leaves them out, the places where two cut t
 from __future__ import annotations
 
 import json
-import sys
 from functools import reduce
 from itertools import combinations
-from pathlib import Path
 
 import numpy as np
 import skfuzzy as fuzz
+from answering import answer
 from skfuzzy import control as ctrl
 
 
@@ -120,18 +119,5 @@ def evaluate(told: dict, points: list[list[float]]) -> list[list[float]]:
     return results
 
 
-def main() -> None:
-    """Evaluate a folder."""
-    folder = Path(sys.argv[1])
-    for path in sorted(folder.glob("*.json")):
-        points = [[float(n) for n in line.split()] for line in path.with_suffix(".points").read_text().splitlines()]
-        try:
-            rows = evaluate(json.loads(path.read_text()), points)
-        except Exception as error:  # noqa: BLE001 - whatever the peer raises is its answer
-            path.with_suffix(".err").write_text(f"{type(error).__name__}: {error}\n")
-            continue
-        path.with_suffix(".out").write_text("".join(" ".join(map(repr, row)) + "\n" for row in rows))
-
-
 if __name__ == "__main__":
-    main()
+    answer(".json", lambda text, points: evaluate(json.loads(text), points))

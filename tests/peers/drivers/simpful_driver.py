@@ -11,11 +11,10 @@ from __future__ import annotations
 import contextlib
 import io
 import json
-import sys
 from functools import reduce
-from pathlib import Path
 
 import simpful as sf
+from answering import answer
 
 
 def fuzzy_set(name: str, kind: str, p: list[float], universe: list[float]) -> sf.FuzzySet:
@@ -85,19 +84,11 @@ def evaluate(told: dict, points: list[list[float]]) -> list[list[float]]:
     return results
 
 
-def main() -> None:
-    """Evaluate a folder."""
-    folder = Path(sys.argv[1])
-    for path in sorted(folder.glob("*.json")):
-        points = [[float(n) for n in line.split()] for line in path.with_suffix(".points").read_text().splitlines()]
-        try:
-            with contextlib.redirect_stdout(io.StringIO()):
-                rows = evaluate(json.loads(path.read_text()), points)
-        except Exception as error:  # noqa: BLE001 - whatever the peer raises is its answer
-            path.with_suffix(".err").write_text(f"{type(error).__name__}: {error}\n")
-            continue
-        path.with_suffix(".out").write_text("".join(" ".join(map(repr, row)) + "\n" for row in rows))
+def silently(text: str, points: list[list[float]]) -> list[list[float]]:
+    """Evaluate without what simpful prints."""
+    with contextlib.redirect_stdout(io.StringIO()):
+        return evaluate(json.loads(text), points)
 
 
 if __name__ == "__main__":
-    main()
+    answer(".json", silently)
