@@ -68,7 +68,9 @@ def _program(program: Program) -> dict[str, int]:
 def plan_text(data: dict[str, Any]) -> str:
     """Return the same for people."""
     lines = [f"{data['system']}: {data['algorithm']}"]
-    because = "looks up" if data["algorithm"] == "interpolation" else "evaluates all rules:"
+    because = {"interpolation": "looks up", "diagonals": "integrates around the rules that act:"}.get(
+        data["algorithm"], "evaluates all rules:"
+    )
     lines.append(f"  it {because} {data['reason']}")
     lines.append(
         f"  {data['rules']} rules, {data['firing_strengths']} distinct firing strengths of {data['degrees']} degrees"

@@ -8,6 +8,7 @@ from typing import Final
 
 from fuzzyctl.errors import ArgumentError
 from fuzzyctl.kernels import inference, interpolation
+from fuzzyctl.kernels.diagonal import Diagonals, diagonals_of, window
 from fuzzyctl.kernels.factoring import factored
 from fuzzyctl.kernels.grid import Grid, grid_of
 from fuzzyctl.kernels.inlining import inlined
@@ -15,9 +16,9 @@ from fuzzyctl.kernels.plan import Plan
 from fuzzyctl.kernels.program import Program
 from fuzzyctl.kernels.skips import skipping
 
-#: `rules` evaluates every rule; `interpolation` looks up what the rules say in the cell of the inputs; `auto` takes
-#: interpolation where the system allows it.
-ALGORITHMS: Final = ("auto", "interpolation", "rules")
+#: `rules` evaluates every rule; `interpolation` looks up what the rules say in the cell of the inputs; `diagonals`
+#: integrates around the rules that act; `auto` takes one of the latter two where the system allows it.
+ALGORITHMS: Final = ("auto", "interpolation", "diagonals", "rules")
 
 
 @dataclass(frozen=True)
@@ -26,37 +27,50 @@ class Algorithm:
 
     Args:
         plan: The plan.
-        grid: Its values at the knots, for interpolation; None for evaluation of the rules.
+        grid: Its values at the knots, for interpolation, else None.
         reason: Why it is not interpolation, or what is interpolated.
+        diagonals: What its tables hold, for integration around the rules that act, else None.
     """
 
     plan: Plan
     grid: Grid | None
     reason: str
+    diagonals: Diagonals | None = None
 
     @property
     def name(self) -> str:
         """One of `ALGORITHMS` but `auto`."""
-        return "rules" if self.grid is None else "interpolation"
+        if self.grid is not None:
+            return "interpolation"
+        return "rules" if self.diagonals is None else "diagonals"
+
+    @property
+    def is_defined(self) -> bool:
+        """Whether it is seen from it that some rule fires wherever the inputs are."""
+        return self.grid is not None or self.diagonals is not None
 
     @cached_property
     def point(self) -> Program:
         """The program for one point."""
-        return inference.evaluation(self.plan) if self.grid is None else interpolation.lookup(self.plan, self.grid)
+        if self.grid is not None:
+            return interpolation.lookup(self.plan, self.grid)
+        return inference.evaluation(self.plan) if self.diagonals is None else window(self.plan, self.diagonals)
 
     @cached_property
     def interpreted(self) -> Program:
         """The program for one point in generated Python."""
-        if self.grid is None:
-            return inlined(factored(skipping(inference.evaluation(self.plan, branches=True))))
-        return self.point
+        if self.grid is not None:
+            return self.point
+        if self.diagonals is not None:
+            return inlined(window(self.plan, self.diagonals, branches=True))
+        return inlined(factored(skipping(inference.evaluation(self.plan, branches=True))))
 
     @cached_property
     def many(self) -> Program:
         """The program for loops over many points, of which compilers make vector instructions."""
-        if self.grid is None:
-            return inference.evaluation(self.plan, many=True)
-        return interpolation.batch(self.plan, self.grid)
+        if self.grid is not None:
+            return interpolation.batch(self.plan, self.grid)
+        return self.point if self.diagonals is not None else inference.evaluation(self.plan, many=True)
 
 
 def algorithm_of(plan: Plan, wanted: str = "auto") -> Algorithm:
@@ -71,6 +85,12 @@ def algorithm_of(plan: Plan, wanted: str = "auto") -> Algorithm:
     """
     if wanted == "rules":
         return Algorithm(plan, None, "it was asked for")
+    found = diagonals_of(plan) if wanted in ("auto", "diagonals") else None
+    if found is not None:
+        pieces = " x ".join(str(len(a.knots)) for a in found.axes)
+        return Algorithm(plan, None, f"the table of {pieces} terms holds diagonals", found)
+    if wanted == "diagonals":
+        raise ArgumentError("the system has no table of diagonals under 'min', 'max' and an exact centroid")
     grid = grid_of(plan)
     if isinstance(grid, Grid):
         knots = " x ".join(str(len(k)) for k in grid.knots)

@@ -74,7 +74,7 @@ def grid_of(plan: Plan) -> Grid | str:
     if reason:
         return reason
     inputs = tuple(sorted({d.variable for d in plan.degrees}))
-    knots = tuple(_knots(plan.inputs[i], [d.set for d in plan.degrees if d.variable == i]) for i in inputs)
+    knots = tuple(knots_of(plan.inputs[i], [d.set for d in plan.degrees if d.variable == i]) for i in inputs)
     for k, i in zip(knots, inputs, strict=True):
         if any(b - a < _NARROWEST * (k[-1] - k[0]) for a, b in pairwise(k)):
             return f"corners of '{plan.inputs[i].name}' lie too close to each other"
@@ -113,17 +113,18 @@ def _unsuited(plan: Plan) -> str:
         return "consequents are functions of the inputs"
     if not plan.degrees:
         return "no rule reads an input"
-    curved = next((d for d in plan.degrees if not _is_continuous(d.set)), None)
+    curved = next((d for d in plan.degrees if not is_continuous(d.set)), None)
     if curved is not None:
         return f"term '{curved.term}' of '{plan.variable(curved.variable).name}' has no straight sides or jumps"
     return ""
 
 
-def _is_continuous(term: SetPlan) -> bool:
+def is_continuous(term: SetPlan) -> bool:
+    """Return whether a set has straight sides and no jumps."""
     return bool(term.vertices) and all(a[0] < b[0] for a, b in pairwise(term.vertices))
 
 
-def _knots(variable: InputPlan, sets: Sequence[SetPlan]) -> tuple[float, ...]:
+def knots_of(variable: InputPlan, sets: Sequence[SetPlan]) -> tuple[float, ...]:
     """Return the corners of some terms, and the ends of the range that cut a side."""
     corners = sorted({x for term in sets for x, _ in term.vertices})
     if not variable.extrapolate:
@@ -134,7 +135,7 @@ def _knots(variable: InputPlan, sets: Sequence[SetPlan]) -> tuple[float, ...]:
     return tuple(x for k, x in enumerate(corners) if k == 0 or x - corners[k - 1] > least)
 
 
-def _degree(term: SetPlan, x: float) -> float:
+def degree_at(term: SetPlan, x: float) -> float:
     """Return the degree of a straight-sided term."""
     vertices = term.vertices
     if x <= vertices[0][0]:
@@ -153,7 +154,7 @@ class _Strengths:
         self.known: dict[str, Tensor | None] = {}
         for i, d in enumerate(plan.degrees):
             own = inputs.index(d.variable)
-            values = {(k,): _degree(d.set, x) for k, x in enumerate(knots[own])}
+            values = {(k,): degree_at(d.set, x) for k, x in enumerate(knots[own])}
             self.known[degree_name(i)] = ((own,), {k: v for k, v in values.items() if v != 0.0})
         for i, step in enumerate(plan.steps):
             self.known[step_name(i)] = self.tensor(step)

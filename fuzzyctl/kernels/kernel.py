@@ -52,7 +52,7 @@ class Kernel:
         self._program = self.algorithm.point if backend == "numba" else self.algorithm.interpreted
         self._refusals = {s.message: s.output for s in self._program.body if isinstance(s, Refuse)}
         #: Outputs that promise to have a value everywhere, where it is not seen beforehand that they do.
-        certain = self.algorithm.grid is not None
+        certain = self.algorithm.is_defined
         self._promised = () if certain else tuple(k for k, o in enumerate(plan.outputs) if o.otherwise is None)
         self._n_arguments = len(plan.inputs) + (1 if self.n_states else 0)
         single = not self.n_states and len(plan.outputs) == 1
@@ -325,7 +325,7 @@ class Kernel:
             from fuzzyctl.kernels import numpy_backend
 
             # Arrays are looked up fast, so that interpolation has no better form for them; rules have.
-            program = self._program if self.algorithm.grid is not None else self.algorithm.many
+            program = self.algorithm.many if self.algorithm.grid is None else self._program
             return numpy_backend.compile_batch(program, self.input_names)
         return self._python_fill
 

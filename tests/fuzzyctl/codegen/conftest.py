@@ -51,7 +51,28 @@ def averaged(name, settings="", **more):
     return text(name, f"{settings}\ndefuzzifier weighted_average", outputs=CONSTANTS, **more)
 
 
+DIAGONAL = """
+system diagonal
+defuzzifier centroid
+input e in [-1, 1]
+  terms N@-1 S@0.25 P@1
+input de in [-2, 2] extrapolate
+  terms N Z P
+output u in [-1.5, 1]
+  NB = triangle(-1.5, -1, -0.5)
+  NS = triangle(-1, -0.5, 0)
+  Z  = triangle(-0.5, 0, 0.5)
+  PS = triangle(0, 0.5, 1)
+  PB = triangle(0.5, 1, 1.5)
+table u = e x de
+     N   Z   P
+  N | PB PS Z
+  S | PS Z  NS
+  P | Z  NS NB
+"""
+
 TEXTS = {
+    "diagonal": DIAGONAL,
     "exact": text("exact"),
     "scaled": text("scaled", "implication product\naggregation max"),
     "summed": text("summed", "implication product\naggregation sum"),

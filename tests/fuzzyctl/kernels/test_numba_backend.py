@@ -197,7 +197,9 @@ def test_minima_and_maxima_are_no_branches_since_compiling_many_takes_long():
     rows = "\n".join(f"  t{i} | " + " ".join(f"t{min(max(i + j - 3, 0), 6)}" for j in range(7)) for i in range(7))
     variables = "".join(f"{v} in [-1, 1]\n  terms {seven}\n" for v in ("input a", "input b", "output u"))
     kernel = compile_system(
-        loads(f"system s\ndefuzzifier centroid\n{variables}table u = a x b\n  {seven}\n{rows}\n"), "numba"
+        loads(f"system s\ndefuzzifier centroid\n{variables}table u = a x b\n  {seven}\n{rows}\n"),
+        "numba",
+        algorithm="rules",
     )
     assert kernel.source.count("smaller(") >= 49
     assert not any(" = (v" in line and " if v" in line for line in kernel.source.splitlines())
