@@ -30,7 +30,7 @@ from fuzzyctl.model.profiles import PROFILES, Profile
 from fuzzyctl.model.rule import Cell, Rule, RuleBlock, RuleTable
 from fuzzyctl.model.semantics import Semantics
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Fallback, Input, Membership, Output, Term
+from fuzzyctl.model.variable import Fallback, Input, Membership, Output, Term, as_set
 from fuzzyctl.values import TermSpec, Value
 
 __all__ = [
@@ -172,7 +172,7 @@ def output_variable(
         aggregation: Its own aggregation, None for the system's.
         defuzzifier: Its own defuzzifier, None for the system's.
     """
-    fields = _variable(name, lower, upper, terms, label, unit)
+    fields = _variable(name, lower, upper, terms, label, unit, is_output=True)
     own = None if defuzzifier is None else _defuzzifier(defuzzifier)
     norms = {"implication": implication, "aggregation": aggregation}
     fields |= {"defuzzifier": own, "clamped": arguments.flag("'clamp'", clamp)} | _texts(
@@ -225,14 +225,16 @@ def _activation(given: object) -> Activation:
     return fragments.activation(arguments.instance("'activation'", str, due, given))
 
 
-def _variable(name: object, lower: object, upper: object, terms: object, label: object, unit: object) -> dict[str, Any]:
+def _variable(
+    name: object, lower: object, upper: object, terms: object, label: object, unit: object, *, is_output: bool = False
+) -> dict[str, Any]:
     ends = {"lower": values.expression("'lower'", lower), "upper": values.expression("'upper'", upper)}
     if isinstance(terms, _Partition):
         named = terms.terms(lower, upper)
     else:
         given = arguments.mapping("'terms'", _TERMS, terms)
         named = [(n, values.membership(f"term {n!r}", t)) for n, t in given.items()]
-    made = tuple(Term(name=n, membership=m) for n, m in named)
+    made = tuple(Term(name=n, membership=as_set(str(name), m) if is_output else m) for n, m in named)
     return {**_texts(name=name, label=label, unit=unit), **ends, "terms": made}
 
 

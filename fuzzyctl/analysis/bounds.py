@@ -128,7 +128,7 @@ def _hull(flat: Plan, output: OutputPlan, terms: Sequence[int]) -> Interval:
     """Enclose what an output can be while the rules of some terms act."""
     if not output.over_rules:
         return support_hull(output, terms)
-    functions = [t for t in terms if output.terms[t].expression is not None and output.terms[t].reach is None]
+    functions = [t for t in terms if output.terms[t].reads_inputs and output.terms[t].reach is None]
     others = [t for t in terms if t not in functions]
     values = [_values(flat, output.terms[t]) for t in functions]
     return hull([*values, *([consequent_hull(output, others)] if others or not values else [])])
@@ -171,7 +171,7 @@ def _ends(
     # Kernels hold their results within the hull of all rules; with functions of the inputs, of the rules that fire.
     held = _hull(flat, output, planned)
     wanted = _hull(flat, output, terms) if terms else held
-    if any(output.terms[t].expression is not None and output.terms[t].reach is None for t in planned):
+    if any(output.terms[t].reads_inputs and output.terms[t].reach is None for t in planned):
         held = wanted
     if output.total != "activations":
         wanted = held = hull([held, (0.0, 0.0)])

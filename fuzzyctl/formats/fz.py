@@ -255,7 +255,7 @@ def membership_text(membership: Membership) -> str:
     arguments = [to_text(a) for a in membership.arguments]
     if membership.height != ONE:
         arguments.append(f"height={to_text(membership.height)}")
-    return f"{membership.kind}({', '.join(arguments)})"
+    return f"{'function' if membership.kind == 'formula' else membership.kind}({', '.join(arguments)})"
 
 
 def rule_text(rule: Rule) -> str:

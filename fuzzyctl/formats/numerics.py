@@ -202,6 +202,14 @@ def impossible(system: FuzzySystem) -> Iterator[str]:
                 yield f"a rule sets '{c.output}' to a formula without a name"
 
 
+def formula_sets(system: FuzzySystem) -> Iterator[str]:
+    """Yield terms of outputs that are sets written as formulas, which only FLL and fuzzylite's FIS have."""
+    for output in system.outputs:
+        for term in output.terms:
+            if term.membership.kind == "formula":
+                yield f"term '{term.name}' of '{output.name}' is a set that is a formula"
+
+
 def named_consequents(system: FuzzySystem) -> FuzzySystem:
     """Return a system in which every consequent is a term: numbers written in rules and cells become terms."""
     if not any(isinstance(c.term, Membership) for r in system.rules for c in r.consequents):

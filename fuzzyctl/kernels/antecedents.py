@@ -10,11 +10,11 @@ from fuzzyctl.errors import Diagnostic, DiagnosticError, UnknownNameError
 from fuzzyctl.expr import MAX_DEPTH, ZERO, Expr, Name, Number, replace_names
 from fuzzyctl.formulas import HEDGES, MEMBERSHIP, Norm, conjunction, disjunction, held, one_minus
 from fuzzyctl.formulas import hedge as usual_hedge
-from fuzzyctl.kernels.conclusions import set_of
+from fuzzyctl.kernels.conclusions import own_set, set_of, term_of_output
 from fuzzyctl.kernels.flat import ChainPlan, DegreePlan, chain_name, degree_name, step_name
-from fuzzyctl.kernels.numbers import constants_of, guarded, number_of, require_known
+from fuzzyctl.kernels.numbers import constants_of, guarded, require_known
 from fuzzyctl.kernels.program import DEEPEST, depth
-from fuzzyctl.kernels.sets import ITSELF, SetPlan
+from fuzzyctl.kernels.sets import SetPlan
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, Term
@@ -162,15 +162,11 @@ def term_of_input(system: FuzzySystem, variable: str, term: Term) -> SetPlan:
     membership = term.membership
     if membership.kind != "function":
         return set_of(system, membership)
-    numbers = constants_of(system, {variable})
-    require_known(membership.arguments[0], {variable}, numbers)
-    inside: dict[str, Expr] = {**numbers, variable: Name(ITSELF)}
-    expression = guarded(replace_names(membership.arguments[0], inside))
-    return SetPlan("function", (), number_of(system, membership.height), expression)
+    return own_set(system, variable, membership, "function")
 
 
 def _term_of_output(system: FuzzySystem, variable: str, term: Term) -> SetPlan:
-    if term.membership.kind not in MEMBERSHIP:
+    if term.membership.kind not in (*MEMBERSHIP, "formula"):
         message = f"term '{term.name}' of output '{variable}' is a function of the inputs, so nothing can be it"
         raise DiagnosticError([Diagnostic("FZ214", message, term.span, help="give the output fuzzy sets as terms")])
-    return set_of(system, term.membership)
+    return term_of_output(system, variable, term.membership)

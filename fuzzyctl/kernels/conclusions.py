@@ -39,6 +39,22 @@ def set_of(system: FuzzySystem, membership: Membership) -> SetPlan:
     return SetPlan(kind, tuple(number_of(system, a) for a in membership.arguments), height)
 
 
+def own_set(system: FuzzySystem, variable: str, membership: Membership, kind: str) -> SetPlan:
+    """Return a set that is an expression over the variable itself and params."""
+    numbers = constants_of(system, {variable})
+    require_known(membership.arguments[0], {variable}, numbers)
+    inside: dict[str, Expr] = {**numbers, variable: Name(ITSELF)}
+    expression = guarded(replace_names(membership.arguments[0], inside))
+    return SetPlan(kind, (), number_of(system, membership.height), expression)
+
+
+def term_of_output(system: FuzzySystem, output: str, membership: Membership) -> SetPlan:
+    """Return a term of an output with numbers: a set, or a consequent that is a function."""
+    if membership.kind == "formula":
+        return own_set(system, output, membership, "formula")
+    return consequent_of(system, membership)
+
+
 def consequent_of(system: FuzzySystem, membership: Membership) -> SetPlan:
     """Return a consequent with numbers: a set, or a function of the inputs and of other outputs."""
     match membership.kind:
@@ -82,7 +98,7 @@ class Conclusions:
         #: That of the first rule; of others whose rule blocks say something else the terms say it.
         own = output.implication or system.method.implication
         self.implication = own if self.over_rules else system.implications_of(output)[0]
-        self.terms = [consequent_of(system, term.membership) for term in output.terms]
+        self.terms = [term_of_output(system, output.name, term.membership) for term in output.terms]
         self.positions = {term.name: i for i, term in enumerate(output.terms)}
         self.implied: list[ImpliedPlan] = []
 

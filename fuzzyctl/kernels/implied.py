@@ -53,7 +53,7 @@ class ImpliedSets:
             nth: Which of its consequents for this output, from 0 on; rules of some formats name an output twice.
         """
         term = self._term(rule, nth)
-        return None if term.expression is not None else sampled_degrees(term, self.points)
+        return None if term.reads_inputs else sampled_degrees(term, self.points)
 
     def implied(self, rule: int, felt: float, nth: int = 0) -> Curve | None:
         """Return what a rule leaves of this set, cut at how far the output feels the rule."""

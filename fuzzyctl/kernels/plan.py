@@ -13,7 +13,7 @@ from fuzzyctl.formulas import (
     MEMBERSHIP,
 )
 from fuzzyctl.kernels.antecedents import Antecedents, term_of_input
-from fuzzyctl.kernels.conclusions import Conclusions, set_of
+from fuzzyctl.kernels.conclusions import Conclusions, term_of_output
 from fuzzyctl.kernels.flat import (
     ActivationPlan,
     ChainPlan,
@@ -116,7 +116,9 @@ def planned_set(system: FuzzySystem, variable: LinguisticVariable, term: Term) -
     """Return a term as a fuzzy set with numbers, None for a consequent that is a function of the inputs."""
     if isinstance(variable, Input):
         return term_of_input(system, variable.name, term)
-    return set_of(system, term.membership) if term.membership.kind in MEMBERSHIP else None
+    if term.membership.kind not in (*MEMBERSHIP, "formula"):
+        return None
+    return term_of_output(system, variable.name, term.membership)
 
 
 def _order(system: FuzzySystem) -> tuple[tuple[int, ...], list[tuple[int, ...]]]:

@@ -35,11 +35,11 @@ class SetPlan:
     """A fuzzy set, or a consequent of Takagi-Sugeno, with its parameters as numbers.
 
     Args:
-        kind: A key of `formulas.MEMBERSHIP`, `linear` or `function`.
-        parameters: Its parameters, none for `linear` and `function`.
+        kind: A key of `formulas.MEMBERSHIP`, `linear`, `function` or `formula`.
+        parameters: Its parameters, none for the last three.
         height: The largest degree.
         expression: For `linear` and `function` consequents over the names of the inputs, for a `function` term of an
-            input over `ITSELF`.
+            input, and a `formula` of an output, over `ITSELF`.
         changes: What hedges and weights make of its degree, one after the other, each an expression over `ITSELF`.
         implication: How rules imply it, where that is not the implication of the output; None where it is.
         reach: For a `linear` consequent of inputs that are clamped the numbers it lies between, up to rounding; kernels
@@ -78,6 +78,11 @@ class SetPlan:
             return self.degree(x)
         own = clip(reduce(lambda a, b: Call("min", (a, b)), [_line(x, *s, exact=exact) for s in sides]), 0.0, 1.0)
         return own if self.height == 1.0 else Binary("*", Number(self.height), own)
+
+    @property
+    def reads_inputs(self) -> bool:
+        """Whether it is a consequent that is a function of the inputs, and no set."""
+        return self.expression is not None and self.kind != "formula"
 
     @property
     def has_sides(self) -> bool:

@@ -36,6 +36,11 @@ def require_suited(output: Output, planned: OutputPlan) -> None:
 def _misfit(output: OutputPlan, term: SetPlan) -> tuple[str, str] | None:
     """Return what is wrong with a consequent under the defuzzifier of its output, and the way out."""
     average = "use 'defuzzifier weighted_average'"
+    if term.kind == "formula":
+        if not output.over_rules and output.resolution is not None:
+            return None
+        lacks = "known peak" if output.over_rules else "closed form"
+        return f"a formula of the output has no {lacks}", "sample it, such as 'defuzzifier centroid(resolution=1000)'"
     if output.inverts:
         if is_monotone(term.kind, term.parameters):
             return None

@@ -106,7 +106,7 @@ def functions_read(system: FuzzySystem) -> Iterator[Diagnostic]:
         for i in literals(rule.antecedent):
             output = outputs.get(i.variable)
             term = output.term(i.term) if output is not None else None
-            if term is None or term.membership.kind in MEMBERSHIP or (i.variable, i.term) in seen:
+            if term is None or term.membership.kind in (*MEMBERSHIP, "formula") or (i.variable, i.term) in seen:
                 continue
             seen.add((i.variable, i.term))
             message = f"term '{i.term}' of output '{i.variable}' is a function of the inputs, so nothing can be it"
@@ -240,7 +240,7 @@ def _functions(system: FuzzySystem) -> Iterator[Expr]:
     yield from (h.expression for h in system.hedges)
     memberships = [t.membership for v in (*system.inputs, *system.outputs) for t in v.terms]
     memberships += [c.term for r in system.rules for c in r.consequents if isinstance(c.term, Membership)]
-    yield from (m.arguments[0] for m in memberships if m.kind == "function")
+    yield from (m.arguments[0] for m in memberships if m.kind in ("function", "formula"))
 
 
 #: Checks that need no numbers.

@@ -104,7 +104,7 @@ class Numbers:
 
 def parameters(membership: Membership, name: str) -> Iterator[tuple[Expr, bool, str]]:
     """Yield the parameters of a term with whether each may be infinite and what it is."""
-    if membership.kind == "function":
+    if membership.kind in ("function", "formula"):
         return  # an expression over variables has no value of its own
     formula = MEMBERSHIP.get(membership.kind)
     for i, argument in enumerate(membership.arguments):

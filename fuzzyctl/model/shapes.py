@@ -45,12 +45,22 @@ def misfitting_defuzzifier(numbers: Numbers) -> Iterator[Diagnostic]:
             yield from _without_centroid(system, output, method)
 
 
+_SAMPLED: Final = "defuzzifier centroid(resolution=1000)"
+
+
 def _without_peak(numbers: Numbers, output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:
     """Find terms that no average can take, since they reach 1 nowhere."""
     for term, parameters in numbers.shapes(output):
         if any(map(math.isinf, MEMBERSHIP[term.membership.kind].core(parameters))):
             message = f"term '{term.name}' of '{output.name}' has no peak that '{method.kind}' could take"
             help_text = "use s_shape or ramp, or write: defuzzifier tsukamoto"
+            yield Diagnostic("FZ214", message, term.membership.span or term.span, help=help_text)
+    for term in output.terms:
+        if term.membership.kind == "formula":
+            message = (
+                f"term '{term.name}' of '{output.name}' is a formula, without a peak that '{method.kind}' could take"
+            )
+            help_text = f"a function of the inputs does not name '{output.name}'; of sets write: {_SAMPLED}"
             yield Diagnostic("FZ214", message, term.membership.span or term.span, help=help_text)
 
 
@@ -72,6 +82,9 @@ def _without_centroid(system: FuzzySystem, output: Output, method: Defuzzifier) 
                 f"term '{term.name}' of '{output.name}' has no area, so it has no {method.kind}",
                 average,
             )
+        elif kind == "formula" and method.resolution is None:
+            message = f"'{method.kind}' of '{term.name}' of '{output.name}', which is a formula, has no closed form"
+            help_text = f"sample it: defuzzifier {method.kind}(resolution=1000)"
         else:
             continue
         yield Diagnostic("FZ214", message, term.membership.span or term.span, help=help_text)
@@ -88,7 +101,8 @@ def _without_sets(output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:
     for term in output.terms:
         kind = term.membership.kind
         if kind not in MEMBERSHIP or not MEMBERSHIP[kind].fuzzy:
-            message = f"term '{term.name}' of '{output.name}' is no set, and '{method.kind}' takes its degrees"
+            what = "is a formula" if kind == "formula" else "is no set"
+            message = f"term '{term.name}' of '{output.name}' {what}, and '{method.kind}' takes its degrees"
             help_text = "write: defuzzifier weighted_average"
             yield Diagnostic("FZ214", message, term.membership.span or term.span, help=help_text)
 

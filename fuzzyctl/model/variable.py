@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import InstanceOf
 
-from fuzzyctl.expr import ONE, Expr
+from fuzzyctl.expr import ONE, Expr, names_in
 from fuzzyctl.model.method import Defuzzifier
 from fuzzyctl.model.node import Node
 
@@ -31,7 +31,8 @@ class Membership(Node):
     Args:
         kind: A key of `formulas.MEMBERSHIP`; for terms of outputs also `linear`, whose parameters are a coefficient for
             each input and a constant; `function` has one parameter, an expression over the variable itself in a term
-            of an input, over the inputs in a term of an output.
+            of an input, over the inputs in a term of an output; `formula`, written as `function` too, is a fuzzy set of
+            an output: an expression over the output itself.
         arguments: In the order of `formulas.MEMBERSHIP[kind].parameters`.
         height: The largest degree, which multiplies the function; in (0, 1].
     """
@@ -39,6 +40,13 @@ class Membership(Node):
     kind: str
     arguments: tuple[InstanceOf[Expr], ...]
     height: InstanceOf[Expr] = ONE
+
+
+def as_set(output: str, membership: Membership) -> Membership:
+    """Return a term of an output, as a fuzzy set if it is a function that names the output itself."""
+    if membership.kind != "function" or output not in {n.name for n in names_in(membership.arguments[0])}:
+        return membership
+    return membership.model_copy(update={"kind": "formula"})
 
 
 class Term(Node):

@@ -193,7 +193,10 @@ def _function(context: Context, statement: sx.Variable, line: sx.TermLine) -> Me
     if named:
         context.report("FZ303", f"'{line.kind.text}' takes no named parameters", named[0].span, help="drop the name")
         return None
-    if statement.keyword.text == "output":
+    is_set = line.kind.text == "function" and statement.name.text in {
+        n.name for a in line.arguments for n in ex.names_in(a.value)
+    }
+    if statement.keyword.text == "output" and not is_set:
         return resolve_function(context, sx.FunctionTerm(line.kind, tuple(a.value for a in line.arguments), line.span))
     name = statement.name.text
     if line.kind.text == "linear":
@@ -206,7 +209,8 @@ def _function(context: Context, statement: sx.Variable, line: sx.TermLine) -> Me
     expression = line.arguments[0].value
     if not context.check_names(expression, [*context.params, name], f"a param nor '{name}' itself"):
         return None
-    return Membership(kind="function", arguments=(expression,), span=line.kind.span)
+    kind = "formula" if is_set and statement.keyword.text == "output" else "function"
+    return Membership(kind=kind, arguments=(expression,), span=line.kind.span)
 
 
 def _arguments(

@@ -76,6 +76,40 @@ OUTPUT = """OutputVariable: u{k}
   lock-previous: false
   term: f Function {formula}
 """
+#: Sets of an output as formulas, below 0 beyond their feet, where the union with others holds them at 0.
+SETS = """Engine: sets
+InputVariable: a
+  enabled: true
+  range: -10 10
+  lock-range: true
+  term: low Ramp 5 -5
+  term: high Ramp -5 5
+InputVariable: b
+  enabled: true
+  range: -10 10
+  lock-range: true
+  term: low Ramp 2 0
+OutputVariable: u
+  enabled: true
+  range: 0 4
+  lock-range: false
+  aggregation: Maximum
+  defuzzifier: {defuzzifier}
+  default: nan
+  lock-previous: false
+  term: left Function lt(x, 1) * x + ge(x, 1) * (2.5 - x) / 1.5
+  term: right Function gt(x, 2) * le(x, 3) * (x - 2) + gt(x, 3) * (lt(x, 3.2) or gt(x, 3.5))
+  term: steps Function floor(x) / 5
+RuleBlock: all
+  enabled: true
+  conjunction: none
+  disjunction: none
+  implication: {implication}
+  activation: General
+  rule: if a is low then u is left
+  rule: if a is high then u is right
+  rule: if b is low then u is steps
+"""
 BLOCK = """RuleBlock: all
   enabled: true
   conjunction: none
@@ -96,8 +130,11 @@ def main() -> None:
         random = Random(8)
         formulas = [*FIXED, *(PYTHON if name == "pyfuzzylite" else ()), *(drawn(random, 4) for _ in range(60))]
         text = file_of(formulas, profile)
-        theirs = measured(peer, text, len(formulas))
-        told = {"peer": name, "version": peer.version, "profile": profile, "cases": [case(text, theirs)]}
+        cases = [case(text, measured(peer, text, len(formulas)))]
+        for defuzzifier, implication in (("Centroid 100", "Minimum"), ("Centroid 75", "AlgebraicProduct")):
+            text = f"# numerics of {profile}\n{SETS.format(defuzzifier=defuzzifier, implication=implication)}"
+            cases.append(case(text, measured(peer, text, 1)))
+        told = {"peer": name, "version": peer.version, "profile": profile, "cases": cases}
         path = VECTORS / f"{name}_formulas.json"
         path.write_text(json.dumps(told, indent=0) + "\n")
         print(f"{path.name}: {len(formulas)} formulas, {path.stat().st_size:,} bytes")
@@ -141,7 +178,8 @@ def measured(peer: Peer, text: str, width: int) -> np.ndarray:
 
 def case(text: str, theirs: np.ndarray) -> dict:
     """Return a case as `store.py` writes it, after a look at what differs here."""
-    ours = fuzzyctl.compile(examine(SourceText("formulas.fll", text))[0], backend="numpy").batch(np.array(POINTS))
+    system, _ = examine(SourceText("formulas.fll", text))
+    ours = fuzzyctl.compile(system, backend="numpy").batch(np.array(POINTS)).reshape(theirs.shape)
     for row, k in zip(*np.nonzero(~np.isclose(ours, theirs, rtol=1e-9, atol=1e-9, equal_nan=True)), strict=True):
         formula = [line for line in text.splitlines() if "Function" in line][k]
         print(f"{formula.strip()} at {POINTS[row]}: {theirs[row, k]}, here {ours[row, k]}")

@@ -87,6 +87,8 @@ def write(system: FuzzySystem) -> tuple[str, list[Loss]]:
     Raises:
         DiagnosticError: With all reasons, for a system of Tsukamoto's method that fuzzylite would take for another one.
     """
+    if formulas := list(numerics.formula_sets(system)):
+        raise numerics.cannot(system, ".fcl", formulas)
     system = with_shoulders(system, points=True)
     if dialect_for(system) == "fuzzylite":
         system, reasons = as_inverted_there(system)

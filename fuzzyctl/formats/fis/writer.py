@@ -74,6 +74,8 @@ def write(system: FuzzySystem) -> tuple[str, list[Loss]]:
     Raises:
         DiagnosticError: With all reasons, for a system that no `.fis` file can hold.
     """
+    if formulas := list(numerics.formula_sets(system)):
+        raise numerics.cannot(system, ".fis", formulas)
     flat, losses = flattened(numerics.named_consequents(system))
     text, more = _Writer(flat).write()
     return text, sorted({*losses, *more})

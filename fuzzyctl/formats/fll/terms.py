@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from fuzzyctl.errors import counted
-from fuzzyctl.expr import ONE, Name, Number, names_in, replace_names
+from fuzzyctl.expr import ONE, Expr, Name, Number, names_in, replace_names
 from fuzzyctl.formats.findings import Findings, Names, meant
 from fuzzyctl.formats.fll.functions import FormulaError, read_formula
 from fuzzyctl.formats.fll.lines import Line
@@ -39,6 +39,11 @@ class Place:
     outputs: tuple[str, ...]
     is_input: bool
     python: bool = False
+
+    def is_own(self, formula: Expr) -> bool:
+        """Return whether a formula of an output is a fuzzy set: it names `x`, and no variable."""
+        free = {*self.inputs, *self.outputs}
+        return not self.is_input and "x" not in free and {n.name for n in names_in(formula)} - {"pi"} == {"x"}
 
     @property
     def earlier(self) -> tuple[str, ...]:
@@ -202,12 +207,15 @@ class TermReader:
         except FormulaError as error:
             self.findings.error(error.code, error.message, error.span)
             return None
+        if names_in(formula) and place.is_own(formula):
+            own = replace_names(formula, {"x": Name(place.variable)})
+            return Membership(kind="formula", arguments=(own,), span=line.value)
         for name in names_in(formula):
             if name.name not in names and name.name != "pi":
                 due = f"'{place.variable}' itself" if place.is_input else "inputs, and outputs declared before it"
                 message = f"a formula of '{place.variable}' may name {due}, and this one names '{name.name}'"
                 if name.name == "x":
-                    message = f"a formula of output '{place.variable}' that is a fuzzy set cannot be computed here"
+                    message = f"a formula of output '{place.variable}' names 'x', its place, beside other variables"
                 self.findings.error("FZ602", message, name.span, help="write the set as another term, such as Discrete")
                 return None
         if place.is_input and "x" not in place.inputs:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Final
 
-from fuzzyctl.expr import Expr, number_text
+from fuzzyctl.expr import Expr, Name, number_text, replace_names
 from fuzzyctl.formats import numerics
 from fuzzyctl.formats.blocks import BlockPart, block_parts
 from fuzzyctl.formats.conditions import up_to_any
@@ -28,7 +28,7 @@ from fuzzyctl.model.method import Activation, Defuzzifier
 from fuzzyctl.model.profiles import Profile, profile
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Hold, LinguisticVariable, Output, Term
+from fuzzyctl.model.variable import Hold, LinguisticVariable, Membership, Output, Term
 
 _CONJUNCTIONS: Final = {own: word for word, own in T_NORMS.items()}
 _DISJUNCTIONS: Final = {own: word for word, own in S_NORMS.items()}
@@ -174,6 +174,8 @@ class _Writer:
     def _term(self, variable: LinguisticVariable, term: Term) -> str:
         membership = term.membership
         where = f"term '{term.name}' of '{variable.name}'"
+        if membership.kind == "formula":
+            membership = self._over_x(variable, membership, where)
         if membership.kind == "function":
             text = formula(membership.arguments[0], self.system.values, python=self.profile.name == "pyfuzzylite")
             if text is None:
@@ -194,6 +196,13 @@ class _Writer:
         if found is None:
             self.reasons.append(f"{where} is of the kind '{membership.kind}'")
         return found or ""
+
+    def _over_x(self, variable: LinguisticVariable, membership: Membership, where: str) -> Membership:
+        """Return a set of an output as a formula of `x`, as which fuzzylite knows the place that it looks at."""
+        if any(v.name == "x" for v in (*self.system.inputs, *self.system.outputs)):
+            self.reasons.append(f"{where} is a formula of the output, and a variable is called 'x'")
+        formula = replace_names(membership.arguments[0], {variable.name: Name("x")})
+        return membership.model_copy(update={"kind": "function", "arguments": (formula,)})
 
     def _is_averaged(self, output: Output, term: Term) -> bool:
         """Whether a term is a set that counts with its middle only."""

@@ -28,7 +28,7 @@ def write(system: FuzzySystem) -> tuple[str, list[Loss]]:
     Raises:
         DiagnosticError: With all reasons, for a system that no `.fml` file can hold.
     """
-    if reasons := tuple(impossible(system)):
+    if reasons := (*impossible(system), *numerics.formula_sets(system)):
         raise numerics.cannot(system, ".fml", reasons)
     writer = _Writer(system)
     text = "\n".join(writer.lines()) + "\n"

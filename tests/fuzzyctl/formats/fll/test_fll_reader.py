@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 
 from fuzzyctl.errors import render_all
-from fuzzyctl.expr import ONE, Binary, Call, Name, Number, evaluate
-from fuzzyctl.formats.fll import read
+from fuzzyctl.expr import ONE, Binary, Call, Name, Number, evaluate, names_in
+from fuzzyctl.formats.fll import read, write
 from fuzzyctl.formats.fll.formulas import formula
 from fuzzyctl.formats.fll.functions import FormulaError, read_formula
-from fuzzyctl.loading import load
+from fuzzyctl.loading import examine, load
 from fuzzyctl.model.method import Activation, Defuzzifier
 from fuzzyctl.model.profiles import profile
 from fuzzyctl.model.rule import And, Is, Or
@@ -405,7 +405,7 @@ class TestMistakes:
             ("  term: high Ramp 0.0 1.0\nRule", "  term: high Ramp 0 1 0.5 7\nRule", ("FZ603", "warning", 17, 27)),
             ("  term: high Ramp 0.0 1.0\nRule", "  term: high\nRule", None),
             ("  term: high Ramp 0.0 1.0\nRule", "  term: high Function a + z\nRule", ("FZ202", "error", 17, 27)),
-            ("  term: high Ramp 0.0 1.0\nRule", "  term: high Function x + 1\nRule", ("FZ602", "error", 17, 23)),
+            ("  term: high Ramp 0.0 1.0\nRule", "  term: high Function x + a\nRule", ("FZ602", "error", 17, 23)),
             ("  term: high Ramp 0.0 1.0\nRule", "  term: high Linear 1\nRule", ("FZ303", "error", 17, 9)),
             (
                 "  term: high Ramp 0.0 1.0\nRule",
@@ -522,6 +522,32 @@ def test_functions_of_both_are_written_as_they_are_read(function):
     text = f"{function}(x)" if function in ("floor", "ceil") else f"{function}(x, 2)"
     found = read_formula(Span(SourceText("t", text), 0, len(text)), ["x"])
     assert formula(found, {}) == text
+
+
+def test_a_formula_of_x_is_a_set_of_the_output_and_written_so():
+    text = changed("term: high Ramp 0.0 1.0\nRuleBlock", "term: high Function 1 - abs(x - 0.75) * pi\nRuleBlock")
+    found = system(text)
+    membership = found.outputs[0].terms[1].membership
+    assert membership.kind == "formula"
+    assert {n.name for n in names_in(membership.arguments[0])} == {"y", "pi"}
+    written, losses = write(found)
+    assert "term: high Function (1 - (abs((x - 0.75)) * pi))" in written
+    assert not [loss for loss in losses if not loss.exact]
+    assert system(written).outputs[0].terms == found.outputs[0].terms
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("term: high Ramp 0.0 1.0\nRuleBlock", "term: high Function x * a\nRuleBlock", "names 'x', its place, beside"),
+        ("defuzzifier: Centroid 100", "defuzzifier: WeightedAverage TakagiSugeno", "'inverse_tsukamoto' takes"),
+    ],
+)
+def test_what_is_no_set_of_one_place_is_refused(old, new, message):
+    text = changed("term: high Ramp 0.0 1.0\nRuleBlock", "term: high Function x\nRuleBlock")
+    text = changed(old, new) if "x * a" in new else changed(old, new, text)
+    _, diagnostics = examine(SourceText("t.fll", text))
+    assert any(message in d.message for d in diagnostics), diagnostics
 
 
 @pytest.mark.parametrize(
