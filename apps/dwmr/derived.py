@@ -20,7 +20,15 @@ CHANNELS = ("v", "omega")
 
 
 def rate(signal: FloatArray, dt: float) -> FloatArray:
-    """Return the backward difference of a signal over its first axis, 0 at the first sample [unit/s]."""
+    """Return the backward difference of a signal over its first axis, in its unit per s; 0 at the first sample.
+
+    Args:
+        signal: Shape (samples, ...).
+        dt: Time from one sample to the next [s].
+
+    Returns:
+        The same shape.
+    """
     change: FloatArray = np.diff(signal, axis=0, prepend=signal[:1]) / dt
     return change
 
@@ -74,6 +82,9 @@ def avoiders(scenario: Scenario) -> tuple[str, ...]:
 
 def formation_error(trajectory: Trajectory, scenario: Scenario, robot: str) -> tuple[FloatArray, FloatArray]:
     """Return L_ijd − L_ij [m] and Ψ_ijd − Ψ_ij, wrapped [rad], of a follower, each of shape (samples,).
+
+    Raises:
+        ValueError: For a robot that follows none.
 
     Source:
         Goto, Bertol, Martins, Eqs. (44), (45) and the aim of section 2.

@@ -17,7 +17,7 @@ def wrap(angle: float) -> float:
 
 
 def wrap_array(angles: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Bring angles into (−π, π], as `wrap` does for one [rad]."""
+    """Bring angles of any shape into (−π, π], as `wrap` does for one [rad]."""
     wrapped: NDArray[np.float64] = angles - 2.0 * math.pi * np.ceil((angles - math.pi) / (2.0 * math.pi))
     return wrapped
 

@@ -32,7 +32,7 @@ TABLE_12: dict[str, dict[str, dict[str, float]]] = {
 
 
 def rmse(error: FloatArray) -> float:
-    """Return the root mean square of the samples of an error, in the error's unit.
+    """Return the root mean square of the samples of an error, of any shape, in the error's unit.
 
     Source:
         Goto, Bertol, Martins, section 7.

@@ -37,7 +37,15 @@ def join_key(parts: Iterable[str]) -> str:
 
 
 def override(data: dict[str, Any], argument: str) -> tuple[str, str]:
-    """Set one value; return the full key and the argument that set it."""
+    """Set one value; return the full key and the argument that set it.
+
+    Args:
+        data: Tables of a scenario as TOML gives them; changed.
+        argument: `key=value` with a dotted key.
+
+    Raises:
+        OverrideError: When it has another form, or the key leads to no place in the tables.
+    """
     parts, value = _split(argument)
     if not argument.isprintable():
         raise OverrideError(f"--set {shorten(argument)}: holds a line break or another control character")

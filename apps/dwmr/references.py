@@ -28,6 +28,10 @@ PATHS: dict[str, Callable[[float, FloatArray], Reference]] = {
 def eight_turn_rate(t: float, shape: FloatArray) -> float:
     """Return the angular velocity of the virtual robot on the eight [rad/s].
 
+    Args:
+        t: Time [s].
+        shape: Constants of the eight, see `paths.eight`.
+
     Source:
         Goto, Bertol, Martins, Eq. (76), third row, with the numerator's second derivatives restored.
     """

@@ -81,7 +81,12 @@ class System:
         return max(16, min(1024, _ARRAY // max([1, *counts])))
 
     def inputs_of(self, lo: Array, hi: Array, *, sloped: bool) -> dict[str, Enclosure]:
-        """Return the enclosures of the inputs by name."""
+        """Return the enclosures of the inputs by name.
+
+        Args:
+            lo, hi: Ends of the boxes, shape (inputs, boxes).
+            sloped: Whether slopes along the inputs are wanted.
+        """
         found = boxes(lo, hi)
         if not sloped:
             found = [Enclosure(e.lo, e.hi, None, e.error) for e in found]
@@ -119,7 +124,16 @@ class System:
         return constant(known.lo, known.hi)
 
     def enclose(self, exprs: Sequence[Expr], lo: Array, hi: Array, *, sloped: bool) -> tuple[list[Enclosure], Mask]:
-        """Enclose expressions over inputs, params and outputs."""
+        """Enclose expressions over inputs, params and outputs.
+
+        Args:
+            exprs: The expressions.
+            lo, hi: Ends of the boxes, shape (inputs, boxes).
+            sloped: Whether slopes along the inputs are wanted.
+
+        Returns:
+            An enclosure for each, and the boxes where an output that they name has no value, shape (boxes,) or ().
+        """
         own = self.inputs_of(lo, hi, sloped=sloped)
         names = {n: constant(v) for n, v in self.reader_values.items()} | own
         void = np.array(False)
@@ -258,7 +272,7 @@ def _names(expr: Expr) -> list[str]:
 
 
 def surely_false(truth: Truth, upper: dict[Bound, Array]) -> Mask:
-    """Return the boxes where a condition is false everywhere, from upper ends of left less right."""
+    """Return the boxes where a condition is false everywhere, from upper ends of left less right; shape (boxes,)."""
     if isinstance(truth, Bound):
         return (upper[truth] <= 0.0) if truth.strict else (upper[truth] < 0.0)
     assert isinstance(truth, Every | Some)
@@ -270,7 +284,10 @@ def surely_false(truth: Truth, upper: dict[Bound, Array]) -> Mask:
 
 
 def surely_true(truth: Truth, lower: dict[Bound, Array]) -> Mask:
-    """Return the boxes where a claim holds everywhere, from lower ends of left less right, tolerance added."""
+    """Return the boxes where a claim holds everywhere, from lower ends of left less right, shape (boxes,) each.
+
+    Tolerances are added to them.
+    """
     if isinstance(truth, Bound):
         return (lower[truth] > 0.0) if truth.strict else (lower[truth] >= 0.0)
     assert isinstance(truth, Every | Some)

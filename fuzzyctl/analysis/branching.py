@@ -63,8 +63,12 @@ class Search:
     def put_halves(self, lo: Array, hi: Array, steepness: Array) -> Mask:
         """Halve boxes across the side along which most is not known; keep apart those too small for it.
 
+        Args:
+            lo, hi: Ends of the boxes, shape (inputs, boxes).
+            steepness: How steep what is asked may be along each input, shape (inputs, boxes); infinite where unknown.
+
         Returns:
-            Which boxes were halved: first all left halves have been put, then all right ones.
+            Which boxes were halved, shape (boxes,): first all left halves have been put, then all right ones.
         """
         with np.errstate(invalid="ignore", over="ignore"):
             width = (hi - lo) / self.ranges
@@ -139,7 +143,14 @@ def decide(system: System, claim: Claim, judge: Judge, timeout: float, told: Tol
 
 
 def first_witness(claim: Claim, judge: Judge, lo: Array, hi: Array, deadline: float) -> Witness | None:
-    """Look for a witness among middles of cells, of which points are corners, while there is time."""
+    """Look for a witness among middles of cells, of which points are corners, while there is time.
+
+    Args:
+        claim: What is to be broken.
+        judge: What evaluates points.
+        lo, hi: Ends of the cells, shape (inputs, cells).
+        deadline: When to stop, on the monotonic clock [s].
+    """
     step = max(1, lo.shape[1] // _FIRST)
     for k in range(0, lo.shape[1], step):
         if time.monotonic() > deadline:
@@ -160,12 +171,12 @@ def _witness_of(claim: Claim, judge: Judge, point: Array, lo: Array, hi: Array) 
 
 
 def signed_points(point: Array, lo: Array, hi: Array) -> Iterator[list[float]]:
-    """Yield a point of a box as a list, and the same with -0.0 where the box holds 0."""
+    """Yield a point of a box as a list, and the same with -0.0 where the box holds 0; all of shape (inputs,)."""
     return with_signs(point.tolist(), list(zip(lo.tolist(), hi.tolist(), strict=True)))
 
 
 def middles(lo: Array, hi: Array) -> Array:
-    """Return the middles of boxes, finite also where a side is not."""
+    """Return the middles of boxes, finite also where a side is not; all of one shape."""
     return np.minimum(np.maximum(np.where(lo == hi, lo, _between(lo, np.maximum(hi, lo))), lo), hi)
 
 
@@ -267,6 +278,13 @@ def start_of(lo: Array, hi: Array, down: Array, up: Array) -> tuple[Array, Array
     """Return where to expand for a lower bound, and how far values may fall from there.
 
     Along an input in which the value rises or falls throughout it is the lower end; else the middle.
+
+    Args:
+        lo, hi: Ends of the boxes, shape (inputs, boxes).
+        down, up: Between what the slopes along the inputs lie, shape (inputs, boxes).
+
+    Returns:
+        Points of shape (inputs, boxes), and what values fall by at most, shape (boxes,).
     """
     middle = middles(lo, hi)
     start = np.where(down >= 0.0, lo, np.where(up <= 0.0, hi, middle))

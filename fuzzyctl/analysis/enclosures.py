@@ -60,7 +60,7 @@ def boxes(lo: Array, hi: Array) -> list[Enclosure]:
 
 
 def sound(lo: Array, hi: Array, slopes: tuple[Array, Array] | None, error: Array) -> Enclosure:
-    """Return an enclosure in which what may be no number is any."""
+    """Return an enclosure in which what may be no number is any; for the arguments see `Enclosure`."""
     bad = np.isnan(lo) | np.isnan(hi)
     if bad.any():
         lo, hi = np.where(bad, -np.inf, lo), np.where(bad, np.inf, hi)
@@ -76,12 +76,12 @@ def sound(lo: Array, hi: Array, slopes: tuple[Array, Array] | None, error: Array
 
 
 def outward(lo: Array, hi: Array) -> tuple[Array, Array]:
-    """Return bounds moved apart by what an operation may be off by."""
+    """Return bounds, of any shape, moved apart by what an operation may be off by."""
     return lo - np.abs(lo) * ULPS, hi + np.abs(hi) * ULPS
 
 
 def hull_of_products(a: tuple[Array, Array], b: tuple[Array, Array]) -> tuple[Array, Array]:
-    """Return bounds of the products of what lies between two bounds each."""
+    """Return bounds of the products of what lies between two bounds each; shapes are broadcast."""
     products = [x * y for x in a for y in b]
     lo = np.minimum(np.minimum(products[0], products[1]), np.minimum(products[2], products[3]))
     hi = np.maximum(np.maximum(products[0], products[1]), np.maximum(products[2], products[3]))
@@ -89,7 +89,7 @@ def hull_of_products(a: tuple[Array, Array], b: tuple[Array, Array]) -> tuple[Ar
 
 
 def slope_times(factor: tuple[Array, Array], slopes: tuple[Array, Array]) -> tuple[Array, Array]:
-    """Multiply slopes; 0 times a slope that is not known is 0."""
+    """Multiply slopes, shape (inputs, boxes), by a factor, shape (boxes,); 0 times one that is not known is 0."""
     products = [np.where((x == 0.0) | (y == 0.0), 0.0, x * y) for x in factor for y in slopes]
     lo = np.minimum(np.minimum(products[0], products[1]), np.minimum(products[2], products[3]))
     hi = np.maximum(np.maximum(products[0], products[1]), np.maximum(products[2], products[3]))
@@ -202,7 +202,7 @@ def chosen(yes: Mask, no: Mask, a: Enclosure, b: Enclosure) -> Enclosure:
 
 
 def jumping(lo: Array, hi: Array) -> Enclosure:
-    """Return an enclosure of which only the ends are known."""
+    """Return an enclosure of which only the ends are known, shape (boxes,) or ()."""
     flat = lo == hi
     steep = np.where(flat, 0.0, np.inf)[None]
     return sound(lo, hi, (-steep, steep), hi - lo)

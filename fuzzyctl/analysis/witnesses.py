@@ -141,7 +141,19 @@ class Judge:
         return 0.0
 
     def value(self, expr: Expr, point: Sequence[float], here: Mapping[str, float]) -> Value:
-        """Return the value of an expression at a point, `here` being the outputs there."""
+        """Return the value of an expression at a point, `here` being the outputs there.
+
+        Args:
+            expr: Over inputs, params and outputs.
+            point: Values of the inputs.
+            here: Values of the outputs by name.
+
+        Returns:
+            The value, and whether it is exact.
+
+        Raises:
+            NoValueError: Where it has none.
+        """
         match expr:
             case Number(value=number):
                 return _finite(number), True
