@@ -199,7 +199,7 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                     consequent_hedges="carried",
                     places="free",
                 ),
-                _sampled(1000, "midpoint", bisector="between", maxima="running", tolerance=1e-6),
+                _sampled(100, "midpoint", bisector="between", maxima="running", tolerance=1e-6),
                 otherwise="nan",
                 keeps_resolution=True,
                 has_activations=True,
@@ -372,7 +372,9 @@ def _require_as_sound(system: FuzzySystem, changed: FuzzySystem) -> None:
 
 def _defuzzifier(own: Defuzzifier, old: Profile, new: Profile) -> Defuzzifier:
     base = new.defuzzifier(own.kind)
-    said = own.resolution is not None and own.resolution != old.defuzzifier(own.kind).resolution
+    usual = own.resolution == old.defuzzifier(own.kind).resolution
+    # A file of fuzzylite that says the usual number says it still when another version reads it.
+    said = own.resolution is not None and (old.keeps_resolution or not usual)
     keeps = said and new.keeps_resolution and base.resolution is not None
     return base.model_copy(update={"resolution": own.resolution}) if keeps else base
 

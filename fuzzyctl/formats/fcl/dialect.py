@@ -11,6 +11,7 @@ from fuzzyctl.expr import Number
 from fuzzyctl.formats.fcl.names import FUZZYLITE_ONLY, JFUZZYLOGIC_ONLY, JFUZZYLOGIC_SHAPES, fuzzylite_word
 from fuzzyctl.formats.fcl.parser import FclFile
 from fuzzyctl.formats.fcl.syntax import FunctionBlock, Setting, Word
+from fuzzyctl.formats.versions import profile_of_version, version_said
 from fuzzyctl.model.profiles import PROFILES, Profile
 
 DialectName = Literal["standard", "jfuzzylogic", "fuzzylite"]
@@ -47,6 +48,8 @@ def dialect_of(file: FclFile) -> Dialect:
     name = _name(file)
     said = [m.group(1) for c in file.comments for m in _NUMERICS.finditer(c)]
     known = [n for n in said if n in PROFILES]
+    if not known and name == "fuzzylite":
+        return Dialect(name, profile_of_version(version_said(file.comments)))
     return Dialect(name, PROFILES[known[0] if known else USUAL_NUMERICS[name]])
 
 

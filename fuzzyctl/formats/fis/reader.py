@@ -14,13 +14,14 @@ from fuzzyctl.formats.findings import Findings
 from fuzzyctl.formats.fis import values
 from fuzzyctl.formats.fis.rules import RuleReader, raw_rules
 from fuzzyctl.formats.fis.sections import Section, Sections, split
-from fuzzyctl.formats.fis.settings import Settings, dialect_of, profile_of, read_settings
+from fuzzyctl.formats.fis.settings import Settings, dialect_of, fuzzylite_version, profile_of, read_settings
 from fuzzyctl.formats.fis.variables import Variable, VariableReader, is_empty
 from fuzzyctl.formats.fis.words import Dialect
 from fuzzyctl.formats.fll.variables import corners, finite_range
+from fuzzyctl.formats.versions import profile_of_version
 from fuzzyctl.formats.weighted import KINDS, weighted_kinds
 from fuzzyctl.model.method import Defuzzifier, Method
-from fuzzyctl.model.profiles import profile
+from fuzzyctl.model.profiles import Profile, profile
 from fuzzyctl.model.rule import Rule
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Fallback, Hold, Input, Membership, Output
@@ -129,7 +130,7 @@ class _Assembly:
         self.dialect = dialect
         self.inputs = inputs
         self.findings = findings
-        self.profile = profile(profile_of(file) or dialect)
+        self.profile = _numerics(file, dialect)
 
     def system(self, outputs: Sequence[Variable], rules: tuple[Rule, ...], reader: RuleReader) -> FuzzySystem:
         """Return the system."""
@@ -270,3 +271,11 @@ def _is_sugeno(variable: Variable) -> bool:
     """Whether the terms of an output are numbers and functions; in a hybrid system one line names the defuzzifier."""
     kinds = {t.membership.kind for t in variable.terms.values()}
     return bool(kinds) and kinds <= {"constant", "linear", "function"}
+
+
+def _numerics(file: Sections, dialect: Dialect) -> Profile:
+    """Return how the tool computes that wrote a file, if no comment names other numerics."""
+    said = profile_of(file)
+    if said is None and dialect == "fuzzylite":
+        return profile_of_version(fuzzylite_version(file))
+    return profile(said or dialect)

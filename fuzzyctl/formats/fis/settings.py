@@ -12,6 +12,7 @@ from fuzzyctl.formats.findings import Findings, meant
 from fuzzyctl.formats.fis import values, words
 from fuzzyctl.formats.fis.sections import Entry, Section, Sections
 from fuzzyctl.formats.fis.words import Dialect
+from fuzzyctl.formats.versions import version_said
 
 _KEYS: Final = (
     "Name", "Type", "Version", "NumInputs", "NumOutputs", "NumRules",
@@ -20,8 +21,6 @@ _KEYS: Final = (
 
 #: Types of systems; the last three are fuzzylite's.
 _TYPES: Final = ("mamdani", "sugeno", "tsukamoto", "inverse tsukamoto", "hybrid")
-
-_GENERATED: Final = re.compile(r"generated (?:with|by) fuzzylite (\d{1,3})", re.IGNORECASE)
 
 #: What fuzzyctl writes into files whose numerics are not MATLAB's.
 _SAID: Final = re.compile(r"% numerics of (octave|octave_0_4|fuzzylite|fuzzylite_6|pyfuzzylite|matlab)$")
@@ -81,7 +80,7 @@ def dialect_of(file: Sections, hedged: bool) -> Dialect:
     entries = [e for s in file.sections for e in s.entries if s.kind != "rules"]
     if any("generated" in c.lower() and "fuzzylite" in c.lower() for c in file.comments):
         return "fuzzylite"
-    if any(e.key.lower() in _FUZZYLITE_KEYS for e in entries) or _fuzzylite_version(file) is not None:
+    if any(e.key.lower() in _FUZZYLITE_KEYS for e in entries) or fuzzylite_version(file) is not None:
         return "fuzzylite"
     functions = (e.value.text.partition(":")[2].strip().lower() for e in entries if e.key.lower().startswith("mf"))
     if any(f[1:].startswith(tuple(words.OF_FUZZYLITE)) for f in functions):
@@ -93,12 +92,11 @@ def dialect_of(file: Sections, hedged: bool) -> Dialect:
     return "matlab"
 
 
-def _fuzzylite_version(file: Sections) -> int | None:
+def fuzzylite_version(file: Sections) -> int | None:
     """Return fuzzylite's major version, which its files give where MATLAB's have 1.0 or 2.0."""
-    for comment in file.comments:
-        match = _GENERATED.search(comment)
-        if match is not None:
-            return int(match.group(1))
+    said = version_said(file.comments)
+    if said is not None:
+        return said
     for section in file.of("system"):
         entry = section.entry("Version")
         match = re.match(r"'?(\d{1,3})", entry.value.text) if entry is not None else None
@@ -114,7 +112,7 @@ def read_settings(file: Sections, section: Section, findings: Findings) -> Setti
     sugeno = kind != "mamdani" and kind != "hybrid"
     name = section.entry("Name")
     aggregations = dict(words.AGGREGATION_WORDS)
-    version = _fuzzylite_version(file)
+    version = fuzzylite_version(file)
     if version is not None and version < 6:
         aggregations["sum"] = "probabilistic_sum"  # its exporter called the algebraic sum so
     entry = section.entry("DefuzzMethod")

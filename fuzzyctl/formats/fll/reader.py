@@ -34,6 +34,7 @@ from fuzzyctl.formats.fll.variables import (
     read_variable,
 )
 from fuzzyctl.formats.fll.words import T_NORMS
+from fuzzyctl.formats.versions import profile_of_version, version_said
 from fuzzyctl.model.method import Defuzzifier, Method
 from fuzzyctl.model.profiles import Profile, profile
 from fuzzyctl.model.system import FuzzySystem
@@ -76,8 +77,7 @@ class _File:
         self.blocks = blocks
         self.findings = findings
         said = _SAID.search(findings.source.text)
-        usual = "fuzzylite_6" if _is_old(blocks) else "fuzzylite"
-        self.profile: Profile = profile(said.group(1) if said is not None else usual)
+        self.profile: Profile = profile(said.group(1)) if said is not None else _numerics(findings.source, blocks)
         self.inputs = self._of("inputvariable")
         self.outputs = self._of("outputvariable")
 
@@ -232,6 +232,12 @@ class _File:
             unknown = Number(-math.inf, span=variable.lower.span)
             variable = Variable(**{**variable.__dict__, "lower": unknown, "upper": Number(math.inf)})
         return finite_range(variable, ends, self.findings)
+
+
+def _numerics(source: SourceText, blocks: Sequence[Block]) -> Profile:
+    """Return how the version computes that wrote a file, by its comment, else by its words."""
+    version = version_said(line for line in source.text.splitlines() if line.lstrip().startswith("#"))
+    return profile_of_version(6 if version is None and _is_old(blocks) else version)
 
 
 def _is_old(blocks: Sequence[Block]) -> bool:

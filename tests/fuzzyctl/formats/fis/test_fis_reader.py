@@ -271,9 +271,9 @@ class TestDialects:
         assert [h.name for h in found.hedges] == ["power_1_5"]
 
     def test_fuzzylite_is_known_by_its_comment_its_keys_its_version_and_its_functions(self):
-        assert system(self.FUZZYLITE).method.semantics == profile("fuzzylite").semantics
+        assert system(self.FUZZYLITE).method.semantics == profile("fuzzylite_6").semantics
         for text in (
-            changed("Version=2.0", "Version=4.0"),
+            changed("Version=2.0", "Version=7.0"),
             changed("[Input1]\n", "[Input1]\nEnabled=1\n"),
             changed("'trimf',[0 5 10]", "'rampmf',[0 5]"),
         ):
