@@ -1,4 +1,4 @@
-"""Formulas of inputs that leave [0, 1], which fuzzylite computes with and fuzzyctl does not."""
+"""Formulas of terms that leave [0, 1], which fuzzylite computes with and fuzzyctl does not."""
 
 from __future__ import annotations
 
@@ -16,24 +16,28 @@ _STEPS: Final = 100
 _SLACK: Final = 1e-12
 
 
-def warn_of_degrees_beyond(terms: Iterable[Term], variable: str, ends: tuple[float, float], findings: Warned) -> None:
-    """Warn of terms of an input whose formula has some degree in the range that is no truth, each once.
+def warn_of_degrees_beyond(
+    terms: Iterable[Term], variable: str, ends: tuple[float, float], findings: Warned, *, below: bool = True
+) -> None:
+    """Warn of terms whose formula of the variable has some degree in the range that is no truth, each once.
 
     Args:
-        terms: The terms of the input.
+        terms: The terms of the variable.
         variable: Its name.
         ends: Its range; an infinite one is not looked at.
         findings: Where the warnings go.
+        below: Whether degrees below 0 matter; the maximum of sets, which begins at 0, has none.
     """
     low, high = ends
     if not math.isfinite(high - low):
         return
     places = [low + (high - low) * k / _STEPS for k in range(_STEPS + 1)]
     for term in terms:
-        if term.membership.kind != "function":
+        if term.membership.kind not in ("function", "formula"):
             continue
         degrees = ((x, _degree(term.membership.arguments[0], variable, x)) for x in places)
-        outside = [(max(-y, y - 1.0), x, y) for x, y in degrees if y is not None and not -_SLACK <= y <= 1.0 + _SLACK]
+        least = -_SLACK if below else -math.inf
+        outside = [(max(-y, y - 1.0), x, y) for x, y in degrees if y is not None and not least <= y <= 1.0 + _SLACK]
         if outside:
             _, x, y = max(outside)
             message = f"the degree of '{term.name}' is {y:.6g} at {variable} = {x:.6g}, and held within [0, 1] here"

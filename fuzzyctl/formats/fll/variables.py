@@ -80,6 +80,11 @@ def read_variable(block: Block, name: str, place: Place, findings: Findings) -> 
     lower, upper = _range(block, findings)
     if place.is_input:
         warn_of_degrees_beyond(read, name, (lower.value, upper.value), findings)
+    else:
+        joined = block.line("aggregation")
+        sets = [t for t in read if t.membership.kind == "formula"]
+        below = joined is None or joined.value.text != "Maximum"
+        warn_of_degrees_beyond(sets, name, (lower.value, upper.value), findings, below=below)
     label = block.line("description")
     return Variable(
         name=name,

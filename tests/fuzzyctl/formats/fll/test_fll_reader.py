@@ -537,6 +537,21 @@ def test_a_formula_of_x_is_a_set_of_the_output_and_written_so():
 
 
 @pytest.mark.parametrize(
+    ("formula", "aggregation", "told"),
+    [
+        ("2 * x", "Maximum", ["the degree of 'high' is 2 at y = 1, and held within [0, 1] here"]),
+        ("x - 1", "Maximum", []),
+        ("x - 1", "AlgebraicSum", ["the degree of 'high' is -1 at y = 0, and held within [0, 1] here"]),
+        ("x * gt(x, 0.5)", "AlgebraicSum", []),
+    ],
+)
+def test_sets_that_leave_0_to_1_are_told_where_that_matters(formula, aggregation, told):
+    text = changed("term: high Ramp 0.0 1.0\nRuleBlock", f"term: high Function {formula}\nRuleBlock")
+    _, diagnostics = read(SourceText("t.fll", changed("aggregation: Maximum", f"aggregation: {aggregation}", text)))
+    assert [d.message for d in diagnostics] == told
+
+
+@pytest.mark.parametrize(
     ("old", "new", "message"),
     [
         ("term: high Ramp 0.0 1.0\nRuleBlock", "term: high Function x * a\nRuleBlock", "names 'x', its place, beside"),
