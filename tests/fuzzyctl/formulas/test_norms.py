@@ -1,0 +1,144 @@
+"""Norms and hedges keep their laws."""
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fuzzyctl.expr import Name, Number
+from fuzzyctl.formulas import (
+    AGGREGATIONS,
+    CONJUNCTIONS,
+    DISJUNCTIONS,
+    HEDGE_SUMMARIES,
+    HEDGES,
+    IMPLICATIONS,
+    exact_centroid_possible,
+)
+from fuzzyctl.kernels.python_backend import scalar_function
+
+#: Other processes may slow a test down at any time.
+QUICK = settings(max_examples=60, deadline=None, derandomize=True)
+UNIT = st.floats(0, 1)
+
+
+def norm(among, name):
+    return scalar_function(among[name](Name("a"), Name("b")))
+
+
+class TestNorms:
+    @pytest.mark.parametrize("name", CONJUNCTIONS)
+    @QUICK
+    @given(a=UNIT, b=UNIT, c=UNIT)
+    def test_a_t_norm_is_commutative_monotone_and_has_one_as_unit(self, name, a, b, c):
+        t = norm(CONJUNCTIONS, name)
+        # A few roundings of numbers up to 1, each at most 2^-53.
+        assert t(a, b) == pytest.approx(t(b, a), abs=4.5e-16)
+        assert t(a, 1.0) == a
+        assert t(1.0, a) == pytest.approx(a, abs=2.3e-16)
+        assert t(a, 0.0) == 0
+        low, high = sorted((b, c))
+        assert t(a, low) <= t(a, high) + 2.3e-16
+        assert 0 <= t(a, b) <= min(a, b) + 2.3e-16
+        assert t(a, b) <= 1
+
+    @pytest.mark.parametrize("name", DISJUNCTIONS)
+    @QUICK
+    @given(a=UNIT, b=UNIT, c=UNIT)
+    def test_an_s_norm_is_commutative_monotone_and_has_zero_as_unit(self, name, a, b, c):
+        s = norm(DISJUNCTIONS, name)
+        assert s(a, b) == pytest.approx(s(b, a), abs=4.5e-16)
+        assert s(a, 0.0) == a
+        assert s(0.0, a) == a
+        assert s(a, 1.0) == 1
+        low, high = sorted((b, c))
+        # Rounding of a + b(1 - a) is at most one unit in the last place of 1.
+        assert s(a, low) <= s(a, high) + 4.5e-16
+        assert max(a, b) - 2.3e-16 <= s(a, b) <= 1
+
+    @pytest.mark.parametrize("name", CONJUNCTIONS)
+    @QUICK
+    @given(a=st.integers(0, 16), b=st.integers(0, 16), c=st.integers(0, 16))
+    def test_a_t_norm_is_associative(self, name, a, b, c):
+        t, (a, b, c) = norm(CONJUNCTIONS, name), (a / 16, b / 16, c / 16)
+        assert t(t(a, b), c) == pytest.approx(t(a, t(b, c)), abs=1e-15)
+
+    @pytest.mark.parametrize(("t", "s"), list(zip(CONJUNCTIONS, DISJUNCTIONS, strict=True)))
+    @QUICK
+    @given(a=st.integers(0, 16), b=st.integers(0, 16))
+    def test_each_s_norm_is_the_dual_of_the_t_norm_on_its_place(self, t, s, a, b):
+        a, b = a / 16, b / 16
+        assert norm(DISJUNCTIONS, s)(a, b) == pytest.approx(1 - norm(CONJUNCTIONS, t)(1 - a, 1 - b), abs=1e-15)
+
+    @pytest.mark.parametrize(
+        ("among", "name", "expected"),
+        [
+            (CONJUNCTIONS, "drastic_product", 0),
+            (CONJUNCTIONS, "einstein_product", 0.375 / (2 - 0.875)),
+            (CONJUNCTIONS, "hamacher_product", 0.375 / 0.875),
+            (CONJUNCTIONS, "nilpotent_minimum", 0.5),
+            (CONJUNCTIONS, "bounded_difference", 0.25),
+            (DISJUNCTIONS, "probabilistic_sum", 0.875),
+            (DISJUNCTIONS, "drastic_sum", 1),
+            (DISJUNCTIONS, "einstein_sum", 1.25 / 1.375),
+            (DISJUNCTIONS, "hamacher_sum", 0.5 / 0.625),
+            (DISJUNCTIONS, "nilpotent_maximum", 1),
+        ],
+    )
+    def test_each_norm_is_its_formula(self, among, name, expected):
+        assert norm(among, name)(0.5, 0.75) == pytest.approx(expected, rel=1e-15)
+
+    def test_quotients_have_their_limits(self):
+        assert norm(CONJUNCTIONS, "hamacher_product")(0.0, 0.0) == 0
+        assert norm(DISJUNCTIONS, "hamacher_sum")(1.0, 1.0) == 1
+        assert norm(CONJUNCTIONS, "hamacher_product")(1e-200, 1e-200) == pytest.approx(5e-201)
+        assert norm(CONJUNCTIONS, "nilpotent_minimum")(1e-30, 1.0) == 1e-30
+
+    def test_implications_are_t_norms_and_aggregations_a_plain_sum_too(self):
+        assert IMPLICATIONS.keys() == CONJUNCTIONS.keys()
+        assert AGGREGATIONS.keys() == {"sum", *DISJUNCTIONS}
+        assert norm(AGGREGATIONS, "sum")(0.75, 0.75) == 1.5
+
+    def test_the_exact_centroid_needs_straight_sides_and_plain_norms(self):
+        assert exact_centroid_possible("piecewise", "product", "sum")
+        assert not exact_centroid_possible("gaussian", "min", "max")
+        assert not exact_centroid_possible("singleton", "min", "max")
+        assert not exact_centroid_possible("triangle", "hamacher_product", "max")
+        assert not exact_centroid_possible("triangle", "min", "probabilistic_sum")
+        assert not exact_centroid_possible("linear", "min", "max")
+
+
+class TestHedges:
+    @pytest.mark.parametrize("name", HEDGES)
+    @QUICK
+    @given(x=UNIT)
+    def test_keep_degrees_between_zero_and_one(self, name, x):
+        assert (
+            0 <= scalar_function(HEDGES[name](Name("x")))(x) <= 1
+            if name != "any"
+            else HEDGES[name](Name("x")) == Number(1.0)
+        )
+
+    @pytest.mark.parametrize(
+        ("name", "points"),
+        [
+            ("very", {0.5: 0.25}),
+            ("somewhat", {0.25: 0.5}),
+            ("extremely", {0.25: 0.125, 0.5: 0.5, 0.75: 0.875}),
+            ("slightly", {0: 0, 0.125: 0.5}),
+            ("seldom", {0.125: 0.25, 0.5: 0.5, 0.875: 0.75}),
+            ("not", {0.25: 0.75}),
+        ],
+    )
+    def test_are_their_formulas(self, name, points):
+        f = scalar_function(HEDGES[name](Name("x")))
+        assert {x: f(x) for x in points} == pytest.approx(points, rel=1e-15)
+
+    @QUICK
+    @given(x=UNIT)
+    def test_seldom_undoes_extremely(self, x):
+        assert scalar_function(
+            HEDGES["seldom"](Number(scalar_function(HEDGES["extremely"](Name("x")))(x)))
+        )() == pytest.approx(x, abs=1e-7)
+
+    def test_are_all_explained(self):
+        assert HEDGE_SUMMARIES.keys() == HEDGES.keys()
