@@ -5,7 +5,7 @@ from __future__ import annotations
 from bench.workloads import LINES, SEVEN
 
 FIVE = "NB NS ZO PS PB".split()
-TABLE = ("NB NM NM NS NS", "NM NS ZO PS ZO", "ZO PS PM PS ZO", "PS ZO PS NS NM", "NS NS NM NM NB")
+TABLE = ("NB NM NM NS NS", "NM NS ZO PS ZO", "ZO PS PM PS ZO", "ZO PS ZO NS NM", "NS NS NM NM NB")
 PEAKS = {"NB": -1.0, "NM": -0.66, "NS": -0.33, "ZO": 0.0, "PS": 0.09, "PM": 0.18}
 
 
