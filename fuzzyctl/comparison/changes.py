@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -10,6 +9,7 @@ from typing import Any, Literal
 
 from fuzzyctl import arguments
 from fuzzyctl.comparison.names import Matches, matches
+from fuzzyctl.comparison.order import order_changed
 from fuzzyctl.comparison.rule_pairs import RulePair, rule_pairs
 from fuzzyctl.comparison.rules import flat_rules
 from fuzzyctl.comparison.settings import defuzzifier_settings, otherwise_text, plain_text, settings
@@ -236,11 +236,12 @@ def _blocks(a: FuzzySystem, b: FuzzySystem) -> Iterator[Change]:
 
 def _rules(a: FuzzySystem, b: FuzzySystem, found: Matches) -> Iterator[Change]:
     wholes = any(m.activation.compares for s in (a, b) for m in s.rule_methods)
-    pairs = list(rule_pairs(flat_rules(a), flat_rules(b, found), wholes=wholes))
+    carried = all(s.method.semantics.consequent_hedges == "carried" for s in (a, b))
+    rules = flat_rules(a, carried=carried), flat_rules(b, found, carried=carried)
+    pairs = list(rule_pairs(*rules, wholes=wholes))
     for pair in pairs:
         yield from _rule(pair)
-    places = sorted(pair.places for pair in pairs if pair.places)
-    if _ordered(a, b) and any(later < earlier for (_, earlier), (_, later) in itertools.pairwise(places)):
+    if order_changed(a, b, pairs):
         yield Change("changed", "order of rules", "", "as before", "another, which counts here")
 
 
@@ -257,13 +258,6 @@ def _rule(pair: RulePair) -> Iterator[Change]:
     if before and after and before.block != after.block:
         blocks = before.block or "none", after.block or "none"
         yield Change("changed", "block of rule", one.name, *blocks, *map(_line, nodes))
-
-
-def _ordered(a: FuzzySystem, b: FuzzySystem) -> bool:
-    """Return whether the order of the rules has a meaning."""
-    methods = [m for s in (a, b) for m in s.rule_methods]
-    ordered = any(m.activation.compares and m.activation.kind != "proportional" for m in methods)
-    return ordered or any(o.adaptive is not None for s in (a, b) for o in s.outputs)
 
 
 def _guarantees(a: FuzzySystem, b: FuzzySystem) -> Iterator[Change]:

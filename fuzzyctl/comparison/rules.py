@@ -37,18 +37,19 @@ class FlatRule:
     block: str = ""
 
 
-def flat_rules(system: FuzzySystem, names: Matches | None = None) -> list[FlatRule]:
+def flat_rules(system: FuzzySystem, names: Matches | None = None, *, carried: bool = False) -> list[FlatRule]:
     """Return the rules of a system one by one, in the order written.
 
     Args:
         system: The system.
         names: How another system calls its variables and terms; keys and consequents then use those names.
+        carried: Whether a hedge in a consequent stays for all later ones of its rule, which then say so.
     """
     names = names or Matches({}, {})
     found = []
     for what, rule, block in _rules(system):
         name = antecedent_text(rule.antecedent, top=True)
-        consequents = tuple((names.variable(c.output), _consequent(c, names) + _weight(rule)) for c in rule.consequents)
+        consequents = tuple(_consequents(rule, names, carried))
         key = _key(rule.antecedent, names)
         found.append(FlatRule(key, rule, what, name, rule_text(rule), consequents, block))
     return found
@@ -72,6 +73,15 @@ def _key(antecedent: Antecedent, names: Matches) -> str:
             word = " and " if isinstance(antecedent, And) else " or "
             return f"({word.join(sorted(_key(o, names) for o in operands))})"
     raise TypeError(type(antecedent).__name__)
+
+
+def _consequents(rule: Rule, names: Matches, carried: bool) -> Iterator[tuple[str, str]]:
+    """Yield outputs with what a rule says of them."""
+    before: list[str] = []
+    for c in rule.consequents:
+        after = f" after {' '.join(before)}" if before else ""
+        yield names.variable(c.output), _consequent(c, names) + after + _weight(rule)
+        before = [*c.hedges, *before] if carried else []
 
 
 def _consequent(c: Consequent, names: Matches) -> str:

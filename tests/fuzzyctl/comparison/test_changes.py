@@ -206,3 +206,56 @@ class TestRulesOfOneAntecedent:
         rules = [f"if a is {t} then y is s\n" for t in ("n", "p")]
         a, b = (fuzzyctl.loads(text + "".join(order)) for order in (rules, reversed(rules)))
         assert [c.what for c in changes(a, b)] == ["order of rules"]
+
+
+CHAINED = """\
+system chained
+semantics fuzzylite
+input x in [0, 10]
+  lo = ramp(10, 0)
+  hi = ramp(0, 10)
+output y in [0, 10] else nan
+  s = triangle(0, 2, 4)
+  l = triangle(5, 7, 9)
+output z in [0, 10] else nan
+  s = triangle(0, 2, 4)
+  l = triangle(5, 7, 9)
+"""
+
+
+class TestOrder:
+    """Under fuzzylite's numerics the place of a rule, and of a consequent in it, may count."""
+
+    LOW, HIGH = "if x is lo then y is very s, z is s\n", "if x is hi then y is l\n"
+    READS, OTHER = "if y is l then z is l\n", "if x is very hi then z is s\n"
+
+    def between(self, first, second):
+        a, b = (fuzzyctl.loads(CHAINED + "".join(rules)) for rules in (first, second))
+        values = [(s(x=4.0), s(x=7.0)) for s in (a, b)]
+        found = [(c.what, c.before, c.after) for c in changes(a, b)]
+        same = all(p == pytest.approx(q, rel=1e-12) for p, q in zip(*values, strict=True))
+        assert same == (not found), "what is called a change changes numbers, and nothing else does"
+        return found
+
+    def test_rules_before_one_that_reads_what_they_set_count(self):
+        found = self.between([self.LOW, self.HIGH, self.READS], [self.LOW, self.READS, self.HIGH])
+        assert [what for what, _, _ in found] == ["order of rules"]
+
+    def test_rules_on_the_same_side_of_it_do_not(self):
+        assert self.between([self.LOW, self.HIGH, self.READS], [self.HIGH, self.LOW, self.READS]) == []
+        assert self.between([self.HIGH, self.READS, self.OTHER], [self.OTHER, self.HIGH, self.READS]) == []
+
+    def test_a_hedge_that_later_consequents_feel_is_said_of_them(self):
+        beside = "if x is hi then z is l, y is l\n"
+        turned = "if x is lo then z is s, y is very s\n"
+        assert self.between([self.LOW, beside], [turned, beside]) == [("rule", "s after very", "s")]
+        halves = "if x is lo then y is very s\nif x is lo then z is s\n"
+        assert self.between([self.LOW, beside], [halves, beside]) == [("rule", "s after very", "s")]
+
+    def test_blocks_in_another_order_are_the_same_blocks(self):
+        one = "rules one activation first(count=1)\nif x is lo then y is s\nif x is hi then y is l\n"
+        two = "rules two\nif x is hi then z is l\n"
+        assert self.between([one, two], [two, one]) == []
+        head, *rules = one.splitlines(keepends=True)
+        turned = "".join([head, *reversed(rules)])
+        assert [what for what, _, _ in self.between([one, two], [turned, two])] == ["order of rules"]
