@@ -100,6 +100,30 @@ class Search:
         """Whether time or room is used up."""
         return time.monotonic() > self.deadline or self.lo.shape[1] > _MOST
 
+    def halted(
+        self, claim: str, step: Callable[[], Witness | None], why_stuck: Callable[[], str], *, wider: str = ""
+    ) -> Verdict | None:
+        """Take batches until all boxes are settled.
+
+        Args:
+            claim: Its text.
+            step: Takes a batch; returns a witness against the claim where it finds one.
+            why_stuck: Why boxes that are too small to be halved are not settled.
+            wider: What else than time would decide it.
+
+        Returns:
+            What ended the search before; None where every box is settled.
+        """
+        while self.lo.shape[1]:
+            if self.is_over:
+                return Undecided(claim, f"more time would decide it{wider}", *self.open_boxes)
+            witness = step()
+            if witness is not None:
+                return Refuted(claim, witness)
+            if sum(s[0].shape[1] for s in self.stuck) > _SHOWN:
+                break
+        return Undecided(claim, why_stuck(), *self.open_boxes) if self.stuck else None
+
     @property
     def open_boxes(self) -> tuple[tuple[dict[str, Side], ...], int]:
         """Some of the open boxes, and how many there are."""
@@ -189,21 +213,10 @@ class _Pointwise:
         self.is_rounded = False
 
     def verdict(self) -> Verdict:
-        search = self.search
-        while search.lo.shape[1]:
-            if search.is_over:
-                boxes, count = search.open_boxes
-                wider = ", or a wider tolerance" if self._is_loosened else ""
-                return Undecided(self.claim.text, f"more time would decide it{wider}", boxes, count)
-            witness = self._step()
-            if witness is not None:
-                return Refuted(self.claim.text, witness)
-            if sum(s[0].shape[1] for s in search.stuck) > _SHOWN:
-                break
-        if search.stuck:
-            boxes, count = search.open_boxes
-            reason = self._why_stuck()
-            return Undecided(self.claim.text, reason, boxes, count)
+        wider = ", or a wider tolerance" if self._is_loosened else ""
+        found = self.search.halted(self.claim.text, self._step, self._why_stuck, wider=wider)
+        if found is not None:
+            return found
         note = "in exact arithmetic; kernels round" if self.is_rounded else ""
         return Proved(self.claim.text, note=note)
 
@@ -344,20 +357,10 @@ class _Sloped:
         self.system, self.claim, self.slope, self.judge, self.search = system, claim, slope, judge, search
 
     def verdict(self, output: int, axis: int) -> Verdict:
-        search = self.search
-        while search.lo.shape[1]:
-            if search.is_over:
-                boxes, count = search.open_boxes
-                return Undecided(self.claim.text, "more time would decide it", boxes, count)
-            witness = self._step(output, axis)
-            if witness is not None:
-                return Refuted(self.claim.text, witness)
-            if sum(s[0].shape[1] for s in search.stuck) > _SHOWN:
-                break
-        if search.stuck:
-            boxes, count = search.open_boxes
-            return Undecided(self.claim.text, self._why_stuck(output, axis), boxes, count)
-        return Proved(self.claim.text, note="in exact arithmetic; kernels round")
+        found = self.search.halted(
+            self.claim.text, lambda: self._step(output, axis), lambda: self._why_stuck(output, axis)
+        )
+        return Proved(self.claim.text, note="in exact arithmetic; kernels round") if found is None else found
 
     def _excess(self, down: Array, up: Array) -> Array:
         """Return by how much slopes between two ends may be beyond what is claimed."""
