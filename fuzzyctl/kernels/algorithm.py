@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
-from fuzzyctl.errors import ArgumentError
+from fuzzyctl.errors import ArgumentError, UnknownNameError
 from fuzzyctl.kernels import inference, interpolation
 from fuzzyctl.kernels.diagonal import Diagonals, diagonals_of, window
 from fuzzyctl.kernels.factoring import factored
@@ -81,8 +81,11 @@ def algorithm_of(plan: Plan, wanted: str = "auto") -> Algorithm:
         wanted: One of `ALGORITHMS`.
 
     Raises:
+        UnknownNameError: For another one.
         ArgumentError: For interpolation where the system does not interpolate.
     """
+    if wanted not in ALGORITHMS:
+        raise UnknownNameError("algorithm", wanted, ALGORITHMS)
     if wanted == "rules":
         return Algorithm(plan, None, "it was asked for")
     found = diagonals_of(plan) if wanted in ("auto", "diagonals") else None

@@ -41,6 +41,32 @@ def in_order(names: Sequence[str], arguments: tuple[Any, ...], named: Mapping[st
     return (*arguments, *(named[name] for name in rest))
 
 
+def argument_error(names: Sequence[str], states: int, arguments: tuple[Any, ...], error: Exception) -> ArgumentError:
+    """Return what is wrong with the arguments of a call.
+
+    Args:
+        names: Of the arguments, in their order.
+        states: Length of the state, which is the last one; 0 for none.
+        arguments: What was given.
+        error: What the function said of it.
+    """
+    if isinstance(error, ArgumentError):
+        return error
+    if len(arguments) != len(names):
+        return ArgumentError(f"the kernel takes {len(names)} arguments ({', '.join(names)}), got {len(arguments)}")
+    kinds = ", ".join(f"{n}: {type(a).__name__}" for n, a in zip(names, arguments, strict=True))
+    state = f", and the state {states} of them" if states else ""
+    return ArgumentError(f"each input must be a real number{state}; got {kinds}; kernel.batch takes arrays")
+
+
+def too_large(names: Sequence[str], arguments: Sequence[Any]) -> ValueOutOfBoundsError:
+    """Name the input that is too large for a float."""
+    for name, value in zip(names, arguments, strict=False):
+        if overflows(value):
+            return ValueOutOfBoundsError(f"input {name!r}", type(value), "within the range of floats")
+    return ValueOutOfBoundsError("an input", type(arguments), "within the range of floats")
+
+
 def overflows(value: Any) -> bool:
     """Return whether a number is too large for a float."""
     try:

@@ -7,10 +7,18 @@ from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final
 
-from fuzzyctl.errors import ArgumentError, FuzzyctlError, NoRuleFiresError, ValueOutOfBoundsError
+from fuzzyctl.errors import ArgumentError, FuzzyctlError, NoRuleFiresError, UnknownNameError
 from fuzzyctl.kernels import inference, python_backend, quick, sequence
 from fuzzyctl.kernels.algorithm import algorithm_of
-from fuzzyctl.kernels.arguments import float_array, in_order, number_array, overflows, writable
+from fuzzyctl.kernels.arguments import (
+    argument_error,
+    float_array,
+    in_order,
+    number_array,
+    overflows,
+    too_large,
+    writable,
+)
 from fuzzyctl.kernels.plan import Plan
 from fuzzyctl.kernels.program import Program, Refuse
 
@@ -20,6 +28,7 @@ if TYPE_CHECKING:
 
     FloatArray = npt.NDArray[np.float64]
 
+_BACKENDS: Final = ("numba", "numpy", "python")
 _NO_STATE: Final = "the system has no state: no output is adaptive or says 'else hold'"
 
 
@@ -40,9 +49,15 @@ class Kernel:
         plan: What it computes.
         backend: "numba", "numpy" or "python".
         algorithm: One of `algorithm.ALGORITHMS`.
+
+    Raises:
+        UnknownNameError: For another backend or algorithm.
+        ArgumentError: For interpolation of a system that does not interpolate.
     """
 
     def __init__(self, plan: Plan, backend: str, algorithm: str = "auto") -> None:
+        if backend not in _BACKENDS:
+            raise UnknownNameError("backend", backend, _BACKENDS)
         self.plan, self.backend, self._wanted = plan, backend, algorithm
         self.input_names = tuple(i.name for i in plan.inputs)
         self.output_names = tuple(o.name for o in plan.outputs)
@@ -98,7 +113,7 @@ class Kernel:
             raise
         except ArithmeticError as error:
             if isinstance(error, OverflowError):
-                raise self._too_large(arguments) from None
+                raise too_large(self.input_names, arguments) from None
             output = self._refusals.get(str(error))
             if output is None:
                 raise
@@ -107,8 +122,8 @@ class Kernel:
         except (TypeError, ValueError) as error:
             # Compiled code refuses integers beyond 64 bits in its own words.
             if len(arguments) == self._n_arguments and any(overflows(a) for a in arguments):
-                raise self._too_large(arguments) from None
-            raise self._argument_error(arguments, error) from error
+                raise too_large(self.input_names, arguments) from None
+            raise argument_error(self._argument_names(), self.n_states, arguments, error) from error
 
     def batch(self, points: Any, state: Any = None, *, out: Any = None, parallel: bool = True) -> FloatArray:
         """Evaluate at many points.
@@ -253,7 +268,7 @@ class Kernel:
             return self.jit_rates
         from fuzzyctl.kernels import native
 
-        return native.storing_value(inference.rates(self.plan), lambda *arguments: self.jit_rates(*arguments))
+        return native.rates_value(inference.rates(self.plan), self)
 
     @cached_property
     def jit_rates(self) -> Any:
@@ -407,22 +422,5 @@ class Kernel:
         inputs = len(self.input_names)
         return [*map(python_backend.as_number, arguments[:inputs]), *arguments[inputs:]]
 
-    def _too_large(self, arguments: Sequence[Any]) -> ValueOutOfBoundsError:
-        """Name the input that is too large for a float."""
-        for name, value in zip(self.input_names, arguments, strict=False):
-            if overflows(value):
-                return ValueOutOfBoundsError(f"input {name!r}", type(value), "within the range of floats")
-        return ValueOutOfBoundsError("an input", type(arguments), "within the range of floats")
-
     def _argument_names(self) -> list[str]:
         return [*self.input_names, *(["state"] if self.n_states else [])]
-
-    def _argument_error(self, arguments: Sequence[Any], error: Exception) -> ArgumentError:
-        if isinstance(error, ArgumentError):
-            return error
-        names = self._argument_names()
-        if len(arguments) != self._n_arguments:
-            return ArgumentError(f"the kernel takes {len(names)} arguments ({', '.join(names)}), got {len(arguments)}")
-        kinds = ", ".join(f"{n}: {type(a).__name__}" for n, a in zip(names, arguments, strict=True))
-        state = f", and the state {self.n_states} of them" if self.n_states else ""
-        return ArgumentError(f"each input must be a real number{state}; got {kinds}; kernel.batch takes arrays")

@@ -21,6 +21,8 @@ from fuzzyctl.kernels.table import Numbers
 if TYPE_CHECKING:
     import numpy.typing as npt
 
+    from fuzzyctl.kernels.kernel import Kernel
+
     FloatArray = npt.NDArray[np.float64]
 
     Source = Callable[[Program, Numbers], str]
@@ -104,23 +106,29 @@ class Value(types.WrapperAddressProtocol):
     Args:
         function: Machine code whose last argument is the table.
         table: The table.
+        kernel: Whose function it is.
+        name: By which the kernel has it.
         plain: What computes the same when called from Python.
     """
 
-    def __init__(self, function: Any, table: FloatArray, plain: Callable[..., Any]) -> None:
-        self.plain = plain
+    def __init__(self, function: Any, table: FloatArray, kernel: Kernel, name: str, plain: Callable[..., Any]) -> None:
+        self._kernel, self._name, self._plain = kernel, name, plain
         (result,) = function.overloads.values()
         *arguments, _ = result.signature.args
         self._signature = result.signature.return_type(*arguments)
-        name = f"value{next(_NAMED)}"
-        code = _code(result, self._signature, entry.address_of(function), table.ctypes.data, name)
+        own = f"value{next(_NAMED)}"
+        code = _code(result, self._signature, entry.address_of(function), table.ctypes.data, own)
         # Compiled code may keep the address longer than anyone keeps this object: so does a list of values.
-        self._address = entry.loaded(code, name)
+        self._address = entry.loaded(code, own)
         _KEPT.append(table)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """A value in another process is made anew there."""
+        return getattr, (self._kernel, self._name)
 
     def __call__(self, *arguments: Any) -> Any:
         """Call it from Python."""
-        return self.plain(*arguments)
+        return self._plain(*arguments)
 
     def __wrapper_address__(self) -> int:
         """Return where its code begins; what numba asks of functions that are values."""
@@ -146,11 +154,13 @@ def _code(result: Any, signature: Any, address: int, table: int, name: str) -> s
     return str(module)
 
 
-def value(program: Program, plain: Callable[..., Any]) -> Value:
-    """Return the function (x0, ..., C) as a value."""
-    return Value(*compiled(program, _with_pointer, shared=True), plain)
+def value(program: Program, kernel: Kernel) -> Value:
+    """Return the function (x0, ..., C) of a kernel as a value."""
+    function, table = compiled(program, _with_pointer, shared=True)
+    return Value(function, table, kernel, "value", kernel)
 
 
-def storing_value(program: Program, plain: Callable[..., Any]) -> Value:
-    """Return the function (x0, ..., C, result) as a value."""
-    return Value(*compiled(program, _storing_with_pointer, shared=True), plain)
+def rates_value(program: Program, kernel: Kernel) -> Value:
+    """Return the function (x0, ..., C, result) of a kernel as a value."""
+    function, table = compiled(program, _storing_with_pointer, shared=True)
+    return Value(function, table, kernel, "rates_value", lambda *arguments: kernel.jit_rates(*arguments))

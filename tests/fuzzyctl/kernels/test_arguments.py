@@ -5,7 +5,9 @@ import pytest
 
 from fuzzyctl import loads
 from fuzzyctl.errors import ArgumentError, UnknownNameError, ValueOutOfBoundsError
+from fuzzyctl.kernels.compile import Kernel
 from fuzzyctl.kernels.compile import compile as compile_system
+from fuzzyctl.kernels.plan import plan
 
 
 class TestArguments:
@@ -128,6 +130,13 @@ class TestNames:
             kernel(3.0, service=3.0, food=2.0)
         with pytest.raises(ArgumentError, match="real number"):
             kernel(service="good", food=2.0)
+
+
+def test_a_kernel_knows_its_backends_and_algorithms(tipper):
+    with pytest.raises(UnknownNameError, match="no backend 'cuda'"):
+        Kernel(plan(tipper), "cuda")
+    with pytest.raises(UnknownNameError, match=r"no algorithm 'rule'.*'rules'"):
+        Kernel(plan(tipper), "python", "rule")
 
 
 class TestBlocks:

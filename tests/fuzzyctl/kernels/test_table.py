@@ -3,6 +3,7 @@
 import ctypes
 import gc
 import math
+import pickle
 import re
 import sys
 import weakref
@@ -158,6 +159,15 @@ def test_the_code_of_a_value_stays_when_the_value_is_gone():
     gc.collect()
     assert gone() is None
     assert ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double)(address)(0.0) == 3.0
+
+
+def test_values_are_made_anew_in_other_processes():
+    kernel = compile_system(loads(ADAPTIVE.format(half=0.3, gamma=2.5)), "numba")
+    state, own, other = np.array([-0.5, 0.25, 1.5]), np.empty(3), np.empty(3)
+    assert pickle.loads(pickle.dumps(kernel.value))(0.2, state) == kernel.value(0.2, state)
+    kernel.rates_value(0.2, state, own)
+    pickle.loads(pickle.dumps(kernel.rates_value))(0.2, state, other)
+    assert own.tolist() == other.tolist()
 
 
 def test_without_numba_values_are_plain_functions():
