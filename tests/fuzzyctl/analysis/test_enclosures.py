@@ -114,6 +114,12 @@ def test_differences_lie_between_slopes(name, axis):
         assert np.all(rise <= up[axis][wide] * run[wide] + slack)
 
 
+def test_what_may_be_nan_compares_with_nothing():
+    lo, hi = np.array([[-1.0], [0.0]]), np.array([[1.0], [0.0]])
+    low, high, _, _ = enclosed(call("le", call("sqrt", X), Number(np.inf)), lo, hi)
+    assert (low.tolist(), high.tolist()) == ([0.0], [1.0])
+
+
 @pytest.mark.parametrize("name", SMOOTH)
 def test_narrow_boxes_have_narrow_enclosures(name):
     rng = np.random.default_rng(3)
