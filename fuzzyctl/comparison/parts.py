@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from fuzzyctl.comparison.settings import defuzzifier_settings, described, otherwise_text, settings
-from fuzzyctl.formats.fz import block_text
-from fuzzyctl.model.method import Defuzzifier, Method
+from fuzzyctl.formats.fz import activation_text, block_text
+from fuzzyctl.model.method import Activation, Defuzzifier, Method
+from fuzzyctl.model.rule import RuleBlock
 from fuzzyctl.model.semantics import Semantics
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import LinguisticVariable
@@ -17,6 +18,14 @@ Put = Callable[[FuzzySystem], FuzzySystem]
 
 #: Words of rule files whose fields are called otherwise.
 _FIELDS: Final = {"and": "conjunction", "or": "disjunction"}
+
+#: What a rule block may have of its own, as rule files call it.
+_OF_BLOCKS: Final = {
+    "and": "conjunction",
+    "or": "disjunction",
+    "implication": "implication",
+    "activation": "activation",
+}
 
 #: Settings that outputs have none of their own of.
 _OF_THE_SYSTEM: Final = (
@@ -68,7 +77,8 @@ def parts(a: FuzzySystem, b: FuzzySystem, inputs: list[int], outputs: list[int])
     for name in ("params", "hedges"):
         if getattr(a, name) != getattr(b, name):
             yield Part(name, "", "", _field_setter(name, getattr(b, name)))
-    if _ruled(a) != _ruled(b):
+    yield from _block_parts(a, b)
+    if _ruled(a) != _ruled(b) and not _differ_in_methods_only(a, b):
         yield Part("rules", "", "", _field_setter("blocks", b.blocks))
     if _ruled(a) != _ruled(b) and (inputs == sorted(inputs) or not _is_linear(b)):
         # Where terms were renamed, variables and rules go together only.
@@ -79,6 +89,55 @@ def _ruled(system: FuzzySystem) -> tuple[Any, ...]:
     """Return rules with the rule blocks that they belong to, and what these say."""
     blocks = tuple(block_text(b) for b in system.rule_blocks)
     return system.rules, blocks, tuple(m.block for m in system.rule_methods)
+
+
+def _differ_in_methods_only(a: FuzzySystem, b: FuzzySystem) -> bool:
+    """Return whether the same rules differ in methods only, which `_block_parts` and settings of the system name."""
+    if a.rules != b.rules:
+        return False
+    if [m.block for m in a.rule_methods] == [m.block for m in b.rule_methods]:
+        return True
+    if any(m.activation.compares for m in b.rule_methods):
+        return False  # there it counts which rules make a block
+    usual = (b.method.conjunction, b.method.disjunction, None, b.method.activation)
+    found: dict[int, set[tuple[Any, ...]]] = {-1: {usual}}
+    for own, m in zip(a.rule_methods, b.rule_methods, strict=True):
+        found.setdefault(own.block, set()).add((m.conjunction, m.disjunction, m.implication, m.activation))
+    return all(len(methods) == 1 for methods in found.values())
+
+
+def _block_parts(a: FuzzySystem, b: FuzzySystem) -> Iterator[Part]:
+    """Yield the methods that a rule block of the first system has and its rules have not in the second.
+
+    Where the rules themselves differ it is unknown which of them are the block's; those of the second system have a
+    method then if all have the same.
+    """
+    for k, block in enumerate(a.rule_blocks):
+        own = [r for r, m in enumerate(a.rule_methods) if m.block == k]
+        theirs = [b.rule_methods[r] for r in own] if a.rules == b.rules else b.rule_methods
+        for word, field in _OF_BLOCKS.items():
+            before, after = getattr(a.rule_methods[own[0]], field), {getattr(m, field) for m in theirs}
+            if len(after) == 1 and after != {before}:
+                (other,) = after
+                texts = _method_text(before), _method_text(other)
+                yield Part(f"{word} of rules {block.name}", *texts, _block_setter(k, field, other))
+
+
+def _method_text(value: str | Activation | None) -> str:
+    if value is None:
+        return "that of the output"
+    return activation_text(value) if isinstance(value, Activation) else value
+
+
+def _block_setter(position: int, field: str, value: Any) -> Put:
+    def put(system: FuzzySystem) -> FuzzySystem:
+        block = system.rule_blocks[position]
+        changed = block.model_copy(update={field: value})
+        return system.model_copy(
+            update={"blocks": tuple(changed if isinstance(b, RuleBlock) and b is block else b for b in system.blocks)}
+        )
+
+    return put
 
 
 def _output_parts(a: FuzzySystem, b: FuzzySystem, i: int, j: int) -> Iterator[Part]:

@@ -135,3 +135,50 @@ class TestGapsAndMeans:
         (difference,) = differences(a, b, points=50)
         assert math.isinf(difference.largest)
         assert [c.name for c in causes(a, b, difference)] == ["rules"]
+
+
+BLOCKS = """\
+system blocks
+input x in [0, 10]
+  lo = ramp(10, 0)
+  hi = ramp(0, 10)
+output y in [0, 10] else 0
+  s = triangle(0, 2, 4)
+  l = triangle(5, 7, 9)
+rules one
+if x is lo then y is s
+rules two{}
+if x is hi then y is l
+if x is very hi then y is s weight 0.5
+"""
+
+
+class TestRuleBlocks:
+    def explained(self, first, second):
+        return explained(*(fuzzyctl.loads(BLOCKS.format(said)) for said in (first, second)))
+
+    def test_a_method_of_a_block_is_a_cause_by_itself(self):
+        found = self.explained(" implication product activation highest(count=1)", " implication product")
+        (cause,) = found.values()
+        assert (cause.name, cause.before, cause.after) == ("activation of rules two", "highest(count=1)", "general")
+        assert cause.explains == pytest.approx(1.0)
+
+    def test_several_methods_of_a_block_share_the_difference(self):
+        found = self.explained(" implication product activation highest(count=1)", "")
+        assert set(found) == {"activation of rules two", "implication of rules two"}
+        assert found["implication of rules two"].after == "that of the output"
+        assert sum(c.explains for c in found.values()) == pytest.approx(1.0, abs=1e-6)
+
+    def test_the_name_of_a_block_is_no_cause(self):
+        a, b = (fuzzyctl.loads(BLOCKS.format(" implication product").replace("two", name)) for name in ("two", "twos"))
+        assert explained(a, b) == {}
+
+    def test_a_block_that_the_other_file_has_not_is_known_by_its_methods(self):
+        a = fuzzyctl.loads(BLOCKS.format(" implication product activation highest(count=1)"))
+        b = fuzzyctl.loads(BLOCKS.format("").replace("rules one\n", "").replace("rules two\n", ""))
+        assert set(explained(a, b)) == {"activation of rules two", "implication of rules two"}
+
+    def test_where_rules_differ_too_a_method_that_all_have_is_told_apart(self):
+        a = fuzzyctl.loads(BLOCKS.format(" activation highest(count=1)"))
+        more = BLOCKS.format("").replace("y is s\nrules two", "y is s\nif x is lo then y is s weight 0\nrules two")
+        assert list(explained(a, fuzzyctl.loads(more))) == ["activation of rules two"]
