@@ -15,6 +15,7 @@ from fuzzyctl.errors import Diagnostic, DiagnosticError, UnknownNameError
 from fuzzyctl.formats.fz import dumps
 from fuzzyctl.formats.identifiers import with_identifiers
 from fuzzyctl.formats.losses import Loss
+from fuzzyctl.formats.numerics import cannot
 from fuzzyctl.formats.registry import FORMATS
 from fuzzyctl.formats.repeated import without_repeated_outputs
 from fuzzyctl.loading import examine
@@ -79,7 +80,7 @@ def convert(system: FuzzySystem, target: str, *, points: int = POINTS) -> Conver
     text, losses = written(system, target)
     if target in ("python", "markdown"):
         return Conversion(target, text, tuple(losses), None, (), ())
-    back = _read_back(text, target)
+    back = _read_back(system, text, target)
     found = differences(system, back, points=points)
     if not any(not loss.exact for loss in losses):
         losses = [*losses, *_unexplained(system, found)]
@@ -117,16 +118,26 @@ def written(system: FuzzySystem, target: str) -> tuple[str, list[Loss]]:
 
         return page(system, {}), []
     named, losses = with_identifiers(without_repeated_outputs(system))
-    return (module_text(named) if target == "python" else dumps(named)), losses
+    if target != "python":
+        return dumps(named), losses
+    try:
+        return module_text(named), losses
+    except DiagnosticError as error:
+        raise _refused_there(system, target, error.diagnostics) from None
 
 
-def _read_back(text: str, target: str) -> FuzzySystem:
+def _refused_there(system: FuzzySystem, target: str, found: Iterable[Diagnostic]) -> DiagnosticError:
+    """Return the error for a system that would be a mistake there, at its own place: nobody has the other text."""
+    return cannot(system, TARGETS[target][0], [d.message for d in found if d.severity == "error"])
+
+
+def _read_back(system: FuzzySystem, text: str, target: str) -> FuzzySystem:
     """Return what a written text is read as.
 
     Raises:
-        DiagnosticError: With the errors; a text that was just written has none unless the system had them.
+        DiagnosticError: For one that cannot be read, as where the format wants a rule for each output.
     """
-    system, diagnostics = examine(SourceText(f"converted{TARGETS[target][0]}", text))
-    if system is None:
-        raise DiagnosticError([d for d in diagnostics if d.severity == "error"])
-    return system
+    back, diagnostics = examine(SourceText(f"converted{TARGETS[target][0]}", text))
+    if back is None:
+        raise _refused_there(system, target, diagnostics)
+    return back

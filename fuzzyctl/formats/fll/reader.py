@@ -126,6 +126,7 @@ class _File:
             outputs=tuple(_unless_common(o, method) for o in made),
             blocks=rules.blocks,
             path=findings.source.name,
+            span=next((b.head.span for b in self._of("engine")), None),
         )
 
     def _check_blocks(self) -> None:

@@ -157,3 +157,41 @@ def test_a_folder_is_no_file(source, tmp_path):
     result = run(source, tmp_path, "--to", "fz", "--force")
     assert result.exit_code == 1
     assert "this is a folder" in result.stderr
+
+
+NO_RULE = """\
+OutputVariable: light
+  range: 0 1
+  aggregation: Maximum
+  defuzzifier: Centroid 100
+  default: 0.5
+  term: on Triangle 0 1 2
+RuleBlock: usual
+  conjunction: Minimum
+"""
+CIRCLE = """\
+  rule: if heat is hot then speed is high
+  rule: if speed is not high then speed is high
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "target", "reason"),
+    [
+        ("RuleBlock: usual\n", NO_RULE, "fan.fz", "no rule sets output 'light'"),
+        ("RuleBlock: usual\n", NO_RULE, "fan.py", "no rule sets output 'light'"),
+        ("  rule: if heat is hot then speed is high\n", CIRCLE, "fan.fml", "in a circle: speed → speed"),
+    ],
+)
+def test_what_would_be_a_mistake_in_the_other_format_is_told_at_the_place_it_comes_from(
+    tmp_path, old, new, target, reason
+):
+    source = tmp_path / "fan.fll"
+    source.write_text(DISABLED.partition("RuleBlock: night")[0].replace(old, new), encoding="utf-8")
+    result = run(source, tmp_path / target, "--points", "20")
+    assert result.exit_code == 1
+    assert f"{source}:1:1: error[FZ608]" in result.stderr
+    assert reason in result.stderr
+    assert "converted." not in result.stderr
+    assert "<text>" not in result.stderr
+    assert not (tmp_path / target).exists()
