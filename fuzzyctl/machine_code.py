@@ -44,7 +44,7 @@ def kept(function: Any) -> Any:
     return function
 
 
-class _Cache(FunctionCache):  # type: ignore[misc]
+class _Cache(FunctionCache):  # type: ignore[misc]  # numba has no types
     """What numba keeps of one function; what cannot be read or written is no reason to stop."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
@@ -64,7 +64,7 @@ class _Cache(FunctionCache):  # type: ignore[misc]
             super().save_overload(signature, data)
 
 
-class _Files(IndexDataCacheFile):  # type: ignore[misc]
+class _Files(IndexDataCacheFile):  # type: ignore[misc]  # numba has no types
     """An index of signatures and a file for each, all with a digest at the end."""
 
     def save(self, key: Any, data: Any) -> None:
