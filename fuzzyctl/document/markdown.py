@@ -152,9 +152,12 @@ def _computable(system: FuzzySystem, expr: Expr) -> bool:
 
 
 def _rules(system: FuzzySystem) -> Iterator[str]:
-    yield from _parts([b for b in system.blocks if not isinstance(b, RuleBlock)])
+    of_none = list(_parts([b for b in system.blocks if not isinstance(b, RuleBlock)]))
+    yield from of_none
     for block in system.rule_blocks:
-        yield from ["", f"### Rule block {_plain(block.name)}", ""]
+        if of_none or block is not system.rule_blocks[0]:
+            yield ""
+        yield from [f"### Rule block {_plain(block.name)}", ""]
         own = [_code(f"{keyword} {value}") for keyword, value in block_settings(block)]
         if own:
             yield from [f"It has its own {', '.join(own)}.", ""]

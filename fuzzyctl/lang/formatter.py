@@ -24,7 +24,7 @@ _CELL_TOKEN: Final = re.compile(rf"{_NUMBER}|{NAME}|[^\s]")
 #: Words after which an opening parenthesis stands apart.
 _APART: Final = frozenset({"and", "or", "not", "if", "else", "then", "when", "within", "rate", "weight", "require"})
 _BINARY: Final = frozenset({"+", "-", "*", "/", "<=", ">=", "==", "!=", "<", ">", "="})
-_SETTINGS: Final = frozenset({"and", "or", "implication", "aggregation", "defuzzifier", "semantics"})
+_SETTINGS: Final = frozenset({"and", "or", "implication", "aggregation", "activation", "defuzzifier", "semantics"})
 _INDENT: Final = "  "
 
 
@@ -105,7 +105,7 @@ def _code(line: LogicalLine, text: str) -> str:
     tokens = _TOKEN.findall(text)
     if line.kind == "statement" and line.word == "terms":
         return _INDENT + _spaced(tokens, tight="=@", text=text)
-    if line.kind == "statement" and line.word == "rules":
+    if line.kind == "statement" and line.word in ("rules", "output"):
         return _spaced(tokens, tight="=", text=text)
     if line.kind == "term_line":
         head, rest = tokens[:2], tokens[2:]

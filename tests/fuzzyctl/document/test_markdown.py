@@ -73,3 +73,12 @@ def test_a_surface_has_a_hole_where_no_rule_fires(base, changed, tmp_path):
     text = changed(("  Z |  N  P", "  Z |  .  ."), ("[-2, 2]", "[-2, 2] else error"))
     assert "surface u" in draw(fuzzyctl.loads(text), tmp_path / "base.md")
     assert (tmp_path / "base-pictures" / "surface-u.svg").exists()
+
+
+def test_no_two_lines_are_blank_where_rule_blocks_begin():
+    head = "system s\ninput x in [0, 1]\n  terms a b\noutput y in [0, 1]\n  terms p q\n"
+    rules = ("if x is a then y is p\n", "if x is b then y is q\n")
+    for text in ("rules one\n{}rules two\n{}", "{}rules two\n{}"):
+        found = page(fuzzyctl.loads(head + text.format(*rules)), {})
+        assert "## Rule block two" in found
+        assert "\n\n\n" not in found

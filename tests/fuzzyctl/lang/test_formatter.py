@@ -43,6 +43,11 @@ class TestFormat:
             ("output u in [0,1] else-1", "output u in [0, 1] else -1"),
             ("output u in [0,1] else(k)", "output u in [0, 1] else (k)"),
             ("defuzzifier centroid( resolution = 100 )", "defuzzifier centroid(resolution=100)"),
+            ("activation highest( count = 2 )", "activation highest(count=2)"),
+            (
+                "output u in [0,1] else 0 defuzzifier centroid( resolution = 9)",
+                "output u in [0, 1] else 0 defuzzifier centroid(resolution=9)",
+            ),
             ("terms A @ -1 B@( k+1 ) C=2", "  terms A@-1 B@(k + 1) C=2"),
         ],
     )
