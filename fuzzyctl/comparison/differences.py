@@ -104,7 +104,8 @@ def differences(a: FuzzySystem, b: FuzzySystem, *, points: int = POINTS, seed: i
     inputs, outputs = pairing(a, b)
     pair = _Pair(a, b, inputs, outputs)
     where = common_points(a, b, inputs, points, seed)
-    return tuple(_difference(pair, where, k, seed) for k in range(len(a.outputs)))
+    first, second = pair.values(where)
+    return tuple(_difference(pair, where, (first[:, k], second[:, k]), k, seed) for k in range(len(a.outputs)))
 
 
 def pairing(a: FuzzySystem, b: FuzzySystem) -> tuple[list[int], list[int]]:
@@ -140,21 +141,20 @@ class _Pair:
     def point(self, at: FloatArray) -> dict[str, float]:
         return dict(zip(self.names, map(float, at), strict=True))
 
-    def values(self, points: FloatArray, output: int) -> tuple[FloatArray, FloatArray]:
-        first = self._batch(0, points, output)
-        return first, self._batch(1, points[:, self.columns], self.outputs[output])
-
-    def _batch(self, which: int, points: FloatArray, output: int) -> FloatArray:
-        return _batch(self.kernels[which], points, output)
+    def values(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return what both say at points, shape (n, outputs) each, in the order of the first one's outputs."""
+        first, second = self.kernels
+        return _batch(first, points), _batch(second, points[:, self.columns])[:, self.outputs]
 
 
-def _batch(kernel: Kernel, points: FloatArray, output: int) -> FloatArray:
+def _batch(kernel: Kernel, points: FloatArray) -> FloatArray:
+    """Return all outputs of a kernel at points, shape (n, outputs)."""
     import numpy as np
 
     # Each point has the initial state: what is compared is a function, not a sequence.
     state = np.broadcast_to(kernel.initial_state(), (len(points), kernel.n_states)) if kernel.n_states else None
     results = np.asarray(kernel.batch(np.ascontiguousarray(points), state))
-    return results if results.ndim == 1 else results[:, output]
+    return results.reshape(len(points), -1)
 
 
 def quiet(system: FuzzySystem) -> FuzzySystem:
@@ -174,10 +174,13 @@ def apart(first: FloatArray, second: FloatArray) -> FloatArray:
     return distance
 
 
-def _difference(pair: _Pair, points: FloatArray, output: int, seed: int) -> Difference:
+def _difference(
+    pair: _Pair, points: FloatArray, found: tuple[FloatArray, FloatArray], output: int, seed: int
+) -> Difference:
+    """Return the difference of an output whose values in both systems were found at points."""
     import numpy as np
 
-    first, second = pair.values(points, output)
+    first, second = found
     lonely = np.isnan(first) != np.isnan(second)
     distance = apart(first, second)
     both = np.isfinite(distance)
@@ -219,7 +222,7 @@ def _refined(
     for _ in range(ROUNDS):
         near = np.clip(at + size * rng.uniform(-1.0, 1.0, (AROUND, points.shape[1])), low, high)
         near[0] = at
-        first, second = pair.values(near, output)
+        first, second = (values[:, output] for values in pair.values(near))
         best = _worst(first, second)
         at, found = near[best], (float(first[best]), float(second[best]))
         size = size / 2.0
@@ -228,7 +231,7 @@ def _refined(
 
 def at_points(system: FuzzySystem, points: FloatArray, output: int) -> FloatArray:
     """Return what one output of a system is at points of shape (n, inputs); NaN for nothing."""
-    return _batch(compile_system(quiet(system), backend="numpy"), points, output)
+    return _batch(compile_system(quiet(system), backend="numpy"), points)[:, output]
 
 
 def at_point(system: FuzzySystem, point: Sequence[float], output: int) -> float:

@@ -6,6 +6,7 @@ import pytest
 
 import fuzzyctl
 from fuzzyctl.comparison.differences import differences
+from fuzzyctl.kernels.kernel import Kernel
 
 LINE = """\
 system line
@@ -100,3 +101,34 @@ class TestDifferences:
     def test_systems_of_other_inputs_are_refused(self, base):
         with pytest.raises(fuzzyctl.ArgumentError, match="different inputs: x, y and x"):
             differences(fuzzyctl.loads(base), line())
+
+
+OUTPUTS = """\
+system outputs
+input x in [0, 1]
+  terms a b
+output {} in [0, 9] else nan
+  terms low high
+output {} in [0, 9] else nan
+  terms low high
+if x is a then y is low, z is high
+if x is b then y is high, z is low
+"""
+
+
+class TestOutputs:
+    def test_outputs_in_another_order_are_paired_by_name(self):
+        a, b = (fuzzyctl.loads(OUTPUTS.format(*names)) for names in ("yz", "zy"))
+        assert [(d.output, d.largest) for d in differences(a, b, points=100)] == [("y", 0.0), ("z", 0.0)]
+
+    def test_each_point_is_evaluated_once_whatever_the_number_of_outputs(self, monkeypatch):
+        rows = []
+        batch = Kernel.batch
+
+        def counting(self, points, *state):
+            rows.append(len(points))
+            return batch(self, points, *state)
+
+        monkeypatch.setattr(Kernel, "batch", counting)
+        found = differences(*(fuzzyctl.loads(OUTPUTS.format(*names)) for names in ("yz", "zy")), points=100)
+        assert sum(rows) == 2 * found[0].points
