@@ -111,7 +111,7 @@ def module(unit: Unit) -> str:
     names = Names([*PYTHON_RESERVED, name])
     arguments = [names.claim(i.name) for i in flat.inputs]
     rates = inference.rates(flat) if flat.states else None
-    programs = [("", unit.algorithm.point), *([("R", rates)] if rates else [])]
+    programs = [("", unit.algorithm.printed), *([("R", rates)] if rates else [])]
     lines = [f"# {line}".rstrip() for line in described(unit)]
     lines += ["", "import math", "import sys", "from math import inf, nan", ""]
     lines += [f"INPUTS = {[i.name for i in flat.inputs]!r}", f"OUTPUTS = {[o.name for o in flat.outputs]!r}"]
@@ -142,7 +142,7 @@ def _helpers(used: set[str]) -> Iterator[str]:
 
 
 def _evaluation(unit: Unit, name: str, arguments: Sequence[str]) -> Iterator[str]:
-    program = renamed(unit.algorithm.point, arguments)
+    program = renamed(unit.algorithm.printed, arguments)
     dialect = _dialect(INTERPRETED, "")
     parameters = ", ".join([*arguments, *(["state"] if program.state else [])])
     yield f"def {name}({parameters}):"

@@ -115,7 +115,7 @@ def _axes(flat: Plan, grid: Grid | None, points: int) -> tuple[tuple[int, ...], 
 
 def _values(algorithm: Algorithm, inputs: Sequence[int], knots: Sequence[Sequence[float]]) -> list[tuple[float, ...]]:
     """Return each output at the knots, the last input varying fastest."""
-    flat, program = algorithm.plan, algorithm.point
+    flat, program = algorithm.plan, algorithm.printed
     names = [i.name for i in flat.inputs]
     kernel: Callable[..., Any] = python_backend.compile_source(
         python_backend.evaluation_source(program), program, names

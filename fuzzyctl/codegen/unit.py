@@ -57,7 +57,7 @@ class Unit:
     @cached_property
     def evaluation(self) -> Program:
         """The program for one point whose inputs are no NaN."""
-        return lean(self.algorithm.point)
+        return lean(self.algorithm.printed)
 
     @cached_property
     def rates(self) -> Program | None:

@@ -124,7 +124,7 @@ class Reference:
 
     def __init__(self, unit: Unit) -> None:
         self.unit = unit
-        program, names = unit.algorithm.point, [i.name for i in unit.plan.inputs]
+        program, names = unit.algorithm.printed, [i.name for i in unit.plan.inputs]
         self._evaluate = python_backend.compile_source(python_backend.evaluation_source(program), program, names)
         self._coarse = self._evaluate
         if unit.precision == "float":

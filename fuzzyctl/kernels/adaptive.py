@@ -8,9 +8,10 @@ from typing import Final
 
 from fuzzyctl.expr import ONE, ZERO, Compare, Expr, Logic, Name, Number, Where, names_in
 from fuzzyctl.kernels.centroid import Height
+from fuzzyctl.kernels.corners import degree_of
 from fuzzyctl.kernels.cuts import ends_of, has_cuts
 from fuzzyctl.kernels.plan import OutputPlan, SetPlan
-from fuzzyctl.kernels.program import Assign, Builder, Quadrature, clip, minus, plus
+from fuzzyctl.kernels.program import Assign, Builder, Locate, Quadrature, clip, minus, plus
 from fuzzyctl.kernels.quadrature import NODES
 from fuzzyctl.kernels.sampling import joined
 
@@ -38,11 +39,12 @@ def adaptive(builder: Builder, output: OutputPlan, heights: Sequence[Height]) ->
     middle = 0.5 * output.lower + 0.5 * output.upper
     inner, x = builder.inner(), builder.fresh()
     place = inner.let(plus(Name(x), Number(middle)))
-    parts = [(h, inner.let(output.terms[t].degree(place)), output.terms[t]) for t, h, _ in heights]
+    parts = [(h, inner.let(degree_of(inner, output.terms[t], place)), output.terms[t]) for t, h, _ in heights]
     value = inner.let(joined(output, inner, parts))
-    body = tuple(s for s in inner.statements if isinstance(s, Assign))
-    own = {x, *(s.name for s in body)}
-    read = [n.name for e in (*(s.value for s in body), value) for n in names_in(e)]
+    body = tuple(s for s in inner.statements if isinstance(s, Assign | Locate))
+    own = {x, *(s.name for s in body), *(s.rest for s in body if isinstance(s, Locate))}
+    values = [s.x if isinstance(s, Locate) else s.value for s in body]
+    read = [n.name for e in (*values, value) for n in names_in(e)]
     given = tuple(dict.fromkeys(n for n in read if n not in own))
     table = builder.table(p - middle for p in places_of(output, [output.terms[t] for t, _, _ in heights]))
     found, area = builder.fresh(), builder.fresh()

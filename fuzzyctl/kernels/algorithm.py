@@ -20,6 +20,11 @@ from fuzzyctl.kernels.skips import skipping
 #: integrates around the rules that act; `auto` takes one of the latter two where the system allows it.
 ALGORITHMS: Final = ("auto", "interpolation", "diagonals", "rules")
 
+#: So many pairs of lines an exact centroid may have that is written out, where that is compiled (a second for some
+#: hundreds), and where it is interpreted; beyond, integrals are faster than waiting for the compiler.
+COMPILED: Final = 1000
+INTERPRETED: Final = 10_000
+
 
 @dataclass(frozen=True)
 class Algorithm:
@@ -52,9 +57,16 @@ class Algorithm:
     @cached_property
     def point(self) -> Program:
         """The program for one point."""
+        if self.diagonals is not None:
+            return window(self.plan, self.diagonals)
         if self.grid is not None:
             return interpolation.lookup(self.plan, self.grid)
-        return inference.evaluation(self.plan) if self.diagonals is None else window(self.plan, self.diagonals)
+        return inference.evaluation(self.plan, most_pairs=COMPILED)
+
+    @cached_property
+    def printed(self) -> Program:
+        """The program for one point in another language, which has no integrals."""
+        return self.point if self.is_defined else inference.evaluation(self.plan)
 
     @cached_property
     def interpreted(self) -> Program:
@@ -63,14 +75,16 @@ class Algorithm:
             return self.point
         if self.diagonals is not None:
             return inlined(window(self.plan, self.diagonals, branches=True))
-        return inlined(factored(skipping(inference.evaluation(self.plan, branches=True))))
+        return inlined(factored(skipping(inference.evaluation(self.plan, branches=True, most_pairs=INTERPRETED))))
 
     @cached_property
     def many(self) -> Program:
         """The program for loops over many points, of which compilers make vector instructions."""
         if self.grid is not None:
             return interpolation.batch(self.plan, self.grid)
-        return self.point if self.diagonals is not None else inference.evaluation(self.plan, many=True)
+        if self.diagonals is not None:
+            return self.point
+        return inference.evaluation(self.plan, many=True, most_pairs=COMPILED)
 
 
 def algorithm_of(plan: Plan, wanted: str = "auto") -> Algorithm:

@@ -6,6 +6,8 @@ piece every term is a line, and integrals over the piece are polynomials of the 
 
 from __future__ import annotations
 
+import math
+from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -69,6 +71,23 @@ def exact_moments(builder: Builder, output: OutputPlan, heights: Sequence[Height
         else:
             parts.extend(_scaled_union(builder, piece))
     return builder.total(p[0] for p in parts), builder.total(p[1] for p in parts)
+
+
+def has_many_pieces(output: OutputPlan, heights: Sequence[Height], most_pairs: int | None) -> bool:
+    """Return whether the exact moments would take too many statements, counted without writing any.
+
+    Each corner of a term cuts all terms that are there, and lines that meet in a piece are compared pair by pair.
+    """
+    if most_pairs is None:
+        return False
+    shapes = [output.terms[term].vertices for term, _, _ in heights]
+    corners = sorted({x for shape in shapes for x, _ in shape if output.lower < x < output.upper})
+    lines = 0
+    for shape in shapes:
+        start = -math.inf if shape[0][1] > 0.0 else shape[0][0]
+        end = math.inf if shape[-1][1] > 0.0 else shape[-1][0]
+        lines += 1 + bisect_left(corners, end) - bisect_right(corners, start)
+    return lines * lines > most_pairs * (len(corners) + 1)
 
 
 def pieces(output: OutputPlan, heights: Sequence[Height]) -> list[Piece]:

@@ -12,7 +12,7 @@ from fuzzyctl.expr import ZERO, Binary, Compare, Expr, Logic, Name, Number, Wher
 from fuzzyctl.formulas import FINITE, Vertex, exact_norms
 from fuzzyctl.kernels.adaptive import adaptive
 from fuzzyctl.kernels.bisector import sampled_bisector
-from fuzzyctl.kernels.centroid import Height, exact_moments
+from fuzzyctl.kernels.centroid import Height, exact_moments, has_many_pieces
 from fuzzyctl.kernels.cuts import has_cuts, maximum_of_union
 from fuzzyctl.kernels.maxima import sampled_maximum
 from fuzzyctl.kernels.outline import size_of
@@ -119,7 +119,7 @@ def _exact(builder: Builder, output: OutputPlan, heights: Sequence[Height]) -> t
     """Write the same without samples: in closed form where there is one, else by adaptive integrals."""
     form = closed_form(output, [output.terms[t] for t, _, _ in heights])
     match output.kind, form:
-        case "centroid", True:
+        case "centroid", True if not has_many_pieces(output, heights, builder.most_pairs):
             area, moment = exact_moments(builder, output, heights)
             return Binary("/", moment, area), area
         case "bisector", True if size_of(output, heights) <= LARGEST:

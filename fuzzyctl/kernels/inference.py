@@ -21,6 +21,7 @@ from fuzzyctl.expr import (
 from fuzzyctl.formulas import aggregation
 from fuzzyctl.kernels.activation import acting
 from fuzzyctl.kernels.branches import branched
+from fuzzyctl.kernels.corners import degree_of
 from fuzzyctl.kernels.defuzzify import Activation, defuzzify
 from fuzzyctl.kernels.merging import merged
 from fuzzyctl.kernels.plan import (
@@ -37,17 +38,18 @@ from fuzzyctl.kernels.plan import (
 from fuzzyctl.kernels.program import NAN, STATE, Builder, Item, Program, Refuse, any_nan, clip, times
 
 
-def evaluation(plan: Plan, *, many: bool = False, branches: bool = False) -> Program:
+def evaluation(plan: Plan, *, many: bool = False, branches: bool = False, most_pairs: int | None = None) -> Program:
     """Write the program that computes all outputs.
 
     Args:
         plan: What to compute.
         many: Whether it is for loops over points, which are to have no choices.
         branches: Whether it is for generated Python, where a branch costs less than a term that is 0.
+        most_pairs: See `Builder`: how large exact centroids may be, in a program that may have tables and integrals.
 
     Its results are NaN where an input is NaN, and where an output is NaN that they depend on.
     """
-    front = _Front(plan, many=many, branches=branches)
+    front = _Front(plan, many=many, branches=branches, most_pairs=most_pairs)
     for position in plan.order:
         front.write_output(position)
     builder = front.builder
@@ -188,8 +190,10 @@ class _Front:
     Rules that read an output are written once that output is.
     """
 
-    def __init__(self, plan: Plan, *, many: bool = False, branches: bool = False) -> None:
-        self.plan, self.builder, self.many, self.branches = plan, Builder(), many, branches
+    def __init__(
+        self, plan: Plan, *, many: bool = False, branches: bool = False, most_pairs: int | None = None
+    ) -> None:
+        self.plan, self.builder, self.many, self.branches = plan, Builder(most_pairs=most_pairs), many, branches
         self._exact = _jumps(plan)
         self.raw = raw_names(plan)
         self.clamped = [_clamped(self.builder, i, x) for i, x in zip(plan.inputs, self.raw, strict=True)]
@@ -229,7 +233,8 @@ class _Front:
             return
         for i, d in enumerate(self.plan.degrees):
             if d.variable == variable:
-                degree = d.set.degree_for_many(x, exact=self._exact) if self.many else d.set.degree(x)
+                sides = self.many and d.set.has_sides
+                degree = d.set.degree_for_many(x, exact=self._exact) if sides else degree_of(self.builder, d.set, x)
                 self._known[degree_name(i)] = self.builder.let(degree)
 
     def _write_rules(self) -> None:

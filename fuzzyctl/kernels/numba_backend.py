@@ -55,6 +55,21 @@ _HELPERS: Final = {
 }
 
 
+#: Finds the last of some rising numbers in a table that is not above x; the first one for NaN.
+_SEARCH: Final = """
+
+@njit(error_model="numpy")
+def search(table, first, count, x):
+    low, high = 0, count
+    while high - low > 1:
+        middle = (low + high) // 2
+        if x >= table[first + middle]:
+            low = middle
+        else:
+            high = middle
+    return low
+"""
+
 #: Names of a letter and a number.
 _NUMBERED: Final = re.compile(r"\b([A-Za-z]\d+)\b")
 
@@ -180,6 +195,8 @@ def _unmistakable(line: str) -> str:
 
 
 def _helpers(lines: list[str]) -> Iterator[str]:
+    if any("search(" in line for line in lines):
+        yield _SEARCH
     for name, (arguments, value) in _HELPERS.items():
         if any(f"{name}(" in line for line in lines):
             yield f'\n\n@njit(error_model="numpy")\ndef {name}({arguments}):\n{INDENT}return {value}\n'

@@ -25,6 +25,9 @@ from fuzzyctl.kernels.program import (
 
 INDENT = "    "
 
+#: More knots than this are searched by compiled code; few are all compared, which takes no branch.
+MOST_COUNTED = 64
+
 
 def index_text(index: int | str | Place) -> str:
     """Return a position within an array."""
@@ -88,6 +91,31 @@ def counted(statement: Locate, x: str, constants: Sequence[str] = (), item: str 
     return lines if statement.stride == 1 else [*lines, f"{name} = {statement.stride} * {name}"]
 
 
+def searched(statement: Locate, x: str, table: str = "", first: int = 0) -> list[str]:
+    """Return lines that call `search`, which halves the knots in a loop: what is least to compile where they are many.
+
+    Args:
+        statement: What is found.
+        x: Text of the value.
+        table: Name of the array in which the knots stand; empty for their own.
+        first: Where they begin in it.
+    """
+    name, rest, count = statement.name, statement.rest, len(statement.knots)
+    array = table or statement.table
+    low, high = f"{array}[{first}]", f"{array}[{first + count - 1}]"
+    lines = [
+        f"{rest} = ({low} if {x} < {low} else ({high} if {x} > {high} else {x}))",
+        f"{name} = search({array}, {first}, {count}, {rest})",
+        f"{rest} = {rest} - {array}[{first} + {name}]",
+    ]
+    return lines if statement.stride == 1 else [*lines, f"{name} = {statement.stride} * {name}"]
+
+
+def counted_or_searched(statement: Locate, x: str) -> list[str]:
+    """Return lines for compilers: without branches where the knots are few."""
+    return counted(statement, x) if len(statement.knots) <= MOST_COUNTED else searched(statement, x)
+
+
 def decided(statement: Locate, x: str) -> list[str]:
     """Return lines that halve the knots until one is left: what costs least where each line is interpreted."""
     name, rest, knots = statement.name, statement.rest, statement.knots
@@ -114,7 +142,7 @@ SCALAR = Dialect(
     larger=lambda a, b: f"({a} if {a} > {b} else {b})",
     clip=lambda x, a, b: f"({a} if {x} < {a} else ({b} if {x} > {b} else {x}))",
     logic=(" and ", " or ", "not "),
-    locate=counted,
+    locate=counted_or_searched,
 )
 
 #: Scalar Python as it is interpreted, not compiled.

@@ -197,7 +197,7 @@ class Quadrature:
     area: str
     kind: str
     x: str
-    body: tuple[Assign, ...]
+    body: tuple[Assign | Locate, ...]
     value: Expr
     given: tuple[str, ...]
     places: str
@@ -249,19 +249,34 @@ STATE: Final = "C"
 
 
 class Builder:
-    """Write a program: names for values, each value computed once."""
+    """Write a program: names for values, each value computed once.
 
-    def __init__(self) -> None:
+    Args:
+        most_pairs: Above how many pairs of lines an exact centroid is an adaptive integral, and terms of many corners
+            stand in tables; None where neither is available, in analyses and in other languages.
+    """
+
+    def __init__(self, *, most_pairs: int | None = None) -> None:
+        self.most_pairs = most_pairs
         self.statements: list[Statement] = []
         self.tables: dict[str, tuple[float, ...]] = {}
         self._known: dict[Expr, Expr] = {}
         self._fresh = count(1)
+        self._places: dict[tuple[Expr, tuple[float, ...]], tuple[str, Expr]] = {}
 
     def inner(self) -> Builder:
         """Return a builder for the body of a loop; it shares names and tables."""
-        builder = Builder()
+        builder = Builder(most_pairs=self.most_pairs)
         builder.tables, builder._fresh = self.tables, self._fresh
         return builder
+
+    def located(self, x: Expr, knots: tuple[float, ...]) -> tuple[str, Expr]:
+        """Return the name of the position of the knot at or below an atom, and how far the atom lies beyond it."""
+        if (x, knots) not in self._places:
+            name, rest = self.fresh(), self.fresh()
+            self.statements.append(Locate(name, rest, x, self.table(knots), knots, 1))
+            self._places[x, knots] = name, Name(rest)
+        return self._places[x, knots]
 
     def let(self, value: Expr) -> Expr:
         """Return a name or a number that stands for a value."""

@@ -60,6 +60,10 @@ class SetPlan:
             own = held(replace_names(self.expression, {ITSELF: x}))
         else:
             own = formula_of(self.kind).degree(x, self.parameters)
+        return self.finished(own)
+
+    def finished(self, own: Expr) -> Expr:
+        """Return what height, hedges and weights make of the degree that the function itself has."""
         whole = own if self.height == 1.0 else Binary("*", Number(self.height), own)
         return reduce(lambda degree, change: replace_names(change, {ITSELF: degree}), self.changes, whole)
 

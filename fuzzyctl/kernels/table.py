@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Final
 
-from fuzzyctl.kernels.printer import Dialect, counted, index_text, number
+from fuzzyctl.kernels.printer import MOST_COUNTED, Dialect, counted, index_text, number, searched
 from fuzzyctl.kernels.program import Locate, Place, Program, Quadrature
 
 #: Name of the argument.
@@ -68,5 +68,7 @@ class Numbers:
 
     def _locate(self, statement: Locate, x: str) -> list[str]:
         first = self._places[statement.table]
+        if len(statement.knots) > MOST_COUNTED:
+            return searched(statement, x, TABLE, first)
         knots = [self._name(first + k) for k in range(len(statement.knots))]
         return counted(statement, x, knots, self._item(statement.table, statement.name))
