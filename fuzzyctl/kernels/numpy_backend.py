@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -120,7 +120,7 @@ def compile_batch(program: Program, input_names: Sequence[str]) -> Callable[...,
     """Return the function that fills results (n, outputs) from points (n, inputs) and states (n, states) or None."""
     program, rows = with_rows(late(program))
     tables = {name: np.array(values) for name, values in rows.items()}
-    namespace: dict[str, Any] = {**_RUNTIME, **tables, **_sets(program)}
+    namespace: dict[str, Any] = {**_RUNTIME, **tables, **_sets(program, rows, tables)}
     exec(compile(block_source(program), "<fuzzyctl kernel>", "exec"), namespace)  # noqa: S102 - printed from a plan
     of_block: Callable[..., None] = namespace["block"]
     size = max(LEAST, min(BLOCK, MEMORY // (8 * (_most_alive(program) + SPARE))))
@@ -140,13 +140,13 @@ def compile_batch(program: Program, input_names: Sequence[str]) -> Callable[...,
     return fill
 
 
-def _sets(program: Program) -> dict[str, Any]:
+def _sets(program: Program, rows: Mapping[str, Any], tables: Mapping[str, FloatArray]) -> dict[str, Any]:
     """Return the functions that are integrated: of arrays for moments, of numbers where points are taken one by one."""
     found: dict[str, Any] = {}
     for statement in program.body:
         if isinstance(statement, Quadrature):
             arrays = statement.kind == "moments"
-            namespace: dict[str, Any] = dict(_RUNTIME if arrays else RUNTIME)
+            namespace: dict[str, Any] = {**_RUNTIME, **tables} if arrays else {**RUNTIME, **rows}
             source = "\n".join(set_function(statement, ARRAYS if arrays else INTERPRETED)) + "\n"
             exec(compile(source, "<fuzzyctl set>", "exec"), namespace)  # noqa: S102 - printed from a plan
             found[statement.function] = namespace[statement.function]

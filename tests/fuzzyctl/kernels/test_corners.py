@@ -101,3 +101,13 @@ def test_the_size_of_a_program_does_not_grow_with_the_corners():
     text = points([(0.0001 * k, (k % 100) / 100) for k in range(5_000)])
     program = algorithm_of(plan(system([text])), "rules").point
     assert nodes(program) < 100
+
+
+@pytest.mark.parametrize("defuzzifier", ["bisector", "centroid"])
+def test_tables_are_read_inside_of_integrals_of_arrays_too(defuzzifier):
+    # Beside a curve a set has no closed form.
+    method = f"and min\nimplication product\naggregation sum\ndefuzzifier {defuzzifier}"
+    own = system(["ramp(0, 12)", "ramp(12, 0)"], [*shifted(1), "gaussian(6, 2)"], method)
+    one, other = (fuzzyctl.compile(own, backend=backend) for backend in ("numpy", "python"))
+    found = one.batch(np.array([[3.0], [9.0]])).ravel()
+    assert list(found) == pytest.approx([other(3.0), other(9.0)], rel=1e-9)
