@@ -30,7 +30,7 @@ def draw_rules(figure: Any, system: FuzzySystem, found: Trace, most: int) -> Non
         most: Most rules to draw, those of the highest activation; all count in what they give together.
     """
     rules = found.rules[:most]
-    columns = _columns(system)
+    columns = _columns(system, found)
     rows = len(rules) + 1
     figure.set_size_inches(2.3 * len(columns) + 0.6, 0.85 * rows + 0.9)
     axes = figure.subplots(rows, len(columns), squeeze=False)
@@ -49,26 +49,38 @@ def draw_rules(figure: Any, system: FuzzySystem, found: Trace, most: int) -> Non
 
 @dataclass(frozen=True)
 class _Column:
-    """A variable, the points of its axis, and for an output the sets that rules leave there."""
+    """A variable, the points of its range, the ends of its axis, and for an output the sets that rules leave there."""
 
     variable: LinguisticVariable
     x: tuple[float, ...]
+    ends: tuple[float, float]
     sets: ImpliedSets | None
 
 
-def _columns(system: FuzzySystem) -> list[_Column]:
+def _columns(system: FuzzySystem, found: Trace) -> list[_Column]:
     plans = {o.name: o for o in plan(system).outputs}
-    found = []
+    columns = []
     for variable in (*system.inputs, *system.outputs):
         low, high = system.number(variable.lower), system.number(variable.upper)
         x = tuple(np.linspace(low, high, 401).tolist())
         sets = None if isinstance(variable, Input) else ImpliedSets(plans[variable.name], x)
-        found.append(_Column(variable, x, sets))
-    return found
+        columns.append(_Column(variable, x, _ends(variable, low, high, found), sets))
+    return columns
+
+
+def _ends(variable: LinguisticVariable, low: float, high: float, found: Trace) -> tuple[float, float]:
+    """Return the ends of an axis: a range, and for an output numbers beyond it, as sums and functions have them."""
+    if isinstance(variable, Input):
+        return low, high
+    numbers = [c.value for rule in found.rules for c in rule.contributions if c.output == variable.name]
+    beyond = [v for v in (*numbers, found.outputs[variable.name]) if v is not None and np.isfinite(v)]
+    beyond = [v for v in beyond if not low <= v <= high]
+    room = 0.05 * (max(high, *beyond) - min(low, *beyond)) if beyond else 0.0
+    return min(low, *(v - room for v in beyond), low), max(high, *(v + room for v in beyond), high)
 
 
 def _frame(ax: Any, column: _Column, *, ticks: bool) -> None:
-    ax.set(xlim=(column.x[0], column.x[-1]), ylim=(0, 1.05), yticks=[])
+    ax.set(xlim=column.ends, ylim=(0, 1.05), yticks=[])
     ax.locator_params(axis="x", nbins=4)
     if not ticks:
         ax.tick_params(labelbottom=False)
@@ -152,7 +164,10 @@ def _last_row(ax: Any, found: Trace, column: _Column) -> None:
     value = found.outputs[name]
     if np.isfinite(value):
         ax.axvline(value, color=LINE, lw=1.6)
-        ax.annotate(f"{value:.4g}", (0.97, 0.72), xycoords="axes fraction", ha="right", fontsize="small", color=LINE)
+        low, high = column.ends
+        # Where its line does not run through it.
+        place, side = (0.03, "left") if value > 0.5 * low + 0.5 * high else (0.97, "right")
+        ax.annotate(f"{value:.4g}", (place, 0.72), xycoords="axes fraction", ha=side, fontsize="small", color=LINE)
 
 
 def _union(ax: Any, x: Sequence[float], together: Sequence[float]) -> None:

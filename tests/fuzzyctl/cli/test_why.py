@@ -236,3 +236,33 @@ def test_data_say_how_far_an_output_feels_a_rule():
     parts = {c.term: (r.activation, c.felt) for r in found.rules for c in r.contributions}
     assert parts["not n"] == (pytest.approx(0.16), pytest.approx(0.84))
     assert parts["somewhat p"] == (pytest.approx(0.6), pytest.approx(0.6**0.5))
+
+
+class TestPictureOfValues:
+    SUMS = (
+        "system s\ndefuzzifier weighted_sum\ninput x in [0, 1]\n  terms a b\n"
+        "output y in [0, 10]\n  p = linear(0, {})\nif x is a then y is p\n"
+    )
+
+    def last(self, text, x):
+        from matplotlib.figure import Figure
+
+        from fuzzyctl.plot.rules import draw_rules
+
+        figure, system = Figure(), loads(text)
+        draw_rules(figure, system, trace(system, {"x": x}), 12)
+        return figure.axes[-1], figure.axes[1]
+
+    @pytest.mark.parametrize(("value", "side"), [(1, "right"), (9, "left")])
+    def test_the_number_stands_where_its_line_is_not(self, value, side):
+        ax, _ = self.last(self.SUMS.format(value), 0.0)
+        assert [t.get_ha() for t in ax.texts] == [side]
+        assert ax.get_xlim() == (0.0, 10.0)
+
+    @pytest.mark.parametrize("value", [-6, 25])
+    def test_values_beyond_the_range_are_on_the_axis(self, value):
+        for ax in self.last(self.SUMS.format(value), 0.0):
+            low, high = ax.get_xlim()
+            assert low < value < high
+            assert low <= 0.0
+            assert high >= 10.0
