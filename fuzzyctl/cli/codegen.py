@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 @click.option("-o", "--out", "out", metavar="DIR", default=".", help="The folder to write to.  [default: this one]")
 @click.option(
     "--algorithm",
-    type=click.Choice(["auto", "interpolation", "diagonals", "rules"]),
+    type=click.Choice(["auto", "interpolation", "diagonals", "active", "rules"]),
     default="auto",
     show_default=True,
     help="How it evaluates.",

@@ -20,6 +20,13 @@ NAMES: Final = {
     "mom": "mean of maxima",
 }
 
+#: What an algorithm does, before the reason for it.
+_BECAUSE: Final = {
+    "interpolation": "looks up",
+    "diagonals": "integrates around the rules that act:",
+    "active": "averages over the rules that act:",
+}
+
 
 def planned(system: FuzzySystem) -> dict[str, Any]:
     """Return the algorithm of a system, its reason, and what its programs consist of."""
@@ -68,9 +75,7 @@ def _program(program: Program) -> dict[str, int]:
 def plan_text(data: dict[str, Any]) -> str:
     """Return the same for people."""
     lines = [f"{data['system']}: {data['algorithm']}"]
-    because = {"interpolation": "looks up", "diagonals": "integrates around the rules that act:"}.get(
-        data["algorithm"], "evaluates all rules:"
-    )
+    because = _BECAUSE.get(data["algorithm"], "evaluates all rules:")
     lines.append(f"  it {because} {data['reason']}")
     lines.append(
         f"  {data['rules']} rules, {data['firing_strengths']} distinct firing strengths of {data['degrees']} degrees"

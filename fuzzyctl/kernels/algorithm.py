@@ -7,7 +7,8 @@ from functools import cached_property
 from typing import Final
 
 from fuzzyctl.errors import ArgumentError, UnknownNameError
-from fuzzyctl.kernels import inference, interpolation
+from fuzzyctl.kernels import active, inference, interpolation
+from fuzzyctl.kernels.active import Active
 from fuzzyctl.kernels.diagonal import Diagonals, diagonals_of, window
 from fuzzyctl.kernels.factoring import factored
 from fuzzyctl.kernels.grid import Grid, grid_of
@@ -17,8 +18,8 @@ from fuzzyctl.kernels.program import Program
 from fuzzyctl.kernels.skips import skipping
 
 #: `rules` evaluates every rule; `interpolation` looks up what the rules say in the cell of the inputs; `diagonals`
-#: integrates around the rules that act; `auto` takes one of the latter two where the system allows it.
-ALGORITHMS: Final = ("auto", "interpolation", "diagonals", "rules")
+#: integrates around the rules that act, `active` averages over them; `auto` takes the fastest that the system allows.
+ALGORITHMS: Final = ("auto", "interpolation", "diagonals", "active", "rules")
 
 #: So many pairs of lines an exact centroid may have that is written out, where that is compiled (a second for some
 #: hundreds), and where it is interpreted; beyond, integrals are faster than waiting for the compiler.
@@ -35,18 +36,22 @@ class Algorithm:
         grid: Its values at the knots, for interpolation, else None.
         reason: Why it is not interpolation, or what is interpolated.
         diagonals: What its tables hold, for integration around the rules that act, else None.
+        active: What its rules say in each cell, for averages over the rules that act, else None.
     """
 
     plan: Plan
     grid: Grid | None
     reason: str
     diagonals: Diagonals | None = None
+    active: Active | None = None
 
     @property
     def name(self) -> str:
         """One of `ALGORITHMS` but `auto`."""
         if self.grid is not None:
             return "interpolation"
+        if self.active is not None:
+            return "active"
         return "rules" if self.diagonals is None else "diagonals"
 
     @property
@@ -61,17 +66,19 @@ class Algorithm:
             return window(self.plan, self.diagonals)
         if self.grid is not None:
             return interpolation.lookup(self.plan, self.grid)
+        if self.active is not None:
+            return active.lookup(self.plan, self.active)
         return inference.evaluation(self.plan, most_pairs=COMPILED)
 
     @cached_property
     def printed(self) -> Program:
         """The program for one point in another language, which has no integrals."""
-        return self.point if self.is_defined else inference.evaluation(self.plan)
+        return self.point if self.name != "rules" else inference.evaluation(self.plan)
 
     @cached_property
     def interpreted(self) -> Program:
         """The program for one point in generated Python."""
-        if self.grid is not None:
+        if self.grid is not None or self._gains(active.LEAST_GAIN_INTERPRETED):
             return self.point
         if self.diagonals is not None:
             return inlined(window(self.plan, self.diagonals, branches=True))
@@ -82,9 +89,18 @@ class Algorithm:
         """The program for loops over many points, of which compilers make vector instructions."""
         if self.grid is not None:
             return interpolation.batch(self.plan, self.grid)
-        if self.diagonals is not None:
+        if self.diagonals is not None or self._gains(active.LEAST_GAIN_MANY):
             return self.point
         return inference.evaluation(self.plan, many=True, most_pairs=COMPILED)
+
+    @property
+    def arrays(self) -> Program:
+        """The program for arrays that numpy takes operation by operation; looking up is fast there."""
+        return self.point if self.grid is not None or self._gains(active.LEAST_GAIN_INTERPRETED) else self.many
+
+    def _gains(self, least: float) -> bool:
+        """Whether rules are looked up, and so many at least for each that can act."""
+        return self.active is not None and self.active.gain >= least
 
 
 def algorithm_of(plan: Plan, wanted: str = "auto") -> Algorithm:
@@ -109,10 +125,17 @@ def algorithm_of(plan: Plan, wanted: str = "auto") -> Algorithm:
     if wanted == "diagonals":
         raise ArgumentError("the system has no table of diagonals under 'min', 'max' and an exact centroid")
     grid = grid_of(plan)
-    if isinstance(grid, Grid):
+    if wanted != "active" and isinstance(grid, Grid):
         knots = " x ".join(str(len(k)) for k in grid.knots)
         quotient = " of two sums" if any(t.weight for t in grid.outputs) else ""
         return Algorithm(plan, grid, f"the output{quotient} at {knots} knots of the inputs")
     if wanted == "interpolation":
         raise ArgumentError(f"the system does not interpolate: {grid}")
-    return Algorithm(plan, None, grid)
+    reason = grid if isinstance(grid, str) else "it was asked for"
+    table = active.active_of(plan, least_gain=0.0 if wanted == "active" else active.LEAST_GAIN)
+    if table is not None:
+        together = f"{1 << len(table.axes)} of {len(plan.rules)} rules at a time"
+        return Algorithm(plan, None, f"{together}; {reason}", active=table)
+    if wanted == "active":
+        raise ArgumentError("the system has no averages over a table whose terms are straight and meet by twos")
+    return Algorithm(plan, None, reason)

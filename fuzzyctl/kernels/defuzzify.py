@@ -85,8 +85,34 @@ def defuzzify(
         hull = support_hull(output, [a.term for a in active])
         fires = Compare(">" if output.kind not in MAXIMA or output.none_active == "otherwise" else ">=", measure, ZERO)
         quotient = place if middle(output) == 0.0 else Binary("+", Number(middle(output)), place)
-    # Quotients of rounded (or denormal) sums may leave the hull of what is averaged; proved bounds are bounds of the
-    # numbers returned, so the value is held within the hull. NaN stays NaN.
+    return _held(builder, output, quotient, fires, hull, otherwise)
+
+
+def average(builder: Builder, output: OutputPlan, above: Expr, below: Expr, hull: Hull) -> tuple[Expr, Expr]:
+    """Write an average over rules as the quotient of two sums.
+
+    Args:
+        builder: The program to write into.
+        output: The output, which does not hold its value.
+        above: Σ activation · consequent.
+        below: Σ activation, as an atom.
+        hull: What the consequents lie within.
+
+    Returns:
+        Its value as an atom, and the condition that some rule fires.
+    """
+    fires = Compare(">", below, ZERO)
+    return _held(builder, output, Binary("/", above, below), fires, hull, _otherwise(output))
+
+
+def _held(
+    builder: Builder, output: OutputPlan, quotient: Expr, fires: Expr, hull: Hull, otherwise: Expr
+) -> tuple[Expr, Expr]:
+    """Hold a value within a hull where some rule fires.
+
+    Quotients of rounded (or denormal) sums may leave the hull of what is averaged, and proved bounds are bounds of the
+    numbers returned. NaN stays NaN.
+    """
     value = builder.let(clip(builder.let(Where(fires, quotient, otherwise)), *hull))
     if not _passes(hull, otherwise):
         value = builder.let(Where(fires, value, otherwise))

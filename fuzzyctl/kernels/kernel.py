@@ -339,9 +339,7 @@ class Kernel:
         if self.backend == "numpy":
             from fuzzyctl.kernels import numpy_backend
 
-            # Arrays are looked up fast, so that interpolation has no better form for them; rules have.
-            program = self.algorithm.many if self.algorithm.grid is None else self._program
-            return numpy_backend.compile_batch(program, self.input_names)
+            return numpy_backend.compile_batch(self.algorithm.arrays, self.input_names)
         return self._python_fill
 
     def _numba_fill(self) -> Any:

@@ -71,8 +71,29 @@ table u = e x de
   P | Z  NS NB
 """
 
+ACTIVE = """
+system active
+and min
+defuzzifier weighted_average
+input e in [-1, 1]
+  N = triangle(-inf, -1, 0)
+  S = trapezoid(-1, 0, 0.25, 0.5)
+  P = triangle(0.5, 1, inf)
+input de in [-2, 2]
+  terms N Z P
+output u in [-3, 3] else 0.5
+  a = linear(0.5, -0.25, 1)
+  b = constant(-2)
+table u = e x de
+     N  Z  P
+  N | a  b  .
+  S | b  a  b
+  P | .  b  a
+"""
+
 TEXTS = {
     "diagonal": DIAGONAL,
+    "active": ACTIVE,
     "exact": text("exact"),
     "scaled": text("scaled", "implication product\naggregation max"),
     "summed": text("summed", "implication product\naggregation sum"),

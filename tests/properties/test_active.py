@@ -1,0 +1,195 @@
+"""Averages over the rules that act alone and over all rules are the same function."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from fuzzyctl import loads, output_bounds
+from fuzzyctl.errors import ArgumentError, NoRuleFiresError
+from fuzzyctl.kernels import active
+from fuzzyctl.kernels.algorithm import algorithm_of
+from fuzzyctl.kernels.compile import compile as compile_system
+from fuzzyctl.kernels.plan import plan
+
+
+@pytest.fixture
+def forced(monkeypatch):
+    """Let every backend take the rules that act, however few rules there are."""
+    for name in ("LEAST_GAIN_INTERPRETED", "LEAST_GAIN_MANY"):
+        monkeypatch.setattr(active, name, 0)
+
+
+@st.composite
+def axes(draw, name):
+    """An input of which at most two terms meet, as text, its terms and its corners; between terms there may be gaps."""
+    count = draw(st.integers(1, 5))
+    lines, corners, at = [], [], draw(st.integers(-20, 20)) / 4
+    foot = at
+    for k in range(count):
+        top = max(at, foot) + draw(st.sampled_from([0.25, 1.0, 3.0]))
+        end = top + draw(st.sampled_from([0.0, 0.5]))
+        # The next term begins on this one's falling side, at its top or beyond its foot.
+        falls = end + draw(st.sampled_from([0.5, 2.0]))
+        left = "-inf" if k == 0 and draw(st.booleans()) else foot
+        right = "inf" if k == count - 1 and draw(st.booleans()) else falls
+        height = draw(st.sampled_from(["", "", ", height=0.75"]))
+        lines.append(f"  T{k} = trapezoid({left}, {top}, {end}, {right}{height})")
+        corners += [foot, top, end, falls]
+        foot, at = draw(st.sampled_from([end, end, falls + 0.25])), falls
+    ends = (
+        corners[0] + draw(st.sampled_from([-1.0, 0.0, 0.125])),
+        corners[-1] + draw(st.sampled_from([-0.125, 0.0, 1.0])),
+    )
+    head = f"input {name} in [{ends[0]}, {ends[1]}]{draw(st.sampled_from(['', ' extrapolate']))}"
+    return [head, *lines], [f"T{k}" for k in range(count)], [*corners, *ends]
+
+
+@st.composite
+def systems(draw, otherwise=(" else -3", " else nan", " else midpoint", " else error")):
+    """A table over one to three inputs with some rules missing, some twice and some weighted, and its corners."""
+    norm = draw(st.sampled_from(["min", "product"]))
+    lines, terms, knots = ["system s", f"and {norm}", "defuzzifier weighted_average"], [], []
+    inputs = draw(st.integers(1, 3))
+    for i in range(inputs):
+        text, names, corners = draw(axes(f"x{i}"))
+        lines += text
+        terms.append(names)
+        knots.append(corners)
+    bounded = not any("extrapolate" in line for line in lines)
+    for name in draw(st.sampled_from([["u"], ["u", "v"]])):
+        lines.append(f"output {name} in [-10, 10]{draw(st.sampled_from(otherwise))}")
+        factors = st.sampled_from([-1.5, 0.0, 0.5, 2.0])
+        for k in range(4):
+            own = [draw(factors) for _ in range(inputs + 1)]
+            linear = bounded and draw(st.booleans())
+            lines.append(
+                f"  c{k} = linear({', '.join(map(str, own))})" if linear else f"  c{k} = constant({own[0] * 4})"
+            )
+        left = False
+        for combination in itertools.product(*terms):
+            parts = [f"{n} is {t}" for n, t in zip([f"x{i}" for i in range(inputs)], combination, strict=True)]
+            for _ in range(draw(st.sampled_from([0, 1, 1, 1, 1, 2])) or int(not left)):
+                weight, left = draw(st.sampled_from(["", "", " weight 0.5", " weight 0"])), True
+                lines.append(f"if {' and '.join(parts)} then {name} is c{draw(st.integers(0, 3))}{weight}")
+    return "\n".join(lines), knots
+
+
+def points_of(knots, seed):
+    """Random points around the ranges, corners and their neighbours among the floats, and oddities."""
+    rng = np.random.default_rng(seed)
+    columns = []
+    for own in knots:
+        special = [y for k in own for y in (k, math.nextafter(k, math.inf), math.nextafter(k, -math.inf))]
+        special += [math.inf, -math.inf, 0.0, -0.0, 5e-324]
+        columns.append(rng.choice([*special, *rng.uniform(min(own) - 2, max(own) + 2, 60)], 80))
+    return np.stack(columns, axis=1)
+
+
+def outcome(kernel, points):
+    """Return the results, or the message that no rule fires somewhere."""
+    try:
+        return kernel.batch(points)
+    except NoRuleFiresError as error:
+        return str(error)
+
+
+def agree(system, backend, points):
+    """Compare with all rules: sums of at most 125 products of numbers below 100 in magnitude."""
+    # Backends differ in which of several errors they tell first.
+    interpreter = "python" if backend == "numba" else backend
+    expected = outcome(compile_system(system, interpreter, algorithm="rules"), points)
+    found = outcome(compile_system(system, backend, algorithm="active"), points)
+    if isinstance(expected, str) or isinstance(found, str):
+        assert found == expected
+    else:
+        np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12 * 100)
+    return found
+
+
+@pytest.mark.usefixtures("forced")
+@settings(max_examples=80, deadline=None, suppress_health_check=list(HealthCheck))
+@given(case=systems(), seed=st.integers(0, 1000))
+@pytest.mark.parametrize("backend", ["python", "numpy"])
+def test_rules_that_act_are_all_rules(backend, case, seed):
+    text, knots = case
+    system = loads(text)
+    points = points_of(knots, seed)
+    found = agree(system, backend, points)
+    if isinstance(found, str):
+        return
+    bounds = output_bounds(system)
+    for column, output in zip(found.reshape(len(points), -1).T, system.outputs, strict=True):
+        known = column[~np.isnan(column)]
+        assert all(bounds[output.name].lo <= known)
+        assert all(known <= bounds[output.name].hi)
+
+
+@pytest.mark.usefixtures("forced")
+@settings(max_examples=8, deadline=None, suppress_health_check=list(HealthCheck))
+@given(case=systems(otherwise=(" else -3", " else nan")), seed=st.integers(0, 1000))
+def test_compiled_too(case, seed):
+    text, knots = case
+    system, points = loads(text), points_of(knots, seed)
+    found = agree(system, "numba", points)
+    kernel = compile_system(system, "numba", algorithm="active")
+    for point, value in zip(points[:20].tolist(), found[:20], strict=True):
+        np.testing.assert_allclose(np.atleast_1d(kernel(*point)), np.atleast_1d(value), rtol=1e-12, atol=1e-10)
+
+
+def table(terms, settings="and min\ndefuzzifier weighted_average", rules=""):
+    names = " ".join(f"t{k}" for k in range(terms))
+    lines = ["system s", settings]
+    for name in "xy":
+        lines += [f"input {name} in [0, 1]", f"  terms {names}"]
+    lines += ["output u in [0, 3]", "  terms c0 c1 c2 c3", "table u = x x y", f"  {names}"]
+    for i in range(terms):
+        lines.append(f"  t{i} | " + " ".join(f"c{(3 * i + 5 * j) % 4}" for j in range(terms)))
+    return loads("\n".join([*lines, rules]))
+
+
+class TestChoice:
+    def test_is_for_tables_of_many_rules(self):
+        assert algorithm_of(plan(table(3))).name == "active"
+        assert "4 of 9 rules at a time" in algorithm_of(plan(table(3))).reason
+        assert algorithm_of(plan(table(2))).name == "rules"
+        assert algorithm_of(plan(table(2)), "active").name == "active"
+
+    def test_depends_on_how_fast_a_backend_looks_up(self):
+        few, some, many = (algorithm_of(plan(table(k))) for k in (3, 5, 11))
+        assert few.interpreted != few.point
+        assert few.arrays == few.many != few.point
+        assert some.interpreted == some.arrays == some.point != some.many
+        assert many.many == many.point
+
+    def test_is_interpolation_where_there_is_nothing_to_choose(self):
+        assert algorithm_of(plan(table(5, "and product\ndefuzzifier weighted_average"))).name == "interpolation"
+
+    @pytest.mark.parametrize(
+        "system",
+        [
+            table(5, "and min\ndefuzzifier bisector"),
+            table(5, "and bounded_difference\ndefuzzifier weighted_average"),
+            table(5, "and min\nactivation first(count=1)\ndefuzzifier weighted_average"),
+            table(5, "and min\ndefuzzifier weighted_sum"),
+            table(5, rules="if x is t0 then u is c1\n"),
+            table(5, rules="if x is t0 or y is t0 then u is c1\n"),
+            table(5, rules="if x is not t0 and y is t0 then u is c1\n"),
+        ],
+        ids=range(7),
+    )
+    def test_is_all_rules_for_others(self, system):
+        assert algorithm_of(plan(system)).name == "rules"
+        with pytest.raises(ArgumentError, match="meet by twos"):
+            compile_system(system, "python", algorithm="active")
+
+    def test_is_all_rules_where_three_terms_meet(self):
+        text = "\n".join(f"  t{k} = triangle({k - 2}, {k}, {k + 2})" for k in range(5))
+        rules = "\n".join(f"if x is t{i} then u is c{i % 2}" for i in range(5))
+        head = "system s\ndefuzzifier weighted_average\ninput x in [0, 4]\n"
+        system = loads(f"{head}{text}\noutput u in [0, 1] else 0\n  c0 = constant(0)\n  c1 = constant(1)\n{rules}\n")
+        with pytest.raises(ArgumentError, match="meet by twos"):
+            compile_system(system, "python", algorithm="active")
