@@ -266,9 +266,12 @@ class _Front:
         self.activations |= dict(zip(rules, chosen, strict=True))
 
     def _gated(self, activation: Expr) -> Expr:
-        """Return an activation, or 0 where it is not above what a rule must exceed to act."""
+        """Return an activation, or 0 where it is not above what a rule must exceed to act.
+
+        How far rules before have activated a term may add up to more than 1, and what is `not` that is below 0.
+        """
         least = self.plan.least
-        if least is None or least == 0.0 or activation == ZERO:
+        if least is None or activation == ZERO or (least == 0.0 and not self.plan.chains):
             return activation
         return self.builder.let(Where(Compare(">", activation, Number(least)), activation, ZERO))
 
