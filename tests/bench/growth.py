@@ -64,7 +64,7 @@ STUDIES: dict[str, dict[str, Any]] = {
         "label": "inputs of 3 terms each (3ⁿ rules)",
         "curves": {
             "product, average": [(n, complete(n, 3, "product", "weighted_average"), n) for n in (1, 2, 3, 4, 5, 6)],
-            "min, average": [(n, complete(n, 3, "min", "weighted_average"), n) for n in (1, 2, 3, 4)],
+            "min, average": [(n, complete(n, 3, "min", "weighted_average"), n) for n in (1, 2, 3, 4, 5, 6)],
         },
     },
     "terms": {
