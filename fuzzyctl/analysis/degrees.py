@@ -82,7 +82,7 @@ def degree_in(term: SetPlan, x: Interval) -> Interval:
     """Enclose the degrees of a term over an interval."""
     if term.expression is not None and math.inf in map(abs, x):
         return 0.0, term.height
-    return bounded(enclose(term.degree(Name("x")), {"x": x}), term.height)
+    return bounded(enclose(term.degree_of_x, {"x": x}), term.height)
 
 
 def bounded(values: Interval, most: float) -> Interval:

@@ -12,8 +12,11 @@ from fuzzyctl.formulas.formula import MembershipFormula, Parameters, Vertex
 def _piecewise_degree(x: Expr, p: Parameters) -> Expr:
     """Search the stretch of x by halves and go straight between its ends; at a jump the largest degree holds."""
     corners = _corners(p)
-    places = sorted({u for u, _ in corners})
-    degrees = [[y for u, y in corners if u == place] for place in places]
+    there: dict[float, list[float]] = {}
+    for place, degree in corners:
+        there.setdefault(place, []).append(degree)
+    places = sorted(there)
+    degrees = [there[place] for place in places]
     stretches: list[Expr] = [Number(degrees[0][0])]
     for i, place in enumerate(places):
         side: Expr = Number(degrees[i][-1])
@@ -58,9 +61,9 @@ def _piecewise_inverse(w: Expr, p: Parameters) -> Expr | None:
         corners, degrees = corners[::-1], degrees[::-1]
     if degrees != sorted(degrees):
         return None
-    levels = sorted(set(degrees))
-    entries = [next(x for x, y in corners if y == level) for level in levels]
-    exits = [next(x for x, y in reversed(corners) if y == level) for level in levels]
+    there = {y: x for x, y in reversed(corners)}
+    levels, entries = list(there)[::-1], list(there.values())[::-1]
+    exits = list({y: x for x, y in corners}.values())
     stretches: list[Expr] = [Number(exits[0])]
     for i in range(len(levels) - 1):
         stretches.append(_between(w, (levels[i], exits[i]), (levels[i + 1], entries[i + 1])))

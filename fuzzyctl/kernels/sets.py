@@ -62,6 +62,11 @@ class SetPlan:
             own = formula_of(self.kind).degree(x, self.parameters)
         return self.finished(own)
 
+    @cached_property
+    def degree_of_x(self) -> Expr:
+        """The degree of a name `x`, built once: that of a function of many points is a large expression."""
+        return self.degree(Name("x"))
+
     def finished(self, own: Expr) -> Expr:
         """Return what height, hedges and weights make of the degree that the function itself has."""
         whole = own if self.height == 1.0 else Binary("*", Number(self.height), own)

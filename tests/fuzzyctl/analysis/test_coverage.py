@@ -351,3 +351,13 @@ table u = e
         text = self.TEXT.format(settings="defuzzifier weighted_average", z=".")
         (found,) = [d for d in diagnostics(loads(text)) if d.code == "FZ401"]
         assert found.message.startswith("no rule fires for output 'u' where e = 0")
+
+
+def test_the_function_of_a_term_is_built_once_however_many_corners_it_has(monkeypatch):
+    corners = ", ".join(f"{i}, {i % 7 / 10 + 0.1:.1f}" for i in range(101))
+    text = f"system a\ninput x in [0, 100]\n  t = piecewise({corners})\noutput u in [0, 1]\n  v = singleton(1)\n"
+    system = loads(text + "defuzzifier weighted_average\nif x is t then u is v\n")
+    built, degree = [], SetPlan.degree
+    monkeypatch.setattr(SetPlan, "degree", lambda *args: built.append(args) or degree(*args))
+    uncovered(system)
+    assert len(built) < 10

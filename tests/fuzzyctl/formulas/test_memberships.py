@@ -27,6 +27,22 @@ def degree(kind, *parameters):
     return scalar_function(MEMBERSHIP[kind].degree(Name("x"), parameters))
 
 
+class Counted(float):
+    """A number that counts how often one like it is compared."""
+
+    comparisons = 0
+
+    def __eq__(self, other):
+        Counted.comparisons += 1
+        return float.__eq__(self, other)
+
+    def __lt__(self, other):
+        Counted.comparisons += 1
+        return float.__lt__(self, other)
+
+    __hash__ = float.__hash__
+
+
 #: One example of each kind, and for some the mirrored one or one with an infinite foot.
 EXAMPLES = [
     ("triangle", (0, 1, 3)),
@@ -198,6 +214,17 @@ class TestMembership:
         p = [v for i in range(1000) for v in (float(i), i % 7 / 7)]
         f = degree("piecewise", *p)
         assert [f(x) for x in (6.0, 13.0, 13.5, 999.0)] == pytest.approx([6 / 7, 6 / 7, 3 / 7, 5 / 7])
+
+    @pytest.mark.parametrize("build", ["degree", "inverse"])
+    def test_work_for_many_corners_grows_as_their_number(self, build):
+        def comparisons(count):
+            Counted.comparisons = 0
+            p = tuple(Counted(v) for i in range(count) for v in (i, i / count))
+            getattr(MEMBERSHIP["piecewise"], build)(Name("x"), p)
+            return Counted.comparisons
+
+        assert comparisons(1600) < 20 * 1600
+        assert comparisons(1600) < 2.5 * comparisons(800)
 
     @QUICK
     @given(st.lists(FINITE, min_size=4, max_size=4).map(sorted), st.floats(allow_nan=False))
