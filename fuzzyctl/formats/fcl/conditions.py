@@ -12,6 +12,9 @@ from fuzzyctl.formats.fcl.syntax import Clause, Condition, Joined, Negated, Rule
 #: Keywords that begin a statement of a RULEBLOCK, or end it.
 RULE_STARTS: Final = ("RULE", "END_RULEBLOCK", "ACCU", "ACT", "ENABLED", "ACTIVATION", "END_FUNCTION_BLOCK")
 
+#: Those of them that are no names of terms, wherever they stand on a line.
+_NO_TERMS: Final = ("RULE", "END_RULEBLOCK", "END_FUNCTION_BLOCK")
+
 #: Words that end the hedges and the term of a clause.
 _STOPS: Final = frozenset({"AND", "OR", "THEN", "WITH", "IF", "IS"})
 
@@ -94,4 +97,4 @@ def _clause(cursor: Cursor, what: str) -> Clause:
 def _begins_statement(cursor: Cursor) -> bool:
     """Whether the next token begins a statement, for rules that lack their semicolon."""
     token = cursor.here
-    return token.word in RULE_STARTS and (token.first or token.word == "RULE")
+    return token.word in RULE_STARTS and (token.first or token.word in _NO_TERMS)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator, Sequence
 from pathlib import PurePath
 
-from fuzzyctl.errors import Diagnostic
+from fuzzyctl.errors import Diagnostic, Note
 from fuzzyctl.formats.fcl import syntax as sx
 from fuzzyctl.formats.fcl.dialect import Dialect, dialect_of
 from fuzzyctl.formats.fcl.method import BlockRules, method_of
@@ -32,7 +33,20 @@ def read_all(source: SourceText) -> tuple[tuple[FuzzySystem, ...], list[Diagnost
         diagnostics.extend(d for d in more if not (broken and _follows(d, lost)))
         if found is not None and not broken:
             systems.append(found)
-    return tuple(systems), diagnostics
+    return tuple(systems), [*diagnostics, *_same_names(file.blocks)]
+
+
+def _same_names(blocks: Sequence[sx.FunctionBlock]) -> Iterator[Diagnostic]:
+    """Find function blocks that no name tells apart, so that none of them can be chosen."""
+    first: dict[str, sx.FunctionBlock] = {}
+    for block in blocks:
+        earlier = first.setdefault(block.name, block)
+        if earlier is not block:
+            message = (
+                f"function block '{block.name}' is declared twice" if block.name else "two function blocks have no name"
+            )
+            notes = (Note(earlier.span, "first declared here"),)
+            yield Diagnostic("FZ201", message, block.span, help="rename one of them", notes=notes)
 
 
 def _words_of(spans: list[Span]) -> set[str]:

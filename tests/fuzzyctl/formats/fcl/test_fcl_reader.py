@@ -526,3 +526,15 @@ def test_fuzzylites_word_for_the_normalized_sum_needs_no_warning():
     system, diagnostics = read(source(block(consequents=sets, rules=rules)))
     assert system.method.aggregation == "bounded_sum"
     assert [d.code for d in diagnostics] == []
+
+
+def test_the_last_rule_of_a_block_in_one_line_may_lack_its_semicolon():
+    text = block().replace("THEN u IS yes;\n", "THEN u IS yes ").replace("\n", " ")
+    assert len(sound(text).rules) == 2
+
+
+def test_function_blocks_of_one_name_are_told_once_at_the_second():
+    _, diagnostics = read_all(source(block() + block(name="other") + block()))
+    (error,) = [d for d in diagnostics if d.severity == "error"]
+    assert (error.code, error.message) == ("FZ201", "function block 'demo' is declared twice")
+    assert error.span.line > error.notes[0].span.line == 1
