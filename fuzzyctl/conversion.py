@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from fuzzyctl import arguments
-from fuzzyctl.comparison.differences import POINTS, Difference, differences
+from fuzzyctl.comparison.differences import POINTS, Difference, Progress, differences
 from fuzzyctl.comparison.explanation import Explanation, explanation
 from fuzzyctl.document.python import module_text
 from fuzzyctl.errors import Diagnostic, DiagnosticError, UnknownNameError
@@ -61,13 +61,14 @@ class Conversion:
         return tuple(loss for loss in self.losses if not loss.exact)
 
 
-def convert(system: FuzzySystem, target: str, *, points: int = POINTS) -> Conversion:
+def convert(system: FuzzySystem, target: str, *, points: int = POINTS, progress: Progress | None = None) -> Conversion:
     """Write a system in another format, read it back, and compare the numbers of both.
 
     Args:
         system: The system.
         target: A key of `TARGETS`: fz, fll, fis, fcl, fml, python or markdown.
         points: How many points to compare.
+        progress: Called now and then during a long comparison.
 
     Raises:
         UnknownNameError: For no such format.
@@ -81,10 +82,11 @@ def convert(system: FuzzySystem, target: str, *, points: int = POINTS) -> Conver
     if target in ("python", "markdown"):
         return Conversion(target, text, tuple(losses), None, (), ())
     back = _read_back(system, text, target)
-    found = differences(system, back, points=points)
+    found = differences(system, back, points=points, progress=progress)
     if not any(not loss.exact for loss in losses):
         losses = [*losses, *_unexplained(system, found)]
-    return Conversion(target, text, tuple(losses), back, found, tuple(explanation(system, back, d) for d in found))
+    explained = tuple(explanation(system, back, d, progress=progress) for d in found)
+    return Conversion(target, text, tuple(losses), back, found, explained)
 
 
 def left_out(diagnostics: Iterable[Diagnostic]) -> tuple[Loss, ...]:

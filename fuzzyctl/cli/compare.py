@@ -22,6 +22,7 @@ from fuzzyctl.cli.common import (
     load_checked,
     under,
 )
+from fuzzyctl.cli.progress import progress
 
 if TYPE_CHECKING:
     from fuzzyctl.comparison.differences import Difference
@@ -124,7 +125,9 @@ def _compared(a: FuzzySystem, b: FuzzySystem, points: int) -> list[tuple[Differe
     from fuzzyctl.comparison.differences import differences
     from fuzzyctl.comparison.explanation import explanation
 
-    return [(d, explanation(a, b, d)) for d in differences(a, b, points=points)]
+    with progress() as told:
+        found = differences(a, b, points=points, progress=told)
+        return [(d, explanation(a, b, d, progress=told)) for d in found]
 
 
 def _data(one: _Side, other: _Side, found: list[tuple[Difference, Explanation]]) -> dict[str, Any]:

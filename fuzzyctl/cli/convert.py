@@ -22,6 +22,7 @@ from fuzzyctl.cli.common import (
     show,
     with_params,
 )
+from fuzzyctl.cli.progress import progress
 from fuzzyctl.errors import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
@@ -83,7 +84,8 @@ def convert(
     from fuzzyctl.conversion import convert as converted
     from fuzzyctl.conversion import left_out
 
-    conversion = converted(system, to, points=points)
+    with progress() as shown:
+        conversion = converted(system, to, points=points, progress=shown)
     conversion = replace(conversion, losses=(*left_out(told), *conversion.losses))
     refused = bool(conversion.lossy) and not lossy
     if not refused:

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import json
 import sys
-import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -29,14 +27,12 @@ from fuzzyctl.cli.common import (
     under,
     with_params,
 )
+from fuzzyctl.cli.progress import progress
 from fuzzyctl.errors import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
     from fuzzyctl.analysis.verdicts import Verdict
     from fuzzyctl.model.system import FuzzySystem
-
-#: Seconds after which a proof shows how far it is.
-PATIENCE: Final = 1.0
 
 Proofs = list[tuple[str, "FuzzySystem", "list[Verdict]"]]
 
@@ -126,37 +122,17 @@ def _prove_all(
         tell(f"{file}: {system.name}: no guarantees")
     prover = Prover(system, timeout=timeout)
     for guarantee in system.guarantees:
-        with _progress() as prover.progress:
+        with progress() as told:
+            prover.progress = None if told is None else _of_boxes(told)
             verdict = prover.verdict(guarantee)
         verdicts.append(verdict)
         if tell is not None:
             tell("\n".join(_lines(file, verdict)))
 
 
-@contextmanager
-def _progress() -> Iterator[Callable[[str, int, int], None] | None]:
-    """Show how far a long proof is, on terminals only."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from rich.console import Console
-    from rich.status import Status
-
-    status, begun, shown = Status("", console=Console(stderr=True)), time.monotonic(), False
-
-    def told(claim: str, settled: int, remaining: int) -> None:
-        nonlocal shown
-        if time.monotonic() - begun > PATIENCE:
-            status.update(f"{claim}: {settled:,} boxes settled, {remaining:,} open", spinner="dots")
-            if not shown:
-                status.start()
-                shown = True
-
-    try:
-        yield told
-    finally:
-        if shown:
-            status.stop()
+def _of_boxes(told: Callable[[str], None]) -> Callable[[str, int, int], None]:
+    """Return what a prover calls to tell how far it is."""
+    return lambda claim, settled, open_: told(f"{claim}: {settled:,} boxes settled, {open_:,} open")
 
 
 def _lines(file: str, verdict: Verdict) -> Iterator[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
@@ -11,7 +11,9 @@ from fuzzyctl import arguments
 from fuzzyctl.comparison.points import common_points
 from fuzzyctl.errors import ArgumentError
 from fuzzyctl.kernels.compile import compile as compile_system
+from fuzzyctl.kernels.compile import numba_is_missing
 from fuzzyctl.kernels.kernel import Kernel
+from fuzzyctl.kernels.program import Quadrature
 from fuzzyctl.model.system import FuzzySystem
 
 if TYPE_CHECKING:
@@ -26,6 +28,15 @@ POINTS: Final = 10_000
 #: Rounds of points around the worst one found, each round in a smaller box.
 ROUNDS: Final = 12
 AROUND: Final = 64
+
+#: From so many points on compiled loops are worth their compilation where numpy takes points one by one.
+MANY: Final = 500
+
+#: Parts in which points are evaluated where somebody wants to know how far it is.
+PARTS: Final = 64
+
+#: Told now and then how far a comparison is.
+Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -80,7 +91,9 @@ class Difference:
         return self.one_sided == 0 and self.largest <= tolerance
 
 
-def differences(a: FuzzySystem, b: FuzzySystem, *, points: int = POINTS, seed: int = 0) -> tuple[Difference, ...]:
+def differences(
+    a: FuzzySystem, b: FuzzySystem, *, points: int = POINTS, seed: int = 0, progress: Progress | None = None
+) -> tuple[Difference, ...]:
     """Evaluate two systems at the same points.
 
     Corners of all terms, an even grid and random points are compared; around the worst of them it is looked for a
@@ -92,6 +105,7 @@ def differences(a: FuzzySystem, b: FuzzySystem, *, points: int = POINTS, seed: i
         b: The second one, with the same inputs and outputs: by name, else by position.
         points: How many points to compare.
         seed: For those at random.
+        progress: Called now and then.
 
     Returns:
         One difference for each output of the first system.
@@ -102,8 +116,8 @@ def differences(a: FuzzySystem, b: FuzzySystem, *, points: int = POINTS, seed: i
     for system in (a, b):
         arguments.instance("what is compared", FuzzySystem, "a FuzzySystem", system)
     inputs, outputs = pairing(a, b)
-    pair = _Pair(a, b, inputs, outputs)
     where = common_points(a, b, inputs, points, seed)
+    pair = _Pair(a, b, inputs, outputs, len(where), progress)
     first, second = pair.values(where)
     return tuple(_difference(pair, where, (first[:, k], second[:, k]), k, seed) for k in range(len(a.outputs)))
 
@@ -131,20 +145,54 @@ def _positions(what: str, own: list[str], other: list[str]) -> list[int]:
 class _Pair:
     """Both systems compiled, evaluated at the points of the first."""
 
-    def __init__(self, a: FuzzySystem, b: FuzzySystem, inputs: list[int], outputs: list[int]) -> None:
+    def __init__(
+        self,
+        a: FuzzySystem,
+        b: FuzzySystem,
+        inputs: list[int],
+        outputs: list[int],
+        count: int,
+        progress: Progress | None,
+    ) -> None:
         import numpy as np
 
         self.a, self.names, self.outputs = a, [v.name for v in a.inputs], outputs
         self.columns = list(np.argsort(inputs))
-        self.kernels = [compile_system(quiet(s), backend="numpy") for s in (a, b)]
+        self.progress = progress
+        self.kernels = [_kernel(s, count) for s in (a, b)]
 
     def point(self, at: FloatArray) -> dict[str, float]:
         return dict(zip(self.names, map(float, at), strict=True))
 
     def values(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return what both say at points, shape (n, outputs) each, in the order of the first one's outputs."""
+        import numpy as np
+
+        if self.progress is None or len(points) < MANY:
+            return self._values(points)
+        found = []
+        for k, part in enumerate(np.array_split(points, PARTS)):
+            self.progress(f"comparing at {len(points):,} points: {100 * k // PARTS} %")
+            found.append(self._values(part))
+        first, second = (np.concatenate(side) for side in zip(*found, strict=True))
+        return first, second
+
+    def _values(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         first, second = self.kernels
         return _batch(first, points), _batch(second, points[:, self.columns])[:, self.outputs]
+
+
+def _kernel(system: FuzzySystem, count: int) -> Kernel:
+    """Return the kernel that takes the least time for a number of points, its compilation included."""
+    kernel = compile_system(quiet(system), backend="numpy")
+    if count >= MANY and takes_points_singly(kernel) and numba_is_missing() is None:
+        return compile_system(quiet(system), backend="numba")
+    return kernel
+
+
+def takes_points_singly(kernel: Kernel) -> bool:
+    """Whether numpy would loop over points in Python, each of them many milliseconds: bisectors without closed form."""
+    return any(isinstance(s, Quadrature) and s.kind == "half" for s in kernel.algorithm.interpreted.body)
 
 
 def _batch(kernel: Kernel, points: FloatArray) -> FloatArray:
@@ -219,7 +267,9 @@ def _refined(
     rng = np.random.default_rng(seed)
     low, high = points.min(axis=0), points.max(axis=0)
     size = (high - low) / max(2.0, len(points) ** (1.0 / points.shape[1]))
-    for _ in range(ROUNDS):
+    for k in range(ROUNDS):
+        if pair.progress is not None:
+            pair.progress(f"looking for where {pair.a.outputs[output].name} differs most: {100 * k // ROUNDS} %")
         near = np.clip(at + size * rng.uniform(-1.0, 1.0, (AROUND, points.shape[1])), low, high)
         near[0] = at
         first, second = (values[:, output] for values in pair.values(near))

@@ -7,11 +7,20 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from fuzzyctl.comparison.differences import Difference, Place, at_point, at_points, pairing
+from fuzzyctl.comparison.differences import (
+    Difference,
+    Place,
+    Progress,
+    at_point,
+    at_points,
+    pairing,
+    takes_points_singly,
+)
 from fuzzyctl.comparison.parts import Part, parts
 from fuzzyctl.comparison.points import common_points
 from fuzzyctl.errors import FuzzyctlError
 from fuzzyctl.expr import ExprError
+from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.model.system import FuzzySystem
 
 if TYPE_CHECKING:
@@ -25,6 +34,9 @@ NOTHING: Final = 1e-9
 
 #: Points that a mean difference is explained at.
 SAMPLE: Final = 256
+
+#: So many where each of them takes many milliseconds.
+SMALL_SAMPLE: Final = 16
 
 #: Part of a mean difference that may be left once the causes of the largest one are gone; more has causes of its own.
 ELSEWHERE: Final = 0.1
@@ -66,13 +78,16 @@ class Explanation:
     gap: tuple[Cause, ...] = ()
 
 
-def explanation(a: FuzzySystem, b: FuzzySystem, difference: Difference) -> Explanation:
+def explanation(
+    a: FuzzySystem, b: FuzzySystem, difference: Difference, *, progress: Progress | None = None
+) -> Explanation:
     """Explain a difference: settings of the second system are put into the first, each time the one that helps most.
 
     Args:
         a: The first system.
         b: The second one.
         difference: What `differences` found for one output.
+        progress: Called now and then.
     """
     _, outputs = pairing(a, b)
     output = [o.name for o in a.outputs].index(difference.output)
@@ -84,8 +99,19 @@ def explanation(a: FuzzySystem, b: FuzzySystem, difference: Difference) -> Expla
         # A gap that is the only difference is explained once.
         return Explanation(gap=gap) if difference.gap else Explanation(_resolving(a, b, place, output)[:1])
     point, target = [difference.point[v.name] for v in a.inputs], difference.second
-    largest, changed = _greedy(a, b, lambda system: abs(at_point(system, point, output) - target))
-    mean = _mean_distance(a, b, output, outputs[output])
+
+    def told(distance: Distance) -> Distance:
+        """Tell of each try."""
+
+        def far(system: FuzzySystem) -> float:
+            if progress is not None:
+                progress(f"looking for what explains {difference.output}")
+            return distance(system)
+
+        return far
+
+    largest, changed = _greedy(a, b, told(lambda system: abs(at_point(system, point, output) - target)))
+    mean = told(_mean_distance(a, b, output, outputs[output]))
     start = mean(a)
     if not 0.0 < start < math.inf or mean(changed) <= ELSEWHERE * start:
         return Explanation(largest, gap=gap)
@@ -138,7 +164,8 @@ def _mean_distance(a: FuzzySystem, b: FuzzySystem, output: int, other: int) -> D
     import numpy as np
 
     inputs, _ = pairing(a, b)
-    points = common_points(a, b, inputs, SAMPLE, 0)
+    slow = any(takes_points_singly(compile_system(s, backend="numpy")) for s in (a, b))
+    points = common_points(a, b, inputs, SMALL_SAMPLE if slow else SAMPLE, 0)
     first = at_points(a, points, output)
     target = at_points(b, points[:, np.argsort(inputs)], other)
     both = np.isfinite(first) & np.isfinite(target)

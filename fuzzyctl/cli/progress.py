@@ -1,0 +1,38 @@
+"""A line on the terminal that says how far long work is."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Final
+
+#: Seconds after which it is shown.
+PATIENCE: Final = 1.0
+
+
+@contextmanager
+def progress() -> Iterator[Callable[[str], None] | None]:
+    """Give a function that shows how far work is once it has taken a while; None where no terminal shows it."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.status import Status
+
+    status, begun, shown = Status("", console=Console(stderr=True)), time.monotonic(), False
+
+    def told(text: str) -> None:
+        nonlocal shown
+        if time.monotonic() - begun >= PATIENCE:
+            status.update(text, spinner="dots")
+            if not shown:
+                status.start()
+                shown = True
+
+    try:
+        yield told
+    finally:
+        if shown:
+            status.stop()
