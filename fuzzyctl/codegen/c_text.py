@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from fuzzyctl.codegen.errors import CodegenError
-from fuzzyctl.codegen.lean import FALSE, TRUE
+from fuzzyctl.codegen.lean import FALSE, TRUE, read, reads
 from fuzzyctl.codegen.unit import Precision
 from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where
 from fuzzyctl.kernels.program import (
@@ -162,8 +162,13 @@ class CText:
         return value
 
     def tables(self, program: Program) -> Iterator[str]:
-        """Yield the declarations of the constant tables."""
+        """Yield the declarations of the constant tables; knots that are compared one by one stand in the text."""
+        counted = {s.table for s in program.body if isinstance(s, Locate) and not _reads_table(s)}
+        others = set().union(*(reads(s) for s in program.body if not isinstance(s, Locate) or _reads_table(s)))
+        unread = counted - others.union(*map(read, program.results))
         for name, values in program.tables:
+            if name in unread:
+                continue
             yield f"{INDENT}static const {self.precision} {name}[{len(values)}] = {{"
             texts = [self.number(v) for v in values]
             yield from wrapped(texts, INDENT * 2)
@@ -228,7 +233,8 @@ class CText:
             yield "}"
         stride = f"{name}_k" if statement.stride == 1 else f"{statement.stride}U * {name}_k"
         yield f"const size_t {name} = {stride};"
-        yield f"const {self.precision} {rest} = {rest}_x - {statement.table}[{name}_k];"
+        if statement.wants_rest:
+            yield f"const {self.precision} {rest} = {rest}_x - {statement.table}[{name}_k];"
 
     def rounded(self, values: Sequence[float]) -> list[float]:
         """Return numbers as the precision has them."""
@@ -242,6 +248,10 @@ class CText:
             parameters = ", ".join(f"{real} {a}" for a in arguments.split())
             yield f"static {real} {self.prefix}_{name}({parameters})"
             yield f"{{\n{INDENT}return {value.format(zero=zero, one=one)};\n}}\n"
+
+
+def _reads_table(statement: Locate) -> bool:
+    return statement.wants_rest or len(statement.knots) > COUNTED
 
 
 def bare(text: str) -> str:

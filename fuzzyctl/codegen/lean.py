@@ -149,8 +149,8 @@ def with_prefix(program: Program, prefix: str) -> Program:
         match _mapped(statement, change):
             case Assign(name=name, value=value):
                 return Assign(own(name), value)
-            case Locate(name=name, rest=rest, x=x, table=table, knots=knots, stride=stride):
-                return Locate(own(name), own(rest), replace(x, change), own(table), knots, stride)
+            case Locate(name=name, rest=rest, x=x, table=table) as found:
+                return replace_fields(found, name=own(name), rest=own(rest), x=replace(x, change), table=own(table))
             case Offset(name=name, parts=parts):
                 return Offset(own(name), tuple((own(n), s) for n, s in parts))
             case Accumulate(count=count, counter=counter, body=body, sums=sums):

@@ -307,7 +307,8 @@ class STText:
             yield f"WHILE ({name} < {last}) AND ({rest} >= {statement.table}[MIN({name} + 1, {last})]) DO"
             yield f"{INDENT}{name} := {name} + 1;"
             yield "END_WHILE;"
-        yield f"{rest} := {rest} - {statement.table}[{name}];"
+        if statement.wants_rest:
+            yield f"{rest} := {rest} - {statement.table}[{name}];"
         if statement.stride != 1:
             yield f"{name} := {statement.stride} * {name};"
 

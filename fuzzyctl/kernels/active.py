@@ -181,7 +181,7 @@ def _degrees(builder: Builder, own: Active, raw: Sequence[Expr]) -> tuple[list[l
     for axis in own.axes:
         place, rest = builder.fresh(), builder.fresh()
         x = builder.let(clip(raw[axis.position], axis.knots[0], axis.knots[-1]))
-        builder.statements.append(Locate(place, rest, x, builder.table(axis.knots), axis.knots, 1))
+        builder.statements.append(Locate(place, rest, x, builder.table(axis.knots), axis.knots, 1, wants_rest=False))
         places.append(place)
         degrees.append([_degree(builder, side, x, place) for side in axis.sides])
     return degrees, places

@@ -131,7 +131,8 @@ def decided(statement: Locate, x: str) -> list[str]:
             beyond = "0.0" if first else f"({x} - {x} if {x} != {x} else 0.0)"
         elif first == 0:
             beyond = f"0.0 if {x} < {number(knots[0])} else {beyond}"
-        return [f"{name} = {first * statement.stride}", f"{rest} = {beyond}"]
+        place = f"{name} = {first * statement.stride}"
+        return [place, f"{rest} = {beyond}"] if statement.wants_rest else [place]
 
     return halved(0, len(knots) - 1)
 

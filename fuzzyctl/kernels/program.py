@@ -78,6 +78,7 @@ class Locate:
         table: Name of the constant array of the knots.
         knots: Rising, at least one.
         stride: A positive integer.
+        wants_rest: Whether anything reads the rest; what is printed for people has no name that nothing reads.
     """
 
     name: str
@@ -86,6 +87,7 @@ class Locate:
     table: str
     knots: tuple[float, ...]
     stride: int
+    wants_rest: bool = True
 
 
 @record(frozen=True, slots=True)

@@ -18,7 +18,8 @@ from fuzzyctl.kernels.plan import plan
 
 @pytest.fixture
 def forced(monkeypatch):
-    """Let every backend take the rules that act, however few rules there are."""
+    """Let every backend take the rules that act, however few rules there are and however large the tables."""
+    monkeypatch.setattr(active, "MOST_NUMBERS", 1 << 20)
     for name in ("LEAST_GAIN_INTERPRETED", "LEAST_GAIN_MANY"):
         monkeypatch.setattr(active, name, 0)
 

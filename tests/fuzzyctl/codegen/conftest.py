@@ -88,7 +88,7 @@ table u = e x de
      N  Z  P
   N | a  b  .
   S | b  a  b
-  P | .  b  a
+  P | b  b  a
 """
 
 TEXTS = {

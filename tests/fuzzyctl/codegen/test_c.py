@@ -27,6 +27,10 @@ class TestSelfTest:
         built = compiled(unit_of(kind, precision="float"))
         assert built.code == 0, built.output
 
+    @pytest.mark.parametrize(("name", "algorithm"), [("diagonal", "diagonals"), ("active", "active")])
+    def test_kinds_of_an_algorithm_are_written_with_it(self, unit_of, name, algorithm):
+        assert unit_of(name).algorithm.name == algorithm
+
     @pytest.mark.parametrize("name", ["ais_reaction", "exact", "silent", "refusing", "chained", "holding", "adaptive"])
     def test_compilers_may_be_told_that_there_is_no_nan(self, compiled, unit_of, name):
         built = compiled(unit_of(name), ["-O3", "-ffast-math"])
