@@ -11,7 +11,7 @@ from fuzzyctl import arguments
 from fuzzyctl.comparison.names import Matches, matches
 from fuzzyctl.comparison.order import order_changed
 from fuzzyctl.comparison.rule_pairs import RulePair, rule_pairs
-from fuzzyctl.comparison.rules import flat_rules
+from fuzzyctl.comparison.rules import flat_rules, with_blocks
 from fuzzyctl.comparison.settings import defuzzifier_settings, otherwise_text, plain_text, settings
 from fuzzyctl.expr import ExprError, to_text
 from fuzzyctl.formats.fz import block_text, defuzzifier_text, guarantee_text, membership_text
@@ -62,13 +62,13 @@ def changes(a: FuzzySystem, b: FuzzySystem) -> tuple[Change, ...]:
     """
     for system in (a, b):
         arguments.instance("what is compared", FuzzySystem, "a FuzzySystem", system)
-    found = matches(a, b)
+    found = with_blocks(a, b, matches(a, b))
     return (
         *_named(a, b),
         *_settings(a, b),
         *_params(a, b),
         *_variables(a, b, found),
-        *_blocks(a, b),
+        *_blocks(a, b, found),
         *_rules(a, b, found),
         *_guarantees(a, b),
     )
@@ -225,10 +225,14 @@ def _numbers(system: FuzzySystem, term: Term) -> tuple[Any, ...]:
         return (m.kind, m.arguments, m.height)
 
 
-def _blocks(a: FuzzySystem, b: FuzzySystem) -> Iterator[Change]:
-    first, second = ({block.name: block for block in s.rule_blocks} for s in (a, b))
+def _blocks(a: FuzzySystem, b: FuzzySystem, found: Matches) -> Iterator[Change]:
+    first = {block.name: block for block in a.rule_blocks}
+    second = {found.block(block.name): block for block in b.rule_blocks}
     for name in _union(list(first), list(second)):
         before, after = first.get(name), second.get(name)
+        if before and after and before.name != after.name:
+            yield Change("renamed", "rule block", name, name, after.name, _line(before), _line(after))
+            before = before.model_copy(update={"name": after.name})
         one, other = (block_text(block) if block else None for block in (before, after))
         if one != other:
             yield _change("rule block", name, one, other, before, after)

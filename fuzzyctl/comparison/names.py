@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeVar
 
 from fuzzyctl.model.system import FuzzySystem
@@ -19,10 +19,16 @@ class Matches:
     Args:
         variables: Name in the first system by name in the second.
         terms: Name of a term in the first system by (variable, term) of the second.
+        blocks: Name of a rule block in the first system by name in the second.
     """
 
     variables: Mapping[str, str]
     terms: Mapping[tuple[str, str], str]
+    blocks: Mapping[str, str] = field(default_factory=dict)
+
+    def block(self, name: str) -> str:
+        """Return what a rule block of the second system is called in the first."""
+        return self.blocks.get(name, name)
 
     def variable(self, name: str) -> str:
         """Return what a variable of the second system is called in the first."""

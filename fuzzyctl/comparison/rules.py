@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from fuzzyctl.comparison.names import Matches
 from fuzzyctl.comparison.settings import plain_text
@@ -51,7 +52,30 @@ def flat_rules(system: FuzzySystem, names: Matches | None = None, *, carried: bo
         name = antecedent_text(rule.antecedent, top=True)
         consequents = tuple(_consequents(rule, names, carried))
         key = _key(rule.antecedent, names)
-        found.append(FlatRule(key, rule, what, name, rule_text(rule), consequents, block))
+        found.append(FlatRule(key, rule, what, name, rule_text(rule), consequents, names.block(block)))
+    return found
+
+
+def with_blocks(a: FuzzySystem, b: FuzzySystem, names: Matches) -> Matches:
+    """Add which rule block is which: those of one name, and of the rest those that share most of their rules."""
+    first, second = _said_by_block(a, Matches({}, {})), _said_by_block(b, names)
+    left = [name for name in first if name not in second]
+    blocks: dict[str, str] = {}
+    for name in (n for n in second if n not in first):
+        shared = {one: (first[one] & second[name]).total() for one in left}
+        best = max(left, key=lambda one: shared[one], default=None)
+        if best is not None and 2 * shared[best] > max(first[best].total(), second[name].total()):
+            blocks[name] = best
+            left.remove(best)
+    return replace(names, blocks=blocks)
+
+
+def _said_by_block(system: FuzzySystem, names: Matches) -> dict[str, Counter[object]]:
+    """Return what the rules of each rule block say, in the names of another system."""
+    found: dict[str, Counter[object]] = {block.name: Counter() for block in system.rule_blocks}
+    for rule in flat_rules(system, names):
+        if rule.block:
+            found[rule.block][rule.key, rule.consequents] += 1
     return found
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from fuzzyctl.formats.findings import Names
@@ -11,6 +11,7 @@ from fuzzyctl.formats.losses import Loss
 from fuzzyctl.model.method import Activation, RuleMethod
 from fuzzyctl.model.rule import And, Or, Rule, RuleBlock, parts_of
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.source import Span
 
 
 @dataclass(frozen=True)
@@ -24,6 +25,7 @@ class FoundBlock:
         disjunction: How they join by `or`, None where none does.
         implication: What activations make of the sets that they conclude, None where they conclude none.
         activation: Which of them act.
+        span: Where it begins.
     """
 
     name: str
@@ -32,6 +34,7 @@ class FoundBlock:
     disjunction: str | None
     implication: str | None
     activation: Activation
+    span: Span | None = None
 
     @property
     def outputs(self) -> set[str]:
@@ -92,7 +95,7 @@ def _without_idle(block: FoundBlock, sets: Collection[str]) -> FoundBlock:
     """Return a block without an implication that no output of its rules heeds."""
     if any(o in sets for o in block.outputs):
         return block
-    return FoundBlock(block.name, block.rules, block.conjunction, block.disjunction, None, block.activation)
+    return replace(block, implication=None)
 
 
 def _first(blocks: Iterable[FoundBlock], name: str) -> Any:
@@ -102,7 +105,8 @@ def _first(blocks: Iterable[FoundBlock], name: str) -> Any:
 def _block(block: FoundBlock, name: str, method: dict[str, Any]) -> RuleBlock:
     """Return a block that says only what the system does not say."""
     own = {n: getattr(block, n) for n in _FIELDS}
-    return RuleBlock(name=name, rules=block.rules, **{n: None if v == method.get(n) else v for n, v in own.items()})
+    said = {n: None if v == method.get(n) else v for n, v in own.items()}
+    return RuleBlock(name=name, rules=block.rules, span=block.span, **said)
 
 
 @dataclass(frozen=True)

@@ -102,6 +102,7 @@ def found_block(block: RuleBlock) -> FoundBlock:
         block.disjunction if any(r.uses_or for r in block.rules) else None,
         block.implication,
         block.activation,
+        block.block.head.span,
     )
 
 

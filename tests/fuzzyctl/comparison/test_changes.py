@@ -5,6 +5,7 @@ import pytest
 import fuzzyctl
 from fuzzyctl.comparison.changes import changes
 from fuzzyctl.formats.registry import FORMATS
+from fuzzyctl.source import SourceText
 
 
 @pytest.fixture
@@ -259,3 +260,36 @@ class TestOrder:
         head, *rules = one.splitlines(keepends=True)
         turned = "".join([head, *reversed(rules)])
         assert [what for what, _, _ in self.between([one, two], [turned, two])] == ["order of rules"]
+
+
+class TestRenamedBlocks:
+    ONE = "rules one activation first(count=1)\nif x is lo then y is s\nif x is hi then y is l\n"
+    TWO = "rules two\nif x is hi then z is l\n"
+
+    def between(self, *second):
+        a, b = (fuzzyctl.loads(CHAINED + "".join(rules)) for rules in ((self.ONE, self.TWO), second))
+        return [(c.kind, c.what, c.name) for c in changes(a, b)]
+
+    def test_their_rules_are_the_same(self):
+        other = self.ONE.replace("one", "other")
+        assert self.between(other, self.TWO) == [("renamed", "rule block", "one")]
+        assert self.between(self.TWO.replace("two", "other"), self.ONE) == [("renamed", "rule block", "two")]
+
+    def test_what_else_they_say_is_a_change_besides(self):
+        other = self.ONE.replace("one activation first(count=1)", "other")
+        assert self.between(other, self.TWO)[:2] == [("renamed", "rule block", "one"), ("changed", "rule block", "one")]
+
+    def test_a_block_of_other_rules_is_another(self):
+        other = "rules other activation first(count=1)\nif x is hi then y is s\nif x is lo then y is l\n"
+        found = self.between(other, self.TWO)
+        assert [kind for kind, what, _ in found if what == "rule block"] == ["removed", "added"]
+
+
+def test_blocks_of_other_tools_files_have_lines():
+    text = fuzzyctl.loads(CHAINED + TestRenamedBlocks.ONE + TestRenamedBlocks.TWO)
+    for target in ("fll", "fcl"):
+        written, _ = FORMATS[target].write(text)
+        system = FORMATS[target].read(SourceText(f"a.{target}", written))[0][0]
+        word = {"fll": "RuleBlock", "fcl": "RULEBLOCK"}[target]
+        lines = [n for n, line in enumerate(written.splitlines(), 1) if line.startswith(word)]
+        assert [b.span.line for b in system.rule_blocks] == lines[-len(system.rule_blocks) :]
