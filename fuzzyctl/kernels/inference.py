@@ -270,8 +270,8 @@ class _Front:
 
         How far rules before have activated a term may add up to more than 1, and what is `not` that is below 0.
         """
-        least = self.plan.least
-        if least is None or activation == ZERO or (least == 0.0 and not self.plan.chains):
+        least = self.plan.least or 0.0
+        if activation == ZERO or (least == 0.0 and not self.plan.chains):
             return activation
         return self.builder.let(Where(Compare(">", activation, Number(least)), activation, ZERO))
 

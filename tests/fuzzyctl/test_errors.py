@@ -146,7 +146,7 @@ class TestPeerWords:
             ("mamdani", CONJUNCTIONS, "min"),
             ("larsen", CONJUNCTIONS, "product"),
             ("ln", FUNCTIONS, "log"),
-            ("floor", FUNCTIONS, None),
+            ("cbrt", FUNCTIONS, None),
             ("sqr", FUNCTIONS, None),
         ],
     )

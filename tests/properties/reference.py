@@ -188,7 +188,8 @@ class Reference:
 
     def gated(self, activation):
         least = self.semantics.least
-        return 0.0 if least is not None and not activation > least else activation
+        # Degrees so far may add up to more than 1, and what is not more than 1 is below 0.
+        return activation if activation > (least or 0.0) else 0.0
 
     def chosen(self, r):
         """The activation of a rule as the activation method of its block lets it act."""
@@ -293,8 +294,7 @@ class Reference:
             key = {"rules": r, "terms": repr(term), "places": place}[s.merge]
             groups.setdefault(key, []).append((place, acts))
         sums = [(own[0][0], self.joined(output, [a for _, a in own])) for own in groups.values()]
-        # Degrees so far may add up to more than 1, and what is not more than 1 is below 0.
-        numerator = sum(a * z for z, a in sums if a != 0.0)
+        numerator = sum(a * z for z, a in sums if a > 0.0)
         if kind == "weighted_sum":
             return numerator if any(a > 0.0 for _, a in sums) else math.nan
         match s.total:
