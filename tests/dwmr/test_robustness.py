@@ -168,7 +168,7 @@ class TestFolder:
     def test_a_picture_that_cannot_be_drawn_costs_nothing_else(self, tmp_path, monkeypatch, capsys):
         from dwmr import figures
 
-        def fail(*arguments):
+        def fail(target, trajectories, scenario):
             raise np.linalg.LinAlgError("Singular matrix")
 
         monkeypatch.setattr(figures, "draw_path", fail)
