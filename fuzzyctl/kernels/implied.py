@@ -68,3 +68,34 @@ class ImpliedSets:
         """Return the union of what rules leave, each given with how far the output feels it, and which consequent."""
         curves = [curve for rule, felt, nth in rules if (curve := self.implied(rule, felt, nth)) is not None]
         return tuple(reduce(self._join, degrees) for degrees in zip(*curves, strict=True)) if curves else ()
+
+    @property
+    def has_places(self) -> bool:
+        """Whether rules leave a place each in the output, as by Tsukamoto's method, and no set."""
+        return self.output.inverts or self.output.takes_degrees
+
+    def places(self, rules: Iterable[tuple[int, float, int]]) -> list[tuple[float, float]]:
+        """Return the places that rules leave, and how far the output feels each; arguments as for `together`.
+
+        A function of the inputs has none.
+        """
+        felt: dict[object, tuple[SetPlan, float]] = {}
+        for rule, own, nth in rules:
+            term = self._term(rule, nth)
+            if term.expression is not None:
+                continue
+            # Where the sum runs over terms, rules of one term leave one place together.
+            key: object = term if self.output.merge != "rules" else (rule, nth)
+            felt[key] = (term, self._join(felt[key][1], own) if key in felt else own)
+        return [(self._place(term, strength), strength) for term, strength in felt.values()]
+
+    def _place(self, term: SetPlan, strength: float) -> float:
+        output = self.output
+        if output.inverts:
+            # As kernels do: see `defuzzify`.
+            limited = output.places == "clamped" and (term.height != 1.0 or output.merge != "rules")
+            share = scalar_function(term.share(Name("w"), limited=limited))(strength)
+            place = float(scalar_function(term.inverse(Name("w")))(share))
+        else:
+            place = float(scalar_function(term.degree(Name("w")))(strength))
+        return min(max(place, output.lower), output.upper) if output.places == "clamped" else place

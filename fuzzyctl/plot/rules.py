@@ -64,19 +64,32 @@ def _columns(system: FuzzySystem, found: Trace) -> list[_Column]:
         low, high = system.number(variable.lower), system.number(variable.upper)
         x = tuple(np.linspace(low, high, 401).tolist())
         sets = None if isinstance(variable, Input) else ImpliedSets(plans[variable.name], x)
-        columns.append(_Column(variable, x, _ends(variable, low, high, found), sets))
+        columns.append(_Column(variable, x, _ends(variable, low, high, found, sets), sets))
     return columns
 
 
-def _ends(variable: LinguisticVariable, low: float, high: float, found: Trace) -> tuple[float, float]:
+def _ends(
+    variable: LinguisticVariable, low: float, high: float, found: Trace, sets: ImpliedSets | None
+) -> tuple[float, float]:
     """Return the ends of an axis: a range, and for an output numbers beyond it, as sums and functions have them."""
-    if isinstance(variable, Input):
+    if sets is None:
         return low, high
+    places = [place for place, _ in sets.places(_own(found, variable))] if sets.has_places else []
     numbers = [c.value for rule in found.rules for c in rule.contributions if c.output == variable.name]
-    beyond = [v for v in (*numbers, found.outputs[variable.name]) if v is not None and np.isfinite(v)]
+    beyond = [v for v in (*numbers, *places, found.outputs[variable.name]) if v is not None and np.isfinite(v)]
     beyond = [v for v in beyond if not low <= v <= high]
     room = 0.05 * (max(high, *beyond) - min(low, *beyond)) if beyond else 0.0
     return min(low, *(v - room for v in beyond), low), max(high, *(v + room for v in beyond), high)
+
+
+def _own(found: Trace, output: LinguisticVariable) -> list[tuple[int, float, int]]:
+    """Return the rules that leave something in an output: position, how far it is felt, and which consequent."""
+    return [
+        (rule.number - 1, c.felt, nth)
+        for rule in found.rules
+        for nth, c in enumerate(c for c in rule.contributions if c.output == output.name)
+        if c.value is None
+    ]
 
 
 def _frame(ax: Any, column: _Column, *, ticks: bool) -> None:
@@ -129,10 +142,21 @@ def _consequent(ax: Any, column: _Column, rule: int, nth: int, contribution: Con
         ax.vlines(contribution.value, 0, contribution.felt, color=OUTPUT, lw=3)
         return
     assert column.sets is not None, "rules contribute to outputs only"
+    if column.sets.has_places:
+        _spikes(ax, column.sets.places([(rule, contribution.felt, nth)]))
+        if (shape := column.sets.consequent(rule, nth)) is not None and column.sets.output.inverts:
+            ax.plot(column.x, shape, color=OUTPUT, lw=1)
+        return
     curve, cut = column.sets.consequent(rule, nth), column.sets.implied(rule, contribution.felt, nth)
     if curve is not None and cut is not None:
         ax.plot(column.x, curve, color=OUTPUT, lw=1)
         ax.fill_between(column.x, cut, color=OUTPUT, alpha=0.35, lw=0)
+
+
+def _spikes(ax: Any, places: Sequence[tuple[float, float]]) -> None:
+    """Draw places as high as they are felt."""
+    for place, felt in places:
+        ax.vlines(place, 0, felt, color=OUTPUT, lw=3)
 
 
 def _names(ax: Any, names: Sequence[tuple[str, str]]) -> None:
@@ -151,15 +175,12 @@ def _last_row(ax: Any, found: Trace, column: _Column) -> None:
     if column.sets is None:
         ax.axvline(found.inputs[name], color=LINE, lw=0.8)
         return
-    own = [
-        (rule.number - 1, c, nth)
-        for rule in found.rules
-        for nth, c in enumerate(c for c in rule.contributions if c.output == name)
-    ]
-    for value, felt in ((c.value, c.felt) for _, c, _ in own if c.value is not None):
-        ax.vlines(value, 0, felt, color=OUTPUT, lw=3)
-    together = column.sets.together((r, c.felt, nth) for r, c, nth in own if c.value is None)
-    if together:
+    contributions = [c for rule in found.rules for c in rule.contributions if c.output == name]
+    _spikes(ax, [(c.value, c.felt) for c in contributions if c.value is not None])
+    own = _own(found, column.variable)
+    if column.sets.has_places:
+        _spikes(ax, column.sets.places(own))
+    elif together := column.sets.together(own):
         _union(ax, column.x, together)
     value = found.outputs[name]
     if np.isfinite(value):

@@ -266,3 +266,39 @@ class TestPictureOfValues:
             assert low < value < high
             assert low <= 0.0
             assert high >= 10.0
+
+
+class TestPictureOfPlaces:
+    """Tsukamoto's method takes places of consequents: no set is cut, and there is no union."""
+
+    TEXT = (
+        "system t\n{}defuzzifier tsukamoto\ninput x in [0, 10]\n  low = ramp(10, 0)\n  high = ramp(0, 10)\n"
+        "output z in [0, 100]\n  cheap = ramp(80, 10)\n  dear = ramp(50, 100)\n"
+        "if x is low then z is cheap\nif x is high then z is {}\n"
+    )
+
+    def drawn(self, text, x):
+        from matplotlib.figure import Figure
+
+        from fuzzyctl.plot.rules import draw_rules
+
+        figure, system = Figure(), loads(text)
+        draw_rules(figure, system, trace(system, {"x": x}), 12)
+        return figure.axes
+
+    def spikes(self, ax):
+        """Places and how high they are; anything filled would be no line of two points."""
+        ends = [segment for c in ax.collections for segment in c.get_segments()]
+        return sorted((x, top) for (x, _), (_, top) in ends)
+
+    def test_each_rule_has_its_place_and_all_stand_together(self):
+        axes = self.drawn(self.TEXT.format("", "dear"), 3.0)
+        places = [(pytest.approx(31.0), pytest.approx(0.7)), (pytest.approx(65.0), pytest.approx(0.3))]
+        assert self.spikes(axes[1]) == places[:1]
+        assert self.spikes(axes[3]) == places[1:]
+        assert self.spikes(axes[5]) == places
+        assert dict(zip(*axes[1].lines[0].get_data(), strict=True))[10.0] == 1.0
+
+    def test_rules_of_one_term_leave_one_place_where_the_sum_runs_over_terms(self):
+        (spike,) = self.spikes(self.drawn(self.TEXT.format("semantics exact(merge=terms)\n", "cheap"), 3.0)[5])
+        assert spike == (pytest.approx(31.0), pytest.approx(0.7))
