@@ -8,6 +8,7 @@ constants or linear ones. Cost grows with the number of inputs and not with that
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import reduce
@@ -16,7 +17,7 @@ from typing import Final
 
 from fuzzyctl.expr import ZERO, Binary, Call, Expr, Logic, Name, Number, Where
 from fuzzyctl.kernels.defuzzify import average, consequent_hull
-from fuzzyctl.kernels.grid import degree_at, is_continuous, knots_of
+from fuzzyctl.kernels.grid import ROUNDING, degree_at, is_continuous, knots_of, rounded, too_close
 from fuzzyctl.kernels.inference import raw_names
 from fuzzyctl.kernels.plan import OutputPlan, Plan, SetPlan, degree_name
 from fuzzyctl.kernels.program import (
@@ -43,8 +44,8 @@ LEAST_GAIN: Final = 2
 LEAST_GAIN_INTERPRETED: Final = 4
 #: So it is in compiled loops over many points, where all rules become vector instructions.
 LEAST_GAIN_MANY: Final = 20
-#: Corners closer to each other than this part of the range make lines steeper than their numbers are exact.
-_NARROWEST: Final = 1e-7
+#: Where corners that differ by rounding count as one, a degree as large as this decides whether a rule acts.
+_LARGE: Final = 1e-3
 
 
 #: Name, foot, slope and base of a term in a cell.
@@ -73,12 +74,17 @@ class Axis:
         knots: Corners of its terms, rising; beyond the outer ones nothing changes.
         sides: The two terms of each cell.
         terms: Their names in each cell, None where there is none.
+        decides: Whether its numbers say where a term is not 0: not where corners that differ by rounding count as one
+            and no other term is far above 0 there.
+        is_rounded: Whether there are such corners.
     """
 
     position: int
     knots: tuple[float, ...]
     sides: tuple[Side, Side]
     terms: tuple[tuple[str | None, ...], tuple[str | None, ...]]
+    decides: bool
+    is_rounded: bool
 
 
 @dataclass(frozen=True)
@@ -128,7 +134,9 @@ def active_of(plan: Plan, *, least_gain: float = LEAST_GAIN) -> Active | None:
     rules = _Rules(plan)
     axes = [_axis(plan, position) for position in read]
     found = tuple(a for a in axes if a is not None)
-    if rules.norm is None or len(found) < len(axes):
+    if rules.norm is None or len(found) < len(axes) or not all(a.decides for a in found):
+        return None
+    if any(a.is_rounded for a in found) and not _is_full(plan, rules):
         return None
     cells = math.prod(len(a.knots) for a in found)
     if cells * len(plan.outputs) * (len(plan.inputs) + 2) << len(found) > MOST_NUMBERS:
@@ -292,28 +300,43 @@ def _axis(plan: Plan, position: int) -> Axis | None:
     """Return an input as an axis, None where more than two terms meet or corners are too close to each other."""
     terms = {d.term: d.set for d in plan.degrees if d.variable == position}
     knots = knots_of(plan.inputs[position], list(terms.values()))
-    if any(b - a < _NARROWEST * (knots[-1] - knots[0]) for a, b in pairwise(knots)):
+    if too_close(knots, list(terms.values())):
         return None
+    is_rounded = bool(rounded(knots, list(terms.values())))
+    least = ROUNDING if is_rounded else 0.0
     first: list[_Line] = []
     second: list[_Line] = []
     for left, right in pairwise((*knots, knots[-1])):
-        there = [t for t, s in terms.items() if degree_at(s, left) > 0.0 or degree_at(s, right) > 0.0]
+        there = [t for t, s in terms.items() if degree_at(s, left) > least or degree_at(s, right) > least]
         if len(there) > 2:
             return None
-        own = [_line(t, terms[t], left, right) for t in there] + [_NO_TERM] * (2 - len(there))
+        own = [_line(t, terms[t], left, right, least) for t in there] + [_NO_TERM] * (2 - len(there))
         first.append(own[0])
         second.append(own[1])
     names = tuple(n for n, *_ in first), tuple(n for n, *_ in second)
-    return Axis(position, knots, (_side(first), _side(second)), names)
+    covered = all(max(degree_at(s, x) for s in terms.values()) > _LARGE for x in knots)
+    return Axis(position, knots, (_side(first), _side(second)), names, covered or not is_rounded, is_rounded)
+
+
+def _is_full(plan: Plan, rules: _Rules) -> bool:
+    """Return whether each output has a rule that can act for each combination of terms."""
+    terms = {(d.variable, d.term) for d in plan.degrees}
+    whole = math.prod(Counter(variable for variable, _ in terms).values())
+    acting = [{plan.rules[e.rule].strength for e in o.implied if plan.rules[e.rule].weight > 0.0} for o in plan.outputs]
+    combinations = [{frozenset((rules.terms[s] or {}).items()) for s in own} for own in acting]
+    return all(len(own) == whole for own in combinations)
 
 
 def _side(lines: Sequence[_Line]) -> Side:
     return Side(tuple(line[1] for line in lines), tuple(line[2] for line in lines), tuple(line[3] for line in lines))
 
 
-def _line(name: str, term: SetPlan, left: float, right: float) -> _Line:
-    """Return foot, slope and base of a term in a cell, counted from where it is 0, so that nothing cancels there."""
-    at_left, at_right = degree_at(term, left), degree_at(term, right)
+def _line(name: str, term: SetPlan, left: float, right: float, least: float) -> _Line:
+    """Return foot, slope and base of a term in a cell, counted from where it is 0, so that nothing cancels there.
+
+    Degrees of at most `least` at the ends are 0 but for rounding.
+    """
+    at_left, at_right = (d if d > least else 0.0 for d in (degree_at(term, left), degree_at(term, right)))
     if left == right:
         return name, left, 0.0, at_left
     slope = (at_right - at_left) / (right - left)

@@ -16,7 +16,7 @@ from typing import Final
 
 from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, Expr, Logic, Name, Number, Where
 from fuzzyctl.kernels.defuzzify import closed_form, middle, support_hull
-from fuzzyctl.kernels.grid import degree_at, is_continuous, knots_of
+from fuzzyctl.kernels.grid import degree_at, is_continuous, knots_of, too_close
 from fuzzyctl.kernels.inference import raw_names
 from fuzzyctl.kernels.plan import OutputPlan, Plan, SetPlan, degree_name
 from fuzzyctl.kernels.program import NAN, Branches, Builder, Program, any_nan, clip, minus, plus, times
@@ -142,7 +142,7 @@ def _axis(plan: Plan, position: int) -> Axis | None:
     """Return an input if its terms are a partition: at each knot one of them is 1 and all others are 0."""
     sets = [d.set for d in plan.degrees if d.variable == position]
     knots = knots_of(plan.inputs[position], sets) if sets else ()
-    if not 2 <= len(knots) == len(sets):
+    if not 2 <= len(knots) == len(sets) or too_close(knots, sets):
         return None
     tops = {_top(s, knots) for s in sets}
     return Axis(position, knots) if None not in tops and len(tops) == len(sets) else None
@@ -198,7 +198,8 @@ def _band(output: OutputPlan, axes: tuple[Axis, Axis], cells: Sequence[tuple[int
 def _is_even(knots: Sequence[float]) -> bool:
     step = (knots[-1] - knots[0]) / (len(knots) - 1)
     slack = _SAME * (knots[-1] - knots[0])
-    return all(abs(x - (knots[0] + k * step)) <= slack for k, x in enumerate(knots))
+    # Far from 0 the sum would be rounded as the knots are, and look even where the differences are not.
+    return all(abs((x - knots[0]) - k * step) <= slack for k, x in enumerate(knots))
 
 
 def _pieces(output: OutputPlan, terms: Sequence[SetPlan], peaks: Sequence[float]) -> tuple[int, int] | None:

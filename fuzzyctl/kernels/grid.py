@@ -8,6 +8,7 @@ their values at the knots say all. Where the second sum is 1 everywhere, as on p
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise, product
@@ -27,6 +28,10 @@ _LEAST_SHARE: Final = 1e-3
 _SAME: Final = 1e-14
 #: A cell narrower than this part of the range is steeper than its coefficients are exact.
 _NARROWEST: Final = 1e-7
+#: Degrees that differ by less are the same but for rounding.
+ROUNDING: Final = 1e-13
+#: Slopes, and products of one slope of each input, must be that far from what a number can be, either way.
+_STEEPEST: Final = 1e250
 
 #: A function of the knots of some inputs: positions of these inputs, and values that are not 0 by position of knots.
 Tensor = tuple[tuple[int, ...], dict[tuple[int, ...], float]]
@@ -76,8 +81,10 @@ def grid_of(plan: Plan) -> Grid | str:
     inputs = tuple(sorted({d.variable for d in plan.degrees}))
     knots = tuple(knots_of(plan.inputs[i], [d.set for d in plan.degrees if d.variable == i]) for i in inputs)
     for k, i in zip(knots, inputs, strict=True):
-        if any(b - a < _NARROWEST * (k[-1] - k[0]) for a, b in pairwise(k)):
+        if too_close(k, [d.set for d in plan.degrees if d.variable == i]):
             return f"corners of '{plan.inputs[i].name}' lie too close to each other"
+    if not all(1.0 / _STEEPEST < math.prod(s) < _STEEPEST for s in zip(*map(_slopes, knots), strict=True)):
+        return "the ranges of its inputs are too small or too large"
     if math.prod(map(len, knots)) > MOST_KNOTS:
         return f"its inputs have {math.prod(map(len, knots)):,} knots together, more than {MOST_KNOTS:,}"
     strengths = _Strengths(plan, inputs, knots)
@@ -133,6 +140,27 @@ def knots_of(variable: InputPlan, sets: Sequence[SetPlan]) -> tuple[float, ...]:
         corners = [*first, *inside, *([variable.upper] if corners[-1] >= variable.upper else [])]
     least = _SAME * (corners[-1] - corners[0])
     return tuple(x for k, x in enumerate(corners) if k == 0 or x - corners[k - 1] > least)
+
+
+def _slopes(knots: Sequence[float]) -> tuple[float, float]:
+    """Return the largest and the smallest slope of a side between knots."""
+    widths = [b - a for a, b in pairwise(knots)] or [1.0]
+    return 1.0 / min(widths), 1.0 / sum(widths)
+
+
+def too_close(knots: Sequence[float], sets: Sequence[SetPlan]) -> bool:
+    """Return whether corners of sets lie so close to each other that lines between knots are not the degrees."""
+    least = max(_NARROWEST * (knots[-1] - knots[0]), 1.0 / _STEEPEST)
+    if any(b - a < least for a, b in pairwise(knots)):
+        return True
+    moved = [(term, knots[bisect_right(knots, x) - 1], y) for term, x, y in rounded(knots, sets)]
+    return any(abs(degree_at(term, knot) - y) > ROUNDING for term, knot, y in moved)
+
+
+def rounded(knots: Sequence[float], sets: Sequence[SetPlan]) -> list[tuple[SetPlan, float, float]]:
+    """Return the corners, each with its set and degree, that count as a knot from which they differ by rounding."""
+    own = set(knots)
+    return [(s, x, y) for s in sets for x, y in s.vertices if knots[0] <= x <= knots[-1] and x not in own]
 
 
 def degree_at(term: SetPlan, x: float) -> float:

@@ -184,9 +184,9 @@ def _sides(term: SetPlan) -> list[tuple[float, float]] | None:
 def _line(x: Expr, foot: float, top: float, *, exact: bool) -> Expr:
     """Return the line that is 0 at the foot and 1, or by rounding a bit more, at the top."""
     beyond = Binary("-", x, Number(foot)) if top > foot else Binary("-", Number(foot), x)
-    if exact:
-        return Binary("/", beyond, Number(abs(top - foot)))
     slope = 1.0 / abs(top - foot)
+    if exact or math.isinf(slope):
+        return Binary("/", beyond, Number(abs(top - foot)))
     while slope * abs(top - foot) < 1.0:
         slope = math.nextafter(slope, math.inf)
     return Binary("*", beyond, Number(slope))

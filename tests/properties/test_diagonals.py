@@ -180,3 +180,17 @@ def test_a_symmetric_table_gives_opposite_numbers():
     for e, de in [(0.0, 0.0), (0.25, 0.5), (0.3, -0.7), (1.0, 0.1)]:
         assert kernel(-e, -de) == pytest.approx(-kernel(e, de), abs=2.0**-52)
     assert kernel(0.0, 0.0) == 0.0
+
+
+@pytest.mark.parametrize("backend", ["python", "numpy"])
+@pytest.mark.parametrize("ends", [(0.0, 1e-310), (0.0, 1e-200), (0.0, 1e150), (1e6, 1000001.0)], ids=str)
+def test_inputs_may_have_any_range(backend, ends):
+    """Slopes are numbers; far from 0, peaks that look even are not, since they are rounded."""
+    low, high = ends
+    text = PD.format(settings="defuzzifier centroid", terms=EVEN, cells="NB NS Z")
+    text = text.replace("input e in [-1, 1]\n  terms N Z P", f"input e in [{low}, {high}]\n  terms N Z P PP")
+    system = loads(text + "  PP | PS PB PB\n")
+    e = low + (high - low) * np.linspace(0.0, 1.0, 50)
+    points = np.stack([e, np.linspace(-1.0, 0.9, 50)], axis=1)
+    expected = compile_system(system, "python", algorithm="rules").batch(points)
+    np.testing.assert_allclose(compile_system(system, backend).batch(points), expected, rtol=0, atol=1e-13)
