@@ -25,9 +25,9 @@ def forced(monkeypatch):
 
 
 @st.composite
-def axes(draw, name):
+def axes(draw, name, most=5):
     """An input of which at most two terms meet, as text, its terms and its corners; between terms there may be gaps."""
-    count = draw(st.integers(1, 5))
+    count = draw(st.integers(1, most))
     lines, corners, at = [], [], draw(st.integers(-20, 20)) / 4
     foot = at
     for k in range(count):
@@ -56,7 +56,7 @@ def systems(draw, otherwise=(" else -3", " else nan", " else midpoint", " else e
     lines, terms, knots = ["system s", f"and {norm}", "defuzzifier weighted_average"], [], []
     inputs = draw(st.integers(1, 3))
     for i in range(inputs):
-        text, names, corners = draw(axes(f"x{i}"))
+        text, names, corners = draw(axes(f"x{i}", 5 if inputs < 3 else 2))
         lines += text
         terms.append(names)
         knots.append(corners)
@@ -114,7 +114,7 @@ def agree(system, backend, points):
 
 
 @pytest.mark.usefixtures("forced")
-@settings(max_examples=80, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=30, deadline=None, suppress_health_check=list(HealthCheck))
 @given(case=systems(), seed=st.integers(0, 1000))
 @pytest.mark.parametrize("backend", ["python", "numpy"])
 def test_rules_that_act_are_all_rules(backend, case, seed):
@@ -132,7 +132,7 @@ def test_rules_that_act_are_all_rules(backend, case, seed):
 
 
 @pytest.mark.usefixtures("forced")
-@settings(max_examples=8, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=5, deadline=None, suppress_health_check=list(HealthCheck))
 @given(case=systems(otherwise=(" else -3", " else nan")), seed=st.integers(0, 1000))
 def test_compiled_too(case, seed):
     text, knots = case
@@ -155,6 +155,12 @@ def table(terms, settings="and min\ndefuzzifier weighted_average", rules="", wid
 
 
 class TestChoice:
+    def test_is_all_rules_where_tables_would_take_too_much_memory(self, monkeypatch):
+        monkeypatch.setattr(active, "MOST_NUMBERS", 5 * 5 * 4 * 4)
+        assert algorithm_of(plan(table(5))).name == "active"
+        monkeypatch.setattr(active, "MOST_NUMBERS", 5 * 5 * 4 * 4 - 1)
+        assert algorithm_of(plan(table(5))).name == "rules"
+
     def test_is_for_tables_of_many_rules(self):
         assert algorithm_of(plan(table(3))).name == "active"
         assert "4 of 9 rules at a time" in algorithm_of(plan(table(3))).reason

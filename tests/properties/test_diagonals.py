@@ -95,7 +95,7 @@ def agree(system, backend, points):
     return found.reshape(len(points), -1)
 
 
-@settings(max_examples=80, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(case=systems(), seed=st.integers(0, 1000))
 @pytest.mark.parametrize("backend", ["python", "numpy"])
 def test_window_is_the_evaluation_of_all_rules(backend, case, seed):
