@@ -118,12 +118,12 @@ def window(plan: Plan, own: Diagonals, *, branches: bool = False) -> Program:
 def _is_plain(plan: Plan) -> bool:
     """Whether rules act as they are, each cell of the table has one, and all outputs are exact centroids."""
     return (
-        not (plan.states or plan.held or plan.chains)
+        all(map(_is_centroid, plan.outputs))  # most systems are told by this alone
+        and not (plan.states or plan.held or plan.chains)
         and plan.all_act
         and plan.least in (None, 0.0)
         and all(rule.weight == 1.0 for rule in plan.rules)
         and all(is_continuous(d.set) for d in plan.degrees)
-        and all(map(_is_centroid, plan.outputs))
     )
 
 
