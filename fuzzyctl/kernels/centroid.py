@@ -140,18 +140,13 @@ def is_handover(piece: Piece) -> bool:
     return len(piece.lines) == 2 and ends == {(1.0, 0.0), (0.0, 1.0)}
 
 
-def _handover(builder: Builder, piece: Piece) -> Moments:
-    """Integrate max(min(a, 1 - t), min(b, t)) over a piece [0, 1], in closed form.
+def handover(builder: Builder, a: Expr, b: Expr) -> Moments:
+    """Integrate max(min(a, 1 - t), min(b, t)) over [0, 1], in closed form.
 
     Both sets reach up to m = min(a, b, 1/2) together. What rises above m on either side does not overlap, so with
     ∫ min(s, t) dt = s - s²/2 the area is a + b - m - (a² + b²)/2 + m², and the moment about the left end
     (a + b - m - a² + m²)/2 + (a³ - b³)/6: the cubes of m cancel.
     """
-    falling = next(line for line in piece.lines if line.left == 1)
-    rising = next(line for line in piece.lines if line.left == 0)
-    a, b = (
-        builder.let(Call("min", (line.height, ONE))) if line.most > 1.0 else line.height for line in (falling, rising)
-    )
     m = builder.let(Call("min", (a, b, Number(0.5))))
     a2, b2, m2 = (builder.let(times(h, h)) for h in (a, b, m))
     reach = builder.let(minus(plus(a, b), m))
@@ -159,6 +154,17 @@ def _handover(builder: Builder, piece: Piece) -> Moments:
     cubes = builder.let(minus(builder.let(times(a, a2)), builder.let(times(b, b2))))
     halves = builder.let(plus(minus(reach, a2), m2))
     moment = builder.let(plus(times(Number(0.5), halves), times(Number(1 / 6), cubes)))
+    return area, moment
+
+
+def _handover(builder: Builder, piece: Piece) -> Moments:
+    """Integrate the union of two neighbours over a piece, about the middle of the range."""
+    falling = next(line for line in piece.lines if line.left == 1)
+    rising = next(line for line in piece.lines if line.left == 0)
+    a, b = (
+        builder.let(Call("min", (line.height, ONE))) if line.most > 1.0 else line.height for line in (falling, rising)
+    )
+    area, moment = handover(builder, a, b)
     length = piece.end - piece.start
     moved = plus(_constant_times(float(piece.start * length), area), _constant_times(float(length * length), moment))
     return builder.let(_constant_times(float(length), area)), builder.let(moved)

@@ -15,6 +15,7 @@ from itertools import pairwise, product
 from typing import Final
 
 from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, Expr, Logic, Name, Number, Where
+from fuzzyctl.kernels.centroid import handover
 from fuzzyctl.kernels.defuzzify import closed_form, middle, support_hull
 from fuzzyctl.kernels.grid import degree_at, is_continuous, knots_of, too_close
 from fuzzyctl.kernels.inference import raw_names
@@ -333,7 +334,7 @@ def _moments(
     sides: list[list[tuple[Expr, Expr]]] = []
     for sign, outer in ((-1, a), (1, c)):
         area, moment = _alone(builder, outer)
-        pieces = [_between(builder, b, outer), (area, builder.let(plus(area, moment)))]
+        pieces = [handover(builder, b, outer), (area, builder.let(plus(area, moment)))]
         numbers = (-1, -2) if sign < 0 else (0, 1)
         there = [_is_there(band, start, 1 + k, reach) for k in numbers]
         sides.append([_kept(builder, *pair) for pair in zip(there, pieces, strict=True)])
@@ -368,14 +369,3 @@ def _alone(builder: Builder, height: Expr) -> tuple[Expr, Expr]:
     cube = builder.let(times(height, square))
     area = builder.let(minus(height, times(_HALF, square)))
     return area, builder.let(plus(times(_HALF, minus(height, square)), times(_SIXTH, cube)))
-
-
-def _between(builder: Builder, falling: Expr, rising: Expr) -> tuple[Expr, Expr]:
-    """Integrate max(min(a, 1 - t), min(b, t)) over [0, 1], the moment about 0; see `centroid` for the formula."""
-    least = builder.let(Call("min", (falling, rising, _HALF)))
-    a2, b2, m2 = (builder.let(times(h, h)) for h in (falling, rising, least))
-    reach = builder.let(minus(plus(falling, rising), least))
-    area = builder.let(plus(minus(reach, times(_HALF, builder.let(plus(a2, b2)))), m2))
-    cubes = builder.let(minus(builder.let(times(falling, a2)), builder.let(times(rising, b2))))
-    halves = builder.let(plus(minus(reach, a2), m2))
-    return area, builder.let(plus(times(_HALF, halves), times(_SIXTH, cubes)))

@@ -1,7 +1,6 @@
 """Averages over the rules that act alone and over all rules are the same function."""
 
 import itertools
-import math
 
 import numpy as np
 import pytest
@@ -14,6 +13,7 @@ from fuzzyctl.kernels import active
 from fuzzyctl.kernels.algorithm import algorithm_of
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.plan import plan
+from tests.properties.around import points_around
 
 
 @pytest.fixture
@@ -80,16 +80,9 @@ def systems(draw, otherwise=(" else -3", " else nan", " else midpoint", " else e
 
 
 def points_of(knots, seed):
-    """Random points around the ranges, corners and their neighbours among the floats, and oddities."""
-    rng = np.random.default_rng(seed)
-    columns = []
-    for own in knots:
-        special = [y for k in own for y in (k, math.nextafter(k, math.inf), math.nextafter(k, -math.inf))]
-        special += [math.inf, -math.inf, 0.0, -0.0, 1e-300]
-        # A weight of half makes nothing of 5e-324, and two such rules together something.
-        special = [x for x in special if x == 0.0 or abs(x) >= 1e-300]
-        columns.append(rng.choice([*special, *rng.uniform(min(own) - 2, max(own) + 2, 60)], 80))
-    return np.stack(columns, axis=1)
+    """Points around corners; a weight of half makes nothing of 5e-324, and two such rules together something."""
+    points = points_around(knots, seed)
+    return np.where(np.abs(points) < 1e-300, 0.0, points)
 
 
 def outcome(kernel, points):

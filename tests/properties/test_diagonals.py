@@ -13,6 +13,7 @@ from fuzzyctl.errors import ArgumentError
 from fuzzyctl.kernels.algorithm import algorithm_of
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.plan import plan
+from tests.properties.around import points_around
 
 
 def partition(peaks, *, shoulders):
@@ -73,17 +74,6 @@ def systems(draw):
     return "\n".join([*lines, *tables]), knots
 
 
-def points_of(knots, seed):
-    """Random points around the ranges, peaks and their neighbours among the floats, and oddities."""
-    rng = np.random.default_rng(seed)
-    columns = []
-    for own in knots:
-        special = [y for k in own for y in (k, math.nextafter(k, math.inf), math.nextafter(k, -math.inf))]
-        special += [math.inf, -math.inf, 0.0, -0.0, 5e-324]
-        columns.append(rng.choice([*special, *rng.uniform(min(own) - 3, max(own) + 3, 60)], 90))
-    return np.stack(columns, axis=1)
-
-
 def agree(system, backend, points):
     """Compare with all rules: the heights of both are off by some ulp, and so is what is made of them, in steps."""
     expected = compile_system(system, "numpy", algorithm="rules").batch(points)
@@ -103,7 +93,7 @@ def test_window_is_the_evaluation_of_all_rules(backend, case, seed):
     system = loads(text)
     named = [{c for row in t.cells for cell in row for c in cell.terms} for t in system.tables_and_rules]
     assert (algorithm_of(plan(system)).name == "diagonals") == all(len(n) >= 3 for n in named)
-    found = agree(system, backend, points_of(knots, seed))
+    found = agree(system, backend, points_around(knots, seed))
     for position, output in enumerate(system.outputs):
         bound = output_bounds(system)[output.name]
         assert bound.lo <= found[:, position].min()
@@ -114,7 +104,7 @@ def test_window_is_the_evaluation_of_all_rules(backend, case, seed):
 @given(case=systems(), seed=st.integers(0, 1000))
 def test_compiled_window_too(case, seed):
     text, knots = case
-    system, points = loads(text), points_of(knots, seed)
+    system, points = loads(text), points_around(knots, seed)
     found = agree(system, "numba", points)
     kernel = compile_system(system, "numba")
     for point, value in zip(points[:20].tolist(), found[:20], strict=True):

@@ -1,7 +1,6 @@
 """Interpolation and the evaluation of all rules are the same function."""
 
 import itertools
-import math
 
 import numpy as np
 import pytest
@@ -13,6 +12,7 @@ from fuzzyctl.errors import ArgumentError
 from fuzzyctl.kernels.algorithm import algorithm_of
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.plan import plan
+from tests.properties.around import points_around
 
 BACKENDS = ("python", "numpy", "numba")
 
@@ -60,18 +60,6 @@ def systems(draw):
     return "\n".join(lines), knots
 
 
-def points_of(knots, seed):
-    """Random points around the ranges, corners of the terms and their neighbours among the floats, and oddities."""
-    rng = np.random.default_rng(seed)
-    columns = []
-    for own in knots:
-        special = [y for k in own for y in (k, math.nextafter(k, math.inf), math.nextafter(k, -math.inf))]
-        special += [math.inf, -math.inf, 0.0, -0.0, 5e-324]
-        random = rng.uniform(min(own) - 3, max(own) + 3, 40)
-        columns.append(rng.choice([*special, *random], 60))
-    return np.stack(columns, axis=1)
-
-
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(case=systems(), seed=st.integers(0, 1000))
 @pytest.mark.parametrize("backend", ["python", "numpy"])
@@ -80,7 +68,7 @@ def test_interpolation_is_the_evaluation_of_all_rules(backend, case, seed):
     system = loads(text)
     found = algorithm_of(plan(system))
     assert found.name == "interpolation" or "close to 0" in found.reason
-    points = points_of(knots, seed)
+    points = points_around(knots, seed)
     expected = compile_system(system, "numpy", algorithm="rules").batch(points)
     np.testing.assert_allclose(compile_system(system, backend).batch(points), expected, rtol=0, atol=20e-12)
     bound = output_bounds(system)["u"]
@@ -93,7 +81,7 @@ def test_interpolation_is_the_evaluation_of_all_rules(backend, case, seed):
 def test_compiled_interpolation_too(case, seed):
     text, knots = case
     system = loads(text)
-    points = points_of(knots, seed)
+    points = points_around(knots, seed)
     kernel = compile_system(system, "numba")
     expected = compile_system(system, "python", algorithm="rules").batch(points)
     np.testing.assert_allclose(kernel.batch(points), expected, rtol=0, atol=20e-12)
