@@ -20,6 +20,7 @@ from fuzzyctl.analysis.exact import surface_of
 from fuzzyctl.errors import FuzzyctlError, NoRuleFiresError
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.plan import plan
+from tests.properties.around import points_around
 
 #: Generated systems of each test.
 COUNT = int(os.environ.get("FUZZYCTL_PROOFS", "40"))
@@ -133,7 +134,7 @@ def test_kernels_are_as_near_to_rational_arithmetic_as_is_said(data):
     surface = surface_of(plan(system))
     if surface is None:
         return
-    points = INTERPOLATION.points_of(knots, data.draw(st.integers(0, 1000)))
+    points = points_around(knots, data.draw(st.integers(0, 1000)))
     for kernel in kernels_of(system):
         for point, value in zip(points, values_at(kernel, points, None)[:, 0], strict=True):
             held = [
@@ -180,7 +181,7 @@ def test_what_is_proved_of_an_interpolating_system_holds_and_what_is_refuted_doe
     ]
     system = loads(text + "\n" + "\n".join(f"require {c}" for c in claims) + "\n")
     verdicts = prove(system, timeout=0.3)
-    points = INTERPOLATION.points_of(knots, data.draw(st.integers(0, 1000)))
+    points = points_around(knots, data.draw(st.integers(0, 1000)))
     for kernel in kernels_of(system):
         inside = [
             [min(max(x, v.lower.value), v.upper.value) for x, v in zip(p, system.inputs, strict=True)] for p in points
