@@ -4,11 +4,9 @@ A million evaluations of each of many systems, which takes hours:
 FUZZYCTL_PROOFS=300 FUZZYCTL_EVALUATIONS=1000000 python -m pytest -n 0 -s tests/properties/test_bounds_hold.py
 """
 
-import importlib.util
 import itertools
 import math
 import os
-from pathlib import Path
 
 import hypothesis.strategies as st
 import numpy as np
@@ -21,6 +19,10 @@ from fuzzyctl.analysis.extremes import extents
 from fuzzyctl.errors import FuzzyctlError
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.plan import plan
+from tests.properties.drawn_systems import systems as drawn_systems
+from tests.properties.drawn_tables import systems as drawn_tables
+from tests.properties.plain_systems import systems as plain_systems
+from tests.properties.running import quick, total
 
 #: Generated systems of each kind, random points of each, and seconds for one end of one bound.
 COUNT = int(os.environ.get("FUZZYCTL_PROOFS", "12"))
@@ -28,25 +30,6 @@ EVALUATIONS = int(os.environ.get("FUZZYCTL_EVALUATIONS", "2000"))
 SECONDS = 0.02 if EVALUATIONS <= 10_000 else 0.3
 #: Most points made of corners and their neighbours, and points of one batch.
 CORNERS, BATCH = max(2000, EVALUATIONS // 10), 100_000
-
-
-def sibling(name):
-    path = Path(__file__).parent / f"{name}.py"
-    spec = importlib.util.spec_from_file_location(f"bounded_{name}", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-ENGINE, KERNELS, INTERPOLATION = (sibling(n) for n in ("test_engine", "test_kernels", "test_interpolation"))
-
-
-def total(system):
-    """The system with NaN where it would raise, so that whole batches can be evaluated."""
-    outputs = tuple(
-        o.model_copy(update={"otherwise": "nan"}) if o.otherwise in (None, "error") else o for o in system.outputs
-    )
-    return system.model_copy(update={"outputs": outputs})
 
 
 def beside(flat, position):
@@ -90,7 +73,7 @@ def states(kernel, flat, count, rng):
 
 
 def check_bounds(system, seed):
-    """No kernel returns a number outside the proved bounds; what is attained where all is linear comes to 1e-12."""
+    """No kernel returns a number outside the proved bounds; those at corners are attained but for rounding."""
     system = total(system)
     flat, rng = plan(system), np.random.default_rng(seed)
     found = extents(system, timeout=SECONDS)
@@ -111,28 +94,32 @@ def check_bounds(system, seed):
     surface = surface_of(flat)
     if surface is not None and not flat.initial_state:
         for k, e in enumerate(found):
-            # Where activations do not sum to 1, two sums are rounded, and divided by the lower one.
-            least = 1.0 if surface.is_unity[k] else min(float(surface.sums_at(k, c)[1]) for c in surface.indices) / 2
-            size = max(1.0, *map(abs, surface.hull(k))) / min(least, 1.0)
-            note(f"{e} {least}")
-            assert abs(e.lo - e.lo_found) <= 1e-12 * size
-            assert abs(e.hi - e.hi_found) <= 1e-12 * size
+            # The bound stands off from the lowest corner by what kernels may be off, and the value found there is one
+            # of theirs; then both are rounded.
+            off = 2.0 * float(surface.errors[k]) + 4.0 * math.ulp(max(abs(e.lo), abs(e.hi)))
+            size = max(1.0, *map(abs, surface.hull(k)))
+            note(f"{e} {off}")
+            # Where activations do not sum to 1, two sums are rounded and divided, and how far that is off depends on
+            # how small the lower one is.
+            assert off <= 1e-12 * size or not surface.is_unity[k]
+            assert abs(e.lo - e.lo_found) <= off
+            assert abs(e.hi - e.hi_found) <= off
 
 
-@ENGINE.quick(COUNT)
+@quick(COUNT)
 @given(st.data())
 def test_bounds_hold_with_terms_norms_and_centroids(data):
-    check_bounds(data.draw(KERNELS.systems()), data.draw(st.integers(0, 1000)))
+    check_bounds(data.draw(plain_systems()), data.draw(st.integers(0, 1000)))
 
 
-@ENGINE.quick(COUNT)
+@quick(COUNT)
 @given(st.data())
 def test_bounds_hold_whatever_a_system_is_made_of(data):
-    check_bounds(data.draw(ENGINE.systems()), data.draw(st.integers(0, 1000)))
+    check_bounds(data.draw(drawn_systems()), data.draw(st.integers(0, 1000)))
 
 
-@ENGINE.quick(COUNT)
+@quick(COUNT)
 @given(st.data())
 def test_bounds_of_interpolating_systems_hold_and_are_attained(data):
-    text, _ = data.draw(INTERPOLATION.systems())
+    text, _ = data.draw(drawn_tables())
     check_bounds(loads(text), data.draw(st.integers(0, 1000)))

@@ -1,10 +1,8 @@
 """Systems of all kinds, drawn at random: generated C, Python and the kernel are the same function."""
 
-import importlib.util
 import math
 import shutil
 import subprocess
-from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -15,24 +13,17 @@ from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.files import generate
 from fuzzyctl.codegen.unit import prepare
 from fuzzyctl.codegen.vectors import vectors
+from tests.fuzzyctl.codegen.structured_text import differences
+from tests.properties.drawn_systems import systems as drawn_systems
+from tests.properties.plain_systems import systems as plain_systems
+from tests.properties.running import quick
 
 STRICT = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wconversion", "-Wdouble-promotion"]
 
 
-def of_other_tests(path):
-    """Return the module of another test, whose strategies or interpreter are used here too."""
-    file = Path(__file__).parents[1] / path
-    spec = importlib.util.spec_from_file_location(f"_shared_{file.stem}", file)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-engine, kernels = of_other_tests("properties/test_engine.py"), of_other_tests("properties/test_kernels.py")
-structured_text = of_other_tests("fuzzyctl/codegen/test_st.py")
-any_system = engine.systems() | kernels.systems()
+any_system = drawn_systems() | plain_systems()
 #: Those that hold a value have a state, which the self-test of C carries on.
-held_system = engine.systems(held=True)
+held_system = drawn_systems(held=True)
 
 
 def prepared(system, **options):
@@ -55,7 +46,7 @@ def compiled_and_run(unit, folder, flags):
 
 
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
-@engine.quick(25)
+@quick(25)
 @given(system=any_system | held_system)
 def test_c_agrees_with_the_kernel(tmp_path_factory, system):
     unit = prepared(system)
@@ -67,7 +58,7 @@ def test_c_agrees_with_the_kernel(tmp_path_factory, system):
 
 
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
-@engine.quick(12)
+@quick(12)
 @given(system=any_system)
 def test_single_precision_stays_within_its_tolerance(tmp_path_factory, system):
     unit = prepared(system, precision="float")
@@ -77,17 +68,17 @@ def test_single_precision_stays_within_its_tolerance(tmp_path_factory, system):
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-@engine.quick(40)
+@quick(40)
 @given(system=any_system | held_system)
 def test_structured_text_agrees_with_the_kernel(system):
     try:
-        assert structured_text.differences(prepare(system, "")) <= 1.0
+        assert differences(prepare(system, "")) <= 1.0
     except CodegenError as error:
         told = ("no standard function", "adaptive integral", "holds NaN at first")  # such as atan2
         assert any(t in str(error) for t in told)  # noqa: PT017 - both answers are honest
 
 
-@engine.quick(60)
+@quick(60)
 @given(system=any_system, seed=st.integers(0, 1000))
 def test_the_python_module_agrees_with_the_kernel(system, seed):
     unit = prepare(system, "")

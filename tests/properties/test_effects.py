@@ -1,8 +1,6 @@
 """What `check` says has no effect has none: generated systems of every kind, with and without the rules it names."""
 
-import importlib.util
 from collections import Counter
-from pathlib import Path
 
 import hypothesis.strategies as st
 import numpy as np
@@ -15,25 +13,9 @@ from fuzzyctl.formats.fz import antecedent_text
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.plan import plan
 from fuzzyctl.model.rule import RuleBlock, RuleTable
-
-
-def sibling(name):
-    path = Path(__file__).parent / f"{name}.py"
-    spec = importlib.util.spec_from_file_location(f"idle_{name}", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-ENGINE, KERNELS = sibling("test_engine"), sibling("test_kernels")
-
-
-def total(system):
-    """The system with NaN where it would raise, so that whole batches can be evaluated."""
-    outputs = tuple(
-        o.model_copy(update={"otherwise": "nan"}) if o.otherwise in (None, "error") else o for o in system.outputs
-    )
-    return system.model_copy(update={"outputs": outputs})
+from tests.properties.drawn_systems import systems as drawn_systems
+from tests.properties.plain_systems import systems as plain_systems
+from tests.properties.running import quick, total
 
 
 def check_effects(system, seed):
@@ -84,13 +66,13 @@ def text_of(rule):
     return f"if {antecedent_text(rule.antecedent, top=True)}"
 
 
-@ENGINE.quick(60)
+@quick(60)
 @given(st.data())
 def test_rules_without_effect_can_go(data):
-    check_effects(data.draw(KERNELS.systems()), data.draw(st.integers(0, 1000)))
+    check_effects(data.draw(plain_systems()), data.draw(st.integers(0, 1000)))
 
 
-@ENGINE.quick(60)
+@quick(60)
 @given(st.data())
 def test_rules_without_effect_can_go_whatever_a_system_is_made_of(data):
-    check_effects(data.draw(ENGINE.systems()), data.draw(st.integers(0, 1000)))
+    check_effects(data.draw(drawn_systems()), data.draw(st.integers(0, 1000)))

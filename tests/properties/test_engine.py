@@ -3,14 +3,11 @@
 import math
 
 import hypothesis.strategies as st
-import numpy as np
 import pytest
-from hypothesis import HealthCheck, Phase, given, note, settings
+from hypothesis import given, note
 
-from fuzzyctl.analysis.bounds import output_bounds
 from fuzzyctl.analysis.coverage import uncovered
 from fuzzyctl.analysis.holes import Hole
-from fuzzyctl.errors import NoRuleFiresError
 from fuzzyctl.expr import Number
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.model.method import Defuzzifier, Method
@@ -19,29 +16,7 @@ from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, Membership, Output, Term
 from tests.properties.drawn_reference import reference
 from tests.properties.drawn_systems import RANGES, STRAIGHT, memberships, points, systems
-
-__all__ = ["quick", "systems"]
-
-
-def quick(examples):
-    return settings(
-        max_examples=examples,
-        deadline=None,
-        derandomize=True,
-        database=None,
-        report_multiple_bugs=False,
-        suppress_health_check=list(HealthCheck),
-        phases=[Phase.generate],
-    )
-
-
-def evaluated(kernel, point, *, batch=False):
-    try:
-        state = (kernel.initial_state(),) if kernel.n_states else ()
-        result = kernel.batch(np.array(point)) if batch else kernel(*point, *state)
-    except NoRuleFiresError:
-        return "error"
-    return [float(v) for v in np.atleast_1d(result)]
+from tests.properties.running import check_samples, evaluated, quick
 
 
 def alike(a, b, system, tolerance=1e-12):
@@ -84,15 +59,7 @@ def test_generated_python_and_numpy_agree_with_the_reference(data):
             assert alike(found, expected, system) or at_jump(system, point)
 
 
-@pytest.fixture(scope="module")
-def _kernel_folder(tmp_path_factory):
-    """Keep the kernels of generated systems out of the user's cache."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("FUZZYCTL_CACHE_DIR", str(tmp_path_factory.mktemp("cache")))
-        yield
-
-
-@pytest.mark.usefixtures("_kernel_folder")
+@pytest.mark.usefixtures("kernel_folder")
 @quick(6)
 @given(st.data())
 def test_compiled_kernels_agree_with_generated_python(data):
@@ -108,13 +75,7 @@ def test_compiled_kernels_agree_with_generated_python(data):
 @given(st.data())
 def test_every_sample_lies_within_the_proved_bounds(data):
     system = data.draw(systems())
-    bounds, kernel = output_bounds(system), compile_system(system, "python")
-    for point in data.draw(points(system, count=16)):
-        found = evaluated(kernel, point)
-        if not isinstance(found, str):
-            for output, value in zip(system.outputs, found, strict=True):
-                bound = bounds[output.name]
-                assert math.isnan(value) or bound.lo <= value <= bound.hi
+    check_samples(system, data.draw(points(system, count=16)))
 
 
 @quick(120)

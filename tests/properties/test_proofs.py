@@ -3,11 +3,9 @@
 More of them: FUZZYCTL_PROOFS=1000 python -m pytest tests/properties/test_proofs.py
 """
 
-import importlib.util
 import math
 import os
 from fractions import Fraction
-from pathlib import Path
 
 import hypothesis.strategies as st
 import numpy as np
@@ -21,20 +19,13 @@ from fuzzyctl.errors import FuzzyctlError, NoRuleFiresError
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.plan import plan
 from tests.properties.around import points_around
+from tests.properties.drawn_systems import systems as drawn_systems
+from tests.properties.drawn_tables import systems as drawn_tables
+from tests.properties.plain_systems import systems as plain_systems
+from tests.properties.running import quick
 
 #: Generated systems of each test.
 COUNT = int(os.environ.get("FUZZYCTL_PROOFS", "40"))
-
-
-def sibling(name):
-    path = Path(__file__).parent / f"{name}.py"
-    spec = importlib.util.spec_from_file_location(f"generators_{name}", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-ENGINE, KERNELS, INTERPOLATION = (sibling(n) for n in ("test_engine", "test_kernels", "test_interpolation"))
 
 
 def kernels_of(system):
@@ -114,22 +105,22 @@ def check_enclosures(system, seed, *, count=12, straight=True):
                 assert fine.all()
 
 
-@ENGINE.quick(COUNT)
+@quick(COUNT)
 @given(st.data())
 def test_enclosures_hold_what_kernels_return(data):
-    check_enclosures(data.draw(KERNELS.systems()), data.draw(st.integers(0, 1000)))
+    check_enclosures(data.draw(plain_systems()), data.draw(st.integers(0, 1000)))
 
 
-@ENGINE.quick(COUNT)
+@quick(COUNT)
 @given(st.data())
 def test_enclosures_hold_whatever_a_system_is_made_of(data):
-    check_enclosures(data.draw(ENGINE.systems()), data.draw(st.integers(0, 1000)))
+    check_enclosures(data.draw(drawn_systems()), data.draw(st.integers(0, 1000)))
 
 
-@ENGINE.quick(COUNT)
+@quick(COUNT)
 @given(st.data())
 def test_kernels_are_as_near_to_rational_arithmetic_as_is_said(data):
-    text, knots = data.draw(INTERPOLATION.systems())
+    text, knots = data.draw(drawn_tables())
     system = loads(text)
     surface = surface_of(plan(system))
     if surface is None:
@@ -146,10 +137,10 @@ def test_kernels_are_as_near_to_rational_arithmetic_as_is_said(data):
             assert abs(Fraction(float(value)) - above / below) <= surface.errors[0]
 
 
-@ENGINE.quick(COUNT)
+@quick(COUNT)
 @given(st.data())
 def test_what_is_proved_to_rise_rises_and_what_is_refuted_does_not(data):
-    text, knots = data.draw(INTERPOLATION.systems())
+    text, knots = data.draw(drawn_tables())
     system = loads(text + "\nrequire increasing(u, x0)\nrequire decreasing(u, x0)\n")
     rising, falling = prove(system, timeout=0.2)
     rng = np.random.default_rng(data.draw(st.integers(0, 1000)))
@@ -168,10 +159,10 @@ def test_what_is_proved_to_rise_rises_and_what_is_refuted_does_not(data):
             assert sign * (second - first) < 0
 
 
-@ENGINE.quick(COUNT)
+@quick(COUNT)
 @given(st.data())
 def test_what_is_proved_of_an_interpolating_system_holds_and_what_is_refuted_does_not(data):
-    text, knots = data.draw(INTERPOLATION.systems())
+    text, knots = data.draw(drawn_tables())
     bound = data.draw(st.integers(-9, 9))
     claims = [
         f"u <= {bound}",

@@ -8,27 +8,10 @@ import pytest
 from hypothesis import given
 
 from fuzzyctl import loads
-from fuzzyctl.kernels.compile import compile as compile_system
-from tests.properties.test_engine import quick
+from tests.fuzzyctl.kernels.joined import LOWER, UPPER, build, evaluated
+from tests.properties.running import quick
 
 BACKENDS = ("python", "numpy", "numba")
-LOWER, UPPER = -3.0, 5.0
-
-TEXT = """
-system s
-implication {implication}
-aggregation {aggregation}
-defuzzifier {defuzzifier}
-input x in [0, 1]
-  on = ramp(0, 1)
-input y in [0, 1]
-  on = ramp(0, 1)
-output u in [-3, 5] else 77
-  a = {a}
-  b = {b}
-if x is on then u is a
-if y is on then u is b
-"""
 
 
 def grid(kind, count):
@@ -161,19 +144,12 @@ def samples(chosen, x, y):
     return points, [join(imply(x, a(p)), imply(y, b(p))) for p in points]
 
 
-def compiled(chosen, defuzzifier):
-    options = {k: chosen[k] for k in ("a", "b", "implication", "aggregation")}
-    return loads(TEXT.format(defuzzifier=defuzzifier, **options))
+def joined(chosen, defuzzifier):
+    return build([chosen["a"], chosen["b"]], chosen["implication"], chosen["aggregation"], defuzzifier)
 
 
-def evaluated(system, x, y, backends=("python", "numpy")):
-    """Return what all backends give, one point at a time and in batch."""
-    found = []
-    for backend in backends:
-        kernel = compile_system(system, backend)
-        found += [kernel(x, y), *kernel.batch([[x, y], [x, y]])]
-    assert found == pytest.approx([found[0]] * len(found), rel=1e-13, abs=1e-13)
-    return found[0]
+def value(system, x, y, backends=("python", "numpy")):
+    return evaluated(system, [x, y], backends, off=1e-13)
 
 
 class TestRules:
@@ -182,8 +158,8 @@ class TestRules:
     def test_each_is_what_a_plain_loop_says(self, chosen, rule, x, y):
         name, reference = rule
         kind = "centroid" if name in CENTROIDS else "bisector"
-        system = compiled(chosen, f"{kind}(resolution={chosen['count']}, grid={chosen['grid']}, rule={name})")
-        found = evaluated(system, x, y)
+        system = joined(chosen, f"{kind}(resolution={chosen['count']}, grid={chosen['grid']}, rule={name})")
+        found = value(system, x, y)
         points, values = samples(chosen, x, y)
         whole = sum(values[1:]) if name == "two_sided" else sum(values)
         if whole <= 0.0:
@@ -200,16 +176,16 @@ class TestRules:
     @pytest.mark.parametrize("rule", list(BISECTORS))
     def test_compiled_code_gives_the_same(self, rule):
         chosen = {"a": "triangle(-4, -2, 1)", "b": "gaussian(1, 1.25)", "implication": "min", "aggregation": "sum"}
-        system = compiled(chosen, f"bisector(resolution=30, grid=endpoints, rule={rule})")
+        system = joined(chosen, f"bisector(resolution=30, grid=endpoints, rule={rule})")
         for x, y in ((0.3, 0.9), (0.0, 0.4), (1.0, 0.0)):
-            evaluated(system, x, y, BACKENDS)
+            value(system, x, y, BACKENDS)
 
     def test_half_of_the_area_at_a_gap_is_the_middle_of_the_gap(self):
         chosen = {"a": "triangle(-3, -2, -1)", "b": "triangle(3, 4, 5)", "implication": "min", "aggregation": "max"}
         for kind in ("midpoint", "endpoints"):
             count = 41 if kind == "endpoints" else 40
-            system = compiled(chosen, f"bisector(resolution={count}, grid={kind})")
-            assert evaluated(system, 0.7, 0.7) == pytest.approx(1.0, abs=1e-12)
+            system = joined(chosen, f"bisector(resolution={count}, grid={kind})")
+            assert value(system, 0.7, 0.7) == pytest.approx(1.0, abs=1e-12)
 
 
 def is_tie(values):
@@ -251,7 +227,7 @@ class TestMaxima:
     def test_they_are_the_samples_of_the_largest_degree(self, chosen, kind, by, tolerance, x, y):
         options = f"resolution={chosen['count']}, grid={chosen['grid']}, tolerance={tolerance}"
         measured = f", by={by}" if kind != "mom" else ""
-        found = evaluated(compiled(chosen, f"{kind}({options}{measured})"), x, y)
+        found = value(joined(chosen, f"{kind}({options}{measured})"), x, y)
         points, values = samples(chosen, x, y)
         most = max(values)
         if most <= 0.0:
@@ -278,15 +254,15 @@ class TestMaxima:
         name, _, options = kind.partition("(")
         chosen = {"a": "triangle(-4, -2, 1)", "b": "gaussian(1, 1.25)", "implication": "min", "aggregation": "max"}
         tail = f", {options}" if options else ")"
-        system = compiled(chosen, f"{name}(resolution=30, grid=left{tail}")
+        system = joined(chosen, f"{name}(resolution=30, grid=left{tail}")
         for x, y in ((0.3, 0.9), (0.5, 0.5), (0.0, 0.4)):
-            evaluated(system, x, y, BACKENDS)
+            value(system, x, y, BACKENDS)
 
     @given(SETS, st.sampled_from(["som", "lom", "mom"]), st.sampled_from([0.0, 1e-6, 0.0625]), ACTIVATIONS, ACTIVATIONS)
     @quick(120)
     def test_a_running_maximum_is_what_a_plain_loop_says(self, chosen, kind, tolerance, x, y):
         options = f"resolution={chosen['count']}, grid={chosen['grid']}, rule=running, tolerance={tolerance}"
-        found = evaluated(compiled(chosen, f"{kind}({options})"), x, y)
+        found = value(joined(chosen, f"{kind}({options})"), x, y)
         points, values = samples(chosen, x, y)
         if max(values) <= 0.0:
             assert found == 77
@@ -304,15 +280,15 @@ class TestMaxima:
         chosen = {"a": "triangle(-4, -2, 1)", "b": "triangle(-1, 0, 1)", "implication": "min", "aggregation": "max"}
         options = "resolution=400, tolerance=0.01, rule"
         # The top is at -2, between samples at -2.01 and -1.99.
-        assert evaluated(compiled(chosen, f"lom({options}=all)"), 1.0, 0.0) == pytest.approx(-1.97)
-        assert evaluated(compiled(chosen, f"lom({options}=running)"), 1.0, 0.0) == pytest.approx(4.99)
+        assert value(joined(chosen, f"lom({options}=all)"), 1.0, 0.0) == pytest.approx(-1.97)
+        assert value(joined(chosen, f"lom({options}=running)"), 1.0, 0.0) == pytest.approx(4.99)
         # Where all degrees are within the tolerance, it goes on to where the set is 0.
-        assert evaluated(compiled(chosen, f"lom({options}=running)"), 0.005, 0.0) == pytest.approx(4.99)
+        assert value(joined(chosen, f"lom({options}=running)"), 0.005, 0.0) == pytest.approx(4.99)
 
     def test_a_bisector_has_a_tolerance_too(self):
         chosen = {"a": "triangle(-4, -2, 1)", "b": "triangle(0, 2, 5)", "implication": "min", "aggregation": "max"}
         found = [
-            evaluated(compiled(chosen, f"bisector(resolution=2, rule=between, tolerance={t})"), x, 1.0)
+            value(joined(chosen, f"bisector(resolution=2, rule=between, tolerance={t})"), x, 1.0)
             for x, t in ((1.0, 0.0), (1.0, 0.99))
         ]
         # Samples at -1 and 3 with 2/3 each. The second is taken from the right unless 2/3 counts as no more than 0.

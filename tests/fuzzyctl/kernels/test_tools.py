@@ -11,8 +11,8 @@ from fuzzyctl.expr import Name
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.kernels.python_backend import scalar_function
 from fuzzyctl.model.method import Defuzzifier
-from tests.fuzzyctl.kernels.test_exact import build, evaluated, parsed
-from tests.properties.test_engine import quick
+from tests.fuzzyctl.kernels.joined import build, evaluated, parsed
+from tests.properties.running import quick
 
 
 class TestTipper:
