@@ -15,6 +15,8 @@ import time
 from collections import Counter
 from pathlib import Path
 
+from mutating import mutated
+
 from fuzzyctl.errors import DiagnosticError, render_all
 from fuzzyctl.formats.foreign import examine_foreign
 from fuzzyctl.formats.registry import FORMATS
@@ -33,29 +35,10 @@ def seeds(format):
     return [p.read_text(encoding="utf-8-sig") for p in sorted(SAMPLES.rglob("*")) if p.suffix in suffixes]
 
 
-def mutated(rng, texts):
+def edited(rng, texts):
     """A file with some tokens or lines deleted, doubled, swapped, cut or replaced."""
-    tokens = TOKEN.findall(rng.choice(texts))
-    for _ in range(rng.choice([1, 1, 1, 2, 3, 8])):
-        if not tokens:
-            break
-        i, j = rng.randrange(len(tokens)), rng.randrange(len(tokens))
-        match rng.randrange(7):
-            case 0:
-                del tokens[i]
-            case 1:
-                tokens.insert(i, tokens[j])
-            case 2:
-                tokens[i], tokens[j] = tokens[j], tokens[i]
-            case 3:
-                tokens[i] = rng.choice(WORDS)
-            case 4:
-                del tokens[min(i, j) : min(i, j) + rng.randrange(40)]
-            case 5:
-                tokens[i:i] = tokens[j : j + rng.randrange(60)]
-            case 6:
-                tokens = tokens[:i]
-    return "".join(tokens)
+    count = rng.choice([1, 1, 1, 2, 3, 8])
+    return "".join(mutated(rng, TOKEN.findall(rng.choice(texts)), WORDS, count))
 
 
 def soup(rng, texts):
@@ -101,7 +84,7 @@ def main():
             continue
         counts, slowest = Counter(), 0.0
         for _ in range(options.inputs):
-            kind = rng.choice([mutated, mutated, mutated, mutated, soup, noise])
+            kind = rng.choice([edited, edited, edited, edited, soup, noise])
             text = kind(rng, texts)
             start = time.perf_counter()
             try:

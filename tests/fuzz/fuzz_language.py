@@ -14,6 +14,8 @@ import time
 from collections import Counter
 from pathlib import Path
 
+from mutating import mutated
+
 from fuzzyctl.errors import DiagnosticError, render_all
 from fuzzyctl.formats.fz import dumps
 from fuzzyctl.formulas import HEDGES, MEMBERSHIP
@@ -40,21 +42,9 @@ def noise(rng, _):
     return decode(rng.randbytes(rng.randrange(200)), "noise").text
 
 
-def mutated(rng, seeds):
-    """A rule file with some tokens deleted, doubled, swapped or replaced."""
-    tokens = TOKEN.findall(rng.choice(seeds))
-    for _ in range(rng.randrange(6)):
-        i, j = rng.randrange(len(tokens)), rng.randrange(len(tokens))
-        match rng.randrange(4):
-            case 0:
-                del tokens[i]
-            case 1:
-                tokens.insert(i, tokens[j])
-            case 2:
-                tokens[i], tokens[j] = tokens[j], tokens[i]
-            case 3:
-                tokens[i] = rng.choice(WORDS)
-    return " ".join(tokens)
+def edited(rng, seeds):
+    """A rule file with some tokens deleted, doubled, swapped, cut or replaced."""
+    return " ".join(mutated(rng, TOKEN.findall(rng.choice(seeds)), WORDS, rng.randrange(6)))
 
 
 def spliced(rng, seeds):
@@ -89,7 +79,7 @@ def main():
     kinds = Counter()
     slowest = 0.0
     for _ in range(arguments.inputs):
-        make = rng.choice([soup, noise, mutated, mutated, spliced])
+        make = rng.choice([soup, noise, edited, edited, spliced])
         try:
             text = make(rng, seeds)
         except DiagnosticError:

@@ -16,6 +16,7 @@ from fuzzyctl.errors import render_all
 from fuzzyctl.formats.foreign import examine_foreign
 from fuzzyctl.formats.registry import format_of
 from fuzzyctl.source import SourceText
+from tests.fuzz.mutating import mutated
 
 SAMPLES = {
     p.name: p.read_text(encoding="utf-8") for p in sorted((Path(__file__).parent / "samples").glob("*.f[il][sl]"))
@@ -24,29 +25,7 @@ FIS = SAMPLES["tipper.fis"]
 FLL = SAMPLES["tipper.fll"]
 FCL = (Path(__file__).parent / "fcl" / "standard.fcl").read_text(encoding="utf-8")
 TOKEN = re.compile(r"[\d.]+|[^\W\d]\w*|\n *|.", re.DOTALL)
-ODD = [
-    "0",
-    "-1",
-    "1e999",
-    "nan",
-    "-inf",
-    "(",
-    ")",
-    "[",
-    "]",
-    ",",
-    ";",
-    ":",
-    "=",
-    "'",
-    '"',
-    "#",
-    "%",
-    "\n",
-    "\r",
-    "\x00",
-    "é",
-]
+ODD = [*"0 -1 1e999 nan -inf ( ) [ ] , ; : = ' \" # %".split(), "\n", "\r", "\x00", "é"]
 
 
 def examined(name, text):
@@ -62,22 +41,7 @@ def examined(name, text):
 @given(st.sampled_from(sorted(SAMPLES)), st.integers(0, 2**32), st.integers(1, 4))
 def test_mutated_files_are_read_or_refused(name, seed, count):
     rng = random.Random(seed)
-    tokens = TOKEN.findall(SAMPLES[name])
-    for _ in range(count):
-        i, j = rng.randrange(len(tokens)), rng.randrange(len(tokens))
-        match rng.randrange(6):
-            case 0:
-                del tokens[i]
-            case 1:
-                tokens.insert(i, tokens[j])
-            case 2:
-                tokens[i], tokens[j] = tokens[j], tokens[i]
-            case 3:
-                tokens[i] = rng.choice(ODD)
-            case 4:
-                del tokens[i : i + rng.randrange(40)]
-            case 5:
-                tokens[i:i] = tokens[j : j + rng.randrange(40)]
+    tokens = mutated(rng, TOKEN.findall(SAMPLES[name]), ODD, count)
     examined(name, "".join(tokens))
 
 
