@@ -4,14 +4,15 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 
 from fuzzyctl.errors import render_all
+from fuzzyctl.formats.fcl.names import DUAL_OF
 from fuzzyctl.formats.registry import FORMATS
 from fuzzyctl.loading import loads
 from fuzzyctl.source import SourceText
 from tests.fuzzyctl.formats.blocked import blocked, keeps_blocks
-from tests.fuzzyctl.formats.fcl.test_fcl_round_trip import CONJUNCTIONS, DUAL_OF
-from tests.fuzzyctl.formats.fcl.test_fcl_round_trip import systems as fcl_systems
-from tests.fuzzyctl.formats.fml.test_fml_round_trip import systems as fml_systems
-from tests.fuzzyctl.formats.test_round_trips import ACTIVATIONS, NORMS, fuzzylite_systems
+from tests.fuzzyctl.formats.drawn_engines import ACTIVATIONS, NORMS, fuzzylite_systems
+from tests.fuzzyctl.formats.drawn_fcl import CONJUNCTIONS
+from tests.fuzzyctl.formats.drawn_fcl import systems as fcl_systems
+from tests.fuzzyctl.formats.drawn_fml import systems as fml_systems
 
 QUICK = settings(max_examples=40, deadline=None, suppress_health_check=list(HealthCheck))
 

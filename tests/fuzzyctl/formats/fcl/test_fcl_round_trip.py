@@ -10,114 +10,16 @@ from hypothesis import strategies as st
 from fuzzyctl import as_profile, loads
 from fuzzyctl.expr import ONE, Binary, Call, Name, Number
 from fuzzyctl.formats.fcl import read_all, write
-from fuzzyctl.formats.fcl.names import DUAL_OF
-from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.kernels.compile import compile as compiled
 from fuzzyctl.model.checks import check_model
 from fuzzyctl.model.method import Method
 from fuzzyctl.model.profiles import PROFILES
-from fuzzyctl.model.rule import And, Consequent, Is, Not, Or, Rule
+from fuzzyctl.model.rule import Consequent, Is, Rule
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Hold, Input, Membership, Output, Term
+from fuzzyctl.model.variable import Input, Membership, Output, Term
 from fuzzyctl.source import SourceText
-
-NUMBERS = st.floats(-1e6, 1e6, allow_subnormal=False)
-CONJUNCTIONS = ("min", "product", "bounded_difference")
-
-
-def number(value):
-    return Number(float(value))
-
-
-@st.composite
-def shapes(draw, kinds):
-    kind = draw(st.sampled_from(kinds))
-    formula = MEMBERSHIP[kind]
-    count = 2 * draw(st.integers(2, 5)) if formula.variadic else len(formula.parameters)
-    values = sorted(draw(st.lists(NUMBERS, min_size=count, max_size=count)))
-    if kind == "piecewise":
-        degrees = draw(st.lists(st.floats(0, 1), min_size=count // 2, max_size=count // 2))
-        values = [v for pair in zip(values, degrees, strict=False) for v in pair]
-    if kind in ("gaussian2", "sigmoid_difference", "bell", "cosine"):
-        values = draw(st.permutations(values))
-    if kind == "cosine":
-        values[1] = 2 * (values[1] / 2)
-    assume(formula.mistake(tuple(values)) is None)
-    return Membership(kind=kind, arguments=tuple(map(number, values)))
-
-
-@st.composite
-def variables(draw, name, kinds, make, **more):
-    low, high = sorted(draw(st.lists(NUMBERS, min_size=2, max_size=2, unique=True)))
-    names = draw(st.lists(st.sampled_from(["low", "Mid", "high_1", "x", "NB"]), min_size=1, max_size=4, unique=True))
-    terms = tuple(Term(name=n, membership=draw(shapes(kinds))) for n in names)
-    return make(name=name, lower=number(low), upper=number(high), terms=terms, **more)
-
-
-@st.composite
-def antecedents(draw, inputs, hedges, depth=0):
-    form = draw(st.sampled_from(["is", "is", "and", "or", "not"] if depth < 3 else ["is"]))
-    if form == "is":
-        variable = draw(st.sampled_from(inputs))
-        term = draw(st.sampled_from(variable.terms)).name
-        return Is(variable=variable.name, term=term, hedges=tuple(draw(st.lists(st.sampled_from(hedges), max_size=2))))
-    if form == "not":
-        return Not(operand=draw(antecedents(inputs, hedges, depth + 1)))
-    operands = draw(st.lists(antecedents(inputs, hedges, depth + 1), min_size=2, max_size=3))
-    return (And if form == "and" else Or)(operands=tuple(operands))
-
-
-@st.composite
-def systems(draw):
-    """Draw systems of which FCL can express all, with the numerics of each dialect."""
-    profile = PROFILES[draw(st.sampled_from(["exact", "jfuzzylogic", "fuzzylite"]))]
-    # The standard, whose numerics are exact, has points only; what else is straight comes back as points.
-    straight = ["piecewise"] if profile.name == "exact" else ["piecewise", "triangle", "trapezoid"]
-    curved = [] if profile.name == "exact" else ["gaussian", "bell", "sigmoid", "cosine"]
-    more = (
-        ["ramp", "rectangle", "s_shape", "pi_shape", "sigmoid_product", "spike"] if profile.name == "fuzzylite" else []
-    )
-    hedges = ["not", "very", "seldom"] if profile.name == "fuzzylite" else ["not"]
-    inputs = tuple(
-        draw(variables(name, straight + curved + more, Input, extrapolate=True)) for name in ("angle", "rate")
-    )
-    averaged = draw(st.booleans())
-    kind = "weighted_average" if averaged else draw(st.sampled_from(["centroid", "bisector", "som", "lom", "mom"]))
-    starts = [Hold(start="nan"), Number(2.5)]
-    starts += [] if profile.name == "jfuzzylogic" else ["nan"]
-    starts += [Hold(start=Number(-1.0))] if profile.name == "fuzzylite" else []
-    output = draw(
-        variables(
-            "force",
-            ["singleton"] if averaged else straight + curved + more,
-            Output,
-            otherwise=draw(st.sampled_from(starts)),
-        )
-    )
-    conjunction = draw(st.sampled_from(CONJUNCTIONS))
-    semantics = profile.semantics
-    rules = tuple(
-        Rule(
-            antecedent=draw(antecedents(inputs, hedges)),
-            consequents=(Consequent(output="force", term=draw(st.sampled_from(output.terms)).name),),
-            weight=draw(st.sampled_from([ONE, Number(0.25)])),
-        )
-        for _ in range(draw(st.integers(1, 4)))
-    )
-    return FuzzySystem(
-        name="drawn",
-        method=Method(
-            conjunction=conjunction,
-            disjunction=DUAL_OF[conjunction],
-            implication="min" if averaged else draw(st.sampled_from(["min", "product"])),
-            aggregation="sum" if averaged else draw(st.sampled_from(["max", "bounded_sum", "sum"])),
-            defuzzifier=profile.defuzzifier(kind),
-            semantics=semantics,
-        ),
-        inputs=inputs,
-        outputs=(output,),
-        blocks=rules,
-    )
+from tests.fuzzyctl.formats.drawn_fcl import systems
+from tests.fuzzyctl.formats.drawn_parts import number
 
 
 def read_back(text):

@@ -11,107 +11,17 @@ from fuzzyctl.errors import DiagnosticError
 from fuzzyctl.expr import ONE, Binary, Call, Name, Number
 from fuzzyctl.formats.fml import read, write
 from fuzzyctl.formats.fml.hedges import OWN_HEDGES
-from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.model.checks import check_model
 from fuzzyctl.model.guarantee import Hedge
 from fuzzyctl.model.method import Defuzzifier, Method
-from fuzzyctl.model.rule import And, Consequent, Is, Not, Or, Rule
+from fuzzyctl.model.rule import And, Consequent, Is, Rule
 from fuzzyctl.model.semantics import Semantics
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Input, Membership, Output, Term
 from fuzzyctl.source import SourceText
-
-NUMBERS = st.floats(-1e6, 1e6, allow_subnormal=False)
-SETS = ("triangle", "trapezoid", "gaussian", "rectangle", "s_shape", "z_shape", "piecewise")
-NAMES = ["low", "Mid", "über alles", "a<b & 'c' \"d\"", "NB"]
-
-
-def number(value):
-    return Number(float(value))
-
-
-@st.composite
-def shapes(draw, kinds):
-    kind = draw(st.sampled_from(kinds))
-    formula = MEMBERSHIP[kind]
-    count = 2 * draw(st.integers(2, 4)) if formula.variadic else len(formula.parameters)
-    values = sorted(draw(st.lists(NUMBERS, min_size=count, max_size=count)))
-    if kind == "piecewise":
-        degrees = draw(st.lists(st.floats(0, 1), min_size=count // 2, max_size=count // 2))
-        values = [v for pair in zip(values, degrees, strict=False) for v in pair]
-    assume(formula.mistake(tuple(values)) is None)
-    return Membership(kind=kind, arguments=tuple(map(number, values)))
-
-
-@st.composite
-def variables(draw, name, kinds, make, **more):
-    low, high = sorted(draw(st.lists(NUMBERS, min_size=2, max_size=2, unique=True)))
-    names = draw(st.lists(st.sampled_from(NAMES), min_size=1, max_size=4, unique=True))
-    terms = tuple(Term(name=n, membership=draw(shapes(kinds))) for n in names)
-    unit = draw(st.sampled_from(["", "%", "rad/s"]))
-    return make(name=name, unit=unit, lower=number(low), upper=number(high), terms=terms, **more)
-
-
-@st.composite
-def literals(draw, inputs):
-    variable = draw(st.sampled_from(inputs))
-    hedges = draw(st.sampled_from([(), (), ("not",), ("very",), ("slightly",), ("extremely",), ("not", "very", "any")]))
-    return Is(variable=variable.name, term=draw(st.sampled_from(variable.terms)).name, hedges=hedges)
-
-
-@st.composite
-def antecedents(draw, inputs):
-    """Draw conditions joined by one connector, whose parts may be trees of pairs."""
-    kind = draw(st.sampled_from([None, And, Or]))
-    if kind is None:
-        return draw(literals(inputs))
-    parts = st.one_of(literals(inputs), pairs(inputs, 2), pairs(inputs, 1).map(lambda a: Not(operand=a)))
-    return kind(operands=tuple(draw(st.lists(parts, min_size=2, max_size=3))))
-
-
-@st.composite
-def pairs(draw, inputs, depth):
-    deeper = pairs(inputs, depth - 1) if depth > 1 else literals(inputs)
-    part = st.one_of(literals(inputs), deeper, deeper.map(lambda a: a if isinstance(a, Is) else Not(operand=a)))
-    operands = draw(part), draw(part)
-    assume(operands[0] != operands[1])  # a condition joined with itself is read as itself, where it is modified
-    return draw(st.sampled_from([And, Or]))(operands=operands)
-
-
-@st.composite
-def systems(draw):
-    inputs = tuple(draw(variables(name, (*SETS, "singleton"), Input)) for name in ("angle", "rate in °/s"))
-    averaged = draw(st.booleans())
-    defuzzifier = (
-        "weighted_average" if averaged else draw(st.sampled_from(["centroid", "bisector", "som", "lom", "mom"]))
-    )
-    output = draw(variables("force", ["constant"] if averaged else SETS, Output, otherwise=draw(NUMBERS.map(number))))
-    rules = tuple(
-        Rule(
-            antecedent=draw(antecedents(inputs)),
-            consequents=(Consequent(output="force", term=draw(st.sampled_from(output.terms)).name),),
-            weight=draw(st.sampled_from([ONE, Number(0.25)])),
-        )
-        for _ in range(draw(st.integers(1, 4)))
-    )
-    uses = " ".join(map(repr, rules))
-    return FuzzySystem(
-        name="drawn <1>",
-        method=Method(
-            conjunction=draw(st.sampled_from(["min", "product", "nilpotent_minimum"])) if "And(" in uses else "min",
-            disjunction=draw(st.sampled_from(["max", "hamacher_sum"])) if "Or(" in uses else "max",
-            implication="min" if averaged else draw(st.sampled_from(["min", "product", "einstein_product"])),
-            aggregation="sum" if averaged else draw(st.sampled_from(["max", "bounded_sum"])),
-            defuzzifier=Defuzzifier(kind=defuzzifier),
-            semantics=draw(st.sampled_from([Semantics(), Semantics(extremely="cube")]))
-            if "extremely" in uses
-            else Semantics(),
-        ),
-        inputs=inputs,
-        outputs=(output,),
-        blocks=rules,
-    )
+from tests.fuzzyctl.formats.drawn_fml import systems
+from tests.fuzzyctl.formats.drawn_parts import number
 
 
 def read_back(text):
