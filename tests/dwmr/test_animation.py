@@ -1,7 +1,5 @@
-import os
 import shutil
 import stat
-import subprocess
 import sys
 
 import numpy as np
@@ -10,17 +8,9 @@ from PIL import Image
 
 from dwmr.figures import animation, film
 from dwmr.scenario_file import find, read
+from tests.dwmr.process import dwmr
 
 SHORT = ("--set", "run.horizon=2")
-
-
-def dwmr(*arguments, path=None):
-    """Run the command in a process of its own, with another PATH if one is given."""
-    command = [sys.executable, "-W", "error", "-m", "dwmr", *map(str, arguments)]
-    environment = os.environ if path is None else {**os.environ, "PATH": str(path)}
-    done = subprocess.run(command, capture_output=True, text=True, timeout=240, env=environment, check=False)
-    assert "Traceback" not in done.stderr + done.stdout
-    return done
 
 
 def program(folder, text):
@@ -127,8 +117,7 @@ class TestMp4:
 
     @pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="the program ffmpeg is not installed")
     def test_is_a_film(self, tmp_path):
-        done = dwmr("animate", "paper", *SHORT, "-o", tmp_path / "run.mp4")
-        assert done.returncode == 0, done.stderr
+        dwmr("animate", "paper", *SHORT, "-o", tmp_path / "run.mp4")
         content = (tmp_path / "run.mp4").read_bytes()
         assert content[4:8] == b"ftyp"
 
@@ -138,7 +127,7 @@ class TestAnimate:
         done = dwmr(
             "animate", "paper", *SHORT, "--controller", "smc", "--speed", 2, "--fps", 10, "-o", tmp_path / "a.gif"
         )
-        assert (done.returncode, done.stderr) == (0, "")
+        assert done.stderr == ""
         assert done.stdout == f"wrote {tmp_path / 'a.gif'}: 11 pictures, 1.1 s\n"
         with Image.open(tmp_path / "a.gif") as gif:
             assert gif.n_frames == 11
@@ -164,28 +153,27 @@ class TestAnimate:
     )
     def test_refuses_mistakes_and_leaves_nothing(self, tmp_path, arguments, status, words):
         (tmp_path / "file").write_text("x", encoding="utf-8")
-        done = dwmr("animate", *(a.format(tmp_path) for a in arguments), path=tmp_path)
-        assert done.returncode == status, done.stderr
+        done = dwmr("animate", *(a.format(tmp_path) for a in arguments), PATH=str(tmp_path), status=status)
         assert words in done.stderr
         assert [p.name for p in tmp_path.iterdir()] == ["file"]
 
     def test_a_failing_ffmpeg_is_a_message(self, tmp_path):
         (tmp_path / "bin").mkdir()
         program(tmp_path / "bin", "import sys\nprint('no room', file=sys.stderr)\nsys.exit(1)\n")
-        done = dwmr("animate", "paper", *SHORT, "-o", tmp_path / "out" / "run.mp4", path=tmp_path / "bin")
-        assert done.returncode == 1
+        done = dwmr(
+            "animate", "paper", *SHORT, "-o", tmp_path / "out" / "run.mp4", PATH=str(tmp_path / "bin"), status=1
+        )
         assert "run.mp4: no room" in done.stderr
         assert not (tmp_path / "out").exists()
 
     def test_of_a_run_that_diverges_shows_how_far_it_went(self, tmp_path):
         wild = ("--set", "disturbances.0.start=1", "--set", "disturbances.0.force=1e300", "--set", "run.horizon=5")
-        done = dwmr("animate", "paper", *wild, "-o", tmp_path / "run.gif")
-        assert done.returncode == 1
+        done = dwmr("animate", "paper", *wild, "-o", tmp_path / "run.gif", status=1)
         assert "warning: aifqsmc stopped at t = 1.005 s" in done.stderr
         assert (tmp_path / "run.gif").exists()
 
     def test_of_huge_numbers_says_nothing_else(self, tmp_path):
-        done = dwmr("animate", "paper", "--set", "robots.leader.d=1e-300", "-o", tmp_path / "run.gif")
+        done = dwmr("animate", "paper", "--set", "robots.leader.d=1e-300", "-o", tmp_path / "run.gif", status=1)
         assert done.stderr.splitlines() == [
             "warning: aifqsmc stopped at t = 0.005 s: v_c is beyond 1e+12 m/s, "
             "omega_c is beyond 1e+12 rad/s: the run diverged"

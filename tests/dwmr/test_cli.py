@@ -8,17 +8,10 @@ import pytest
 
 from dwmr.scenario_file import find
 from fuzzyctl.shipped import rules_folder
+from tests.dwmr.process import dwmr
 
 PAPER = find("paper")
 MASS_LINE = PAPER.read_text(encoding="utf-8").split("mass = 120.0")[0].count("\n") + 1
-
-
-def dwmr(*arguments, cwd=None):
-    """Run the command in a process of its own, as a user does."""
-    command = [sys.executable, "-W", "error", "-m", "dwmr", *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120, cwd=cwd, check=False)
-    assert "Traceback" not in done.stderr + done.stdout
-    return done
 
 
 @pytest.fixture(scope="module")
@@ -26,14 +19,12 @@ def short(tmp_path_factory):
     """Results of one short run of all laws."""
     folder = tmp_path_factory.mktemp("run")
     done = dwmr("run", "paper", "--controller", "all", "--set", "run.horizon=3", "-o", folder)
-    assert done.returncode == 0, done.stderr
     return folder, done
 
 
 class TestHelp:
     def test_teaches_by_example(self):
         done = dwmr("--help")
-        assert done.returncode == 0
         assert "dwmr run paper --controller all" in done.stdout
 
 
@@ -59,7 +50,6 @@ class TestRun:
 
     def test_ablations_run_beside_the_whole_law(self, tmp_path):
         done = dwmr("run", "paper", "--controller", "ablations", "--set", "run.horizon=1", "-o", tmp_path)
-        assert done.returncode == 0, done.stderr
         runs = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))["controllers"]
         assert list(runs) == ["aifqsmc", *(f"aifqsmc_without_{p}" for p in ("adaptation", "immunity", "layer"))]
         assert runs["aifqsmc_without_adaptation"]["drift"]["leader"]["k_h_v"]["largest"] == 0.1
@@ -140,7 +130,6 @@ class TestRun:
         done = dwmr(
             "run", "paper", "--rules", tmp_path, "--set", "run.horizon=3", "-o", tmp_path / "out", "--format", "json"
         )
-        assert done.returncode == 0, done.stderr
         changed = json.loads(done.stdout)["controllers"]["aifqsmc"]["rmse"]
         usual = json.loads((short[0] / "summary.json").read_text(encoding="utf-8"))["controllers"]["aifqsmc"]["rmse"]
         assert changed != usual
@@ -153,8 +142,7 @@ class TestRun:
             .replace("0.09, 0.18, inf)", "0.09, 0.19, inf)")
         )
         (tmp_path / "ais_reaction.fz").write_text(broken, encoding="utf-8")
-        done = dwmr("run", tmp_path / "mine.toml", "-o", tmp_path / "out")
-        assert done.returncode == 1
+        done = dwmr("run", tmp_path / "mine.toml", "-o", tmp_path / "out", status=1)
         assert str(tmp_path / "ais_reaction.fz") in done.stderr
 
     def test_a_run_that_diverges_says_so_and_keeps_its_data(self, tmp_path):
@@ -169,8 +157,8 @@ class TestRun:
             "disturbances.0.force=1e300",
             "-o",
             tmp_path,
+            status=1,
         )
-        assert done.returncode == 1
         stopped = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))["controllers"]["smc"]["stopped"]
         assert stopped["robot"] == "leader"
         assert "stopped at t =" in done.stdout
@@ -267,8 +255,7 @@ class TestBadInput:
     )
     def test_gets_a_clear_answer(self, table, tmp_path, what):
         arguments, status, words = table[what]
-        done = dwmr("run", *arguments, cwd=tmp_path)
-        assert done.returncode == status, done.stderr
+        done = dwmr("run", *arguments, cwd=tmp_path, status=status)
         assert done.stdout == ""
         for word in words:
             assert word in done.stderr
@@ -276,8 +263,7 @@ class TestBadInput:
 
     def test_is_machine_readable_on_request(self, table):
         arguments, _, _ = table["a negative mass"]
-        done = dwmr("run", *arguments, "--format", "json")
-        assert done.returncode == 1
+        done = dwmr("run", *arguments, "--format", "json", status=1)
         (one,) = json.loads(done.stdout)["diagnostics"]
         assert (one["code"], one["line"]) == ("FZ904", MASS_LINE)
 

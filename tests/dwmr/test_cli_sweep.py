@@ -3,13 +3,13 @@ import json
 import os
 import signal
 import subprocess
-import sys
 import time
 
 import pytest
 
 from dwmr import data
 from dwmr.data import parquet_file
+from tests.dwmr.process import dwmr, words
 
 SPEC = """
 scenario = "paper"
@@ -27,17 +27,6 @@ measures = ["rmse", "clearance", "collisions", "chattering", "lyapunov", "drift"
 
 #: What a sweep leaves that is the same bytes each time.
 SAME = ("results.csv", "results.parquet", "sweep.json")
-
-
-def command(*arguments):
-    return [sys.executable, "-W", "error", "-m", "dwmr", *map(str, arguments)]
-
-
-def dwmr(*arguments, status=0):
-    done = subprocess.run(command(*arguments), capture_output=True, text=True, timeout=300, check=False)
-    assert "Traceback" not in done.stderr + done.stdout, done.stderr
-    assert done.returncode == status, done.stderr
-    return done
 
 
 def spec(folder, runs=6, horizon=4.0, text=SPEC):
@@ -131,7 +120,7 @@ class TestSweep:
 def begun(folder, path, out):
     """Begin a sweep, and wait until some of its runs are done."""
     process = subprocess.Popen(
-        command("sweep", path, "-o", out, "--jobs", "2", "--data", "csv,parquet"),
+        words("sweep", path, "-o", out, "--jobs", "2", "--data", "csv,parquet"),
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
     )  # fmt: skip
     journal, until = out / "journal.jsonl", time.monotonic() + 200

@@ -1,7 +1,5 @@
 import csv
 import json
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -14,17 +12,9 @@ from dwmr.sweep.comparison import entries
 from dwmr.sweep.intervals import mean_interval, share_interval
 from dwmr.sweep.plan import Run
 from dwmr.sweep.work import Outcome
+from tests.dwmr.process import dwmr
 
 SHORT = ("--set", "run.horizon=2")
-
-
-def dwmr(*arguments, status=0):
-    """Run the command in a process of its own, as a user does."""
-    command = [sys.executable, "-W", "error", "-m", "dwmr", *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
-    assert "Traceback" not in done.stderr + done.stdout, done.stderr
-    assert done.returncode == status, done.stderr
-    return done
 
 
 class TestIntervals:
