@@ -1,9 +1,9 @@
-"""Formulas of terms that leave [0, 1], which fuzzylite computes with and fuzzyctl does not."""
+"""Formulas of terms that leave [0, 1], which other tools compute with and fuzzyctl does not."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Final
 
 from fuzzyctl.expr import Expr, ExprError, evaluate
@@ -17,7 +17,13 @@ _SLACK: Final = 1e-12
 
 
 def warn_of_degrees_beyond(
-    terms: Iterable[Term], variable: str, ends: tuple[float, float], findings: Warned, *, below: bool = True
+    terms: Iterable[Term],
+    variable: str,
+    ends: tuple[float, float],
+    findings: Warned,
+    *,
+    below: bool = True,
+    params: Mapping[str, float] | None = None,
 ) -> None:
     """Warn of terms whose formula of the variable has some degree in the range that is no truth, each once.
 
@@ -27,6 +33,7 @@ def warn_of_degrees_beyond(
         ends: Its range; an infinite one is not looked at.
         findings: Where the warnings go.
         below: Whether degrees below 0 matter; the maximum of sets, which begins at 0, has none.
+        params: Values of what else the formulas name.
     """
     low, high = ends
     if not math.isfinite(high - low):
@@ -35,18 +42,19 @@ def warn_of_degrees_beyond(
     for term in terms:
         if term.membership.kind not in ("function", "formula"):
             continue
-        degrees = ((x, _degree(term.membership.arguments[0], variable, x)) for x in places)
+        formula = term.membership.arguments[0]
+        degrees = ((x, _degree(formula, {**(params or {}), variable: x})) for x in places)
         least = -_SLACK if below else -math.inf
         outside = [(max(-y, y - 1.0), x, y) for x, y in degrees if y is not None and not least <= y <= 1.0 + _SLACK]
         if outside:
             _, x, y = max(outside)
             message = f"the degree of '{term.name}' is {y:.6g} at {variable} = {x:.6g}, and held within [0, 1] here"
-            help_text = "fuzzylite goes on with it as it is; scale the formula, or clip it there, too"
+            help_text = "other tools go on with it as it is; scale the formula, or clip it there, too"
             findings.warning("FZ609", message, term.membership.span or term.span, help=help_text)
 
 
-def _degree(formula: Expr, variable: str, x: float) -> float | None:
+def _degree(formula: Expr, names: Mapping[str, float]) -> float | None:
     try:
-        return evaluate(formula, {variable: x})
+        return evaluate(formula, names)
     except ExprError:  # no value there
         return None

@@ -115,6 +115,25 @@ def nothing(variable: str | None) -> Made | None:
     return Made("function", (Number(0.0),), _NOTHING) if variable is not None else None
 
 
+def step_to_itself(variable: str | None, span: Span, findings: Warned, *, word: str) -> Membership | None:
+    """Return fuzzylite's step from a place towards that place, which is said; None, a mistake, in an output.
+
+    Args:
+        variable: The input that it is a term of; None for a term of an output, where something has to belong to it.
+        span: Where it stands.
+        findings: Where the warning goes, or the mistake.
+        word: What the file calls it.
+    """
+    made = nothing(variable)
+    if made is None:
+        message = f"'{word}' has its start as its direction, so that it is 0 everywhere"
+        findings.error("FZ302", message, span)
+        return None
+    message = f"'{word}' has its start as its direction; it is read as fuzzylite computes it, {made.is_what}"
+    findings.warning("FZ609", message, span)
+    return Membership(kind=made.kind, arguments=made.arguments, span=span)
+
+
 #: A term, or its degree as a formula of the input.
 _Found = Made | Callable[[Expr], Expr] | None
 

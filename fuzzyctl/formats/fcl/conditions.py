@@ -91,6 +91,9 @@ def _clause(cursor: Cursor, what: str) -> Clause:
         if cursor.after.word == "IS":
             break  # the variable of a clause whose AND, OR or THEN is missing
         words.append(cursor.name("a term"))
+        if len(words) > MAX_DEPTH:
+            message = f"a term has more than {MAX_DEPTH} hedges"
+            raise Slip(Diagnostic("FZ106", message, cursor.span(first)))
     return Clause(variable, tuple(words), cursor.span(first))
 
 

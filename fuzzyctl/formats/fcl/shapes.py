@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import Final
 
 from fuzzyctl.errors import counted, did_you_mean, listed
-from fuzzyctl.expr import ONE, Binary, Expr, Name, Number
+from fuzzyctl.expr import ONE, ZERO, Binary, Expr, Name, Number
 from fuzzyctl.formats.fcl.names import (
     FUZZYLITE_SHAPES,
     JFUZZYLOGIC_SHAPES,
@@ -16,7 +15,8 @@ from fuzzyctl.formats.fcl.names import (
 )
 from fuzzyctl.formats.fcl.scope import Scope
 from fuzzyctl.formats.fcl.syntax import Shape, TermLine
-from fuzzyctl.formats.odd_terms import NOT_BEYOND, membership_as_computed
+from fuzzyctl.formats.fll.words import TERM_WORDS
+from fuzzyctl.formats.odd_terms import NOT_BEYOND, membership_as_computed, step_to_itself
 from fuzzyctl.model.variable import Membership
 
 
@@ -43,22 +43,23 @@ def membership(line: TermLine, scope: Scope, *, of_output: bool) -> Membership |
     found = _known(known, shape, arguments, scope)
     if found is None or word is None:
         return found
-    variable = None if of_output else next(iter(scope.readable))
-    return membership_as_computed(_with_widths(found), variable, scope, word=word)
+    return membership_as_computed(_as_in_fll(word, found), _input(scope, of_output=of_output), scope, word=word)
 
 
-#: Where widths stand whose sign says nothing to fuzzylite.
-_WIDTHS: Final = {"gaussian": (1,), "gaussian2": (1, 3), "bell": (1,), "spike": (1,)}
+def _input(scope: Scope, *, of_output: bool) -> str | None:
+    """Return the input whose terms are read, over which formulas of them are; None for an output."""
+    return None if of_output else next(iter(scope.readable))
 
 
-def _with_widths(found: Membership) -> Membership:
-    """Return a membership function with the magnitudes of its widths."""
-    own = _WIDTHS.get(found.kind, ())
-    arguments = tuple(
-        Number(-a.value, span=a.span) if k in own and isinstance(a, Number) and a.value < 0 else a
-        for k, a in enumerate(found.arguments)
-    )
-    return found.model_copy(update={"arguments": arguments})
+def _as_in_fll(word: str, found: Membership) -> Membership:
+    """Return a membership function of numbers with its parameters as fuzzylite means them, such as a width below 0."""
+    values = tuple(a.value for a in found.arguments if isinstance(a, Number))
+    if len(values) < len(found.arguments):
+        return found
+    kind, parameters = TERM_WORDS[word].shape(values)
+    spans = {a.value: a.span for a in found.arguments if isinstance(a, Number)}
+    arguments = tuple(Number(v, span=spans.get(v) or spans.get(-v)) for v in parameters)
+    return found.model_copy(update={"kind": kind, "arguments": arguments})
 
 
 def _numbers(shape: Shape, scope: Scope, name: str) -> tuple[Expr, ...] | None:
@@ -119,14 +120,15 @@ def _special(
             return Membership(kind="function", arguments=arguments, span=shape.span)
         return Membership(kind="singleton", arguments=arguments, span=shape.span)
     if word == "Binary" and count in (2, 3):
-        return _binary(shape, arguments, scope)
-    if word == "Linear" and count == len(scope.inputs) + 1:
-        return Membership(kind="linear", arguments=arguments, span=shape.span)
+        return _binary(shape, arguments, scope, _input(scope, of_output=of_output))
+    if word == "Linear" and count in (len(scope.inputs), len(scope.inputs) + 1):
+        constant = () if count > len(scope.inputs) else (ZERO,)  # it may be left out
+        return Membership(kind="linear", arguments=(*arguments, *constant), span=shape.span)
     if word == "Discrete" and count >= 2:
         height = arguments[-1] if count % 2 else ONE
         return Membership(kind="piecewise", arguments=arguments[: count - count % 2], height=height, span=shape.span)
     wanted = {
-        "Linear": f"a coefficient for each of {counted(len(scope.inputs), 'input')} and a constant",
+        "Linear": f"a coefficient for each of {counted(len(scope.inputs), 'input')}, and perhaps a constant",
         "Discrete": "pairs x y",
         "Binary": "start, direction",
     }
@@ -134,11 +136,13 @@ def _special(
     return None
 
 
-def _binary(shape: Shape, arguments: tuple[Expr, ...], scope: Scope) -> Membership | None:
+def _binary(shape: Shape, arguments: tuple[Expr, ...], scope: Scope, variable: str | None) -> Membership | None:
     start, direction = (a.value if isinstance(a, Number) else math.nan for a in arguments[:2])
-    if math.isnan(start) or math.isnan(direction) or start == direction:
-        scope.error("FZ302", "'Binary' needs two different numbers: start and direction", shape.span)
+    if math.isnan(start) or math.isnan(direction):
+        scope.error("FZ302", "'Binary' needs two numbers: start and direction", shape.span)
         return None
+    if start == direction:
+        return step_to_itself(variable, shape.span, scope, word="Binary")
     edge = arguments[0]
     sides = (edge, Number(math.inf)) if direction > start else (Number(-math.inf), edge)
     height = arguments[2] if len(arguments) == 3 else ONE

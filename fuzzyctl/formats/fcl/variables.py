@@ -8,6 +8,7 @@ from typing import Final, Literal
 
 from fuzzyctl.errors import Note, did_you_mean, listed
 from fuzzyctl.expr import Expr, Number
+from fuzzyctl.formats.beyond import warn_of_degrees_beyond
 from fuzzyctl.formats.fcl import ranges
 from fuzzyctl.formats.fcl import syntax as sx
 from fuzzyctl.formats.fcl.names import METHOD_WORDS
@@ -18,6 +19,7 @@ from fuzzyctl.formats.findings import Names
 from fuzzyctl.formats.weighted import KINDS, weighted_kinds
 from fuzzyctl.formulas import is_monotone
 from fuzzyctl.model.guarantee import Param
+from fuzzyctl.model.params import ParamValues
 from fuzzyctl.model.variable import Fallback, Hold, Input, Term
 from fuzzyctl.source import Span
 
@@ -139,11 +141,18 @@ class VariableResolver:
             for setting in block.settings if block is not None else ():
                 clamped = self._input_setting(setting) or clamped
             lower, upper = self._range(word, block, terms)
+            self._warn_of_degrees_beyond(name, terms, lower, upper)
             found.append(
                 Input(name=name, lower=lower, upper=upper, terms=terms, extrapolate=not clamped, span=word.span)
             )
         self._tell_estimated()
         return found
+
+    def _warn_of_degrees_beyond(self, name: str, terms: tuple[Term, ...], lower: Expr, upper: Expr) -> None:
+        low, high = self._scope.value(lower), self._scope.value(upper)
+        if low is not None and high is not None:
+            params = ParamValues(tuple(self._scope.params.values())).values
+            warn_of_degrees_beyond(terms, name, (low, high), self._scope, params=params)
 
     def _input_setting(self, setting: sx.Setting) -> bool:
         """Return whether a setting holds the input within its range."""

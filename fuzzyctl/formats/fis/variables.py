@@ -10,6 +10,7 @@ from typing import Final
 
 from fuzzyctl.errors import Note, counted
 from fuzzyctl.expr import Name, Number, replace_names
+from fuzzyctl.formats.beyond import warn_of_degrees_beyond
 from fuzzyctl.formats.findings import Findings, Names, meant
 from fuzzyctl.formats.fis import values
 from fuzzyctl.formats.fis.sections import Entry, Section
@@ -17,7 +18,7 @@ from fuzzyctl.formats.fis.values import RawTerm, Text
 from fuzzyctl.formats.fis.words import MEMBERSHIP_WORDS, Dialect, MembershipWord, Shape, Values
 from fuzzyctl.formats.fll.functions import FormulaError, read_formula
 from fuzzyctl.formats.fll.words import TERM_WORDS
-from fuzzyctl.formats.odd_terms import NOT_BEYOND, membership_as_computed
+from fuzzyctl.formats.odd_terms import NOT_BEYOND, membership_as_computed, step_to_itself
 from fuzzyctl.model.variable import Membership, Term
 from fuzzyctl.source import Span
 
@@ -78,6 +79,8 @@ class VariableReader:
         (self.input_names if section.kind == "input" else self.output_names).append(name.text)
         lower, upper = self._range(section, name.text)
         terms = self._terms(section, name.text)
+        if section.kind == "input":
+            warn_of_degrees_beyond(terms.values(), name.text, (lower.value, upper.value), self.findings)
         written = sum(bool(_NUMBERED.match(e.key)) for e in section.entries)
         self._check_count(section, written)
         self._refuse_disabled(section)
@@ -201,12 +204,10 @@ class VariableReader:
             return Membership(kind="function", arguments=given, span=raw.span)
         if self.dialect != "fuzzylite":
             return _shaped(raw, given, word.shape)
-        if function == "binarymf" and given[0] == given[1]:
-            message = f"'{raw.function.text}' needs two different numbers: start and direction"
-            self.findings.error("FZ302", message, raw.span)
-            return None
-        made = _shaped(raw, given, _OF_FUZZYLITE.get(function, word.shape))
         variable = self.reading if self.reading in self.input_names else None
+        if function == "binarymf" and given[0] == given[1]:
+            return step_to_itself(variable, raw.span, self.findings, word=raw.function.text)
+        made = _shaped(raw, given, _OF_FUZZYLITE.get(function, word.shape))
         return membership_as_computed(made, variable, self.findings, word=raw.function.text)
 
     def _refuse_function(self, raw: RawTerm) -> None:

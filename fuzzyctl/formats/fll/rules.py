@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -21,7 +22,7 @@ _FORM: Final = "a rule is written: if A is x and B is y then C is z with 0.5"
 #: What stands behind a term.
 _AFTER_TERM: Final = ("and", "or", "then", "with", "(", ")")
 
-#: Deepest nesting of parentheses.
+#: Deepest nesting of parentheses, and most hedges of a term.
 _DEEPEST: Final = 50
 
 
@@ -206,6 +207,10 @@ class _RuleText:
             if self._peek() in variable.terms and not (following in variable.terms or following in HEDGE_WORDS):
                 break
             found.append(self._take("a hedge").text)
+            if len(found) > _DEEPEST:
+                raise RuleError(
+                    "FZ106", f"the rule has more than {_DEEPEST} hedges of one term", self.tokens[self.next - 1]
+                )
         return tuple(found)
 
     def _term(self, variable: Known) -> str:
@@ -242,9 +247,11 @@ class _RuleText:
         self.next += 1
         place = self._take("a weight")
         try:
-            value = float(place.text)
+            value = float(place.text) if "_" not in place.text else math.nan
         except ValueError:
-            raise RuleError("FZ601", f"the weight is a number, got '{place.text[:40]}'", place, _FORM) from None
+            value = math.nan
+        if math.isnan(value):
+            raise RuleError("FZ601", f"the weight is a number, got '{place.text[:40]}'", place, _FORM)
         if not 0 <= value <= 1:
             raise RuleError("FZ302", f"the weight {place.text[:40]} lies outside [0, 1]", place, NOT_BEYOND)
         return ONE if value == 1 else Number(value, span=place)

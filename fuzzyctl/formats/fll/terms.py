@@ -13,7 +13,7 @@ from fuzzyctl.formats.findings import Findings, Names, meant
 from fuzzyctl.formats.fll.functions import FormulaError, read_formula
 from fuzzyctl.formats.fll.lines import Line
 from fuzzyctl.formats.fll.words import TERM_WORDS, TERMS, TermWord
-from fuzzyctl.formats.odd_terms import NOT_BEYOND, membership_as_computed, nothing
+from fuzzyctl.formats.odd_terms import NOT_BEYOND, membership_as_computed, step_to_itself
 from fuzzyctl.model.variable import Membership, Term
 from fuzzyctl.source import Span
 
@@ -44,6 +44,11 @@ class Place:
         """Return whether a formula of an output is a fuzzy set: it names `x`, and no variable."""
         free = {*self.inputs, *self.outputs}
         return not self.is_input and "x" not in free and {n.name for n in names_in(formula)} - {"pi"} == {"x"}
+
+    @property
+    def input(self) -> str | None:
+        """The variable if it is an input, over which formulas of its terms are."""
+        return self.variable if self.is_input else None
 
     @property
     def earlier(self) -> tuple[str, ...]:
@@ -130,24 +135,9 @@ class TermReader:
         places = {n.value: n.span for n in given[: word.count]}
         arguments = tuple(Number(v, span=places.get(v) or places.get(-v)) for v in parameters)
         if kind == "Binary" and given[0] == given[1]:
-            return self._pointless(kind, line)
+            return step_to_itself(self.place.input, line.value, self.findings, word=kind)
         found = Membership(kind=own, arguments=arguments, height=_height(height), span=line.value)
-        return self._computed(found, kind)
-
-    def _computed(self, found: Membership, kind: str) -> Membership | None:
-        variable = self.place.variable if self.place.is_input else None
-        return membership_as_computed(found, variable, self.findings, word=kind)
-
-    def _pointless(self, kind: str, line: Line) -> Membership | None:
-        """Return a step that goes nowhere, which nothing belongs to; an output cannot have it."""
-        made = nothing(self.place.variable if self.place.is_input else None)
-        if made is None:
-            message = f"'{kind}' has its start as its direction, so that it is 0 everywhere"
-            self.findings.error("FZ302", message, line.value)
-            return None
-        message = f"'{kind}' has its start as its direction; it is read as fuzzylite computes it, {made.is_what}"
-        self.findings.warning("FZ609", message, line.value)
-        return Membership(kind=made.kind, arguments=made.arguments, span=line.value)
+        return membership_as_computed(found, self.place.input, self.findings, word=kind)
 
     def _too_few(self, kind: str, given: tuple[Number, ...], form: str, line: Line) -> None:
         message = f"'{kind}' has {counted(len(given), 'parameter')} instead of {len(form.split())}"
@@ -191,7 +181,7 @@ class TermReader:
         pairs = len(given) // 2 * 2
         height = given[pairs] if len(given) > pairs else ONE
         found = Membership(kind="piecewise", arguments=given[:pairs], height=_height(height), span=line.value)
-        return self._computed(found, "Discrete")
+        return membership_as_computed(found, self.place.input, self.findings, word="Discrete")
 
     def _function(self, rest: list[Span], line: Line) -> Membership | None:
         """Return a formula: of the variable itself in a term of an input, of the inputs in one of an output."""

@@ -51,10 +51,6 @@ class Element:
         """Yield the children of some names, given in small letters."""
         return (c for c in self.children if c.name in names)
 
-    def first(self, *names: str) -> Element | None:
-        """Return the first child of some names."""
-        return next(self.all(*names), None)
-
     def place(self, attribute: str) -> Span:
         """Return where an attribute stands, the element where it has none."""
         return self._places.get(attribute.lower(), self.span)

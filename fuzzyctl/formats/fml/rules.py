@@ -114,14 +114,14 @@ class RuleReader:
         self._joins = {}
         antecedent = self._antecedent(element, base)
         weight = self._weight(element)
-        consequent = element.first("consequent", "tskconsequent")
+        consequent = self._scope.only(element, "consequent", "tskconsequent")
         if consequent is None:
             self._scope.error("FZ601", f"<{element.tag}> has no consequent", element.span)
             return ()
-        self._scope.known(consequent, (), ("then", "else", "tskthen", "tskelse", *_CLAUSES))
-        then = consequent.first("then", "tskthen") or consequent
-        conclusions = self._conclusions(then)
-        otherwise = consequent.first("else", "tskelse")
+        then = self._scope.only(consequent, "then", "tskthen")
+        self._scope.known(consequent, (), ("then", "else", "tskthen", "tskelse", *(_CLAUSES if then is None else ())))
+        conclusions = self._conclusions(consequent if then is None else then)
+        otherwise = self._scope.only(consequent, "else", "tskelse")
         if antecedent is None or weight is None or conclusions is None:
             return ()
         rule = Rule(antecedent=antecedent, consequents=conclusions, weight=weight, span=element.span)
@@ -143,7 +143,7 @@ class RuleReader:
         return self._scope.number(element, "weight")
 
     def _antecedent(self, rule: Element, base: Element) -> Antecedent | None:
-        element = rule.first("antecedent")
+        element = self._scope.only(rule, "antecedent")
         if element is None or not element.children:
             self._scope.error("FZ601", f"<{rule.tag}> has no antecedent", rule.span)
             return None
@@ -180,7 +180,7 @@ class RuleReader:
         self._scope.known(clause, ("modifier", "var", "variable", "term", "not"), ("variable", "term"))
         found: list[tuple[str, Span]] = []
         for what, attributes in (("variable", ("variable", "var")), ("term", ("term",))):
-            element = clause.first(what)
+            element = self._scope.only(clause, what)
             attribute = next((a for a in attributes if a in clause.attributes), None)
             text = element.text if element is not None else clause.attributes.get(attribute or "", "")
             if not text.strip():

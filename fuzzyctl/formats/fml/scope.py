@@ -65,6 +65,14 @@ class Scope:
             message = f"{len(strangers) - _MOST_STRANGERS} more elements do not belong in <{element.tag}>"
             self.error("FZ601", message, element.span)
 
+    def only(self, element: Element, *names: str) -> Element | None:
+        """Return the child of one of some names; further ones are refused, as nothing would read them."""
+        found = list(element.all(*names))
+        for again in found[1:2]:
+            message = f"a second <{again.tag}> in <{element.tag}>"
+            self.error("FZ215", message, again.span, help="one is read; write another element for the other")
+        return found[0] if found else None
+
     def required(self, element: Element, attribute: str) -> str | None:
         """Return the value of an attribute, None, with an error, where it is missing or empty.
 

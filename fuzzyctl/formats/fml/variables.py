@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -23,6 +24,10 @@ _VARIABLES: Final = (
 )
 _TERMS: Final = ("fuzzyterm", "tsukamototerm")
 _COMMON: Final = ("name", "scale", "type", "domainleft", "domainright")
+
+#: What joins the parts of a definition.
+_JOINED: Final = ("and", "or")
+
 _AVERAGED: Final = ("singleton", "constant", "linear", "function")
 
 
@@ -149,7 +154,7 @@ class VariableReader:
     def _terms(self, element: Element, variable: str, domain: tuple[float, float]) -> tuple[Term, ...]:
         found: list[Term] = []
         for term in element.all(*_TERMS):
-            name = self._term_name(term, variable)
+            name = self._term_name(term, variable, [c.name for c in term.children])
             if name is None:
                 continue
             shapes = [c for c in term.children if not c.foreign or c.name in SHAPES]
@@ -157,6 +162,7 @@ class VariableReader:
                 message = f"term '{name}' has {'no shape' if not shapes else 'several shapes'}"
                 self._scope.error("FZ601", message, term.span, help="give it one, such as <triangularShape .../>")
             elif shapes[0].name == "circulardefinition":
+                self._scope.known(shapes[0], (), _JOINED)
                 self._base.defined[variable, name] = shapes[0]
             else:
                 self._shaped(term, shapes[0], (variable, name), domain, found)
@@ -164,9 +170,12 @@ class VariableReader:
             self._scope.error("FZ212", f"'{variable}' has no terms", element.span, help="add: <fuzzyTerm ...>")
         return tuple(found)
 
-    def _term_name(self, term: Element, variable: str) -> str | None:
+    def _term_name(
+        self, term: Element, variable: str, children: Sequence[str], attributes: Sequence[str] = ("complement", "order")
+    ) -> str | None:
+        """Return the name that a term has here; None, with an error, for one without."""
         name = self._scope.required(term, "name")
-        self._scope.known(term, ("name", "complement", "order"), [c.name for c in term.children])
+        self._scope.known(term, ("name", *attributes), children)
         if name is None:
             return None
         own = self._names.setdefault(variable, Names()).take(name)
@@ -200,7 +209,7 @@ class VariableReader:
         if variable is None:
             return
         for term in element.all("aggregatedfuzzyterm"):
-            name = self._term_name(term, variable)
+            name = self._term_name(term, variable, _JOINED)
             if name is not None:
                 self._base.defined[variable, name] = term
 
@@ -213,9 +222,7 @@ class VariableReader:
             return
         terms = []
         for term in element.all("tskterm", "sugenoterm"):
-            term_name = self._term_name(term, name) if term.name == "tskterm" else self._scope.required(term, "name")
-            if term.name == "sugenoterm" and term_name is not None:
-                self._base.terms[name].append(term_name)
+            term_name = self._function_name(term, name)
             made = self._function(term) if term_name is not None else None
             if term_name is not None and made is not None:
                 terms.append(Term(name=term_name, membership=made, span=term.span))
@@ -232,6 +239,11 @@ class VariableReader:
                 span=element.span,
             )
         )
+
+    def _function_name(self, term: Element, variable: str) -> str | None:
+        if term.name == "tskterm":
+            return self._term_name(term, variable, ("tskvalue",))
+        return self._term_name(term, variable, (), [f"param{i}" for i in range(len(self._base.inputs) + 1)])
 
     def _function(self, term: Element) -> Membership | None:
         count = len(self._base.inputs)

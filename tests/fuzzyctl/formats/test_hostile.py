@@ -102,6 +102,19 @@ def test_large_files_take_time_that_grows_with_their_size(name, text):
     assert time.perf_counter() - start < 30
 
 
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("x.fll", FLL.replace("if service is", "if service is " + "not " * 20_000, 1)),
+        ("x.fcl", FCL.replace(" IS ", " IS " + "very " * 20_000, 1)),
+    ],
+)
+def test_hedges_without_end_are_refused(name, text):
+    systems, diagnostics = examined(name, text)
+    assert not systems
+    assert [d.code for d in diagnostics if d.severity == "error"] == ["FZ106"]
+
+
 def test_mistakes_without_end_are_not_all_told():
     _, diagnostics = examined("words.fcl", FCL.replace("RULE 1 ", "x ; " * 3000 + "RULE 1 ", 1))
     assert 1000 < len(diagnostics) < 1010

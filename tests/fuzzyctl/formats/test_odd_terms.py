@@ -217,14 +217,47 @@ def test_formulas_that_leave_0_to_1_are_told(formula, told):
         assert "is 4 at a = 5" in beyond[0].message
 
 
+@pytest.mark.parametrize(("formula", "told"), [("a / 2", True), ("a / 5", False)])
+def test_so_they_are_in_its_fcl_and_fis(formula, told):
+    of_constants = FCL.format(f"Function {formula.replace('a', 'k * a')}").replace(
+        "VAR_OUTPUT", "VAR k: REAL := 1; END_VAR\nVAR_OUTPUT"
+    )
+    texts = {"t.fis": FIS.format("function", formula), "t.fcl": of_constants}
+    for name, text in texts.items():
+        beyond = [d for d in read(name, text)[1] if d.code == "FZ609"]
+        assert len(beyond) == told
+        assert all("the degree of 't' is 2.5 at a = 5, and held within [0, 1] here" in d.message for d in beyond)
+
+
 @pytest.mark.parametrize(
     "word",
-    ["Bell 2 -1 2", "Spike 2 -1", "Gaussian 2 -1", "PiShape 0 3 1 4", "Sigmoid 2 0", "Triangle 2 1 3", "SShape 3 1"],
+    [
+        *("Bell 2 -1 2", "Spike 2 -1", "Gaussian 2 -1", "PiShape 0 3 1 4", "Sigmoid 2 0", "Triangle 2 1 3"),
+        *("SShape 3 1", "Binary 2 2"),
+    ],
 )
 def test_so_are_the_terms_of_its_fcl(word):
     system, diagnostics = read("t.fcl", FCL.format(word))
     assert not errors(diagnostics)
     assert of_input(system) == measured(word)
+
+
+@pytest.mark.parametrize("word", ["Trapezoid -inf -inf 1 2", "Trapezoid 1 2 inf inf", "Trapezoid -inf 0.5 1 2"])
+def test_shoulders_with_two_infinite_corners_are_those_of_fll(word):
+    own, diagnostics = read("t.fcl", FCL.format(word))
+    assert not errors(diagnostics)
+    there, _ = read("t.fll", FLL.format(word, "Triangle 0 1 2"))
+    assert own.inputs[0].terms[0].membership == there.inputs[0].terms[0].membership
+
+
+@pytest.mark.parametrize(("numbers", "given"), [("3", (3, 0)), ("3 4", (3, 4))])
+def test_the_constant_of_a_linear_consequent_may_be_left_out(numbers, given):
+    text = FCL.format("Triangle 0 1 2").replace(
+        "t := Triangle 0 1 2;\n  METHOD : COG", f"t := Linear {numbers};\n  METHOD : COGS"
+    )
+    system, diagnostics = read("t.fcl", text)
+    assert not errors(diagnostics)
+    assert system.outputs[0].terms[0].membership.arguments == tuple(map(Number, given))
 
 
 @pytest.mark.parametrize("word", ["Triangle 0 2 4 2.5", "Constant 1.5"])
@@ -244,6 +277,7 @@ def test_degrees_beyond_1_are_refused_there_too(word):
         ("smf", "3 1", "SShape 3 1"),
         ("zmf", "2 2", "ZShape 2 2"),
         ("trapmf", "0 3 1 2", "Trapezoid 0 3 1 2"),
+        ("binarymf", "2 2", "Binary 2 2"),
     ],
 )
 def test_and_those_of_its_fis(function, numbers, word):
@@ -252,9 +286,14 @@ def test_and_those_of_its_fis(function, numbers, word):
     assert of_input(system) == measured(word)
 
 
-@pytest.mark.parametrize(("function", "numbers"), [("binarymf", "2 2"), ("constant", "1.5")])
-def test_what_has_no_degree_or_one_beyond_1_is_refused_there(function, numbers):
-    assert errors(read("t.fis", FIS.format(function, numbers))[1]) == ["FZ302"]
+def test_a_constant_beyond_1_is_refused_there():
+    assert errors(read("t.fis", FIS.format("constant", "1.5"))[1]) == ["FZ302"]
+
+
+def test_a_step_to_itself_is_no_set_of_an_output():
+    changed = FIS.format("trimf", "0 1 2").replace("'trimf',[0 1 2]\n[Rules]", "'binarymf',[2 2]\n[Rules]")
+    for name, text in {"t.fis": changed, "t.fll": FLL.format("Ramp 0 1", "Binary 2 2")}.items():
+        assert errors(read(name, text)[1]) == ["FZ302"]
 
 
 def test_matlab_has_no_such_terms():

@@ -480,6 +480,57 @@ def test_an_unknown_attribute_is_told_and_not_dropped_silently():
     assert codes(document().replace('name="tipper', 'networkAddress="10.0.0.7" name="tipper')) == ["FZ603"]
 
 
+@pytest.mark.parametrize(
+    ("tag", "behind"),
+    [
+        ("antecedent", "</antecedent>"),
+        ("consequent", "</consequent>"),
+        ("then", "</then>"),
+        ("else", "<consequent>"),
+        ("variable", "</variable>"),
+        ("term", "</term>"),
+    ],
+)
+def test_what_a_rule_has_once_is_not_dropped_where_it_stands_twice(tag, behind):
+    text = document(rules=rule(clause("food", "rancid")))
+    again = f"<{tag}>{clause('food', 'delicious') if tag == 'antecedent' else clause('tip', 'generous')}</{tag}>"
+    changed = text.replace(behind, behind + again * (2 if tag == "else" else 1), 1)
+    (error,) = (e for e in errors(changed) if e.code == "FZ215")
+    assert error.message.startswith(f"a second <{tag}> in <")
+    assert error.span.start == changed.rindex(again)
+
+
+def test_neither_are_clauses_beside_then():
+    text = document(rules=rule(clause("food", "rancid")))
+    (error,) = errors(text.replace("<then>", f"{clause('tip', 'generous')}<then>"))
+    assert error.message == "<clause> does not belong in <consequent>"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("<tskValue>1.6<", "<tskvalues/><tskValue>1.6<", "<tskvalues> does not belong in <tskTerm>"),
+        ("<and>", "<not/><and>", "<not> does not belong in <circularDefinition>"),
+    ],
+)
+def test_nor_strangers_in_terms(old, new, message):
+    circular = (
+        "<circularDefinition><and><termName>rancid</termName><termName>rancid</termName></and></circularDefinition>"
+    )
+    text = document(circular, rules=rule(clause("food", "delicious"), tsk=True), tip=TSK, base="tskRuleBase")
+    assert not errors(text)
+    assert [e.message for e in errors(text.replace(old, new))] == [message]
+
+
+def test_more_parameters_than_inputs_have_no_effect_which_is_told():
+    tip = (
+        '<takagiSugenoVariable name="tip"><sugenoTerm name="cheap" param0="1" param1="2" PARAM/></takagiSugenoVariable>'
+    )
+    text = document(rules=rule(clause("food", "delicious"), tsk=True), tip=tip, base="tskRuleBase")
+    assert codes(text.replace("PARAM", "")) == []
+    assert codes(text.replace("PARAM", 'param2="3"')) == ["FZ603"]
+
+
 def test_rules_with_different_methods_stand_in_blocks_of_their_own():
     both = [clause("food", "rancid"), clause("food", "delicious")]
     rules = [rule(*both, attributes=f'andMethod="{norm}"') for norm in ("MIN", "PROD", "MIN")]
