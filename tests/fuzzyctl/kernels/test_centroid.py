@@ -7,6 +7,7 @@ from fuzzyctl.kernels.centroid import line_ends, pieces, uncrossed
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.plan import plan
 from fuzzyctl.model.method import Defuzzifier
+from tests.tipper import POINTS, TIPS
 
 BACKENDS = ("python", "numpy", "numba")
 
@@ -20,27 +21,24 @@ def at(kernel, *point):
 
 @pytest.mark.parametrize("backend", BACKENDS)
 class TestTipper:
-    POINTS = ((2, 1), (4, 5), (7, 8), (1, 2))
-
     def test_the_exact_centroid_is_the_limit_of_fine_grids(self, tipper, backend):
         # Integrated with a million midpoints by an independent program.
-        expected = (7.0150623200, 14.4530101086, 20.3444747745, 5.5539499363)
         kernel = compile_system(tipper, backend)
-        assert [at(kernel, *p) for p in self.POINTS] == pytest.approx(expected, abs=1e-9)
+        assert [at(kernel, *p) for p in POINTS] == pytest.approx(TIPS["exact"], abs=1e-9)
 
     @pytest.mark.parametrize(
         ("resolution", "grid", "expected"),
         [
             # What MATLAB, Octave and others print for 101 end points, and pyfuzzylite for 1000 midpoints.
-            (101, "endpoints", (7.0168791431, 14.4584724643, 20.3413663053, 5.5585859298)),
-            (1000, "midpoint", (7.0150283767, 14.4529856908, 20.3444979688, 5.5539013785)),
+            (101, "endpoints", TIPS["matlab"]),
+            (1000, "midpoint", TIPS["pyfuzzylite"]),
         ],
     )
     def test_sampled_centroids_are_those_of_other_programs(self, tipper, backend, resolution, grid, expected):
         defuzzifier = Defuzzifier(resolution=resolution, grid=grid)
         method = tipper.method.model_copy(update={"defuzzifier": defuzzifier})
         kernel = compile_system(tipper.model_copy(update={"method": method}), backend)
-        assert [at(kernel, *p) for p in self.POINTS] == pytest.approx(expected, abs=1e-10)
+        assert [at(kernel, *p) for p in POINTS] == pytest.approx(expected, abs=1e-10)
 
 
 TEXT = """

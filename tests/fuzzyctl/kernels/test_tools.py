@@ -13,30 +13,22 @@ from fuzzyctl.kernels.python_backend import scalar_function
 from fuzzyctl.model.method import Defuzzifier
 from tests.fuzzyctl.kernels.joined import build, evaluated, parsed
 from tests.properties.running import quick
+from tests.tipper import FUZZYLITE, POINTS, TIPS
 
 
 class TestTipper:
     """The tipper of MATLAB's manual at (service, food), as the tools print it."""
 
-    POINTS = ((2, 1), (4, 5), (7, 8), (1, 2))
-
     @pytest.mark.parametrize(
         ("profile", "resolution", "grid", "rule", "expected"),
         [
-            # MATLAB, Octave 0.6; FuzzyLogic.jl's trapezoid rule gives the same, since the set is 0 at both ends.
-            ("matlab", 101, "endpoints", None, (7.0168791431, 14.4584724643, 20.3413663053, 5.5585859298)),
-            (
-                "fuzzylogic_jl",
-                101,
-                "endpoints",
-                "trapezoid",
-                (7.0168791431, 14.4584724643, 20.3413663053, 5.5585859298),
-            ),
-            ("pyfuzzylite", 1000, "midpoint", None, (7.0150283767, 14.4529856908, 20.3444979688, 5.5539013785)),
-            ("fuzzylite", 200, "midpoint", None, (7.014311998, 14.453075768, 20.344651194, 5.553950749)),
-            ("jfuzzylogic", 1000, "left", None, (7.0151131237, 14.4530473104, 20.3444408811, 5.5540191962)),
-            ("simpful", 1000, "endpoints", None, (7.0150195292, 14.4530479523, 20.3444875632, 5.5538924300)),
-            ("exact", None, "midpoint", None, (7.0150623200, 14.4530101086, 20.3444747745, 5.5539499363)),
+            ("matlab", 101, "endpoints", None, TIPS["matlab"]),
+            ("fuzzylogic_jl", 101, "endpoints", "trapezoid", TIPS["fuzzylogic_jl"]),
+            ("pyfuzzylite", 1000, "midpoint", None, TIPS["pyfuzzylite"]),
+            ("fuzzylite", 200, "midpoint", None, FUZZYLITE),
+            ("jfuzzylogic", 1000, "left", None, TIPS["jfuzzylogic"]),
+            ("simpful", 1000, "endpoints", None, TIPS["simpful"]),
+            ("exact", None, "midpoint", None, TIPS["exact"]),
         ],
     )
     def test_each_tool_prints_its_own_digits(self, tipper, profile, resolution, grid, rule, expected):
@@ -44,7 +36,7 @@ class TestTipper:
         defuzzifier = Defuzzifier(resolution=resolution, grid=grid, rule=rule)
         # Norms of the tipper, whatever a tool takes where nothing is said.
         system = system.model_copy(update={"method": system.method.model_copy(update={"defuzzifier": defuzzifier})})
-        found = [system(service=service, food=food) for service, food in self.POINTS]
+        found = [system(service=service, food=food) for service, food in POINTS]
         assert found == pytest.approx(expected, abs=6e-10 if profile in ("fuzzylite", "fuzzylogic_jl") else 6e-11)
 
 
