@@ -164,6 +164,11 @@ def literals(antecedent: Antecedent) -> list[Is]:
     return [part for part in parts_of(antecedent) if isinstance(part, Is)]
 
 
+def is_joined_by(kind: type[And] | type[Or], antecedent: Antecedent) -> bool:
+    """Return whether an antecedent, or a part of it, joins with `and` or with `or`."""
+    return any(isinstance(part, kind) for part in parts_of(antecedent))
+
+
 def parts_of(antecedent: Antecedent) -> list[Antecedent]:
     """Return an antecedent and every part of it, each before its own parts, from left to right."""
     found: list[Antecedent] = []

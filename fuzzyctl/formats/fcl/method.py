@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Final
 
 from fuzzyctl.errors import Note
@@ -13,7 +13,7 @@ from fuzzyctl.formats.fcl.scope import Scope
 from fuzzyctl.formats.fcl.settings import Norms, is_switched_off, norms
 from fuzzyctl.formats.fcl.variables import OutputDraft
 from fuzzyctl.model.method import TSUKAMOTO, Activation, Method
-from fuzzyctl.model.rule import And, Antecedent, Not, Or, Rule
+from fuzzyctl.model.rule import And, Antecedent, Or, Rule, parts_of
 from fuzzyctl.model.semantics import Semantics
 from fuzzyctl.model.variable import Output
 
@@ -23,6 +23,9 @@ _OVER_RULES: Final = frozenset({"weighted_average", "weighted_sum", *TSUKAMOTO})
 
 #: What a rule block may say, as fields of its norms and of a method.
 _NORMS: Final = ("conjunction", "disjunction", "implication")
+
+#: The word for each kind of antecedent that joins others.
+_JOINS: Final[dict[type[Antecedent], str]] = {And: "AND", Or: "OR"}
 
 
 class BlockRules:
@@ -48,7 +51,7 @@ class BlockRules:
             if is_switched_off(part, scope):
                 continue
             rules = [r for r in map(resolver.rule, part.rules) if r is not None]
-            joins = frozenset(word for r in rules for word in _joins(r.antecedent))
+            joins = frozenset(_JOINS[type(p)] for r in rules for p in parts_of(r.antecedent) if type(p) in _JOINS)
             own = norms(part, scope, joins=joins)
             self.norms.append((own, rules))
             self.found.extend(rules)
@@ -67,16 +70,6 @@ def _tell_mixed(condition: sx.Joined, scope: Scope) -> None:
     message = f"AND and OR are mixed without parentheses; they are read {order}"
     other = "the standard and fuzzylite read AND first" if left else "jFuzzyLogic reads them from left to right"
     scope.warning("FZ609", message, condition.span, facts=(other,), help="write parentheses")
-
-
-def _joins(antecedent: Antecedent) -> Iterator[str]:
-    match antecedent:
-        case Not(operand=operand):
-            yield from _joins(operand)
-        case And(operands=operands) | Or(operands=operands):
-            yield "AND" if isinstance(antecedent, And) else "OR"
-            for operand in operands:
-                yield from _joins(operand)
 
 
 def method_of(drafts: list[OutputDraft], rules: BlockRules, scope: Scope) -> tuple[list[Output], Method, Combined]:

@@ -29,10 +29,11 @@ from fuzzyctl.formats.fcl.written_shapes import (
 from fuzzyctl.formats.findings import Names
 from fuzzyctl.formats.held import with_shoulders
 from fuzzyctl.formats.losses import Loss
+from fuzzyctl.formats.unnamed import unnamed_terms
 from fuzzyctl.formats.weighted import as_inverted_there, inferred_otherwise
 from fuzzyctl.formulas import HEDGES
 from fuzzyctl.model.method import TSUKAMOTO
-from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, literals
+from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, is_joined_by, literals
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Input, Membership, Output
 from fuzzyctl.source import SourceText
@@ -248,17 +249,8 @@ class _Writer:
             yield f"  TERM {name} := {self._shape(membership)};"
 
     def _unnamed(self, output: str) -> dict[str, Membership]:
-        taken = {n.upper() for n in self.names.terms[output].values()}
-        found: dict[str, Membership] = {}
-        for rule in self._system.rules:
-            for c in rule.consequents:
-                if c.output == output and isinstance(c.term, Membership) and c.term not in found.values():
-                    number = len(found) + 1
-                    while f"C{number}" in taken:
-                        number += 1
-                    taken.add(f"C{number}")
-                    found[f"c{number}"] = c.term
-        return found
+        # Names know no case.
+        return unnamed_terms(self._system, output, self.names.terms[output].values(), fold=str.upper)
 
     def _accumulation(self, output: Output) -> str:
         aggregation = output.aggregation or self._system.method.aggregation
@@ -321,7 +313,7 @@ class _Writer:
             f"  OR : {self._norm(part.method.disjunction, DISJUNCTION_WORDS)};",
             f"  AND : {self._norm(part.method.conjunction, CONJUNCTION_WORDS)};",
         ]
-        uses_and = any(_uses(And, rule.antecedent) for _, rule in part.rules)
+        uses_and = any(is_joined_by(And, rule.antecedent) for _, rule in part.rules)
         yield from lines if uses_and else reversed(lines)
 
     def _word(self, word: str) -> str:
@@ -358,12 +350,3 @@ class _Writer:
                 text = f" {word} ".join(self._antecedent(o) for o in operands)
                 return text if top else f"({text})"
         raise TypeError(type(antecedent).__name__)
-
-
-def _uses(kind: type[And] | type[Or], antecedent: Antecedent) -> bool:
-    match antecedent:
-        case Not(operand=operand):
-            return _uses(kind, operand)
-        case And(operands=operands) | Or(operands=operands):
-            return isinstance(antecedent, kind) or any(_uses(kind, o) for o in operands)
-    return False

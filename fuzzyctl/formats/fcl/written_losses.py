@@ -15,7 +15,7 @@ from fuzzyctl.formats.losses import Loss
 from fuzzyctl.formats.numerics import other_knobs
 from fuzzyctl.formulas import HEDGES
 from fuzzyctl.model.method import OVER_RULES, Defuzzifier
-from fuzzyctl.model.rule import And, Antecedent, Not, Or, RuleTable, literals
+from fuzzyctl.model.rule import And, Not, Or, RuleTable, is_joined_by, literals, parts_of
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Input, Membership, Output
 
@@ -119,17 +119,8 @@ def _of_rules(system: FuzzySystem, dialect: DialectName) -> Iterator[Loss]:
         for hedge in sorted(hedges & (own | no_tool) | (hedges - set(HEDGES))):
             why = "it is left out" if hedge not in HEDGES else "only fuzzyctl reads it"
             yield Loss(f"rule {number}", f"hedge '{hedge}'", f"no FCL tool has it; {why}")
-        if dialect == "fuzzylite" and _negates(rule.antecedent):
+        if dialect == "fuzzylite" and any(isinstance(part, Not) for part in parts_of(rule.antecedent)):
             yield Loss(f"rule {number}", "not", "fuzzylite does not read NOT before a condition", exact=True)
-
-
-def _negates(antecedent: Antecedent) -> bool:
-    match antecedent:
-        case Not():
-            return True
-        case And(operands=operands) | Or(operands=operands):
-            return any(map(_negates, operands))
-    return False
 
 
 def _needs_sets(system: FuzzySystem, output: Output) -> bool:
@@ -148,20 +139,10 @@ def _of_methods(system: FuzzySystem, read_back: FuzzySystem, written: Sequence[i
     for r, method in zip(written, read_back.rule_methods, strict=False):
         block = system.rule_methods[r].block
         where = f"rule block '{system.rule_blocks[block].name}'" if block >= 0 else f"system '{system.name}'"
-        for field in ("conjunction", "disjunction"):
+        for field, kind in (("conjunction", And), ("disjunction", Or)):
             said, found = getattr(system.rule_methods[r], field), getattr(method, field)
-            if said != found and _uses(field, system.rules[r].antecedent):
+            if said != found and is_joined_by(kind, system.rules[r].antecedent):
                 yield Loss(where, f"{field} '{said}'", f"it is read as '{found}'")
-
-
-def _uses(field: str, antecedent: Antecedent) -> bool:
-    wanted = And if field == "conjunction" else Or
-    match antecedent:
-        case Not(operand=operand):
-            return _uses(field, operand)
-        case And(operands=operands) | Or(operands=operands):
-            return isinstance(antecedent, wanted) or any(_uses(field, o) for o in operands)
-    return False
 
 
 def _of_output_numerics(system: FuzzySystem, output: Output, read_back: FuzzySystem, found: Output) -> Iterator[Loss]:

@@ -10,7 +10,7 @@ from fuzzyctl.formats.held import holding_matters
 from fuzzyctl.formats.losses import Loss
 from fuzzyctl.formats.numerics import other_numerics
 from fuzzyctl.model.method import OVER_RULES, TSUKAMOTO
-from fuzzyctl.model.rule import And, Antecedent, Not, Or, RuleTable
+from fuzzyctl.model.rule import And, Or, RuleTable, is_joined_by
 from fuzzyctl.model.semantics import Semantics
 from fuzzyctl.model.system import FuzzySystem
 
@@ -78,20 +78,11 @@ def _of_method(system: FuzzySystem, rules: WrittenRules) -> Iterator[Loss]:
     where = f"system '{system.name}'"
     method = system.method
     for rule, own in zip(system.rules, system.rule_methods, strict=True):
-        if own.conjunction not in CONJUNCTION_WORDS.values() and _has(And, rule.antecedent):
+        if own.conjunction not in CONJUNCTION_WORDS.values() and is_joined_by(And, rule.antecedent):
             yield Loss(where, f"and '{own.conjunction}'", "MIN is written")
-        if own.disjunction not in DISJUNCTION_WORDS.values() and _has(Or, rule.antecedent):
+        if own.disjunction not in DISJUNCTION_WORDS.values() and is_joined_by(Or, rule.antecedent):
             yield Loss(where, f"or '{own.disjunction}'", "MAX is written")
     # The standard has a modifier for either meaning of `extremely`, and differences of sigmoids become points.
     knobs = method.semantics
     there = Semantics(profile="FML", extremely=knobs.extremely, sigmoid_difference=knobs.sigmoid_difference)
     yield from other_numerics(system, there, lambda output: output.defuzzifier or method.defuzzifier)
-
-
-def _has(kind: type[And] | type[Or], antecedent: Antecedent) -> bool:
-    match antecedent:
-        case Not(operand=operand):
-            return _has(kind, operand)
-        case And(operands=operands) | Or(operands=operands):
-            return isinstance(antecedent, kind) or any(_has(kind, o) for o in operands)
-    return False

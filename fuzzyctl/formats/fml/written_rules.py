@@ -11,6 +11,7 @@ from fuzzyctl.formats.findings import Names
 from fuzzyctl.formats.fml.hedges import own_modifier
 from fuzzyctl.formats.fml.names import CONJUNCTION_WORDS, DISJUNCTION_WORDS
 from fuzzyctl.formats.losses import Loss
+from fuzzyctl.formats.unnamed import unnamed_terms
 from fuzzyctl.model.method import OVER_RULES, RuleMethod
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, literals
 from fuzzyctl.model.system import FuzzySystem
@@ -103,17 +104,7 @@ class WrittenRules:
 
     def unnamed(self, output: str) -> dict[str, Membership]:
         """Return names for the consequents of an output that have none."""
-        taken = {t.name for t in self._system.output(output).terms}
-        found: dict[str, Membership] = {}
-        for rule in self._system.rules:
-            for c in rule.consequents:
-                if c.output == output and isinstance(c.term, Membership) and c.term not in found.values():
-                    number = len(found) + 1
-                    while f"c{number}" in taken:
-                        number += 1
-                    taken.add(f"c{number}")
-                    found[f"c{number}"] = c.term
-        return found
+        return unnamed_terms(self._system, output, (t.name for t in self._system.output(output).terms))
 
     def name_of(self, output: str, membership: Membership) -> str:
         """Return the name of a consequent that has none."""
