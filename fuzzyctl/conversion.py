@@ -82,11 +82,27 @@ def convert(system: FuzzySystem, target: str, *, points: int = POINTS, progress:
     if target in ("python", "markdown"):
         return Conversion(target, text, tuple(losses), None, (), ())
     back = _read_back(system, text, target)
-    found = differences(system, back, points=points, progress=progress)
+    found = _compared(system, back, target, points, progress)
     if not any(not loss.exact for loss in losses):
         losses = [*losses, *_unexplained(system, found)]
     explained = tuple(explanation(system, back, d, progress=progress) for d in found)
     return Conversion(target, text, tuple(losses), back, found, explained)
+
+
+def _compared(
+    system: FuzzySystem, back: FuzzySystem, target: str, points: int, progress: Progress | None
+) -> tuple[Difference, ...]:
+    """Return the differences to what was read back.
+
+    Raises:
+        DiagnosticError: For what is not computed as the format has it, as where that has no samples for maxima.
+    """
+    try:
+        return differences(system, back, points=points, progress=progress)
+    except DiagnosticError as error:
+        if any(d.place.startswith(back.path) for d in error.diagnostics):
+            raise _refused_there(system, target, error.diagnostics) from None
+        raise
 
 
 def left_out(diagnostics: Iterable[Diagnostic]) -> tuple[Loss, ...]:

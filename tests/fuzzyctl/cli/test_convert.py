@@ -175,12 +175,22 @@ CIRCLE = """\
 """
 
 
+MAXIMA = """\
+  defuzzifier: MeanOfMaximum 100
+  term: high Triangle 300 600 900
+RuleBlock: usual
+  implication: AlgebraicProduct
+  rule: if heat is hot then speed is very high
+"""
+
+
 @pytest.mark.parametrize(
     ("old", "new", "target", "reason"),
     [
         ("RuleBlock: usual\n", NO_RULE, "fan.fz", "no rule sets output 'light'"),
         ("RuleBlock: usual\n", NO_RULE, "fan.py", "no rule sets output 'light'"),
         ("  rule: if heat is hot then speed is high\n", CIRCLE, "fan.fml", "in a circle: speed → speed"),
+        (DISABLED[DISABLED.index("  defuzzifier") : DISABLED.index("RuleBlock: night")], MAXIMA, "fan.fml", "'mom' of"),
     ],
 )
 def test_what_would_be_a_mistake_in_the_other_format_is_told_at_the_place_it_comes_from(
