@@ -22,7 +22,7 @@ _TABLE: Final = re.compile(rf"\s*{NAME}(?:\s*,\s*{NAME})*\s*=\s*{NAME}({_CROSS})
 _BARRED_TERM: Final = re.compile(rf"\s*{NAME}\s*\|\s*(?:{'|'.join(MEMBERSHIP)})\s*\(")
 _NAMELESS: Final = re.compile(rf"\s*(?:input|output)\s+in\s*\[|\s*(?:input|output|hedge|param)\b(?!\s*{NAME})")
 _RANGE: Final = re.compile(r"\bin\s*\[")
-_NAMELESS_PARAM: Final = re.compile(rf"\s*param\s*=\s*(?!{NAME}\s*\()")
+_NAMELESS_PARAM: Final = re.compile(rf"\s*param\s*=(?!\s*{NAME}\s*\()")
 _CELL: Final = re.compile(r"[^\s=|\"<>:;]+")
 _NAMES: Final = re.compile(rf"\s*{NAME}(?:\s+{NAME})*\s*")
 

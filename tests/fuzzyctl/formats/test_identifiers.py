@@ -3,7 +3,7 @@
 import keyword
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import fuzzyctl
@@ -28,6 +28,7 @@ def test_a_name_stays_as_near_as_it_can(name, expected):
 
 @settings(deadline=None)
 @given(st.lists(st.text(max_size=12), unique=True, max_size=8))
+@example(["param", "if", "table"])
 def test_names_of_terms_stay_apart_and_the_file_reads_back(names):
     text = "system s\ninput x in [0, 1]\n  A = ramp(0, 1)\noutput y in [0, 1] else 0\n  b = constant(1)\n"
     system = fuzzyctl.loads(text + "defuzzifier weighted_average\nif x is A then y is b\n")

@@ -37,6 +37,12 @@ class TestStatements:
         assert output.upper == ex.Name("k")
         assert [type(c).__name__ for c in output.clauses] == ["FallbackClause", "UnitClause", "AdaptiveClause"]
 
+    @pytest.mark.parametrize("word", sorted(set(sx.STATEMENT_KEYWORDS) - sx.RESERVED))
+    @pytest.mark.parametrize("form", ["{} = ramp(0, 1)", "{}=ramp(0,1)", "{}  =  ramp(0, 1)"])
+    def test_a_term_may_be_called_like_a_keyword(self, word, form):
+        (term,) = one(f"input x in [0, 1]\n  {form.format(word)}").terms
+        assert (term.name.text, term.kind.text) == (word, "ramp")
+
     def test_a_term_takes_positional_and_named_parameters(self):
         variable = one("input x in [0, 1]\n A = triangle(-inf, peak=0.5, right=1)")
         (term,) = variable.terms
