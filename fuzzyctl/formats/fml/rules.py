@@ -104,7 +104,9 @@ class RuleReader:
         for element in base.all(*_RULES):
             made = self._rule(element, base)
             self.rules.extend(made)
-            _put(own, FoundBlock(name, made, self._joins.get("and"), self._joins.get("or"), implication, Activation()))
+            joins = self._joins.get("and"), self._joins.get("or")
+            place = element.span if own else base.span  # further blocks are rules that join by other norms
+            _put(own, FoundBlock(name, made, *joins, implication, Activation(), place))
         self.blocks.extend(own)
 
     def _rule(self, element: Element, base: Element) -> tuple[Rule, ...]:

@@ -287,9 +287,33 @@ class TestRenamedBlocks:
 
 def test_blocks_of_other_tools_files_have_lines():
     text = fuzzyctl.loads(CHAINED + TestRenamedBlocks.ONE + TestRenamedBlocks.TWO)
-    for target in ("fll", "fcl"):
+    for target, word in (("fll", "RuleBlock"), ("fcl", "RULEBLOCK"), ("fml", "<mamdaniRuleBase")):
         written, _ = FORMATS[target].write(text)
         system = FORMATS[target].read(SourceText(f"a.{target}", written))[0][0]
-        word = {"fll": "RuleBlock", "fcl": "RULEBLOCK"}[target]
-        lines = [n for n, line in enumerate(written.splitlines(), 1) if line.startswith(word)]
+        lines = [n for n, line in enumerate(written.splitlines(), 1) if line.strip().startswith(word)]
         assert [b.span.line for b in system.rule_blocks] == lines[-len(system.rule_blocks) :]
+
+
+def test_rules_of_fml_that_join_by_other_norms_begin_where_they_stand():
+    text = """<fuzzySystem name="s" xmlns="http://www.ieee1855.org">
+  <knowledgeBase>
+    <fuzzyVariable name="x" domainleft="0" domainright="10" type="input">
+      <fuzzyTerm name="lo"><leftLinearShape param1="0" param2="10"/></fuzzyTerm>
+      <fuzzyTerm name="hi"><rightLinearShape param1="0" param2="10"/></fuzzyTerm>
+    </fuzzyVariable>
+    <fuzzyVariable name="y" domainleft="0" domainright="10" type="output">
+      <fuzzyTerm name="s"><triangularShape param1="0" param2="2" param3="4"/></fuzzyTerm>
+    </fuzzyVariable>
+  </knowledgeBase>
+  <mamdaniRuleBase name="one" andMethod="MIN">
+    <rule name="a" connector="and"><antecedent>
+      <clause><variable>x</variable><term>lo</term></clause><clause><variable>x</variable><term>hi</term></clause>
+    </antecedent><consequent><then><clause><variable>y</variable><term>s</term></clause></then></consequent></rule>
+    <rule name="b" connector="and" andMethod="PROD"><antecedent>
+      <clause><variable>x</variable><term>lo</term></clause><clause><variable>x</variable><term>hi</term></clause>
+    </antecedent><consequent><then><clause><variable>y</variable><term>s</term></clause></then></consequent></rule>
+  </mamdaniRuleBase>
+</fuzzySystem>
+"""
+    system = FORMATS["fml"].read(SourceText("a.fml", text))[0][0]
+    assert [(b.conjunction, b.span.line) for b in system.rule_blocks] == [(None, 11), ("product", 15)]
