@@ -3,17 +3,19 @@
 A triangle with its top outside its feet, a sigmoid without slope, a step where an S-shape has no width: each has a
 degree everywhere, measured with fuzzylite 6 and pyfuzzylite 8. Some are terms of another kind; the others are, in an
 input, formulas. Where these versions differ, or a degree is no number, nothing is made of them, and they stay mistakes.
+Other parameters are in order, but of a term that jumps, where fuzzylite has other degrees at the jump itself.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final, Protocol
 
 from fuzzyctl.expr import ONE, Binary, Call, Expr, Name, Number
+from fuzzyctl.formats.jumps import has_step, polygon_as_computed, tools_differ
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.model.variable import Membership
 from fuzzyctl.source import Span
@@ -52,7 +54,7 @@ class Made:
 
 
 def membership_as_computed(
-    own: Membership, variable: str | None, findings: Warned, *, word: str = ""
+    own: Membership, variable: str | None, findings: Warned, *, word: str = "", python: bool = False
 ) -> Membership | None:
     """Return the membership function that fuzzylite computes with, which is said; None for one that it cannot have.
 
@@ -61,6 +63,7 @@ def membership_as_computed(
         variable: The input that it is a term of; None for a term of an output.
         findings: Where the warning goes, or the mistake.
         word: What the file calls it.
+        python: Whether it is read as pyfuzzylite computes it, where that makes a difference.
     """
     values = tuple(a.value for a in own.arguments if isinstance(a, Number))
     if len(values) < len(own.arguments) or not isinstance(own.height, Number):
@@ -74,8 +77,8 @@ def membership_as_computed(
     mistake = MEMBERSHIP[own.kind].mistake(values)
     made = nothing(variable) if height == 0.0 else as_computed(own.kind, values, variable)
     if made is None:
-        return own
-    said = mistake or "its height is 0"
+        return own if mistake is not None else _with_jumps(own, values, findings, named, python=python)
+    said = mistake or ("its height is 0" if height == 0.0 else "its left side has no width")
     message = f"{named}: {said}; it is read as fuzzylite computes it, {made.is_what}"
     findings.warning("FZ609", message, own.span, help="other tools refuse it, or take it for something else")
     share = height * made.share
@@ -86,8 +89,39 @@ def membership_as_computed(
     return Membership(kind=made.kind, arguments=made.arguments, height=Number(share) if lower else ONE, span=own.span)
 
 
+def _with_jumps(own: Membership, values: Values, findings: Warned, named: str, *, python: bool) -> Membership | None:
+    """Return a term with the degrees of fuzzylite at its jumps; where its two engines differ, that is said."""
+    if has_step(own.kind, values):
+        findings.error("FZ302", f"{named} has no width, so that it is 0 everywhere", own.span)
+        return None
+    if own.kind != "piecewise":
+        return own
+    if not python and (found := next(iter(tools_differ(values)), None)) is not None:
+        corner, other = found
+        jump = f"{named} jumps at {corner.place:.6g} from {corner.first:.6g} to {corner.last:.6g}"
+        message = f"{jump}; there it is {corner.held:.6g}, as fuzzylite computes it"
+        help_text = f"pyfuzzylite has {other.held:.6g} there; move one of the points, if it is to be the same"
+        findings.warning("FZ609", message, own.span, help=help_text)
+    points = polygon_as_computed(values, python=python)
+    if points == values:
+        return own
+    return own.model_copy(update={"arguments": tuple(map(Number, points))})
+
+
+def with_places(parameters: Sequence[float], given: Sequence[Number]) -> tuple[Number, ...]:
+    """Return parameters with the places of the numbers that they were made of, each place once."""
+    left = list(given)
+    found = []
+    for value in parameters:
+        own = next((n for n in left if n.value == value), None) or next((n for n in left if n.value == -value), None)
+        if own is not None:
+            left.remove(own)
+        found.append(Number(value, span=own.span if own is not None else None))
+    return tuple(found)
+
+
 def as_computed(kind: str, values: Values, variable: str | None) -> Made | None:
-    """Return a term that has the degrees which fuzzylite computes for parameters that are a mistake.
+    """Return a term that has the degrees which fuzzylite computes for parameters that are a mistake, or a step.
 
     Args:
         kind: The kind that the word of the file stands for.
@@ -98,7 +132,9 @@ def as_computed(kind: str, values: Values, variable: str | None) -> Made | None:
         The term; None for parameters that are in order, and where there is no such term.
     """
     maker = _MAKERS.get(kind)
-    if maker is None or any(map(math.isnan, values)) or MEMBERSHIP[kind].mistake(values) is None:
+    if maker is None or any(map(math.isnan, values)):
+        return None
+    if MEMBERSHIP[kind].mistake(values) is None and not has_step(kind, values):
         return None
     made = maker(values)
     if made is None:
@@ -168,6 +204,8 @@ def _trapezoid(p: Values) -> _Found:
     left, left_top, right_top, right = p
     if math.isinf(left_top) or math.isinf(right_top):
         return None
+    if right == math.inf and left < left_top > right_top:
+        return None  # which of its sides counts first is not the same in both versions
     if left > right:
         return _nothing
     places = sorted({x for x in p if left <= x <= right and math.isfinite(x)})
@@ -215,6 +253,10 @@ def _side(p: Values, x: float) -> Callable[[float], float]:
     return lambda u: (right - u) / (right - right_top)
 
 
+def _rectangle(p: Values) -> _Found:
+    return _constant(1.0, 0.0) if p == (-math.inf, math.inf) else None
+
+
 def _semi_ellipse(p: Values) -> _Found:
     start, end = p
     return Made("semi_ellipse", (Number(end), Number(start)), "the same from end to start") if start > end else None
@@ -237,21 +279,30 @@ def _z_shape(p: Values) -> _Found:
 def _pi_shape(p: Values) -> _Found:
     """Return the product of a rise and a fall, either of which may be a step, or begin before the other ends."""
     left, left_top, right_top, right = p
-    if any(map(math.isinf, p)):
+    if any(map(math.isinf, p[:3])) or right == -math.inf:
         return None
     rises, falls = left < left_top, right_top < right
     behind = math.nextafter(left, math.inf)
-    if not rises and not falls:
-        return _step(behind, right_top, "a step up and a step down") if behind < right_top else _nothing
-    if not rises and behind <= right_top:
-        return Made("pi_shape", tuple(map(Number, (behind, behind, right_top, right))), "a step at its left")
+    if left >= (right if falls else right_top):
+        return _nothing
+    if not rises and not falls and behind < right_top:
+        return _step(behind, right_top, "a step up and a step down")
+    if not rises and left <= right_top:
+        parameters = (behind, behind, max(behind, right_top), right if falls else right_top)
+        return Made("pi_shape", tuple(map(Number, parameters)), "a step at its left, and 0 at its foot")
     if not falls and left_top <= right_top:
         return Made("pi_shape", tuple(map(Number, (left, left_top, right_top, right_top))), "a step at its right")
-    if not (rises and falls):
+    if right == math.inf:
         return None
-    if left >= right:
-        return _nothing
-    return lambda x: Binary("*", _spline(x, left, left_top), _spline(x, right, right_top))
+    return lambda x: Binary("*", _rise(x, left, left_top), _fall(x, right_top, right))
+
+
+def _rise(x: Expr, foot: float, top: float) -> Expr:
+    return _spline(x, foot, top) if foot < top else Call("gt", (x, Number(foot)))
+
+
+def _fall(x: Expr, top: float, foot: float) -> Expr:
+    return _spline(x, foot, top) if top < foot else Call("le", (x, Number(top)))
 
 
 def _spline(x: Expr, foot: float, top: float) -> Expr:
@@ -285,6 +336,8 @@ def _sigmoid_product(p: Values) -> _Found:
 
 def _sigmoid_difference(p: Values) -> _Found:
     left, rising, falling, right = p
+    if any(map(math.isinf, p)):
+        return None
     if rising == falling == 0.0:
         return _nothing
     place, slope = (left, rising) if falling == 0.0 else (right, falling)
@@ -298,7 +351,7 @@ def _sigmoid_difference(p: Values) -> _Found:
 
 def _bell(p: Values) -> _Found:
     center, width, slope = p
-    if width == 0.0:
+    if width == 0.0 or any(map(math.isinf, p)):
         return None
     if slope == 0.0:
         return _constant(0.5, center)
@@ -317,8 +370,13 @@ def _cosine(p: Values) -> _Found:
     return _nothing if p[1] < 0.0 else None
 
 
-def _all_zero(p: Values) -> _Found:
-    return _nothing if len(p) >= 4 and len(p) % 2 == 0 and not any(p[1::2]) and _rises(p[::2]) else None
+def _points(p: Values) -> _Found:
+    """Return a degree that is the same everywhere: that of a single point, or 0."""
+    if len(p) % 2 or not p:
+        return None
+    if not any(p[1::2]) and _rises(p[::2]):
+        return _nothing
+    return _constant(p[1], p[0]) if len(p) == 2 and 0.0 <= p[1] <= 1.0 else None
 
 
 def _rises(places: Values) -> bool:
@@ -328,6 +386,7 @@ def _rises(places: Values) -> bool:
 _MAKERS: Final[dict[str, Callable[[Values], _Found]]] = {
     "triangle": _triangle,
     "trapezoid": _trapezoid,
+    "rectangle": _rectangle,
     "semi_ellipse": _semi_ellipse,
     "s_shape": _s_shape,
     "z_shape": _z_shape,
@@ -337,5 +396,5 @@ _MAKERS: Final[dict[str, Callable[[Values], _Found]]] = {
     "sigmoid_difference": _sigmoid_difference,
     "bell": _bell,
     "cosine": _cosine,
-    "piecewise": _all_zero,
+    "piecewise": _points,
 }

@@ -98,6 +98,10 @@ _NEGATIVE: Final = (
     "where an unbounded sum brings the degree of a chained output above 1, `not` makes it negative, and outputs leave "
     "what they average; here they do not"
 )
+_FUZZYLITE_STEPS: Final = (
+    "a pi_shape without a left side is 0 at its foot; in its files it is here, too, and 1 in rule files",
+    "a sigmoid of slope 0 is NaN at an infinite input; here it is 0.5",
+)
 _FUZZYLITE_BUGS: Final = (
     _NEGATIVE,
     "an output that keeps its previous value lags one step behind; here it does not",
@@ -106,6 +110,9 @@ _FUZZYLITE_BUGS: Final = (
     "rules that cannot be read are left out; here they are errors",
     "of equal activations `highest` and `lowest` may choose any; here they choose the earliest",
     "formulas take numbers closer than 1e-6 for equal, and NaN for equal to NaN; here neither is",
+    "of points at one place the first counts, at the right end the last; in its files they do here, too, and in rule "
+    "files the larger degree",
+    *_FUZZYLITE_STEPS,
 )
 
 #: All profiles by name.
@@ -242,6 +249,9 @@ PROFILES: Final[Mapping[str, Profile]] = MappingProxyType(
                     "four of its activation methods refuse arrays; here they do not",
                     "formulas add truths up to 1, and take NaN for equal to NaN; here neither is so",
                     "of several terms of one name its rules mean the last; here the first, as in fuzzylite",
+                    "of points at one place the last counts; so it does here in files that say 'numerics of "
+                    "pyfuzzylite', in others of fuzzylite's what it has, and in rule files the larger degree",
+                    *_FUZZYLITE_STEPS,
                     "an input that is NaN spoils only what reads it, and a default then takes its place; here every "
                     "output is NaN",
                     "a rule that reads what no rule before it has activated makes a Tsukamoto output NaN whose place "

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 
 from fuzzyctl.expr import Expr, to_text
@@ -147,7 +146,7 @@ def _term(term: Term) -> str:
 
 
 def _number(expr: Expr) -> str:
-    value = float(to_text(expr)) if "inf" not in to_text(expr) else math.copysign(math.inf, expr.value)
+    value = float(to_text(expr))
     return repr(int(value)) if value.is_integer() else repr(value)
 
 

@@ -16,7 +16,7 @@ from fuzzyctl.formats.fcl.names import (
 from fuzzyctl.formats.fcl.scope import Scope
 from fuzzyctl.formats.fcl.syntax import Shape, TermLine
 from fuzzyctl.formats.fll.words import TERM_WORDS
-from fuzzyctl.formats.odd_terms import NOT_BEYOND, membership_as_computed, step_to_itself
+from fuzzyctl.formats.odd_terms import NOT_BEYOND, membership_as_computed, step_to_itself, with_places
 from fuzzyctl.model.variable import Membership
 
 
@@ -33,8 +33,11 @@ def membership(line: TermLine, scope: Scope, *, of_output: bool) -> Membership |
     if shape.kind is None:
         return _single(shape, arguments, scope)
     word = fuzzylite_word(shape.kind.text)
+    variable = _input(scope, of_output=of_output)
     if word is not None and word not in FUZZYLITE_SHAPES:
-        return _special(word, shape, arguments, scope, of_output=of_output)
+        made = _special(word, shape, arguments, scope, of_output=of_output)
+        has_corners = made is not None and made.kind in ("piecewise", "rectangle")
+        return membership_as_computed(made, variable, scope, word=word) if made is not None and has_corners else made
     known = FUZZYLITE_SHAPES[word] if word is not None else JFUZZYLOGIC_SHAPES.get(shape.kind.upper)
     if known is None or shape.points:
         facts, help_text = (f"shapes: {listed(SHAPE_WORDS)}",), did_you_mean(shape.kind.upper, SHAPE_WORDS)
@@ -43,7 +46,7 @@ def membership(line: TermLine, scope: Scope, *, of_output: bool) -> Membership |
     found = _known(known, shape, arguments, scope)
     if found is None or word is None:
         return found
-    return membership_as_computed(_as_in_fll(word, found), _input(scope, of_output=of_output), scope, word=word)
+    return membership_as_computed(_as_in_fll(word, found), variable, scope, word=word)
 
 
 def _input(scope: Scope, *, of_output: bool) -> str | None:
@@ -57,8 +60,7 @@ def _as_in_fll(word: str, found: Membership) -> Membership:
     if len(values) < len(found.arguments):
         return found
     kind, parameters = TERM_WORDS[word].shape(values)
-    spans = {a.value: a.span for a in found.arguments if isinstance(a, Number)}
-    arguments = tuple(Number(v, span=spans.get(v) or spans.get(-v)) for v in parameters)
+    arguments = with_places(parameters, [a for a in found.arguments if isinstance(a, Number)])
     return found.model_copy(update={"kind": kind, "arguments": arguments})
 
 

@@ -23,6 +23,7 @@ from fuzzyctl.expr import (
 )
 from fuzzyctl.formats.fcl.dialect import DialectName
 from fuzzyctl.formats.fcl.names import FUZZYLITE_SHAPES
+from fuzzyctl.formats.jumps import as_written
 from fuzzyctl.formulas import MEMBERSHIP, Parameters, piecewise_linear
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Membership, Output
@@ -119,7 +120,8 @@ def shape_text(membership: Membership, values: Mapping[str, float], dialect: Dia
     if kind == "piecewise":
         return _points(tuple(zip(given[::2], given[1::2], strict=True)), height)
     if dialect == "fuzzylite":
-        parameters = given if height == 1.0 else (*given, height)
+        shown = as_written(kind, given)
+        parameters = shown if height == 1.0 else (*shown, height)
         return " ".join([_FUZZYLITE[kind], *map(number_text, parameters)])
     if _as_points(membership, given, dialect):
         return _points(MEMBERSHIP[kind].vertices(given), height)

@@ -9,6 +9,7 @@ from typing import Final
 from fuzzyctl.expr import Number, number_text
 from fuzzyctl.formats.fis.words import OF_FUZZYLITE
 from fuzzyctl.formats.held import simplest
+from fuzzyctl.formats.jumps import as_written
 from fuzzyctl.model.variable import Membership
 
 Values = Sequence[float]
@@ -103,7 +104,7 @@ def written(kind: str, parameters: Values, *, fuzzylite: bool) -> Written | None
     if fuzzylite and kind in ("rectangle", "ramp"):
         return ("rectmf" if kind == "rectangle" else "rampmf"), parameters
     writer = _WRITERS.get(kind)
-    found = writer(parameters) if writer is not None else None
+    found = writer(as_written(kind, parameters) if fuzzylite else parameters) if writer is not None else None
     return _shoulder_of_fuzzylite(*found) if fuzzylite and found is not None else found
 
 

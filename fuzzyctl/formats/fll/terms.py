@@ -13,7 +13,7 @@ from fuzzyctl.formats.findings import Findings, Names, meant
 from fuzzyctl.formats.fll.functions import FormulaError, read_formula
 from fuzzyctl.formats.fll.lines import Line
 from fuzzyctl.formats.fll.words import TERM_WORDS, TERMS, TermWord
-from fuzzyctl.formats.odd_terms import NOT_BEYOND, membership_as_computed, step_to_itself
+from fuzzyctl.formats.odd_terms import NOT_BEYOND, membership_as_computed, step_to_itself, with_places
 from fuzzyctl.model.variable import Membership, Term
 from fuzzyctl.source import Span
 
@@ -132,12 +132,14 @@ class TermReader:
         self._surplus(kind, given, word.count + 1)
         height = given[word.count] if len(given) > word.count else ONE
         own, parameters = word.shape(tuple(n.value for n in given[: word.count]))
-        places = {n.value: n.span for n in given[: word.count]}
-        arguments = tuple(Number(v, span=places.get(v) or places.get(-v)) for v in parameters)
+        arguments = with_places(parameters, given[: word.count])
         if kind == "Binary" and given[0] == given[1]:
             return step_to_itself(self.place.input, line.value, self.findings, word=kind)
         found = Membership(kind=own, arguments=arguments, height=_height(height), span=line.value)
-        return membership_as_computed(found, self.place.input, self.findings, word=kind)
+        return self._computed(found, kind)
+
+    def _computed(self, found: Membership, kind: str) -> Membership | None:
+        return membership_as_computed(found, self.place.input, self.findings, word=kind, python=self.place.python)
 
     def _too_few(self, kind: str, given: tuple[Number, ...], form: str, line: Line) -> None:
         message = f"'{kind}' has {counted(len(given), 'parameter')} instead of {len(form.split())}"
@@ -175,13 +177,13 @@ class TermReader:
 
     def _discrete(self, given: tuple[Number, ...], line: Line) -> Membership | None:
         """Return a polygon; an odd number behind its pairs is the height."""
-        if len(given) < 4:
+        if len(given) < 2:
             self._too_few("Discrete", given, "x1 y1 x2 y2", line)
             return None
         pairs = len(given) // 2 * 2
         height = given[pairs] if len(given) > pairs else ONE
         found = Membership(kind="piecewise", arguments=given[:pairs], height=_height(height), span=line.value)
-        return membership_as_computed(found, self.place.input, self.findings, word="Discrete")
+        return self._computed(found, "Discrete")
 
     def _function(self, rest: list[Span], line: Line) -> Membership | None:
         """Return a formula: of the variable itself in a term of an input, of the inputs in one of an output."""

@@ -8,6 +8,7 @@ from typing import Final
 
 from fuzzyctl.expr import number_text
 from fuzzyctl.formats.fll.words import TERM_WORDS
+from fuzzyctl.formats.jumps import as_written
 
 #: Terms by kind of the model; a rectangle that never ends is fuzzylite's Binary.
 _NAMES: Final[dict[str, str]] = {
@@ -20,12 +21,12 @@ _NAMES: Final[dict[str, str]] = {
 }
 
 
-def written(kind: str, parameters: Sequence[float], height: float) -> str | None:
-    """Return a term as a file has it; None for a kind that fuzzylite does not have."""
+def written(kind: str, parameters: Sequence[float], height: float, *, python: bool = False) -> str | None:
+    """Return a term as a file for fuzzylite, or pyfuzzylite, has it; None for a kind that it does not have."""
     name = _NAMES.get(kind)
     if name is None:
         return None
-    shown = list(parameters)
+    shown = list(as_written(kind, parameters, python=python))
     if kind == "rectangle" and any(map(math.isinf, shown)):
         left, right = shown
         name, shown = "Binary", ([left, math.inf] if math.isfinite(left) else [right, -math.inf])

@@ -192,7 +192,7 @@ class _Writer:
                 what, why = f"the set {membership.kind}", "an average takes its middle only"
                 self._lose(where, what, why, exact=True)
             return f"Constant {number_text((low + high) / 2)}"
-        found = written(membership.kind, parameters, height)
+        found = written(membership.kind, parameters, height, python=self.profile.name == "pyfuzzylite")
         if found is None:
             self.reasons.append(f"{where} is of the kind '{membership.kind}'")
         return found or ""

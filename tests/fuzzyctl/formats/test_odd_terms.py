@@ -54,13 +54,27 @@ MEASURED = {
     "Discrete 0 0 2 0": "0 0 0 0 0 0 0 0 0 0 0 0",
     "Binary 2 2": "0 0 0 0 0 0 0 0 0 0 0 0",
     "SemiEllipse 3 1": "0 0 0 0.866025 0.968246 1 0.968246 0.866025 0 0 0 0",
+    "PiShape 1 1 2 3": "0 0 0 1 1 1 0.875 0.5 0 0 0 0",
+    "PiShape 1 1 1 3": "0 0 0 0.875 0.71875 0.5 0.28125 0.125 0 0 0 0",
+    "PiShape 1 1 2 2": "0 0 0 1 1 1 0 0 0 0 0 0",
+    "PiShape 1 1 1 1": "0 0 0 0 0 0 0 0 0 0 0 0",
+    "PiShape 1 1 3 inf": "0 0 0 1 1 1 1 1 1 1 1 1",
+    "PiShape 1 1 2 3 0.5": "0 0 0 0.5 0.5 0.5 0.4375 0.25 0 0 0 0",
+    "PiShape 2 2 1 4": "0 0 0 0 0 0 0.652778 0.5 0.222222 0.0555556 0 0",
+    "PiShape 0 3 2 2": "0 0.0555556 0.222222 0.5 0.652778 0.777778 0 0 0 0 0 0",
+    "PiShape 0 3 2 1": "0 0.0555556 0.222222 0.5 0.652778 0.777778 0 0 0 0 0 0",
+    "Discrete 2 0.25": "0.25 0.25 0.25 0.25 0.25 0.25 0.25 0.25 0.25 0.25 0.25 0.25",
+    "Rectangle -inf inf": "1 1 1 1 1 1 1 1 1 1 1 1",
+    "Binary -inf 0": "1 1 1 1 1 1 1 1 1 1 1 1",
 }
 
 #: What an output may be, too.
 OF_OUTPUTS = [
     *("Triangle 2 1 3", "Triangle 0 3 2", "Trapezoid 0 3 1 2", "Trapezoid 3 1 2 4", "Trapezoid 0 1 3 2"),
     *("PiShape 0 1 3 2", "Sigmoid 2 0", "SigmoidProduct 1 0 -2 3", "SigmoidProduct 1 2 0 3", "Bell 2 1 0"),
-    *("SShape 3 1", "SShape 2 2", "ZShape 3 1", "ZShape 2 2", "SemiEllipse 3 1"),
+    *("SShape 3 1", "SShape 2 2", "ZShape 3 1", "ZShape 2 2", "SemiEllipse 3 1", "PiShape 1 1 2 3", "PiShape 1 1 1 3"),
+    *("PiShape 1 1 2 2", "PiShape 1 1 3 inf", "PiShape 1 1 2 3 0.5", "Discrete 2 0.25", "Rectangle -inf inf"),
+    "Binary -inf 0",
 ]
 
 FLL = """Engine: e
@@ -165,7 +179,8 @@ def test_an_output_has_them_where_they_are_a_set(word):
     [
         *("Ramp 2 2", "Rectangle 3 1", "Concave 2 2"),  # fuzzylite 6 and pyfuzzylite 8 differ
         *("Bell 2 0 2", "Spike 2 0", "Cosine 2 0", "Gaussian 2 0", "GaussianProduct 2 0 3 1"),  # NaN at the centre
-        *("Discrete 3 0 2 1 1 0", "SemiEllipse 2 2", "Triangle -inf inf 2", "PiShape 3 1 2 4"),
+        *("Discrete 3 0 2 1 1 0", "SemiEllipse 2 2", "Triangle -inf inf 2", "PiShape 0 3 1 inf", "Triangle inf inf 0"),
+        *("Trapezoid 0 2 1 inf", "Bell 1 inf -2", "SigmoidDifference 0 inf 0 1", "Trapezoid -inf 0 -inf 0"),
     ],
 )
 def test_what_has_no_such_term_is_refused(word):
@@ -233,7 +248,7 @@ def test_so_they_are_in_its_fcl_and_fis(formula, told):
     "word",
     [
         *("Bell 2 -1 2", "Spike 2 -1", "Gaussian 2 -1", "PiShape 0 3 1 4", "Sigmoid 2 0", "Triangle 2 1 3"),
-        *("SShape 3 1", "Binary 2 2"),
+        *("SShape 3 1", "Binary 2 2", "PiShape 1 1 2 3", "Discrete 2 0.25", "Binary -inf 0"),
     ],
 )
 def test_so_are_the_terms_of_its_fcl(word):
@@ -271,6 +286,7 @@ def test_degrees_beyond_1_are_refused_there_too(word):
     [
         ("trimf", "2 1 3", "Triangle 2 1 3"),
         ("pimf", "0 3 1 4", "PiShape 0 3 1 4"),
+        ("pimf", "1 1 2 3", "PiShape 1 1 2 3"),
         ("sigmf", "0 2", "Sigmoid 2 0"),
         ("gbellmf", "-1 2 2", "Bell 2 -1 2"),
         ("cosinemf", "2 -3", "Cosine 2 -3"),
@@ -294,6 +310,18 @@ def test_a_step_to_itself_is_no_set_of_an_output():
     changed = FIS.format("trimf", "0 1 2").replace("'trimf',[0 1 2]\n[Rules]", "'binarymf',[2 2]\n[Rules]")
     for name, text in {"t.fis": changed, "t.fll": FLL.format("Ramp 0 1", "Binary 2 2")}.items():
         assert errors(read(name, text)[1]) == ["FZ302"]
+
+
+def test_a_foot_without_width_is_pointed_at_once():
+    system, diagnostics = read("t.fll", FLL.format("PiShape 1 1 2 3", "Triangle 0 1 2"))
+    (told,) = (d for d in diagnostics if d.code == "FZ609")
+    assert "'PiShape': its left side has no width" in told.message
+    assert list(degrees(system, system.inputs[0], system.inputs[0].terms[0], [1.0, math.nextafter(1.0, 2.0)])) == [0, 1]
+
+
+def test_a_sigmoid_without_slope_is_a_half_at_infinity_too():
+    system, _ = read("t.fll", FLL.format("Sigmoid 2 0", "Triangle 0 1 2"))
+    assert list(degrees(system, system.inputs[0], system.inputs[0].terms[0], [-math.inf, math.inf])) == [0.5, 0.5]
 
 
 def test_matlab_has_no_such_terms():
