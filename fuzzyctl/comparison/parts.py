@@ -86,8 +86,8 @@ def parts(a: FuzzySystem, b: FuzzySystem, inputs: list[int], outputs: list[int])
 
 
 def _ruled(system: FuzzySystem) -> tuple[Any, ...]:
-    """Return rules with the rule blocks that they belong to, and what these say."""
-    blocks = tuple(block_text(b) for b in system.rule_blocks)
+    """Return rules with the rule blocks that they belong to, and what these say but for their names."""
+    blocks = tuple(block_text(b.model_copy(update={"name": ""})) for b in system.rule_blocks)
     return system.rules, blocks, tuple(m.block for m in system.rule_methods)
 
 

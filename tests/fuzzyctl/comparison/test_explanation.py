@@ -7,6 +7,7 @@ import pytest
 import fuzzyctl
 from fuzzyctl.comparison.differences import differences
 from fuzzyctl.comparison.explanation import causes, explanation
+from fuzzyctl.comparison.parts import parts
 
 SAMPLED = "defuzzifier centroid(resolution={}, grid={})\n"
 
@@ -172,6 +173,13 @@ class TestRuleBlocks:
     def test_the_name_of_a_block_is_no_cause(self):
         a, b = (fuzzyctl.loads(BLOCKS.format(" implication product").replace("two", name)) for name in ("two", "twos"))
         assert explained(a, b) == {}
+        assert not list(parts(a, b, [0], [0])), "nothing is tried that cannot explain anything"
+
+    def test_a_block_with_another_name_and_method_is_explained_by_the_method(self):
+        a = fuzzyctl.loads(BLOCKS.format(" implication product"))
+        b = fuzzyctl.loads(BLOCKS.format("").replace("two", "twos"))
+        assert set(explained(a, b)) == {"implication of rules two"}
+        assert [p.name for p in parts(a, b, [0], [0]) if not p.last] == ["implication of rules two"]
 
     def test_a_block_that_the_other_file_has_not_is_known_by_its_methods(self):
         a = fuzzyctl.loads(BLOCKS.format(" implication product activation highest(count=1)"))
