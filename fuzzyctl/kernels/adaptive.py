@@ -7,11 +7,11 @@ from itertools import pairwise
 from typing import Final
 
 from fuzzyctl.expr import ONE, ZERO, Compare, Expr, Logic, Name, Number, Where, names_in
-from fuzzyctl.kernels.centroid import Height
+from fuzzyctl.kernels.centroid import Height, in_units, unit_of
 from fuzzyctl.kernels.corners import degree_of
 from fuzzyctl.kernels.cuts import ends_of, has_cuts
 from fuzzyctl.kernels.plan import OutputPlan, SetPlan
-from fuzzyctl.kernels.program import Assign, Builder, Locate, Quadrature, clip, minus, plus
+from fuzzyctl.kernels.program import Assign, Builder, Locate, Quadrature, clip, minus, plus, times
 from fuzzyctl.kernels.quadrature import NODES
 from fuzzyctl.kernels.sampling import joined
 
@@ -32,13 +32,14 @@ def adaptive(builder: Builder, output: OutputPlan, heights: Sequence[Height]) ->
 
     Returns:
         For a centroid the moment about the middle of the range, for a bisector its place counted from there; and the
-        area.
+        area. All are in the unit of the output (`unit_of`).
     """
     if not heights:
         return ZERO, ZERO
     middle = 0.5 * output.lower + 0.5 * output.upper
     inner, x = builder.inner(), builder.fresh()
-    place = inner.let(plus(Name(x), Number(middle)))
+    unit = unit_of(output)
+    place = inner.let(plus(times(Name(x), Number(unit)), Number(middle)))
     parts = [(h, inner.let(degree_of(inner, output.terms[t], place)), output.terms[t]) for t, h, _ in heights]
     value = inner.let(joined(output, inner, parts))
     body = tuple(s for s in inner.statements if isinstance(s, Assign | Locate))
@@ -46,11 +47,12 @@ def adaptive(builder: Builder, output: OutputPlan, heights: Sequence[Height]) ->
     values = [s.x if isinstance(s, Locate) else s.value for s in body]
     read = [n.name for e in (*values, value) for n in names_in(e)]
     given = tuple(dict.fromkeys(n for n in read if n not in own))
-    table = builder.table(p - middle for p in places_of(output, [output.terms[t] for t, _, _ in heights]))
+    table = builder.table((p - middle) / unit for p in places_of(output, [output.terms[t] for t, _, _ in heights]))
     found, area = builder.fresh(), builder.fresh()
     kind = "half" if output.kind == "bisector" else "moments"
-    marks = tuple(m for t, h, _ in heights for m in _marks(builder, output, output.terms[t], h))
-    builder.statements.append(Quadrature(found, area, kind, x, body, value, given, table, marks))
+    marks = [m for t, h, _ in heights for m in _marks(builder, output, output.terms[t], h)]
+    own_marks = tuple(builder.let(in_units(m, unit)) for m in marks)
+    builder.statements.append(Quadrature(found, area, kind, x, body, value, given, table, own_marks))
     return Name(found), Name(area)
 
 

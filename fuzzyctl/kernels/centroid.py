@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import combinations, pairwise
+from typing import Final
 
 from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, Expr, Number, Where
 from fuzzyctl.formulas import Vertex
@@ -21,6 +22,10 @@ from fuzzyctl.kernels.program import Builder, minus, plus, times
 #: (term, its activation as an atom, the largest value the activation can have)
 Height = tuple[int, Expr, float]
 Moments = tuple[Expr, Expr]
+
+#: Ranges as wide have squares of all digits.
+_SMALL: Final = 1e-100
+_LARGE: Final = 1e100
 
 
 @dataclass(frozen=True)
@@ -47,20 +52,40 @@ class Piece:
     lines: tuple[Line, ...]
 
 
-def exact_moments(builder: Builder, output: OutputPlan, heights: Sequence[Height]) -> Moments:
+def exact_centroid(builder: Builder, output: OutputPlan, heights: Sequence[Height]) -> tuple[Expr, Expr]:
+    """Write the centroid of the aggregated set, counted from the middle of the range, and its area, as an atom."""
+    unit = unit_of(output)
+    area, moment = exact_moments(builder, output, heights, unit)
+    return times(Number(unit), Binary("/", moment, area)), area
+
+
+def unit_of(output: OutputPlan) -> float:
+    """Return what lengths are counted in: 1, or a power of two of the size of a range whose square is no number."""
+    width = output.upper - output.lower
+    return 1.0 if _SMALL < width < _LARGE else math.ldexp(1.0, math.frexp(width)[1] - 1)
+
+
+def in_units(length: Expr, unit: float) -> Expr:
+    """Return a length in some unit."""
+    return length if unit == 1.0 else Binary("/", length, Number(unit))
+
+
+def exact_moments(builder: Builder, output: OutputPlan, heights: Sequence[Height], unit: float = 1.0) -> Moments:
     """Write the area and the first moment, about the middle of the range, of the aggregated set.
 
     Args:
         builder: The program to write into.
         output: Piecewise-linear terms, implication `min` or `product`, aggregation `max` or `sum`.
         heights: Activations, merged by term as far as the aggregation allows.
+        unit: What lengths are counted in.
 
     Returns:
         Area and moment as atoms.
     """
     clipped = output.implication == "min"
     parts: list[Moments] = []
-    for piece in pieces(output, heights):
+    for own in pieces(output, heights):
+        piece = replace(own, start=own.start / Fraction(unit), end=own.end / Fraction(unit))
         if output.aggregation == "sum":
             cut = _clipped if clipped else _scaled
             parts.extend(_about_middle(builder, piece, line, cut(builder, line, line.height)) for line in piece.lines)

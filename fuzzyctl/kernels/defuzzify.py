@@ -12,7 +12,7 @@ from fuzzyctl.expr import ZERO, Binary, Compare, Expr, Logic, Name, Number, Wher
 from fuzzyctl.formulas import FINITE, Vertex, exact_norms
 from fuzzyctl.kernels.adaptive import adaptive
 from fuzzyctl.kernels.bisector import sampled_bisector
-from fuzzyctl.kernels.centroid import Height, exact_moments, has_many_pieces
+from fuzzyctl.kernels.centroid import Height, exact_centroid, has_many_pieces, unit_of
 from fuzzyctl.kernels.cuts import has_cuts, maximum_of_union
 from fuzzyctl.kernels.maxima import sampled_maximum
 from fuzzyctl.kernels.outline import size_of
@@ -146,15 +146,15 @@ def _exact(builder: Builder, output: OutputPlan, heights: Sequence[Height]) -> t
     form = closed_form(output, [output.terms[t] for t, _, _ in heights])
     match output.kind, form:
         case "centroid", True if not has_many_pieces(output, heights, builder.most_pairs):
-            area, moment = exact_moments(builder, output, heights)
-            return Binary("/", moment, area), area
+            return exact_centroid(builder, output, heights)
         case "bisector", True if size_of(output, heights) <= LARGEST:
             return straight_bisector(builder, output, heights)
         case "centroid", _:
             moment, area = adaptive(builder, output, heights)
-            return Binary("/", moment, area), area
+            return times(Number(unit_of(output)), Binary("/", moment, area)), area
         case "bisector", _:
-            return adaptive(builder, output, heights)
+            place, area = adaptive(builder, output, heights)
+            return times(Number(unit_of(output)), place), area
     if output.aggregation == "max" and all(has_cuts(output.terms[t]) for t, _, _ in heights):
         return maximum_of_union(builder, output, heights)
     return straight_maximum(builder, output, heights)

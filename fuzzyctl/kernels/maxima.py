@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, CompareOp, Expr, Logic, Number, Where
+from fuzzyctl.kernels.centroid import in_units, unit_of
 from fuzzyctl.kernels.plan import OutputPlan
 from fuzzyctl.kernels.program import Builder, clip, minus, plus, times
 from fuzzyctl.kernels.sampling import HALF, Carried, Samples, Step, largest
@@ -177,10 +178,11 @@ def _nearest_or_farthest(builder: Builder, output: OutputPlan, hits: Hits) -> Ex
 
 def _middle_of(builder: Builder, output: OutputPlan, hits: Hits) -> Expr:
     """Return the middle of all intervals together; the mean of the points where there are only points."""
-    least = Number(_SAME * (output.upper - output.lower))
+    unit = unit_of(output)
+    least, same = (Number(_SAME * ((output.upper - output.lower) / u)) for u in (1.0, unit))
     lengths, moments = [], []
     for hit, a, b in hits.intervals:
-        length = builder.let(times(hit, minus(b, a)))
+        length = builder.let(times(hit, in_units(minus(b, a), unit)))
         lengths.append(length)
         moments.append(times(length, times(Number(0.5), plus(a, b))))
     length, moment = builder.total(lengths), builder.total(moments)
@@ -192,4 +194,4 @@ def _middle_of(builder: Builder, output: OutputPlan, hits: Hits) -> Expr:
         own = builder.let(Where(is_new, ONE, ZERO))
         total, count = builder.let(plus(total, times(own, x))), builder.let(plus(count, own))
         last = builder.let(Where(is_new, x, last))
-    return Where(Compare(">", length, least), Binary("/", moment, length), Binary("/", total, count))
+    return Where(Compare(">", length, same), Binary("/", moment, length), Binary("/", total, count))

@@ -1,6 +1,7 @@
 """Exact defuzzifiers against rational arithmetic and integrals between places found by root finding."""
 
 import math
+import re
 
 import hypothesis.strategies as st
 import numpy as np
@@ -245,3 +246,27 @@ def test_a_bend_near_the_end_of_a_stretch_is_seen(backend, x):
     moment += (5 * bend**2 - bend**3 / 3 - 5 * fall**2 + fall**3 / 3) / 8
     system = loads(BEND)
     assert compile_system(system, backend).batch([[x]])[0] == pytest.approx(moment / area, rel=1e-12)
+
+
+@pytest.mark.parametrize("width", [1e-310, 8e307])
+@pytest.mark.parametrize("kind", ["centroid", "bisector", "mom"])
+@pytest.mark.parametrize(
+    ("norms", "shapes"),
+    [
+        (("min", "max"), "triangle(-1, -1, 0) triangle(-1, 0, 0.5) triangle(0, 1, 1)"),
+        (("product", "sum"), "triangle(-1, -1, 0) triangle(-1, 0, 0.5) triangle(0, 1, 1)"),
+        (("min", "max"), "gaussian(-1, 0.3) gaussian(0, 0.3) gaussian(0.8, 0.2)"),
+    ],
+    ids=str,
+)
+def test_ranges_may_be_as_small_or_large_as_numbers(width, kind, norms, shapes):
+    """Squares of lengths are no numbers there, and moments are made of these."""
+    terms = [f"{name}({numbers}" for name, numbers in re.findall(r"(\w+)\(([^)]*\))", shapes)]
+    small = build(terms, *norms, kind, lower=-1, upper=1)
+    scaled = [re.sub(r"-?\d[\d.]*(?=[,)])", lambda n: repr(float(n[0]) * width), t) for t in terms]
+    large = build(scaled, *norms, kind, lower=-width, upper=width)
+    for activations in ([0.3, 0.6, 0.2], [0.5, 0.5, 0.9]):
+        # Ranges below 2e-308 have not all digits.
+        tolerance = 1e-12 if width > 1e-300 else 1e-9
+        share = evaluated(large, activations) / width
+        assert share == pytest.approx(evaluated(small, activations), rel=0, abs=tolerance)
