@@ -46,6 +46,8 @@ LEAST_GAIN_INTERPRETED: Final = 4
 LEAST_GAIN_MANY: Final = 20
 #: Where corners that differ by rounding count as one, a degree as large as this decides whether a rule acts.
 _LARGE: Final = 1e-3
+#: Slopes below this have not all digits of a number.
+_FLATTEST: Final = 2.0**-1000
 
 
 #: Name, foot, slope and base of a term in a cell.
@@ -74,16 +76,13 @@ class Axis:
         knots: Corners of its terms, rising; beyond the outer ones nothing changes.
         sides: The two terms of each cell.
         terms: Their names in each cell, None where there is none.
-        decides: Whether its numbers say where a term is not 0: not where corners that differ by rounding count as one
-            and no other term is far above 0 there.
-        is_rounded: Whether there are such corners.
+        is_rounded: Whether there are corners that differ by rounding and count as one.
     """
 
     position: int
     knots: tuple[float, ...]
     sides: tuple[Side, Side]
     terms: tuple[tuple[str | None, ...], tuple[str | None, ...]]
-    decides: bool
     is_rounded: bool
 
 
@@ -103,6 +102,12 @@ class Sums:
     factors: dict[str, tuple[tuple[float, ...], ...]]
     hull: tuple[float, float]
 
+    @property
+    def is_finite(self) -> bool:
+        """Whether no number is infinite: times a rule that does not act, such a one would be NaN."""
+        tables = (*self.weights, *self.constants, *(t for own in self.factors.values() for t in own))
+        return all(math.isfinite(x) for table in tables for x in table)
+
 
 @dataclass(frozen=True)
 class Active:
@@ -121,28 +126,37 @@ class Active:
     gain: float
 
 
-def active_of(plan: Plan, *, least_gain: float = LEAST_GAIN) -> Active | None:
-    """Return the tables of a system, None for one that has other rules.
+def active_of(plan: Plan, *, least_gain: float = LEAST_GAIN) -> Active | str:
+    """Return the tables of a system, or why it has none.
 
     Args:
         plan: The plan.
         least_gain: Rules that there must be for each that can act at a time.
     """
+    reason = _unsuited(plan)
+    if reason:
+        return reason
     read = sorted({d.variable for d in plan.degrees})
-    if not _is_plain(plan) or len(plan.rules) < least_gain * (1 << len(read)):
-        return None
+    if len(plan.rules) < least_gain * (1 << len(read)):
+        return f"{len(plan.rules)} rules are too few"
     rules = _Rules(plan)
-    axes = [_axis(plan, position) for position in read]
-    found = tuple(a for a in axes if a is not None)
-    if rules.norm is None or len(found) < len(axes) or not all(a.decides for a in found):
-        return None
-    if any(a.is_rounded for a in found) and not _is_full(plan, rules):
-        return None
-    cells = math.prod(len(a.knots) for a in found)
-    if cells * len(plan.outputs) * (len(plan.inputs) + 2) << len(found) > MOST_NUMBERS:
-        return None
-    outputs = tuple(_sums(plan, output, found, rules) for output in plan.outputs)
-    return Active(found, rules.norm, outputs, len(plan.rules) / (1 << len(found)))
+    if rules.norm is None:
+        return "rules are no conjunctions of one term of each input by 'min' or 'product'"
+    axes: list[Axis] = []
+    for position in read:
+        axis = _axis(plan, position)
+        if isinstance(axis, str):
+            return axis
+        axes.append(axis)
+    if any(a.is_rounded for a in axes) and not _is_full(plan, rules):
+        return "corners differ by rounding, and rules are missing"
+    numbers = math.prod(len(a.knots) for a in axes) * len(plan.outputs) * (len(plan.inputs) + 2) << len(axes)
+    if numbers > MOST_NUMBERS:
+        return f"its tables would have {numbers:,} numbers, more than {MOST_NUMBERS:,}"
+    outputs = tuple(_sums(plan, output, axes, rules) for output in plan.outputs)
+    if not all(s.is_finite for s in outputs):
+        return "consequents of one cell add up to more than a number can be"
+    return Active(tuple(axes), rules.norm, outputs, len(plan.rules) / (1 << len(axes)))
 
 
 def lookup(plan: Plan, own: Active) -> Program:
@@ -216,16 +230,25 @@ def _total(builder: Builder, strengths: Sequence[Expr], tables: Sequence[Sequenc
     return builder.total(parts)
 
 
-def _is_plain(plan: Plan) -> bool:
-    """Whether all outputs are averages of constants and linear functions over rules that act as they are."""
-    return (
-        bool(plan.degrees)
-        and not (plan.states or plan.held or plan.chains or plan.steps)
-        and plan.all_act
-        and plan.least in (None, 0.0)
-        and all(d.variable < len(plan.inputs) and is_continuous(d.set) for d in plan.degrees)
-        and all(map(_is_average, plan.outputs))
-    )
+def _unsuited(plan: Plan) -> str:
+    """Return why outputs are no averages of constants and linear functions over rules that act as they are."""
+    if not plan.degrees:
+        return "no rule reads an input"
+    if plan.states or plan.held:
+        return "it has a state"
+    if plan.chains or any(d.variable >= len(plan.inputs) for d in plan.degrees):
+        return "rules read outputs"
+    if plan.steps:
+        return "rules share parts of their antecedents"
+    if not plan.all_act or plan.least not in (None, 0.0):
+        return "not every rule acts as far as its antecedent holds"
+    other = next((d for d in plan.degrees if not is_continuous(d.set)), None)
+    if other is not None:
+        return f"term '{other.term}' of '{plan.variable(other.variable).name}' has no straight sides or jumps"
+    output = next((o for o in plan.outputs if not _is_average(o)), None)
+    if output is not None:
+        return f"'{output.name}' is no average over rules of constants or bounded linear functions"
+    return ""
 
 
 def _is_average(output: OutputPlan) -> bool:
@@ -296,12 +319,13 @@ def _combination(strength: Expr, own: dict[str, tuple[int, str]], norms: set[str
     return found
 
 
-def _axis(plan: Plan, position: int) -> Axis | None:
-    """Return an input as an axis, None where more than two terms meet or corners are too close to each other."""
+def _axis(plan: Plan, position: int) -> Axis | str:
+    """Return an input as an axis, or why it is none."""
     terms = {d.term: d.set for d in plan.degrees if d.variable == position}
     knots = knots_of(plan.inputs[position], list(terms.values()))
+    name = plan.inputs[position].name
     if too_close(knots, list(terms.values())):
-        return None
+        return f"corners of '{name}' lie too close to each other"
     is_rounded = bool(rounded(knots, list(terms.values())))
     least = ROUNDING if is_rounded else 0.0
     first: list[_Line] = []
@@ -309,13 +333,18 @@ def _axis(plan: Plan, position: int) -> Axis | None:
     for left, right in pairwise((*knots, knots[-1])):
         there = [t for t, s in terms.items() if degree_at(s, left) > least or degree_at(s, right) > least]
         if len(there) > 2:
-            return None
-        own = [_line(t, terms[t], left, right, least) for t in there] + [_NO_TERM] * (2 - len(there))
+            return f"more than two terms of '{name}' meet between {left!r} and {right!r}"
+        lines = [_line(t, terms[t], left, right, least) for t in there]
+        own = [line for line in lines if line is not None] + [_NO_TERM] * (2 - len(there))
+        if len(own) < 2:
+            return f"terms of '{name}' are too flat or too steep"
         first.append(own[0])
         second.append(own[1])
     names = tuple(n for n, *_ in first), tuple(n for n, *_ in second)
     covered = all(max(degree_at(s, x) for s in terms.values()) > _LARGE for x in knots)
-    return Axis(position, knots, (_side(first), _side(second)), names, covered or not is_rounded, is_rounded)
+    if is_rounded and not covered:
+        return f"corners of '{name}' differ by rounding, and next to them are gaps"
+    return Axis(position, knots, (_side(first), _side(second)), names, is_rounded)
 
 
 def _is_full(plan: Plan, rules: _Rules) -> bool:
@@ -331,16 +360,19 @@ def _side(lines: Sequence[_Line]) -> Side:
     return Side(tuple(line[1] for line in lines), tuple(line[2] for line in lines), tuple(line[3] for line in lines))
 
 
-def _line(name: str, term: SetPlan, left: float, right: float, least: float) -> _Line:
-    """Return foot, slope and base of a term in a cell, counted from where it is 0, so that nothing cancels there.
+def _line(name: str, term: SetPlan, left: float, right: float, least: float) -> _Line | None:
+    """Return foot, slope and base of a term in a cell, None where the slope has not all digits of a number.
 
-    Degrees of at most `least` at the ends are 0 but for rounding.
+    It is counted from where the degree is smallest, so that nothing cancels there. Degrees of at most `least` at the
+    ends are 0 but for rounding.
     """
     at_left, at_right = (d if d > least else 0.0 for d in (degree_at(term, left), degree_at(term, right)))
-    if left == right:
+    if at_left == at_right:
         return name, left, 0.0, at_left
     slope = (at_right - at_left) / (right - left)
-    return (name, right, slope, 0.0) if at_right == 0.0 else (name, left, slope, at_left)
+    if not _FLATTEST <= abs(slope) < math.inf:
+        return None
+    return (name, right, slope, at_right) if at_right < at_left else (name, left, slope, at_left)
 
 
 def _sums(plan: Plan, output: OutputPlan, axes: Sequence[Axis], rules: _Rules) -> Sums:

@@ -37,6 +37,7 @@ class Algorithm:
         reason: Why it is not interpolation, or what is interpolated.
         diagonals: What its tables hold, for integration around the rules that act, else None.
         active: What its rules say in each cell, for averages over the rules that act, else None.
+        is_forced: Whether it was asked for, so that it is used even where another one is faster.
     """
 
     plan: Plan
@@ -44,6 +45,7 @@ class Algorithm:
     reason: str
     diagonals: Diagonals | None = None
     active: Active | None = None
+    is_forced: bool = False
 
     @property
     def name(self) -> str:
@@ -99,8 +101,8 @@ class Algorithm:
         return self.point if self.grid is not None or self._gains(active.LEAST_GAIN_INTERPRETED) else self.many
 
     def _gains(self, least: float) -> bool:
-        """Whether rules are looked up, and so many at least for each that can act."""
-        return self.active is not None and self.active.gain >= least
+        """Whether rules are looked up: so many for each that can act, or because that was asked for."""
+        return self.active is not None and (self.is_forced or self.active.gain >= least)
 
 
 def algorithm_of(plan: Plan, wanted: str = "auto") -> Algorithm:
@@ -112,18 +114,18 @@ def algorithm_of(plan: Plan, wanted: str = "auto") -> Algorithm:
 
     Raises:
         UnknownNameError: For another one.
-        ArgumentError: For interpolation where the system does not interpolate.
+        ArgumentError: For an algorithm that the system does not allow.
     """
     if wanted not in ALGORITHMS:
         raise UnknownNameError("algorithm", wanted, ALGORITHMS)
     if wanted == "rules":
         return Algorithm(plan, None, "it was asked for")
-    found = diagonals_of(plan) if wanted in ("auto", "diagonals") else None
-    if found is not None:
+    found = diagonals_of(plan) if wanted in ("auto", "diagonals") else ""
+    if isinstance(found, Diagonals):
         pieces = " x ".join(str(len(a.knots)) for a in found.axes)
         return Algorithm(plan, None, f"the table of {pieces} terms holds diagonals", found)
     if wanted == "diagonals":
-        raise ArgumentError("the system has no table of diagonals under 'min', 'max' and an exact centroid")
+        raise ArgumentError(f"the system has no table of diagonals: {found}")
     grid = grid_of(plan)
     if wanted != "active" and isinstance(grid, Grid):
         knots = " x ".join(str(len(k)) for k in grid.knots)
@@ -133,9 +135,9 @@ def algorithm_of(plan: Plan, wanted: str = "auto") -> Algorithm:
         raise ArgumentError(f"the system does not interpolate: {grid}")
     reason = grid if isinstance(grid, str) else "it was asked for"
     table = active.active_of(plan, least_gain=0.0 if wanted == "active" else active.LEAST_GAIN)
-    if table is not None:
+    if isinstance(table, Active):
         together = f"{1 << len(table.axes)} of {len(plan.rules)} rules at a time"
-        return Algorithm(plan, None, f"{together}; {reason}", active=table)
+        return Algorithm(plan, None, f"{together}; {reason}", active=table, is_forced=wanted == "active")
     if wanted == "active":
-        raise ArgumentError("the system has no averages over a table whose terms are straight and meet by twos")
+        raise ArgumentError(f"rules that can act are not looked up: {table}")
     return Algorithm(plan, None, reason)

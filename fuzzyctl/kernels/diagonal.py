@@ -80,20 +80,31 @@ class Diagonals:
     bands: tuple[Band, ...]
 
 
-def diagonals_of(plan: Plan) -> Diagonals | None:
-    """Return the bands of a system, None for one that has others."""
-    if len(plan.inputs) != 2 or not _is_plain(plan):
-        return None
-    first, second = (_axis(plan, position) for position in (0, 1))
-    if first is None or second is None:
-        return None
-    axes = (first, second)
-    cells = _cells(plan, axes)
+def diagonals_of(plan: Plan) -> Diagonals | str:
+    """Return the bands of a system, or why it has none."""
+    if not all(map(_is_centroid, plan.outputs)):  # most systems are told by this alone
+        return "not every output is an exact centroid under 'min' and 'max' of terms with straight sides"
+    if len(plan.inputs) != 2:
+        return "it has not two inputs"
+    if not _is_plain(plan):
+        return "rules do not act as they are, or terms of inputs have no straight sides"
+    axes: list[Axis] = []
+    for position, variable in enumerate(plan.inputs):
+        axis = _axis(plan, position)
+        if axis is None:
+            return f"the terms of '{variable.name}' are no partition of triangles"
+        axes.append(axis)
+    both = (axes[0], axes[1])
+    cells = _cells(plan, both)
     if cells is None:
-        return None
-    bands = [_band(output, axes, cells) for output in plan.outputs]
-    found = tuple(b for b in bands if b is not None)
-    return Diagonals(axes, found) if len(found) == len(plan.outputs) else None
+        return "rules are no conjunctions of both inputs by 'min'"
+    bands: list[Band] = []
+    for output in plan.outputs:
+        band = _band(output, both, cells)
+        if band is None:
+            return f"'{output.name}' has no full table along diagonals, or no even terms"
+        bands.append(band)
+    return Diagonals(both, tuple(bands))
 
 
 def window(plan: Plan, own: Diagonals, *, branches: bool = False) -> Program:
@@ -117,10 +128,9 @@ def window(plan: Plan, own: Diagonals, *, branches: bool = False) -> Program:
 
 
 def _is_plain(plan: Plan) -> bool:
-    """Whether rules act as they are, each cell of the table has one, and all outputs are exact centroids."""
+    """Whether rules act as they are, on continuous terms with straight sides."""
     return (
-        all(map(_is_centroid, plan.outputs))  # most systems are told by this alone
-        and not (plan.states or plan.held or plan.chains)
+        not (plan.states or plan.held or plan.chains)
         and plan.all_act
         and plan.least in (None, 0.0)
         and all(rule.weight == 1.0 for rule in plan.rules)

@@ -164,13 +164,15 @@ def rounded(knots: Sequence[float], sets: Sequence[SetPlan]) -> list[tuple[SetPl
 
 
 def degree_at(term: SetPlan, x: float) -> float:
-    """Return the degree of a straight-sided term."""
+    """Return the degree of a straight-sided term, counted from the lower end of a side, where nothing cancels."""
     vertices = term.vertices
     if x <= vertices[0][0]:
         return vertices[0][1]
     for (x0, y0), (x1, y1) in pairwise(vertices):
         if x <= x1:
-            return y1 if x == x1 else y0 + (y1 - y0) * ((x - x0) / (x1 - x0))
+            if x == x1:
+                return y1
+            return y0 + (y1 - y0) * ((x - x0) / (x1 - x0)) if y0 <= y1 else y1 + (y0 - y1) * ((x1 - x) / (x1 - x0))
     return vertices[-1][1]
 
 

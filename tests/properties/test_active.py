@@ -17,11 +17,9 @@ from tests.properties.around import points_around
 
 
 @pytest.fixture
-def forced(monkeypatch):
-    """Let every backend take the rules that act, however few rules there are and however large the tables."""
+def large_tables(monkeypatch):
+    """Let tables be large."""
     monkeypatch.setattr(active, "MOST_NUMBERS", 1 << 20)
-    for name in ("LEAST_GAIN_INTERPRETED", "LEAST_GAIN_MANY"):
-        monkeypatch.setattr(active, name, 0)
 
 
 @st.composite
@@ -106,7 +104,7 @@ def agree(system, backend, points):
     return found
 
 
-@pytest.mark.usefixtures("forced")
+@pytest.mark.usefixtures("large_tables")
 @settings(max_examples=30, deadline=None, suppress_health_check=list(HealthCheck))
 @given(case=systems(), seed=st.integers(0, 1000))
 @pytest.mark.parametrize("backend", ["python", "numpy"])
@@ -124,7 +122,7 @@ def test_rules_that_act_are_all_rules(backend, case, seed):
         assert all(known <= bounds[output.name].hi)
 
 
-@pytest.mark.usefixtures("forced")
+@pytest.mark.usefixtures("large_tables")
 @settings(max_examples=5, deadline=None, suppress_health_check=list(HealthCheck))
 @given(case=systems(otherwise=(" else -3", " else nan")), seed=st.integers(0, 1000))
 def test_compiled_too(case, seed):
@@ -167,25 +165,29 @@ class TestChoice:
         assert some.interpreted == some.arrays == some.point != some.many
         assert many.many == many.point
 
+    def test_is_the_same_for_all_backends_where_it_is_asked_for(self):
+        asked = algorithm_of(plan(table(2)), "active")
+        assert asked.interpreted == asked.arrays == asked.many == asked.point
+
     def test_is_interpolation_where_there_is_nothing_to_choose(self):
         assert algorithm_of(plan(table(5, "and product\ndefuzzifier weighted_average"))).name == "interpolation"
 
     @pytest.mark.parametrize(
-        "system",
+        ("system", "reason"),
         [
-            table(5, "and min\ndefuzzifier bisector"),
-            table(5, "and bounded_difference\ndefuzzifier weighted_average"),
-            table(5, "and min\nactivation first(count=1)\ndefuzzifier weighted_average"),
-            table(5, "and min\ndefuzzifier weighted_sum"),
-            table(5, rules="if x is t0 then u is c1\n"),
-            table(5, rules="if x is t0 or y is t0 then u is c1\n"),
-            table(5, rules="if x is not t0 and y is t0 then u is c1\n"),
+            (table(5, "and min\ndefuzzifier bisector"), "'u' is no average over rules"),
+            (table(5, "and bounded_difference\ndefuzzifier weighted_average"), "rules are no conjunctions"),
+            (table(5, "and min\nactivation first(count=1)\ndefuzzifier weighted_average"), "not every rule acts"),
+            (table(5, "and min\ndefuzzifier weighted_sum"), "'u' is no average over rules"),
+            (table(5, rules="if x is t0 then u is c1\n"), "rules are no conjunctions"),
+            (table(5, rules="if x is t0 or y is t0 then u is c1\n"), "rules are no conjunctions"),
+            (table(5, rules="if x is not t0 and y is t0 then u is c1\n"), "rules are no conjunctions"),
         ],
         ids=range(7),
     )
-    def test_is_all_rules_for_others(self, system):
+    def test_is_all_rules_for_others(self, system, reason):
         assert algorithm_of(plan(system)).name == "rules"
-        with pytest.raises(ArgumentError, match="meet by twos"):
+        with pytest.raises(ArgumentError, match=f"not looked up: {reason}"):
             compile_system(system, "python", algorithm="active")
 
     def test_is_all_rules_where_three_terms_meet(self):
@@ -193,7 +195,7 @@ class TestChoice:
         rules = "\n".join(f"if x is t{i} then u is c{i % 2}" for i in range(5))
         head = "system s\ndefuzzifier weighted_average\ninput x in [0, 4]\n"
         system = loads(f"{head}{text}\noutput u in [0, 1] else 0\n  c0 = constant(0)\n  c1 = constant(1)\n{rules}\n")
-        with pytest.raises(ArgumentError, match="meet by twos"):
+        with pytest.raises(ArgumentError, match=r"more than two terms of 'x' meet between 0\.0 and 1\.0"):
             compile_system(system, "python", algorithm="active")
 
 
@@ -258,3 +260,45 @@ def test_ranges_may_be_as_small_or_large_as_numbers(settings, width):
     expected = compile_system(table(4, f"{settings}\ndefuzzifier weighted_average"), "python").batch(points / width)
     for backend in ("python", "numpy"):
         np.testing.assert_allclose(compile_system(system, backend).batch(points), expected, rtol=1e-12)
+
+
+NUMBERS = """
+system s
+and min
+defuzzifier weighted_average
+input x in [0, {width}]
+  low  = triangle(-inf, 0, {foot}, height={low})
+  high = trapezoid(-inf, 0, {width}, inf, height={height})
+output u in [-10, 10] else -10
+  a = constant({first})
+  b = constant({second})
+if x is low then u is a
+if x is high then u is b
+if x is high then u is b
+"""
+
+
+@pytest.mark.parametrize(
+    ("algorithm", "numbers"),
+    [
+        # At the end both terms are 1e-16, and what is made of them is no rounding error.
+        ("active", {"width": 0.7, "foot": 0.7000000000000001, "height": 1e-16}),
+        # Slopes that have only some digits, or none.
+        ("rules", {"width": 3e300, "foot": 3e300, "height": 1e-20, "low": 1e-20}),
+        # Consequents that are no numbers together are some where one rule acts a little.
+        ("rules", {"width": 3, "foot": 3, "height": 1e-20, "second": 1.2e308}),
+    ],
+    ids=["small degrees", "flat sides", "large consequents"],
+)
+def test_numbers_may_be_as_small_or_large_as_there_are(algorithm, numbers):
+    system = loads(NUMBERS.format(**{"first": 1, "second": -2, "low": 1} | numbers))
+    points = np.array([[share * numbers["width"]] for share in (0.0, 0.3, 0.7, 1.0)])
+    expected = compile_system(system, "python", algorithm="rules").batch(points)
+    for backend in ("python", "numpy"):
+        np.testing.assert_allclose(compile_system(system, backend).batch(points), expected, rtol=1e-12)
+    if algorithm == "active":
+        found = compile_system(system, "python", algorithm="active").batch(points)
+        np.testing.assert_allclose(found, expected, rtol=1e-12)
+    else:
+        with pytest.raises(ArgumentError, match="not looked up"):
+            compile_system(system, "python", algorithm="active")
