@@ -217,17 +217,19 @@ class CText:
         knots = [self.number(k) for k in statement.knots]
         if any(a >= b for a, b in zip(self.rounded(statement.knots), self.rounded(statement.knots[1:]), strict=False)):
             raise CodegenError("two knots are the same in this precision; use double")
-        held = f"(({x} < {knots[0]}) ? {knots[0]} : (({x} > {knots[-1]}) ? {knots[-1]} : {x}))"
-        yield f"const {self.precision} {rest}_x = {bare(held)};"
+        if statement.wants_rest:
+            held = f"(({x} < {knots[0]}) ? {knots[0]} : (({x} > {knots[-1]}) ? {knots[-1]} : {x}))"
+            yield f"const {self.precision} {rest}_x = {bare(held)};"
+            x = f"{rest}_x"
         if len(knots) <= COUNTED:
-            count = " + ".join(f"(({rest}_x >= {k}) ? 1U : 0U)" for k in knots[1:]) or "0U"
+            count = " + ".join(f"(({x} >= {k}) ? 1U : 0U)" for k in knots[1:]) or "0U"
             yield f"const size_t {name}_k = {count};"
         else:
             yield f"size_t {name}_k = 0U;"
             first = 1 << ((len(knots) - 1).bit_length() - 1)
             yield f"for (size_t {name}_h = {first}U; {name}_h > 0U; {name}_h /= 2U) {{"
             ahead = f"{name}_k + {name}_h"
-            yield f"{INDENT}if ((({ahead}) < {len(knots)}U) && ({statement.table}[{ahead}] <= {rest}_x)) {{"
+            yield f"{INDENT}if ((({ahead}) < {len(knots)}U) && ({statement.table}[{ahead}] <= {x})) {{"
             yield f"{INDENT}{INDENT}{name}_k += {name}_h;"
             yield f"{INDENT}}}"
             yield "}"

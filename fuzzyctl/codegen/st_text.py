@@ -296,19 +296,21 @@ class STText:
         return f"({' AND '.join(f'(NOT {f})' for f in flags)} AND {text})"
 
     def _located(self, statement: Locate) -> Iterator[str]:
-        name, rest, knots = statement.name, self._declared(statement.rest), statement.knots
+        name, x, knots = statement.name, self._text(statement.x), statement.knots
         self.integers.append(name)
-        x = self._text(statement.x)
-        yield f"{rest} := LIMIT({self.number(knots[0])}, {x}, {self.number(knots[-1])});"
+        if statement.wants_rest:
+            rest = self._declared(statement.rest)
+            yield f"{rest} := LIMIT({self.number(knots[0])}, {x}, {self.number(knots[-1])});"
+            x = rest
         yield f"{name} := 0;"
         if len(knots) > 1:
             # The last knot not beyond the value; loops end early at the first that is.
             last = len(knots) - 1
-            yield f"WHILE ({name} < {last}) AND ({rest} >= {statement.table}[MIN({name} + 1, {last})]) DO"
+            yield f"WHILE ({name} < {last}) AND ({x} >= {statement.table}[MIN({name} + 1, {last})]) DO"
             yield f"{INDENT}{name} := {name} + 1;"
             yield "END_WHILE;"
         if statement.wants_rest:
-            yield f"{rest} := {rest} - {statement.table}[{name}];"
+            yield f"{x} := {x} - {statement.table}[{name}];"
         if statement.stride != 1:
             yield f"{name} := {statement.stride} * {name};"
 

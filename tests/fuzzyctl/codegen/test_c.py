@@ -13,6 +13,23 @@ from fuzzyctl.codegen.files import generate
 from fuzzyctl.codegen.unit import prepare
 from fuzzyctl.codegen.vectors import Reference, points, vectors
 
+ONE_CORNER = """
+system one
+and min
+defuzzifier weighted_average
+input x in [-1, 1]
+{}
+input y in [0, 1]
+  on = triangle(-inf, 1, 2)
+output u in [0, 3]
+  a = constant(1)
+  b = constant(2)
+  c = constant(3)
+if x is N and y is on then u is a
+if x is Z and y is on then u is b
+if x is P and y is on then u is c
+"""
+
 
 class TestSelfTest:
     def test_double_agrees_with_the_kernel_to_1e_12(self, compiled, unit_of, sanitized, kind):
@@ -30,6 +47,12 @@ class TestSelfTest:
     @pytest.mark.parametrize(("name", "algorithm"), [("diagonal", "diagonals"), ("active", "active")])
     def test_kinds_of_an_algorithm_are_written_with_it(self, unit_of, name, algorithm):
         assert unit_of(name).algorithm.name == algorithm
+
+    def test_inputs_with_one_term_everywhere_are_looked_up_nowhere(self, compiled):
+        text = ONE_CORNER.format("  N = triangle(-inf, -1, 0)\n  Z = triangle(-1, 0, 1)\n  P = triangle(0, 1, inf)")
+        unit = prepare(loads(text), text, algorithm="active")
+        built = compiled(unit)
+        assert built.code == 0, built.output
 
     @pytest.mark.parametrize("name", ["ais_reaction", "exact", "silent", "refusing", "chained", "holding", "adaptive"])
     def test_compilers_may_be_told_that_there_is_no_nan(self, compiled, unit_of, name):
@@ -72,6 +95,12 @@ class TestSelfTest:
 
 
 class TestSource:
+    def test_an_input_that_is_looked_up_is_held_once(self, unit_of):
+        source = c_source.source(unit_of("active"))
+        held = re.findall(r"const double (\w+) = \((\w+) <", source)
+        assert [x for _, x in held if x in ("e", "de")] == ["e", "de"]
+        assert not {name for name, _ in held} & {x for _, x in held}
+
     def test_libm_is_asked_for_only_where_it_is_needed(self, unit_of):
         assert "math.h" not in c_source.source(unit_of("ais_reaction"))
         assert "math.h" not in c_source.source(unit_of("fcafsmc"))

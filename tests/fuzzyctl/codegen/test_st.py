@@ -153,6 +153,9 @@ class TestNumbers:
 
 
 class TestText:
+    def test_an_input_that_is_looked_up_is_held_once(self, unit_of):
+        assert function_block(unit_of("active")).count("LIMIT(") == 3  # both inputs, and the output
+
     def test_names_that_differ_by_case_only_are_told_apart(self):
         text = (
             "system If\ndefuzzifier weighted_average\ninput X in [0, 1]\n  terms a b\ninput x in [0, 1]\n  terms a b\n"
