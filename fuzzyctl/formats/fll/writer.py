@@ -142,7 +142,7 @@ class _Writer:
         if word is None:
             self.reasons.append(f"output '{output.name}': there is no aggregation '{aggregation}'")
         yield f"  aggregation: {word}"
-        yield f"  defuzzifier: {self._defuzzifier(own)}"
+        yield f"  defuzzifier: {self._defuzzifier(output)}"
         start = output.otherwise.start if isinstance(output.otherwise, Hold) else output.otherwise
         if isinstance(start, Expr):
             yield f"  default: {number_text(numerics.value(self.system, start))}"
@@ -154,11 +154,10 @@ class _Writer:
             self._lose(f"output '{output.name}'", "else error", "it is nan where no rule fires", exact=True)
         yield f"  lock-previous: {str(isinstance(output.otherwise, Hold)).lower()}"
 
-    def _defuzzifier(self, own: Defuzzifier) -> str:
-        if own.kind in _WEIGHTED:
-            return _WEIGHTED[own.kind]
-        word = _DEFUZZIFIERS[own.kind]
-        return word if own.resolution is None else f"{word} {own.resolution}"
+    def _defuzzifier(self, output: Output) -> str:
+        """Return a defuzzifier with its samples: without a number each version of fuzzylite takes its own."""
+        kind = numerics.defuzzifier_of(self.system, output).kind
+        return _WEIGHTED[kind] if kind in _WEIGHTED else f"{_DEFUZZIFIERS[kind]} {self._becomes(output).resolution}"
 
     def _becomes(self, output: Output) -> Defuzzifier:
         """Return the defuzzifier that the reader gives an output."""

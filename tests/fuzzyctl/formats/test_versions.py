@@ -3,6 +3,7 @@
 import pytest
 
 from fuzzyctl import as_profile
+from fuzzyctl.formats.fll import write
 from fuzzyctl.loading import loads
 
 FCL = """\
@@ -125,3 +126,10 @@ class TestVersions:
 def test_a_number_that_a_file_says_stays_when_another_version_computes(other):
     text = FLL.format(version="6.0").replace("Centroid", "Centroid 100")
     assert as_profile(loads(text, "hvac.fll"), other).method.defuzzifier.resolution == 100
+
+
+def test_samples_are_written_so_that_every_version_takes_as_many():
+    exact = as_profile(loads(FLL.format(version="7.0"), "hvac.fll"), "exact")
+    assert exact.method.defuzzifier.resolution is None
+    text, _ = write(exact)
+    assert "  defuzzifier: Centroid 1000\n" in text
