@@ -115,11 +115,11 @@ def effect_in(flat: Plan, entry: ImpliedPlan, activation: Interval) -> Interval:
     low, high = activation
     if entry.change is not None:
         low, high = bounded(enclose(entry.change, {ITSELF: activation}), math.inf)
-        kind = flat.activation_of(entry.rule).kind
-        if flat.least is not None or kind != "general":
+        method = flat.activation_of(entry.rule)
+        if flat.least is not None or method.kind != "general":
             # Hedges make nothing of a rule that does not act.
             low = low if activation[0] > 0.0 else 0.0
-        if flat.least is not None or kind not in ("general", "threshold"):
+        if flat.least is not None or method.compares:
             # A threshold may let a rule of activation 0 act where nothing else asks for more.
             high = high if activation[1] > 0.0 else 0.0
     return low * entry.factor, high * entry.factor

@@ -41,6 +41,13 @@ SET = click.option(
     "--set", "settings", multiple=True, metavar="NAME=VALUE", help="Set a param of the system; may be repeated."
 )
 SYSTEM = click.option("--system", "name", metavar="NAME", help="Which system, where the file holds several.")
+POINTS = click.option(
+    "--points",
+    type=click.IntRange(2, 10_000_000),
+    default=10_000,
+    show_default=True,
+    help="How many points to compare.",
+)
 
 
 def known_profiles(given: Iterable[str]) -> None:

@@ -14,6 +14,7 @@ from fuzzyctl.cli.common import (
     DONE,
     FAILED,
     FORMAT,
+    POINTS,
     SET,
     SYSTEM,
     NotNegative,
@@ -57,13 +58,7 @@ def _profiles(_context: click.Context, _option: click.Parameter, given: str | No
     callback=_profiles,
     help="Semantics to compute by; the first is compared with each.",
 )
-@click.option(
-    "--points",
-    type=click.IntRange(2, 10_000_000),
-    default=10_000,
-    show_default=True,
-    help="How many points to compare.",
-)
+@POINTS
 @click.option("--within", type=NotNegative(), metavar="TOLERANCE", help="Fail where they differ by more.")
 @FORMAT
 @SET

@@ -15,6 +15,7 @@ from fuzzyctl.cli.common import (
     DONE,
     FAILED,
     FORMAT,
+    POINTS,
     SET,
     SYSTEM,
     answers_with_diagnostics,
@@ -37,13 +38,7 @@ if TYPE_CHECKING:
 @click.option("--to", "wanted", metavar="FORMAT", help="The format, where the suffix of OUT does not say it.")
 @click.option("--lossy", is_flag=True, help="Write it even though the format cannot express all of it.")
 @click.option("--force", is_flag=True, help="Replace OUT, and pictures of a page, where they exist.")
-@click.option(
-    "--points",
-    type=click.IntRange(2, 10_000_000),
-    default=10_000,
-    show_default=True,
-    help="How many points to compare.",
-)
+@POINTS
 @FORMAT
 @SET
 @SYSTEM

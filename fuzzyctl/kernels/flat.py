@@ -10,7 +10,7 @@ from fuzzyctl.expr import (
     Expr,
 )
 from fuzzyctl.kernels.sets import SetPlan
-from fuzzyctl.model.method import AVERAGES, OVER_RULES, SUMS
+from fuzzyctl.model.method import AVERAGES, EACH_ALONE, OVER_RULES, SUMS
 from fuzzyctl.records import record
 
 
@@ -201,7 +201,7 @@ class ActivationPlan:
     @property
     def compares(self) -> bool:
         """Whether it compares rules with each other, so that the activations of all must be known."""
-        return self.kind not in ("general", "threshold")
+        return self.kind not in EACH_ALONE
 
 
 @record(frozen=True)

@@ -39,6 +39,8 @@ DEFUZZIFIERS: Final = ("centroid", "bisector", *MAXIMA, *OVER_RULES)
 #: highest or lowest activation above 0, of equal ones the earlier; `proportional`: activations divided by their sum;
 #: `threshold`: those that compare with THRESHOLD as said.
 ACTIVATIONS: Final = ("general", "first", "last", "highest", "lowest", "proportional", "threshold")
+#: Of these, what looks at one rule at a time.
+EACH_ALONE: Final = frozenset({"general", "threshold"})
 
 Grid = Literal["midpoint", "endpoints", "left"]
 
@@ -113,7 +115,7 @@ class Activation(Node):
     @property
     def compares(self) -> bool:
         """Whether it compares rules with each other, so that the activations of all must be known."""
-        return self.kind not in ("general", "threshold")
+        return self.kind not in EACH_ALONE
 
 
 @dataclass(frozen=True)
