@@ -8,10 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from fuzzyctl.errors import Diagnostic, DiagnosticError, Note, closest
+from fuzzyctl.errors import Diagnostic, DiagnosticError, Note
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.csv_table import parse_csv_table
 from fuzzyctl.lang.parser import parse
+from fuzzyctl.misspelt import closest
 from fuzzyctl.reading import read_source
 from fuzzyctl.source import SourceText, Span
 

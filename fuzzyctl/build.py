@@ -20,9 +20,10 @@ from typing import Any, Literal
 
 from fuzzyctl import arguments, fragments, values
 from fuzzyctl.as_file import require_as_file
-from fuzzyctl.errors import ArgumentError, counted
+from fuzzyctl.errors import ArgumentError
 from fuzzyctl.expr import ONE, Expr, Name, Negate
 from fuzzyctl.fragments import rule
+from fuzzyctl.misspelt import counted
 from fuzzyctl.model import variable as model
 from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
 from fuzzyctl.model.method import Activation, Defuzzifier, Method

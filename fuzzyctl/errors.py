@@ -1,113 +1,19 @@
-"""Diagnostics, their codes, their rendering, and the exceptions of the public API."""
+"""Diagnostics, their rendering, and the exceptions of the public API."""
 
 from __future__ import annotations
 
-import difflib
 import unicodedata
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any, Literal
 
-from fuzzyctl.peer_words import PEER_REMARKS, PEER_WORDS
+from fuzzyctl.codes import CODES as CODES
+from fuzzyctl.codes import WARNINGS as WARNINGS
+from fuzzyctl.misspelt import did_you_mean
 from fuzzyctl.source import Span
 
 #: A hint is no mistake by itself; it fails nothing, unless its code is denied.
 Severity = Literal["error", "warning", "hint"]
-
-#: Every diagnostic code with its title. Numbers are never given twice: FZ0 files, FZ1 syntax, FZ2 names and rules,
-#: FZ3 numbers and membership functions, FZ4 coverage and proofs, FZ5 values given to a command, FZ6 files of other
-#: tools, FZ9 scenarios and runs.
-CODES: dict[str, str] = {
-    "FZ001": "the file cannot be read",
-    "FZ002": "the file is not UTF-8 text",
-    "FZ003": "the file is too large",
-    "FZ004": "the file declares no system",
-    "FZ005": "the file cannot be written",
-    "FZ006": "the file is laid out otherwise",
-    "FZ101": "the line is not a statement",
-    "FZ102": "unexpected text in a statement",
-    "FZ103": "a parenthesis is not closed",
-    "FZ104": "a string is not closed",
-    "FZ105": "a character has no place in the language",
-    "FZ106": "nesting is too deep",
-    "FZ107": "a name is too long",
-    "FZ108": "a number is out of range",
-    "FZ109": "AND and OR are mixed without parentheses",
-    "FZ110": "a line has no statement it could belong to",
-    "FZ111": "the language version is not supported",
-    "FZ112": "too many statements, terms, outputs or rules",
-    "FZ201": "a name is declared twice",
-    "FZ202": "a name is not declared",
-    "FZ203": "a variable has no such term",
-    "FZ204": "a table row is missing",
-    "FZ205": "a table column is missing",
-    "FZ206": "a table header is given twice",
-    "FZ207": "a table row has the wrong number of cells",
-    "FZ208": "a term is used by no rule",
-    "FZ209": "two rules have the same antecedent",
-    "FZ210": "an output has no rule",
-    "FZ211": "an input is used by no rule",
-    "FZ212": "a statement is missing",
-    "FZ213": "an option is not known",
-    "FZ214": "statements do not fit together",
-    "FZ215": "a statement is given twice",
-    "FZ216": "a param is used by nothing",
-    "FZ217": "outputs depend on each other in a circle",
-    "FZ218": "a file cannot be used",
-    "FZ219": "a hedge is used by nothing",
-    "FZ301": "feet and peaks are out of order",
-    "FZ302": "a parameter has a bad value",
-    "FZ303": "wrong number of parameters",
-    "FZ304": "a range is empty",
-    "FZ305": "terms are out of order",
-    "FZ306": "a peak or an 'else' value lies outside the range",
-    "FZ307": "an expression cannot be computed",
-    "FZ308": "a param depends on itself",
-    "FZ309": "terms leave a part of a range uncovered",
-    "FZ310": "a table jumps",
-    "FZ311": "a table is symmetric but for one cell",
-    "FZ312": "units do not match",
-    "FZ401": "in some region no rule fires",
-    "FZ402": "a bound cannot be guaranteed",
-    "FZ403": "a rule never acts",
-    "FZ404": "a term never matters",
-    "FZ405": "an output jumps",
-    "FZ406": "degrees do not sum to 1",
-    "FZ501": "a value is missing",
-    "FZ502": "a name is not known to the system",
-    "FZ503": "a value is not a number",
-    "FZ504": "a value lies outside the range",
-    "FZ505": "a points file is malformed",
-    "FZ601": "the line is not of its format",
-    "FZ602": "the file asks for what is not available",
-    "FZ603": "a part of the file has no effect",
-    "FZ604": "a name is changed",
-    "FZ605": "the file is read in another encoding",
-    "FZ606": "a count does not match",
-    "FZ607": "an index is out of range",
-    "FZ608": "the format cannot express the system",
-    "FZ609": "tools read it differently",
-    "FZ610": "a range is estimated",
-    "FZ611": "a part that is switched off is left out",
-    "FZ901": "a scenario file is malformed",
-    "FZ902": "a scenario has an unknown key",
-    "FZ903": "a scenario value is missing",
-    "FZ904": "a scenario value is not admissible",
-    "FZ905": "a rule file does not fit its role",
-    "FZ906": "the constraint G_AIS > 0 is not guaranteed",
-    "FZ907": "the boundary layer is not guaranteed to be positive",
-    "FZ908": "a run was stopped",
-    "FZ909": "the output folder cannot be written",
-    "FZ910": "a path file is malformed",
-}
-
-
-#: Codes of rule files that are warnings or hints, at least in some of their cases; all others are errors always.
-WARNINGS: frozenset[str] = frozenset(
-    {"FZ208", "FZ209", "FZ211", "FZ214", "FZ216", "FZ219", "FZ305", "FZ306", "FZ309", "FZ310", "FZ311"}
-    | {"FZ403", "FZ404", "FZ405", "FZ406"}
-)
 
 
 @dataclass(frozen=True)
@@ -144,7 +50,7 @@ class Diagnostic:
 
     def __post_init__(self) -> None:
         if self.code not in CODES:
-            raise KeyError(f"diagnostic code {self.code!r} is not in errors.CODES")
+            raise KeyError(f"diagnostic code {self.code!r} is not in codes.CODES")
 
     @property
     def place(self) -> str:
@@ -253,104 +159,6 @@ def _paint(text: str, style: str) -> str:
 
 def _plain(text: str, style: str) -> str:
     return text
-
-
-#: Letters of other alphabets that look like ASCII ones; fullwidth and other forms are found by Unicode's NFKC.
-_ALIKE = str.maketrans(
-    "АВЕЅІЈКМНОРСТУХаеѕіјорсухԁԛԝΑΒΕΖΗΙΚΜΝΟΡΤΥΧονı",
-    "ABESIJKMHOPCTYXaesijopcyxdqwABEZHIKMNOPTYXovi",
-)
-
-
-def look_alikes(name: str) -> tuple[str, ...]:
-    """Describe the letters of a name that look like ASCII ones but are others."""
-    found = []
-    for c in dict.fromkeys(name):
-        plain = unicodedata.normalize("NFKC", c).translate(_ALIKE)
-        if not c.isascii() and plain != c and plain.isascii():
-            found.append(
-                f"'{c}' in it is U+{ord(c):04X} ({unicodedata.name(c, 'unnamed')}), which looks like '{plain}'"
-            )
-    return tuple(found)
-
-
-#: With more names than this only those that are one letter away are found.
-_MOST_COMPARED = 64
-
-#: How alike two names must be to be taken for a slip: in names of two letters one may differ.
-_LIKE = 0.5
-
-
-def listed(names: Iterable[str], most: int = 20) -> str:
-    """Return names separated by commas, cut where there are very many."""
-    known = list(names)
-    rest = len(known) - most
-    return ", ".join(known) if rest <= 0 else f"{', '.join(known[:most])} and {rest} more"
-
-
-def counted(count: int, noun: str) -> str:
-    """Return a number with its noun, such as `1 term` and `2 terms`."""
-    return f"{count} {noun}{'' if count == 1 else 's'}"
-
-
-def closest(name: str, known: Iterable[str]) -> str | None:
-    """Return the known name that a misspelt one most likely means, or None."""
-    names = list(known)
-    plain = unicodedata.normalize("NFKC", name).translate(_ALIKE)
-    if plain != name and plain in names:
-        return plain
-    bare = _bare(name)
-    if bare in PEER_WORDS and name not in names:
-        # What another tool calls it means more than what is spelt alike.
-        meant = next((word for word in PEER_WORDS[bare] if word in names), None)
-        if meant is not None or not PEER_WORDS[bare]:
-            return meant
-    if len(names) > _MOST_COMPARED:
-        return _one_letter_away(name, tuple(names))
-    folded = {_bare(n): n for n in reversed(names)}
-    if bare in folded:
-        return folded[bare]
-    found = difflib.get_close_matches(name, names, n=1, cutoff=_LIKE)
-    if found:
-        return found[0]
-    near = difflib.get_close_matches(bare, list(folded), n=1, cutoff=_LIKE)
-    return folded[near[0]] if near else None
-
-
-def _bare(name: str) -> str:
-    """Return a name without what spellings differ in: capitals and underscores."""
-    return name.casefold().replace("_", "")
-
-
-def _one_letter_away(name: str, known: tuple[str, ...]) -> str | None:
-    """Return a name with one letter more, less, changed or swapped with its neighbour.
-
-    Comparing letter by letter with a thousand names takes milliseconds, and a file may hold thousands of mistakes.
-    """
-    index = _shortened(known)
-    return next((index[s] for s in _without_a_letter(name.casefold()) if s in index), None)
-
-
-@lru_cache(maxsize=4)
-def _shortened(known: tuple[str, ...]) -> dict[str, str]:
-    """Map every name, whole and without any one of its letters, to itself."""
-    index: dict[str, str] = {}
-    for name in known:
-        for short in _without_a_letter(name.casefold()):
-            index.setdefault(short, name)
-    return index
-
-
-def _without_a_letter(name: str) -> list[str]:
-    # From the end on: of two names that are as near, the one that begins alike is meant.
-    return [name, *(name[:i] + name[i + 1 :] for i in reversed(range(min(len(name), 200))))]
-
-
-def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """Return a help text that names the closest known name, or an empty string."""
-    best = closest(name, known)
-    remark = PEER_REMARKS.get(_bare(name), "")
-    return f"did you mean '{best}'?{' ' if remark else ''}{remark}" if best is not None else ""
 
 
 class FuzzyctlError(Exception):

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 
-from fuzzyctl.errors import Diagnostic, Note, counted, did_you_mean, listed
+from fuzzyctl.errors import Diagnostic, Note
 from fuzzyctl.expr import Call, Expr, Name, span_of, walk
+from fuzzyctl.misspelt import counted, did_you_mean, listed
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.units import unlike_units

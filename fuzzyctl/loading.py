@@ -9,12 +9,13 @@ from pathlib import Path
 
 from fuzzyctl import arguments
 from fuzzyctl.assembly import Part, bring_in, split
-from fuzzyctl.errors import CODES, ArgumentError, Diagnostic, DiagnosticError, Note, closest
+from fuzzyctl.errors import CODES, ArgumentError, Diagnostic, DiagnosticError, Note
 from fuzzyctl.formats.foreign import examine_foreign
 from fuzzyctl.formats.registry import format_of
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.parser import parse
 from fuzzyctl.linking import link
+from fuzzyctl.misspelt import closest
 from fuzzyctl.model.checks import check_model
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.reading import MAX_BYTES, decode, read_source

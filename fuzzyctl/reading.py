@@ -6,7 +6,8 @@ import os
 from pathlib import Path
 from typing import Final
 
-from fuzzyctl.errors import ArgumentError, Diagnostic, DiagnosticError, closest
+from fuzzyctl.errors import ArgumentError, Diagnostic, DiagnosticError
+from fuzzyctl.misspelt import closest
 from fuzzyctl.source import SourceText
 
 #: Largest file that is read, in bytes, unless the caller says otherwise.

@@ -12,7 +12,8 @@ ROOT = Path(__file__).parent.parent
 #: From the bottom up; a module may import what stands on a lower line, or on its own line within its own part.
 ORDER = [
     ["records"],
-    ["source", "peer_words", "spelling"],
+    ["source", "codes", "peer_words", "spelling"],
+    ["misspelt"],
     ["errors"],
     ["files", "shipped", "reading", "arguments", "machine_code"],
     ["expr"],
@@ -35,7 +36,6 @@ RANK = {part: i for i, parts in enumerate(ORDER) for part in parts}
 ALLOWED = {
     # Calling a system is the one place where the model looks up; the import happens at the first call.
     ("model/system.py", "kernels"),
-    # The model's own checks run after `with_params`.
 }
 
 #: Third parties and the only places that may import them.

@@ -11,7 +11,8 @@ from typing import Any
 
 from dwmr.places import EXTENDS, Places
 from dwmr.toml_places import Path as Key
-from fuzzyctl.errors import Diagnostic, DiagnosticError, did_you_mean
+from fuzzyctl.errors import Diagnostic, DiagnosticError
+from fuzzyctl.misspelt import did_you_mean
 from fuzzyctl.source import SourceText, Span
 
 #: Scenario files are small; a larger one is refused before it is read.

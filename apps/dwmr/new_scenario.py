@@ -10,7 +10,8 @@ from pathlib import Path
 
 from dwmr.layers import SHIPPED, shipped_names
 from dwmr.scenario_file import UnknownScenarioError, read
-from fuzzyctl.errors import Diagnostic, DiagnosticError, did_you_mean
+from fuzzyctl.errors import Diagnostic, DiagnosticError
+from fuzzyctl.misspelt import did_you_mean
 
 
 def files(name: str, base: str, path: Path, extends: bool) -> dict[Path, bytes]:

@@ -10,7 +10,8 @@ import numpy as np
 
 from dwmr.quantities import FARTHEST
 from dwmr.splines import FloatArray
-from fuzzyctl.errors import Diagnostic, DiagnosticError, did_you_mean
+from fuzzyctl.errors import Diagnostic, DiagnosticError
+from fuzzyctl.misspelt import did_you_mean
 from fuzzyctl.source import SourceText, Span
 
 #: A path file beyond this is refused before it is read [bytes].

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from fuzzyctl.assembly import files_read
-from fuzzyctl.errors import Diagnostic, DiagnosticError, closest, did_you_mean
+from fuzzyctl.errors import Diagnostic, DiagnosticError
+from fuzzyctl.misspelt import closest, did_you_mean
 from fuzzyctl.shipped import rules_folder
 
 if TYPE_CHECKING:

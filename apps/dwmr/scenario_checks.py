@@ -14,7 +14,8 @@ from dwmr.roles import ROLES
 from dwmr.scenario import Scenario
 from dwmr.scenario_mistakes import unknown_role
 from dwmr.scenario_remarks import MOST_OF_A_KIND, overlaps
-from fuzzyctl.errors import Diagnostic, did_you_mean
+from fuzzyctl.errors import Diagnostic
+from fuzzyctl.misspelt import did_you_mean
 
 #: A run keeps every sample in memory; more than this many samples of all robots are refused.
 MOST_SAMPLES = 5_000_000

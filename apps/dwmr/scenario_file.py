@@ -21,7 +21,8 @@ from dwmr.scenario_checks import cross_checks
 from dwmr.scenario_mistakes import diagnose, diagnose_unused
 from dwmr.scenario_remarks import remarks
 from dwmr.shapes import Shape, shape_of
-from fuzzyctl.errors import Diagnostic, DiagnosticError, did_you_mean
+from fuzzyctl.errors import Diagnostic, DiagnosticError
+from fuzzyctl.misspelt import did_you_mean
 
 __all__ = [
     "LARGEST_FILE",

@@ -12,7 +12,8 @@ from pydantic import BaseModel, ValidationError
 from dwmr.places import COMMON, EXTENDS, Places
 from dwmr.roles import ROLES
 from dwmr.scenario import FULL_TURN, Scenario
-from fuzzyctl.errors import Diagnostic, did_you_mean
+from fuzzyctl.errors import Diagnostic
+from fuzzyctl.misspelt import did_you_mean
 
 #: Mistakes of the elements of one list that are reported; a list with more of them is another list.
 MOST_OF_A_LIST = 10

@@ -13,10 +13,11 @@ from typing import Final
 
 from fuzzyctl.analysis.degrees import breakpoints, cells, degree_in
 from fuzzyctl.analysis.holes import Hole, Verdict
-from fuzzyctl.errors import Diagnostic, NoRuleFiresError, counted
+from fuzzyctl.errors import Diagnostic, NoRuleFiresError
 from fuzzyctl.expr import Expr, to_text
 from fuzzyctl.kernels import inference, python_backend
 from fuzzyctl.kernels.plan import InputPlan, OutputPlan, Plan, SetPlan
+from fuzzyctl.misspelt import counted
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Output
 

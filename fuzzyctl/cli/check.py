@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Final
 import click
 
 from fuzzyctl.cli.common import AS, DIAGNOSTICS_FORMAT, DONE, FAILED, answers_with_diagnostics, show
-from fuzzyctl.errors import CODES, Diagnostic, DiagnosticError, counted, did_you_mean
+from fuzzyctl.errors import CODES, Diagnostic, DiagnosticError
+from fuzzyctl.misspelt import counted, did_you_mean
 
 if TYPE_CHECKING:
     from fuzzyctl.model.system import FuzzySystem

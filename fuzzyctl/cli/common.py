@@ -15,7 +15,8 @@ from typing import Any, Final, ParamSpec
 
 import click
 
-from fuzzyctl.errors import Diagnostic, DiagnosticError, FuzzyctlError, closest, render_all
+from fuzzyctl.errors import Diagnostic, DiagnosticError, FuzzyctlError, render_all
+from fuzzyctl.misspelt import closest
 from fuzzyctl.model.system import FuzzySystem
 
 #: Exit codes: done; diagnostics, refuted or diverged; wrong usage; undecided.

@@ -110,7 +110,7 @@ def _target(target: str, wanted: str | None) -> str:
         BadParameter: For a name that does.
     """
     from fuzzyctl.conversion import TARGETS
-    from fuzzyctl.errors import closest
+    from fuzzyctl.misspelt import closest
 
     if wanted is not None:
         if wanted in TARGETS:

@@ -29,7 +29,8 @@ from fuzzyctl.cli.common import (
     show,
     to_number,
 )
-from fuzzyctl.errors import Diagnostic, DiagnosticError, closest
+from fuzzyctl.errors import Diagnostic, DiagnosticError
+from fuzzyctl.misspelt import closest
 
 if TYPE_CHECKING:
     from fuzzyctl.kernels.compile import Kernel

@@ -9,7 +9,8 @@ import click
 
 from fuzzyctl.cli.common import DONE, FORMAT, answers_with_diagnostics, use_color
 from fuzzyctl.cli.pages import read_page
-from fuzzyctl.errors import CODES, did_you_mean
+from fuzzyctl.errors import CODES
+from fuzzyctl.misspelt import did_you_mean
 
 
 @click.command()

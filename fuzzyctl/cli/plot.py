@@ -18,7 +18,8 @@ from fuzzyctl.cli.common import (
     outside_range,
     show,
 )
-from fuzzyctl.errors import Diagnostic, DiagnosticError, closest
+from fuzzyctl.errors import Diagnostic, DiagnosticError
+from fuzzyctl.misspelt import closest
 
 #: What matplotlib is asked to write.
 SUFFIXES = (".png", ".svg", ".pdf")

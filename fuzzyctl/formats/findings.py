@@ -6,7 +6,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Final
 
-from fuzzyctl.errors import Diagnostic, Note, closest
+from fuzzyctl.errors import Diagnostic, Note
+from fuzzyctl.misspelt import closest
 from fuzzyctl.source import SourceText, Span
 
 #: Files with more lines than this, comments and blank lines left out, are not read; nor lists with more numbers.

@@ -7,10 +7,11 @@ import re
 from collections.abc import Iterator
 from typing import Any, Final, Literal
 
-from fuzzyctl.errors import Diagnostic, counted
+from fuzzyctl.errors import Diagnostic
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.lines import LogicalLine
 from fuzzyctl.lang.parser import MAX_MISTAKES, parse_line
+from fuzzyctl.misspelt import counted
 from fuzzyctl.source import SourceText, Span
 
 #: What a CSV file must look like: the help of one that does not.

@@ -6,11 +6,12 @@ import re
 from collections.abc import Sequence
 from typing import Final, Literal
 
-from fuzzyctl.errors import Diagnostic, counted
+from fuzzyctl.errors import Diagnostic
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.lang.lines import LogicalLine
 from fuzzyctl.lang.mistakes import FORMS
 from fuzzyctl.lang.syntax import NAME, Table
+from fuzzyctl.misspelt import counted
 from fuzzyctl.source import SourceText, Span
 
 #: What a line without a keyword is: the head of a variable or a table, or a header whose table is missing.

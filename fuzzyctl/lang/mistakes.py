@@ -6,10 +6,11 @@ import re
 import unicodedata
 from typing import TYPE_CHECKING, Any, Final
 
-from fuzzyctl.errors import Diagnostic, closest, look_alikes
+from fuzzyctl.errors import Diagnostic
 from fuzzyctl.lang.lines import LogicalLine
 from fuzzyctl.lang.slips import NO_RULE, SPELLINGS, corner, repair
 from fuzzyctl.lang.syntax import NAME, STATEMENT_KEYWORDS
+from fuzzyctl.misspelt import closest, look_alikes
 from fuzzyctl.source import SourceText, Span
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from fuzzyctl import expr as ex
-from fuzzyctl.errors import counted, did_you_mean
+from fuzzyctl.misspelt import counted, did_you_mean
 from fuzzyctl.resolve.context import Context
 from fuzzyctl.source import Span
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from fuzzyctl import expr as ex
-from fuzzyctl.errors import Diagnostic, Note, closest, counted, listed, look_alikes
+from fuzzyctl.errors import Diagnostic, Note
 from fuzzyctl.lang import syntax as sx
+from fuzzyctl.misspelt import closest, counted, listed, look_alikes
 from fuzzyctl.model.profiles import PROFILES, Profile
 from fuzzyctl.source import Span
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fuzzyctl import expr as ex
-from fuzzyctl.errors import counted
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.csv_table import CSV_FORM
+from fuzzyctl.misspelt import counted
 from fuzzyctl.model.rule import Cell, RuleTable
 from fuzzyctl.model.variable import Membership
 from fuzzyctl.resolve.context import Context

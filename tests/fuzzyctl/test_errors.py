@@ -9,15 +9,13 @@ from fuzzyctl.errors import (
     Note,
     UnknownNameError,
     ValueOutOfBoundsError,
-    closest,
-    did_you_mean,
-    look_alikes,
     render,
     render_all,
 )
 from fuzzyctl.expr import FUNCTIONS
 from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, DISJUNCTIONS, MEMBERSHIP
 from fuzzyctl.lang.syntax import STATEMENT_KEYWORDS
+from fuzzyctl.misspelt import closest, did_you_mean, look_alikes
 from fuzzyctl.model.method import ACTIVATIONS, DEFUZZIFIERS
 from fuzzyctl.peer_words import PEER_REMARKS, PEER_WORDS
 from fuzzyctl.resolve.context import CLAIM_FUNCTIONS

@@ -79,7 +79,7 @@ def calibrate(
 
 def _parameters(names: str | None) -> tuple[str, ...]:
     from dwmr.calibration.parameters import PARAMETERS, USUAL
-    from fuzzyctl.errors import did_you_mean
+    from fuzzyctl.misspelt import did_you_mean
 
     if names is None:
         return USUAL

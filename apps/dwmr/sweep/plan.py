@@ -16,7 +16,8 @@ from dwmr.overrides import OverrideError, split_key
 from dwmr.scenario_file import ScenarioFile
 from dwmr.sweep.spec_file import SpecFile
 from dwmr.sweep.variables import Variable, expand, generator, literal
-from fuzzyctl.errors import Diagnostic, DiagnosticError, did_you_mean
+from fuzzyctl.errors import Diagnostic, DiagnosticError
+from fuzzyctl.misspelt import did_you_mean
 
 #: More runs than this are refused: their results are kept in memory until the end.
 MOST_RUNS = 1_000_000

@@ -18,7 +18,8 @@ from dwmr.scenario_file import UnknownScenarioError, find
 from dwmr.scenario_mistakes import length, requirement, show
 from dwmr.sweep.spec import Distribution, Spec
 from dwmr.toml_places import key_places
-from fuzzyctl.errors import Diagnostic, DiagnosticError, did_you_mean
+from fuzzyctl.errors import Diagnostic, DiagnosticError
+from fuzzyctl.misspelt import did_you_mean
 from fuzzyctl.source import SourceText, Span
 
 #: Tables whose keys are those of a scenario.

@@ -6,10 +6,11 @@ import math
 from collections.abc import Collection
 from typing import Final
 
-from fuzzyctl.errors import Diagnostic, did_you_mean, listed
+from fuzzyctl.errors import Diagnostic
 from fuzzyctl.expr import Expr, Name, Number
 from fuzzyctl.formats.fcl.syntax import Word
 from fuzzyctl.formats.fcl.tokens import Token, tokenize
+from fuzzyctl.misspelt import did_you_mean, listed
 from fuzzyctl.source import SourceText, Span
 
 #: Deepest nesting of parentheses.

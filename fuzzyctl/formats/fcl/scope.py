@@ -7,11 +7,12 @@ from collections.abc import Collection
 from dataclasses import dataclass, field
 from typing import Final
 
-from fuzzyctl.errors import Diagnostic, Severity, did_you_mean, listed
+from fuzzyctl.errors import Diagnostic, Severity
 from fuzzyctl.expr import CONSTANTS, FUNCTIONS, Binary, Call, Expr, ExprError, Name, Negate, Number, evaluate, span_of
 from fuzzyctl.formats.fcl.dialect import Dialect
 from fuzzyctl.formats.fcl.syntax import Word
 from fuzzyctl.formats.functions import ARGUMENTS, expanded
+from fuzzyctl.misspelt import did_you_mean, listed
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.params import ParamValues
 from fuzzyctl.source import Span

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from fuzzyctl.errors import Note, counted, did_you_mean, listed
+from fuzzyctl.errors import Note
 from fuzzyctl.formats.fcl.names import (
     ACCUMULATION_WORDS,
     CONJUNCTION_WORDS,
@@ -15,6 +15,7 @@ from fuzzyctl.formats.fcl.names import (
 )
 from fuzzyctl.formats.fcl.scope import Scope
 from fuzzyctl.formats.fcl.syntax import RuleBlock, Setting, Word
+from fuzzyctl.misspelt import counted, did_you_mean, listed
 from fuzzyctl.source import Span
 
 

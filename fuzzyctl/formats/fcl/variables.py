@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Final, Literal
 
-from fuzzyctl.errors import Note, did_you_mean, listed
+from fuzzyctl.errors import Note
 from fuzzyctl.expr import Expr, Number
 from fuzzyctl.formats.beyond import warn_of_degrees_beyond
 from fuzzyctl.formats.fcl import ranges
@@ -18,6 +18,7 @@ from fuzzyctl.formats.fcl.shapes import membership
 from fuzzyctl.formats.findings import Names
 from fuzzyctl.formats.weighted import KINDS, weighted_kinds
 from fuzzyctl.formulas import is_monotone
+from fuzzyctl.misspelt import did_you_mean, listed
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.params import ParamValues
 from fuzzyctl.model.variable import Fallback, Hold, Input, Term

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 from typing import Final
 
-from fuzzyctl.errors import counted
 from fuzzyctl.expr import ONE, Binary, Expr, Name, Number
 from fuzzyctl.formats.findings import Findings
 from fuzzyctl.formats.fis.sections import Entry, Section
 from fuzzyctl.formats.fis.variables import Variable
 from fuzzyctl.formats.fis.words import Dialect
+from fuzzyctl.misspelt import counted
 from fuzzyctl.model.guarantee import Hedge
 from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Or, Rule
 from fuzzyctl.source import Span

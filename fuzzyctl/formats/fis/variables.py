@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-from fuzzyctl.errors import Note, counted
+from fuzzyctl.errors import Note
 from fuzzyctl.expr import Name, Number, replace_names
 from fuzzyctl.formats.beyond import warn_of_degrees_beyond
 from fuzzyctl.formats.findings import Findings, Names, meant
@@ -19,6 +19,7 @@ from fuzzyctl.formats.fis.words import MEMBERSHIP_WORDS, Dialect, MembershipWord
 from fuzzyctl.formats.fll.functions import FormulaError, read_formula
 from fuzzyctl.formats.fll.words import TERM_WORDS
 from fuzzyctl.formats.odd_terms import NOT_BEYOND, membership_as_computed, step_to_itself
+from fuzzyctl.misspelt import counted
 from fuzzyctl.model.variable import Membership, Term
 from fuzzyctl.source import Span
 

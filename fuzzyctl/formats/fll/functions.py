@@ -6,10 +6,10 @@ import re
 from collections.abc import Callable, Collection
 from typing import Final
 
-from fuzzyctl.errors import counted
 from fuzzyctl.expr import Binary, BinaryOp, Call, Expr, Name, Negate, Number
 from fuzzyctl.formats.findings import Reading
 from fuzzyctl.formats.functions import ARGUMENTS, expanded, is_too_large, is_truth, negation, truth
+from fuzzyctl.misspelt import counted
 from fuzzyctl.source import Span
 
 #: Deepest nesting of parentheses and signs.

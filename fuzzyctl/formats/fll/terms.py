@@ -7,13 +7,13 @@ import re
 from dataclasses import dataclass
 from typing import Final
 
-from fuzzyctl.errors import counted
 from fuzzyctl.expr import ONE, Expr, Name, Number, names_in, replace_names
 from fuzzyctl.formats.findings import Findings, Names, meant
 from fuzzyctl.formats.fll.functions import FormulaError, read_formula
 from fuzzyctl.formats.fll.lines import Line
 from fuzzyctl.formats.fll.words import TERM_WORDS, TERMS, TermWord
 from fuzzyctl.formats.odd_terms import NOT_BEYOND, membership_as_computed, step_to_itself, with_places
+from fuzzyctl.misspelt import counted
 from fuzzyctl.model.variable import Membership, Term
 from fuzzyctl.source import Span
 

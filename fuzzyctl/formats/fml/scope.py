@@ -7,9 +7,10 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
-from fuzzyctl.errors import Diagnostic, did_you_mean, listed
+from fuzzyctl.errors import Diagnostic
 from fuzzyctl.expr import Number
 from fuzzyctl.formats.fml.document import Element
+from fuzzyctl.misspelt import did_you_mean, listed
 from fuzzyctl.source import Span
 
 #: Attributes that any element may have.

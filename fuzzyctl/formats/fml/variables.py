@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
-from fuzzyctl.errors import did_you_mean, listed
 from fuzzyctl.expr import Expr, Number
 from fuzzyctl.formats.fcl import ranges
 from fuzzyctl.formats.findings import Names
@@ -15,6 +14,7 @@ from fuzzyctl.formats.fml.document import Element
 from fuzzyctl.formats.fml.names import DEFUZZIFIER_WORDS, DISJUNCTION_WORDS, SHAPES
 from fuzzyctl.formats.fml.scope import Scope
 from fuzzyctl.formats.fml.shapes import complement, shape_of
+from fuzzyctl.misspelt import did_you_mean, listed
 from fuzzyctl.model.method import Defuzzifier
 from fuzzyctl.model.variable import Input, Membership, Output, Term
 
