@@ -10,8 +10,8 @@ from typing import Final
 import numpy as np
 
 from fuzzyctl.analysis.boxes import System
-from fuzzyctl.analysis.branching import Search, middles, signed_points, start_of
 from fuzzyctl.analysis.enclosures import Array, negative
+from fuzzyctl.analysis.subdivision import Search, middles, signed_points, start_of
 
 #: Boxes of a step that are evaluated by the kernel.
 _TRIED: Final = 4

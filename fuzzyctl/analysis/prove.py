@@ -266,14 +266,14 @@ class Prover:
             if witness is not None:
                 return Refuted(claim.text, witness)
             return Undecided(claim.text, "it takes subdivision, for which no time is given")
-        from fuzzyctl.analysis import branching
+        from fuzzyctl.analysis import box_slopes, branching
         from fuzzyctl.analysis.boxes import System
 
         if self._boxed is None:
             self._boxed = System(self.system, self.plan)
         told = None if self.progress is None else partial(self.progress, claim.text)
         if isinstance(claim.truth, Slope):
-            return branching.decide_slope(self._boxed, claim, claim.truth, self.judge, self.timeout, told)
+            return box_slopes.decide_slope(self._boxed, claim, claim.truth, self.judge, self.timeout, told)
         return branching.decide(self._boxed, claim, self.judge, self.timeout, told)
 
 

@@ -13,8 +13,8 @@ from hypothesis import given, note
 
 from fuzzyctl import Proved, Refuted, loads, prove
 from fuzzyctl.analysis.boxes import System
-from fuzzyctl.analysis.branching import start_of
 from fuzzyctl.analysis.exact import surface_of
+from fuzzyctl.analysis.subdivision import start_of
 from fuzzyctl.errors import FuzzyctlError, NoRuleFiresError
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.plan import plan
