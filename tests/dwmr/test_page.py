@@ -55,11 +55,16 @@ class Elements(HTMLParser):
             self.styles.append(data)
 
 
+def lines(text, name):
+    """Return the lines of one plot as plotly takes them."""
+    found = re.search(rf'Plotly\.newPlot\(\s*"{name}",\s*(\[.*?\]),\s*\{{', text, flags=re.DOTALL)
+    return json.loads(found[1])
+
+
 def traces(text, name):
     """Return the lines of one plot by their names and axes."""
-    found = re.search(rf'Plotly\.newPlot\(\s*"{name}",\s*(\[.*?\]),\s*\{{', text, flags=re.DOTALL)
-    lines = json.loads(found[1])
-    return {(one["name"], one.get("yaxis", "y")): (numbers(one["x"]), numbers(one["y"])) for one in lines}
+    found = lines(text, name)
+    return {(one["name"], one.get("yaxis", "y")): (numbers(one["x"]), numbers(one["y"])) for one in found}
 
 
 def numbers(data):
@@ -148,6 +153,25 @@ class TestPlots:
         x, y = traces(short, "plot-aifqsmc-0")["follower1", "y"]
         assert (x[0], y[0]) == (-3.5, 3.0)
         assert (x[-1], y[-1]) == pytest.approx((trajectory["x"][-1, 1], trajectory["y"][-1, 1]))
+
+    def test_the_axes_of_paths_hold_the_circles_around_obstacles(self, short):
+        drawn = [(numbers(one["x"]), numbers(one["y"])) for one in lines(short, "plot-aifqsmc-0")]
+        circles = re.findall(r'"type":"circle","x0":([^,]*),"x1":([^,]*),"y0":([^,]*),"y1":([^}]*)\}', short)
+        assert len(circles) >= 6
+        for circle in circles:
+            ends = [float(n) for n in circle]
+            for axis, end in zip((0, 0, 1, 1), ends, strict=True):
+                places = np.concatenate([one[axis] for one in drawn])
+                assert places.min() - 1e-6 <= end <= places.max() + 1e-6
+
+    @pytest.mark.parametrize("plot", range(6))
+    def test_no_two_lines_of_a_plot_look_the_same(self, short, plot):
+        looks = [
+            (one["line"]["color"], one["line"]["dash"], one["line"]["width"], one.get("yaxis", "y"))
+            for one in lines(short, f"plot-aifqsmc-{plot}")
+            if one["line"]["width"]
+        ]
+        assert len(set(looks)) == len(looks) > 3
 
     @pytest.mark.parametrize(
         ("plot", "name", "axis", "signal"),

@@ -126,6 +126,14 @@ class _Drawing:
                         type="circle", x0=one.x - radius, x1=one.x + radius, y0=one.y - radius, y1=one.y + radius,
                         fillcolor=fill, line={"color": "#444444", "width": 1, "dash": dash},
                     )  # fmt: skip
+                    self._room(figure, one.x, one.y, radius)
+
+    def _room(self, figure: Any, x: float, y: float, radius: float) -> None:
+        """Make the axes hold a circle, of which plotly takes no notice by itself."""
+        figure.add_scatter(
+            x=_single(np.array([x - radius, x + radius])), y=_single(np.array([y - radius, y + radius])),
+            mode="lines", line={"width": 0}, name="room", hoverinfo="skip", showlegend=False,
+        )  # fmt: skip
 
     def errors(self) -> Plot:
         """Draw the tracking errors as Table 12 takes them."""
@@ -194,8 +202,8 @@ class _Drawing:
         seen: set[str] = set()
         for r, row in enumerate(rows, start=1):
             for c, panels in enumerate(row, start=1):
-                for dash, panel in enumerate(panels):
-                    self._lines(figure, r, c, panel, dash, seen)
+                for nth, panel in enumerate(panels):
+                    self._lines(figure, r, c, panel, nth, seen)
                 figure.update_yaxes(title_text=panels[0].label, row=r, col=c)
         for start, stop in derived.windows(
             [(d.start, d.stop) for d in self.scenario.disturbances], float(self.trajectory.t[-1])
@@ -206,13 +214,13 @@ class _Drawing:
             figure.update_xaxes(title_text="t [s]", row=len(rows), col=c)
         return figure
 
-    def _lines(self, figure: Any, row: int, column: int, panel: Panel, dash: int, seen: set[str]) -> None:
+    def _lines(self, figure: Any, row: int, column: int, panel: Panel, nth: int, seen: set[str]) -> None:
         for i, robot in enumerate(self.trajectory.robots):
             name = escape(robot + panel.suffix)
             t, values = thin(self.trajectory.t, panel.signals[:, i], self.count)
             figure.add_scatter(
                 x=_single(t), y=_single(values), mode="lines", name=name, legendgroup=name,
-                showlegend=name not in seen, line=_style(i, dash or i), row=row, col=column,
+                showlegend=name not in seen, line=_style(i, nth), opacity=0.5 if nth else 1.0, row=row, col=column,
                 hovertemplate="%{y:.4g} at %{x:.2f} s",
             )  # fmt: skip
             seen.add(name)
@@ -223,11 +231,12 @@ def _single(values: FloatArray) -> Any:
     return np.where(np.abs(values) <= np.finfo(np.float32).max, values, np.nan).astype(np.float32)
 
 
-def _style(i: int, dash: int | None = None) -> dict[str, Any]:
+def _style(i: int, nth: int = 0) -> dict[str, Any]:
+    """Return the style of a robot's line; a second line has the dashes of the first one and is wider and paler."""
     return {
         "color": COLOURS[i % len(COLOURS)],
-        "width": 1.3,
-        "dash": DASHES[(i if dash is None else dash) % len(DASHES)],
+        "width": 3.0 if nth else 1.3,
+        "dash": DASHES[i % len(DASHES)],
     }
 
 
