@@ -104,6 +104,8 @@ def _cut(system: FuzzySystem, own: Membership, lower: float, upper: float, point
     ends = [(x, _degree(corners, x)) for x in (lower, upper)]
     inner = [(float(x), float(y)) for x, y in corners if lower < x < upper]
     found = [ends[0], *inner, ends[1]]
+    if not any(y for _, y in found):  # nothing in the range belongs to it, and there is no set that nothing belongs to
+        return None
     kind, parameters = simplest(found) or ("piecewise", tuple(n for point in found for n in point))
     if not points and (kind == "piecewise" or system.number(own.height) != 1):
         return None

@@ -23,6 +23,7 @@ from fuzzyctl.expr import (
 )
 from fuzzyctl.formats.fcl.dialect import DialectName
 from fuzzyctl.formats.fcl.names import FUZZYLITE_SHAPES
+from fuzzyctl.formats.fll.formulas import formula
 from fuzzyctl.formats.jumps import as_written
 from fuzzyctl.formulas import MEMBERSHIP, Parameters, piecewise_linear
 from fuzzyctl.model.system import FuzzySystem
@@ -31,9 +32,9 @@ from fuzzyctl.model.variable import Membership, Output
 #: Functions of expressions that jFuzzyLogic has, by its words.
 _JFUZZYLOGIC_FUNCTIONS: Final = {"exp": "EXP", "log": "LN", "sin": "SIN", "cos": "COS", "tan": "TAN", "abs": "ABS"}
 
-#: Functions of expressions that fuzzylite has besides.
+#: Functions of expressions that fuzzylite has besides, or that are expressions of others there.
 _FUZZYLITE_FUNCTIONS: Final = frozenset(
-    {*_JFUZZYLOGIC_FUNCTIONS, "sqrt", "min", "max", "atan2", "floor", "ceil", "fmod", *COMPARISONS}
+    {*_JFUZZYLOGIC_FUNCTIONS, "sqrt", "min", "max", "atan2", "floor", "ceil", "fmod", "sign", *COMPARISONS}
 )
 
 #: Words of jFuzzyLogic with their parameters in its order.
@@ -152,15 +153,15 @@ def linear_text(membership: Membership, values: Mapping[str, float], inputs: lis
 
 
 def _formula(membership: Membership, values: Mapping[str, float], dialect: DialectName) -> str:
+    if dialect == "fuzzylite" and (text := formula(membership.arguments[0], values)) is not None:
+        return text
     expression = replace_names(membership.arguments[0], {n: Number(v) for n, v in values.items()})
 
     def worded(node: Expr) -> Expr:
         if isinstance(node, Negate):  # jFuzzyLogic has signs at numbers only
             return Binary("*", Number(-1.0), node.operand)
-        if isinstance(node, Call) and dialect != "fuzzylite" and node.function in _JFUZZYLOGIC_FUNCTIONS:
+        if isinstance(node, Call) and node.function in _JFUZZYLOGIC_FUNCTIONS:
             return Call(_JFUZZYLOGIC_FUNCTIONS[node.function], node.arguments)
-        if isinstance(node, Call) and node.function == "ne":
-            return Call("neq", node.arguments)
         if isinstance(node, Number):
             return Number(node.value)
         return Number(math.pi) if node == Name("pi") else node

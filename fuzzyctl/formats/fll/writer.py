@@ -176,7 +176,8 @@ class _Writer:
         if membership.kind == "formula":
             membership = self._over_x(variable, membership, where)
         if membership.kind == "function":
-            text = formula(membership.arguments[0], self.system.values, python=self.profile.name == "pyfuzzylite")
+            shown = self._of_place(variable, membership.arguments[0])
+            text = formula(shown, self.system.values, python=self.profile.name == "pyfuzzylite")
             if text is None:
                 self.reasons.append(f"{where} is a formula with a function that fuzzylite does not have")
             return f"Function {text}"
@@ -196,9 +197,18 @@ class _Writer:
             self.reasons.append(f"{where} is of the kind '{membership.kind}'")
         return found or ""
 
+    def _of_place(self, variable: LinguisticVariable, expr: Expr) -> Expr:
+        """Return a formula over an input with `x` for the input, by whose name fuzzylite 6 does not know it there."""
+        if isinstance(variable, Output) or self._is_variable("x"):
+            return expr
+        return replace_names(expr, {variable.name: Name("x")})
+
+    def _is_variable(self, name: str) -> bool:
+        return any(v.name == name for v in (*self.system.inputs, *self.system.outputs))
+
     def _over_x(self, variable: LinguisticVariable, membership: Membership, where: str) -> Membership:
         """Return a set of an output as a formula of `x`, as which fuzzylite knows the place that it looks at."""
-        if any(v.name == "x" for v in (*self.system.inputs, *self.system.outputs)):
+        if self._is_variable("x"):
             self.reasons.append(f"{where} is a formula of the output, and a variable is called 'x'")
         formula = replace_names(membership.arguments[0], {variable.name: Name("x")})
         return membership.model_copy(update={"kind": "function", "arguments": (formula,)})

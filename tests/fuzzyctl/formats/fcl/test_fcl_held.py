@@ -73,3 +73,23 @@ def test_the_lock_of_an_output_stands_before_what_it_holds_which_it_would_take_b
     text = OF_FUZZYLITE.replace("in [0, 4] else 2", "in [0, 4] clamp else hold(2)")
     written, _ = write(loads(text.format("gaussian(0, 4)", "constant(3)")))
     assert written.rindex("LOCK : RANGE;") < written.index("DEFAULT := 2 | NC;")
+
+
+@pytest.mark.parametrize("term", ["triangle(20, 30, 40)", "rectangle(12, inf)"])
+def test_a_term_that_lies_beyond_the_range_stays_there_since_no_set_is_empty(term):
+    text, losses = write(loads(TWO.format(term, "constant(3)")))
+    assert "values outside the range" in [loss.what for loss in losses if not loss.exact]
+    back, diagnostics = read(SourceText("t.fcl", text))
+    assert back is not None, render_all(diagnostics)
+    assert back(x=5) == 3
+
+
+def test_formulas_for_fuzzylite_have_no_signs_before_operands_which_it_cannot_read():
+    system = loads(OF_FUZZYLITE.format("function(exp(-x^2) * sign(x + 1))", "function(-2 * x)"))
+    text, losses = write(system)
+    assert "TERM a := Function (exp((0 - (x ^ 2))) * (gt((x + 1), 0) - gt(0, (x + 1))));" in text
+    assert "TERM q := Function ((0 - 2) * x);" in text
+    assert not [loss for loss in losses if loss.what.startswith("function")]
+    back, diagnostics = read(SourceText("t.fcl", text))
+    assert back is not None, render_all(diagnostics)
+    assert back(x=0.5) == pytest.approx(system(x=0.5), rel=1e-15)

@@ -239,3 +239,25 @@ def test_descriptions_that_lose_a_sign_are_told():
         ("output 'with_'", "the label"),
     }
     assert all(x.exact for x in losses)
+
+
+FORMULA = """\
+system one
+defuzzifier weighted_average
+input {0} in [0, 10]
+  a = function(exp(-{0}^2))
+output y in [0, 4] else 2
+  p = constant(1)
+if {0} is a then y is p
+"""
+
+
+@pytest.mark.parametrize("name", ["heat", "x"])
+def test_formulas_of_an_input_call_it_x_since_fuzzylite_6_knows_no_other_name_of_it_there(name):
+    text, _ = write(loads(FORMULA.format(name)))
+    assert "  term: a Function exp((0 - (x ^ 2)))\n" in text
+
+
+def test_they_keep_the_name_beside_a_variable_that_is_called_x():
+    text = FORMULA.format("heat").replace("output y", "output x").replace("then y", "then x")
+    assert "  term: a Function exp((0 - (heat ^ 2)))\n" in write(loads(text))[0]
