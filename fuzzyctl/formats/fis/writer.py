@@ -260,6 +260,8 @@ class _Writer:
             text = formula(membership.arguments[0], self.system.values)
             if self.dialect != "fuzzylite" or text is None:
                 self.reasons.append(f"{where} is a formula")
+            elif "," in text:  # it parts terms at commas, so that it refuses the whole file
+                self.reasons.append(f"{where} is a formula with a function of several numbers")
             return f"'function',[{text}]"
         parameters = [numerics.value(self.system, a) for a in membership.arguments]
         height = numerics.value(self.system, membership.height)

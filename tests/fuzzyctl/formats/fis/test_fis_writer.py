@@ -6,7 +6,7 @@ import re
 import pytest
 
 from fuzzyctl import as_profile
-from fuzzyctl.errors import render_all
+from fuzzyctl.errors import DiagnosticError, render_all
 from fuzzyctl.formats.fis import read, write
 from fuzzyctl.loading import loads
 from fuzzyctl.source import SourceText
@@ -186,3 +186,12 @@ class TestFuzzylite:
 def test_the_normalized_sum_of_fuzzylite_is_the_bounded_one():
     text, _ = write(two(p="constant(1)"))
     assert read_back(text.replace("OrMethod='max'", "OrMethod='normalized_sum'")).method.disjunction == "bounded_sum"
+
+
+@pytest.mark.parametrize("formula", ["atan2(x, 2)", "max(1, x)", "gt(x, 1)"])
+def test_formulas_with_commas_are_refused_since_fuzzylite_parts_terms_at_them(formula):
+    system = as_profile(two(p=f"function({formula})", otherwise="nan"), "fuzzylite")
+    with pytest.raises(DiagnosticError, match="term 'p' of 'y' is a formula with a function of several numbers"):
+        write(system)
+    text, _ = write(as_profile(two(p="function(abs(x) + sin(x))", otherwise="nan"), "fuzzylite"))
+    assert "'function',[(abs(x) + sin(x))]" in text
