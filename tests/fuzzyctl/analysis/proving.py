@@ -39,11 +39,15 @@ SAMPLED = MAMDANI.replace("centroid", "centroid(resolution=50)")
 WEIGHTED = LINE + "if e is P then u is PB weight 0.5\n"
 
 
-def verdicts(text, *claims, timeout=10.0):
+#: Seconds. What is decided here takes one at the most, on a machine that does nothing else.
+AMPLE = 60.0
+
+
+def verdicts(text, *claims, timeout=AMPLE):
     return prove(loads(text + "".join(f"require {c}\n" for c in claims)), timeout=timeout)
 
 
-def words(text, *claims, timeout=10.0):
+def words(text, *claims, timeout=AMPLE):
     return [type(v).__name__ for v in verdicts(text, *claims, timeout=timeout)]
 
 
