@@ -23,18 +23,3 @@ def explanations_folder() -> Path | None:
     package = Path(__file__).resolve().parent
     folders = (package / "explanations", package.parent / "docs" / "reference" / "diagnostics")
     return next((folder for folder in folders if folder.is_dir()), None)
-
-
-def find_rules(name: str, overlay: Path | None = None) -> Path:
-    """Return the path of a rule file by its file name.
-
-    Args:
-        name: Such as `ais_reaction.fz`.
-        overlay: A folder whose files come before the shipped ones.
-
-    Returns:
-        The overlay's file if it has one of that name, else the shipped one, which need not exist.
-    """
-    if overlay is not None and (overlay / name).is_file():
-        return overlay / name
-    return rules_folder() / name

@@ -6,7 +6,7 @@ here; a profile is the set of knobs of one tool.
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Literal
 
 from fuzzyctl.model.node import Node
 
@@ -57,11 +57,6 @@ class Semantics(Node):
     def joins_rules(self) -> bool:
         """Whether the aggregation matters to sums over rules, and to what reads how far a term has been activated."""
         return self.merge != "rules" or self.chained == "degree"
-
-    @property
-    def knobs(self) -> dict[str, Any]:
-        """Every knob by name, without the name of the profile."""
-        return {name: getattr(self, name) for name in KNOBS}
 
     def text(self, knob: str) -> str:
         """Return the value of a knob as rule files write it."""

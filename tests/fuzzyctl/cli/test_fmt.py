@@ -63,6 +63,12 @@ class TestDiff:
         assert "\n-N|  N  Z\n+  N |  N  Z\n" in result.output
         assert untidy.read_text() == before
 
+    def test_a_terminal_shows_it_in_colour(self, untidy, monkeypatch):
+        monkeypatch.setattr("fuzzyctl.cli.fmt.use_color", lambda stream: True)
+        shown = CliRunner().invoke(main, ["fmt", "--diff", str(untidy)], color=True).stdout
+        assert "\x1b[31m-N|  N  Z\x1b[0m\n\x1b[32m+  N |  N  Z\x1b[0m\n" in shown
+        assert "\x1b[36m@@" in shown
+
     def test_a_tidy_file_has_none(self, tmp_path, base):
         path = tmp_path / "a.fz"
         path.write_text(base)

@@ -40,6 +40,27 @@ class TestChanges:
         assert ("added", "else", "u", None, "0") in found
         assert len(found) == 3
 
+    def test_a_variable_that_one_of_them_lacks_is_shown_with_its_terms(self, base, changed):
+        table = base[base.index("table u") :]
+        without = changed(
+            ('input y in [0, 10] unit "m"\n  terms N@0 P@10\n', ""), (table, "table u = x\n   N Z P\n | N Z P\n")
+        )
+        first, second = fuzzyctl.loads(base), fuzzyctl.loads(without)
+        (gone,) = [c for c in changes(first, second) if c.what == "input"]
+        assert (gone.kind, gone.name, gone.before, gone.after) == ("removed", "y", "in [0, 10] with terms N, P", None)
+        (new,) = [c for c in changes(second, first) if c.what == "input"]
+        assert (new.kind, new.name, new.before, new.after) == ("added", "y", None, "in [0, 10] with terms N, P")
+
+    def test_a_consequent_without_a_name_is_shown_as_it_is_written(self, base):
+        text = (
+            base.replace("input x", "defuzzifier weighted_average\ninput x", 1)
+            + "if x is N then u is linear(1, 2, {})\n"
+        )
+        found = changes(*(fuzzyctl.loads(text.format(end)) for end in (3, 4)))
+        assert [(c.what, c.name, c.before, c.after) for c in found] == [
+            ("rule", "x is N then u", "linear(1, 2, 3)", "linear(1, 2, 4)")
+        ]
+
     def test_the_same_rule_outside_of_the_table_is_the_same_rule(self, between):
         assert between(("  Z |  N  P", "  Z |  N  ."), after="if y is P and x is Z then u is P\n") == []
 
