@@ -88,24 +88,23 @@ class Rules:
         Source:
             Goto, Bertol, Martins, section 7, choice of f_max.
         """
-        role = ROLE
         own = {name: value for name, value in (("k_h_min", k_h_min), ("k_s", k_s)) if value is not None}
         asked = Channel(robot, channel, own)
-        given = {**self.files.params(role), **own}
+        given = {**self.files.params(ROLE), **own}
         for name in ("k_h_min", "k_s"):
             if not given.get(name, 1.0) > 0.0:
                 raise DiagnosticError([not_positive(asked, name, given[name], self.files)])
-        missing = [name for name in ("k_h_min", "k_s", "G_min") if name not in self.system(role, {}).values]
+        missing = [name for name in ("k_h_min", "k_s", "G_min") if name not in self.system(ROLE, {}).values]
         if missing:
-            message = f"{self.files.path(role).name} declares no param {', '.join(missing)}"
-            facts = (f"{role} needs the params k_h_min, k_s and G_min",)
-            raise DiagnosticError([Diagnostic("FZ905", message, facts=facts, file=str(self.files.path(role)))])
-        system = self.system(role, own)
+            message = f"{self.files.path(ROLE).name} declares no param {', '.join(missing)}"
+            facts = (f"{ROLE} needs the params k_h_min, k_s and G_min",)
+            raise DiagnosticError([Diagnostic("FZ905", message, facts=facts, file=str(self.files.path(ROLE)))])
+        system = self.system(ROLE, own)
         for name in ("k_h_min", "k_s"):
             if not system.values[name] > 0.0:
                 raise DiagnosticError([self._not_positive(asked, name, system.values[name])])
-        prove_floor(system, self._bounds(role, system)["f"], asked)
-        self._prove_guarantees(role, system, f"robot {robot}, channel {channel}")
+        prove_floor(system, self._bounds(ROLE, system)["f"], asked)
+        self._prove_guarantees(ROLE, system, f"robot {robot}, channel {channel}")
         return system
 
     def prove_boundary_layer(self) -> Any:
@@ -134,7 +133,7 @@ class Rules:
             Goto, Bertol, Martins, Eq. (18), which the rule file's `center_average` is.
         """
         system = self.prove_reaction(robot, channel, k_h_min, k_s)
-        return self.kernel("ais_reaction", system).value, system.values["k_h_min"], system.values["k_s"]
+        return self.kernel(ROLE, system).value, system.values["k_h_min"], system.values["k_s"]
 
     def boundary_layer(self) -> Any:
         """Return the proved and compiled β(|σ*|)."""

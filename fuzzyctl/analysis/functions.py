@@ -63,15 +63,12 @@ def applied(function: str, a: list[Enclosure]) -> Enclosure:
             return _sqrt(a[0])
         case "sign":
             return _sign(a[0])
-        case "floor" | "ceil" | "round" | "mod" | "fmod":
-            return jumping(*_scalars(lambda *x: intervals.applied(function, list(x)), a))
         case comparison if comparison in COMPARISONS:
             return _truth(COMPARISONS[comparison], a[0], a[1])
         case "log" | "sin" | "cos":
             return _by_scalars(function, a[0])
-        case "atan2" | "tan":
-            values = _scalars(lambda *x: intervals.applied(function, list(x)), a)
-            return jumping(*values)
+        case "atan2" | "tan" | "floor" | "ceil" | "round" | "mod" | "fmod":
+            return jumping(*_scalars(lambda *x: intervals.applied(function, list(x)), a))
     raise TypeError(f"function {function!r} has no enclosure")
 
 

@@ -34,6 +34,7 @@ class Interpreter:
 
     Args:
         names: What names stand for.
+        items: What numbers of arrays stand for; None where there are no arrays.
         call: What a function that the language does not know gives.
     """
 

@@ -35,8 +35,8 @@ def diff(first: str, second: str, form: str, name: str | None) -> int:
 
     Settings, params, terms, rules, cells of tables, guarantees, and the diagnostics that a file allows or denies are
     compared, not lines of text: layout, comments and the order of the parts of a rule do not count, and a term that was
-    renamed is no other term. Systems of the same
-    name are compared where files hold several. '=' marks what is written in another way and has the same value.
+    renamed is no other term. Systems of the same name are compared where files hold several. '=' marks what is written
+    in another way and has the same value.
 
     Exit code: 0 where nothing was changed, 1 where something was.
     """

@@ -79,7 +79,13 @@ class Variable:
 
 @dataclass
 class Engine:
-    """A workload as its FLL says it: two inputs, one output, rules of one or two conditions."""
+    """A workload as its FLL says it: two inputs, one output, rules of one or two conditions.
+
+    Args:
+        variables: The inputs, then the output.
+        rules: Variables and terms of each rule, the consequent last, and what joins the conditions.
+        product: Whether they are joined by the product.
+    """
 
     variables: list[Variable]
     rules: list[tuple[list[tuple[str, str]], str]]
@@ -90,10 +96,6 @@ class Engine:
         """The last variable."""
         return self.variables[-1]
 
-    def joined(self, rule: str) -> str:
-        """Return what joins the conditions of a rule."""
-        return "or" if " or " in rule else "and"
-
 
 def parsed(text: str) -> Engine:
     """Read FLL as far as the workloads use it."""
@@ -103,12 +105,13 @@ def parsed(text: str) -> Engine:
         if word in ("InputVariable", "OutputVariable"):
             engine.variables.append(Variable(rest))
         elif word == "range":
-            engine.output.low, engine.output.high = map(float, rest.split())
+            variable = engine.variables[-1]
+            variable.low, variable.high = map(float, rest.split())
         elif word == "term":
             name, kind, *numbers = rest.split()
-            engine.output.terms[name] = kind, [float(n) for n in numbers]
+            engine.variables[-1].terms[name] = kind, [float(n) for n in numbers]
         elif word == "rule":
-            engine.rules.append((re.findall(r"(\w+) is (\w+)", rest), engine.joined(rest)))
+            engine.rules.append((re.findall(r"(\w+) is (\w+)", rest), "or" if " or " in rest else "and"))
     return engine
 
 
@@ -148,8 +151,9 @@ def _scikit_fuzzy(path: Path) -> Evaluate:
         made[variable.name] = kind(np.linspace(variable.low, variable.high, SAMPLES), variable.name)
         for name, (shape, numbers) in variable.terms.items():
             x = made[variable.name].universe
-            degrees = skfuzzy.gaussmf(x, *numbers) if shape == "Gaussian" else None
-            made[variable.name][name] = skfuzzy.trapmf(x, trapezoid(shape, numbers)) if degrees is None else degrees
+            is_curved = shape == "Gaussian"
+            degrees = skfuzzy.gaussmf(x, *numbers) if is_curved else skfuzzy.trapmf(x, trapezoid(shape, numbers))
+            made[variable.name][name] = degrees
     rules = []
     for (*conditions, (output, term)), word in engine.rules:
         first, *rest = (made[v][t] for v, t in conditions)

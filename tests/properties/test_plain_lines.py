@@ -74,7 +74,7 @@ def statements(draw):
     text = draw(st.just("") | STRINGS)
     forms = {
         "system": [name, text],
-        "source": [text, text],
+        "source": [text, draw(st.sampled_from(["", "", name]))],
         "param": [name, "=", draw(VALUES | FORMULAS), text],
         "require": [
             draw(FORMULAS),

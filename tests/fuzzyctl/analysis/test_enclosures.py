@@ -46,6 +46,7 @@ JUMPING = {
     "negated": Where(Logic("not", (Compare("<=", X, Y),)), X, Y),
     "angle": call("atan2", X, Y),
     "tangent": call("tan", X),
+    "sign": call("sign", Binary("+", X, Y)),
     "less": call("lt", X, Y),
     "equal": call("eq", X, call("max", X, Y)),
     "unequal or less": Binary("+", call("ne", X, Number(0.0)), call("ge", X, Y)),

@@ -9,6 +9,9 @@ from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.unit import prepare
 from fuzzyctl.kernels.algorithm import Algorithm
 from fuzzyctl.kernels.compile import compile as compile_system
+from fuzzyctl.kernels.inference import evaluation
+from fuzzyctl.kernels.plan import plan
+from fuzzyctl.kernels.program import Accumulate
 
 
 def worst(unit, count=40_000, seed=4):
@@ -54,6 +57,16 @@ class TestError:
             return
         assert "interval" in unit.table.proof
         assert (worst(unit, 5000) <= unit.table.errors).all()
+
+    def test_bounds_sums_over_many_samples_entry_by_entry(self):
+        text = (
+            "system s\ndefuzzifier centroid(resolution=50)\ninput x in [0, 1]\n  a = ramp(1, 0)\n  b = ramp(0, 1)\n"
+            "output y in [0, 1]\n  p = triangle(-0.5, 0, 0.5)\n  q = triangle(0.5, 1, 1.5)\n"
+            "if x is a then y is p\nif x is b then y is q\n"
+        )
+        unit = prepare(loads(text), text, table=65)
+        assert any(isinstance(s, Accumulate) for s in evaluation(plan(unit.system)).body)
+        assert worst(unit, 5000)[0] <= unit.table.errors[0] < 0.01
 
     def test_of_a_smooth_curve_falls_with_the_points(self):
         text = (

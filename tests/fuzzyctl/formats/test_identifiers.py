@@ -48,6 +48,18 @@ def test_names_of_terms_stay_apart_and_the_file_reads_back(names):
     assert y.name == "y"
 
 
+def test_tables_name_what_is_called_otherwise(changed):
+    system = fuzzyctl.loads(changed(("u in [-2, 2]", "u in [-2, 2] else 0"), ("N |  N  Z", "N |  N  .")))
+    named, losses = with_identifiers(system, reserved=["N", "x"])
+    assert {loss.what for loss in losses} == {"the name 'N'", "the name 'x'"}
+    (table,) = named.tables_and_rules
+    assert (table.rows, table.row_terms, table.column_terms) == ("x_", ("N_", "Z", "P"), ("N_", "P"))
+    assert [cell.terms for cell in table.cells[0]] == [("N_",), ()]
+    points = [[-0.9, 2.0], [0.3, 8.0]]
+    kernels = [fuzzyctl.compile(s, "python") for s in (system, named)]
+    assert kernels[0].batch(points).tolist() == kernels[1].batch(points).tolist()
+
+
 @pytest.mark.parametrize(
     ("name", "title", "expected"),
     [("cart & pole", "", "cart & pole"), ("cart & pole", "A cart", "A cart"), ("cart", "", "")],
