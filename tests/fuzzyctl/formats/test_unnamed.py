@@ -58,3 +58,11 @@ def test_the_middle_of_the_range_is_a_number_in_fcl():
     written, back = written_and_read("fcl", SYSTEM.format(term="plain").replace("[-50, 50]", "[-50, 60]"))
     assert "DEFAULT := 5;" in written
     assert back.number(back.outputs[0].otherwise) == 5.0
+
+
+@pytest.mark.parametrize(("reads", "exact"), [("if u is hill then v is one\n", False), ("", True)])
+def test_only_the_middle_of_a_core_is_a_loss_in_fml_where_rules_read_the_set(reads, exact):
+    more = "output v in [0, 1] else 0\n  one = constant(1)\n"
+    text = SYSTEM.format(term="plain") + more + (reads or "if x is low then v is one\n")
+    _, losses = FORMATS["fml"].write(loads(text))
+    assert [loss.exact for loss in losses if "the middle of its core" in str(loss)] == [exact]
