@@ -11,9 +11,7 @@ from fuzzyctl import arguments
 from fuzzyctl.comparison.points import common_points
 from fuzzyctl.errors import ArgumentError
 from fuzzyctl.kernels.compile import compile as compile_system
-from fuzzyctl.kernels.compile import numba_is_missing
 from fuzzyctl.kernels.kernel import Kernel
-from fuzzyctl.kernels.program import Quadrature
 from fuzzyctl.model.system import FuzzySystem
 
 if TYPE_CHECKING:
@@ -29,10 +27,8 @@ POINTS: Final = 10_000
 ROUNDS: Final = 12
 AROUND: Final = 64
 
-#: From so many points on compiled loops are worth their compilation where numpy takes points one by one.
+#: From so many points on, and in so many parts, points are evaluated where somebody wants to know how far it is.
 MANY: Final = 500
-
-#: Parts in which points are evaluated where somebody wants to know how far it is.
 PARTS: Final = 64
 
 #: Told now and then how far a comparison is.
@@ -117,7 +113,7 @@ def differences(
         arguments.instance("what is compared", FuzzySystem, "a FuzzySystem", system)
     inputs, outputs = pairing(a, b)
     where = common_points(a, b, inputs, points, seed)
-    pair = _Pair(a, b, inputs, outputs, len(where), progress)
+    pair = _Pair(a, b, inputs, outputs, progress)
     first, second = pair.values(where)
     return tuple(_difference(pair, where, (first[:, k], second[:, k]), k, seed) for k in range(len(a.outputs)))
 
@@ -151,7 +147,6 @@ class _Pair:
         b: FuzzySystem,
         inputs: list[int],
         outputs: list[int],
-        count: int,
         progress: Progress | None,
     ) -> None:
         import numpy as np
@@ -159,7 +154,7 @@ class _Pair:
         self.a, self.names, self.outputs = a, [v.name for v in a.inputs], outputs
         self.columns = list(np.argsort(inputs))
         self.progress = progress
-        self.kernels = [_kernel(s, count) for s in (a, b)]
+        self.kernels = [compile_system(quiet(s), backend="numpy") for s in (a, b)]
 
     def point(self, at: FloatArray) -> dict[str, float]:
         return dict(zip(self.names, map(float, at), strict=True))
@@ -180,19 +175,6 @@ class _Pair:
     def _values(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         first, second = self.kernels
         return _batch(first, points), _batch(second, points[:, self.columns])[:, self.outputs]
-
-
-def _kernel(system: FuzzySystem, count: int) -> Kernel:
-    """Return the kernel that takes the least time for a number of points, its compilation included."""
-    kernel = compile_system(quiet(system), backend="numpy")
-    if count >= MANY and takes_points_singly(kernel) and numba_is_missing() is None:
-        return compile_system(quiet(system), backend="numba")
-    return kernel
-
-
-def takes_points_singly(kernel: Kernel) -> bool:
-    """Whether numpy would loop over points in Python, each of them many milliseconds: bisectors without closed form."""
-    return any(isinstance(s, Quadrature) and s.kind == "half" for s in kernel.algorithm.interpreted.body)
 
 
 def _batch(kernel: Kernel, points: FloatArray) -> FloatArray:

@@ -7,20 +7,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from fuzzyctl.comparison.differences import (
-    Difference,
-    Place,
-    Progress,
-    at_point,
-    at_points,
-    pairing,
-    takes_points_singly,
-)
+from fuzzyctl.comparison.differences import Difference, Place, Progress, at_point, at_points, pairing
 from fuzzyctl.comparison.parts import Part, parts
 from fuzzyctl.comparison.points import common_points
 from fuzzyctl.errors import FuzzyctlError
 from fuzzyctl.expr import ExprError
-from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.model.system import FuzzySystem
 
 if TYPE_CHECKING:
@@ -34,9 +25,6 @@ NOTHING: Final = 1e-9
 
 #: Points that a mean difference is explained at.
 SAMPLE: Final = 256
-
-#: So many where each of them takes many milliseconds.
-SMALL_SAMPLE: Final = 16
 
 #: Part of a mean difference that may be left once the causes of the largest one are gone; more has causes of its own.
 ELSEWHERE: Final = 0.1
@@ -164,8 +152,7 @@ def _mean_distance(a: FuzzySystem, b: FuzzySystem, output: int, other: int) -> D
     import numpy as np
 
     inputs, _ = pairing(a, b)
-    slow = any(takes_points_singly(compile_system(s, backend="numpy")) for s in (a, b))
-    points = common_points(a, b, inputs, SMALL_SAMPLE if slow else SAMPLE, 0)
+    points = common_points(a, b, inputs, SAMPLE, 0)
     first = at_points(a, points, output)
     target = at_points(b, points[:, np.argsort(inputs)], other)
     both = np.isfinite(first) & np.isfinite(target)

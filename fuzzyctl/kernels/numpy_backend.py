@@ -11,7 +11,7 @@ import numpy.typing as npt
 from fuzzyctl.errors import NoRuleFiresError
 from fuzzyctl.expr import Expr, names_in, walk
 from fuzzyctl.kernels import array_quadrature
-from fuzzyctl.kernels.printer import ARRAYS, INDENT, INTERPRETED, block, set_function, text
+from fuzzyctl.kernels.printer import ARRAYS, INDENT, block, set_function, text
 from fuzzyctl.kernels.program import (
     STATE,
     Accumulate,
@@ -27,7 +27,7 @@ from fuzzyctl.kernels.program import (
     Row,
     Statement,
 )
-from fuzzyctl.kernels.python_backend import RUNTIME, point_text
+from fuzzyctl.kernels.python_backend import point_text
 from fuzzyctl.kernels.python_rows import with_rows
 from fuzzyctl.kernels.scheduling import late
 
@@ -120,7 +120,7 @@ def compile_batch(program: Program, input_names: Sequence[str]) -> Callable[...,
     """Return the function that fills results (n, outputs) from points (n, inputs) and states (n, states) or None."""
     program, rows = with_rows(late(program))
     tables = {name: np.array(values) for name, values in rows.items()}
-    namespace: dict[str, Any] = {**_RUNTIME, **tables, **_sets(program, rows, tables)}
+    namespace: dict[str, Any] = {**_RUNTIME, **tables, **_sets(program, tables)}
     exec(compile(block_source(program), "<fuzzyctl kernel>", "exec"), namespace)  # noqa: S102 - printed from a plan
     of_block: Callable[..., None] = namespace["block"]
     size = max(LEAST, min(BLOCK, MEMORY // (8 * (_most_alive(program) + SPARE))))
@@ -140,14 +140,13 @@ def compile_batch(program: Program, input_names: Sequence[str]) -> Callable[...,
     return fill
 
 
-def _sets(program: Program, rows: Mapping[str, Any], tables: Mapping[str, FloatArray]) -> dict[str, Any]:
-    """Return the functions that are integrated: of arrays for moments, of numbers where points are taken one by one."""
+def _sets(program: Program, tables: Mapping[str, FloatArray]) -> dict[str, Any]:
+    """Return the functions of arrays that are integrated."""
     found: dict[str, Any] = {}
     for statement in program.body:
         if isinstance(statement, Quadrature):
-            arrays = statement.kind == "moments"
-            namespace: dict[str, Any] = {**_RUNTIME, **tables} if arrays else {**RUNTIME, **rows}
-            source = "\n".join(set_function(statement, ARRAYS if arrays else INTERPRETED)) + "\n"
+            namespace: dict[str, Any] = {**_RUNTIME, **tables}
+            source = "\n".join(set_function(statement, ARRAYS)) + "\n"
             exec(compile(source, "<fuzzyctl set>", "exec"), namespace)  # noqa: S102 - printed from a plan
             found[statement.function] = namespace[statement.function]
     return found

@@ -5,8 +5,6 @@ import math
 import pytest
 
 import fuzzyctl
-from fuzzyctl.comparison import differences as compared
-from fuzzyctl.comparison import explanation as explaining
 from fuzzyctl.comparison.differences import differences
 from fuzzyctl.kernels.kernel import Kernel
 
@@ -137,59 +135,9 @@ class TestOutputs:
 
 
 class TestLongWork:
-    CURVES = """\
-system curves
-defuzzifier bisector
-input x in [0, 4]
-  low  = gaussian(0, {width})
-  high = gaussian(4, 1)
-output y in [0, 8]
-  a = gaussian(1, 1)
-  b = gaussian(7, 1)
-if x is low then y is a
-if x is high then y is b
-"""
-
     def test_who_wants_to_know_is_told_how_far_it_is_and_nothing_else_changes(self):
         told = []
         expected = differences(line(), line(peak=1.37), points=1000)
         assert differences(line(), line(peak=1.37), points=1000, progress=told.append) == expected
         assert told[:2] == ["comparing at 1,000 points: 0 %", "comparing at 1,000 points: 1 %"]
         assert told[-1] == "looking for where y differs most: 91 %"
-
-    @pytest.mark.parametrize(
-        ("text", "points", "backends"),
-        [
-            (CURVES.format(width=1), 1000, {"numpy", "numba"}),
-            (CURVES.format(width=1), 100, {"numpy"}),
-            (CURVES.format(width=1).replace("bisector", "centroid"), 1000, {"numpy"}),
-        ],
-    )
-    def test_many_bisectors_of_curves_are_compiled(self, text, points, backends, monkeypatch):
-        """numpy takes them point by point, each of them many milliseconds."""
-        chosen = set()
-
-        def compiled(system, backend):
-            chosen.add(backend)
-            return fuzzyctl.compile(system, backend="numpy")
-
-        monkeypatch.setattr(compared, "compile_system", compiled)
-        monkeypatch.setattr(compared, "_batch", lambda kernel, points: points * 0.0)
-        system = fuzzyctl.loads(text)
-        differences(system, system, points=points)
-        assert chosen == backends
-
-    def test_few_of_them_explain_a_mean(self, monkeypatch):
-        sizes = []
-
-        def counted(*args):
-            sizes.append(len(args[1]))
-            return at_points(*args)
-
-        at_points = explaining.at_points
-        monkeypatch.setattr(explaining, "at_points", counted)
-        monkeypatch.setattr(compared, "ROUNDS", 1)
-        a, b = (fuzzyctl.loads(self.CURVES.format(width=w)) for w in (1, 1.5))
-        (found,) = differences(a, b, points=16)
-        explaining.explanation(a, b, found)
-        assert set(sizes) == {16}

@@ -2,14 +2,17 @@
 
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fuzzyctl.kernels import array_quadrature
 from fuzzyctl.kernels.quadrature import (
     DEEPEST,
     OF_ALL,
     OF_OWN,
+    STEPS,
     half,
     marked,
     moments,
@@ -110,6 +113,58 @@ class TestHalf:
     def test_within_a_stretch_ends_are_kept(self):
         assert within(two_blocks, (), 0.0, 1.0, 0.0, 1.0) == 0.0
         assert within(two_blocks, (), 0.0, 1.0, 1.0, 1.0) == 1.0
+
+
+class TestArrays:
+    """Many points at once have the places that each has by itself."""
+
+    @staticmethod
+    def clipped(x, given):
+        center, height = given
+        return np.minimum(np.maximum(0.0, 1.0 - np.abs(x - center)), height)
+
+    @staticmethod
+    def hills(x, given):
+        """Two hills, the second of any height, with a gap between them."""
+        (height,) = given
+        first, second = (np.maximum(0.0, 1.0 - (x - c) ** 2) ** 2 for c in (1.0, 5.0))
+        return first + height * second
+
+    def both(self, function, places, given):
+        with np.errstate(all="ignore"):  # as kernels do
+            together = array_quadrature.half(function, np.array(places), tuple(map(np.array, given)))
+        alone = [half(function, places, tuple(map(float, one))) for one in zip(*given, strict=True)]
+        return np.array(together).T, np.array(alone)
+
+    def test_of_clipped_triangles(self):
+        heights = np.linspace(0.01, 1.0, 300)  # more than are taken at once
+        together, alone = self.both(self.clipped, (0.0, 1.0, 2.0, 4.0), (np.linspace(0.5, 3.5, 300), heights))
+        assert together == pytest.approx(alone, rel=CLOSE, abs=CLOSE)
+
+    def test_points_are_taken_together(self):
+        calls = []
+
+        def counted(x, given):
+            calls.append(len(x))
+            return self.clipped(x, given)
+
+        centers, height = np.linspace(0.5, 3.5, array_quadrature.PART), np.array(0.5)
+        array_quadrature.half(counted, np.array((0.0, 1.0, 2.0, 4.0)), (centers, height))
+        assert len(calls) <= 1 + DEEPEST + 2 * STEPS  # of the levels of halving, and of Newton's steps
+
+    def test_before_at_and_behind_a_gap(self):
+        together, alone = self.both(self.hills, (0.0, 2.0, 4.0, 6.0), ([0.0, 0.5, 1.0, 1.0 + 1e-6, 2.0],))
+        assert together == pytest.approx(alone, rel=CLOSE)
+        assert together[2, 0] == 3.0
+        assert together[1, 0] < 2.0 < 4.0 < together[4, 0]
+
+    def test_of_small_areas_beside_large_ones(self):
+        together, alone = self.both(self.clipped, (0.0, 1.0, 2.0), ([1.0, 1.2, 1.0], [1.0, 1e-12, 1e-200]))
+        assert together == pytest.approx(alone, rel=1e-12)
+
+    def test_nothing_and_no_number(self):
+        together, alone = self.both(self.clipped, (0.0, 1.0, 2.0), ([1.0, math.nan, 1.0], [0.0, 1.0, math.nan]))
+        np.testing.assert_array_equal(together, alone)
 
 
 @given(st.lists(st.floats(-9, 9), min_size=1), st.lists(st.floats(-9, 9)))
