@@ -17,7 +17,7 @@ CONJUNCTION_WORDS: Final[dict[str, str]] = {
     "NILMIN": "nilpotent_minimum",
 }
 
-#: Methods for OR and for accumulation.
+#: Methods for OR, and those for accumulation but one.
 DISJUNCTION_WORDS: Final[dict[str, str]] = {
     "MAX": "max",
     "PROBOR": "probabilistic_sum",
@@ -27,6 +27,9 @@ DISJUNCTION_WORDS: Final[dict[str, str]] = {
     "HSUM": "hamacher_sum",
     "NILMAX": "nilpotent_maximum",
 }
+
+#: Methods for accumulation; drafts have the plain sum, too.
+ACCUMULATION_WORDS: Final = {**DISJUNCTION_WORDS, "SUM": "sum"}
 
 #: Defuzzifiers; MM as in FCL stands in older files.
 DEFUZZIFIER_WORDS: Final[dict[str, str]] = {

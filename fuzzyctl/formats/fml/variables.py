@@ -11,7 +11,7 @@ from fuzzyctl.expr import Expr, Number
 from fuzzyctl.formats.fcl import ranges
 from fuzzyctl.formats.findings import Names
 from fuzzyctl.formats.fml.document import Element
-from fuzzyctl.formats.fml.names import DEFUZZIFIER_WORDS, DISJUNCTION_WORDS, SHAPES
+from fuzzyctl.formats.fml.names import ACCUMULATION_WORDS, DEFUZZIFIER_WORDS, SHAPES
 from fuzzyctl.formats.fml.scope import Scope
 from fuzzyctl.formats.fml.shapes import complement, shape_of
 from fuzzyctl.misspelt import did_you_mean, listed
@@ -137,10 +137,17 @@ class VariableReader:
             upper=ends[1],
             terms=terms,
             otherwise=self._default(element),
-            aggregation=self._scope.choice(element, "accumulation", DISJUNCTION_WORDS, "max"),
+            aggregation=self._accumulation(element),
             defuzzifier=Defuzzifier(kind=kind),
             span=element.span,
         )
+
+    def _accumulation(self, element: Element) -> str:
+        found = self._scope.choice(element, "accumulation", ACCUMULATION_WORDS, "max")
+        if found == "sum":
+            message = "SUM is the plain sum of sets, as in drafts of FML; the standard has BSUM, min(1, a + b)"
+            self._scope.unsure.setdefault(message, element.place("accumulation"))
+        return found
 
     def _require_average(self, element: Element) -> None:
         self._scope.choice(element, "combination", {"WA": "weighted_average"}, "weighted_average")

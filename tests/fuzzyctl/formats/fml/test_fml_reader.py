@@ -531,6 +531,12 @@ def test_more_parameters_than_inputs_have_no_effect_which_is_told():
     assert codes(text.replace("PARAM", 'param2="3"')) == ["FZ603"]
 
 
+def test_drafts_accumulate_by_the_plain_sum_which_is_told():
+    text = document(settings='accumulation="SUM"', rules=rule(clause("food", "rancid")) * 2)
+    assert codes(text) == ["FZ609"]
+    assert sound(text).method.aggregation == "sum"
+
+
 def test_rules_with_different_methods_stand_in_blocks_of_their_own():
     both = [clause("food", "rancid"), clause("food", "delicious")]
     rules = [rule(*both, attributes=f'andMethod="{norm}"') for norm in ("MIN", "PROD", "MIN")]
