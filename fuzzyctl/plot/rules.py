@@ -62,22 +62,32 @@ def _columns(system: FuzzySystem, found: Trace) -> list[_Column]:
     columns = []
     for variable in (*system.inputs, *system.outputs):
         low, high = system.number(variable.lower), system.number(variable.upper)
-        x = tuple(np.linspace(low, high, 401).tolist())
-        sets = None if isinstance(variable, Input) else ImpliedSets(plans[variable.name], x)
+        if isinstance(variable, Input):
+            ends = _with_room(low, high, [found.inputs[variable.name]])
+            columns.append(_Column(variable, _even(*(ends if variable.extrapolate else (low, high))), ends, None))
+            continue
+        x = _even(low, high)
+        sets = ImpliedSets(plans[variable.name], x)
         columns.append(_Column(variable, x, _ends(variable, low, high, found, sets), sets))
     return columns
 
 
+def _even(low: float, high: float) -> tuple[float, ...]:
+    return tuple(np.linspace(low, high, 401).tolist())
+
+
 def _ends(
-    variable: LinguisticVariable, low: float, high: float, found: Trace, sets: ImpliedSets | None
+    variable: LinguisticVariable, low: float, high: float, found: Trace, sets: ImpliedSets
 ) -> tuple[float, float]:
-    """Return the ends of an axis: a range, and for an output numbers beyond it, as sums and functions have them."""
-    if sets is None:
-        return low, high
+    """Return the ends of an output's axis: its range, and numbers beyond it, as sums and functions have them."""
     places = [place for place, _ in sets.places(_own(found, variable))] if sets.has_places else []
     numbers = [c.value for rule in found.rules for c in rule.contributions if c.output == variable.name]
-    beyond = [v for v in (*numbers, *places, found.outputs[variable.name]) if v is not None and np.isfinite(v)]
-    beyond = [v for v in beyond if not low <= v <= high]
+    return _with_room(low, high, [*numbers, *places, found.outputs[variable.name]])
+
+
+def _with_room(low: float, high: float, numbers: Sequence[float | None]) -> tuple[float, float]:
+    """Return the ends of an axis that holds a range and numbers beyond it."""
+    beyond = [v for v in numbers if v is not None and np.isfinite(v) and not low <= v <= high]
     room = 0.05 * (max(high, *beyond) - min(low, *beyond)) if beyond else 0.0
     return min(low, *(v - room for v in beyond), low), max(high, *(v + room for v in beyond), high)
 
@@ -114,15 +124,24 @@ def _cell(ax: Any, system: FuzzySystem, found: Trace, rule: FiredRule, column: _
         if value is not None:
             (degree,) = sampled_degrees(asked, [value])
             ax.fill_between(column.x, np.minimum(curve, degree), color=INPUT, alpha=0.25, lw=0)
-    _names(
-        ax, [*((" ".join((*p.hedges, p.term)), INPUT) for p in dict.fromkeys(named)), *((c.term, OUTPUT) for c in own)]
-    )
+    names = [(" ".join((*p.hedges, p.term)), INPUT) for p in dict.fromkeys(named)]
+    _names(ax, [*names, *((c.term, OUTPUT) for c in own)], on_the_right=_begins_crowded(column, rule.number - 1, own))
     if named and isinstance(variable, Input):
         ax.axvline(found.inputs[variable.name], color=LINE, lw=0.8)
     for nth, c in enumerate(own):
         _consequent(ax, column, rule.number - 1, nth, c)
     if not named and not own:
         ax.set_facecolor("#f4f4f4")
+
+
+def _begins_crowded(column: _Column, rule: int, own: Sequence[Contribution]) -> bool:
+    """Return whether a number or a place stands where names begin, in the first fifth of the axis."""
+    numbers = [c.value for c in own if c.value is not None]
+    if column.sets is not None and column.sets.has_places:
+        felt = [(rule, c.felt, nth) for nth, c in enumerate(own) if c.value is None]
+        numbers += [place for place, _ in column.sets.places(felt)]
+    low, high = column.ends
+    return any(low <= n < 0.8 * low + 0.2 * high for n in numbers)
 
 
 def _read_value(system: FuzzySystem, found: Trace, variable: LinguisticVariable) -> float | None:
@@ -159,13 +178,15 @@ def _spikes(ax: Any, places: Sequence[tuple[float, float]]) -> None:
         ax.vlines(place, 0, felt, color=OUTPUT, lw=3)
 
 
-def _names(ax: Any, names: Sequence[tuple[str, str]]) -> None:
+def _names(ax: Any, names: Sequence[tuple[str, str]], *, on_the_right: bool = False) -> None:
     """Write names with their colours below each other, closer where there are many."""
+    place, side = (0.97, "right") if on_the_right else (0.03, "left")
     box = {"boxstyle": "square,pad=0.1", "fc": "white", "ec": "none", "alpha": 0.7}
     size = "small" if len(names) < 3 else "xx-small"
     step = min(0.28, 0.8 / max(len(names), 1))
     for k, (name, color) in enumerate(names):
-        ax.annotate(name, (0.03, 0.8 - k * step), xycoords="axes fraction", fontsize=size, color=color, bbox=box)
+        at = (place, 0.8 - k * step)
+        ax.annotate(name, at, xycoords="axes fraction", ha=side, fontsize=size, color=color, bbox=box)
 
 
 def _last_row(ax: Any, found: Trace, column: _Column) -> None:
@@ -183,6 +204,8 @@ def _last_row(ax: Any, found: Trace, column: _Column) -> None:
     elif together := column.sets.together(own):
         _union(ax, column.x, together)
     value = found.outputs[name]
+    if np.isnan(value):
+        ax.annotate("no value", (0.5, 0.45), xycoords="axes fraction", ha="center", fontsize="small", color=LINE)
     if np.isfinite(value):
         ax.axvline(value, color=LINE, lw=1.6)
         low, high = column.ends

@@ -302,3 +302,35 @@ class TestPictureOfPlaces:
     def test_rules_of_one_term_leave_one_place_where_the_sum_runs_over_terms(self):
         (spike,) = self.spikes(self.drawn(self.TEXT.format("semantics exact(merge=terms)\n", "cheap"), 3.0)[5])
         assert spike == (pytest.approx(31.0), pytest.approx(0.7))
+
+    def test_a_name_leaves_room_for_a_place_at_the_left(self):
+        sides = [[t.get_ha() for t in self.drawn(self.TEXT.format("", "dear"), x)[1].texts] for x in (3.0, 0.2)]
+        assert sides == [["left"], ["right"]]
+
+
+class TestPictureOfInputsBeyond:
+    TEXT = (
+        "system t\ninput x in [0, 10]{}\n  low = ramp(12, 0)\noutput z in [0, 100] else nan\n  cheap = ramp(80, 10)\n"
+        "  dear = ramp(50, 100)\nif x is low then z is cheap\nif x is very low then z is dear\n"
+    )
+
+    def drawn(self, said, x):
+        from matplotlib.figure import Figure
+
+        from fuzzyctl.plot.rules import draw_rules
+
+        figure, system = Figure(), loads(self.TEXT.format(said))
+        draw_rules(figure, system, trace(system, {"x": x}), 12)
+        return figure.axes
+
+    @pytest.mark.parametrize(("said", "reaches"), [("", 10.0), (" extrapolate", 11.0)])
+    def test_the_line_is_on_the_axis_and_the_term_as_far_as_it_is_read(self, said, reaches):
+        (term, line), (low, high) = self.drawn(said, 11.0)[0].lines, self.drawn(said, 11.0)[0].get_xlim()
+        assert set(line.get_xdata()) == {11.0}
+        assert low == 0.0 < 11.0 < high
+        assert term.get_xdata().max() >= reaches
+        assert (term.get_xdata().max() == 10.0) == (said == "")
+
+    def test_an_output_without_a_value_says_so(self):
+        (*_, last) = self.drawn(" extrapolate", 13.0)
+        assert [t.get_text() for t in last.texts] == ["no value"]
