@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 from collections.abc import Iterable, Mapping
@@ -116,7 +117,10 @@ def seconds(name: str, given: object) -> float:
     """Return a time that is not negative; infinity is one."""
     if isinstance(given, bool) or not isinstance(given, Real):
         raise wrong(name, "a number of seconds", given)
-    value = float(given)
+    try:
+        value = float(given)
+    except OverflowError:  # a whole number that no float comes near
+        value = math.inf if abs(given) == given else -math.inf
     if not value >= 0.0:
         raise ValueOutOfBoundsError(name, value, ">= 0", "s")
     return value

@@ -13,25 +13,24 @@ system = build.system("tip", [service, tip], [table], defuzzifier="weighted_aver
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
-from numbers import Real
 from typing import Any, Literal
 
 from fuzzyctl import arguments, fragments, values
 from fuzzyctl.as_file import require_as_file
+from fuzzyctl.cells import cell, row
 from fuzzyctl.errors import ArgumentError
-from fuzzyctl.expr import ONE, Expr, Name, Negate
+from fuzzyctl.expr import Expr
 from fuzzyctl.fragments import rule
-from fuzzyctl.misspelt import counted
 from fuzzyctl.model import variable as model
 from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
 from fuzzyctl.model.method import Activation, Defuzzifier, Method
 from fuzzyctl.model.profiles import PROFILES, Profile
-from fuzzyctl.model.rule import Cell, Rule, RuleBlock, RuleTable
+from fuzzyctl.model.rule import Rule, RuleBlock, RuleTable
 from fuzzyctl.model.semantics import Semantics
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Fallback, Input, Membership, Output, Term, as_set
+from fuzzyctl.partition import Partition, partition
 from fuzzyctl.values import TermSpec, Value
 
 __all__ = [
@@ -78,49 +77,11 @@ def membership(kind: str, *parameters: Value, height: Value = 1) -> Membership:
     )
 
 
-def partition(names: str | Sequence[str], peaks: Sequence[Value] | None = None) -> _Partition:
-    """Return a triangular partition: terms that meet at each other's peaks, with shoulders at the ends.
-
-    Args:
-        names: The terms, in a text separated by blanks or as a sequence.
-        peaks: Their peaks; None spreads them evenly over the range of the variable.
-
-    Raises:
-        ArgumentError: For fewer than two terms, or another number of peaks.
-    """
-    given = arguments.names("'names'", names)
-    at = None if peaks is None else arguments.items("'peaks'", "a list of numbers", peaks)
-    if len(given) < 2 or (at is not None and len(at) != len(given)):
-        got = f"{counted(len(given), 'term')}{'' if at is None else ' and ' + counted(len(at), 'peak')}"
-        raise ArgumentError(f"a partition needs two terms or more and a peak for each, got {got}")
-    return _Partition(given, None if at is None else tuple(values.expression("a peak", p) for p in at))
-
-
-class _Partition:
-    def __init__(self, names: tuple[str, ...], peaks: tuple[Expr, ...] | None) -> None:
-        self.names, self.peaks = names, peaks
-
-    def terms(self, lower: object, upper: object) -> list[tuple[str, Membership]]:
-        """Return terms in order; one that is named twice is kept, for the checks to find as in a file."""
-        peaks = self.peaks if self.peaks is not None else _even(lower, upper, len(self.names))
-        feet = [Negate(Name("inf")), *peaks, Name("inf")]
-        return [(n, membership("triangle", feet[k], peaks[k], feet[k + 2])) for k, n in enumerate(self.names)]
-
-
-def _even(lower: object, upper: object, count: int) -> tuple[Expr, ...]:
-    """Return peaks spread evenly from end to end."""
-    ends = [float(e) for e in (lower, upper) if isinstance(e, Real)]
-    if len(ends) < 2 or not all(map(math.isfinite, ends)):
-        raise ArgumentError("an even partition needs a range of finite numbers; give the peaks")
-    last = count - 1
-    return tuple(values.expression("a peak", (ends[0] * (last - k) + ends[1] * k) / last) for k in range(count))
-
-
 def input_variable(
     name: str,
     lower: Value,
     upper: Value,
-    terms: Mapping[str, TermSpec] | _Partition,
+    terms: Mapping[str, TermSpec] | Partition,
     *,
     label: str = "",
     unit: str = "",
@@ -145,7 +106,7 @@ def output_variable(
     name: str,
     lower: Value,
     upper: Value,
-    terms: Mapping[str, TermSpec] | _Partition,
+    terms: Mapping[str, TermSpec] | Partition,
     *,
     label: str = "",
     unit: str = "",
@@ -230,7 +191,7 @@ def _variable(
     name: object, lower: object, upper: object, terms: object, label: object, unit: object, *, is_output: bool = False
 ) -> dict[str, Any]:
     ends = {"lower": values.expression("'lower'", lower), "upper": values.expression("'upper'", upper)}
-    if isinstance(terms, _Partition):
+    if isinstance(terms, Partition):
         named = terms.terms(lower, upper)
     else:
         given = arguments.mapping("'terms'", _TERMS, terms)
@@ -275,10 +236,10 @@ def rule_table(
     if columns is None:
         if head:
             raise ArgumentError("'headers' are the terms of 'columns', and none are given")
-        head, body = tuple(given), [tuple(_cell(f"cell {n!r}", c, names) for n, c in given.items())]
+        head, body = tuple(given), [tuple(cell(f"cell {n!r}", c, names) for n, c in given.items())]
     else:
         arguments.text("'columns'", columns)
-        body = [_row(label, row, names, len(head)) for label, row in given.items()]
+        body = [row(label, own, names, len(head)) for label, own in given.items()]
     return RuleTable(
         outputs=names,
         rows=None if columns is None else rows,
@@ -322,34 +283,6 @@ def rule_block(
         activation=None if activation is None else _activation(activation),
         rules=tuple(rule(r) if isinstance(r, str) else r for r in found),
     )
-
-
-def _row(label: str, given: object, outputs: tuple[str, ...], columns: int) -> tuple[Cell, ...]:
-    name = f"row {label!r}"
-    row = (
-        fragments.cells(given) if isinstance(given, str) else arguments.items(name, "cells in a text or a list", given)
-    )
-    if len(row) != columns:
-        raise ArgumentError(f"{name} has {len(row)} cells for {columns} columns")
-    return tuple(_cell(f"a cell of {name}", c, outputs) for c in row)
-
-
-def _cell(name: str, given: object, outputs: tuple[str, ...]) -> Cell:
-    """Return one cell; a cell without a term stands for no rule."""
-    if given is None:
-        return Cell(terms=())
-    if isinstance(given, Cell):
-        cell = given
-    elif isinstance(given, str):
-        found = fragments.cells(given)
-        if len(found) != 1:
-            raise ArgumentError(f"one cell is due, got {given!r}")
-        cell = found[0]
-    else:
-        cell = Cell(terms=(values.membership(name, given),), weight=ONE)
-    if cell.terms and len(cell.terms) != len(outputs):
-        raise ArgumentError(f"{name} names {len(cell.terms)} terms for {len(outputs)} outputs")
-    return cell
 
 
 def system(

@@ -22,6 +22,7 @@ ORDER = [
     ["resolve", "formats", "assembly", "linking"],
     ["loading", "fragments"],
     ["as_file", "values"],
+    ["cells", "partition"],
     ["build"],
     ["kernels"],
     ["analysis", "plot"],

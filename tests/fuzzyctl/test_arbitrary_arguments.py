@@ -11,10 +11,10 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 import fuzzyctl
-from fuzzyctl import build
+from fuzzyctl import arguments, build
 from fuzzyctl.analysis.coverage import uncovered
 from fuzzyctl.analysis.extremes import extents
-from fuzzyctl.errors import FuzzyctlError
+from fuzzyctl.errors import FuzzyctlError, ValueOutOfBoundsError
 from fuzzyctl.kernels.tracing import trace
 from fuzzyctl.model.method import Activation, Defuzzifier
 from fuzzyctl.model.rule import RuleTable
@@ -251,3 +251,9 @@ class TestNamedArguments:
 
     def test_a_table_is_still_one_rule_of_a_list(self):
         assert isinstance(SYSTEM.blocks[0], RuleTable)
+
+
+def test_a_time_that_no_float_comes_near_is_infinite():
+    assert arguments.seconds("'timeout'", 10**400) == math.inf
+    with pytest.raises(ValueOutOfBoundsError, match="'timeout' must be >= 0 s"):
+        arguments.seconds("'timeout'", -(10**400))
