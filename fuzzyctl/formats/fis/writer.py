@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from decimal import Decimal
 from typing import Final
 
-from fuzzyctl.expr import Binary, Expr, Name, Number
+from fuzzyctl.expr import Expr, Number
 from fuzzyctl.formats import numerics
 from fuzzyctl.formats.blocks import flattened
 from fuzzyctl.formats.findings import Findings
@@ -16,6 +15,7 @@ from fuzzyctl.formats.fis.memberships import as_matlab_has_it, is_of_matlab, num
 from fuzzyctl.formats.fis.sections import split
 from fuzzyctl.formats.fis.settings import dialect_of, family
 from fuzzyctl.formats.fis.words import Dialect
+from fuzzyctl.formats.fis.written_rules import WrittenRules
 from fuzzyctl.formats.fll.formulas import formula
 from fuzzyctl.formats.held import holding_matters, with_shoulders
 from fuzzyctl.formats.losses import Loss
@@ -23,19 +23,10 @@ from fuzzyctl.formats.weighted import as_inverted_there, inferred_otherwise
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.model.method import MAXIMA, Defuzzifier
 from fuzzyctl.model.profiles import Profile, profile
-from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Not, Or, Rule, literals
+from fuzzyctl.model.rule import literals
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Input, LinguisticVariable, Membership, Output, Term
 from fuzzyctl.source import SourceText
-
-#: Digits behind the point of the number of a term, for hedges.
-_FRACTIONS: Final = {
-    (): Decimal(0),
-    ("somewhat",): Decimal("0.05"),
-    ("very",): Decimal("0.2"),
-    ("extremely",): Decimal("0.3"),
-    ("very", "very"): Decimal("0.4"),
-}
 
 _DEFUZZIFIERS: Final = {
     "centroid": "centroid",
@@ -96,14 +87,14 @@ class _Writer:
         if self.dialect == "fuzzylite":
             self.system, self.reasons = as_inverted_there(self.system)
             self.reasons += inferred_otherwise(self.system)
-        self.powers = {h.name: power for h in system.hedges if (power := _power(h.expression)) is not None}
 
     def write(self) -> tuple[str, list[Loss]]:
         """Return the text and the losses."""
         system = self.system
         self.reasons.extend(numerics.impossible(system))
         lines = [*self._head(), *self._variables(), "[Rules]"]
-        lines.extend(self._rule(i, rule) for i, rule in enumerate(system.rules, 1))
+        rules = WrittenRules(system, self.dialect, self.beyond_matlab, self.reasons, self.losses)
+        lines.extend(rules.line(i, rule) for i, rule in enumerate(system.rules, 1))
         if self.reasons:
             raise numerics.cannot(system, ".fis", self.reasons)
         self.losses.extend(numerics.unsaid_words(system, labels=False, title=False))
@@ -304,75 +295,6 @@ class _Writer:
             self._lose(f"term '{term.name}' of '{variable.name}'", what, "an average takes its middle only", exact=True)
         return Membership(kind="constant", arguments=(Number((low + high) / 2),))
 
-    # --- rules ---------------------------------------------------------------------------------------------------
-
-    def _rule(self, i: int, rule: Rule) -> str:
-        where = f"rule {i}"
-        connective, codes = self._antecedent(rule.antecedent, where)
-        if not codes and self.dialect == "fuzzylite" and not self.reasons:
-            # It reads no rule without a condition, and has a number for "any".
-            connective, codes = 1, {self._some_input(): "0.99" if connective == 1 else "-0.99"}
-        if_part = " ".join(codes.get(v.name, "0") for v in self.system.inputs)
-        then_part = " ".join(self._consequent(o, rule, where) for o in self.system.outputs)
-        return f"{if_part}, {then_part} ({number(numerics.value(self.system, rule.weight))}) : {connective}"
-
-    def _some_input(self) -> str:
-        return next((v for v in self.system.inputs if v.terms), self.system.inputs[0]).name
-
-    def _antecedent(self, antecedent: Antecedent, where: str) -> tuple[int, dict[str, str]]:
-        """Return the connective and the numbers of terms by variable."""
-        connective = 2 if isinstance(antecedent, Or) else 1
-        operands = antecedent.operands if isinstance(antecedent, And | Or) else (antecedent,)
-        codes: dict[str, str] = {}
-        for operand in _flat(operands, type(antecedent)):
-            literal = _literal(operand)
-            if literal is None:
-                self.reasons.append(f"{where} mixes 'and', 'or' and 'not' of groups")
-                continue
-            if literal.hedges == ("any",) and connective == 1:
-                continue
-            if literal.variable in codes:
-                self.reasons.append(f"{where} names '{literal.variable}' twice")
-            if literal.variable not in [v.name for v in self.system.inputs]:
-                self.reasons.append(f"{where} reads output '{literal.variable}'")
-                continue
-            if literal.hedges == ("not", "any"):
-                connective = 2
-                continue
-            variable = self.system.input(literal.variable)
-            codes[literal.variable] = self._code(variable, literal.term, literal.hedges, where)
-        return connective, codes
-
-    def _consequent(self, output: Output, rule: Rule, where: str) -> str:
-        found = [c for c in rule.consequents if c.output == output.name]
-        if not found:
-            return "0"
-        if len(found) > 1:
-            self.reasons.append(f"{where} sets '{output.name}' twice")
-        first: Consequent = found[0]
-        assert isinstance(first.term, str)
-        return self._code(output, first.term, first.hedges, where)
-
-    def _code(self, variable: LinguisticVariable, term: str, hedges: tuple[str, ...], where: str) -> str:
-        place = [t.name for t in variable.terms].index(term) + 1
-        sign = ""
-        while hedges and hedges[0] == "not":
-            sign, hedges = "" if sign else "-", hedges[1:]
-        fraction = self._fraction(hedges)
-        if fraction is None:
-            self.reasons.append(f"{where} has the hedges '{' '.join(hedges)}'")
-            return "0"
-        if fraction and self.beyond_matlab:
-            self._lose(where, f"hedges '{' '.join(hedges)}'", "MATLAB has none; Octave reads them")
-        return f"{sign}{place + fraction:f}" if fraction else f"{sign}{place}"
-
-    def _fraction(self, hedges: tuple[str, ...]) -> Decimal | None:
-        if hedges in _FRACTIONS:
-            return _FRACTIONS[hedges]
-        if len(hedges) == 1 and hedges[0] in self.powers and self.dialect != "fuzzylite":
-            return self.powers[hedges[0]] / 10
-        return None
-
 
 def _needs_octave(system: FuzzySystem) -> bool:
     """Whether a system has norms or hedges that MATLAB does not have, and Octave does."""
@@ -388,34 +310,6 @@ def _seems_of_another(text: str) -> bool:
     """Whether a file without a comment would be taken for one of another tool than MATLAB, for a word that it has."""
     source = SourceText("written.fis", text)
     return dialect_of(split(source, Findings(source)), hedged=False) != "matlab"
-
-
-def _flat(operands: tuple[Antecedent, ...], kind: type[Antecedent]) -> Iterator[Antecedent]:
-    """Yield the operands of a group, those of groups of the same kind within it as its own."""
-    for operand in operands:
-        if isinstance(operand, And | Or) and type(operand) is kind:
-            yield from _flat(operand.operands, kind)
-        else:
-            yield operand
-
-
-def _literal(antecedent: Antecedent) -> Is | None:
-    """Return a proposition, with `not` before it as its first hedge; None for a group."""
-    hedges: tuple[str, ...] = ()
-    while isinstance(antecedent, Not):
-        hedges, antecedent = (*hedges, "not"), antecedent.operand
-    if not isinstance(antecedent, Is):
-        return None
-    return antecedent.model_copy(update={"hedges": (*hedges, *antecedent.hedges)})
-
-
-def _power(expression: Expr) -> Decimal | None:
-    """Return k for a hedge x^k that the digits behind a point can say."""
-    match expression:
-        case Binary(op="^", left=Name(), right=Number(value=exponent)):
-            found = Decimal(repr(exponent))
-            return found if 0 < found < 10 and found == round(found, 6) else None
-    return None
 
 
 def _quoted(text: str) -> str:
