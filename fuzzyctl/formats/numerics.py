@@ -203,7 +203,7 @@ def impossible(system: FuzzySystem) -> Iterator[str]:
 
 
 def formula_sets(system: FuzzySystem) -> Iterator[str]:
-    """Yield terms of outputs that are sets written as formulas, which only FLL and fuzzylite's FIS have."""
+    """Yield terms of outputs that are sets written as formulas, which only FLL has."""
     for output in system.outputs:
         for term in output.terms:
             if term.membership.kind == "formula":

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Final, Literal, cast
+from typing import Final, cast
 
 from fuzzyctl.errors import Diagnostic
 from fuzzyctl.expr import Binary, BinaryOp, Call, Expr, Negate, Number, span_of
@@ -33,9 +33,11 @@ class _Formula:
         left = self._signed(depth)
         while (token := self._cursor.accept("*", "/", "%")) is not None:
             right = self._signed(depth)
-            joined = self._joined(cast(Literal["*", "/"], token.text), left, right)
-            place = self._cursor.span(token, token)
-            left = Call("%", (left, right), place) if token.text == "%" else joined
+            if token.text == "%":
+                self._count(right)
+                left = Call("%", (left, right), self._cursor.span(token, token))
+            else:
+                left = self._joined(cast(BinaryOp, token.text), left, right)
         return left
 
     def _signed(self, depth: int) -> Expr:
@@ -85,12 +87,16 @@ class _Formula:
         return Call(token.text.lower(), tuple(arguments), cursor.span(token))
 
     def _joined(self, op: BinaryOp, left: Expr, right: Expr) -> Expr:
-        self._operators += 1
+        self._count(right)
         place = span_of(left)
+        return Binary(op, left, right, self._from(place.start if place is not None else 0, right))
+
+    def _count(self, last: Expr) -> None:
+        """Count an operator by its right operand; there may not be any number of them."""
+        self._operators += 1
         if self._operators > _MOST_OPERATORS:
             message = f"the expression has more than {_MOST_OPERATORS} operators"
-            raise Slip(Diagnostic("FZ106", message, span_of(right) or place))
-        return Binary(op, left, right, self._from(place.start if place is not None else 0, right))
+            raise Slip(Diagnostic("FZ106", message, span_of(last)))
 
     def _from(self, start: int, last: Expr) -> Span:
         place = span_of(last)
