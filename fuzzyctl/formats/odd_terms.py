@@ -285,8 +285,6 @@ def _pi_shape(p: Values) -> _Found:
     behind = math.nextafter(left, math.inf)
     if left >= (right if falls else right_top):
         return _nothing
-    if not rises and not falls and behind < right_top:
-        return _step(behind, right_top, "a step up and a step down")
     if not rises and left <= right_top:
         parameters = (behind, behind, max(behind, right_top), right if falls else right_top)
         return Made("pi_shape", tuple(map(Number, parameters)), "a step at its left, and 0 at its foot")

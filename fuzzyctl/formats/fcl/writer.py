@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
-from fuzzyctl.expr import Expr, Name, number_text, replace_names
+from fuzzyctl.expr import Expr, Name, Number, number_text, replace_names
 from fuzzyctl.formats import numerics
 from fuzzyctl.formats.blocks import BlockPart, block_parts
 from fuzzyctl.formats.conditions import up_to_any
@@ -219,7 +219,9 @@ class _Writer:
         if membership.kind == "linear":
             inputs = [self.names.variables[i.name] for i in self._system.inputs]
             return linear_text(membership, values, inputs, self.dialect)
-        called: dict[str, Expr] = {old: Name(new) for old, new in self.names.variables.items()}
+        # At once: the new name of a variable may be that of a param.
+        called: dict[str, Expr] = {n: Number(v) for n, v in values.items()}
+        called |= {old: Name(new) for old, new in self.names.variables.items()}
         arguments = tuple(replace_names(a, called) for a in membership.arguments)
         return shape_text(membership.model_copy(update={"arguments": arguments}), values, self.dialect)
 

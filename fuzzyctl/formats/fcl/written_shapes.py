@@ -17,7 +17,6 @@ from fuzzyctl.expr import (
     evaluate,
     number_text,
     replace,
-    replace_names,
     to_text,
     walk,
 )
@@ -110,10 +109,10 @@ def _as_points(membership: Membership, given: Parameters, dialect: DialectName) 
 
 
 def shape_text(membership: Membership, values: Mapping[str, float], dialect: DialectName) -> str:
-    """Return what stands behind `TERM name :=`; expressions name variables as they are called in the file."""
+    """Return what stands behind `TERM name :=`; a formula names variables as the file calls them, and no params."""
     kind = membership.kind
     if kind == "function":
-        return f"{'Function' if dialect == 'fuzzylite' else 'FUNCTION'} {_formula(membership, values, dialect)}"
+        return f"{'Function' if dialect == 'fuzzylite' else 'FUNCTION'} {_formula(membership.arguments[0], dialect)}"
     given = numbers(membership, values)
     height = evaluate(membership.height, values)
     if kind in ("singleton", "constant"):
@@ -152,10 +151,9 @@ def linear_text(membership: Membership, values: Mapping[str, float], inputs: lis
     return "FUNCTION " + " + ".join([*products, number_text(given[-1])])
 
 
-def _formula(membership: Membership, values: Mapping[str, float], dialect: DialectName) -> str:
-    if dialect == "fuzzylite" and (text := formula(membership.arguments[0], values)) is not None:
+def _formula(expression: Expr, dialect: DialectName) -> str:
+    if dialect == "fuzzylite" and (text := formula(expression, {})) is not None:
         return text
-    expression = replace_names(membership.arguments[0], {n: Number(v) for n, v in values.items()})
 
     def worded(node: Expr) -> Expr:
         if isinstance(node, Negate):  # jFuzzyLogic has signs at numbers only

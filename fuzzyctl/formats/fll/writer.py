@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Final
 
-from fuzzyctl.expr import Expr, Name, number_text, replace_names
+from fuzzyctl.expr import Expr, Name, Number, number_text, replace_names
 from fuzzyctl.formats import numerics
 from fuzzyctl.formats.blocks import BlockPart, block_parts
 from fuzzyctl.formats.conditions import up_to_any
@@ -173,11 +173,9 @@ class _Writer:
     def _term(self, variable: LinguisticVariable, term: Term) -> str:
         membership = term.membership
         where = f"term '{term.name}' of '{variable.name}'"
-        if membership.kind == "formula":
-            membership = self._over_x(variable, membership, where)
-        if membership.kind == "function":
-            shown = self._of_place(variable, membership.arguments[0])
-            text = formula(shown, self.system.values, python=self.profile.name == "pyfuzzylite")
+        if membership.kind in ("function", "formula"):
+            shown = self._with_x(variable, membership, where)
+            text = formula(shown, {}, python=self.profile.name == "pyfuzzylite")
             if text is None:
                 self.reasons.append(f"{where} is a formula with a function that fuzzylite does not have")
             return f"Function {text}"
@@ -197,21 +195,19 @@ class _Writer:
             self.reasons.append(f"{where} is of the kind '{membership.kind}'")
         return found or ""
 
-    def _of_place(self, variable: LinguisticVariable, expr: Expr) -> Expr:
-        """Return a formula over an input with `x` for the input, by whose name fuzzylite 6 does not know it there."""
-        if isinstance(variable, Output) or self._is_variable("x"):
+    def _with_x(self, variable: LinguisticVariable, membership: Membership, where: str) -> Expr:
+        """Return a formula of numbers and variables: with `x` for the variable itself whose place it looks at.
+
+        Of an output fuzzylite knows that place as nothing else, and version 6 that of an input neither.
+        """
+        # Params first, all at once: one may be called `x`.
+        expr = replace_names(membership.arguments[0], {n: Number(v) for n, v in self.system.values.items()})
+        is_taken = any(v.name == "x" for v in (*self.system.inputs, *self.system.outputs))
+        if membership.kind == "formula" and is_taken:
+            self.reasons.append(f"{where} is a formula of the output, and a variable is called 'x'")
+        if is_taken or (isinstance(variable, Output) and membership.kind == "function"):
             return expr
         return replace_names(expr, {variable.name: Name("x")})
-
-    def _is_variable(self, name: str) -> bool:
-        return any(v.name == name for v in (*self.system.inputs, *self.system.outputs))
-
-    def _over_x(self, variable: LinguisticVariable, membership: Membership, where: str) -> Membership:
-        """Return a set of an output as a formula of `x`, as which fuzzylite knows the place that it looks at."""
-        if self._is_variable("x"):
-            self.reasons.append(f"{where} is a formula of the output, and a variable is called 'x'")
-        formula = replace_names(membership.arguments[0], {variable.name: Name("x")})
-        return membership.model_copy(update={"kind": "function", "arguments": (formula,)})
 
     def _is_averaged(self, output: Output, term: Term) -> bool:
         """Whether a term is a set that counts with its middle only."""

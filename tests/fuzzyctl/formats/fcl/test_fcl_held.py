@@ -93,3 +93,11 @@ def test_formulas_for_fuzzylite_have_no_signs_before_operands_which_it_cannot_re
     back, diagnostics = read(SourceText("t.fcl", text))
     assert back is not None, render_all(diagnostics)
     assert back(x=0.5) == pytest.approx(system(x=0.5), rel=1e-15)
+
+
+@pytest.mark.parametrize("semantics", ["fuzzylite", "jfuzzylogic"])
+def test_a_variable_that_gets_the_name_of_a_param_is_not_taken_for_it(semantics):
+    text = TWO.format("triangle(0, 4, 10)", "function(sigma * x)").replace("x", "σ")
+    system = loads(text.replace("defuzzifier", f"semantics {semantics}\nparam sigma = 3\ndefuzzifier", 1))
+    written, _ = write(system)
+    assert "(3 * sigma)" in written if semantics == "fuzzylite" else "FUNCTION 3 * sigma" in written

@@ -311,3 +311,10 @@ def test_names_beyond_ascii_are_spelt(name, written):
     x = minimal().inputs[0].model_copy(update={"name": name})
     rule = Rule(antecedent=Is(variable=name, term="a"), consequents=minimal().blocks[0].consequents)
     assert f"  {written} : REAL;" in write(minimal(inputs=(x,), blocks=(rule,)))[0]
+
+
+def test_a_pi_shape_without_sides_is_one_again():
+    text = "system s\nsemantics fuzzylite\ninput a in [0, 1] extrapolate\n  low = gaussian(0, 1)\n"
+    text += "output f in [0, 1] else nan\n  low = pi_shape(0, 0, 1, 1)\nif a is low then f is low\n"
+    system = loads(text)
+    assert read_back(write(system)[0]).outputs == system.outputs

@@ -261,3 +261,8 @@ def test_formulas_of_an_input_call_it_x_since_fuzzylite_6_knows_no_other_name_of
 def test_they_keep_the_name_beside_a_variable_that_is_called_x():
     text = FORMULA.format("heat").replace("output y", "output x").replace("then y", "then x")
     assert "  term: a Function exp((0 - (heat ^ 2)))\n" in write(loads(text))[0]
+
+
+def test_a_param_that_is_called_x_is_not_the_variable():
+    text = FORMULA.format("heat").replace("input", "param x = 2\ninput", 1).replace("exp(-heat^2)", "x^(-heat)")
+    assert "  term: a Function (2 ^ (0 - x))\n" in write(loads(text))[0]
