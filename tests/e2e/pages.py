@@ -1,0 +1,219 @@
+"""The pages of docs/ and README.md: their examples, and what runs them.
+
+How an example is written:
+
+- ```console: `$ command` lines run one after the other in the page's folder; what stands below a command must be what
+  it prints, standard output and standard error together, where `...` matches anything. A command that fails must be
+  followed by `$ echo $?`, so that the reader sees it too.
+- ```python: doctests where it begins with `>>>`, otherwise plain code; one namespace a page.
+- `<!-- file: NAME -->` before a block of any kind: the block is a file that the commands find, and is not run.
+- ```fz without a file name: a whole system must pass `fuzzyctl check`; a fragment is completed first (`completed`).
+- ```toml without a file name must be TOML; ```text and ```json are read by people only.
+- ``` without a language is ```fz where it begins with `system`.
+
+Each page begins in an empty folder with a copy of the shipped rules/.
+"""
+
+from __future__ import annotations
+
+import doctest
+import os
+import re
+import subprocess
+import sysconfig
+import tomllib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from fuzzyctl import errors
+from fuzzyctl.checking import check_source
+from fuzzyctl.lang import syntax
+from fuzzyctl.lang.parser import parse
+from fuzzyctl.source import SourceText
+
+ROOT = Path(__file__).resolve().parents[2]
+DOCS = ROOT / "docs"
+PAGES = [*sorted(DOCS.rglob("*.md")), ROOT / "README.md"]
+
+#: The lines of README that make the environment the tests run in.
+SET_UP = "python3 -m venv"
+
+
+@dataclass(frozen=True)
+class Block:
+    """A fenced block: where it begins, its language, its text, and the file it is to be written to."""
+
+    line: int
+    language: str
+    text: str
+    file: str
+
+
+def blocks(page: Path) -> Iterator[Block]:
+    """Yield the fenced blocks of a page."""
+    lines = iter(enumerate(page.read_text(encoding="utf-8").splitlines(), start=1))
+    file = ""
+    for number, line in lines:
+        if match := re.fullmatch(r"<!-- file: (\S+) -->", line.strip()):
+            file = match[1]
+        elif match := re.match(r"( *)```(\w*)", line):
+            indent, content = len(match[1]), []
+            for _, inner in lines:
+                if inner.strip() == "```":
+                    break
+                content.append(inner[indent:])
+            else:
+                raise ValueError(f"{page}:{number}: the block is not closed")
+            yield Block(number, match[2], "\n".join(content) + "\n", file)
+            file = ""
+        elif line.strip():
+            file = ""
+
+
+class Session:
+    """Runs the blocks of one page in one folder."""
+
+    def __init__(self, page: Path, folder: Path) -> None:
+        self.page, self.folder = page, folder
+        self.names: dict[str, Any] = {"__name__": "__docs__"}
+        self.status = 0
+
+    def run(self, block: Block) -> None:
+        """Run one block."""
+        if block.file:
+            path = self.folder / block.file
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(block.text, encoding="utf-8")
+            if block.language != "fz":
+                return
+        if SET_UP in block.text:
+            return
+        action = getattr(self, f"run_{block.language}", None)
+        assert action is not None, f"{self.where(block)}: no rule for a block of language '{block.language}'"
+        action(block)
+
+    def where(self, block: Block) -> str:
+        """Return the place of a block."""
+        return f"{self.page.relative_to(ROOT)}:{block.line}"
+
+    def run_text(self, block: Block) -> None:
+        """Leave what is for people only."""
+
+    run_json = run_text
+
+    def run_(self, block: Block) -> None:
+        """Run a block without a language, as README has them for its first lines."""
+        if block.text.startswith("system "):
+            self.run_fz(block)
+
+    def run_toml(self, block: Block) -> None:
+        """Read it."""
+        tomllib.loads(block.text)
+
+    def run_fz(self, block: Block) -> None:
+        """Check a whole system, or a fragment within one. Files may hold mistakes: a command shows them."""
+        if block.file:
+            return
+        _, found = check_source(SourceText(self.where(block), completed(block.text)), guarantees=False)
+        mistakes = [d for d in found if d.severity == "error"]
+        assert not mistakes, errors.render_all(mistakes)
+
+    def run_python(self, block: Block) -> None:
+        """Run doctests or plain code."""
+        if not block.text.startswith(">>> "):
+            exec(compile(block.text, self.where(block), "exec"), self.names)
+            return
+        test = doctest.DocTestParser().get_doctest(block.text, self.names, self.where(block), None, 0)
+        report: list[str] = []
+        runner = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS, verbose=False)
+        runner.run(test, out=report.append, clear_globs=False)
+        self.names.update(test.globs)
+        assert not runner.failures, "".join(report)
+
+    def run_console(self, block: Block) -> None:
+        """Run the commands and compare what they print."""
+        parts = re.split(r"^\$ ", block.text, flags=re.MULTILINE)
+        assert not parts[0].strip(), f"{self.where(block)}: a console block begins with '$ '"
+        for part in parts[1:]:
+            command, _, wanted = part.partition("\n")
+            while command.endswith("\\"):
+                more, _, wanted = wanted.partition("\n")
+                command = f"{command[:-1]}{more.removeprefix('>')}"
+            if command != "echo $?":
+                assert self.status == 0, f"{self.where(block)}: the command before '{command}' left with {self.status}"
+            got = self.shell(command)
+            same = doctest.OutputChecker().check_output(_trimmed(wanted), _trimmed(got), doctest.ELLIPSIS)
+            assert same, f"{self.where(block)}: $ {command}\n--- the page says\n{wanted}--- it printed\n{got}"
+
+    def shell(self, command: str) -> str:
+        """Run one command of a shell session and return what it prints."""
+        environment = {k: v for k, v in os.environ.items() if k not in ("PYTHONWARNINGS", "FORCE_COLOR")}
+        scripts = os.pathsep.join([sysconfig.get_path("scripts"), os.environ.get("PATH", "")])
+        environment |= {"PATH": scripts, "NO_COLOR": "1", "COLUMNS": "160", "MPLBACKEND": "Agg", "PYTHONUTF8": "1"}
+        done = subprocess.run(
+            ["/bin/sh", "-c", f"(exit {self.status}); {command}"],
+            cwd=self.folder,
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            timeout=300,
+            check=False,
+        )
+        self.status = done.returncode
+        return done.stdout.decode()
+
+    def end(self) -> None:
+        """Refuse a last command that failed unseen."""
+        assert self.status == 0, f"the last command left with {self.status}; show it with '$ echo $?'"
+
+
+def _trimmed(text: str) -> str:
+    return "\n".join(line.rstrip() for line in text.splitlines()).strip("\n") + "\n"
+
+
+def completed(text: str) -> str:
+    """Complete a fragment of a rule file to a whole system.
+
+    Whatever the fragment does not declare is added: `system example`, the inputs `e` and `de` and the output `u`, each
+    with the terms N, Z and P over [-1, 1], and rules that use every term of the output.
+    """
+    tree, _ = parse(SourceText("fragment", text))
+    kinds = {type(s) for s in tree.statements}
+    inputs = [s for s in tree.statements if isinstance(s, syntax.Variable) and s.keyword.text == "input"]
+    outputs = [s for s in tree.statements if isinstance(s, syntax.Variable) and s.keyword.text == "output"]
+    added = []
+    if syntax.System not in kinds:
+        added.append("system example")
+    if not inputs:
+        added += ["input e in [-1, 1]", "terms N Z P", "input de in [-1, 1]", "terms N Z P"]
+    if not outputs:
+        added += ["output u in [-1, 1] else 0", "terms N Z P"]
+    if not kinds & {syntax.Rule, syntax.Table}:
+        head = "e is N"
+        if inputs:
+            head = f"{inputs[0].name.text} is {_terms(inputs[0])[0]}"
+        for name, terms in [(o.name.text, _terms(o)) for o in outputs] or [("u", ["N", "Z", "P"])]:
+            added += [f"if {head} then {name} is {term}" for term in terms]
+            added.append(f"if not {head} then {name} is {terms[0]}")
+    return "\n".join([text.rstrip("\n"), *added, ""])
+
+
+def _terms(variable: syntax.Variable) -> list[str]:
+    names: list[str] = []
+    for line in variable.terms:
+        names += [i.name.text for i in line.items] if isinstance(line, syntax.TermsLine) else [line.name.text]
+    return names
+
+
+def without_code(page: Path) -> str:
+    text = page.read_text(encoding="utf-8")
+    return re.sub(r"^( *)```.*?^ *```$", "", text, flags=re.MULTILINE | re.DOTALL)
+
+
+def anchors(page: Path) -> set[str]:
+    headings = re.findall(r"^#+ (.+)$", without_code(page), flags=re.MULTILINE)
+    plain = [re.sub(r"[^\w\- ]", "", h.replace("`", "").lower()) for h in headings]
+    return {h.replace(" ", "-") for h in plain}

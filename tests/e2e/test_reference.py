@@ -1,0 +1,140 @@
+"""Holds the reference pages to the code that they describe."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Any, get_args
+
+import click
+import pytest
+from pydantic import BaseModel
+
+import fuzzyctl
+from dwmr.cli.main import main as dwmr_commands
+from dwmr.scenario import Scenario
+from fuzzyctl import build, errors, expr, formulas
+from fuzzyctl.assembly import MAX_FILES
+from fuzzyctl.cli.main import main as fuzzyctl_commands
+from fuzzyctl.lang import syntax
+from fuzzyctl.lang.builder import MAX_NAME
+from fuzzyctl.lang.grammar import grammar_text
+from fuzzyctl.model.method import ACTIVATIONS, DEFUZZIFIERS, Grid
+from fuzzyctl.model.profiles import PROFILES
+from fuzzyctl.model.variable import Fallback
+from fuzzyctl.resolve.claims import FORMS
+from fuzzyctl.resolve.defuzzifiers import RESOLUTIONS
+from fuzzyctl.resolve.rules import MAX_OUTPUTS, MAX_RULES
+from fuzzyctl.resolve.variables import MAX_TERMS
+from tests.e2e.pages import DOCS, ROOT, without_code
+
+
+def _reference(name: str) -> str:
+    return (DOCS / "reference" / name).read_text(encoding="utf-8")
+
+
+def _options(text: str) -> set[str]:
+    return set(re.findall(r"(?<![\w-])--?[a-z][\w-]*", text))
+
+
+class TestReference:
+    """The reference pages name what there is, and nothing else."""
+
+    def test_the_index_links_every_page(self) -> None:
+        # The pages of the diagnostic codes hang below their own index.
+        indexes = [DOCS / "index.md", DOCS / "reference" / "diagnostics.md"]
+        linked = {
+            (index.parent / t).resolve()
+            for index in indexes
+            for t in re.findall(r"\]\(([^)#]+)", index.read_text(encoding="utf-8"))
+        }
+        assert {p for p in DOCS.rglob("*.md") if p.name != "index.md"} <= linked
+
+    def test_every_diagnostic_code_is_listed_with_its_title(self) -> None:
+        form = r"^\| \[(FZ\d{3})\]\(diagnostics/\1\.md\) \| ([^|]+?) \|"
+        rows = dict(re.findall(form, _reference("diagnostics.md"), flags=re.MULTILINE))
+        assert rows == errors.CODES
+
+    @pytest.mark.parametrize("program", ["fuzzyctl", "dwmr"])
+    def test_the_options_of_every_command_are_those_it_has(self, program: str) -> None:
+        group = {"fuzzyctl": fuzzyctl_commands, "dwmr": dwmr_commands}[program]
+        assert isinstance(group, click.Group)
+        sections = dict(re.findall(r"^## (.+?)\n(.*?)(?=^## |\Z)", _reference("commands.md"), flags=re.M | re.S))
+        described = {title.strip("`") for title in sections if title.startswith(f"`{program} ")}
+        assert described == {f"{program} {name}" for name in group.commands}
+        for name, command in group.commands.items():
+            text = re.sub(r"^```.*?^```$", "", sections[f"`{program} {name}`"], flags=re.M | re.S)
+            has = {o for p in command.params if isinstance(p, click.Option) for o in p.opts}
+            rows = "\n".join(re.findall(r"^\| (`-.*?) \|", text, flags=re.MULTILINE))
+            assert _options(rows) == has, f"{program} {name}"
+            assert _options(text) == has, f"{program} {name}"
+
+    def test_every_public_name_is_described(self) -> None:
+        text = _reference("api.md")
+        assert [n for n in fuzzyctl.__all__ if f"`{n}" not in text and f".{n}" not in text] == []
+
+    def test_every_word_of_the_language_is_described(self) -> None:
+        keywords = re.findall(r"^[A-Z_]+\.\d: /(\w+)", grammar_text(), flags=re.MULTILINE)
+        assert set(syntax.STATEMENT_KEYWORDS) <= set(keywords)
+        words = [
+            *keywords,
+            *syntax.RESERVED,
+            *formulas.CONJUNCTIONS,
+            *formulas.DISJUNCTIONS,
+            *formulas.IMPLICATIONS,
+            *formulas.AGGREGATIONS,
+            *formulas.HEDGES,
+            *ACTIVATIONS,
+            *DEFUZZIFIERS,
+            *PROFILES,
+            *FORMS,
+            *get_args(Fallback),
+            *get_args(Grid),
+            *expr.FUNCTIONS,
+            *expr.CONSTANTS,
+        ]
+        page = without_code(DOCS / "reference" / "language.md")
+        shown = set(re.findall(r"\w+", " ".join(re.findall(r"`([^`\n]+)`", page))))
+        assert [w for w in words if w not in shown] == []
+
+    def test_every_membership_function_is_described_with_its_parameters(self) -> None:
+        rows = dict(re.findall(r"^\| `(\w+)\(([^`]*)\)` \|", _reference("language.md"), flags=re.MULTILINE))
+        for name, formula in formulas.MEMBERSHIP.items():
+            assert rows[name].startswith(", ".join(formula.parameters)), name
+            assert rows[name].endswith("...") == formula.variadic, name
+
+    def test_every_hedge_is_described_with_its_formula(self) -> None:
+        rows = dict(re.findall(r"^\| `(\w+)` \| ([^|]+) \|$", _reference("language.md"), flags=re.MULTILINE))
+        assert {name: rows.get(name) for name in formulas.HEDGES} == formulas.HEDGE_SUMMARIES
+
+    def test_the_limits_are_those_of_the_code(self) -> None:
+        text = _reference("language.md").split("## Limits")[1].split("##")[0].replace("\u00a0", " ")
+        limits = [expr.MAX_DEPTH, MAX_NAME, MAX_TERMS, MAX_OUTPUTS, MAX_RULES, MAX_FILES, RESOLUTIONS[1]]
+        assert [n for n in limits if f"| {n:,}".replace(",", " ") not in text and f"| {n}" not in text] == []
+
+    def test_every_name_of_the_build_module_is_described(self) -> None:
+        text = _reference("api.md")
+        assert [n for n in build.__all__ if f"`build.{n}(" not in text] == []
+
+    def test_every_shipped_rule_file_is_described(self) -> None:
+        text = _reference("rule-files.md")
+        assert [p.name for p in (ROOT / "rules").glob("*.fz") if f"## `{p.name}`" not in text] == []
+
+    def test_every_key_of_a_scenario_is_described(self) -> None:
+        text = _reference("scenario.md")
+        assert [k for k in sorted(set(_keys(Scenario))) if f"`{k}`" not in text] == []
+
+
+def _keys(model: type[BaseModel]) -> Iterator[str]:
+    """Yield the keys of a scenario's section and of those below it."""
+    for name, field in model.model_fields.items():
+        yield name
+        for below in _models(field.annotation):
+            yield from _keys(below)
+
+
+def _models(annotation: Any) -> Iterator[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for argument in getattr(annotation, "__args__", ()):
+        yield from _models(argument)
