@@ -11,6 +11,7 @@ from fuzzyctl.formats.registry import FORMATS
 from fuzzyctl.kernels.compile import degrees
 from fuzzyctl.loading import examine
 from fuzzyctl.source import SourceText
+from tests.fuzzyctl.formats.one_term import FLL
 
 PLACES = [0.0, 0.5, 1.0, 1.5, 2.0, 3.0]
 
@@ -26,20 +27,6 @@ MEASURED = {
     "1 0 1 1": ("0 0 1 1 1 1", "0 0 0 1 1 1"),
     "1 0.5 1 1 2 1 2 0.5": ("0.5 0.5 1 1 0.5 0.5", "0.5 0.5 0.5 1 0.5 0.5"),
 }
-
-FLL = """Engine: e
-InputVariable: a
-  range: 0 5
-  term: t {}
-OutputVariable: y
-  range: 0 5
-  aggregation: Maximum
-  defuzzifier: Centroid 100
-  term: t {}
-RuleBlock: r
-  implication: Minimum
-  rule: if a is t then y is t
-"""
 
 
 def read(text, name="t.fll"):

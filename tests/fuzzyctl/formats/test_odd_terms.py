@@ -13,6 +13,7 @@ from fuzzyctl.kernels.compile import degrees
 from fuzzyctl.loading import examine
 from fuzzyctl.model.variable import Membership, Term
 from fuzzyctl.source import SourceText
+from tests.fuzzyctl.formats.one_term import FLL
 
 PLACES = [0.0, 0.5, 1.0, 1.5, 1.75, 2.0, 2.25, 2.5, 3.0, 3.5, 4.0, 5.0]
 
@@ -76,20 +77,6 @@ OF_OUTPUTS = [
     *("PiShape 1 1 2 2", "PiShape 1 1 3 inf", "PiShape 1 1 2 3 0.5", "Discrete 2 0.25", "Rectangle -inf inf"),
     "Binary -inf 0",
 ]
-
-FLL = """Engine: e
-InputVariable: a
-  range: 0 5
-  term: t {}
-OutputVariable: y
-  range: 0 5
-  aggregation: Maximum
-  defuzzifier: Centroid 100
-  term: t {}
-RuleBlock: r
-  implication: Minimum
-  rule: if a is t then y is t
-"""
 
 FCL = """FUNCTION_BLOCK f
 VAR_INPUT a: REAL; END_VAR
