@@ -6,6 +6,7 @@ from typing import Any, Final
 
 from fuzzyctl.kernels.algorithm import algorithm_of
 from fuzzyctl.kernels.defuzzify import closed_form
+from fuzzyctl.kernels.effort import MOST_OPERATIONS, operations
 from fuzzyctl.kernels.plan import Plan, plan
 from fuzzyctl.kernels.program import Accumulate, Assign, Fold, Locate, Program
 from fuzzyctl.model.method import MAXIMA, TSUKAMOTO
@@ -32,6 +33,7 @@ def planned(system: FuzzySystem) -> dict[str, Any]:
     """Return the algorithm of a system, its reason, and what its programs consist of."""
     flat = plan(system)
     chosen = algorithm_of(flat)
+    count = operations(chosen.point)
     return {
         "system": system.name,
         "algorithm": chosen.name,
@@ -44,6 +46,8 @@ def planned(system: FuzzySystem) -> dict[str, Any]:
         "outputs": [_output(flat, k) for k in range(len(flat.outputs))],
         "one_point": _program(chosen.point),
         "many_points": _program(chosen.many),
+        "operations": count,
+        "is_compiled": count <= MOST_OPERATIONS,
     }
 
 
@@ -87,4 +91,6 @@ def plan_text(data: dict[str, Any]) -> str:
         parts = data[key]
         counts = [f"{count} {name.replace('_', ' ')}" for name, count in parts.items() if count]
         lines.append(f"  {what}: {', '.join(counts)}")
+    if not data["is_compiled"]:
+        lines.append(f"  {data['operations']:,} operations would take numba long: backend 'auto' takes numpy")
     return "\n".join(lines)

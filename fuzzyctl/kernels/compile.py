@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fuzzyctl.errors import ArgumentError, BackendUnavailableError, UnknownNameError
 from fuzzyctl.kernels import inference
-from fuzzyctl.kernels.algorithm import ALGORITHMS
+from fuzzyctl.kernels.algorithm import ALGORITHMS, algorithm_of
 from fuzzyctl.kernels.arguments import float_array
+from fuzzyctl.kernels.effort import MOST_OPERATIONS, operations
 from fuzzyctl.kernels.kernel import Kernel
-from fuzzyctl.kernels.plan import plan, planned_set
+from fuzzyctl.kernels.plan import Plan, plan, planned_set
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import LinguisticVariable, Term
 
@@ -37,7 +38,8 @@ def compile(system: FuzzySystem, backend: str = "auto", *, algorithm: str = "aut
         system: A well-formed system.
         backend: "numba"; "numpy", which evaluates arrays with numpy and single points with generated Python; "python",
             which loops over the points of an array with the same Python; or "auto", which is numba where it can be
-            imported, else numpy, and a warning says so once. Once it is compiled by numba, calls of the system by name
+            imported, else numpy, and a warning says so once. Of systems that numba would take longer over than most
+            programs run, "auto" is numpy too (`effort`). Once it is compiled by numba, calls of the system by name
             use that.
         algorithm: "auto", "interpolation" or "rules"; all compute the same, up to rounding.
 
@@ -54,10 +56,18 @@ def compile(system: FuzzySystem, backend: str = "auto", *, algorithm: str = "aut
             raise ArgumentError(f"the {what} must be one of {', '.join(known)}, got {type(given).__name__}")
         if given not in known:
             raise UnknownNameError(what, given, known)
-    kernel = Kernel(plan(system), _resolve(backend), algorithm)
+    planned, chosen = plan(system), _resolve(backend)
+    if backend == "auto" and chosen == "numba" and takes_long(planned, algorithm):
+        chosen = "numpy"  # which has no wait
+    kernel = Kernel(planned, chosen, algorithm)
     if kernel.backend == "numba" and algorithm == "auto":
         _remember(system, "python", kernel)
     return kernel
+
+
+def takes_long(planned: Plan, algorithm: str = "auto") -> bool:
+    """Return whether numba takes so long over a system that "auto" leaves it alone."""
+    return operations(algorithm_of(planned, algorithm).point) > MOST_OPERATIONS
 
 
 def _resolve(backend: str) -> str:

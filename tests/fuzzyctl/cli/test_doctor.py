@@ -92,6 +92,12 @@ class TestPlan:
         assert "tipper: rules\n  it evaluates all rules: not all defuzzifiers are averages over rules\n" in output
         assert "tip: centroid in closed form" in output
 
+    def test_says_where_numba_would_take_long(self, run, monkeypatch):
+        file = str(rules_folder() / "tipper.fz")
+        assert "numba" not in run("show", "--plan", file).output
+        monkeypatch.setattr("fuzzyctl.cli.planned.MOST_OPERATIONS", 20)
+        assert "operations would take numba long: backend 'auto' takes numpy\n" in run("show", "--plan", file).output
+
     def test_is_data_for_programs(self, run):
         data = json.loads(run("show", "--plan", "--format", "json", str(rules_folder() / "fcafsmc.fz")).output)
         assert (data["algorithm"], data["reason"], data["states"]) == ("rules", "it has a state", 7)

@@ -14,10 +14,27 @@ from fuzzyctl.errors import (
     NoRuleFiresError,
     UnknownNameError,
 )
+from fuzzyctl.kernels.algorithm import algorithm_of
 from fuzzyctl.kernels.compile import call_by_name
 from fuzzyctl.kernels.compile import compile as compile_system
+from fuzzyctl.kernels.effort import operations
+from fuzzyctl.kernels.plan import plan
 
 BACKENDS = ("python", "numpy", "numba")
+
+
+def curves(terms, corners=50):
+    """A system of two inputs whose terms are measured curves of many corners each."""
+    places = [2.0 * k / (corners - 1) for k in range(corners)]
+    lines = ["system s", "and min", "defuzzifier weighted_average"]
+    for name in "xy":
+        lines.append(f"input {name} in [0, {terms}]")
+        for t in range(terms):
+            numbers = ", ".join(f"{t + p}, {round(math.sin(1.5 * p) ** 2, 6)}" for p in places)
+            lines.append(f"  t{t} = piecewise({numbers})")
+    lines += ["output u in [0, 1] else nan", "  a = constant(0)", "  b = constant(1)"]
+    lines += [f"if x is t{t} and y is t{t} then u is {'ab'[t % 2]}" for t in range(terms)]
+    return loads("\n".join(lines))
 
 
 class TestCompile:
@@ -60,6 +77,22 @@ class TestCompile:
     def test_numba_is_named_when_it_is_asked_for_and_absent(self, ais):
         with pytest.raises(BackendUnavailableError, match="numba"):
             compile_system(ais, "numba")
+
+    def test_auto_leaves_to_numpy_what_numba_would_take_long_over(self, ais, monkeypatch):
+        assert compile_system(curves(30)).backend == "numpy"  # not compiled here, which would take half a minute
+        assert compile_system(ais).backend == "numba"
+        count = operations(algorithm_of(plan(ais)).point)
+        monkeypatch.setattr(compile_module, "MOST_OPERATIONS", count - 1)
+        assert compile_system(ais).backend == "numpy"
+        monkeypatch.setattr(compile_module, "MOST_OPERATIONS", count)
+        assert compile_system(ais).backend == "numba"
+
+    def test_operations_grow_with_what_compilers_read_and_not_with_what_loops_run(self):
+        few, many = (operations(algorithm_of(plan(curves(k))).point) for k in (5, 10))
+        assert 1.8 * few < many < 2.2 * few
+        # Curves of more corners are searched in a loop, whatever their number.
+        searched = [operations(algorithm_of(plan(curves(5, corners=k))).point) for k in (100, 200)]
+        assert searched[0] == searched[1] < few
 
     @pytest.mark.usefixtures("no_numba")
     def test_auto_survives_a_missing_numba_and_says_so_once(self, ais):
