@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise, product
+from itertools import product
 from typing import TYPE_CHECKING, Any, Final
 
 from fuzzyctl.analysis.coverage import uncovered_of
-from fuzzyctl.analysis.intervals import Interval, enclose
 from fuzzyctl.codegen.digits import at_most
 from fuzzyctl.codegen.errors import CodegenError
+from fuzzyctl.codegen.table_error import enclosed
 from fuzzyctl.errors import NoRuleFiresError
-from fuzzyctl.expr import Call, Expr, Number, Where, replace
-from fuzzyctl.kernels import inference, python_backend
+from fuzzyctl.kernels import python_backend
 from fuzzyctl.kernels.algorithm import Algorithm
 from fuzzyctl.kernels.grid import Grid, Table
 from fuzzyctl.kernels.plan import Plan
-from fuzzyctl.kernels.program import Accumulate, Assign, Item, Program, Refuse
 
 if TYPE_CHECKING:
     import numpy as np
@@ -30,9 +28,6 @@ if TYPE_CHECKING:
 MOST_ENTRIES: Final = 1 << 16
 #: Most corners of the boxes on which a table and an interpolating system are both multilinear.
 _MOST_CORNERS: Final = 1 << 22
-#: Most interval operations for the bound of a table, a few seconds; and most parts that a cell is cut into.
-_MOST_OPERATIONS: Final = 400_000
-_MOST_PARTS: Final = 16
 #: A bound beyond this part of an output's span says nothing.
 USEFUL: Final = 0.5
 
@@ -76,7 +71,7 @@ def tabulated(algorithm: Algorithm, points: int) -> Tabulated:
     if grid is not None and not any(t.weight for t in grid.outputs):
         errors, proof = _compared(grid, found), "exact, at all corners of both partitions"
     else:
-        errors, proof = _enclosed(flat, found), "by interval analysis of each cell"
+        errors, proof = enclosed(flat, found), "by interval analysis of each cell"
     for output, own, error in zip(flat.outputs, values, errors, strict=True):
         span = max(output.upper - output.lower, max(own) - min(own))
         if not error <= USEFUL * span:
@@ -164,101 +159,3 @@ def _at(values: Sequence[float], knots: Sequence[Sequence[float]], places: Seque
         weights = np.array([np.interp(at, own, row) for row in np.eye(len(own))]).reshape(len(own), len(at))
         found = np.moveaxis(np.tensordot(found, weights, axes=(axis, 0)), -1, axis)
     return found
-
-
-# --- others: intervals ---------------------------------------------------------------------------------------------
-
-
-def _enclosed(flat: Plan, table: Grid) -> tuple[float, ...]:
-    """Bound the error cell by cell: the system lies in an interval, the table between its corners."""
-    program = _certain(flat)
-    sizes = [len(k) - 1 for k in table.knots]
-    budget = _MOST_OPERATIONS / max(1, math.prod(sizes) * _cost(program))
-    if budget < 1.0:
-        raise CodegenError("the error of the table is not bounded: the system is too large for interval analysis")
-    parts = min(_MOST_PARTS, max(1, math.floor(budget ** (1.0 / len(sizes)))))
-    axes = [list(pairwise(refined(k, parts))) for k in table.knots]
-    corners = [_at(t.value, table.knots, [refined(k, parts) for k in table.knots]) for t in table.outputs]
-    worst = [0.0] * len(table.outputs)
-    for cell in product(*(range(len(a)) for a in axes)):
-        box = dict.fromkeys(program.arguments, (0.0, 0.0))
-        box |= {program.arguments[i]: axes[d][k] for d, (i, k) in enumerate(zip(table.inputs, cell, strict=True))}
-        where = tuple(slice(k, k + 2) for k in cell)
-        for o, (low, high) in enumerate(enclosed(program, box)):
-            own = corners[o][where]
-            worst[o] = max(worst[o], high - float(own.min()), float(own.max()) - low)
-    return tuple(w + 1e-12 * max(map(abs, t.value)) for w, t in zip(worst, table.outputs, strict=True))
-
-
-def refined(knots: Sequence[float], parts: int) -> list[float]:
-    """Return knots with some more between each two."""
-    inner = [a + (b - a) * (k / parts) for a, b in pairwise(knots) for k in range(parts)]
-    return sorted({*inner, knots[-1]})
-
-
-def _certain(flat: Plan) -> Program:
-    """Return the program of all rules without the branches in which an output has no value."""
-    program = inference.evaluation(flat)
-
-    def change(node: Expr) -> Expr:
-        match node:
-            case Where(then=Number(value=value), otherwise=other) if math.isnan(value):
-                return other
-            case Where(then=own, otherwise=Number(value=value)) if math.isnan(value):
-                return own
-            case Call(function="clip", arguments=(x, low, high)):
-                return Call("max", (Call("min", (x, high)), low))
-        return node
-
-    def statement(own: Any) -> Any:
-        match own:
-            case Assign(name=name, value=value):
-                return Assign(name, replace(value, change))
-            case Accumulate(count=count, counter=counter, body=body, sums=sums):
-                return Accumulate(count, counter, tuple(map(statement, body)), tuple(map(statement, sums)))
-        return own
-
-    body = tuple(statement(s) for s in program.body)
-    return Program(program.arguments, 0, program.tables, body, tuple(replace(r, change) for r in program.results))
-
-
-def _cost(program: Program) -> int:
-    return sum(s.count * (len(s.body) + len(s.sums)) if isinstance(s, Accumulate) else 1 for s in program.body)
-
-
-def enclosed(program: Program, box: Mapping[str, Interval]) -> list[Interval]:
-    """Return an interval for each result of a program while its arguments run through a box.
-
-    Raises:
-        CodegenError: For statements that have no interval.
-    """
-    names, tables = dict(box), dict(program.tables)
-    for statement in program.body:
-        match statement:
-            case Assign(name=name, value=value):
-                names[name] = enclose(value, names)
-            case Accumulate(sums=sums):
-                totals = {s.name: (0.0, 0.0) for s in sums}
-                for own in _entries(statement, tables):
-                    for s in own.body:
-                        names[s.name] = enclose(s.value, names)
-                    for s in own.sums:
-                        low, high = enclose(s.value, names)
-                        totals[s.name] = (totals[s.name][0] + low, totals[s.name][1] + high)
-                names |= totals
-            case Refuse():
-                pass  # it has been proved that some rule fires
-            case _:
-                raise CodegenError(f"the error of the table is not bounded: no interval of {type(statement).__name__}")
-    return [enclose(r, names) for r in program.results]
-
-
-def _entries(loop: Accumulate, tables: Mapping[str, Sequence[float]]) -> Iterator[Accumulate]:
-    """Yield a loop entry by entry, with the numbers of its tables put in."""
-    for k in range(loop.count):
-
-        def change(node: Expr, k: int = k) -> Expr:
-            return Number(tables[node.array][k]) if isinstance(node, Item) and node.index == loop.counter else node
-
-        body = tuple(Assign(s.name, replace(s.value, change)) for s in loop.body)
-        yield Accumulate(1, loop.counter, body, tuple(Assign(s.name, replace(s.value, change)) for s in loop.sums))

@@ -80,6 +80,18 @@ class TestError:
         assert all(worst(u)[0] <= b for u, b in zip(units, bounds, strict=True))
         assert bounds[2] < 0.01
 
+    def test_of_a_table_of_diagonals_is_near_what_is_attained(self):
+        names = "NB NS ZO PS PB".split()
+        rows = "\n".join(
+            f"  {n} | {' '.join(names[min(max(i + j - 2, 0), 4)] for j in range(5))}" for i, n in enumerate(names)
+        )
+        terms = f"  terms {' '.join(names)}"
+        variables = "\n".join(f"{v} in [-1, 1]\n{terms}" for v in ("input e", "input de", "output u"))
+        text = f"system pd\ndefuzzifier centroid\n{variables}\ntable u = e x de\n  {' '.join(names)}\n{rows}\n"
+        unit = prepare(loads(text), text, table=20)
+        (error,) = worst(unit)
+        assert error <= unit.table.errors[0] <= 2.0 * error
+
     def test_a_jump_is_in_the_bound_or_refused(self):
         text = (
             "system s\ndefuzzifier weighted_average\ninput x in [0, 1]\n  a = rectangle(-inf, 0.47)\n"
