@@ -6,9 +6,8 @@ import math
 import os
 from collections import deque
 from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from functools import cache
-from threading import Lock, Thread
-from time import perf_counter, sleep
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -29,8 +28,6 @@ BLOCK: Final = 8192
 ENOUGH: Final = 100_000
 #: Points of the smallest share that a thread takes at a time: few enough that none waits long for the last one.
 LEAST: Final = 1 << 13
-#: Seconds that the caller looks again and again whether the last share is done before it waits to be woken.
-PATIENCE: Final = 100e-6
 
 
 def cores() -> int:
@@ -49,12 +46,8 @@ def run(fill: Fill, points: Any, states: FloatArray | None, results: FloatArray,
         parallel: Whether several threads may share the work.
     """
     count = len(results)
-    ready = (
-        points.ndim == 2
-        and states is None
-        and points.dtype == np.float64
-        and points.flags.carray  # contiguous, aligned and writeable
-    )
+
+    ready = is_plain(points) and points.flags.writeable and states is None
 
     def work(first: int, last: int) -> None:
         step = last - first if ready else BLOCK
@@ -68,6 +61,11 @@ def run(fill: Fill, points: Any, states: FloatArray | None, results: FloatArray,
         work(0, count)
     else:
         _share(work, count, workers)
+
+
+def is_plain(array: npt.NDArray[Any]) -> bool:
+    """Return whether compiled code can read an array as it is."""
+    return array.ndim == 2 and array.dtype == np.float64 and array.flags.c_contiguous and array.flags.aligned
 
 
 def listed(points: npt.NDArray[Any], first: int, last: int) -> npt.NDArray[Any]:
@@ -110,17 +108,17 @@ def _share(work: Callable[[int, int], None], count: int, workers: int) -> None:
             except Exception as error:  # noqa: BLE001 - raised below, in the thread of the caller
                 failed.append((first, error))
 
+    helping: list[Future[None]] = []
     try:
-        helpers = _helpers(os.getpid(), workers - 1)
+        for _ in range(workers - 1):
+            helping.append(_pool(os.getpid()).submit(take))
     except RuntimeError:  # no thread can be begun: the interpreter is about to end, or there are too many
-        helpers = ()
-    helping = [helper for helper in helpers if helper.begins(take)]
+        pass
     try:
         take()
     finally:  # whatever interrupts this thread, nobody writes to the results any more once it is gone
         left.clear()
-        for helper in helping:
-            helper.wait()
+        wait([help for help in helping if not help.cancel()])
     if failed:  # shares are taken in order, so that the first point that fails is among these
         raise min(failed, key=lambda f: f[0])[1]
 
@@ -134,48 +132,10 @@ def _shares(count: int, workers: int) -> Iterator[tuple[int, int]]:
         first = last
 
 
-class _Helper:
-    """A thread that waits for something to do; to have it begin costs less than to put a job into a queue."""
-
-    def __init__(self) -> None:
-        self._free, self._wanted, self._done = Lock(), Lock(), Lock()
-        self._wanted.acquire()
-        self._job: Callable[[], None] | None = None
-        Thread(target=self._live, name="fuzzyctl", daemon=True).start()
-
-    def _live(self) -> None:
-        while True:
-            self._wanted.acquire()
-            job, self._job = self._job, None
-            assert job is not None
-            try:
-                job()
-            finally:
-                del job
-                self._done.release()
-
-    def begins(self, job: Callable[[], None]) -> bool:
-        """Have it begin with a job that raises nothing, unless it is at work for another thread."""
-        if not self._free.acquire(blocking=False):
-            return False
-        self._done.acquire()
-        self._job = job
-        self._wanted.release()
-        return True
-
-    def wait(self) -> None:
-        """Wait until it is done."""
-        until = perf_counter() + PATIENCE
-        while self._done.locked() and perf_counter() < until:
-            sleep(0.0)  # lets others run; to be woken takes longer than the last share
-        with self._done:
-            self._free.release()
-
-
 @cache
-def _helpers(_process: int, threads: int) -> tuple[_Helper, ...]:
-    """Return the threads that help, started once for each process, since a fork copies none."""
-    return tuple(_Helper() for _ in range(threads))
+def _pool(_process: int) -> ThreadPoolExecutor:
+    """Return the threads that help, one pool for each process, since a fork copies none."""
+    return ThreadPoolExecutor(max(cores() - 1, 1), thread_name_prefix="fuzzyctl")
 
 
 def results_for(out: Any, shape: tuple[int, ...], *read: FloatArray | None) -> FloatArray:

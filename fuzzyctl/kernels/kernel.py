@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final
@@ -14,11 +13,11 @@ from fuzzyctl.kernels.arguments import (
     argument_error,
     float_array,
     in_order,
-    number_array,
     overflows,
     too_large,
     writable,
 )
+from fuzzyctl.kernels.batches import NO_STATE, Batches
 from fuzzyctl.kernels.plan import Plan
 from fuzzyctl.kernels.program import Program, Refuse
 
@@ -29,10 +28,9 @@ if TYPE_CHECKING:
     FloatArray = npt.NDArray[np.float64]
 
 _BACKENDS: Final = ("numba", "numpy", "python")
-_NO_STATE: Final = "the system has no state: no output is adaptive or says 'else hold'"
 
 
-class Kernel:
+class Kernel(Batches):
     """A compiled system: numbers in, numbers out, and no state of its own.
 
     `kernel(x0, x1, ...)` takes real numbers in the order of the inputs and gives a float, or a tuple for several
@@ -66,7 +64,6 @@ class Kernel:
         self.algorithm = algorithm_of(plan, algorithm)
         self._program = self.algorithm.point if backend == "numba" else self.algorithm.interpreted
         self._refusals = {s.message: s.output for s in self._program.body if isinstance(s, Refuse)}
-        #: Outputs that promise to have a value everywhere, where it is not seen beforehand that they do.
         certain = self.algorithm.is_defined
         self._promised = () if certain else tuple(k for k, o in enumerate(plan.outputs) if o.otherwise is None)
         self._n_arguments = len(plan.inputs) + (1 if self.n_states else 0)
@@ -125,102 +122,6 @@ class Kernel:
                 raise too_large(self.input_names, arguments) from None
             raise argument_error(self._argument_names(), self.n_states, arguments, error) from error
 
-    def batch(self, points: Any, state: Any = None, *, out: Any = None, parallel: bool = True) -> FloatArray:
-        """Evaluate at many points.
-
-        Args:
-            points: Shape (..., inputs).
-            state: The state, shape (..., states), for each point its own. Of shape (states,) it is the state before
-                the first point: adaptive consequents stay as they are, and an output that says `else hold` holds, point
-                after point in the order of indices, the last value before that is no NaN. Left out, it is the initial
-                state of a system without adaptive outputs.
-            out: A contiguous array of float64 of the result's shape to write to; None for a new one.
-            parallel: Whether all cores may be used; from 100,000 points on they are.
-
-        Returns:
-            Shape (...) for one output, (..., outputs) for several.
-
-        Raises:
-            ArgumentError: For arrays of another shape or not of numbers.
-            NoRuleFiresError: For the first point where no rule fires for an output that says `else error` or has no
-                `else`.
-        """
-        import numpy as np
-
-        from fuzzyctl.kernels import batching
-
-        array = number_array(points, "points")
-        if array.ndim == 0 or array.shape[-1] != len(self.input_names):
-            raise ArgumentError(
-                f"points must have the shape (..., {len(self.input_names)}) for {', '.join(self.input_names)}, "
-                f"got {array.shape}"
-            )
-        shape = array.shape[:-1]
-        count = math.prod(shape)
-        if array.flags.c_contiguous or array.size == 0:
-            array = array.reshape(count, array.shape[-1])
-        states = self._flat_state(state, shape)
-        width = len(self.output_names)
-        results = batching.results_for(out, shape if width == 1 else (*shape, width), array, states)
-        flat = np.asarray(results).reshape(count, width)
-        if states is not None and self.plan.held and np.ndim(state if state is not None else 0.0) <= 1:
-            self._fill_sequence(array, self._first_state(state), flat)
-        else:
-            # Threads of plain Python would only wait for each other.
-            shared = parallel and self.backend != "python"
-            batching.run(self._checked_fill, array, states, flat, parallel=shared)
-        return results
-
-    def _fill_sequence(self, points: Any, state: FloatArray, results: FloatArray) -> None:
-        """Fill the results of points one after another, each of which begins with what the last one left."""
-        from fuzzyctl.kernels import batching
-
-        for first in range(0, len(results), batching.BLOCK):
-            last = min(first + batching.BLOCK, len(results))
-            block = writable(float_array(batching.listed(points, first, last), "points"))
-            states = sequence.states_along(self.plan, self._results, block, state)
-            self._checked_fill(block, states, results[first:last])
-            state = sequence.state_after(self.plan, state, results[first:last])
-
-    def _results(self, points: FloatArray, states: FloatArray) -> FloatArray:
-        """Return the results of some points, promises unchecked."""
-        import numpy as np
-
-        results = np.empty((len(points), len(self.output_names)))
-        self._fill(points, states, results)
-        return results
-
-    def _checked_fill(self, points: FloatArray, states: FloatArray | None, results: FloatArray) -> None:
-        """Fill a block; raise where an output without `else` is NaN though nothing that it reads is."""
-        import numpy as np
-
-        self._fill(points, states, results)
-        # The least number is NaN if any is, and takes no memory; only then is it worth looking closer.
-        if not self._promised or not np.isnan(np.min(results, initial=np.inf)):
-            return
-        missing = np.isnan(results)
-        bad = np.zeros(len(points), dtype=bool)
-        for k in self._promised:
-            bad |= missing[:, k] & ~missing[:, list(self.plan.outputs[k].reads)].any(axis=1)
-        bad &= ~np.isnan(points).any(axis=1)
-        if states is not None:
-            bad &= ~np.isnan(states).any(axis=1)
-        if bad.any():
-            first = int(np.argmax(bad))
-            self._keep_promises(points[first].tolist(), tuple(results[first].tolist()))
-
-    def _keep_promises(self, arguments: Sequence[Any], result: float | tuple[float, ...]) -> None:
-        """Raise where an output without `else` is NaN though nothing that it reads is."""
-        values = result if isinstance(result, tuple) else (result,)
-        point = [float(a) for a in arguments[: len(self.input_names)]]
-        consequents = arguments[len(point)] if self.n_states and len(arguments) > len(point) else ()
-        if any(x != x for x in point) or any(c != c for c in consequents):
-            return
-        for k in self._promised:
-            if values[k] != values[k] and all(values[r] == values[r] for r in self.plan.outputs[k].reads):
-                text = python_backend.point_text(self.input_names, point)
-                raise NoRuleFiresError(self.output_names[k], text)
-
     def initial_state(self) -> FloatArray:
         """Return the state to begin with: the peak of the term of each adaptive rule, then what is held at first."""
         import numpy as np
@@ -239,7 +140,7 @@ class Kernel:
             ArgumentError: For a state or results of another shape.
         """
         if not self.n_states:
-            raise FuzzyctlError(_NO_STATE)
+            raise FuzzyctlError(NO_STATE)
         before = self._first_state(state)
         outputs = float_array(results, "results")
         if outputs.size % len(self.output_names):
@@ -330,61 +231,6 @@ class Kernel:
 
             return numba_backend.compile_source(numba_backend.storing_source(program))
         return python_backend.compile_source(python_backend.storing_source(program), program, self.input_names)
-
-    @cached_property
-    def _fill(self) -> Any:
-        """The function (points (n, inputs), states (n, states) or None, results (n, outputs)) that writes results."""
-        if self.backend == "numba":
-            return self._numba_fill()
-        if self.backend == "numpy":
-            from fuzzyctl.kernels import numpy_backend
-
-            return numpy_backend.compile_batch(self.algorithm.arrays, self.input_names)
-        return self._python_fill
-
-    def _numba_fill(self) -> Any:
-        from fuzzyctl.kernels import native, numba_backend
-
-        loop, table = native.compiled(self.algorithm.many, numba_backend.batch_source)
-        refusals = list(self._refusals.values())
-
-        def fill(points: FloatArray, states: FloatArray | None, results: FloatArray) -> None:
-            given = () if states is None else (states.reshape(-1),)
-            failed = loop(points.reshape(-1), *given, results.reshape(-1), table)
-            if failed >= 0:
-                index, which = divmod(failed, len(refusals))
-                raise NoRuleFiresError(refusals[which], python_backend.point_text(self.input_names, points[index]))
-
-        return fill
-
-    def _python_fill(self, points: FloatArray, states: FloatArray | None, results: FloatArray) -> None:
-        given = None if states is None else states.tolist()
-        for i, point in enumerate(points.tolist()):
-            results[i] = self.jit(*point) if given is None else self.jit(*point, given[i])
-
-    def _flat_state(self, state: Any, shape: tuple[int, ...]) -> FloatArray | None:
-        import numpy as np
-
-        if not self.n_states:
-            if state is not None:
-                raise ArgumentError(f"{_NO_STATE}, so batch takes none")
-            return None
-        array = self._first_state(None) if state is None else float_array(state, "state")
-        if array.ndim == 0 or array.shape[-1] != self.n_states:
-            raise ArgumentError(f"the state must have the shape (..., {self.n_states}), got {array.shape}")
-        try:
-            return np.broadcast_to(array, (*shape, self.n_states)).reshape(-1, self.n_states)
-        except ValueError:
-            raise ArgumentError(f"a state of shape {array.shape} does not fit points of shape {shape}") from None
-
-    def _first_state(self, state: Any) -> FloatArray:
-        """Return a state of shape (states,), the initial one for None where nothing adapts."""
-        if state is None and self.plan.states:
-            raise ArgumentError(f"the state is missing: {self.n_states} adaptive consequents")
-        array = self.initial_state() if state is None else float_array(state, "state")
-        if array.shape != (self.n_states,):
-            raise ArgumentError(f"the state must have the shape ({self.n_states},), got {array.shape}")
-        return array
 
     def _require_adaptive(self) -> None:
         if not self.plan.states:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numba.core import types
 
-from fuzzyctl.kernels import entry, numba_backend
+from fuzzyctl.kernels import entry, numba_backend, sharing
 from fuzzyctl.kernels.program import Program
 from fuzzyctl.kernels.table import Numbers
 
@@ -70,6 +70,17 @@ def call(program: Program) -> Callable[..., Any]:
     return kernel
 
 
+def loop(program: Program, refusals: int) -> sharing.Loop:
+    """Return the loop over points.
+
+    Args:
+        program: What it computes at each of them.
+        refusals: The number of kinds of refusals.
+    """
+    function, table = compiled(program, numba_backend.batch_source)
+    return sharing.Loop(entry.address_of(function), table, refusals, function)
+
+
 class Point:
     """Machine code of a program that takes numbers and gives one, and raises nothing."""
 
@@ -119,7 +130,7 @@ class Value(types.WrapperAddressProtocol):
         own = f"value{next(_NAMED)}"
         code = _code(result, self._signature, entry.address_of(function), table.ctypes.data, own)
         # Compiled code may keep the address longer than anyone keeps this object: so does a list of values.
-        self._address = entry.loaded(code, own)
+        (self._address,) = entry.loaded(code, own)
         _KEPT.append(table)
 
     def __reduce__(self) -> tuple[Any, ...]:

@@ -110,15 +110,14 @@ def storing_source(program: Program, numbers: Numbers | None = None, *, pointer:
 
 
 def batch_source(program: Program, numbers: Numbers) -> str:
-    """Return the text of a module with the compiled loop `kernel(points, states, results, table)` over flat arrays.
+    """Return the text of a module with the compiled loop `kernel(points, states, results, table, count)`.
 
-    It returns -1, or refusals · (index of the first point where no rule fires) + (position among the refusals). The
-    text of the kernel stands inside the loop, since a call would keep the loop from being vectorised; the arrays are
-    flat, since only steps known to the compiler can be.
+    It takes pointers to numbers, for callers that are machine code, and returns -1, or refusals · (index of the first
+    point where no rule fires) + (position among the refusals). The text of the kernel stands inside the loop, since a
+    call would keep the loop from being vectorised.
     """
     program = speculated(program)
     pad = INDENT * 2
-    names = ["points", *(["states"] if program.state else []), "results", *_table(numbers)]
     refused = [s.output for s in program.body if isinstance(s, Refuse)]
 
     def refuse(condition: str, output: str) -> list[str]:
@@ -134,11 +133,13 @@ def batch_source(program: Program, numbers: Numbers) -> str:
     body = [f"{pad}{x} = points[{len(program.arguments)} * i + {k}]" for k, x in enumerate(program.arguments)]
     body += block(program.body, dialect, refuse, 2)
     body += [f"{pad}results[{width} * i + {k}] = {text(r, dialect)}" for k, r in enumerate(program.results)]
-    loop = f"{INDENT}for i in range(points.shape[0] // {len(program.arguments)}):"
-    lines = [f"def kernel({', '.join(names)}):", *_taken(numbers), loop, *body, f"{INDENT}return -1"]
-    signature = f"int64({', '.join(['float64[::1]'] * len(names))})"
-    # Batches are shared among threads. A single call is shorter than giving up the interpreter's lock.
-    return _module(program, signature, lines, ", nogil=True", numbers=numbers)
+    head = [
+        f"def kernel(points, states, results, {TABLE}, count):",
+        *_taken(numbers),
+        f"{INDENT}for i in range(count):",
+    ]
+    signature = f"int64({', '.join(['CPointer(float64)'] * 4)}, int64)"
+    return _module(program, signature, [*head, *body, f"{INDENT}return -1"], numbers=numbers)
 
 
 def _dialect(numbers: Numbers | None) -> Dialect:
@@ -174,13 +175,11 @@ def _body(program: Program, dialect: Dialect) -> list[str]:
     return list(block(program.body, dialect, refuse))
 
 
-def _module(
-    program: Program, signature: str, lines: list[str], options: str = "", *, numbers: Numbers | None = None
-) -> str:
+def _module(program: Program, signature: str, lines: list[str], *, numbers: Numbers | None = None) -> str:
     own = () if numbers is not None and numbers.shares else program.tables
     tables = [f"{name} = np.array({list(values)!r})" for name, values in own]
     # error_model: 0/0 is NaN without a test; fastmath would delete the NaN that an input may bring.
-    decorator = f'@native("{signature}", error_model="numpy"{options})'
+    decorator = f'@native("{signature}", error_model="numpy")'
     sets = [line for s in program.body if isinstance(s, Quadrature) for line in integral_lines(s)]
     code = [*_helpers([*lines, *sets]), *sets, "", decorator, *lines]
     return "\n".join([_HEADER, *map(_unmistakable, [*tables, *code])]) + "\n"

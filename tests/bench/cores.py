@@ -1,10 +1,9 @@
-"""Print what a second core gains in a batch of W1, beside a loop that only reads and writes the same memory.
+"""Print how many times faster than on one core batches are on all cores, in a row and apart.
 
-    python tests/bench/cores.py [POINTS]
+    python tests/bench/cores.py [POINTS ...]
 
-A point is two numbers read and one written, 24 bytes. No batch is faster than the loop, whatever it computes. Each way
-is called several times in a row: a core that has been idle takes long to wake, which is the machine's and not the
-batch's.
+In a row, each batch begins when the last one ends, as in sweeps and rasters: the other threads still look for more to
+do. Apart, the machine had nothing to do for ten milliseconds, and the other threads must be woken.
 """
 
 from __future__ import annotations
@@ -12,69 +11,56 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from threading import Thread
-from time import perf_counter
+from time import perf_counter, sleep
 from typing import Any
 
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 
-from bench.workloads import WORKLOADS
+from bench.workloads import WORKLOADS, Workload
 
 import fuzzyctl
 
-BYTES = 24
+POINTS = (20_000, 50_000, 100_000, 200_000, 500_000, 1_000_000)
 ROUNDS = 40
-IN_A_ROW = 6
+IN_A_ROW = 10
+PAUSE = 0.01
 
 
-def ways(count: int) -> dict[str, Callable[[], Any]]:
-    """Return the batch and the loop, on one core and on two, over so many points."""
-    import numba
+def seconds(run: Callable[[], Any]) -> float:
+    """Return how long a run took."""
+    began = perf_counter()
+    run()
+    return perf_counter() - began
 
-    @numba.njit(nogil=True)
-    def add(points: Any, out: Any) -> None:
-        for k in range(points.shape[0]):
-            out[k] = points[k, 0] + points[k, 1]
 
-    workload = WORKLOADS[0]
+def gains(workload: Workload, count: int) -> tuple[float, float, float]:
+    """Return nanoseconds a point on one core, and the gain of all cores in a row and apart; the best of some rounds."""
     kernel = fuzzyctl.compile(fuzzyctl.loads(workload.text), "numba")
-    points, out, half = workload.points(count), np.zeros(count), count // 2
-
-    def both() -> None:
-        other = Thread(target=add, args=(points[:half], out[:half]))
-        other.start()
-        add(points[half:], out[half:])
-        other.join()
-
-    return {
-        "batch, one core": lambda: kernel.batch(points, out=out, parallel=False),
-        "batch, all cores": lambda: kernel.batch(points, out=out),
-        "batch, all cores, new array": lambda: kernel.batch(points),
-        "memory only, one core": lambda: add(points, out),
-        "memory only, two cores": both,
-    }
-
-
-def measured(count: int) -> dict[str, float]:
-    """Return seconds by way; the best of some rounds, all ways in each round."""
-    runs = ways(count)
-    best = dict.fromkeys(runs, float("inf"))
+    points, out = workload.points(count), np.zeros(count)
+    one = row = alone = apart = float("inf")
     for _ in range(ROUNDS):
-        for name, run in runs.items():
-            for _ in range(IN_A_ROW):
-                began = perf_counter()
-                run()
-                best[name] = min(best[name], perf_counter() - began)
-    return best
+        for _ in range(IN_A_ROW):
+            one = min(one, seconds(lambda: kernel.batch(points, out=out, parallel=False)))
+        for _ in range(IN_A_ROW):
+            row = min(row, seconds(lambda: kernel.batch(points, out=out)))
+        for _ in range(2):  # what follows on a moment without pause is faster
+            sleep(PAUSE)
+            alone = min(alone, seconds(lambda: kernel.batch(points, out=out, parallel=False)))
+            sleep(PAUSE)
+            apart = min(apart, seconds(lambda: kernel.batch(points, out=out)))
+    return one / count * 1e9, one / row, alone / apart
 
 
 def main() -> None:
     """Measure and print."""
-    count = int(sys.argv[1]) if len(sys.argv) > 1 else 1_000_000
-    for name, seconds in measured(count).items():
-        print(f"{name:28} {seconds / count * 1e9:6.2f} ns a point {BYTES * count / seconds / 1e9:6.1f} GB/s")
+    counts = [int(a) for a in sys.argv[1:]] or POINTS
+    print("        points  ns a point, one core  in a row  apart")
+    for workload in WORKLOADS:
+        for count in counts:
+            one, row, apart = gains(workload, count)
+            print(f"{workload.name:4} {count:9,} {one:21.2f} {row:9.2f} {apart:6.2f}", flush=True)
 
 
 if __name__ == "__main__":

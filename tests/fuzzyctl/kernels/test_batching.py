@@ -11,7 +11,7 @@ import pytest
 
 from fuzzyctl import loads
 from fuzzyctl.errors import ArgumentError, NoRuleFiresError
-from fuzzyctl.kernels import batching
+from fuzzyctl.kernels import batching, sharing
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.numpy_backend import block_source
 
@@ -62,10 +62,19 @@ def kernel(request, tipper):
 
 @pytest.fixture
 def many(monkeypatch):
-    """Two threads, whatever the machine, from 1000 points on, in shares of 500."""
+    """Two threads, whatever the machine and however little there is to do, in shares of 500."""
     monkeypatch.setattr(batching, "ENOUGH", 1000)
-    monkeypatch.setattr(batching, "LEAST", 500)
-    monkeypatch.setattr(batching, "cores", lambda: 2)
+    monkeypatch.setattr(sharing, "ENOUGH", 1e-12)
+    monkeypatch.setattr(sharing, "WAKING", 0.0)
+    for module in (batching, sharing):
+        monkeypatch.setattr(module, "LEAST", 500)
+        monkeypatch.setattr(module, "cores", lambda: 2)
+
+
+@pytest.fixture
+def arrays(tipper):
+    """A kernel whose batches are shared among threads of the interpreter."""
+    return compile_system(tipper, "numpy")
 
 
 def points_for(count, seed=0):
@@ -138,7 +147,8 @@ class TestThreads:
         with pytest.raises(NoRuleFiresError, match=r"x = 4.5, y = 0.25"):
             kernel.batch(points)
 
-    def test_share_the_points(self, kernel, monkeypatch):
+    def test_share_the_points(self, arrays, monkeypatch):
+        kernel = arrays
         own, seen = kernel._fill, []
 
         def fill(points, states, results):
@@ -172,12 +182,14 @@ class TestThreads:
         def start(_):
             raise RuntimeError("can't create new thread at interpreter shutdown")
 
-        batching._helpers.cache_clear()
+        batching._pool.cache_clear()
+        sharing._crew.cache_clear()
         monkeypatch.setattr(threading.Thread, "start", start)
         points = points_for(5000)
         np.testing.assert_array_equal(kernel.batch(points), kernel.batch(points, parallel=False))
 
-    def test_write_nothing_after_an_interrupt_and_help_the_next_call(self, kernel, monkeypatch):
+    def test_write_nothing_after_an_interrupt_and_help_the_next_call(self, arrays, monkeypatch):
+        kernel = arrays
         own, caller, points, out = kernel._fill, threading.get_ident(), points_for(20_000), np.zeros(20_000)
 
         def fill(points, states, results):

@@ -1,0 +1,248 @@
+"""Threads that share loops in machine code; here the loop is a function of Python that tells what it is given."""
+
+import ctypes
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+pytest.importorskip("numba")
+
+from fuzzyctl import as_profile
+from fuzzyctl.kernels import shares, sharing
+from fuzzyctl.kernels.compile import compile as compile_system
+from fuzzyctl.kernels.shares import Word
+
+LOOP = ctypes.CFUNCTYPE(ctypes.c_int64, *[ctypes.c_int64] * 5)
+
+
+@pytest.fixture
+def cores(monkeypatch):
+    """Three threads, whatever the machine and however little there is to do."""
+    monkeypatch.setattr(sharing, "ENOUGH", 1e-12)
+    monkeypatch.setattr(sharing, "WAKING", 0.0)
+    monkeypatch.setattr(sharing, "cores", lambda: 3)
+
+
+class Told:
+    """A loop over points of two inputs and one output that writes what it is given, and keeps count.
+
+    Args:
+        count: The number of points.
+        each: Called with the first and the last point of each share; what it returns the loop returns, -1 for None.
+    """
+
+    def __init__(self, count, each=None):
+        self.points, self.results = np.zeros((count, 2)), np.full((count, 1), np.nan)
+        self.points[:, 0] = np.arange(count)
+        self.seen, self._each = [], each
+        function = LOOP(self._fill)
+        address = ctypes.cast(function, ctypes.c_void_p).value
+        self.loop = sharing.Loop(address, np.zeros(1), 2, function)
+
+    def _fill(self, points, _states, results, _table, count):
+        first = (results - self.results.ctypes.data) // 8
+        assert points == self.points.ctypes.data + 16 * first
+        self.seen.append((threading.get_ident(), first, count))
+        self.results[first : first + count, 0] = self.points[first : first + count, 0]
+        found = None if self._each is None else self._each(first, first + count)
+        return -1 if found is None else found
+
+    def run(self, *, looks=False, parallel=True):
+        return self.loop.run(self.points, None, self.results, parallel=parallel, looks=looks)
+
+    def threads(self):
+        return {thread for thread, _, _ in self.seen}
+
+
+def asleep(helper):
+    """Wait until a thread has nothing to do and looks for nothing."""
+    until = time.monotonic() + 20
+    while helper._word[0] != Word.ASLEEP and time.monotonic() < until:
+        time.sleep(0.001)
+    return helper._word[0] == Word.ASLEEP
+
+
+@pytest.mark.usefixtures("cores")
+class TestShares:
+    @pytest.mark.parametrize("count", [0, 1, 2048, 2049, 30_000, 3 * shares.MOST + 5])
+    def test_are_all_points_once(self, count):
+        told = Told(count)
+        assert told.run() == (None, False)
+        taken = sorted((first, size) for _, first, size in told.seen)
+        assert sum(size for _, size in taken) == count
+        assert [first for first, _ in taken] == [0, *np.cumsum([size for _, size in taken])][: len(taken)]
+        assert all(size <= shares.MOST for _, size in taken)
+        np.testing.assert_array_equal(told.results[:, 0], np.arange(count))
+
+    def test_are_taken_by_all_threads(self):
+        told = Told(200_000, lambda *_: time.sleep(0.005))
+        told.run()
+        assert len(told.threads()) == 3
+
+    def test_are_one_where_a_single_thread_is_wanted(self):
+        told = Told(200_000)
+        told.run(parallel=False)
+        assert [share[1:] for share in told.seen] == [(0, 200_000)]
+        assert told.threads() == {threading.get_ident()}
+
+    def test_of_many_jobs_in_a_row_and_apart_are_right(self):
+        random = np.random.default_rng(0)
+        for _ in range(300):
+            told = Told(int(random.integers(1, 40_000)))
+            told.run()
+            np.testing.assert_array_equal(told.results[:, 0], told.points[:, 0])
+            time.sleep(random.choice([0.0, 1e-4, 4e-4]))  # while the others look for more, fall asleep, or sleep
+
+
+@pytest.mark.usefixtures("cores")
+class TestRefusals:
+    def test_the_first_point_counts(self):
+        refused = {11_111, 2_500, 19_000}
+
+        def each(first, last):
+            time.sleep(0.001)
+            hit = [k for k in sorted(refused) if first <= k < last]
+            return 2 * (hit[0] - first) + 1 if hit else None
+
+        for _ in range(20):
+            assert Told(20_000, each).run()[0] == 2 * 2_500 + 1
+
+    def test_no_share_is_begun_after_one(self):
+        told = Told(10**6, lambda *_: 0)
+        told.run(parallel=False)
+        assert len(told.seen) == 1
+
+
+@pytest.mark.usefixtures("cores")
+class TestNan:
+    @pytest.mark.parametrize("count", [1, 15, 16, 17, 40, 5000])
+    def test_is_seen_wherever_it_is(self, count):
+        for place in {0, count // 2, count - 1}:
+            told = Told(count)
+            told.points[place, 0] = np.nan
+            assert told.run(looks=True) == (None, True)
+            assert told.run(looks=False) == (None, False)
+
+    def test_is_not_seen_where_none_is(self):
+        told = Told(5000)
+        told.points[:, 0] = np.inf
+        assert told.run(looks=True) == (None, False)
+
+
+@pytest.mark.usefixtures("cores")
+class TestThreads:
+    def test_sleep_when_nothing_comes_and_are_woken_again(self):
+        slow = Told(200_000, lambda *_: time.sleep(0.005))
+        slow.run()
+        helpers = sharing._crew(sharing.os.getpid()).of(2)
+        for _ in range(3):
+            assert all(asleep(helper) for helper in helpers)
+            slow.seen.clear()
+            slow.run()
+            assert len(slow.threads()) == 3
+
+    def test_fall_asleep_though_a_job_was_taken_back(self):
+        """A job that is posted and left before the thread has begun with it."""
+        helper = sharing._Helper()
+        for _ in range(200):
+            job = shares.job(*[0] * 13)
+            helper.begin(job)
+            helper.leave(job)
+        assert asleep(helper)
+
+    def test_that_are_busy_elsewhere_are_done_without(self):
+        outer = Told(30_000, lambda *_: time.sleep(0.02))
+        caller = threading.Thread(target=outer.run)
+        caller.start()
+        until = time.monotonic() + 20
+        while len(outer.threads()) < 3 and time.monotonic() < until:
+            time.sleep(0.001)
+        inner = Told(30_000, lambda *_: time.sleep(0.001))
+        inner.run()
+        assert inner.threads() == {threading.get_ident()}
+        caller.join(timeout=60)
+        np.testing.assert_array_equal(outer.results, inner.results)
+
+    def test_write_nothing_after_an_interrupt_and_help_the_next_time(self, tipper):
+        kernel = compile_system(as_profile(tipper, "matlab"), "numba")
+        points, out = np.zeros((2_000_000, 2)), np.full(2_000_000, np.nan)
+        kernel.batch(points[:5000])
+        timer = threading.Timer(0.02, signal.raise_signal, [signal.SIGINT])
+        timer.start()
+        with pytest.raises(KeyboardInterrupt):
+            kernel.batch(points, out=out)
+        timer.join()
+        written = np.count_nonzero(out == out)
+        assert written < len(out)
+        time.sleep(0.02)
+        assert np.count_nonzero(out == out) == written
+        again = Told(200_000, lambda *_: time.sleep(0.005))
+        again.run()
+        assert len(again.threads()) == 3
+
+
+def test_with_little_to_do_no_thread_is_woken(monkeypatch):
+    monkeypatch.setattr(sharing, "cores", lambda: 3)
+    told = Told(8000)
+    told.loop._pace = 1e-9
+    told.run()
+    assert told.threads() == {threading.get_ident()}
+
+
+def test_what_comes_seldom_wakes_nobody_but_what_comes_in_a_row_does(monkeypatch):
+    monkeypatch.setattr(sharing, "cores", lambda: 3)
+    told = Told(100_000, lambda *_: time.sleep(0.002))
+    helpers = sharing._crew(sharing.os.getpid()).of(2)
+    for _ in range(3):
+        assert all(asleep(helper) for helper in helpers)
+        time.sleep(2 * sharing.SOON)
+        told.loop._pace = 1e-9  # 0.1 ms in all
+        told.seen.clear()
+        told.run()
+        assert len(told.threads()) == 1
+    told.loop._pace = 1e-9
+    told.run()
+    assert len(told.threads()) == 3
+
+
+def test_with_more_to_do_for_each_point_threads_are_woken_sooner(monkeypatch):
+    monkeypatch.setattr(sharing, "cores", lambda: 3)
+    told = Told(8000, lambda *_: time.sleep(0.02))
+    told.run()
+    assert len(told.threads()) == 1
+    told.run()
+    assert len(told.threads()) == 3
+
+
+AT_EXIT = """
+import atexit, numpy as np, fuzzyctl
+from fuzzyctl.kernels import sharing
+sharing.ENOUGH, sharing.WAKING, sharing.cores = 1e-12, 0.0, lambda: 3
+system = fuzzyctl.loads('''system s
+defuzzifier weighted_average
+input x in [0, 1]
+  terms low high
+output y in [0, 1]
+  zero = constant(0)
+  one = constant(1)
+if x is low then y is zero
+if x is high then y is one''')
+kernel = fuzzyctl.compile(system, "numba")
+x = np.linspace(0, 1, 20_001)[:, np.newaxis]
+if {before}:
+    kernel.batch(x)
+atexit.register(lambda: print(abs(kernel.batch(x) - x[:, 0]).max() < 1e-15))
+"""
+
+
+@pytest.mark.parametrize("before", [True, False])
+def test_a_batch_at_the_end_of_the_interpreter_is_right(before):
+    run = subprocess.run(
+        [sys.executable, "-c", AT_EXIT.format(before=before)], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert (run.stdout, run.stderr, run.returncode) == ("True\n", "", 0)
