@@ -87,7 +87,7 @@ class Batches:
         states = self._flat_state(state, shape)
         width = len(self.output_names)
         results = batching.results_for(out, shape if width == 1 else (*shape, width), array, states)
-        flat = results.reshape(count, width)
+        flat = np.asarray(results).reshape(count, width)
         if states is not None and self.plan.held and np.ndim(0.0 if state is None else state) <= 1:
             self._fill_sequence(array, self._first_state(state), flat)
         elif self.backend == "numba" and batching.is_plain(array) and (states is None or batching.is_plain(states)):

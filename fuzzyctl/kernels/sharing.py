@@ -77,6 +77,8 @@ class Loop:
             is NaN, or may be: infinities of both signs count as well.
         """
         count = len(results)
+        if not count:
+            return None, False
         expected = count * self._pace
         workers = _workers(expected) if parallel else 1
         job = shares.job(
@@ -94,9 +96,11 @@ class Loop:
             self._refusals,
             looks,
         )
+        # A thread that helps keeps the job for as long as it may write.
+        job.kept = (self, points, states, results)  # type: ignore[attr-defined]
         began = perf_counter()
         threads = _do(job, workers - 1)
-        if count >= _TELLING:
+        if count >= _TELLING and job[_REFUSED] == shares.NEVER:
             self._pace = (perf_counter() - began) * threads / count
         if parallel and expected >= 2 * ENOUGH:
             _ended()
@@ -141,8 +145,21 @@ def _do(job: Any, others: int) -> int:
         return threads
     finally:
         job[_NEXT] = job[_COUNT]
-        for helper in helpers:
-            helper.leave(job)
+        _leave(helpers, job)
+
+
+def _leave(helpers: list[_Helper], job: Any) -> None:
+    """Wait until all are done with their shares of a job; an interrupt meanwhile is raised once they are."""
+    interrupted: BaseException | None = None
+    for helper in helpers:
+        while True:
+            try:
+                helper.leave(job)
+                break
+            except BaseException as error:  # noqa: BLE001 - raised below
+                interrupted = error
+    if interrupted is not None:
+        raise interrupted
 
 
 class _Helper:

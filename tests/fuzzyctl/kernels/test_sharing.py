@@ -246,3 +246,22 @@ def test_a_batch_at_the_end_of_the_interpreter_is_right(before):
         [sys.executable, "-c", AT_EXIT.format(before=before)], capture_output=True, text=True, timeout=60, check=False
     )
     assert (run.stdout, run.stderr, run.returncode) == ("True\n", "", 0)
+
+
+@pytest.mark.usefixtures("cores")
+def test_an_interrupt_while_others_finish_their_shares_waits_for_them(monkeypatch):
+    told = Told(20_000)
+    told.run()
+    helpers, interrupts = sharing._crew(sharing.os.getpid()).of(2), iter([True, True])
+    own = sharing._Helper.leave
+
+    def leave(helper, job):
+        if next(interrupts, False):
+            raise KeyboardInterrupt
+        own(helper, job)
+
+    monkeypatch.setattr(sharing._Helper, "leave", leave)
+    with pytest.raises(KeyboardInterrupt):
+        told.run()
+    assert not any(helper._free.locked() for helper in helpers)
+    assert all(helper._job is None for helper in helpers)
