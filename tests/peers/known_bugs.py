@@ -75,17 +75,6 @@ output y in [0, 10]
 if a is low then y is small
 if a is mid then y is large
 """
-_UPRIGHT = """
-defuzzifier weighted_average
-input a in [0, 10] extrapolate
-  edge = triangle(4, 4, 8)
-  low = triangle(0, 2, 4)
-output y in [0, 10]
-  small = constant(1)
-  large = constant(9)
-if a is edge then y is large
-if a is low then y is small
-"""
 _JUMP = """
 defuzzifier weighted_average
 input a in [0, 10] extrapolate
@@ -187,7 +176,14 @@ BUGS = (
     Bug(
         "octave", "the drastic product of a single degree", _LONE.format(norm="and drastic_product"), (3.0,), 5.0, STOPS
     ),
-    Bug("simpful", "a triangle or trapezoid with an upright", _UPRIGHT, (3.0,), 1.0, 6.333333333333333),
+    Bug(
+        "simpful",
+        "a triangle or trapezoid with an upright",
+        _JUMP.format(term="triangle(4, 4, 8)"),
+        (3.0,),
+        1.0,
+        6.333333333333333,
+    ),
     Bug("simpful", "a double Gaussian whose means", _REVERSED, (5.0,), 3.1515313709599613, 4.020325350385163),
     Bug("scikit_fuzzy", "its bisector forgets", _HALVES, (1.0,), 5.0 + 2.0**0.5, 5.0 + 6.0**0.5),
     Bug("pyfuzzylite", "an input that is NaN", _NAN, (NAN, 1.0), NAN, 7.0),
