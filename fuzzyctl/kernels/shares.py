@@ -44,7 +44,7 @@ class Word(IntEnum):
     ASLEEP = 0
     LINGERS = 1
     BUSY = 2
-    WAKES = 3
+    WAKES = 3  #: It was asleep when it got a job that was taken back since.
 
 
 #: Points of the largest share, and about how many a caller takes before it looks for an interrupt.
@@ -155,6 +155,7 @@ over:
 
 define void @serve(i64* %word, i64 %looks) {{
 start:
+  %woken = cmpxchg i64* %word, i64 {ASLEEP}, i64 {LINGERS} acq_rel acquire
   br label %sleepless
 look:
   %k = phi i64 [0, %sleepless], [0, %finished], [%more, %wait]
@@ -192,7 +193,9 @@ end:
 define i64 @post(i64* %word, i64 %job) {{
 start:
   %old = atomicrmw xchg i64* %word, i64 %job acq_rel
-  %slept = icmp eq i64 %old, {ASLEEP}
+  %asleep = icmp eq i64 %old, {ASLEEP}
+  %wakes = icmp eq i64 %old, {WAKES}
+  %slept = or i1 %asleep, %wakes
   %wake = zext i1 %slept to i64
   ret i64 %wake
 }}
@@ -236,7 +239,8 @@ class Functions(NamedTuple):
     serve: Callable[..., None]
     """(word, looks): Take shares of the jobs that come until none has come for so many looks."""
     post: Callable[..., int]
-    """(word, job): Give a job to a thread; 1 if that is asleep and must be woken."""
+    """(word, job): Give a job to a thread; 1 if that is asleep, or was to be woken, which an interrupt may have kept
+    from happening."""
     leave: Callable[..., int]
     """(word, job, looks): Take back a job that is not begun; 1 if it is still worked at after so many looks."""
 

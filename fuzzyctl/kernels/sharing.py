@@ -166,9 +166,11 @@ class _Helper:
     """A thread that takes shares of others' jobs."""
 
     def __init__(self) -> None:
-        self._free, self._wanted, self._word = Lock(), Lock(), WordOfThread()
+        self._wanted, self._word = Lock(), WordOfThread()
         self._wanted.acquire()
-        self._job: Any = None
+        # The job that it is given, if any, by its only key: to enter and to delete that is one step, in which no
+        # interrupt can come.
+        self._given: dict[int, Any] = {}
         Thread(target=self._live, name="fuzzyctl", daemon=True).start()
 
     def _live(self) -> None:
@@ -179,21 +181,20 @@ class _Helper:
 
     def begin(self, job: Any) -> bool:
         """Have it take shares of a job, unless it does so of another caller's."""
-        if not self._free.acquire(blocking=False):
+        if self._given.setdefault(0, job) is not job:
             return False
-        self._job = job
-        if functions().post(self._word, ctypes.addressof(job)):
+        # It may be locked though the thread is awake, which then looks once more than it had to.
+        if functions().post(self._word, ctypes.addressof(job)) and self._wanted.locked():
             self._wanted.release()
         return True
 
     def leave(self, job: Any) -> None:
         """If it has begun with a job, wait until it is done with its share, and have it take no other."""
-        if self._job is not job:
+        if self._given.get(0) is not job:
             return
         while functions().leave(self._word, ctypes.addressof(job), _looks(PATIENCE)):
             sleep(PATIENCE)
-        self._job = None
-        self._free.release()
+        del self._given[0]
 
 
 class _Crew:
@@ -221,8 +222,13 @@ def _crew(_process: int) -> _Crew:
 
 @cache
 def _looks(seconds: float) -> int:
-    """Return how often a thread looks in so many seconds, measured once."""
+    """Return how often a thread looks in so many seconds, by the shortest of some measurements of one process."""
+    return max(int(seconds / min(_look() for _ in range(5))), 1)
+
+
+def _look() -> float:
+    """Return the seconds that one look takes, of which others of the machine may make more."""
     looks, word = 1000, WordOfThread(Word.LINGERS)
     began = perf_counter()
     functions().serve(word, looks)
-    return max(int(looks * seconds / (perf_counter() - began)), 1)
+    return (perf_counter() - began) / looks

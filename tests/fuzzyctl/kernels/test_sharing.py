@@ -155,6 +155,14 @@ class TestThreads:
             helper.leave(job)
         assert asleep(helper)
 
+    def test_sleep_again_though_they_were_woken_for_nothing(self):
+        word = shares.WordOfThread(Word.ASLEEP)
+        served = threading.Thread(target=shares.functions().serve, args=(word, 10), daemon=True)
+        served.start()
+        served.join(timeout=20)
+        assert not served.is_alive()
+        assert word[0] == Word.ASLEEP
+
     def test_that_are_busy_elsewhere_are_done_without(self):
         outer = Told(30_000, lambda *_: time.sleep(0.02))
         caller = threading.Thread(target=outer.run)
@@ -248,8 +256,52 @@ def test_a_batch_at_the_end_of_the_interpreter_is_right(before):
     assert (run.stdout, run.stderr, run.returncode) == ("True\n", "", 0)
 
 
+class Interrupt:
+    """Interrupts one step of the interpreter among those in which a helper is given a job or left."""
+
+    def __init__(self, step):
+        self.left = step
+
+    def __call__(self, frame, _event, _argument):
+        if frame.f_code not in (sharing._Helper.begin.__code__, sharing._Helper.leave.__code__):
+            return None
+        frame.f_trace_opcodes = True
+        return self._step
+
+    def _step(self, _frame, event, _argument):
+        if event == "opcode":
+            self.left -= 1
+            if self.left == 0:
+                raise KeyboardInterrupt
+        return self._step
+
+
 @pytest.mark.usefixtures("cores")
-def test_an_interrupt_while_others_finish_their_shares_waits_for_them(monkeypatch):
+def test_an_interrupt_at_any_step_of_beginning_and_leaving_costs_no_thread():
+    told = Told(60_000, lambda *_: time.sleep(0.002))
+    helpers, step, before = sharing._crew(sharing.os.getpid()).of(2), 0, sys.gettrace()
+    while True:
+        step += 1
+        assert all(asleep(helper) for helper in helpers)
+        interrupt = Interrupt(step)
+        sys.settrace(interrupt)
+        try:
+            told.run()
+        except KeyboardInterrupt:
+            pass
+        finally:
+            sys.settrace(before)
+        assert not any(helper._given for helper in helpers)
+        told.seen.clear()
+        told.run()
+        assert len(told.threads()) == 3
+        if interrupt.left > 0:
+            break
+    assert step > 50
+
+
+@pytest.mark.usefixtures("cores")
+def test_interrupts_while_others_finish_their_shares_wait_for_them(monkeypatch):
     told = Told(20_000)
     told.run()
     helpers, interrupts = sharing._crew(sharing.os.getpid()).of(2), iter([True, True])
@@ -263,5 +315,4 @@ def test_an_interrupt_while_others_finish_their_shares_waits_for_them(monkeypatc
     monkeypatch.setattr(sharing._Helper, "leave", leave)
     with pytest.raises(KeyboardInterrupt):
         told.run()
-    assert not any(helper._free.locked() for helper in helpers)
-    assert all(helper._job is None for helper in helpers)
+    assert not any(helper._given for helper in helpers)
