@@ -19,6 +19,8 @@ from fuzzyctl.kernels.batching import cores
 from fuzzyctl.kernels.shares import MOST, Place, Word, WordOfThread, functions
 
 if TYPE_CHECKING:
+    from ctypes import Array, c_int64
+
     import numpy as np
     import numpy.typing as npt
 
@@ -126,7 +128,7 @@ def _ended() -> None:
     _last = perf_counter()
 
 
-def _do(job: Any, others: int) -> int:
+def _do(job: Array[c_int64], others: int) -> int:
     """Do a job in this thread and so many others; once this returns or raises, nobody writes to its arrays.
 
     Returns:
@@ -148,7 +150,7 @@ def _do(job: Any, others: int) -> int:
         _leave(helpers, job)
 
 
-def _leave(helpers: list[_Helper], job: Any) -> None:
+def _leave(helpers: list[_Helper], job: Array[c_int64]) -> None:
     """Wait until all are done with their shares of a job; an interrupt meanwhile is raised once they are."""
     interrupted: BaseException | None = None
     for helper in helpers:
@@ -170,7 +172,7 @@ class _Helper:
         self._wanted.acquire()
         # The job that it is given, if any, by its only key: to enter and to delete that is one step, in which no
         # interrupt can come.
-        self._given: dict[int, Any] = {}
+        self._given: dict[int, Array[c_int64]] = {}
         Thread(target=self._live, name="fuzzyctl", daemon=True).start()
 
     def _live(self) -> None:
@@ -179,7 +181,7 @@ class _Helper:
             self._wanted.acquire()
             serve(self._word, looks)
 
-    def begin(self, job: Any) -> bool:
+    def begin(self, job: Array[c_int64]) -> bool:
         """Have it take shares of a job, unless it does so of another caller's."""
         if self._given.setdefault(0, job) is not job:
             return False
@@ -188,7 +190,7 @@ class _Helper:
             self._wanted.release()
         return True
 
-    def leave(self, job: Any) -> None:
+    def leave(self, job: Array[c_int64]) -> None:
         """If it has begun with a job, wait until it is done with its share, and have it take no other."""
         if self._given.get(0) is not job:
             return
