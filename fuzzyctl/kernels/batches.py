@@ -158,7 +158,7 @@ class Batches:
             bad |= missing[:, k] & ~missing[:, list(self.plan.outputs[k].reads)].any(axis=1)
         bad &= ~np.isnan(points).any(axis=1)
         if states is not None:
-            bad &= ~np.isnan(states).any(axis=1)
+            bad &= ~np.isnan(states[:, : len(self.plan.states)]).any(axis=1)
         if bad.any():
             first = int(np.argmax(bad))
             self._keep_promises(points[first].tolist(), tuple(results[first].tolist()))
@@ -167,7 +167,8 @@ class Batches:
         """Raise where an output without `else` is NaN though nothing that it reads is."""
         values = result if isinstance(result, tuple) else (result,)
         point = [float(a) for a in arguments[: len(self.input_names)]]
-        consequents = arguments[len(point)] if self.n_states and len(arguments) > len(point) else ()
+        # What is held may be NaN at first: an output that reads it is NaN, too, and others promise what they promised.
+        consequents = arguments[-1] if self.plan.states and len(arguments) > len(point) else ()
         if any(x != x for x in point) or any(c != c for c in consequents):
             return
         for k in self._promised:

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fuzzyctl import dumps, loads
+from fuzzyctl.errors import NoRuleFiresError
 from fuzzyctl.kernels.compile import compile as compile_system
 
 BACKENDS = ("python", "numpy", "numba")
@@ -126,6 +127,44 @@ class TestHold:
             found = kernel(Fraction(9, 2), np.array(1), state)
             assert found == expected
             assert all(type(x) is float for x in found)
+
+
+#: v promises that a rule fires, and reads nothing that is held; w reads what is held, and is NaN where that is.
+PROMISED = """
+system promised
+defuzzifier weighted_average
+input x in [0, 10]
+  low  = triangle(-inf, 1, 3)
+  high = triangle(6, 8, inf)
+output u in [-5, 5] else hold(nan)
+  a = triangle(-6, -4, -2)
+output v in [0, 1]
+  b = triangle(0, 0.25, 1)
+output w in [0, 1]
+  c = triangle(0, 0.5, 1)
+if x is low then u is a, v is b
+if x is high then v is b
+if u is a then w is c
+"""
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+class TestPromisesBesideAHeldNaN:
+    def test_a_broken_one_is_an_error_not_a_nan(self, backend):
+        kernel = compile_system(loads(PROMISED), backend)
+        with pytest.raises(NoRuleFiresError, match="'v' at x = 4"):
+            kernel(4.0, kernel.initial_state())
+        with pytest.raises(NoRuleFiresError, match="'v' at x = 4"):
+            kernel.batch([[7.0], [4.0], [1.0]])
+        with pytest.raises(NoRuleFiresError, match="'v' at x = 4"):
+            kernel.batch([[7.0], [4.0]], [[math.nan], [math.nan]])
+
+    def test_what_reads_it_has_no_value_and_broke_none(self, backend):
+        kernel = compile_system(loads(PROMISED), backend)
+        np.testing.assert_array_equal(kernel(7.0, kernel.initial_state()), [math.nan, 0.25, math.nan])
+        np.testing.assert_array_equal(
+            kernel.batch([[7.0], [1.0], [7.0]]), [[math.nan, 0.25, math.nan], [-4.0, 0.25, 0.5], [-4.0, 0.25, 0.5]]
+        )
 
 
 def test_what_is_held_at_first_is_a_param_like_any_other():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fuzzyctl import loads
-from fuzzyctl.errors import ArgumentError, FuzzyctlError
+from fuzzyctl.errors import ArgumentError, FuzzyctlError, NoRuleFiresError
 from fuzzyctl.expr import Name
 from fuzzyctl.kernels.compile import compile as compile_system
 
@@ -58,6 +58,25 @@ class TestAdaptiveKernel:
         assert math.isnan(kernel(math.nan, np.zeros(7)))
         assert np.isnan(stored(kernel.jit_rates, math.nan, np.zeros(7))).all()
         assert np.isnan(stored(kernel.jit_strengths, math.nan)).all()
+
+    def test_consequents_that_are_nan_break_no_promise(self, backend):
+        system = loads(
+            """
+system s
+defuzzifier weighted_average
+input x in [-1, 1]
+  n = triangle(-inf, -1, 0)
+output u in [-2, 2] adaptive rate x
+  n = singleton(-1)
+if x is n then u is n
+"""
+        )
+        kernel = compile_system(system, backend)
+        assert math.isnan(kernel(-0.75, np.array([math.nan])))
+        assert math.isnan(kernel.batch([[-0.75]], np.array([math.nan]))[0])
+        for evaluate in (kernel, lambda x, state: kernel.batch([[x]], state)):
+            with pytest.raises(NoRuleFiresError, match="'u'"):
+                evaluate(0.5, np.zeros(1))
 
     def test_a_rate_may_divide_by_zero_without_an_exception(self, backend):
         system = loads(
