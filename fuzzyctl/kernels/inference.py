@@ -100,7 +100,7 @@ def trace(plan: Plan) -> Program:
     degrees = [front.degree(i) for i in range(len(plan.degrees))]
     activations = [builder.let(front.activations[r]) for r in range(len(plan.rules))]
     effects = [front.effect(entry) for output in plan.outputs for entry in output.implied]
-    outputs = [builder.let(front.outputs[position]) for position in range(len(plan.outputs))]
+    outputs = [builder.let(Where(front.nan(o), NAN, front.outputs[o])) for o in range(len(plan.outputs))]
     return _program(plan, builder, [*degrees, *activations, *effects, *outputs])
 
 

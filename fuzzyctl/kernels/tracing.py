@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, Self
 
 from fuzzyctl import arguments
 from fuzzyctl.errors import ArgumentError, NoRuleFiresError, UnknownNameError
+from fuzzyctl.expr import Expr, names_in
 from fuzzyctl.formats.fz import membership_text, rule_text
 from fuzzyctl.kernels import inference, python_backend
 from fuzzyctl.kernels.defuzzify import consequent_hull
-from fuzzyctl.kernels.plan import OutputPlan, Plan, SetPlan, plan
+from fuzzyctl.kernels.plan import OutputPlan, Plan, SetPlan, chain_name, degree_name, plan, step_name
 from fuzzyctl.model.method import TSUKAMOTO
 from fuzzyctl.model.rule import Consequent
 from fuzzyctl.model.system import FuzzySystem
 
 #: Slopes are differences over this part of an input's range.
 STEP: Final = 1e-6
+#: By so much, as a part of the largest value, an output may differ from the mean of the values that its rules pull to:
+#: far more than by rounding, and less than what is printed.
+_SAME: Final = 1e-9
 
 
 @dataclass(frozen=True)
@@ -32,7 +36,8 @@ class Contribution:
         felt: How far the output feels the rule: its activation, or what hedges of the consequent make of that.
         share: The rule's part of all activations that move the output, from 0 to 1.
         pull: What it adds to the output compared with the average of the others, share · (value - output); None as for
-            `value`.
+            `value`, and where the output is not the mean of the values by their shares: a sum, held within its range,
+            of rules that are joined first, or divided by something else.
     """
 
     output: str
@@ -69,8 +74,8 @@ class Trace:
     Args:
         inputs: The point.
         outputs: The outputs there.
-        degrees: The degrees that rules read, by variable and term.
-        rules: Those that act, by activation, the highest first.
+        degrees: The degrees that rules read, by variable and term; NaN where the variable has no value.
+        rules: Those that act, by activation, the highest first; none that reads a variable without a value.
         silent: Number of rules that do not.
         slopes: Change of each output per unit of each input, to the left and to the right of the point; they differ
             where the surface has an edge.
@@ -112,25 +117,53 @@ def trace(system: FuzzySystem, values: Mapping[str, float]) -> Trace:
     results = found.at(point)
     count, width = len(flat.degrees), len(flat.outputs)
     activations, outputs = results[count : count + len(flat.rules)], results[-width:]
-    felt = _felt(flat, results[count + len(flat.rules) : -width])
-    active = {r for r, a in enumerate(activations) if a > 0.0}
+    without_value = {k for k, value in enumerate((*point, *outputs)) if math.isnan(value)}
+    mute = _mute(flat, without_value)
+    felt = _felt(flat, results[count + len(flat.rules) : -width], mute)
+    active = {r for r, a in enumerate(activations) if a > 0.0} - mute
     for output, effects in zip(flat.outputs, felt, strict=True):
         active |= {e.rule for e, effect in zip(output.implied, effects, strict=True) if effect > 0.0}
     acting = sorted(active, key=lambda r: (-activations[r], r))
+    known = dict(zip(names, point, strict=True)) | dict(zip((o.name for o in flat.outputs), outputs, strict=True))
+    own = [_Contributions.of(flat, o, felt[k], outputs[k], known, active) for k, o in enumerate(flat.outputs)]
     return Trace(
         inputs=dict(zip(names, point, strict=True)),
         outputs=dict(zip((o.name for o in flat.outputs), outputs, strict=True)),
-        degrees=_degrees(flat, results[:count]),
-        rules=tuple(_fired(system, flat, r, activations[r], felt, outputs, dict(values)) for r in acting),
+        degrees=_degrees(flat, results[:count], without_value),
+        rules=tuple(_fired(system, r, activations[r], own) for r in acting),
         silent=len(flat.rules) - len(acting),
         slopes=_slopes(flat, found, point),
     )
 
 
-def _felt(flat: Plan, effects: tuple[float, ...]) -> list[list[float]]:
-    """Return for each output how far it feels each consequent that names it."""
+def _mute(flat: Plan, missing: set[int]) -> set[int]:
+    """Return the rules that read a variable without a value, or how far such rules have activated a term."""
+    if not missing:
+        return set()
+    lost = {degree_name(k) for k, d in enumerate(flat.degrees) if d.variable in missing}
+    mute: set[int] = set()
+
+    def reads(expr: Expr) -> bool:
+        return any(n.name in lost for n in names_in(expr))
+
+    while True:
+        for k, step in enumerate(flat.steps):
+            if reads(step):
+                lost.add(step_name(k))
+        more = {r for r, rule in enumerate(flat.rules) if reads(flat.strengths[rule.strength])} - mute
+        if not more:
+            return mute
+        mute |= more
+        for k, chain in enumerate(flat.chains):
+            if any(flat.outputs[chain.output].implied[e].rule in mute for e in chain.entries):
+                lost.add(chain_name(k))
+
+
+def _felt(flat: Plan, effects: tuple[float, ...], mute: set[int]) -> list[list[float]]:
+    """Return for each output how far it feels each consequent that names it; nothing of a rule that is mute."""
     rest = iter(effects)
-    return [[next(rest) for _ in output.implied] for output in flat.outputs]
+    every = [[(entry.rule, next(rest)) for entry in output.implied] for output in flat.outputs]
+    return [[0.0 if rule in mute else effect for rule, effect in own] for own in every]
 
 
 class _Traced:
@@ -145,38 +178,72 @@ class _Traced:
         return results if isinstance(results, tuple) else (results,)
 
 
-def _degrees(flat: Plan, degrees: tuple[float, ...]) -> dict[str, dict[str, float]]:
+def _degrees(flat: Plan, degrees: tuple[float, ...], missing: set[int]) -> dict[str, dict[str, float]]:
     found: dict[str, dict[str, float]] = {}
     for d, value in zip(flat.degrees, degrees, strict=True):
-        found.setdefault(flat.variable(d.variable).name, {})[d.term] = value
+        found.setdefault(flat.variable(d.variable).name, {})[d.term] = math.nan if d.variable in missing else value
     return found
 
 
-def _fired(
-    system: FuzzySystem,
-    flat: Plan,
-    position: int,
-    activation: float,
-    felt: list[list[float]],
-    outputs: tuple[float, ...],
-    inputs: dict[str, float],
-) -> FiredRule:
-    rule = system.rules[position]
-    known = inputs | dict(zip((o.name for o in flat.outputs), outputs, strict=True))
-    parts = []
-    for output, effects, value in zip(flat.outputs, felt, outputs, strict=True):
-        total = sum(effects)
-        entries = [(e, effect) for e, effect in zip(output.implied, effects, strict=True) if e.rule == position]
+@dataclass(frozen=True)
+class _Contributions:
+    """What the consequents of an output do to it.
+
+    Args:
+        output: The output.
+        effects: How far it feels each of its consequents.
+        values: What each is in an average; None for a set, for what changes with the activation, and of silent rules.
+        whole: What shares are parts of.
+        mean: The output, where it is the mean of the values by their shares, else None.
+    """
+
+    output: OutputPlan
+    effects: list[float]
+    values: list[float | None]
+    whole: float
+    mean: float | None
+
+    @classmethod
+    def of(
+        cls,
+        flat: Plan,
+        output: OutputPlan,
+        effects: list[float],
+        result: float,
+        known: dict[str, float],
+        active: set[int],
+    ) -> Self:
+        """Take an output apart."""
+        values = [
+            _value(flat, output, output.terms[e.term], known) if e.rule in active else None for e in output.implied
+        ]
+        whole = sum(effects)
+        pairs = [(felt / whole, v) for felt, v in zip(effects, values, strict=True) if felt and v is not None]
+        off = abs(sum(share * v for share, v in pairs) - result)
+        # No comparison holds where something is NaN.
+        is_mean = not output.sums and off <= _SAME * max((abs(v) for _, v in pairs), default=0.0)
+        return cls(output, effects, values, whole, result if is_mean else None)
+
+    def by(self, rule: int, consequents: Sequence[Consequent]) -> list[Contribution]:
+        """Return the contributions of a rule whose consequents are given."""
+        entries = [k for k, e in enumerate(self.output.implied) if e.rule == rule]
         # A rule may set an output several times; its entries stand in the order of its consequents.
-        named = [c for c in rule.consequents if c.output == output.name]
-        for (entry, effect), consequent in zip(entries, named, strict=True):
-            share = effect / total if total else 0.0
-            own = _value(flat, output, output.terms[entry.term], known)
-            pull = None if own is None or output.sums else share * (own - value)
-            parts.append(Contribution(output.name, _named(consequent), own, effect, share, pull))
+        named = [c for c in consequents if c.output == self.output.name]
+        parts = []
+        for k, consequent in zip(entries, named, strict=True):
+            effect, value = self.effects[k], self.values[k]
+            share = effect / self.whole if self.whole else 0.0
+            pull = None if value is None or self.mean is None else share * (value - self.mean)
+            parts.append(Contribution(self.output.name, _named(consequent), value, effect, share, pull))
+        return parts
+
+
+def _fired(system: FuzzySystem, position: int, activation: float, outputs: Sequence[_Contributions]) -> FiredRule:
+    rule = system.rules[position]
+    parts = tuple(c for own in outputs for c in own.by(position, rule.consequents))
     block = system.rule_methods[position].block
     name = system.rule_blocks[block].name if block >= 0 else ""
-    return FiredRule(position + 1, rule_text(rule), activation, tuple(parts), name)
+    return FiredRule(position + 1, rule_text(rule), activation, parts, name)
 
 
 def _value(flat: Plan, output: OutputPlan, term: SetPlan, known: dict[str, float]) -> float | None:
@@ -208,8 +275,13 @@ def _slopes(flat: Plan, found: _Traced, point: list[float]) -> dict[str, dict[st
     here = outputs(point)
     slopes: dict[str, dict[str, tuple[float, float]]] = {o.name: {} for o in flat.outputs}
     for k, variable in enumerate(flat.inputs):
-        step = STEP * (variable.upper - variable.lower)
-        left, right = (outputs([x + (side * step if i == k else 0.0) for i, x in enumerate(point)]) for side in (-1, 1))
+        x, step = point[k], STEP * (variable.upper - variable.lower)
+        if math.isfinite(x):
+            step = max(step, math.ulp(x))
+        # Far from 0 the neighbours are rounded, and so is how far they are.
+        places = [(x - step, x - (x - step)), (x + step, (x + step) - x)] if math.isfinite(x) else [(x, step)] * 2
+        left, right = (outputs([*point[:k], place, *point[k + 1 :]]) for place, _ in places)
+        (_, before), (_, after) = places
         for o, output in enumerate(flat.outputs):
-            slopes[output.name][variable.name] = ((here[o] - left[o]) / step, (right[o] - here[o]) / step)
+            slopes[output.name][variable.name] = ((here[o] - left[o]) / before, (right[o] - here[o]) / after)
     return slopes
