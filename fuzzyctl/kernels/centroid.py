@@ -125,7 +125,7 @@ def pieces(output: OutputPlan, heights: Sequence[Height]) -> list[Piece]:
     found: list[Piece] = []
     for a, b in pairwise(cuts):
         ends = [line_ends(shape, a, b) for shape in shapes]
-        lines = [Line(h, most, *e) for (_, h, most), e in zip(heights, ends, strict=True) if any(e)]
+        lines = [_line(h, most, *e) for (_, h, most), e in zip(heights, ends, strict=True) if any(e)]
         if lines:
             found.append(Piece(a - middle, b - middle, tuple(lines)))
     return found
@@ -142,10 +142,15 @@ def uncrossed(piece: Piece) -> list[Piece]:
     found: list[Piece] = []
     for s, t in pairwise(sorted(shares)):
         lines = tuple(
-            replace(line, left=line.left + s * line.rise, right=line.left + t * line.rise) for line in piece.lines
+            _line(line.height, line.most, line.left + s * line.rise, line.left + t * line.rise) for line in piece.lines
         )
         found.append(Piece(piece.start + s * length, piece.start + t * length, lines))
     return found
+
+
+def _line(height: Expr, most: float, left: Fraction, right: Fraction) -> Line:
+    """Return a line; one that rises by less than the smallest number is level, since programs divide by the rise."""
+    return Line(height, most, left, right if float(right - left) != 0.0 else left)
 
 
 def line_ends(vertices: tuple[Vertex, ...], a: Fraction, b: Fraction) -> tuple[Fraction, Fraction]:

@@ -270,3 +270,27 @@ def test_ranges_may_be_as_small_or_large_as_numbers(width, kind, norms, shapes):
         tolerance = 1e-12 if width > 1e-300 else 1e-9
         share = evaluated(large, activations) / width
         assert share == pytest.approx(evaluated(small, activations), rel=0, abs=tolerance)
+
+
+LOW = """
+system s
+aggregation {aggregation}
+defuzzifier {defuzzifier}
+input x in [0, 1]
+  on = triangle(0, 1, inf)
+output u in [0, 8] else nan
+  a = triangle(0, 4, 8, height=5e-324)
+  b = triangle(0, 1, 2)
+if x is on then u is a
+if x is on then u is b
+"""
+
+
+@pytest.mark.parametrize("backend", ["python", "numpy"])
+@pytest.mark.parametrize("aggregation", ["max", "sum"])
+@pytest.mark.parametrize(("defuzzifier", "place"), [("centroid", 1.0), ("bisector", 1.0), ("mom", 1.0), ("som", 0.25)])
+def test_sides_that_rise_by_less_than_numbers_can_are_level(backend, aggregation, defuzzifier, place):
+    """Corners of other terms part the sides of a term so low; its area of 2e-323 moves nothing."""
+    system = loads(LOW.format(aggregation=aggregation, defuzzifier=defuzzifier))
+    kernel = compile_system(system, backend)
+    np.testing.assert_allclose(kernel.batch([[0.0], [0.25]]), [math.nan, place], rtol=1e-14)
