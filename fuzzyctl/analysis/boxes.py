@@ -18,6 +18,7 @@ from fuzzyctl.analysis.coverage import uncovered_of
 from fuzzyctl.analysis.enclosures import Array, Enclosure, Mask, boxes, constant
 from fuzzyctl.analysis.exact import surface_of
 from fuzzyctl.analysis.interpreter import Interpreter
+from fuzzyctl.analysis.kernel_errors import kernel_errors
 from fuzzyctl.analysis.slices import needed
 from fuzzyctl.expr import CONSTANTS, Call, Expr, Name, walk
 from fuzzyctl.kernels import inference
@@ -68,9 +69,9 @@ class System:
 
     @cached_property
     def errors(self) -> list[float]:
-        """How far interpolating kernels may be from what the rules say."""
+        """How far kernels that do not evaluate all rules may be from what the rules say."""
         if not isinstance(grid_of(self.plan), Grid):
-            return [0.0 for _ in self.outputs]
+            return kernel_errors(self.plan)
         surface = surface_of(self.plan)
         return [float(e) for e in surface.errors] if surface is not None else [inf for _ in self.outputs]
 

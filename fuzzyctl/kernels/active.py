@@ -77,6 +77,8 @@ class Axis:
         sides: The two terms of each cell.
         terms: Their names in each cell, None where there is none.
         is_rounded: Whether there are corners that differ by rounding and count as one.
+        is_covered: Whether everywhere some term has a degree far above rounding. Else minima may be as small as what
+            corners of other inputs are off by.
     """
 
     position: int
@@ -84,6 +86,7 @@ class Axis:
     sides: tuple[Side, Side]
     terms: tuple[tuple[str | None, ...], tuple[str | None, ...]]
     is_rounded: bool
+    is_covered: bool
 
 
 @dataclass(frozen=True)
@@ -148,8 +151,11 @@ def active_of(plan: Plan, *, least_gain: float = LEAST_GAIN) -> Active | str:
         if isinstance(axis, str):
             return axis
         axes.append(axis)
-    if any(a.is_rounded for a in axes) and not _is_full(plan, rules):
-        return "corners differ by rounding, and rules are missing"
+    if any(a.is_rounded for a in axes):
+        if not _is_full(plan, rules):
+            return "corners differ by rounding, and rules are missing"
+        if rules.norm == "min" and not all(a.is_covered for a in axes):
+            return "corners of one input differ by rounding, and another one has gaps"
     numbers = math.prod(len(a.knots) for a in axes) * len(plan.outputs) * (len(plan.inputs) + 2) << len(axes)
     if numbers > MOST_NUMBERS:
         return f"its tables would have {numbers:,} numbers, more than {MOST_NUMBERS:,}"
@@ -344,7 +350,7 @@ def _axis(plan: Plan, position: int) -> Axis | str:
     covered = all(max(degree_at(s, x) for s in terms.values()) > _LARGE for x in knots)
     if is_rounded and not covered:
         return f"corners of '{name}' differ by rounding, and next to them are gaps"
-    return Axis(position, knots, (_side(first), _side(second)), names, is_rounded)
+    return Axis(position, knots, (_side(first), _side(second)), names, is_rounded, covered)
 
 
 def _is_full(plan: Plan, rules: _Rules) -> bool:

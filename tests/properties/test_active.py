@@ -246,6 +246,22 @@ class TestCornersThatDifferByRounding:
         terms = f"triangle(-inf, 0, {ABOVE})", "triangle(0, 0.3, 1)", "triangle(0.3, 1, inf)"
         self.compare("rules", *terms, cells="b c .")
 
+    @pytest.mark.parametrize(("norm", "algorithm"), [("min", "rules"), ("product", "active")])
+    def test_beside_a_gap_of_another_input_minima_are_as_small_as_they_are(self, norm, algorithm):
+        """One float beside the gap T0 is 1e-16 there, and so is the part of x that the corners are off by."""
+        terms = f"triangle(-inf, 0, {ABOVE})", "triangle(0, 0.3, 1)", "triangle(0.3, 1, inf)"
+        text = CORNERS.format(first=terms[0], second=terms[1], third=terms[2], norm=norm, cells="b c a")
+        text = text.replace(
+            "  terms T0 T1 T2\n",
+            "  T0 = triangle(-inf, 0, 0.5)\n  T1 = triangle(0.5, 0.7, 0.9)\n  T2 = triangle(0.8, 1, inf)\n",
+        )
+        system, beside = loads(text), np.nextafter(0.5, 0.0)
+        assert algorithm_of(plan(system)).name == algorithm
+        points = np.array([*itertools.product([0.0, 0.1, 0.3, ABOVE, 0.4], [0.2, beside, 0.5, np.nextafter(0.5, 1.0)])])
+        expected = [compile_system(system, "python", algorithm="rules")(*p) for p in points.tolist()]
+        found = [compile_system(system, "python", algorithm=algorithm)(*p) for p in points.tolist()]
+        np.testing.assert_allclose(found, expected, rtol=1e-12)
+
     @pytest.mark.parametrize("norm", ["min", "product"])
     def test_sides_between_them_are_none_to_look_up(self, norm):
         terms = "trapezoid(-inf, 0, 1, inf)", f"triangle(0.3, {ABOVE}, 0.5)", "triangle(0.8, 0.9, 1)"

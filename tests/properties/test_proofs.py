@@ -23,6 +23,8 @@ from tests.properties.drawn_systems import systems as drawn_systems
 from tests.properties.drawn_tables import systems as drawn_tables
 from tests.properties.plain_systems import systems as plain_systems
 from tests.properties.running import quick
+from tests.properties.test_active import systems as active_tables
+from tests.properties.test_diagonals import systems as tables_of_diagonals
 
 #: Generated systems of each test.
 COUNT = int(os.environ.get("FUZZYCTL_PROOFS", "40"))
@@ -32,11 +34,11 @@ def kernels_of(system):
     """All kernels that may differ in rounding."""
     found = []
     for backend in ("python", "numpy"):
-        for algorithm in ("rules", "interpolation"):
+        for algorithm in ("rules", "interpolation", "active", "diagonals"):
             try:
                 found.append(compile_system(system, backend, algorithm=algorithm))
             except FuzzyctlError:
-                assert algorithm == "interpolation"
+                assert algorithm != "rules"
     return found
 
 
@@ -115,6 +117,13 @@ def test_enclosures_hold_what_kernels_return(data):
 @given(st.data())
 def test_enclosures_hold_whatever_a_system_is_made_of(data):
     check_enclosures(data.draw(drawn_systems()), data.draw(st.integers(0, 1000)))
+
+
+@quick(COUNT // 3)
+@given(st.data())
+def test_enclosures_hold_rules_that_act_alone(data):
+    text, _ = data.draw(active_tables() | tables_of_diagonals())
+    check_enclosures(loads(text), data.draw(st.integers(0, 1000)))
 
 
 @quick(COUNT)

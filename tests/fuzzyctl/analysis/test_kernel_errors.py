@@ -1,0 +1,88 @@
+"""Claims are about what kernels return, also where these look at the rules that act alone."""
+
+import math
+
+import numpy as np
+import pytest
+
+from fuzzyctl import Proved, loads, prove
+from fuzzyctl.analysis.kernel_errors import kernel_errors
+from fuzzyctl.kernels.compile import compile as compile_system
+from fuzzyctl.kernels.plan import plan
+
+#: A falls to 0 behind 0.3, where B is 1: two corners that differ by less than 1e-14 of the range and count as one.
+ROUNDED = """
+system s
+and {norm}
+defuzzifier weighted_average
+input x in [0, 2]
+  A = triangle(-inf, 0, {foot!r})
+  B = triangle(0, 0.3, 1)
+  C = triangle(0.3, 1, 2)
+  D = triangle(1, 2, inf)
+output u in [0, 10]
+  p = constant(0)
+  q = constant(10)
+  r = linear(5, 0)
+if x is A then u is p
+if x is B then u is q
+if x is C then u is r weight 0.5
+if x is D then u is p
+"""
+
+
+def off(system, algorithm, points):
+    """Return the largest difference of an algorithm and all rules."""
+    rules, other = (compile_system(system, "python", algorithm=a) for a in ("rules", algorithm))
+    return max(abs(rules(x) - other(x)) for x in points)
+
+
+@pytest.mark.parametrize("norm", ["min", "product"])
+@pytest.mark.parametrize("foot", [0.3, 0.300000000000001, 0.300000000000004])
+def test_corners_that_count_as_one_are_in_the_error(norm, foot):
+    system = loads(ROUNDED.format(norm=norm, foot=foot))
+    (error,) = kernel_errors(plan(system))
+    found = off(system, "active", np.linspace(0.0, 2.0, 2001).tolist())
+    assert found <= error
+    if foot > 0.3:
+        # A bound of 1 would hold as well.
+        assert found > 1e-14
+        assert error <= 1000 * found
+    else:
+        assert error < 1e-12
+
+
+def test_what_is_proved_holds_for_rules_that_are_looked_up():
+    text = ROUNDED.format(norm="min", foot=0.300000000000004)
+    kernel = compile_system(loads(text), "python", algorithm="active")
+    below = math.nextafter(kernel(0.2985), 0.0)
+    rules = compile_system(loads(text), "python", algorithm="rules")(0.2985)
+    assert rules < below - 1e-13
+    claims = [f"require u <= {bound!r} when x >= 0.2985 and x <= 0.2985" for bound in (below, rules + 1e-13, 9.96)]
+    verdicts = prove(loads("\n".join([text, *claims, ""])))
+    assert [isinstance(v, Proved) for v in verdicts] == [False, False, True]
+
+
+def pd(peaks="-1 -0.5 0 0.5 1"):
+    names = "NB NS ZO PS PB".split()
+    rows = "\n".join(
+        f"  {n} | {' '.join(names[min(max(i + j - 2, 0), 4)] for j in range(5))}" for i, n in enumerate(names)
+    )
+    terms = "  terms " + " ".join(f"{n}@{p}" for n, p in zip(names, peaks.split(), strict=True))
+    variables = "\n".join(f"{v} in [-1, 1]\n{terms}" for v in ("input e", "input de", "output u"))
+    return loads(f"system pd\ndefuzzifier centroid\n{variables}\ntable u = e x de\n  {' '.join(names)}\n{rows}\n")
+
+
+def test_peaks_that_count_as_even_are_in_the_error_of_diagonals():
+    (even,) = kernel_errors(plan(pd()))
+    system = pd(f"-1 {-0.5 + 3e-15} 0 0.5 1")
+    (uneven,) = kernel_errors(plan(system))
+    assert 0.0 < even < 1e-13 < 10 * even < uneven < 1e-11
+    rules, other = (compile_system(system, "python", algorithm=a) for a in ("rules", "diagonals"))
+    found = max(abs(rules(e, d) - other(e, d)) for e in np.linspace(-1, 1, 41) for d in np.linspace(-1, 1, 41))
+    assert 1e-15 < found <= uneven
+
+
+def test_all_rules_have_no_other_way_to_be_off():
+    text = ROUNDED.format(norm="min", foot=0.3).replace("if x is D", "if not x is A")
+    assert kernel_errors(plan(loads(text))) == [0.0]
