@@ -156,7 +156,8 @@ def active_of(plan: Plan, *, least_gain: float = LEAST_GAIN) -> Active | str:
             return "corners differ by rounding, and rules are missing"
         if rules.norm == "min" and not all(a.is_covered for a in axes):
             return "corners of one input differ by rounding, and another one has gaps"
-    numbers = math.prod(len(a.knots) for a in axes) * len(plan.outputs) * (len(plan.inputs) + 2) << len(axes)
+    columns = sum(2 + len(_read_by(output)) for output in plan.outputs)
+    numbers = math.prod(len(a.knots) for a in axes) * columns << len(axes)
     if numbers > MOST_NUMBERS:
         return f"its tables would have {numbers:,} numbers, more than {MOST_NUMBERS:,}"
     outputs = tuple(_sums(plan, output, axes, rules) for output in plan.outputs)
@@ -265,6 +266,12 @@ def _is_average(output: OutputPlan) -> bool:
         and all(e.change is None and e.factor == 1.0 for e in output.implied)
         and all(linear_parts(output.terms[e.term]) is not None for e in output.implied)
     )
+
+
+def _read_by(output: OutputPlan) -> set[str]:
+    """Return the inputs that consequents of an output read."""
+    parts = [linear_parts(output.terms[e.term]) for e in output.implied]
+    return {name for own in parts if own is not None for name in own[0]}
 
 
 def linear_parts(term: SetPlan) -> tuple[dict[str, float], float] | None:
@@ -393,7 +400,8 @@ def _sums(plan: Plan, output: OutputPlan, axes: Sequence[Axis], rules: _Rules) -
         weight, constant, factors = parts.get(key, (0.0, 0.0, {}))
         own = {n: factors.get(n, 0.0) + rule.weight * c for n, c in consequent[0].items()}
         parts[key] = weight + rule.weight, constant + rule.weight * consequent[1], factors | own
-    names = [i.name for i in plan.inputs if any(i.name in factors for _, _, factors in parts.values())]
+    read = _read_by(output)
+    names = [i.name for i in plan.inputs if i.name in read]
     none = (0.0, 0.0, dict[str, float]())
     rows = [
         [parts.get(combination, none) for combination in product(*cell)]

@@ -134,12 +134,12 @@ def test_compiled_too(case, seed):
         np.testing.assert_allclose(np.atleast_1d(kernel(*point)), np.atleast_1d(value), rtol=1e-12, atol=1e-10)
 
 
-def table(terms, settings="and min\ndefuzzifier weighted_average", rules="", width=1):
+def table(terms, settings="and min\ndefuzzifier weighted_average", rules="", width=1, terms_of_u="  terms c0 c1 c2 c3"):
     names = " ".join(f"t{k}" for k in range(terms))
     lines = ["system s", settings]
     for name in "xy":
         lines += [f"input {name} in [0, {width}]", f"  terms {names}"]
-    lines += ["output u in [0, 3]", "  terms c0 c1 c2 c3", "table u = x x y", f"  {names}"]
+    lines += ["output u in [0, 3]", terms_of_u, "table u = x x y", f"  {names}"]
     for i in range(terms):
         lines.append(f"  t{i} | " + " ".join(f"c{(3 * i + 5 * j) % 4}" for j in range(terms)))
     return loads("\n".join([*lines, rules]))
@@ -147,10 +147,30 @@ def table(terms, settings="and min\ndefuzzifier weighted_average", rules="", wid
 
 class TestChoice:
     def test_is_all_rules_where_tables_would_take_too_much_memory(self, monkeypatch):
-        monkeypatch.setattr(active, "MOST_NUMBERS", 5 * 5 * 4 * 4)
+        monkeypatch.setattr(active, "MOST_NUMBERS", 5 * 5 * 4 * 2)
         assert algorithm_of(plan(table(5))).name == "active"
-        monkeypatch.setattr(active, "MOST_NUMBERS", 5 * 5 * 4 * 4 - 1)
+        assert sum(len(values) for _, values in algorithm_of(plan(table(5))).point.tables[4:]) <= 5 * 5 * 4 * 2
+        monkeypatch.setattr(active, "MOST_NUMBERS", 5 * 5 * 4 * 2 - 1)
         assert algorithm_of(plan(table(5))).name == "rules"
+
+    def test_counts_inputs_that_consequents_read(self, monkeypatch):
+        text = "  c0 = linear(0, 1, 0)\n  c1 = constant(1)\n  c2 = constant(2)\n  c3 = constant(0)"
+        for numbers, name in ((5 * 5 * 4 * 3, "active"), (5 * 5 * 4 * 3 - 1, "rules")):
+            monkeypatch.setattr(active, "MOST_NUMBERS", numbers)
+            assert algorithm_of(plan(table(5, terms_of_u=text))).name == name
+
+    def test_is_for_six_inputs_of_three_terms(self):
+        """Tables of 93,312 numbers, the weights and the constants of 729 rules for each of the 64 that can act."""
+        rows = ["system s", "and min", "defuzzifier weighted_average"]
+        for k in range(6):
+            rows += [f"input x{k} in [0, 1]", "  terms a b c"]
+        rows += ["output u in [0, 2]", "  terms c0 c1 c2"]
+        for combination in itertools.product("abc", repeat=6):
+            said = " and ".join(f"x{k} is {t}" for k, t in enumerate(combination))
+            rows.append(f"if {said} then u is c{sum(map('abc'.index, combination)) % 3}")
+        chosen = algorithm_of(plan(loads("\n".join([*rows, ""]))))
+        assert "64 of 729 rules at a time" in chosen.reason
+        assert 64 * 729 < sum(len(values) for _, values in chosen.point.tables) <= 2 * 64 * 729 + 6 * 5 * 3
 
     def test_is_for_tables_of_many_rules(self):
         assert algorithm_of(plan(table(3))).name == "active"
