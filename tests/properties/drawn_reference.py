@@ -56,10 +56,13 @@ def undone(name, x):
 
 
 class Reference:
-    """One evaluation of a system at a point; with a seed as if degrees and activations were off by rounding."""
+    """One evaluation of a system at a point; with a seed as if degrees and activations were off by rounding.
 
-    def __init__(self, system, point, seed=None):
-        self.system, self.random = system, None if seed is None else Random(seed)
+    Exact defuzzifiers it does not know: the values of such outputs are given, and off by rounding, too.
+    """
+
+    def __init__(self, system, point, seed=None, given=()):
+        self.system, self.random, self.given = system, None if seed is None else Random(seed), dict(given)
         self.values = {
             v.name: min(max(x, v.lower.value), v.upper.value) for v, x in zip(system.inputs, point, strict=True)
         }
@@ -121,13 +124,18 @@ class Reference:
         """Return the value of an output, or the word "error"; NaN where it reads one that has no value."""
         if name not in self.results:
             output = self.system.output(name)
-            value = self._output(output)
+            value = self._given(output) if name in self.given else self._output(output)
             if output.clamped and not isinstance(value, str) and not math.isnan(value):
                 value = min(max(value, output.lower.value), output.upper.value)
             self.results[name] = value
         if isinstance(self.results[name], str):
             raise NoRuleFiresError(name, "")
         return self.results[name]
+
+    def _given(self, output):
+        width = output.upper.value - output.lower.value
+        off = 0.0 if self.random is None else NOISE * (self.random.random() - 0.5) * width
+        return self.given[output.name] + off
 
     def _output(self, output):
         rules = [(k, r) for r in self.system.rules for k, c in enumerate(r.consequents) if c.output == output.name]
@@ -348,9 +356,9 @@ BISECTORS = {
 }
 
 
-def reference(system, point, seed=None):
+def reference(system, point, seed=None, given=()):
     """Return all outputs, "error" where a kernel refuses, and whether activations are far from the smallest numbers."""
-    found = Reference(system, point, seed)
+    found = Reference(system, point, seed, given)
     try:
         values = [found.output(o.name) for o in system.outputs]
     except NoRuleFiresError:
