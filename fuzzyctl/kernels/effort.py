@@ -14,7 +14,7 @@ from fuzzyctl.kernels.program import Accumulate, Assign, Fold, Locate, Program, 
 MOST_OPERATIONS: Final = 20_000
 #: Operations for each knot that is compared: it is read, compared and counted.
 _COUNTED: Final = 12
-#: Operations of a loop that searches knots, and of one that integrates.
+#: Operations of a search among more knots, and of a loop that integrates.
 _LOOP: Final = 200
 
 

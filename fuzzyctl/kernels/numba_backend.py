@@ -15,7 +15,7 @@ import tempfile
 import threading
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from types import ModuleType
@@ -29,7 +29,15 @@ if numba.config.DISABLE_JIT:
 from fuzzyctl.kernels import selections
 from fuzzyctl.kernels.cache import cache_folder
 from fuzzyctl.kernels.integrals import SCALAR, integral_lines
-from fuzzyctl.kernels.printer import INDENT, Dialect, block, text
+from fuzzyctl.kernels.printer import (
+    INDENT,
+    MOST_COUNTED,
+    MOST_COUNTED_MANY,
+    Dialect,
+    block,
+    counted_or_searched,
+    text,
+)
 from fuzzyctl.kernels.program import STATE, Place, Program, Quadrature, Refuse, speculated
 from fuzzyctl.kernels.python_backend import RESULT
 from fuzzyctl.kernels.table import TABLE, Numbers
@@ -55,19 +63,18 @@ _HELPERS: Final = {
 }
 
 
-#: Finds the last of some rising numbers in a table that is not above x; the first one for NaN.
+#: Finds the last of some rising numbers in a table that is not above x; the first one for NaN. Inlined, with a count
+#: that is a number, it is as many loads, comparisons and choices as the count has bits, and no branch.
 _SEARCH: Final = """
 
 @njit(error_model="numpy")
 def search(table, first, count, x):
-    low, high = 0, count
-    while high - low > 1:
-        middle = (low + high) // 2
-        if x >= table[first + middle]:
-            low = middle
-        else:
-            high = middle
-    return low
+    low, size = first, count
+    while size > 1:
+        half = size // 2
+        low += half if x >= table[low + half] else 0
+        size -= half
+    return low - first
 """
 
 #: Names of a letter and a number.
@@ -78,6 +85,7 @@ _COMPILED: Final = replace(
     smaller=lambda a, b: f"smaller({a}, {b})",
     larger=lambda a, b: f"larger({a}, {b})",
 )
+_COMPILED_MANY: Final = replace(_COMPILED, locate=partial(counted_or_searched, most=MOST_COUNTED_MANY))
 
 
 def evaluation_source(program: Program, numbers: Numbers | None = None, *, pointer: bool = False) -> str:
@@ -123,7 +131,7 @@ def batch_source(program: Program, numbers: Numbers) -> str:
     def refuse(condition: str, output: str) -> list[str]:
         return [f"if {condition}:", f"{INDENT}return {len(refused)} * i + {refused.index(output)}"]
 
-    base = _dialect(numbers)
+    base = numbers.dialect(_COMPILED_MANY, MOST_COUNTED_MANY)
 
     def item(array: str, index: int | str | Place) -> str:
         return f"states[{program.state} * i + {index}]" if array == STATE else base.item(array, index)
@@ -143,7 +151,7 @@ def batch_source(program: Program, numbers: Numbers) -> str:
 
 
 def _dialect(numbers: Numbers | None) -> Dialect:
-    return _COMPILED if numbers is None else numbers.dialect(_COMPILED)
+    return _COMPILED if numbers is None else numbers.dialect(_COMPILED, MOST_COUNTED)
 
 
 def _table(numbers: Numbers | None) -> list[str]:

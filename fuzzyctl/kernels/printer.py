@@ -25,8 +25,10 @@ from fuzzyctl.kernels.program import (
 
 INDENT = "    "
 
-#: More knots than this are searched by compiled code; few are all compared, which takes no branch.
-MOST_COUNTED = 64
+#: More knots than this are searched by compiled code, which costs as much at eight and a third at 64 of them.
+MOST_COUNTED = 8
+#: So it is in loops over many points, where comparisons become vector instructions: as much at some fifty.
+MOST_COUNTED_MANY = 48
 
 
 def index_text(index: int | str | Place) -> str:
@@ -92,7 +94,7 @@ def counted(statement: Locate, x: str, constants: Sequence[str] = (), item: str 
 
 
 def searched(statement: Locate, x: str, table: str = "", first: int = 0) -> list[str]:
-    """Return lines that call `search`, which halves the knots in a loop: what is least to compile where they are many.
+    """Return lines that call `search`, which halves the knots without branches, as often as a compiler knows.
 
     Args:
         statement: What is found.
@@ -111,9 +113,9 @@ def searched(statement: Locate, x: str, table: str = "", first: int = 0) -> list
     return lines if statement.stride == 1 else [*lines, f"{name} = {statement.stride} * {name}"]
 
 
-def counted_or_searched(statement: Locate, x: str) -> list[str]:
-    """Return lines for compilers: without branches where the knots are few."""
-    return counted(statement, x) if len(statement.knots) <= MOST_COUNTED else searched(statement, x)
+def counted_or_searched(statement: Locate, x: str, most: int = MOST_COUNTED) -> list[str]:
+    """Return lines for compilers: comparisons with all knots where these are at most so many."""
+    return counted(statement, x) if len(statement.knots) <= most else searched(statement, x)
 
 
 def decided(statement: Locate, x: str) -> list[str]:

@@ -7,9 +7,10 @@ value of a sweep. Here the numbers of a program and its constant tables stand in
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import Final
 
-from fuzzyctl.kernels.printer import MOST_COUNTED, Dialect, counted, index_text, number, searched
+from fuzzyctl.kernels.printer import Dialect, counted, index_text, number, searched
 from fuzzyctl.kernels.program import Locate, Place, Program, Quadrature
 
 #: Name of the argument.
@@ -40,11 +41,12 @@ class Numbers:
             self._places[name] = len(self.values)
             self.values += values
 
-    def dialect(self, base: Dialect) -> Dialect:
-        """Return a dialect that takes numbers and tables from the argument."""
+    def dialect(self, base: Dialect, most_counted: int) -> Dialect:
+        """Return a dialect that takes numbers and tables from the argument; more knots than that are searched."""
         if not self.shares:
             return base
-        return replace(base, constant=self._constant, item=self._item, locate=self._locate)
+        locate = partial(self._locate, most_counted)
+        return replace(base, constant=self._constant, item=self._item, locate=locate)
 
     def taken(self) -> list[str]:
         """Return lines that give names to the numbers that the text names, as far as it is written."""
@@ -66,9 +68,9 @@ class Numbers:
             return f"{array}[{index_text(index)}]"
         return f"{TABLE}[{first} + {index_text(index)}]" if first else f"{TABLE}[{index_text(index)}]"
 
-    def _locate(self, statement: Locate, x: str) -> list[str]:
+    def _locate(self, most: int, statement: Locate, x: str) -> list[str]:
         first = self._places[statement.table]
-        if len(statement.knots) > MOST_COUNTED:
+        if len(statement.knots) > most:
             return searched(statement, x, TABLE, first)
         knots = [self._name(first + k) for k in range(len(statement.knots))]
         return counted(statement, x, knots, self._item(statement.table, statement.name))

@@ -1,3 +1,4 @@
+import bisect
 import errno
 import math
 import os
@@ -13,7 +14,10 @@ import pytest
 
 from fuzzyctl import loads
 from fuzzyctl.kernels import numba_backend
+from fuzzyctl.kernels.algorithm import algorithm_of
 from fuzzyctl.kernels.compile import compile as compile_system
+from fuzzyctl.kernels.plan import plan
+from fuzzyctl.kernels.table import Numbers
 
 TEXT = """
 system s
@@ -267,3 +271,32 @@ except BackendUnavailableError as error:
     assert first == "numpy 0.5"
     assert all("NUMBA_DISABLE_JIT is set" in line for line in rest)
     assert len(rest) == 2
+
+
+def test_search_finds_the_last_number_that_is_not_above():
+    names = {"njit": lambda **_: lambda function: function}
+    exec(numba_backend._SEARCH, names)
+    for count in range(1, 70):
+        table = [-1.0, *(math.sqrt(k) for k in range(count)), 1e9]
+        own = table[1:-1]
+        for x in (y for k in own for y in (k, math.nextafter(k, 99.0), math.nextafter(k, -99.0), math.inf, -math.inf)):
+            assert names["search"](table, 1, count, x) == max(bisect.bisect_right(own, x) - 1, 0)
+        assert names["search"](table, 1, count, math.nan) == 0
+
+
+@pytest.mark.parametrize(
+    ("terms", "searched", "searched_in_loops"),
+    [(8, False, False), (9, True, False), (48, True, False), (49, True, True)],
+)
+def test_few_knots_are_compared_and_more_searched(terms, searched, searched_in_loops):
+    names = " ".join(f"t{k}" for k in range(terms))
+    rules = "\n".join(f"if x is t{k} then u is c{k % 2}" for k in range(terms))
+    system = loads(
+        f"system s\nand product\ndefuzzifier weighted_average\ninput x in [0, 1]\n  terms {names}\n"
+        f"output u in [0, 1]\n  terms c0 c1\n{rules}\n"
+    )
+    program = algorithm_of(plan(system)).point
+    point, loop = numba_backend.evaluation_source(program), numba_backend.batch_source(program, Numbers(program))
+    inside = numba_backend.batch_source(program, Numbers(program, inside=True))
+    assert ("search(" in point) == ("search(" in numba_backend.evaluation_source(program, Numbers(program))) == searched
+    assert ("search(" in loop) == ("search(" in inside) == searched_in_loops
