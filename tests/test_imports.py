@@ -15,7 +15,7 @@ ORDER = [
     ["source", "codes", "peer_words", "spelling"],
     ["misspelt"],
     ["errors"],
-    ["files", "shipped", "reading", "arguments", "machine_code"],
+    ["files", "shipped", "reading", "arguments", "machine_code", "cores"],
     ["expr"],
     ["formulas"],
     ["lang", "model"],

@@ -16,6 +16,7 @@ import click
 
 import fuzzyctl
 from fuzzyctl.cli.common import DONE, FAILED, FORMAT, answers_with_diagnostics
+from fuzzyctl.cores import cores
 
 #: What fuzzyctl needs, and what only some commands do, each with the extra that brings it.
 NEEDED: Final = ("lark", "pydantic", "click", "rich", "numpy", "scipy", "matplotlib", "numba", "pygments")
@@ -52,7 +53,7 @@ def examined() -> dict[str, Any]:
         "fuzzyctl": fuzzyctl.__version__,
         "python": platform.python_version(),
         "platform": f"{platform.system()} {platform.machine()}",
-        "cores": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count(),
+        "cores": cores(),
         "packages": packages,
         "optional": {name: {"version": _version(name), "extra": extra} for name, extra in OPTIONAL.items()},
         "backend": backend,

@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import math
 import os
+import signal
 from collections import deque
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor, wait
-from functools import cache
+from concurrent.futures import Future, wait
+from functools import cache, partial
+from time import sleep
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from fuzzyctl.cores import cores
 from fuzzyctl.errors import ArgumentError
 from fuzzyctl.kernels.arguments import float_array, writable
 
 if TYPE_CHECKING:
+    from concurrent.futures import ThreadPoolExecutor
+
     import numpy.typing as npt
 
     FloatArray = npt.NDArray[np.float64]
@@ -28,11 +33,9 @@ BLOCK: Final = 8192
 ENOUGH: Final = 100_000
 #: Points of the smallest share that a thread takes at a time: few enough that none waits long for the last one.
 LEAST: Final = 1 << 13
-
-
-def cores() -> int:
-    """Return the number of cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+#: Seconds between looks whether interrupted threads are done.
+_NAP: Final = 1e-4
+_MASKS: Final = hasattr(signal, "pthread_sigmask")
 
 
 def run(fill: Fill, points: Any, states: FloatArray | None, results: FloatArray, *, parallel: bool) -> None:
@@ -92,9 +95,11 @@ def listed(points: npt.NDArray[Any], first: int, last: int) -> npt.NDArray[Any]:
 def _share(work: Callable[[int, int], None], count: int, workers: int) -> None:
     """Let several threads, this one among them, take one share after the other.
 
-    A core that is busy with something else takes fewer shares, so that the others need not wait for it.
+    A core that is busy with something else takes fewer shares.
     """
     left = deque(_shares(count, workers))
+    begun: list[None] = []
+    ended: list[None] = []
     failed: list[tuple[int, Exception]] = []
 
     def take() -> None:
@@ -108,19 +113,41 @@ def _share(work: Callable[[int, int], None], count: int, workers: int) -> None:
             except Exception as error:  # noqa: BLE001 - raised below, in the thread of the caller
                 failed.append((first, error))
 
-    helping: list[Future[None]] = []
+    def help_out() -> None:
+        begun.append(None)
+        try:
+            take()
+        finally:
+            ended.append(None)
+
     try:
-        for _ in range(workers - 1):
-            helping.append(_pool(os.getpid()).submit(take))
-    except RuntimeError:  # no thread can be begun: the interpreter is about to end, or there are too many
-        pass
-    try:
+        helping = list(_begun(help_out, workers - 1))
         take()
-    finally:  # whatever interrupts this thread, nobody writes to the results any more once it is gone
-        left.clear()
         wait([help for help in helping if not help.cancel()])
+    finally:
+        left.clear()
+        _wait_until(lambda: len(begun) == len(ended))
     if failed:  # shares are taken in order, so that the first point that fails is among these
         raise min(failed, key=lambda f: f[0])[1]
+
+
+def _begun(work: Callable[[], None], count: int) -> Iterator[Future[None]]:
+    """Have so many threads do some work, or as many as can be begun."""
+    try:
+        for _ in range(count):
+            yield _pool(os.getpid()).submit(work)
+    except RuntimeError:  # the interpreter is about to end, or there are too many
+        return
+
+
+def _wait_until(done: Callable[[], bool]) -> None:
+    """Wait, through interrupts, which are raised in the end."""
+    try:
+        while not done():
+            sleep(_NAP)
+    except BaseException:
+        _wait_until(done)
+        raise
 
 
 def _shares(count: int, workers: int) -> Iterator[tuple[int, int]]:
@@ -135,7 +162,12 @@ def _shares(count: int, workers: int) -> Iterator[tuple[int, int]]:
 @cache
 def _pool(_process: int) -> ThreadPoolExecutor:
     """Return the threads that help, one pool for each process, since a fork copies none."""
-    return ThreadPoolExecutor(max(cores() - 1, 1), thread_name_prefix="fuzzyctl")
+    # Its module cannot be loaded any more once the interpreter is about to end.
+    from concurrent.futures import ThreadPoolExecutor
+
+    # Signals are for threads that know of them.
+    begin = partial(signal.pthread_sigmask, signal.SIG_SETMASK, signal.valid_signals()) if _MASKS else None
+    return ThreadPoolExecutor(max(cores() - 1, 1), thread_name_prefix="fuzzyctl", initializer=begin)
 
 
 def results_for(out: Any, shape: tuple[int, ...], *read: FloatArray | None) -> FloatArray:

@@ -14,7 +14,7 @@ import struct
 import sys
 from collections.abc import Callable
 from functools import cache
-from threading import Lock
+from threading import RLock
 from typing import TYPE_CHECKING, Any, Final
 
 import llvmlite.binding as llvm
@@ -146,8 +146,8 @@ def _array_is_known() -> bool:
     return _layout_is_known() and ctypes.c_int64.from_address(id(sample) + _DATA).value == sample.ctypes.data
 
 
-#: One thread at a time adds machine code.
-_LOADING: Final = Lock()
+#: One thread at a time adds machine code, and the handler of a signal that interrupts it.
+_LOADING: Final = RLock()
 
 
 def loaded(code: str, *names: str) -> tuple[int, ...]:

@@ -1,7 +1,8 @@
 """Machine code by which threads share a loop over many points, and the list of numbers by which they speak: a job.
 
 A thread takes shares of a job by moving the place of the first point that nobody has taken. A thread that helps others
-has a word: what it is doing, or the job that it is to begin with.
+has a word: what it is doing, or the job that it is to begin with. A job knows the threads that it was given to, so that
+to take it back is one call, in which no interrupt of the interpreter can come.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import ctypes
 import platform
 import struct
+import sys
 from collections.abc import Callable
 from enum import IntEnum
 from functools import cache
@@ -36,6 +38,16 @@ class Place(IntEnum):
     NEXT = 24  #: The first point that nobody has taken, apart from what is only read.
     REFUSED = 32  #: The least of what the function returned, counted from the first point of all.
     NAN = 33  #: Whether there was a NaN, or were infinities of both signs.
+    MOST = 34  #: Points of the largest share, and about how many are done before `take` returns.
+    CHAIN = 35  #: Address of the words of a thread that it was given to; 0 for none.
+
+
+class Of(IntEnum):
+    """Where the words of a thread have what."""
+
+    WORD = 0  #: What it is doing.
+    JOB = 1  #: Address of the job that it is given; 0 for none.
+    CHAIN = 2  #: Address of the words of another thread that this job was given to.
 
 
 class Word(IntEnum):
@@ -47,14 +59,19 @@ class Word(IntEnum):
     WAKES = 3  #: It was asleep when it got a job that was taken back since.
 
 
-#: Points of the largest share, and about how many a caller takes before it looks for an interrupt.
-MOST: Final = 1 << 18
+class Posted(IntEnum):
+    """What becomes of a job that is posted."""
+
+    REFUSED = 0  #: The thread has another one.
+    SEEN = 1  #: It will see it.
+    UNSEEN = 2  #: It is asleep, or was to be woken, which an interrupt may have kept from happening.
+
 
 Job = ctypes.c_int64 * 48
-_FIRST: Final = struct.Struct(f"{Place.LOOKS + 1}q{8 * (Place.REFUSED - Place.LOOKS - 1)}xq")
+_FIRST: Final = struct.Struct(f"{Place.LOOKS + 1}q{8 * (Place.REFUSED - Place.LOOKS - 1)}x3q")
 NEVER: Final = (1 << 63) - 1
 #: As long as what a core's cache keeps together, so that no two threads' words get into each other's way.
-WordOfThread = ctypes.c_int64 * 16
+WordsOfThread = ctypes.c_int64 * 16
 
 #: A sum of results is NaN if one of them is.
 _CODE: Final = """
@@ -66,6 +83,7 @@ start:
   %code = inttoptr i64 %code.address to i64 (i64, i64, i64, i64, i64)*
 {loads}
   %next.at = getelementptr i64, i64* %job, i64 {NEXT}
+  %most.at = getelementptr i64, i64* %job, i64 {MOST}
   br label %look
 look:
   %done = phi i64 [0, %start], [%done, %choose], [%sum, %taken]
@@ -74,11 +92,12 @@ look:
   %none = icmp sle i64 %left, 0
   br i1 %none, label %over, label %choose
 choose:
+  %most = load atomic i64, i64* %most.at monotonic, align 8
   %part = sdiv i64 %left, %divisor
   %small = icmp slt i64 %part, %least
   %more = select i1 %small, i64 %least, i64 %part
-  %large = icmp sgt i64 %more, {most}
-  %less = select i1 %large, i64 {most}, i64 %more
+  %large = icmp sgt i64 %more, %most
+  %less = select i1 %large, i64 %most, i64 %more
   %beyond = icmp sgt i64 %less, %left
   %size = select i1 %beyond, i64 %left, i64 %less
   %last = add i64 %first, %size
@@ -145,12 +164,13 @@ unpromised:
   br label %taken
 taken:
   %sum = add i64 %done, %size
-  %long = icmp sge i64 %sum, {most}
+  %long = icmp sge i64 %sum, %most
   br i1 %long, label %pause, label %look
 pause:
-  ret i64 1
+  ret i64 %sum
 over:
-  ret i64 0
+  %nothing.left = xor i64 %done, -1
+  ret i64 %nothing.left
 }}
 
 define void @serve(i64* %word, i64 %looks) {{
@@ -181,7 +201,7 @@ begin:
 work:
   %at = inttoptr i64 %said to i64*
   %again = call i64 @take(i64* %at)
-  %unfinished = icmp ne i64 %again, 0
+  %unfinished = icmp sge i64 %again, 0
   br i1 %unfinished, label %work, label %finished
 finished:
   store atomic i64 {LINGERS}, i64* %word release, align 8
@@ -190,44 +210,90 @@ end:
   ret void
 }}
 
-define i64 @post(i64* %word, i64 %job) {{
+define i64 @post(i64* %words, i64 %job) {{
 start:
-  %old = atomicrmw xchg i64* %word, i64 %job acq_rel
+  %given.at = getelementptr i64, i64* %words, i64 {OF_JOB}
+  %given = cmpxchg i64* %given.at, i64 0, i64 %job acq_rel acquire
+  %mine = extractvalue {{i64, i1}} %given, 1
+  br i1 %mine, label %chain, label %refused
+chain:
+  %places = inttoptr i64 %job to i64*
+  %first.at = getelementptr i64, i64* %places, i64 {CHAIN}
+  %next.at = getelementptr i64, i64* %words, i64 {OF_CHAIN}
+  %next = load i64, i64* %first.at
+  store i64 %next, i64* %next.at
+  %own = ptrtoint i64* %words to i64
+  store i64 %own, i64* %first.at
+  %old = atomicrmw xchg i64* %words, i64 %job acq_rel
   %asleep = icmp eq i64 %old, {ASLEEP}
   %wakes = icmp eq i64 %old, {WAKES}
-  %slept = or i1 %asleep, %wakes
-  %wake = zext i1 %slept to i64
-  ret i64 %wake
+  %unseen = or i1 %asleep, %wakes
+  %posted = select i1 %unseen, i64 {POSTED_UNSEEN}, i64 {POSTED_SEEN}
+  ret i64 %posted
+refused:
+  ret i64 {POSTED_REFUSED}
 }}
 
-define i64 @leave(i64* %word, i64 %job, i64 %looks) {{
+define void @leave(i64* %job, i64 %looks, i64 %sleep.address, i32 %time) {{
 start:
-  %dropped = cmpxchg i64* %word, i64 %job, i64 {WAKES} acq_rel acquire
+  %count.at = getelementptr i64, i64* %job, i64 {COUNT}
+  %count = load i64, i64* %count.at
+  %next.at = getelementptr i64, i64* %job, i64 {NEXT}
+  %dropped = atomicrmw xchg i64* %next.at, i64 %count acq_rel
+  %own = ptrtoint i64* %job to i64
+  %sleep = inttoptr i64 %sleep.address to i32 (i32)*
+  %chain.at = getelementptr i64, i64* %job, i64 {CHAIN}
+  br label %each
+each:
+  %words.address = load i64, i64* %chain.at
+  %none = icmp eq i64 %words.address, 0
+  br i1 %none, label %end, label %take.back
+take.back:
+  %words = inttoptr i64 %words.address to i64*
+  %taken = cmpxchg i64* %words, i64 %own, i64 {WAKES} acq_rel acquire
   br label %look
 look:
-  %k = phi i64 [0, %start], [%more, %wait]
-  %said = load atomic i64, i64* %word acquire, align 8
+  %k = phi i64 [0, %take.back], [%more, %wait], [0, %nap]
+  %said = load atomic i64, i64* %words acquire, align 8
   %busy = icmp eq i64 %said, {BUSY}
-  br i1 %busy, label %wait, label %end
+  br i1 %busy, label %wait, label %free
 wait:
   {relax}
   %more = add i64 %k, 1
   %enough = icmp sge i64 %more, %looks
-  br i1 %enough, label %end, label %look
+  br i1 %enough, label %nap, label %look
+nap:
+  %slept = call i32 %sleep(i32 %time)
+  br label %look
+free:
+  %rest.at = getelementptr i64, i64* %words, i64 {OF_CHAIN}
+  %rest = load i64, i64* %rest.at
+  store i64 %rest, i64* %chain.at
+  %given.at = getelementptr i64, i64* %words, i64 {OF_JOB}
+  store atomic i64 0, i64* %given.at release, align 8
+  br label %each
 end:
-  %left = zext i1 %busy to i64
-  ret i64 %left
+  ret void
 }}
 """
+
+_LOAD: Final = """
+  %{name}.at = getelementptr i64, i64* %job, i64 {place}
+  %{name} = load i64, i64* %{name}.at"""
 
 #: Tells the core that a thread only waits.
 _RELAX: Final = "call void @llvm.x86.sse2.pause()"
 
 
-def job(*numbers: int) -> ctypes.Array[ctypes.c_int64]:
-    """Return a job nobody has begun with, of the numbers from `Place.CODE` to `Place.LOOKS`."""
+def job(*numbers: int, most: int) -> ctypes.Array[ctypes.c_int64]:
+    """Return a job nobody has begun with.
+
+    Args:
+        numbers: Those from `Place.CODE` to `Place.LOOKS`.
+        most: That at `Place.MOST`.
+    """
     made = Job()
-    _FIRST.pack_into(made, 0, *numbers, NEVER)
+    _FIRST.pack_into(made, 0, *numbers, NEVER, 0, most)
     return made
 
 
@@ -235,14 +301,15 @@ class Functions(NamedTuple):
     """What the machine code offers; `post` alone keeps the lock of the interpreter."""
 
     take: Callable[..., int]
-    """(job): Take shares until none is left (0), or `MOST` points are done (1)."""
+    """(job): Take shares, and return how many points were done; below 0, it is -1 - those points: none are left."""
     serve: Callable[..., None]
-    """(word, looks): Take shares of the jobs that come until none has come for so many looks."""
+    """(words, looks): Take shares of the jobs that come until none has come for so many looks."""
     post: Callable[..., int]
-    """(word, job): Give a job to a thread; 1 if that is asleep, or was to be woken, which an interrupt may have kept
-    from happening."""
-    leave: Callable[..., int]
-    """(word, job, looks): Take back a job that is not begun; 1 if it is still worked at after so many looks."""
+    """(words, job): Give a job to a thread; see `Posted`."""
+    leave: Callable[..., None]
+    """(job, looks, *NAP): End a job: whoever it was given to does no more once this returns.
+
+    After so many looks at a thread that is not done it naps before it looks again."""
 
 
 @cache
@@ -254,19 +321,23 @@ def functions() -> Functions:
         declared="declare void @llvm.x86.sse2.pause()" if relaxes else "",
         relax=_RELAX if relaxes else "",
         loads="".join(loads),
-        most=MOST,
         **{name: value.value for kind in (Place, Word) for name, value in kind.__members__.items()},
+        **{f"OF_{name}": value.value for name, value in Of.__members__.items()},
+        **{f"POSTED_{name}": value.value for name, value in Posted.__members__.items()},
     )
     take, serve, post, leave = entry.loaded(code, "take", "serve", "post", "leave")
-    number, address = ctypes.c_int64, ctypes.c_void_p
+    number, address, c_int = ctypes.c_int64, ctypes.c_void_p, ctypes.c_int32
     return Functions(
         ctypes.CFUNCTYPE(number, address)(take),
         ctypes.CFUNCTYPE(None, address, number)(serve),
         ctypes.PYFUNCTYPE(number, address, number)(post),
-        ctypes.CFUNCTYPE(number, address, number, number)(leave),
+        ctypes.CFUNCTYPE(None, address, number, number, c_int)(leave),
     )
 
 
-_LOAD: Final = """
-  %{name}.at = getelementptr i64, i64* %job, i64 {place}
-  %{name} = load i64, i64* %{name}.at"""
+@cache
+def nap() -> tuple[int, int]:
+    """Return the address of a function of the operating system that sleeps, and for how long: 50 µs, or 1 ms."""
+    if sys.platform == "win32":
+        return ctypes.cast(ctypes.windll.kernel32.Sleep, ctypes.c_void_p).value or 0, 1
+    return ctypes.cast(ctypes.CDLL(None).usleep, ctypes.c_void_p).value or 0, 50

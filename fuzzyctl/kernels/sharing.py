@@ -6,17 +6,19 @@ looking for a moment whether there is more to do, as OpenMP's do, and begins at 
 
 from __future__ import annotations
 
+import _thread
 import ctypes
 import math
 import os
+import signal
 from functools import cache
-from threading import Lock, Thread
-from time import perf_counter, sleep
+from threading import Lock, RLock
+from time import perf_counter
 from typing import TYPE_CHECKING, Any, Final
 
+from fuzzyctl.cores import cores
 from fuzzyctl.kernels import entry, shares
-from fuzzyctl.kernels.batching import cores
-from fuzzyctl.kernels.shares import MOST, Place, Word, WordOfThread, functions
+from fuzzyctl.kernels.shares import Place, Posted, Word, WordsOfThread, functions
 
 if TYPE_CHECKING:
     from ctypes import Array, c_int64
@@ -34,17 +36,26 @@ WAKING: Final = 500e-6
 SOON: Final = 1e-3
 #: Seconds that a point takes as long as nobody knows.
 _GUESS: Final = 1.5e-9
-#: With fewer points the time that they take tells little of others.
-_TELLING: Final = 4096
-#: Points of the smallest share: so few that no thread waits long for the last one, so many that taking it costs little.
+#: What takes less seconds only says that a point takes no more.
+_TELLING: Final = 10e-6
+#: Points of the smallest share of small systems: so few that no thread waits long for the last one, so many that taking
+#: it costs little; those of others take this part of what is enough for a thread.
 LEAST: Final = 1 << 11
+_PART: Final = 0.25
+#: Seconds of the largest share: an interrupt is heeded between two of them, and nobody waits longer for another thread.
+PROMPT: Final = 0.02
+#: Points of the largest share, and of the first one of a loop.
+MOST: Final = 1 << 18
+_TRIED: Final = 1 << 10
 #: Seconds that a thread looks for more to do before it sleeps.
 LINGERING: Final = 300e-6
-#: Seconds that a caller looks whether another thread is done with its last share, and then sleeps at a time.
+#: Seconds that a caller looks whether another thread is done with its last share before it naps.
 PATIENCE: Final = 50e-6
+#: Seconds until threads are started again after none could be.
+_RETRY: Final = 1.0
 
 #: Plain numbers: to look an entry of an enumeration up takes its time.
-_COUNT, _NEXT, _REFUSED, _NAN = (p.value for p in (Place.COUNT, Place.NEXT, Place.REFUSED, Place.NAN))
+_REFUSED, _NAN, _MOST, _UNSEEN = Place.REFUSED.value, Place.NAN.value, Place.MOST.value, Posted.UNSEEN.value
 
 
 class Loop:
@@ -60,7 +71,8 @@ class Loop:
     def __init__(self, code: int, table: FloatArray, refusals: int, kept: Any) -> None:
         self._kept, self._refusals = (kept, table), max(refusals, 1)
         self._code, self._table = code, table.ctypes.data
-        self._pace = _GUESS
+        self._pace, self._is_known = _GUESS, False
+        functions()  # which takes longer than a batch, and is not to be measured
 
     def run(
         self, points: FloatArray, states: FloatArray | None, results: FloatArray, *, parallel: bool, looks: bool
@@ -81,7 +93,8 @@ class Loop:
         count = len(results)
         if not count:
             return None, False
-        expected = count * self._pace
+        pace = self._pace
+        expected = count * pace
         workers = _workers(expected) if parallel else 1
         job = shares.job(
             self._code,
@@ -94,20 +107,42 @@ class Loop:
             0 if states is None else 8 * states.shape[1],
             8 * results.shape[1],
             2 * workers,
-            LEAST if workers > 1 else MOST,
+            MOST if workers == 1 else LEAST if pace * LEAST < _PART * ENOUGH else max(int(_PART * ENOUGH / pace), 1),
             self._refusals,
             looks,
+            most=_most(pace) if self._is_known else _TRIED,
         )
-        # A thread that helps keeps the job for as long as it may write.
-        job.kept = (self, points, states, results)  # type: ignore[attr-defined]
-        began = perf_counter()
-        threads = _do(job, workers - 1)
-        if count >= _TELLING and job[_REFUSED] == shares.NEVER:
-            self._pace = (perf_counter() - began) * threads / count
+        if workers == 1:
+            self._take(job)
+        else:
+            self._take_with(_crew(os.getpid()).of(workers - 1), job)
         if parallel and expected >= 2 * ENOUGH:
             _ended()
         refused = job[_REFUSED]
         return None if refused == shares.NEVER else refused, bool(job[_NAN])
+
+    def _take_with(self, helpers: list[_Helper], job: Array[c_int64]) -> None:
+        """Do a job in this thread and others; once this returns or raises, nobody writes to its arrays."""
+        leave, looks, (sleep, time) = functions().leave, _looks(PATIENCE), shares.nap()
+        try:
+            for helper in helpers:
+                helper.begin(job)
+            self._take(job)
+        finally:
+            # A single call, since interrupts come between calls.
+            leave(job, looks, sleep, time)
+
+    def _take(self, job: Array[c_int64]) -> None:
+        """Take shares in this thread until there are none, and learn what a point takes."""
+        take, done, began = functions().take, 0, perf_counter()
+        while (taken := take(job)) >= 0:
+            done += taken
+            job[_MOST] = _most((perf_counter() - began) / done)
+        done += ~taken
+        if done and job[_REFUSED] == shares.NEVER:
+            seconds = perf_counter() - began
+            self._is_known |= seconds >= _TELLING
+            self._pace = seconds / done if seconds >= _TELLING else min(self._pace, seconds / done)
 
 
 #: When a batch that was worth sharing last ended.
@@ -128,92 +163,62 @@ def _ended() -> None:
     _last = perf_counter()
 
 
-def _do(job: Array[c_int64], others: int) -> int:
-    """Do a job in this thread and so many others; once this returns or raises, nobody writes to its arrays.
-
-    Returns:
-        The number of threads that took part or were woken for it.
-    """
-    take = functions().take
-    if not others:
-        while take(job):
-            pass
-        return 1
-    helpers = _crew(os.getpid()).of(others)
-    try:
-        threads = 1 + sum(helper.begin(job) for helper in helpers)
-        while take(job):
-            pass
-        return threads
-    finally:
-        job[_NEXT] = job[_COUNT]
-        _leave(helpers, job)
-
-
-def _leave(helpers: list[_Helper], job: Array[c_int64]) -> None:
-    """Wait until all are done with their shares of a job; an interrupt meanwhile is raised once they are."""
-    interrupted: BaseException | None = None
-    for helper in helpers:
-        while True:
-            try:
-                helper.leave(job)
-                break
-            except BaseException as error:  # noqa: BLE001 - raised below
-                interrupted = error
-    if interrupted is not None:
-        raise interrupted
+def _most(pace: float) -> int:
+    """Return the points of the largest share if each takes so many seconds."""
+    return MOST if pace * MOST < PROMPT else max(int(PROMPT / pace), 1)
 
 
 class _Helper:
     """A thread that takes shares of others' jobs."""
 
     def __init__(self) -> None:
-        self._wanted, self._word = Lock(), WordOfThread()
+        self._wanted, self._words = Lock(), WordsOfThread()
         self._wanted.acquire()
-        # The job that it is given, if any, by its only key: to enter and to delete that is one step, in which no
-        # interrupt can come.
-        self._given: dict[int, Array[c_int64]] = {}
-        Thread(target=self._live, name="fuzzyctl", daemon=True).start()
 
-    def _live(self) -> None:
+    def live(self) -> None:
+        """Take shares for ever, in a thread of its own."""
+        if hasattr(signal, "pthread_sigmask"):  # signals are for threads that know of them
+            signal.pthread_sigmask(signal.SIG_SETMASK, signal.valid_signals())
         serve, looks = functions().serve, _looks(LINGERING)
         while True:
             self._wanted.acquire()
-            serve(self._word, looks)
+            serve(self._words, looks)
 
-    def begin(self, job: Array[c_int64]) -> bool:
+    def begin(self, job: Array[c_int64]) -> None:
         """Have it take shares of a job, unless it does so of another caller's."""
-        if self._given.setdefault(0, job) is not job:
-            return False
-        # It may be locked though the thread is awake, which then looks once more than it had to.
-        if functions().post(self._word, ctypes.addressof(job)) and self._wanted.locked():
+        # The lock may be locked though the thread is awake, which then looks once more than it had to.
+        if functions().post(self._words, ctypes.addressof(job)) == _UNSEEN and self._wanted.locked():
             self._wanted.release()
-        return True
-
-    def leave(self, job: Array[c_int64]) -> None:
-        """If it has begun with a job, wait until it is done with its share, and have it take no other."""
-        if self._given.get(0) is not job:
-            return
-        while functions().leave(self._word, ctypes.addressof(job), _looks(PATIENCE)):
-            sleep(PATIENCE)
-        del self._given[0]
 
 
 class _Crew:
     """The threads of a process that help, started when they are first wanted."""
 
     def __init__(self) -> None:
-        self._lock, self._helpers = Lock(), list[_Helper]()
+        # A signal's handler may come here while the thread that it interrupts is here.
+        self._lock, self._helpers = RLock(), list[_Helper]()
+        self._failed = -math.inf
 
     def of(self, count: int) -> list[_Helper]:
         """Return so many, or as many as can be started."""
-        with self._lock:
-            try:
-                while len(self._helpers) < count:
-                    self._helpers.append(_Helper())
-            except RuntimeError:  # the interpreter is about to end, or there are too many threads
-                return self._helpers
-            return self._helpers[:count]
+        if len(self._helpers) < count and perf_counter() - self._failed > _RETRY:
+            with self._lock:
+                while len(self._helpers) < count and self._start():
+                    pass
+        return self._helpers[:count]
+
+    def _start(self) -> bool:
+        """Start one more, unless the interpreter is about to end, or there are too many threads."""
+        helper = _Helper()
+        self._helpers.append(helper)
+        try:
+            # `Thread.start` waits, and an interrupt then would leave a thread that nobody knows.
+            _thread.start_new_thread(helper.live, ())
+        except RuntimeError:
+            self._helpers.remove(helper)
+            self._failed = perf_counter()
+            return False
+        return True
 
 
 @cache
@@ -230,7 +235,7 @@ def _looks(seconds: float) -> int:
 
 def _look() -> float:
     """Return the seconds that one look takes, of which others of the machine may make more."""
-    looks, word = 1000, WordOfThread(Word.LINGERS)
+    looks, word = 1000, WordsOfThread(Word.LINGERS)
     began = perf_counter()
     functions().serve(word, looks)
     return (perf_counter() - began) / looks

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,6 +10,7 @@ import click
 
 from dwmr.cli import running
 from dwmr.cli.common import interrupts_wait, mistakes_as_diagnostics, progress, terminated_as_interrupted
+from fuzzyctl.cores import cores
 
 if TYPE_CHECKING:
     from dwmr.calibration.search import Found
@@ -70,7 +70,7 @@ def calibrate(
     with mistakes_as_diagnostics(style), terminated_as_interrupted():
         task = running.read(scenario, None, ())
         start = _start(task, wanted, path, force)
-        found = _search(task, start, evaluations, seed, jobs or os.cpu_count() or 1)
+        found = _search(task, start, evaluations, seed, jobs or cores())
         with interrupts_wait():
             _report(task, found, path, style)
     if found.interrupted:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, TypeVar
 import click
 
 from dwmr.cli.common import progress
+from fuzzyctl.cores import cores
 
 if TYPE_CHECKING:
     from dwmr.sweep.plan import Run
@@ -65,7 +66,7 @@ def compute(setup: Setup, runs: Sequence[Run], jobs: int | None, cluster: str | 
 
     if cluster is not None:
         return dask.compute(setup, runs, cluster)
-    return pool.compute(setup, runs, min(jobs or pool.cores(), max(1, len(runs))))
+    return pool.compute(setup, runs, min(jobs or cores(), max(1, len(runs))))
 
 
 def collect(outcomes: Iterable[Outcome], total: int, ready: int, keep: Callable[[Outcome], None]) -> None:

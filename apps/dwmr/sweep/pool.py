@@ -28,11 +28,6 @@ class WorkerLostError(Exception):
     """Raised when a worker ended in the middle of a run, such as for want of memory."""
 
 
-def cores() -> int:
-    """Return how many processors this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
 def compute(setup: Setup, runs: Iterable[Run], jobs: int) -> Iterator[Outcome]:
     """Yield the outcomes of runs as they come, in any order.
 

@@ -178,15 +178,14 @@ class TestThreads:
         for k in range(4):
             np.testing.assert_array_equal(found[k], expected[k])
 
-    def test_that_cannot_be_begun_are_done_without(self, kernel, monkeypatch):
+    def test_that_cannot_be_begun_are_done_without(self, arrays, monkeypatch):
         def start(_):
             raise RuntimeError("can't create new thread at interpreter shutdown")
 
         batching._pool.cache_clear()
-        sharing._crew.cache_clear()
         monkeypatch.setattr(threading.Thread, "start", start)
         points = points_for(5000)
-        np.testing.assert_array_equal(kernel.batch(points), kernel.batch(points, parallel=False))
+        np.testing.assert_array_equal(arrays.batch(points), arrays.batch(points, parallel=False))
 
     def test_write_nothing_after_an_interrupt_and_help_the_next_call(self, arrays, monkeypatch):
         kernel = arrays
@@ -208,6 +207,32 @@ class TestThreads:
         np.testing.assert_array_equal(out, left)
         monkeypatch.setitem(kernel.__dict__, "_fill", own)
         np.testing.assert_array_equal(kernel.batch(points), kernel.batch(points, parallel=False))
+
+    def test_write_nothing_after_further_interrupts(self, arrays, monkeypatch):
+        caller, points, out, naps = threading.get_ident(), points_for(20_000), np.zeros(20_000), []
+
+        def fill(_points, _states, results):
+            if threading.get_ident() == caller:
+                time.sleep(0.005)
+                raise KeyboardInterrupt
+            time.sleep(0.02)
+            results[:] = 1.0
+
+        def nap(seconds):
+            naps.append(seconds)
+            if len(naps) < 4:
+                raise KeyboardInterrupt
+            time.sleep(seconds)
+
+        monkeypatch.setitem(arrays.__dict__, "_fill", fill)
+        monkeypatch.setattr(batching, "sleep", nap)
+        with pytest.raises(KeyboardInterrupt):
+            arrays.batch(points, out=out)
+        left = out.copy()
+        assert len(naps) > 4
+        assert left.any()
+        time.sleep(0.03)
+        np.testing.assert_array_equal(out, left)
 
     @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs processes that are copies of another")
     def test_of_a_copied_process_are_its_own(self, kernel):

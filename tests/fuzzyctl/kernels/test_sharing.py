@@ -1,6 +1,7 @@
 """Threads that share loops in machine code; here the loop is a function of Python that tells what it is given."""
 
 import ctypes
+import dis
 import signal
 import subprocess
 import sys
@@ -62,21 +63,21 @@ class Told:
 def asleep(helper):
     """Wait until a thread has nothing to do and looks for nothing."""
     until = time.monotonic() + 20
-    while helper._word[0] != Word.ASLEEP and time.monotonic() < until:
+    while helper._words[0] != Word.ASLEEP and time.monotonic() < until:
         time.sleep(0.001)
-    return helper._word[0] == Word.ASLEEP
+    return helper._words[0] == Word.ASLEEP
 
 
 @pytest.mark.usefixtures("cores")
 class TestShares:
-    @pytest.mark.parametrize("count", [0, 1, 2048, 2049, 30_000, 3 * shares.MOST + 5])
+    @pytest.mark.parametrize("count", [0, 1, 2048, 2049, 30_000, 3 * sharing.MOST + 5])
     def test_are_all_points_once(self, count):
         told = Told(count)
         assert told.run() == (None, False)
         taken = sorted((first, size) for _, first, size in told.seen)
         assert sum(size for _, size in taken) == count
         assert [first for first, _ in taken] == [0, *np.cumsum([size for _, size in taken])][: len(taken)]
-        assert all(size <= shares.MOST for _, size in taken)
+        assert all(size <= sharing.MOST for _, size in taken)
         np.testing.assert_array_equal(told.results[:, 0], np.arange(count))
 
     def test_are_taken_by_all_threads(self):
@@ -87,8 +88,17 @@ class TestShares:
     def test_are_one_where_a_single_thread_is_wanted(self):
         told = Told(200_000)
         told.run(parallel=False)
-        assert [share[1:] for share in told.seen] == [(0, 200_000)]
         assert told.threads() == {threading.get_ident()}
+        told.seen.clear()
+        told.run(parallel=False)
+        assert [share[1:] for share in told.seen] == [(0, 200_000)]
+
+    def test_are_small_until_it_is_known_how_long_they_take_and_never_long(self):
+        told = Told(100_000, lambda first, last: time.sleep(10e-6 * (last - first)))
+        told.run(parallel=False)
+        sizes = [size for _, _, size in told.seen]
+        assert sizes[0] == 1 << 10
+        assert max(sizes) <= 2000  # 0.02 s
 
     def test_of_many_jobs_in_a_row_and_apart_are_right(self):
         random = np.random.default_rng(0)
@@ -148,15 +158,15 @@ class TestThreads:
 
     def test_fall_asleep_though_a_job_was_taken_back(self):
         """A job that is posted and left before the thread has begun with it."""
-        helper = sharing._Helper()
+        (helper,) = sharing._Crew().of(1)
         for _ in range(200):
-            job = shares.job(*[0] * 13)
+            job = shares.job(*[0] * 13, most=1)
             helper.begin(job)
-            helper.leave(job)
+            shares.functions().leave(job, 10, *shares.nap())
         assert asleep(helper)
 
     def test_sleep_again_though_they_were_woken_for_nothing(self):
-        word = shares.WordOfThread(Word.ASLEEP)
+        word = shares.WordsOfThread(Word.ASLEEP)
         served = threading.Thread(target=shares.functions().serve, args=(word, 10), daemon=True)
         served.start()
         served.join(timeout=20)
@@ -227,6 +237,77 @@ def test_with_more_to_do_for_each_point_threads_are_woken_sooner(monkeypatch):
     assert len(told.threads()) == 3
 
 
+@pytest.mark.usefixtures("cores")
+def test_few_points_that_take_long_are_shared():
+    told = Told(12, lambda first, last: time.sleep(0.003 * (last - first)))
+    told.run()
+    told.seen.clear()
+    told.run()
+    assert len(told.threads()) == 3
+    assert {size for _, _, size in told.seen} == {1, 2}
+
+
+def test_what_takes_too_little_to_tell_lowers_the_pace_only(monkeypatch):
+    monkeypatch.setattr(sharing, "_TELLING", 1.0)
+    told = Told(50)
+    told.loop._pace = 1e-2
+    told.run(parallel=False)
+    assert told.loop._pace < 1e-2
+    told.loop._pace = 1e-12
+    told.run(parallel=False)
+    assert told.loop._pace == 1e-12
+
+
+def test_waiting_for_others_is_no_part_of_what_a_point_takes(monkeypatch):
+    monkeypatch.setattr(sharing, "cores", lambda: 2)
+    caller = threading.get_ident()
+    told = Told(40_000, lambda *_: time.sleep(0.002 if threading.get_ident() == caller else 0.2))
+    told.loop._pace = 1e-6
+    told.run()
+    assert len(told.threads()) == 2
+    points = sum(size for thread, _, size in told.seen if thread == caller)
+    shares_taken = sum(thread == caller for thread, _, _ in told.seen)
+    assert told.loop._pace < 10 * 0.002 * shares_taken / points
+
+
+@pytest.mark.usefixtures("cores")
+def test_signals_are_left_to_other_threads():
+    masks = {}
+
+    def each(*_):
+        time.sleep(0.002)
+        masks[threading.get_ident()] = signal.pthread_sigmask(signal.SIG_BLOCK, ())
+
+    Told(100_000, each).run()
+    own = masks.pop(threading.get_ident())
+    assert signal.SIGTERM not in own
+    assert len(masks) == 2
+    assert all(signal.SIGTERM in mask for mask in masks.values())
+
+
+@pytest.mark.usefixtures("cores")
+def test_where_no_thread_can_be_started_one_does_it_all_and_tries_again_later(monkeypatch):
+    tries = []
+
+    def fail(*_):
+        tries.append(1)
+        raise RuntimeError("can't start new thread")
+
+    crew = sharing._Crew()
+    monkeypatch.setattr(sharing, "_crew", lambda _process: crew)
+    with monkeypatch.context() as patch:
+        patch.setattr(sharing._thread, "start_new_thread", fail)
+        for _ in range(3):
+            told = Told(50_000)
+            told.run()
+            np.testing.assert_array_equal(told.results[:, 0], told.points[:, 0])
+        assert len(tries) == 1
+    crew._failed -= 2.0
+    slow = Told(200_000, lambda *_: time.sleep(0.005))
+    slow.run()
+    assert len(slow.threads()) == 3
+
+
 AT_EXIT = """
 import atexit, numpy as np, fuzzyctl
 from fuzzyctl.kernels import sharing
@@ -256,34 +337,46 @@ def test_a_batch_at_the_end_of_the_interpreter_is_right(before):
     assert (run.stdout, run.stderr, run.returncode) == ("True\n", "", 0)
 
 
-class Interrupt:
-    """Interrupts one step of the interpreter among those in which a helper is given a job or left."""
+INTERRUPTED = {f.__code__ for f in (sharing.Loop._take_with, sharing.Loop._take, sharing._Helper.begin)}
 
-    def __init__(self, step):
-        self.left = step
+
+class Interrupt:
+    """Interrupts a batch where the interpreter looks for interrupts, at one of the places in turn.
+
+    That is where functions begin, where loops begin anew, and after calls.
+    """
+
+    def __init__(self, place):
+        self.left, self._called = place, set()
 
     def __call__(self, frame, _event, _argument):
-        if frame.f_code not in (sharing._Helper.begin.__code__, sharing._Helper.leave.__code__):
+        if frame.f_code not in INTERRUPTED:
             return None
         frame.f_trace_opcodes = True
         return self._step
 
-    def _step(self, _frame, event, _argument):
+    def _step(self, frame, event, _argument):
         if event == "opcode":
-            self.left -= 1
-            if self.left == 0:
+            name = dis.opname[frame.f_code.co_code[frame.f_lasti]]
+            looks = name == "RESUME" or "BACKWARD" in name or frame in self._called
+            self._called.discard(frame)
+            if name.startswith("CALL"):
+                self._called.add(frame)
+            self.left -= looks
+            if looks and self.left == 0:
                 raise KeyboardInterrupt
         return self._step
 
 
 @pytest.mark.usefixtures("cores")
-def test_an_interrupt_at_any_step_of_beginning_and_leaving_costs_no_thread():
-    told = Told(60_000, lambda *_: time.sleep(0.002))
-    helpers, step, before = sharing._crew(sharing.os.getpid()).of(2), 0, sys.gettrace()
+def test_an_interrupt_anywhere_costs_no_thread_and_leaves_none_writing():
+    told = Told(30_000, lambda *_: time.sleep(0.001))
+    helpers, place, before = sharing._crew(sharing.os.getpid()).of(2), 0, sys.gettrace()
     while True:
-        step += 1
+        place += 1
         assert all(asleep(helper) for helper in helpers)
-        interrupt = Interrupt(step)
+        interrupt = Interrupt(place)
+        told.results[:] = np.nan
         sys.settrace(interrupt)
         try:
             told.run()
@@ -291,28 +384,40 @@ def test_an_interrupt_at_any_step_of_beginning_and_leaving_costs_no_thread():
             pass
         finally:
             sys.settrace(before)
-        assert not any(helper._given for helper in helpers)
+        assert not any(helper._words[shares.Of.JOB] for helper in helpers)
         told.seen.clear()
+        time.sleep(0.003)
+        assert told.seen == []
         told.run()
         assert len(told.threads()) == 3
         if interrupt.left > 0:
             break
-    assert step > 50
+    assert place > 20
 
 
 @pytest.mark.usefixtures("cores")
-def test_interrupts_while_others_finish_their_shares_wait_for_them(monkeypatch):
-    told = Told(20_000)
-    told.run()
-    helpers, interrupts = sharing._crew(sharing.os.getpid()).of(2), iter([True, True])
-    own = sharing._Helper.leave
+def test_many_interrupts_cost_no_thread(tipper):
+    """Signals as they come, those among them that come while another one is dealt with."""
+    kernel = compile_system(tipper, "numba")
+    points, out = np.zeros((100_000, 2)), np.empty(100_000)
+    kernel.batch(points)
 
-    def leave(helper, job):
-        if next(interrupts, False):
-            raise KeyboardInterrupt
-        own(helper, job)
+    def handler(_signal, frame):
+        for _ in range(6):
+            if frame.f_code is sharing.Loop.run.__code__:
+                raise KeyboardInterrupt
+            frame = frame.f_back
 
-    monkeypatch.setattr(sharing._Helper, "leave", leave)
-    with pytest.raises(KeyboardInterrupt):
-        told.run()
-    assert not any(helper._given for helper in helpers)
+    before = signal.signal(signal.SIGALRM, handler)
+    interrupted = 0
+    for k in range(600):
+        try:
+            signal.setitimer(signal.ITIMER_REAL, 20e-6 + 2e-7 * k, 50e-6)
+            kernel.batch(points, out=out)
+        except KeyboardInterrupt:
+            interrupted += 1
+    signal.setitimer(signal.ITIMER_REAL, 0.0)
+    time.sleep(0.01)
+    signal.signal(signal.SIGALRM, before)
+    assert interrupted > 50
+    assert not any(helper._words[shares.Of.JOB] for helper in sharing._crew(sharing.os.getpid()).of(2))
