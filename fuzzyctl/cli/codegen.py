@@ -83,6 +83,7 @@ def codegen(
         algorithm=algorithm,
         precision="float" if precision == "float" else "double",
         table=table,
+        small=target != "python",
     )
     generated = generate(unit, target, fixed_point(unit, chosen) if chosen else None)
     paths = write(generated, Path(out))

@@ -27,6 +27,10 @@ Precision = Literal["float", "double"]
 TOLERANCE: Final[Mapping[Precision, float]] = {"double": 1e-12, "float": 1e-4}
 
 
+#: Most numbers of the tables of rules that can act where memory is small: 32 kB in double precision.
+MOST_NUMBERS: Final = 4096
+
+
 @dataclass(frozen=True)
 class Unit:
     """One system to be written.
@@ -95,6 +99,7 @@ def prepare(
     algorithm: str = "auto",
     precision: Precision = "double",
     table: int | None = None,
+    small: bool = False,
 ) -> Unit:
     """Plan a system for code generation.
 
@@ -105,12 +110,20 @@ def prepare(
         algorithm: One of `kernels.algorithm.ALGORITHMS`.
         precision: Type of its numbers.
         table: Points along each input of a lookup table to write instead.
+        small: Whether the target has little memory, so that large tables are left out where none were asked for.
 
     Raises:
         ArgumentError: For interpolation of a system that does not interpolate.
         CodegenError: For a lookup table of a system that has none, or whose error has no bound.
     """
     chosen = algorithm_of(plan(system), algorithm)
+    if small and algorithm == "auto" and chosen.name == "active":
+        numbers = sum(len(values) for _, values in chosen.printed.tables)
+        if numbers > MOST_NUMBERS:
+            reason = (
+                f"those that can act would take {numbers:,} numbers; algorithm 'active' looks them up, and is faster"
+            )
+            chosen = Algorithm(chosen.plan, None, reason)
     found = tabulated(chosen, table) if table is not None else None
     if found is not None:
         chosen = Algorithm(chosen.plan, found.grid, f"a table of {table} points along each input")

@@ -1,3 +1,4 @@
+import itertools
 import json
 import os
 from pathlib import Path
@@ -22,6 +23,19 @@ def names(folder):
     return sorted(p.name for p in folder.iterdir())
 
 
+def many(inputs):
+    """Return the text of a system of so many inputs with four terms each, joined by the minimum."""
+    names = "abcd"[:inputs]
+    lines = ["system many", "and min", "defuzzifier weighted_average", "output u in [0, 1]"]
+    lines += [f"  c{k} = constant({k / 10})" for k in range(4 * inputs)]
+    for name in names:
+        lines += [f"input {name} in [0, 3]", "  terms t0 t1 t2 t3"]
+    for terms in itertools.product(range(4), repeat=inputs):
+        condition = " and ".join(f"{name} is t{k}" for name, k in zip(names, terms, strict=True))
+        lines.append(f"if {condition} then u is c{sum(terms)}")
+    return "\n".join(lines)
+
+
 class TestCodegen:
     @pytest.mark.parametrize(
         ("target", "files"),
@@ -42,6 +56,25 @@ class TestCodegen:
         assert data["files"] == ["ais_reaction.h", "ais_reaction.c", "ais_reaction_selftest.c"]
         assert 0 < data["errors"]["f"] < 2.0**-12
         assert data["algorithm"] == "interpolation"
+
+    @pytest.mark.parametrize(
+        ("inputs", "target", "wanted", "expected"),
+        [
+            (4, "c", "auto", "rules"),
+            (4, "st", "auto", "rules"),
+            (4, "c", "active", "active"),
+            (4, "python", "auto", "active"),
+            (3, "c", "auto", "active"),
+        ],
+    )
+    def test_large_tables_of_rules_that_can_act_are_left_out_where_memory_is_small(
+        self, run, tmp_path, inputs, target, wanted, expected
+    ):
+        (tmp_path / "many.fz").write_text(many(inputs), encoding="utf-8")
+        data = json.loads(run("many.fz", "--target", target, "--algorithm", wanted, "--format", "json").stdout)
+        assert data["algorithm"] == expected
+        head = (tmp_path / data["files"][0]).read_text(encoding="utf-8")[:2000]
+        assert ("would take" in head) == (expected == "rules")
 
     def test_the_hash_is_that_of_the_file(self, run, tmp_path):
         import hashlib
