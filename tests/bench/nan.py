@@ -21,7 +21,8 @@ from bench.measure import _loop
 from bench.workloads import WORKLOADS, Workload
 
 import fuzzyctl
-from fuzzyctl.kernels import numba_backend
+from fuzzyctl.kernels import entry, numba_backend
+from fuzzyctl.kernels.sharing import Loop
 from fuzzyctl.kernels.table import Numbers
 
 COUNT, ROUNDS = 200_000, 30
@@ -34,22 +35,22 @@ def without_test(source: str) -> str:
     return _TEST.sub(r"\1", source)
 
 
-def cost(workload: Workload) -> dict[str, tuple[float, float]]:
+def cost(workload: Workload, rounds: int = ROUNDS) -> dict[str, tuple[float, float]]:
     """Return nanoseconds with the test and without it, of a point of a batch and of a call in a compiled loop."""
     kernel = fuzzyctl.compile(fuzzyctl.loads(workload.text), "numba")
     program = kernel.algorithm.many
-    batch, table = numba_backend.batch_source(program, Numbers(program, inside=True)), np.empty(0)
-    points = workload.points(COUNT)
-    flat, out = points.reshape(-1), np.empty(COUNT)
+    batch = numba_backend.batch_source(program, Numbers(program, inside=True))
+    points, out = workload.points(COUNT), np.empty((COUNT, 1))
     runs: dict[str, Any] = {}
     for which, change in (("with", str), ("without", without_test)):
         filled = numba_backend.compile_source(change(batch))
-        runs["batch", which] = lambda filled=filled: filled(flat, out, table)
+        many = Loop(entry.address_of(filled), np.empty(0), 1, filled)
+        runs["batch", which] = lambda many=many: many.run(points, None, out, parallel=False, looks=False)
         runs["loop", which] = _loop(numba_backend.compile_source(change(kernel.source)), points)
     best = dict.fromkeys(runs, float("inf"))
     for run in runs.values():
         run()  # compiles
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         for key, run in runs.items():
             began = thread_time()
             run()

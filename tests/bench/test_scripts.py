@@ -1,0 +1,33 @@
+"""The scripts that print the figures of docs/reference/performance.md still run; what they print is not judged here."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent.parent))
+
+from bench import cores, nan, params
+from bench.workloads import WORKLOADS
+
+NUMBA = pytest.importorskip("numba")
+
+
+def test_the_cost_of_nan_is_measured_in_batches_and_loops() -> None:
+    found = nan.cost(WORKLOADS[1], rounds=1)
+    assert set(found) == {"batch", "loop"}
+    assert all(0.0 < time < 1e6 for pair in found.values() for time in pair)
+
+
+def test_the_gain_of_cores_is_measured_in_a_row_and_apart(monkeypatch) -> None:
+    monkeypatch.setattr(cores, "ROUNDS", 1)
+    assert all(0.0 < number < 1e6 for number in cores.gains(WORKLOADS[0], 1000))
+
+
+def test_the_cost_of_one_more_value_is_measured(tmp_path, monkeypatch) -> None:
+    monkeypatch.setenv("FUZZYCTL_CACHE_DIR", str(tmp_path))
+    file, name, values = params.SWEPT[0]
+    text = params.with_param((params.RULES / file).read_text(encoding="utf-8"), name, values[0])
+    assert 0.0 < params.seconds(text, "python") < 60.0
