@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from hypothesis import HealthCheck, Phase, core, settings
+from hypothesis import HealthCheck, Phase, settings
 
 from fuzzyctl.analysis.bounds import output_bounds
 from fuzzyctl.errors import NoRuleFiresError
@@ -13,16 +13,12 @@ from fuzzyctl.kernels.compile import compile as compile_system
 def quick(examples):
     """So many examples, unshrunk: systems are large, and to shrink one takes longer than to read it.
 
-    The same are drawn in every run that loads the same modules of the project, since Hypothesis tries the constants
-    that it finds in those; others with pytest's option `--hypothesis-seed`. A failure prints the line that reproduces
-    it.
+    The same are drawn in every run, and others with pytest's option `--hypothesis-seed`; see tests/conftest.py.
     """
     return settings(
         max_examples=examples,
         deadline=None,
-        derandomize=core.global_force_seed is None,  # which would leave a seed that is given unheeded
         database=None,
-        print_blob=True,
         report_multiple_bugs=False,
         suppress_health_check=list(HealthCheck),
         phases=[Phase.generate],

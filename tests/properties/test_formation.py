@@ -268,7 +268,7 @@ class TestAvoidance:
     def test_the_leader_keeps_clear_of_several_obstacles(self, law, aside):
         clearance = SCENES.leader_alone(law)
 
-        @settings(max_examples=25, deadline=None, derandomize=True)
+        @settings(max_examples=25, deadline=None)
         @given(st.integers(0, 2**32 - 1), st.integers(2, 4))
         def keeps_clear(seed, count):
             places = SCENES.scene(np.random.default_rng(seed), count, 14.0, aside)

@@ -144,7 +144,7 @@ def test_what_may_have_no_value_may_be_anything(function):
 spot = st.floats(-2, 2) | st.integers(-8, 8).map(lambda i: i / 4)
 
 
-@settings(max_examples=300, deadline=None, derandomize=True)
+@settings(max_examples=300, deadline=None)
 @given(st.data())
 def test_every_step_of_a_function_lies_in_its_interval(data):
     """Ends are often multiples of 1/4, where comparisons, roundings and remainders change."""
@@ -160,7 +160,7 @@ def test_every_step_of_a_function_lies_in_its_interval(data):
             assert (low, high) == (-math.inf, math.inf) or low <= value <= high, (box, point, value)
 
 
-@settings(max_examples=400, deadline=None, derandomize=True)
+@settings(max_examples=400, deadline=None)
 @given(st.data())
 def test_every_value_of_a_function_lies_in_its_interval(data):
     function = data.draw(st.sampled_from(["sin", "cos", "tan", "exp", "log", "sqrt", "abs", "atan2", "^"]))
@@ -205,7 +205,7 @@ def test_every_kind_has_an_example():
 
 
 @pytest.mark.parametrize(("kind", "parameters"), EXAMPLES)
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=60, deadline=None)
 @given(st.data())
 def test_every_degree_lies_in_the_interval_of_its_box(kind, parameters, data):
     degree = MEMBERSHIP[kind].degree(X, parameters)
@@ -218,7 +218,7 @@ def test_every_degree_lies_in_the_interval_of_its_box(kind, parameters, data):
 
 
 @pytest.mark.parametrize("among", [CONJUNCTIONS, DISJUNCTIONS])
-@settings(max_examples=150, deadline=None, derandomize=True)
+@settings(max_examples=150, deadline=None)
 @given(st.data())
 def test_every_truth_lies_in_the_interval_of_its_box(among, data):
     name = data.draw(st.sampled_from(list(among)))

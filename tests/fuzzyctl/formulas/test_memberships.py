@@ -18,7 +18,7 @@ from fuzzyctl.kernels.numpy_backend import array_function
 from fuzzyctl.kernels.python_backend import scalar_function
 
 #: Other processes may slow a test down at any time.
-QUICK = settings(max_examples=60, deadline=None, derandomize=True)
+QUICK = settings(max_examples=60, deadline=None)
 UNIT = st.floats(0, 1)
 FINITE = st.floats(-100, 100, allow_subnormal=False)
 

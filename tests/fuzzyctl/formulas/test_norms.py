@@ -17,7 +17,7 @@ from fuzzyctl.formulas import (
 from fuzzyctl.kernels.python_backend import scalar_function
 
 #: Other processes may slow a test down at any time.
-QUICK = settings(max_examples=60, deadline=None, derandomize=True)
+QUICK = settings(max_examples=60, deadline=None)
 UNIT = st.floats(0, 1)
 
 

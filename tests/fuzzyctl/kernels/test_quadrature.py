@@ -56,7 +56,7 @@ def test_a_power_beyond_is_seen_in_the_error():
 
 
 @given(st.floats(-3, 3), st.floats(0.05, 1))
-@settings(max_examples=30, deadline=None, derandomize=True)
+@settings(max_examples=30, deadline=None)
 def test_bends_between_places_are_found(center, height):
     moment, area = moments(clipped, (center - 1, center, center + 1), (center, height))
     whole = 2 * height - height**2
