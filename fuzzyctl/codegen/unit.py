@@ -81,14 +81,15 @@ class Unit:
         return max([*ends, 1e-300])
 
     def tolerance(self, position: int, precision: Precision | None = None) -> float:
-        """Return the largest error of an output that the self-test allows.
+        """Return the largest error of an output that the self-test allows: what rounding may make of it.
+
+        What is expected of a table are its own values, so that its error is no part of it.
 
         Args:
             position: Of the output.
             precision: Of the target's numbers, where it is not what their type promises.
         """
-        own = TOLERANCE[precision or self.precision] * self.scale(position)
-        return own + (self.table.errors[position] if self.table else 0.0)
+        return TOLERANCE[precision or self.precision] * self.scale(position)
 
 
 def prepare(

@@ -1,5 +1,7 @@
 """Lookup tables stay within their proved errors; where none is found there is no table."""
 
+import re
+
 import numpy as np
 import pytest
 from scipy.interpolate import RegularGridInterpolator
@@ -126,3 +128,26 @@ def test_code_of_a_table_agrees_with_the_system(compiled, unit_of, sanitized):
     assert isinstance(unit.algorithm, Algorithm)
     built = compiled(unit, sanitized)
     assert built.code == 0, built.output
+
+
+@pytest.mark.parametrize("precision", ["double", "float"])
+@pytest.mark.parametrize("name", ["tipper", "ais_reaction"])
+class TestSelftest:
+    """Expected are values of the table, which its code computes but for rounding, however far off the table is."""
+
+    def test_passes(self, compiled, unit_of, sanitized, name, precision):
+        built = compiled(unit_of(name, table=33, precision=precision), sanitized)
+        assert built.code == 0, built.output
+
+    def test_sees_every_output_moved_by_less_than_the_error_of_the_table(self, compiled, unit_of, name, precision):
+        unit = unit_of(name, table=33, precision=precision)
+        off = 4.0 * unit.tolerance(0)
+        assert name != "tipper" or off < 0.01 * unit.table.errors[0]
+
+        def change(file, text):
+            moved = re.sub(r"(        result = )([^;]+);", rf"\g<1>(\g<2>) + ({unit.precision}){off!r};", text)
+            assert file != f"{name}.c" or moved != text
+            return moved if file == f"{name}.c" else text
+
+        built = compiled(unit, change=change)
+        assert built.code == 1, built.output
