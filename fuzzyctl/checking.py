@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from fuzzyctl import arguments
 from fuzzyctl.errors import Diagnostic, DiagnosticError
@@ -15,6 +17,24 @@ from fuzzyctl.model.profiles import as_profile
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.reading import MAX_BYTES, read_source
 from fuzzyctl.source import SourceText
+
+if TYPE_CHECKING:
+    from fuzzyctl.analysis.verdicts import Verdict
+
+
+@dataclass(frozen=True)
+class Checked:
+    """One system of a source, and what is found of it.
+
+    Args:
+        system: None when there are errors.
+        verdicts: What quick methods say of its guarantees.
+        diagnostics: All of them, in the order of their places.
+    """
+
+    system: FuzzySystem | None
+    verdicts: tuple[Verdict, ...]
+    diagnostics: list[Diagnostic]
 
 
 def check(
@@ -45,7 +65,7 @@ def check(
     if isinstance(path, FuzzySystem):
         diagnostics = check_model(path)
         if not _has_errors(diagnostics):
-            diagnostics = [*diagnostics, *_analysed(path, guarantees=guarantees)]
+            diagnostics = [*diagnostics, *_analysed(path, guarantees=guarantees)[1]]
         return (None if _has_errors(diagnostics) else path), diagnostics
     path = arguments.path(path, "; 'loads' takes texts")
     source = read_source(path, max_bytes=max_bytes)
@@ -71,11 +91,39 @@ def check_source(
     diagnostics, sound = examined.diagnostics, []
     for system in examined.systems:
         system, found = _under(system, profile, source)
-        found = found if _has_errors(found) else [*found, *_analysed(system, guarantees=guarantees)]
+        found = found if _has_errors(found) else [*found, *_analysed(system, guarantees=guarantees)[1]]
         diagnostics = [*diagnostics, *found]
         if not _has_errors(found):
             sound.append(system)
     return tuple(sound), examined.told(diagnostics)
+
+
+def check_changed(
+    source: SourceText,
+    change: Callable[[FuzzySystem], FuzzySystem],
+    *,
+    folder: Path | None = None,
+    system: str | None = None,
+) -> Checked:
+    """Check one system of a source as it is after a change, such as with other params or under another profile.
+
+    Args:
+        source: The text.
+        change: Returns the system that is analysed.
+        folder: Where the files stand that it uses; None for a text that may use none.
+        system: Name of the system, where the file holds several.
+
+    Raises:
+        DiagnosticError: What the change raises.
+    """
+    examined = look_through(source, folder=folder)
+    chosen, diagnostics = choose(source, examined.systems, examined.told(examined.diagnostics), system)
+    if chosen is None:
+        return Checked(None, (), diagnostics)
+    changed = change(chosen)
+    verdicts, found = _analysed(changed, guarantees=True)
+    diagnostics = examined.told([*examined.diagnostics, *found])
+    return Checked(None if _has_errors(diagnostics) else changed, tuple(verdicts), diagnostics)
 
 
 def _under(system: FuzzySystem, profile: str | None, source: SourceText) -> tuple[FuzzySystem, list[Diagnostic]]:
@@ -92,23 +140,24 @@ def _has_errors(diagnostics: list[Diagnostic]) -> bool:
     return any(d.severity == "error" for d in diagnostics)
 
 
-def _analysed(system: FuzzySystem, *, guarantees: bool) -> list[Diagnostic]:
-    """Return what only the analysis of a system without structural errors finds."""
+def _analysed(system: FuzzySystem, *, guarantees: bool) -> tuple[list[Verdict], list[Diagnostic]]:
+    """Return verdicts of guarantees, and what only the analysis of a system without structural errors finds."""
     from fuzzyctl.analysis import coverage, effects, jumps
     from fuzzyctl.kernels.plan import plan
 
     try:
         flat = plan(system)
     except DiagnosticError as error:
-        return list(error.diagnostics)
-    verdicts = coverage.uncovered_of(flat)
-    found = coverage.diagnostics_of(system, flat, verdicts)
+        return [], list(error.diagnostics)
+    uncovered = coverage.uncovered_of(flat)
+    found = coverage.diagnostics_of(system, flat, uncovered)
     idle = effects.diagnostics(system, flat)
     if _has_errors(found):
-        return [*found, *idle]
-    found = [*found, *idle, *jumps.diagnostics(system, flat, verdicts)]
+        return [], [*found, *idle]
+    found = [*found, *idle, *jumps.diagnostics(system, flat, uncovered)]
     if guarantees and system.guarantees:
         from fuzzyctl.analysis import prove
 
-        found.extend(prove.diagnostics(system))
-    return found
+        verdicts, refuted = prove.quickly(system)
+        return verdicts, [*found, *refuted]
+    return [], found

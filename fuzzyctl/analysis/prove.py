@@ -279,7 +279,13 @@ class Prover:
 
 def diagnostics(system: FuzzySystem) -> list[Diagnostic]:
     """Report the guarantees that quick methods refute; what they leave open is not reported."""
+    return quickly(system)[1]
+
+
+def quickly(system: FuzzySystem) -> tuple[list[Verdict], list[Diagnostic]]:
+    """Return what quick methods say of guarantees, and report those that are refuted or somewhere have no value."""
     prover = Prover(system, timeout=0.0)
+    verdicts: list[Verdict] = []
     found: list[Diagnostic] = []
     for guarantee in system.guarantees:
         lacking = prover.without_value(guarantee)
@@ -287,11 +293,12 @@ def diagnostics(system: FuzzySystem) -> list[Diagnostic]:
             found.append(lacking)
             continue
         verdict = prover.verdict(guarantee)
+        verdicts.append(verdict)
         if isinstance(verdict, Refuted):
             message = f"the guarantee '{verdict.claim}' does not hold"
             help_text = "change the rules, or claim what holds"
             found.append(Diagnostic("FZ402", message, guarantee.span, facts=(str(verdict.witness),), help=help_text))
-    return found
+    return verdicts, found
 
 
 def _lacks(part: Expr, point: Mapping[str, float]) -> str:

@@ -8,10 +8,25 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fuzzyctl.cli.common import AS, DONE, FORMAT, SET, SYSTEM, answers_with_diagnostics, assignments, load_checked
+from fuzzyctl.cli.common import (
+    AS,
+    DONE,
+    FORMAT,
+    SET,
+    SYSTEM,
+    answers_with_diagnostics,
+    assignments,
+    show,
+    under,
+    with_params,
+)
+from fuzzyctl.errors import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
+    from fuzzyctl.analysis.verdicts import Verdict
     from fuzzyctl.codegen.fixed import Format
+    from fuzzyctl.model.system import FuzzySystem
+    from fuzzyctl.source import SourceText
 
 
 @click.command("codegen")
@@ -69,21 +84,24 @@ def codegen(
     chosen = _format(fixed, target, precision)
     if target == "python" and precision == "float":
         raise click.BadParameter("Python has double precision only", param_hint="--float")
-    system = load_checked(file, settings, name, profile)
+    from fuzzyctl.reading import read_source
+
+    source = read_source(file)
+    system, verdicts = _passed(source, Path(file).parent, settings, name, profile)
     from fuzzyctl.codegen.digits import at_most
     from fuzzyctl.codegen.files import generate, write
     from fuzzyctl.codegen.fixed import fixed_point
     from fuzzyctl.codegen.unit import prepare
-    from fuzzyctl.reading import read_source
 
     unit = prepare(
         system,
-        read_source(file).text,
+        source.text,
         settings=assignments(settings, [p.name for p in system.params], "param"),
         algorithm=algorithm,
         precision="float" if precision == "float" else "double",
         table=table,
         small=target != "python",
+        verdicts=verdicts,
     )
     generated = generate(unit, target, fixed_point(unit, chosen) if chosen else None)
     paths = write(generated, Path(out))
@@ -95,6 +113,7 @@ def codegen(
             "algorithm": unit.algorithm.name,
             "files": [str(p) for p in paths],
             "errors": dict(generated.errors),
+            "guarantees": {v.claim: type(v).__name__.lower() for v in verdicts},
         }
         click.echo(json.dumps(data, ensure_ascii=False, indent=2))
         return DONE
@@ -103,6 +122,39 @@ def codegen(
     for output, error in generated.errors.items():
         click.echo(f"proved: {output} is off by {at_most(error)} at most")
     return DONE
+
+
+def _passed(
+    source: SourceText, folder: Path, settings: tuple[str, ...], name: str | None, profile: str | None
+) -> tuple[FuzzySystem, tuple[Verdict, ...]]:
+    """Return a system that passes `fuzzyctl check` with its params set and under the profile; warnings are printed.
+
+    Raises:
+        DiagnosticError: With all that `fuzzyctl check` finds, if some of it is an error.
+    """
+    from fuzzyctl.checking import check_changed
+
+    def change(system: FuzzySystem) -> FuzzySystem:
+        values = assignments(settings, [p.name for p in system.params], "param")
+        return under(with_params(system, values, settings) if values else system, profile)
+
+    checked = check_changed(source, change, folder=folder, system=name)
+    if checked.system is None:
+        raise DiagnosticError(checked.diagnostics)
+    show([*checked.diagnostics, *_undecided(checked.verdicts)])
+    return checked.system, checked.verdicts
+
+
+def _undecided(verdicts: tuple[Verdict, ...]) -> list[Diagnostic]:
+    """Warn of guarantees that quick methods leave open."""
+    from fuzzyctl.analysis.verdicts import Undecided
+
+    help_text = "'fuzzyctl prove' takes the time to decide more"
+    return [
+        Diagnostic("FZ402", f"the guarantee '{v.claim}' is undecided", v.span, "warning", (v.reason,), help_text)
+        for v in verdicts
+        if isinstance(v, Undecided)
+    ]
 
 
 def _format(fixed: str | None, target: str, precision: str | None) -> Format | None:

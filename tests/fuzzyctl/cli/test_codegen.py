@@ -84,10 +84,10 @@ class TestCodegen:
         assert digest in (tmp_path / "ais_reaction.st").read_text(encoding="utf-8")
 
     def test_params_are_set_and_said(self, run, tmp_path):
-        assert run(AIS, "--target", "python", "--set", "k_s=1.1").exit_code == 0
+        assert run(AIS, "--target", "python", "--set", "k_s=0.5").exit_code == 0
         text = (tmp_path / "ais_reaction.py").read_text(encoding="utf-8")
-        assert "# Param set: k_s = 1.1" in text
-        assert "0.09" in text
+        assert "# Param set: k_s = 0.5" in text
+        assert "0.198" in text
 
     def test_one_system_of_several_is_written(self, run, tmp_path):
         (tmp_path / "two.fz").write_text(
@@ -105,6 +105,94 @@ class TestCodegen:
         assert run(AIS, "--target", "c", "--algorithm", "rules").exit_code == 0
         assert "T2[" not in (tmp_path / "ais_reaction.c").read_text(encoding="utf-8")
         assert run(RULES / "tipper.fz", "--target", "c", "--algorithm", "interpolation").exit_code == 1
+
+
+#: A system whose guarantee holds, but takes subdivision.
+OPEN = """system gaussians
+input x in [0, 10]
+  low  = gaussian(0, 3)
+  high = gaussian(10, 3)
+output u in [0, 1]
+  a = triangle(0, 0.2, 0.4)
+  b = triangle(0.6, 0.8, 1)
+if x is low then u is a
+if x is high then u is b
+require u <= 0.97
+"""
+
+
+class TestGuarantees:
+    @pytest.mark.parametrize("target", ["c", "st", "python"])
+    def test_that_are_proved_stand_at_the_head(self, run, tmp_path, target):
+        result = run(AIS, "--target", target)
+        assert (result.exit_code, result.stderr) == (0, "")
+        first = min(tmp_path.iterdir(), key=lambda p: p.suffix != ".h")
+        head = first.read_text(encoding="utf-8").split("sigma)")[0]
+        assert "  proved: k_h_min - k_s * f >= G_min within 1e-12" in head
+
+    @pytest.mark.parametrize(("option", "in_file"), [(True, False), (False, True)])
+    def test_that_are_refuted_are_refused_as_check_does(self, run, tmp_path, option, in_file):
+        file = tmp_path / "own.fz"
+        text = AIS.read_text(encoding="utf-8")
+        assert "param k_s     = 0.55" in text
+        file.write_text(text.replace("param k_s     = 0.55", "param k_s = 1 ") if in_file else text, encoding="utf-8")
+        result = run(file, "--target", "c", *(["--set", "k_s=1"] if option else []))
+        assert result.exit_code == 1
+        assert "own.fz:47:1: error[FZ402]: the guarantee 'k_h_min - k_s * f >= G_min" in result.stderr
+        assert "at sigma = 0, dsigma = 0: k_h_min - k_s * f = -0.08" in result.stderr
+        assert names(tmp_path) == ["own.fz"]
+
+    def test_are_those_of_the_profile_that_is_asked_for(self, run, tmp_path):
+        # The centroid is 1/30; of MATLAB's 101 samples it is 0.03.
+        (tmp_path / "own.fz").write_text(
+            "system own\ninput x in [0, 1]\n  all = trapezoid(-inf, -1, 2, inf)\noutput u in [0, 1]\n"
+            "  a = triangle(0, 0, 0.1)\nif x is all then u is a\nrequire u >= 0.032\n",
+            encoding="utf-8",
+        )
+        result = run("own.fz", "--target", "st", "--as", "matlab")
+        assert result.exit_code == 1
+        assert "own.fz:7:1: error[FZ402]" in result.stderr
+        assert names(tmp_path) == ["own.fz"]
+        assert run("own.fz", "--target", "st").exit_code == 0
+
+    def test_that_quick_methods_leave_open_are_said(self, run, tmp_path):
+        (tmp_path / "open.fz").write_text(OPEN, encoding="utf-8")
+        result = run("open.fz", "--target", "c")
+        assert result.exit_code == 0
+        assert "open.fz:10:1: warning[FZ402]: the guarantee 'u <= 0.97' is undecided" in result.stderr
+        assert "  undecided: u <= 0.97 (it takes" in (tmp_path / "gaussians.h").read_text(encoding="utf-8")
+        data = json.loads(run("open.fz", "--target", "c", "--format", "json").stdout)
+        assert data["guarantees"] == {"u <= 0.97": "undecided"}
+
+    def test_are_proved_once(self, run, monkeypatch):
+        from fuzzyctl.analysis.prove import Prover
+
+        seen = []
+        verdict = Prover.verdict
+        monkeypatch.setattr(Prover, "verdict", lambda self, g: seen.append(g) or verdict(self, g))
+        assert run(AIS, "--target", "c").exit_code == 0
+        assert len(seen) == 3
+
+    def test_warnings_that_the_file_denies_are_refused_as_check_does(self, run, tmp_path):
+        text = OPEN.replace("system gaussians", "deny FZ403\nsystem gaussians") + "if x is low then u is a weight 0\n"
+        (tmp_path / "open.fz").write_text(text, encoding="utf-8")
+        assert CliRunner().invoke(main, ["check", "open.fz"]).exit_code == 1
+        result = run("open.fz", "--target", "c")
+        assert result.exit_code == 1
+        assert "error[FZ403]" in result.stderr
+        assert names(tmp_path) == ["open.fz"]
+
+
+class TestProfile:
+    @pytest.mark.parametrize("target", ["c", "st", "python"])
+    def test_stands_at_the_head_whoever_names_it(self, run, tmp_path, target):
+        (tmp_path / "own.fz").write_text(OPEN.replace("\ninput", "\nsemantics octave\ninput"), encoding="utf-8")
+        lines = []
+        for arguments in ((AIS,), (AIS, "--as", "matlab"), ("own.fz",)):
+            data = json.loads(run(*arguments, "--target", target, "--format", "json").stdout)
+            text = (tmp_path / data["files"][0]).read_text(encoding="utf-8")
+            lines.append(next(line for line in text.splitlines() if "Semantics profile: " in line))
+        assert [line.rstrip(" *)").rpartition(" ")[2] for line in lines] == ["exact", "matlab", "octave"]
 
 
 class TestMistakes:
