@@ -13,7 +13,7 @@ from fuzzyctl.codegen.fixed import Fixed
 from fuzzyctl.codegen.unit import Unit
 from fuzzyctl.codegen.vectors import in_parts
 from fuzzyctl.errors import Diagnostic, DiagnosticError
-from fuzzyctl.files import written_whole
+from fuzzyctl.files import write_together
 
 #: Longest name of a file, in bytes, with room for that of a temporary one beside it.
 LONGEST: Final = 200
@@ -61,7 +61,7 @@ def generate(unit: Unit, target: str, fixed: Fixed | None = None) -> Generated:
 
 
 def write(generated: Generated, folder: Path) -> list[Path]:
-    """Write the files into a folder, which is made if it is not there; each is written whole.
+    """Write the files into a folder, which is made if it is not there: all of them, or none.
 
     Raises:
         DiagnosticError: Where the folder or a file cannot be written.
@@ -75,10 +75,5 @@ def write(generated: Generated, folder: Path) -> list[Path]:
     if any(len(path.name.encode()) > LONGEST for path in written):
         message = f"the files would have names of more than {LONGEST} bytes"
         raise DiagnosticError([Diagnostic("FZ005", message, file=str(folder), help="give the system a shorter name")])
-    for path in written:
-        if path.is_dir():
-            raise DiagnosticError([Diagnostic("FZ005", "this is a directory", file=str(path))])
-    for path, text in zip(written, generated.files.values(), strict=True):
-        with written_whole(path) as temporary:
-            temporary.write_text(text, encoding="utf-8", newline="\n")
+    write_together(dict(zip(written, generated.files.values(), strict=True)))
     return written

@@ -1,10 +1,12 @@
 import os
+import resource
 import stat
+from pathlib import Path
 
 import pytest
 
 from fuzzyctl.errors import DiagnosticError
-from fuzzyctl.files import written_whole
+from fuzzyctl.files import write_together, written_whole
 
 
 class TestWrittenWhole:
@@ -68,3 +70,57 @@ class TestWrittenWhole:
 
         with pytest.raises(DiagnosticError, match="this is a folder"):
             fail()
+
+
+class TestWriteTogether:
+    @pytest.fixture
+    def old(self, tmp_path):
+        """An old set, of which the middle one is missing."""
+        for name in ("a.h", "c.txt"):
+            (tmp_path / name).write_text(f"old {name}")
+        return {tmp_path / name: f"new {name}" for name in ("a.h", "b.c", "c.txt")}
+
+    @staticmethod
+    def held(folder):
+        return {p.name: p.read_text() for p in folder.iterdir()}
+
+    def test_all_files_are_written_and_nothing_else(self, tmp_path, old):
+        write_together(old)
+        assert self.held(tmp_path) == {"a.h": "new a.h", "b.c": "new b.c", "c.txt": "new c.txt"}
+
+    def test_a_full_disk_leaves_the_old_set(self, tmp_path, old):
+        before = self.held(tmp_path)
+        limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1000, limits[1]))
+        try:
+            with pytest.raises(DiagnosticError, match=r"b\.c.*cannot be written: File too large"):
+                write_together(old | {tmp_path / "b.c": "x" * 1001})
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        assert self.held(tmp_path) == before
+
+    @pytest.mark.parametrize("last", ["b.c", "c.txt"])
+    @pytest.mark.parametrize("error", [OSError(5, "Input/output error"), KeyboardInterrupt()])
+    def test_a_file_that_cannot_be_moved_leaves_the_old_set(self, tmp_path, old, monkeypatch, last, error):
+        before, replace = self.held(tmp_path), Path.replace
+
+        def failing(path, target):
+            if Path(target).name == last and "new" in path.read_text():
+                raise error
+            return replace(path, target)
+
+        monkeypatch.setattr(Path, "replace", failing)
+        with pytest.raises((DiagnosticError, KeyboardInterrupt)):
+            write_together(old)
+        assert self.held(tmp_path) == before
+
+    def test_permissions_stay(self, tmp_path, old):
+        (tmp_path / "a.h").chmod(0o640)
+        write_together(old)
+        assert stat.S_IMODE((tmp_path / "a.h").stat().st_mode) == 0o640
+
+    def test_a_folder_in_the_place_of_one_leaves_the_others(self, tmp_path, old):
+        (tmp_path / "b.c").mkdir()
+        with pytest.raises(DiagnosticError, match="this is a folder"):
+            write_together(old)
+        assert (tmp_path / "a.h").read_text() == "old a.h"

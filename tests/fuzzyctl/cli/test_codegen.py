@@ -1,6 +1,7 @@
 import itertools
 import json
 import os
+import resource
 from pathlib import Path
 
 import pytest
@@ -241,6 +242,20 @@ class TestMistakes:
         assert result.exit_code == 1
         assert "error[FZ005]" in result.output
         assert names(tmp_path) == ["ais_reaction_selftest.c"]
+
+    def test_a_full_disk_leaves_the_old_set(self, run, tmp_path):
+        assert run(AIS, "--target", "c").exit_code == 0
+        before = {p.name: p.read_text(encoding="utf-8") for p in tmp_path.iterdir()}
+        limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+        # Room for the header, and for nothing else.
+        resource.setrlimit(resource.RLIMIT_FSIZE, (len(before["ais_reaction.h"].encode()) + 300, limits[1]))
+        try:
+            result = run(AIS, "--target", "c", "--float", "float")
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        assert result.exit_code == 1
+        assert "ais_reaction.c: error[FZ005]: the file cannot be written: File too large" in result.stderr
+        assert {p.name: p.read_text(encoding="utf-8") for p in tmp_path.iterdir()} == before
 
     def test_a_file_that_does_not_exist_is_named(self, run):
         assert "FZ001" in run("none.fz", "--target", "c").output
