@@ -6,6 +6,7 @@ import json
 import os
 import platform
 import shutil
+from collections import Counter
 from contextlib import suppress
 from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
@@ -17,6 +18,7 @@ import click
 import fuzzyctl
 from fuzzyctl.cli.common import DONE, FAILED, FORMAT, answers_with_diagnostics
 from fuzzyctl.cores import cores
+from fuzzyctl.misspelt import counted
 
 #: What fuzzyctl needs, and what only some commands do, each with the extra that brings it.
 NEEDED: Final = ("lark", "pydantic", "click", "rich", "numpy", "scipy", "matplotlib", "numba", "pygments")
@@ -30,11 +32,14 @@ OPTIONAL: Final = {"plotly": "html", "pyarrow": "data", "distributed": "cluster"
 def doctor(clear_cache: bool, form: str) -> int:
     """Say what is installed, which backend evaluates systems and why, and where compiled kernels are kept.
 
-    Exit code 1 if something that fuzzyctl needs is missing or cannot be used; evaluation works without numba, slower.
+    Exit code 1 if something that fuzzyctl needs is missing or cannot be used, or if files of the cache cannot be
+    removed; evaluation works without numba, slower.
     """
     data = examined()
     if clear_cache and data["cache"]["folder"]:
-        data["cache"]["removed"] = _clear(Path(data["cache"]["folder"]))
+        removed, kept = _clear(Path(data["cache"]["folder"]))
+        data["cache"] = {**_cache(), "removed": removed}
+        data["problems"] += kept
     if form == "json":
         click.echo(json.dumps(data, indent=2))
     else:
@@ -106,22 +111,30 @@ def _is_writable(folder: Path) -> bool:
     return existing.is_dir() and os.access(existing, os.W_OK)
 
 
-def _clear(folder: Path) -> int:
-    """Remove what is cached; return how many files that were."""
+def _clear(folder: Path) -> tuple[int, list[str]]:
+    """Remove what is cached; return how many files are gone, and what could not be removed and why."""
     count = 0
-    for name in ("kernels", "dwmr"):
-        part = folder / name
-        with suppress(OSError):  # what may not be looked into holds nothing of ours
-            count += sum(f.is_file() for f in part.rglob("*")) if part.is_dir() else 0
-        shutil.rmtree(part, ignore_errors=True)
-    return count
+    kept: Counter[tuple[str, str | None]] = Counter()
+    closed: list[OSError] = []
+    for part in (folder / "kernels", folder / "dwmr"):
+        for place, folders, names in os.walk(part, topdown=False, onerror=closed.append) if part.is_dir() else ():
+            for name in (*names, *(f for f in folders if Path(place, f).is_symlink())):
+                try:
+                    Path(place, name).unlink()
+                    count += 1
+                except OSError as error:
+                    kept[place, error.strerror] += 1
+            with suppress(OSError):  # a folder that is not empty: its files are told
+                Path(place).rmdir()
+    problems = [f"{counted(n, 'file')} of {place} cannot be removed: {why}" for (place, why), n in kept.items()]
+    return count, [*problems, *(f"{e.filename} cannot be looked into: {e.strerror}" for e in closed)]
 
 
 def _lines(data: dict[str, Any]) -> list[str]:
     cache = data["cache"]
     kept = f"{cache['files']} files, {cache['bytes'] / 2**20:.1f} MiB"
     if "removed" in cache:
-        kept = f"{cache['removed']} files removed"
+        kept = f"{counted(cache['removed'], 'file')} removed"
     writable = "" if cache["writable"] else "; cannot be written to, so every process compiles anew"
     lines = [
         f"fuzzyctl {data['fuzzyctl']}, Python {data['python']}, {data['platform']}, {data['cores']} cores",

@@ -1,6 +1,7 @@
 import json
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
@@ -64,6 +65,38 @@ class TestCache:
         assert "4 files, 2.0 MiB" in run("doctor").output
         assert "3 files removed" in run("doctor", "--clear-cache").output
         assert [p.name for p in folder.rglob("*")] == ["mine.txt"]
+
+    def test_files_that_cannot_be_removed_are_counted_and_said(self, run, folder, monkeypatch):
+        for name in ("kernels/a.py", "kernels/x/a.nbi", "kernels/x/b.nbc", "dwmr/c.py"):
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            (folder / name).write_text("x")
+        unlink = Path.unlink
+
+        def refusing(path, **more):
+            if path.parent.name == "x":
+                raise PermissionError(13, "Permission denied")
+            unlink(path, **more)
+
+        # Modes of folders do not hold back root, who may run this.
+        monkeypatch.setattr(Path, "unlink", refusing)
+        result = run("doctor", "--clear-cache")
+        assert result.exit_code == 1
+        assert ": 2 files removed\n" in result.output
+        assert f"problem: 2 files of {folder / 'kernels' / 'x'} cannot be removed: Permission denied\n" in result.output
+        assert sorted(p.name for p in folder.rglob("*.*")) == ["a.nbi", "b.nbc"]
+        data = json.loads(run("doctor", "--clear-cache", "--format", "json").output)
+        assert (data["cache"]["removed"], data["cache"]["files"], len(data["problems"])) == (0, 2, 1)
+
+    def test_folders_that_cannot_be_looked_into_are_said(self, run, folder, monkeypatch):
+        (folder / "kernels").mkdir(parents=True)
+
+        def refusing(place):
+            raise PermissionError(13, "Permission denied", place)
+
+        monkeypatch.setattr("os.scandir", refusing)
+        result = run("doctor", "--clear-cache")
+        assert result.exit_code == 1
+        assert f"problem: {folder / 'kernels'} cannot be looked into: Permission denied" in result.output
 
     def test_that_cannot_be_written_to_is_said(self, run, tmp_path, monkeypatch):
         (tmp_path / "file").write_text("")
