@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from fuzzyctl.cli.common import (
+    ALGORITHM,
     AS,
     DONE,
     FORMAT,
@@ -38,13 +39,7 @@ if TYPE_CHECKING:
     help="C99, Structured Text or one Python module.",
 )
 @click.option("-o", "--out", "out", metavar="DIR", default=".", help="The folder to write to.  [default: this one]")
-@click.option(
-    "--algorithm",
-    type=click.Choice(["auto", "interpolation", "diagonals", "active", "rules"]),
-    default="auto",
-    show_default=True,
-    help="How it evaluates.",
-)
+@ALGORITHM
 @click.option(
     "--float",
     "precision",

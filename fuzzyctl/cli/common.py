@@ -42,6 +42,14 @@ SET = click.option(
     "--set", "settings", multiple=True, metavar="NAME=VALUE", help="Set a param of the system; may be repeated."
 )
 SYSTEM = click.option("--system", "name", metavar="NAME", help="Which system, where the file holds several.")
+ALGORITHM = click.option(
+    "--algorithm",
+    # As kernels.algorithm.ALGORITHMS, which takes long to import.
+    type=click.Choice(["auto", "interpolation", "diagonals", "active", "rules"]),
+    default="auto",
+    show_default=True,
+    help="How it evaluates.",
+)
 POINTS = click.option(
     "--points",
     type=click.IntRange(2, 10_000_000),

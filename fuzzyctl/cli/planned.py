@@ -29,10 +29,18 @@ _BECAUSE: Final = {
 }
 
 
-def planned(system: FuzzySystem) -> dict[str, Any]:
-    """Return the algorithm of a system, its reason, and what its programs consist of."""
+def planned(system: FuzzySystem, algorithm: str = "auto") -> dict[str, Any]:
+    """Return the algorithm of a system, its reason, and what its programs consist of.
+
+    Args:
+        system: The system.
+        algorithm: One of `kernels.algorithm.ALGORITHMS`.
+
+    Raises:
+        ArgumentError: For an algorithm that the system does not allow.
+    """
     flat = plan(system)
-    chosen = algorithm_of(flat)
+    chosen = algorithm_of(flat, algorithm)
     count = operations(chosen.point)
     return {
         "system": system.name,

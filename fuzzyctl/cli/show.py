@@ -9,7 +9,18 @@ from pathlib import Path
 
 import click
 
-from fuzzyctl.cli.common import AS, DONE, FORMAT, SET, SYSTEM, answers_with_diagnostics, assignments, under, use_color
+from fuzzyctl.cli.common import (
+    ALGORITHM,
+    AS,
+    DONE,
+    FORMAT,
+    SET,
+    SYSTEM,
+    answers_with_diagnostics,
+    assignments,
+    under,
+    use_color,
+)
 from fuzzyctl.errors import DiagnosticError
 from fuzzyctl.model.system import FuzzySystem
 
@@ -20,26 +31,36 @@ WIDTH = 120
 @click.command("show")
 @click.argument("file")
 @click.option("--plan", "only_plan", is_flag=True, help="Print how it is computed instead, and why so.")
+@ALGORITHM
 @FORMAT
 @SET
 @SYSTEM
 @AS
 @answers_with_diagnostics
 def show_system(
-    file: str, only_plan: bool, form: str, settings: tuple[str, ...], name: str | None, profile: str | None
+    file: str,
+    only_plan: bool,
+    algorithm: str,
+    form: str,
+    settings: tuple[str, ...],
+    name: str | None,
+    profile: str | None,
 ) -> int:
     """Print a summary of a rule file.
 
     Ranges and terms with their numbers computed, the method in effect with its defaults, rules, and what is proved:
     the values that each output can have, and whether some rule fires everywhere. A file of several systems is printed
-    whole unless --system names one.
+    whole unless --system names one. With --plan, --algorithm says what another choice would be, or why the system
+    does not allow it.
     """
+    if algorithm != "auto" and not only_plan:
+        raise click.BadParameter("it is about how a system is computed: add --plan", param_hint="--algorithm")
     from fuzzyctl.cli.layout import laid_out
     from fuzzyctl.cli.summary import summary
 
     systems = _systems(file, settings, name, profile)
     if only_plan:
-        return _show_plan(systems, form)
+        return _show_plan(systems, algorithm, form)
     pages = [summary(system) for system in systems]
     if form == "json":
         click.echo(json.dumps(pages[0] if len(pages) == 1 else {"systems": pages}, ensure_ascii=False, indent=2))
@@ -50,10 +71,10 @@ def show_system(
     return DONE
 
 
-def _show_plan(systems: list[FuzzySystem], form: str) -> int:
+def _show_plan(systems: list[FuzzySystem], algorithm: str, form: str) -> int:
     from fuzzyctl.cli.planned import plan_text, planned
 
-    plans = [planned(system) for system in systems]
+    plans = [planned(system, algorithm) for system in systems]
     if form == "json":
         click.echo(json.dumps(plans[0] if len(plans) == 1 else {"systems": plans}, ensure_ascii=False, indent=2))
     else:

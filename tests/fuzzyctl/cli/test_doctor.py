@@ -8,6 +8,8 @@ from click.testing import CliRunner
 
 from fuzzyctl.cli import doctor as module
 from fuzzyctl.cli.main import main
+from fuzzyctl.cli.show import show_system
+from fuzzyctl.kernels.algorithm import ALGORITHMS
 from fuzzyctl.shipped import rules_folder
 
 
@@ -114,7 +116,14 @@ class TestCache:
         assert "every process compiles anew" in run("doctor", "--clear-cache").output
 
 
+RULES = ("--algorithm", "rules")
+
+
 class TestPlan:
+    def test_the_algorithms_of_the_option_are_those_of_kernels(self):
+        option = next(p for p in show_system.params if p.name == "algorithm")
+        assert tuple(option.type.choices) == ALGORITHMS
+
     def test_of_a_partition_is_looked_up(self, run):
         output = run("show", "--plan", str(rules_folder() / "ais_reaction.fz")).output
         assert output.startswith("ais_reaction: interpolation\n  it looks up the output at 5 x 5 knots of the inputs\n")
@@ -130,6 +139,24 @@ class TestPlan:
         assert "numba" not in run("show", "--plan", file).output
         monkeypatch.setattr("fuzzyctl.cli.planned.MOST_OPERATIONS", 20)
         assert "operations would take numba long: backend 'auto' takes numpy\n" in run("show", "--plan", file).output
+
+    def test_of_another_algorithm_is_what_that_would_do(self, run):
+        file = str(rules_folder() / "ais_reaction.fz")
+        pages = [run("show", "--plan", "--format", "json", file, *more).output for more in ((), RULES)]
+        usual, rules = map(json.loads, pages)
+        assert (usual["algorithm"], rules["algorithm"]) == ("interpolation", "rules")
+        assert rules["operations"] > usual["operations"]
+        assert "it evaluates all rules: it was asked for\n" in run("show", "--plan", file, *RULES).output
+
+    def test_of_an_algorithm_that_the_system_does_not_allow_says_why(self, run):
+        result = run("show", "--plan", str(rules_folder() / "tipper.fz"), "--algorithm", "interpolation")
+        assert result.exit_code == 1
+        assert result.stderr == "error: the system does not interpolate: not all defuzzifiers are averages over rules\n"
+
+    def test_an_algorithm_without_it_is_wrong_usage(self, run):
+        result = run("show", str(rules_folder() / "tipper.fz"), *RULES)
+        assert result.exit_code == 2
+        assert "add --plan" in result.stderr
 
     def test_is_data_for_programs(self, run):
         data = json.loads(run("show", "--plan", "--format", "json", str(rules_folder() / "fcafsmc.fz")).output)
