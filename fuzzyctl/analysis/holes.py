@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import math
-from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from itertools import pairwise, product
 from typing import Final
 
+from fuzzyctl.analysis.complete_tables import Conditions, halved
 from fuzzyctl.analysis.degrees import (
     CERTAIN,
-    Cell,
     Truths,
     activation_in,
     always_acts,
@@ -23,7 +22,7 @@ from fuzzyctl.analysis.degrees import (
     effect_in,
 )
 from fuzzyctl.analysis.intervals import Interval, enclose
-from fuzzyctl.expr import Binary, Call, Expr, Name, walk
+from fuzzyctl.expr import Name
 from fuzzyctl.formulas import CONJUNCTIONS, EXACT_IMPLICATIONS
 from fuzzyctl.kernels.adaptive import nodes_of, places_of
 from fuzzyctl.kernels.defuzzify import closed_form, support
@@ -40,8 +39,6 @@ from fuzzyctl.kernels.sampling import sampled_degrees, seen_points
 
 #: A consequent set narrower than this part of the range, or lower than this at all samples, does not count.
 NARROW: Final = 1e-12
-#: Firing strengths that no rounding brings below `CERTAIN`.
-_CLEAR: Final = 1e-150
 #: Evaluations of firing strengths spent on one output before it is left undecided: about a second.
 BUDGET: Final = 150_000
 #: Boxes that are halved where cells alone do not decide.
@@ -160,28 +157,13 @@ class Search:
         ]
 
     def _is_complete_table(self) -> bool:
-        """Prove coverage input by input: rules for every combination of the terms, and terms that cover each input.
+        """Return whether the rules are a complete table, for which no box needs to be looked at."""
+        cells_of = dict(zip(self.used, self.cells, strict=True))
+        return Conditions(self.plan, self.degrees, cells_of, self.rules, self._acts).some_rule_fires()
 
-        Everywhere some term of each input then has at least the degree found here, and the rule of these terms fires.
-        """
-        if self.fixed or not self.used:
-            return False
-        least: list[float] = []
-        for k, i in enumerate(self.used):
-            least.append(min(_best(self.cells[k], [d.set for d in self.degrees.values() if d.variable == i])))
-        # Far above `CERTAIN`, so that the order of a product does not matter.
-        strength = math.prod(least)
-        if strength < _CLEAR:
-            return False
-        found: set[tuple[str, ...]] = set()
-        for s, rules in self.rules.items():
-            names = _conjunction(self.plan.strengths[s])
-            own = sorted(names, key=lambda n: self.degrees[n].variable)
-            sure = any(self._moved(entry, top, (strength, 1.0))[0] >= CERTAIN for entry, top in rules)
-            if sure and [self.degrees[n].variable for n in own] == self.used:
-                found.add(tuple(own))
-        terms = [sum(d.variable == i for d in self.degrees.values()) for i in self.used]
-        return len(found) == math.prod(terms)
+    def _acts(self, strength: int, fired: Interval) -> bool:
+        """Return whether some rule of a firing strength surely moves the output."""
+        return any(self._moved(entry, top, fired)[0] >= CERTAIN for entry, top in self.rules[strength])
 
     def _degrees_in(self, position: int, floats: Interval) -> dict[str, Interval]:
         own = {n: d for n, d in self.degrees.items() if d.variable == self.used[position]}
@@ -303,38 +285,11 @@ class Search:
         return f"all that is known of {', '.join(sorted(names))} is the range" if self.fixed else reason
 
 
-def _best(own: Sequence[Cell], sets: Sequence[SetPlan]) -> list[float]:
-    """Return for each cell of an input a degree that some term has everywhere in it."""
-    best = [0.0] * len(own)
-    starts, stops = [cell.floats[0] for cell in own], [cell.floats[1] for cell in own]
-    for term in sets:
-        first, last = 0, len(own)
-        corners = term.vertices
-        if corners and corners[0][1] == 0.0:
-            first = bisect_left(stops, corners[0][0])
-        if corners and corners[-1][1] == 0.0:
-            last = bisect_right(starts, corners[-1][0])
-        for c in range(first, last):
-            best[c] = max(best[c], degree_in(term, own[c].floats)[0])
-    return best
-
-
 @cache
 def _implied(implication: str) -> Callable[[float, float], float]:
     """Return what an implication makes of an activation and a degree."""
     found: Callable[[float, float], float] = scalar_function(CONJUNCTIONS[implication](Name("a"), Name("b")))
     return found
-
-
-def _conjunction(strength: Expr) -> list[str]:
-    """Return the names in a minimum or a product of names, nothing for any other firing strength."""
-    parts = list(walk(strength))
-    if all(isinstance(p, Name) or (isinstance(p, Binary) and p.op == "*") for p in parts) or all(
-        isinstance(p, Name) or (isinstance(p, Call) and p.function == "min") for p in parts
-    ):
-        names = [p.name for p in parts if isinstance(p, Name)]
-        return names if len(set(names)) == len(names) and all(n.startswith("d") for n in names) else []
-    return []
 
 
 class _SpentError(Exception):
@@ -376,17 +331,4 @@ def _halved(box: tuple[Interval, ...]) -> list[tuple[Interval, ...]]:
     if not box:
         return []
     k = max(range(len(box)), key=lambda i: box[i][1] - box[i][0])
-    low, high = box[k]
-    if low == high:
-        return []
-    middle = _between(low, high)
-    left, right = (low, middle), (math.nextafter(middle, math.inf), high)
-    return [(*box[:k], part, *box[k + 1 :]) for part in (left, right) if part[0] <= part[1]]
-
-
-def _between(low: float, high: float) -> float:
-    if math.isinf(low):
-        return high - max(1.0, abs(high)) * 1e6
-    if math.isinf(high):
-        return low + max(1.0, abs(low)) * 1e6
-    return min(max(0.5 * low + 0.5 * high, low), math.nextafter(high, -math.inf))
+    return [(*box[:k], part, *box[k + 1 :]) for part in halved(box[k])]

@@ -1,6 +1,7 @@
 import math
 import re
 import time
+from itertools import product
 
 import pytest
 
@@ -33,8 +34,9 @@ if x is high and y is high then u is {last}
 """
 
 
-def two(start=2, end=8, conjunction="product", otherwise="", last="a"):
-    return loads(TWO.format(start=start, end=end, conjunction=conjunction, otherwise=otherwise, last=last))
+def two(start=2, end=8, conjunction="product", otherwise="", last="a", low="low"):
+    text = TWO.format(start=start, end=end, conjunction=conjunction, otherwise=otherwise, last=last)
+    return loads(text.replace("if x is low", f"if x is {low}"))
 
 
 class TestComparisons:
@@ -131,7 +133,7 @@ if x is mid then u is a
 
     def test_too_many_cells_leave_it_undecided(self, monkeypatch):
         monkeypatch.setattr(holes, "BUDGET", 10)
-        verdict = uncovered(two(conjunction="hamacher_product"))["u"]
+        verdict = uncovered(two(low="not high"))["u"]
         assert isinstance(verdict, Undecided)
         assert "2 inputs" in verdict.reason
 
@@ -172,9 +174,71 @@ class TestLargeTables:
         hole = uncovered(table(6, "min", missing="."))["u"]
         assert isinstance(hole, Hole)
 
+    @pytest.mark.parametrize(
+        ("count", "words", "hedge"),
+        [
+            (10, "and product", ""),
+            (7, "and min", "very "),
+            (7, "and product", "very "),
+            (7, "and hamacher_product", "very "),
+            (7, "semantics fuzzylite", ""),
+        ],
+    )
+    def test_complete_ones_are_however_many_inputs_there_are(self, count, words, hedge, monkeypatch):
+        """Each cell has points where a term is next to 0, but none where both are; no product of these underflows."""
+        monkeypatch.setattr(holes, "BUDGET", 0)
+        assert uncovered(grid(count, words, hedge))["u"] is None
+
+    def test_complete_ones_are_not_where_products_underflow(self, monkeypatch):
+        monkeypatch.setattr(holes, "BUDGET", 0)
+        text = grid_text(7, "and product", "").replace("terms a b", "a = gaussian(0, {s})\n  b = gaussian(1, {s})")
+        assert uncovered(loads(text.replace("{s}", "0.1")))["u"] is None  # degrees of 4e-6 where both meet
+        assert uncovered(loads(text.replace("{s}", "0.03")))["u"] is not None  # of 5e-61
+
+    @pytest.mark.parametrize("words", ["and bounded_difference", "and drastic_product", "and nilpotent_minimum"])
+    def test_complete_ones_are_not_where_norms_of_positive_degrees_are_zero(self, words, monkeypatch):
+        monkeypatch.setattr(holes, "BUDGET", 0)
+        assert uncovered(grid(3, words))["u"] is not None
+
+    @pytest.mark.parametrize("own", ["x0 is a", "x1 is a"])
+    def test_rules_that_do_not_look_at_an_input_stand_for_all_its_terms(self, own, monkeypatch):
+        monkeypatch.setattr(holes, "BUDGET", 0)
+        lines = [line for line in grid_text(6, "and product", "").splitlines() if own not in line]
+        assert uncovered(loads("\n".join(lines)))["u"] is not None
+        assert uncovered(loads("\n".join([*lines, f"if {own} then u is o"])))["u"] is None
+
+    def test_complete_ones_are_with_a_hedged_rule_beside_them(self, monkeypatch):
+        monkeypatch.setattr(holes, "BUDGET", 0)
+        text = grid_text(6, "and hamacher_product", "") + "if x0 is very a and x1 is b then u is o\n"
+        assert uncovered(loads(text))["u"] is None
+
+    @pytest.mark.parametrize("norm", ["product", "hamacher_product"])
+    def test_rules_of_dozens_of_inputs_are(self, norm, monkeypatch):
+        monkeypatch.setattr(holes, "BUDGET", 0)
+        inputs = "".join(f"input x{i} in [0, 1]\n  any = triangle(-inf, 0.5, inf)\n" for i in range(90))
+        output = "output u in [0, 1]\n  o = singleton(0)\n"
+        rule = f"if {' and '.join(f'x{i} is any' for i in range(90))} then u is o\n"
+        system = loads(f"system s\nand {norm}\ndefuzzifier weighted_average\n{inputs}{output}{rule}")
+        assert uncovered(system)["u"] is None
+
     @pytest.mark.parametrize("feet", [(5, 5), (7, 4)])
     def test_complete_ones_of_terms_with_a_gap_are_not(self, feet):
         assert isinstance(uncovered(two(start=feet[0], end=feet[1]))["u"], Hole)
+
+
+def grid_text(count, words, hedge):
+    """A rule for each combination of two terms that make a partition, of so many inputs."""
+    inputs = "".join(f"input x{i} in [0, 1]\n  terms a b\n" for i in range(count))
+    rules = (
+        f"if {' and '.join(f'x{i} is {hedge}{name}' for i, name in enumerate(names))} then u is o\n"
+        for names in product("ab", repeat=count)
+    )
+    output = "output u in [0, 1]\n  o = singleton(1)\n"
+    return f"system s\n{words}\ndefuzzifier weighted_average\n{inputs}{output}{''.join(rules)}"
+
+
+def grid(count, words, hedge=""):
+    return loads(grid_text(count, words, hedge))
 
 
 def table(count, conjunction, missing="a"):
@@ -211,7 +275,7 @@ class TestDiagnostics:
 
     def test_what_is_undecided_asks_for_an_else(self, monkeypatch):
         monkeypatch.setattr(holes, "BUDGET", 10)
-        (found,) = diagnostics(two(conjunction="hamacher_product"))
+        (found,) = diagnostics(two(low="not high"))
         assert (found.code, found.severity) == ("FZ401", "error")
         assert found.message == "it cannot be decided whether some rule always fires for output 'u'"
         assert "else VALUE" in found.help
