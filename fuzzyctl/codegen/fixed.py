@@ -12,20 +12,26 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from itertools import pairwise, product
+from itertools import islice, pairwise, product
 from typing import Final
 
+from fuzzyctl.codegen.digits import at_most
 from fuzzyctl.codegen.errors import CodegenError
+from fuzzyctl.codegen.fixed_error import proved
+from fuzzyctl.codegen.table import USEFUL, tabulated
 from fuzzyctl.codegen.unit import Unit
-from fuzzyctl.kernels.grid import Grid, Table
+from fuzzyctl.kernels.algorithm import Algorithm
+from fuzzyctl.kernels.grid import Grid, Table, grid_of
 from fuzzyctl.kernels.plan import Plan
 
 #: Most entries of a table.
 MOST_ENTRIES: Final = 1 << 16
+#: Points of the table that is tried where a system does not interpolate, the first that leaves it small enough.
+_POINTS: Final = (33, 17, 9, 5)
 #: Most extra bits of knots and of entries.
 _EXTRA: Final = 20
-#: Corners closer than this part of the range count as one knot (`kernels.grid`).
-_SAME: Final = Fraction(1, 10**14)
+#: A number that is so far beyond the ends, in parts of the last place, is rounded to them.
+_ROUNDED: Final = Fraction(1, 8)
 
 
 @dataclass(frozen=True)
@@ -49,6 +55,16 @@ class Format:
     def most(self) -> int:
         """The largest integer of the format; the least is -most - 1."""
         return (1 << (self.integer + self.fraction)) - 1
+
+    @property
+    def lower(self) -> float:
+        """The least number of the format."""
+        return (-self.most - 1) / (1 << self.fraction)
+
+    @property
+    def upper(self) -> float:
+        """The largest number of the format."""
+        return self.most / (1 << self.fraction)
 
     def __str__(self) -> str:
         return f"Q{self.integer}.{self.fraction}"
@@ -97,6 +113,13 @@ class Entries:
     base: int
     guard: int
     values: tuple[int, ...]
+
+    @property
+    def ends(self) -> tuple[int, int]:
+        """The least and the largest integer that interpolation returns: it rounds, and never leaves its ends."""
+        rounding = (1 << self.guard) >> 1
+        least, most = ((v + rounding) >> self.guard for v in (min(self.values), max(self.values)))
+        return self.base + least, self.base + most
 
 
 @dataclass(frozen=True)
@@ -159,18 +182,76 @@ def fixed_point(unit: Unit, form: Format) -> Fixed:
 
     Raises:
         CodegenError: For a system that does not interpolate, or whose output is a quotient; for knots or outputs that
-            the format does not reach or does not tell apart.
+            the format does not reach or does not tell apart, or of which no useful bound is found.
     """
     grid = unit.algorithm.grid
-    if grid is None:
-        reason = unit.algorithm.reason
-        raise CodegenError(f"fixed point needs a system that interpolates: {reason}; --table makes one that does")
-    if any(t.weight for t in grid.outputs):
-        raise CodegenError("fixed point needs activations that sum to 1, and those of this system do not; use --table")
+    if grid is None or any(t.weight for t in grid.outputs):
+        raise CodegenError(_not_interpolated(unit, form))
     if grid.size > MOST_ENTRIES:
         raise CodegenError(f"the system has {grid.size:,} knots, more than {MOST_ENTRIES:,}")
+    found = _held(unit, grid, form)
+    if isinstance(found, str):
+        raise CodegenError(f"{found}{_instead(unit, grid, form)}")
+    return found
+
+
+def _not_interpolated(unit: Unit, form: Format) -> str:
+    """Return why a system is not interpolated, and what would be."""
+    grid = grid_of(unit.plan)
+    if isinstance(grid, str):
+        reason = f"fixed point needs a system that interpolates, and this one does not: {grid}"
+    elif any(t.weight for t in grid.outputs):
+        reason = "fixed point needs activations that sum to 1, and those of this system do not"
+    else:
+        return (
+            f"fixed point needs interpolation, which algorithm '{unit.algorithm.name}' excludes; take --algorithm "
+            "interpolation"
+        )
+    return f"{reason}; {_with_table(unit, form)}"
+
+
+def _with_table(unit: Unit, form: Format) -> str:
+    """Return the options of a table that does, or why there is none."""
+    inputs = len(unit.plan.inputs)
+    points = next((n for n in _POINTS if n**inputs <= MOST_ENTRIES), _POINTS[-1])
+    try:
+        table = tabulated(unit.algorithm, points)
+    except CodegenError as error:
+        return f"nor does a table take its place: {error}"
+    own = replace(unit, algorithm=Algorithm(unit.plan, table.grid, "a table"), table=table)
+    for other in (form, *_finest(own.plan, table.grid, form)):
+        found = _held(own, table.grid, other)
+        if isinstance(found, Fixed):
+            return f"--table {points} --fixed {other} does, off by {at_most(max(found.errors))} at most"
+    return f"and no format of 32 bits holds a table of {points} points"
+
+
+def _instead(unit: Unit, grid: Grid, form: Format) -> str:
+    """Return a format that does."""
+    for other in _finest(unit.plan, grid, form):
+        found = _held(unit, grid, other)
+        if isinstance(found, Fixed):
+            return f"; {other} does, off by {at_most(max(found.errors))} at most"
+    if unit.table is not None and not _beyond(unit.plan, grid, form):
+        return "; take more points of the table"
+    return "; nor does any other format of up to 32 bits"
+
+
+def _finest(flat: Plan, grid: Grid, form: Format) -> list[Format]:
+    """Return formats with most bits behind the point that hold knots and values: in as many bits, then in 32."""
+    found = []
+    for bits in dict.fromkeys((form.bits, 32)):
+        formats = (Format(m, bits - 1 - m) for m in range(bits))
+        found += list(islice((f for f in formats if not _beyond(flat, grid, f)), 1))
+    return [f for f in found if f != form]
+
+
+def _held(unit: Unit, grid: Grid, form: Format) -> Fixed | str:
+    """Return the integers, or why the format does not do."""
+    beyond = _beyond(unit.plan, grid, form)
+    if beyond:
+        return f"{form} reaches from {form.lower:.9g} to {form.upper:.9g}, and {', '.join(beyond)}"
     inner = [d for d, k in enumerate(grid.knots) if len(k) > 1]
-    _require_fit(unit.plan, grid, form)
     # The bound falls with bits of the share and with bits of the entries, and both share the bits of a product.
     best: Fixed | None = None
     for share_bits in range(1, min(form.wide - 2, 30)):
@@ -178,25 +259,30 @@ def fixed_point(unit: Unit, form: Format) -> Fixed:
         if found is not None and (best is None or max(found.errors) < max(best.errors)):
             best = found
     if best is None:
-        raise CodegenError(f"{form} does not tell the knots of the inputs apart; take more bits behind the point")
+        return f"{form} does not tell the knots of the inputs apart"
     if unit.table is not None:
-        errors = tuple(a + b for a, b in zip(best.errors, unit.table.errors, strict=True))
-        return replace(best, errors=errors)
+        best = replace(best, errors=tuple(a + b for a, b in zip(best.errors, unit.table.errors, strict=True)))
+    for output, table, error in zip(unit.plan.outputs, grid.outputs, best.errors, strict=True):
+        span = max(output.upper - output.lower, max(table.value) - min(table.value))
+        if not error <= USEFUL * span:
+            return (
+                f"no useful bound is found for the error of '{output.name}' in {form}: at most {at_most(error)}, of a "
+                f"span of {span:.3g}"
+            )
     return best
 
 
-def _require_fit(flat: Plan, grid: Grid, form: Format) -> None:
-    one = 1 << form.fraction
-    reach = form.most / one
-    for i, knots in zip(grid.inputs, grid.knots, strict=True):
-        if max(abs(k) for k in knots) > reach:
-            raise CodegenError(
-                f"{form} reaches to {reach:.6g}, and '{flat.inputs[i].name}' to {max(map(abs, knots)):.6g}"
-            )
-    for output, table in zip(flat.outputs, grid.outputs, strict=True):
-        most = max(abs(v) for v in table.value)
-        if most > reach:
-            raise CodegenError(f"{form} reaches to {reach:.6g}, and '{output.name}' to {most:.6g}")
+def _beyond(flat: Plan, grid: Grid, form: Format) -> list[str]:
+    """Return which inputs have knots, and which outputs values, that a format does not reach."""
+    ends = [(flat.inputs[i].name, k[0], k[-1]) for i, k in zip(grid.inputs, grid.knots, strict=True) if len(k) > 1]
+    ends += [(o.name, min(t.value), max(t.value)) for o, t in zip(flat.outputs, grid.outputs, strict=True)]
+    least, most = -form.most - 1 - _ROUNDED, form.most + _ROUNDED
+    scale = 1 << form.fraction
+    return [
+        f"'{name}' from {low:.9g} to {high:.9g}"
+        for name, low, high in ends
+        if Fraction(low) * scale < least or Fraction(high) * scale > most
+    ]
 
 
 def _attempt(unit: Unit, grid: Grid, inner: Sequence[int], form: Format, share_bits: int) -> Fixed | None:
@@ -208,7 +294,7 @@ def _attempt(unit: Unit, grid: Grid, inner: Sequence[int], form: Format, share_b
     whole = tuple(a for a in axes if a is not None)
     entries = tuple(e for e in outputs if e is not None)
     errors = tuple(
-        _bound(unit, grid, inner, whole, table, own, form, share_bits)
+        proved(unit, grid, inner, whole, table, own, form, share_bits)
         for table, own in zip(grid.outputs, entries, strict=True)
     )
     return Fixed(form, share_bits, whole, entries, errors)
@@ -239,53 +325,3 @@ def _entries(table: Table, form: Format, share_bits: int) -> Entries | None:
         if max(own).bit_length() + share_bits <= form.wide - 2:
             return Entries(base, guard, tuple(own))
     return None
-
-
-def _bound(
-    unit: Unit,
-    grid: Grid,
-    inner: Sequence[int],
-    axes: Sequence[Axis],
-    table: Table,
-    entries: Entries,
-    form: Format,
-    share_bits: int,
-) -> float:
-    """Bound the error of an output for every input of the format, in exact arithmetic.
-
-    With the knots moved the system is a multilinear function of inputs moved by `off` at most, so it changes by the
-    slope times that. Each interpolation keeps the error of its ends, adds the error of the share times their
-    difference, and rounds once.
-    """
-    step = Fraction(1, 1 << (form.fraction + entries.guard))
-    error = step / 2
-    slopes = Fraction(0)
-    for d, axis in sorted(zip(inner, axes, strict=True), reverse=True):
-        rise, slope = steepest(grid, table, d)
-        error += Fraction(1, 1 << (share_bits + 1)) * (rise + 2 * error) + step / 2
-        span = Fraction(grid.knots[d][-1]) - Fraction(grid.knots[d][0])
-        slopes += slope * (axis.off + _SAME * span)
-    if entries.guard:
-        error += Fraction(1, 1 << (form.fraction + 1))
-    # What the table itself is off by, computed in floating point from all rules.
-    largest = max(abs(Fraction(v)) for v in table.value)
-    error += slopes + (len(unit.plan.rules) + 64) * Fraction(1, 1 << 52) * largest
-    return float(error) * (1.0 + 2.0**-50)
-
-
-def steepest(grid: Grid, table: Table, axis: int) -> tuple[Fraction, Fraction]:
-    """Return the largest difference of neighbours along an input, and the largest slope."""
-    stride = math.prod(len(k) for k in grid.knots[axis + 1 :])
-    knots = grid.knots[axis]
-    rise = slope = Fraction(0)
-    widths = [Fraction(b) - Fraction(a) for a, b in pairwise(knots)]
-    largest = [0.0] * len(widths)
-    for position in range(len(table.value) - stride):
-        k = position // stride % len(knots)
-        if k < len(widths):
-            own = abs(table.value[position + stride] - table.value[position])
-            # Differences of floats are rounded; one unit more is an upper bound.
-            largest[k] = max(largest[k], math.nextafter(own, math.inf))
-    for most, width in zip(largest, widths, strict=True):
-        rise, slope = max(rise, Fraction(most)), max(slope, Fraction(most) / width)
-    return rise, slope

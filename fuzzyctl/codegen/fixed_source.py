@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import product
 
 from fuzzyctl.codegen.c_layout import CLayout
@@ -50,7 +51,8 @@ class _FixedText:
         """Return the text of NAME.h."""
         name, form = self.layout.name, self.fixed.format
         guard = f"{name.upper()}_H"
-        lines = [*comment([*described(self.unit), "", *self._promises()]), f"#ifndef {guard}", f"#define {guard}", ""]
+        lines = comment([*described(self._bounded), "", *self._promises()])
+        lines += [f"#ifndef {guard}", f"#define {guard}", ""]
         lines += ["#include <stdint.h>", "", "#ifdef __cplusplus", 'extern "C" {', "#endif", ""]
         lines += [
             f"// Bits behind the point of inputs and outputs: {form}.",
@@ -62,6 +64,16 @@ class _FixedText:
         lines += ["", f"{self.head};", "", "#ifdef __cplusplus", "}", "#endif", "", f"#endif // {guard}"]
         return "\n".join(lines) + "\n"
 
+    @property
+    def _bounded(self) -> Unit:
+        """The unit with the bounds of the integers in the place of those of the system."""
+        one = 1 << self.fixed.format.fraction
+        bounds = dict(self.unit.bounds)
+        for output, entries in zip(self.unit.plan.outputs, self.fixed.outputs, strict=True):
+            lo, hi = entries.ends
+            bounds[output.name] = replace(bounds[output.name], lo=lo / one, hi=hi / one)
+        return replace(self.unit, bounds=bounds)
+
     def _promises(self) -> list[str]:
         form = self.fixed.format
         lines = [f"Fixed point {form}: an integer X stands for X / 2^{form.fraction}; integer arithmetic only."]
@@ -69,7 +81,11 @@ class _FixedText:
         for o, error in zip(self.unit.plan.outputs, self.fixed.errors, strict=True):
             last = f"{at_most(error * 2**form.fraction, 4)} / 2^{form.fraction}"
             lines.append(f"  |{o.name} - exact {o.name}| <= {at_most(error, 6)}, that is {last}")
-        lines.append("The bounds of the outputs above hold for the integers too, rounded to the format.")
+        lines.append("The bounds of the outputs above are those of the integers.")
+        outside = [i.name for i in self.unit.plan.inputs if i.lower < form.lower or i.upper > form.upper]
+        if outside:
+            ends = f"[{form.lower!r}, {form.upper!r}]"
+            lines.append(f"Hold {', '.join(outside)} within {ends} before it is converted; nothing changes beyond.")
         return lines
 
     def source(self) -> str:

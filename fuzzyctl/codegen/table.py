@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import product
+from itertools import pairwise, product
 from typing import TYPE_CHECKING, Any, Final
 
 from fuzzyctl.analysis.coverage import uncovered_of
@@ -15,7 +15,7 @@ from fuzzyctl.codegen.table_error import enclosed
 from fuzzyctl.errors import NoRuleFiresError
 from fuzzyctl.kernels import python_backend
 from fuzzyctl.kernels.algorithm import Algorithm
-from fuzzyctl.kernels.grid import Grid, Table
+from fuzzyctl.kernels.grid import STEEPEST, Grid, Table
 from fuzzyctl.kernels.plan import Plan
 
 if TYPE_CHECKING:
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 MOST_ENTRIES: Final = 1 << 16
 #: Most corners of the boxes on which a table and an interpolating system are both multilinear.
 _MOST_CORNERS: Final = 1 << 22
+#: Most of a coefficient, whose sums are numbers still.
+_LARGEST: Final = 1e300
 #: A bound beyond this part of an output's span says nothing.
 USEFUL: Final = 0.5
 
@@ -65,7 +67,10 @@ def tabulated(algorithm: Algorithm, points: int) -> Tabulated:
         raise CodegenError(
             f"a table of {points} points along {len(inputs)} inputs has more than {MOST_ENTRIES:,} entries"
         )
+    slopes = _steepest(flat, inputs, knots)
     values = _values(algorithm, inputs, knots)
+    if max(max(map(abs, own)) for own in values) > _LARGEST / slopes:
+        raise CodegenError("the values of the outputs are too large for a table of these ranges")
     tables = tuple(Table(own, (), min(own), max(own)) for own in values)
     found = Grid(inputs, knots, tables)
     if grid is not None and not any(t.weight for t in grid.outputs):
@@ -108,6 +113,23 @@ def _axes(flat: Plan, grid: Grid | None, points: int) -> tuple[tuple[int, ...], 
     return inputs, tuple(knots)
 
 
+def _steepest(flat: Plan, inputs: Sequence[int], knots: Sequence[Sequence[float]]) -> float:
+    """Return the largest product of slopes, each from 0 to 1 between neighbours, or 1 if that is larger.
+
+    Raises:
+        CodegenError: For ranges where such products would leave double precision.
+    """
+    least = most = 1.0
+    for i, own in zip(inputs, knots, strict=True):
+        widths = [b - a for a, b in pairwise(own)]
+        if not all(1.0 / STEEPEST < w < STEEPEST for w in widths):
+            raise CodegenError(f"the range of {flat.inputs[i].name!r} is too small or too large for a table")
+        least, most = least * min(1.0, *widths), most * max(1.0, *widths)
+    if not 1.0 / STEEPEST < least <= most < STEEPEST:
+        raise CodegenError("the ranges of the inputs together are too small or too large for a table")
+    return 1.0 / least
+
+
 def _values(algorithm: Algorithm, inputs: Sequence[int], knots: Sequence[Sequence[float]]) -> list[tuple[float, ...]]:
     """Return each output at the knots, the last input varying fastest."""
     flat, program = algorithm.plan, algorithm.printed
@@ -143,7 +165,8 @@ def _compared(exact: Grid, table: Grid) -> tuple[float, ...]:
         raise CodegenError(f"the error of the table is not bounded: it has more than {_MOST_CORNERS:,} corners to test")
     errors = []
     for own, other in zip(exact.outputs, table.outputs, strict=True):
-        difference = _at(own.value, exact.knots, joint) - _at(other.value, table.knots, joint)
+        with np.errstate(all="ignore"):  # what overflows has no useful bound
+            difference = _at(own.value, exact.knots, joint) - _at(other.value, table.knots, joint)
         # Entries are rounded, and so are the weights of this comparison.
         slack = 64.0 * len(joint) * 2.0**-52 * max(map(abs, own.value))
         errors.append(float(np.max(np.abs(difference))) + slack)

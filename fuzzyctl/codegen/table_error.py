@@ -77,6 +77,11 @@ def enclosed(flat: Plan, table: Grid) -> tuple[float, ...]:
     Raises:
         CodegenError: Where there are more boxes than can be enclosed in some seconds.
     """
+    with np.errstate(all="ignore"):  # what overflows has no useful bound
+        return _enclosed(flat, table)
+
+
+def _enclosed(flat: Plan, table: Grid) -> tuple[float, ...]:
     program = inference.evaluation(flat)
     left = MOST_OPERATIONS // _cost(program)
     sides = [_sides(flat, i, k) for i, k in zip(table.inputs, table.knots, strict=True)]
@@ -140,8 +145,7 @@ def _sides(flat: Plan, position: int, knots: Sequence[float]) -> list[tuple[floa
 def _errors(program: Program, table: Grid, own: Boxes) -> tuple[Array, Array]:
     """Return bounds of the error in each box from above and below, shape (outputs, boxes)."""
     parts = [slice(k, k + _AT_ONCE) for k in range(0, own.count, _AT_ONCE)]
-    with np.errstate(all="ignore"):
-        found = [_errors_of_some(program, table, own.chosen(part)) for part in parts]
+    found = [_errors_of_some(program, table, own.chosen(part)) for part in parts]
     return np.concatenate([f[0] for f in found], axis=1), np.concatenate([f[1] for f in found], axis=1)
 
 

@@ -31,7 +31,7 @@ _NARROWEST: Final = 1e-7
 #: Degrees that differ by less are the same but for rounding.
 ROUNDING: Final = 1e-13
 #: Slopes, and products of one slope of each input, must be that far from what a number can be, either way.
-_STEEPEST: Final = 1e250
+STEEPEST: Final = 1e250
 
 #: A function of the knots of some inputs: positions of these inputs, and values that are not 0 by position of knots.
 Tensor = tuple[tuple[int, ...], dict[tuple[int, ...], float]]
@@ -83,7 +83,7 @@ def grid_of(plan: Plan) -> Grid | str:
     for k, i in zip(knots, inputs, strict=True):
         if too_close(k, [d.set for d in plan.degrees if d.variable == i]):
             return f"corners of '{plan.inputs[i].name}' lie too close to each other"
-    if not all(1.0 / _STEEPEST < math.prod(s) < _STEEPEST for s in zip(*map(_slopes, knots), strict=True)):
+    if not all(1.0 / STEEPEST < math.prod(s) < STEEPEST for s in zip(*map(_slopes, knots), strict=True)):
         return "the ranges of its inputs are too small or too large"
     if math.prod(map(len, knots)) > MOST_KNOTS:
         return f"its inputs have {math.prod(map(len, knots)):,} knots together, more than {MOST_KNOTS:,}"
@@ -150,7 +150,7 @@ def _slopes(knots: Sequence[float]) -> tuple[float, float]:
 
 def too_close(knots: Sequence[float], sets: Sequence[SetPlan]) -> bool:
     """Return whether corners of sets lie so close to each other that lines between knots are not the degrees."""
-    least = max(_NARROWEST * (knots[-1] - knots[0]), 1.0 / _STEEPEST)
+    least = max(_NARROWEST * (knots[-1] - knots[0]), 1.0 / STEEPEST)
     if any(b - a < least for a, b in pairwise(knots)):
         return True
     moved = [(term, knots[bisect_right(knots, x) - 1], y) for term, x, y in rounded(knots, sets)]

@@ -7,6 +7,7 @@ import pytest
 from scipy.interpolate import RegularGridInterpolator
 
 from fuzzyctl import loads
+from fuzzyctl.codegen import table_error
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.unit import prepare
 from fuzzyctl.kernels.algorithm import Algorithm
@@ -121,6 +122,66 @@ class TestRefusal:
     def test_names_its_reason(self, unit_of, name, points, reason):
         with pytest.raises(CodegenError, match=reason):
             unit_of(name, table=points)
+
+
+LARGE = """system large
+and min
+defuzzifier weighted_average
+input x in [0, {width}]
+  terms a b
+input y in [0, 1]
+  terms a b
+output u in [-{value}, {value}]
+  terms p q
+table u = x x y
+    a b
+ a | p q
+ b | q p
+"""
+
+
+class TestSizes:
+    """Beyond what numbers can be nothing is written, and nobody reads warnings of a library."""
+
+    @pytest.mark.parametrize(
+        ("value", "width", "reason"),
+        [
+            ("1e305", "1", "the values of the outputs are too large for a table of these ranges"),
+            ("1", "1e300", "the range of 'x' is too small or too large for a table"),
+            ("1", "1e-320", "the range of 'x' is too small or too large for a table"),
+            ("1e60", "1e-245", "the values of the outputs are too large"),
+        ],
+    )
+    def test_that_no_slope_has_are_refused(self, recwarn, value, width, reason):
+        text = LARGE.format(value=value, width=width)
+        with pytest.raises(CodegenError, match=reason):
+            prepare(loads(text), text, table=5)
+        assert not list(recwarn)
+
+    @pytest.mark.parametrize(("value", "width"), [("1e298", "1"), ("1e50", "1e-240"), ("1e-200", "1e200")])
+    def test_that_numbers_have_are_written(self, recwarn, compiled, value, width):
+        text = LARGE.format(value=value, width=width)
+        unit = prepare(loads(text), text, table=5)
+        assert not list(recwarn)
+        assert 0.01 * float(value) <= unit.table.errors[0] <= 0.2 * float(value)
+        built = compiled(unit)
+        assert built.code == 0, built.output
+
+    def test_of_errors_beyond_all_that_is_attained_show_no_warning(self, recwarn, monkeypatch):
+        """The table is the function, so that each difference in a box, 1e298, is without measure beside that of 0."""
+        monkeypatch.setattr(table_error, "MOST_OPERATIONS", 400_000)
+        text = LARGE.format(value="1e298", width="1").replace("and min", "and product")
+        unit = prepare(loads(text), text, table=2, algorithm="rules")
+        assert not list(recwarn)
+        assert worst(unit, 500)[0] <= unit.table.errors[0]
+
+
+@pytest.mark.parametrize("name", ["ais_reaction", "tipper", "boundary_layer"])
+def test_values_of_a_table_stay_within_the_bounds_of_its_header(unit_of, name):
+    unit = unit_of(name, table=20)
+    for output, table in zip(unit.plan.outputs, unit.algorithm.grid.outputs, strict=True):
+        assert unit.bounds[output.name].lo <= table.low <= min(table.value)
+        assert max(table.value) <= table.high <= unit.bounds[output.name].hi
 
 
 def test_code_of_a_table_agrees_with_the_system(compiled, unit_of, sanitized):
