@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from fuzzyctl.codegen.c_layout import CLayout
 from fuzzyctl.codegen.c_text import INDENT, CText, bare
+from fuzzyctl.codegen.notes import argument_notes, broken, folded, result_notes, table_notes, value_notes
 from fuzzyctl.codegen.unit import Unit, described, printable
 from fuzzyctl.kernels.program import Program, Refuse
 
@@ -15,7 +16,7 @@ def header(unit: Unit) -> str:
     layout = CLayout(unit)
     guard = f"{layout.name.upper()}_H"
     lines = [*comment([*described(unit), "", *_promises(unit)]), f"#ifndef {guard}", f"#define {guard}", ""]
-    lines += ["#ifdef __cplusplus", 'extern "C" {', "#endif", "", *_types(layout), *_prototypes(layout)]
+    lines += ["#ifdef __cplusplus", 'extern "C" {', "#endif", "", *_types(layout), *broken(_prototypes(layout), INDENT)]
     lines += ["#ifdef __cplusplus", "}", "#endif", "", f"#endif // {guard}"]
     return "\n".join(lines) + "\n"
 
@@ -30,6 +31,10 @@ def _promises(unit: Unit) -> list[str]:
         lines.append("The bounds are proved for double; single precision keeps them to rounding.")
         lines.append("Activations below 1e-38 are 0 in single precision, as if no rule fired.")
     return lines
+
+
+def _noted(notes: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
+    return {name: comment(list(folded([printable(text) for text in own]))) for name, own in notes.items()}
 
 
 def comment(lines: Sequence[str]) -> list[str]:
@@ -59,7 +64,27 @@ def _types(layout: CLayout) -> Iterator[str]:
         yield from (f"}} {name}_status;", "")
 
 
+def _about(layout: CLayout) -> Iterator[str]:
+    """Yield what stands at the prototype: what it computes, each parameter, and what it returns."""
+    unit = layout.unit
+    results = result_notes(unit)
+    names = ", ".join(o.name for o in unit.plan.outputs)
+    yield f"Evaluate {unit.system.name}: {names} of {', '.join(i.name for i in unit.plan.inputs)}."
+    yield from (f"  {name}: {note}" for name, note in zip(layout.inputs, argument_notes(unit), strict=True))
+    if layout.states:
+        change = "what outputs hold is changed" if unit.plan.held else "is read only"
+        yield f"  state: begun by {layout.name}_init; {change}"
+    if layout.many:
+        yield "  outputs: where the results go, NaN where an input is NaN or there is no value"
+        yield from (f"    {name}: {note}" for name, note in zip(layout.outputs, results, strict=True))
+    if unit.refusals:
+        yield f"  status: {layout.status()}, or which output has no rule that fires"
+    if not layout.many:
+        yield f"Returns {names}: {results[0]}; NaN where an input is NaN or there is no value."
+
+
 def _prototypes(layout: CLayout) -> Iterator[str]:
+    yield from comment(list(folded([printable(line) for line in _about(layout)])))
     yield from (f"{layout.evaluation};", "")
     if layout.states:
         yield from ("// Begin with the values of the rule file.", f"{layout.init};", "")
@@ -74,7 +99,9 @@ def source(unit: Unit) -> str:
     """Return the text of NAME.c."""
     layout = CLayout(unit)
     text = CText(unit.precision, layout.name, layout.arguments, layout.states)
+    text.notes = _noted(value_notes(unit))
     functions = list(_evaluation(layout, text))
+    text.notes = {}  # rates have other values of these names
     if layout.states:
         functions += ["", *_init(layout, text)]
     if unit.rates is not None:
@@ -83,7 +110,7 @@ def source(unit: Unit) -> str:
     lines = [*comment([f"{layout.name}.c: see {layout.name}.h."]), f'#include "{layout.name}.h"', ""]
     lines += [f"#include <{h}.h>" for h in ("float", *(["math"] if text.libm else []), "stdbool", "stddef", "stdint")]
     lines += ["#include <string.h>", "", *nan_lines(unit.precision, layout.name), "", *helpers, *functions]
-    return "\n".join(lines) + "\n"
+    return "\n".join(broken(lines, INDENT)) + "\n"
 
 
 def nan_lines(precision: str, prefix: str, *, makes: bool = True) -> Iterator[str]:
@@ -116,7 +143,7 @@ def _evaluation(layout: CLayout, text: CText) -> Iterator[str]:
     unit, pad = layout.unit, INDENT
     results = [f"outputs->{o}" for o in layout.outputs] if layout.many else ["result"]
     yield f"{layout.evaluation}\n{{"
-    yield from text.tables(unit.evaluation)
+    yield from text.tables(unit.evaluation, _noted(table_notes(unit, unit.evaluation)))
     if unit.refusals:
         yield f"{pad}{layout.name}_status found = {layout.status()};"
     if not layout.many:
@@ -167,7 +194,7 @@ def _rates(layout: CLayout, text: CText, program: Program) -> Iterator[str]:
     """Yield the function that writes dC/dt; NaN where an input is NaN or nothing can be computed."""
     count, refusals = len(program.results), [s.output for s in program.body if isinstance(s, Refuse)]
     yield f"{layout.rates}\n{{"
-    yield from text.tables(program)
+    yield from text.tables(program, _noted(table_notes(layout.unit, program)))
     for k in range(count):
         yield f"{INDENT}rate[{k}] = {layout.name}_no_number();"
     if refusals:

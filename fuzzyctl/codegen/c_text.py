@@ -58,6 +58,7 @@ class CText:
         states: Texts of the entries of the state.
         helpers: Functions of `HELPERS` used so far.
         libm: Whether <math.h> is used so far.
+        notes: Lines of comment before values of the program, by name.
     """
 
     precision: Precision
@@ -66,6 +67,7 @@ class CText:
     states: Sequence[str] = ()
     helpers: set[str] = field(default_factory=set)
     libm: bool = False
+    notes: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
     def number(self, value: float) -> str:
         """Return a literal of the precision that reads back as the same number.
@@ -161,14 +163,20 @@ class CText:
             value = f"(({x} < {low}) ? {low} : {value})"
         return value
 
-    def tables(self, program: Program) -> Iterator[str]:
-        """Yield the declarations of the constant tables; knots that are compared one by one stand in the text."""
+    def tables(self, program: Program, notes: Mapping[str, Sequence[str]]) -> Iterator[str]:
+        """Yield the declarations of the constant tables; knots that are compared one by one stand in the text.
+
+        Args:
+            program: Whose tables.
+            notes: Lines of comment before each of them, by name.
+        """
         counted = {s.table for s in program.body if isinstance(s, Locate) and not _reads_table(s)}
         others = set().union(*(reads(s) for s in program.body if not isinstance(s, Locate) or _reads_table(s)))
         unread = counted - others.union(*map(read, program.results))
         for name, values in program.tables:
             if name in unread:
                 continue
+            yield from (INDENT + line for line in notes[name])
             yield f"{INDENT}static const {self.precision} {name}[{len(values)}] = {{"
             texts = [self.number(v) for v in values]
             yield from wrapped(texts, INDENT * 2)
@@ -186,6 +194,7 @@ class CText:
         for statement in statements:
             match statement:
                 case Assign(name=name, value=value):
+                    yield from (pad + line for line in self.notes.get(name, ()))
                     yield f"{pad}const {real} {name} = {bare(self.text(value))};"
                 case Locate():
                     yield from (pad + line for line in self._located(statement))

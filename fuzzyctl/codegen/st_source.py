@@ -12,9 +12,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.lean import functions, mapped, with_prefix
 from fuzzyctl.codegen.names import ST_RESERVED, Names
+from fuzzyctl.codegen.notes import argument_notes, broken, folded, result_notes, table_notes, value_notes
 from fuzzyctl.codegen.st_guards import PARTIAL
 from fuzzyctl.codegen.st_text import INDENT, STText
-from fuzzyctl.codegen.unit import Unit, described
+from fuzzyctl.codegen.unit import Unit, described, printable
 from fuzzyctl.expr import Binary, Call, Expr, Number
 from fuzzyctl.kernels.program import Refuse
 
@@ -52,6 +53,15 @@ def _quotient(node: Expr) -> Expr:
     return node
 
 
+def _comment(text: str) -> str:
+    """Return one line as a comment that nothing in it ends or begins anew."""
+    return f"(* {printable(text).replace('(*', '( *').replace('*)', '* )')} *)"
+
+
+def _comments(texts: Sequence[str]) -> list[str]:
+    return [_comment(line) for line in folded([printable(text) for text in texts])]
+
+
 class _Block:
     def __init__(self, unit: Unit) -> None:
         self.unit, self.name = unit, block_name(unit)
@@ -76,16 +86,16 @@ class _Block:
         # Rates take the inputs as they are.
         rates = STText(self.unit.precision, arguments, self.states, partial=True, infinite=set(arguments))
         adapted = list(self._adaptation(rates)) if self.rates is not None else []
-        head = [
-            f"(* {line.replace('(*', '( *').replace('*)', '* )')} *)" if line else "" for line in self._head(writer)
-        ]
+        head = [_comment(line) if line else "" for line in self._head(writer)]
         lines = [*head, f"FUNCTION_BLOCK {self.name}", *self._interface(writer)]
         lines += [*self._variables([writer, rates]), *self._constants(writer)]
-        return "\n".join([*lines, "", *body, *adapted, "END_FUNCTION_BLOCK"]) + "\n"
+        lines += ["", *body, *adapted, "END_FUNCTION_BLOCK"]
+        return "\n".join(broken(lines, INDENT)) + "\n"
 
     def _writer(self, arguments: Mapping[str, str], *, partial: bool) -> STText:
         infinite = {a for a, i in zip(arguments, self.unit.plan.inputs, strict=True) if i.extrapolate}
-        return STText(self.unit.precision, arguments, self.states, partial=partial, infinite=infinite)
+        notes = {name: _comments(own) for name, own in value_notes(self.unit).items()}
+        return STText(self.unit.precision, arguments, self.states, partial=partial, infinite=infinite, notes=notes)
 
     def _head(self, writer: STText) -> list[str]:
         lines = [
@@ -106,12 +116,15 @@ class _Block:
 
     def _interface(self, writer: STText) -> Iterator[str]:
         yield "VAR_INPUT"
-        yield from (f"{INDENT}{i} : {writer.real};" for i in self.inputs)
+        for i, note in zip(self.inputs, argument_notes(self.unit), strict=True):
+            yield from (INDENT + line for line in _comments([note]))
+            yield f"{INDENT}{i} : {writer.real};"
         if self.rates is not None:
             yield f"{INDENT}time_step : {writer.real} := {writer.number(0.0)};"
         yield "END_VAR"
         yield "VAR_OUTPUT"
-        for output, valid in zip(self.outputs, self.valid, strict=True):
+        for output, valid, note in zip(self.outputs, self.valid, result_notes(self.unit), strict=True):
+            yield from (INDENT + line for line in _comments([note]))
             yield from (f"{INDENT}{output} : {writer.real};", f"{INDENT}{valid} : BOOL;")
         yield "END_VAR"
 
@@ -133,8 +146,11 @@ class _Block:
         tables = [*self.unit.evaluation.tables, *(self.rates.tables if self.rates is not None else ())]
         if not tables:
             return
+        notes = table_notes(self.unit, self.unit.evaluation)
+        notes |= table_notes(self.unit, self.rates) if self.rates is not None else {}
         yield "VAR CONSTANT"
         for name, values in tables:
+            yield from (INDENT + line for line in _comments(notes[name]))
             yield f"{INDENT}{name} : ARRAY[0..{len(values) - 1}] OF {writer.real} := ["
             texts = [writer.number(v).strip("()") for v in values]
             rows = [", ".join(texts[k : k + 8]) for k in range(0, len(texts), 8)]

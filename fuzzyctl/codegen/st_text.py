@@ -62,6 +62,7 @@ class STText:
         reals: Variables declared so far.
         integers: The same for integers.
         flags: The same for truth values: whether another variable has no value.
+        notes: Lines of comment before values of the program, by name.
     """
 
     precision: Precision
@@ -73,6 +74,7 @@ class STText:
     reals: list[str] = field(default_factory=list)
     integers: list[str] = field(default_factory=list)
     flags: list[str] = field(default_factory=list)
+    notes: Mapping[str, Sequence[str]] = field(default_factory=dict)
     _missing: dict[str, str] = field(default_factory=dict)
     _temporaries: int = 0
 
@@ -103,6 +105,7 @@ class STText:
         for statement in statements:
             match statement:
                 case Assign(name=name, value=value):
+                    yield from (pad + line for line in self.notes.get(name, ()))
                     yield from self.assigned(self._declared(name), value, depth)
                 case Locate():
                     yield from (pad + line for line in self._located(statement))

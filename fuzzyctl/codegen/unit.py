@@ -14,6 +14,7 @@ from fuzzyctl.analysis.bounds import OutputBound, output_bounds
 from fuzzyctl.analysis.verdicts import Proved, Undecided, Verdict
 from fuzzyctl.codegen.digits import at_most
 from fuzzyctl.codegen.lean import lean
+from fuzzyctl.codegen.notes import folded
 from fuzzyctl.codegen.table import Tabulated, tabulated
 from fuzzyctl.formats.fz import semantics_text
 from fuzzyctl.kernels import inference
@@ -176,7 +177,7 @@ def described(unit: Unit) -> list[str]:
         lines += [
             f"  |{o.name} - exact {o.name}| <= {at_most(e)} for all inputs; {unit.table.proof}" for o, e in errors
         ]
-    return [printable(line) for line in lines]
+    return list(folded([printable(line) for line in lines]))
 
 
 def _guarantees(unit: Unit) -> Iterator[str]:

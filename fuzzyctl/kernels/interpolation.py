@@ -61,7 +61,7 @@ def _cells(plan: Plan, grid: Grid) -> Program:
 
     def value(at_knots: tuple[float, ...]) -> Expr:
         if at_knots not in parts:
-            parts[at_knots] = builder.table(_coefficients(grid, at_knots))
+            parts[at_knots] = builder.table(coefficients(grid, at_knots))
         items: list[Expr] = [Item(parts[at_knots], Place(cell, k)) for k in range(width)]
         for rest in reversed(rests):
             items = [plus(a, times(rest, b)) for a, b in zip(items[::2], items[1::2], strict=True)]
@@ -160,7 +160,7 @@ def _sum(builder: Builder, parts: list[tuple[str, int]]) -> str:
     return name
 
 
-def _coefficients(grid: Grid, at_knots: Sequence[float]) -> list[float]:
+def coefficients(grid: Grid, at_knots: Sequence[float]) -> list[float]:
     """Return for each cell the coefficients of its polynomial in the distances from its first knot.
 
     The last input's powers vary fastest. Beyond the last knot nothing changes, so there the slopes are 0.

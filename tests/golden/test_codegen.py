@@ -23,6 +23,8 @@ CASES = {
     "c-float": ("boundary_layer", "c", None, {"precision": "float"}),
     "c-fixed": ("ais_reaction", "c", "Q3.12", {}),
     "c-table": ("boundary_layer", "c", None, {"table": 6}),
+    "c-rules": ("tipper", "c", None, {}),
+    "st-rules": ("tipper", "st", None, {}),
     "st": ("ais_reaction", "st", None, {}),
     "python": ("ais_reaction", "python", None, {}),
 }

@@ -128,9 +128,9 @@ class TestSource:
         assert not re.search(r"\b(malloc|calloc|realloc|free|alloca|setjmp|goto)\b", text)
 
     def test_single_precision_has_no_double_in_it(self, unit_of, kind):
-        text = c_source.source(unit_of(kind, precision="float"))
-        assert not re.search(r"\bdouble\b", text.replace("use double", ""))
-        assert not re.search(r"(?<![\w.])\d+\.\d+(e[-+]\d+)?(?![\dFe.])", text.split("#include", 1)[1])
+        text = re.sub("//.*", "", c_source.source(unit_of(kind, precision="float")))
+        assert not re.search(r"\bdouble\b", text)
+        assert not re.search(r"(?<![\w.])\d+\.\d+(e[-+]\d+)?(?![\dFe.])", text)
 
     def test_the_header_says_where_it_comes_from_and_what_is_proved(self, unit_of):
         header = c_source.header(unit_of("ais_reaction"))
