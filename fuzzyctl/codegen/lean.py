@@ -108,6 +108,8 @@ def _without_unread(program: Program, body: list[Statement], results: tuple[Expr
     for statement in reversed(body):
         writes = written(statement)
         if isinstance(statement, Refuse) or writes & live:
+            if isinstance(statement, Locate) and statement.rest not in live:
+                statement = replace_fields(statement, wants_rest=False)
             live |= reads(statement)
             kept.append(statement)
     tables = tuple((name, values) for name, values in program.tables if name in live)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Final, Literal
 
@@ -32,6 +32,8 @@ TOLERANCE: Final[Mapping[Precision, float]] = {"double": 1e-12, "float": 1e-4}
 
 #: Most numbers of the tables of rules that can act where memory is small: 32 kB in double precision.
 MOST_NUMBERS: Final = 4096
+#: Most coefficients of all cells, 2^n for each of n inputs, where memory is small: 4 kB in double precision.
+MOST_COEFFICIENTS: Final = 512
 
 
 @dataclass(frozen=True)
@@ -117,7 +119,8 @@ def prepare(
         algorithm: One of `kernels.algorithm.ALGORITHMS`.
         precision: Type of its numbers.
         table: Points along each input of a lookup table to write instead.
-        small: Whether the target has little memory, so that large tables are left out where none were asked for.
+        small: Whether the target has little memory, so that large tables are left out where none were asked for, and
+            values are stored instead of the coefficients of many cells.
         verdicts: What is known of its guarantees, for the record.
 
     Raises:
@@ -135,6 +138,8 @@ def prepare(
     found = tabulated(chosen, table) if table is not None else None
     if found is not None:
         chosen = Algorithm(chosen.plan, found.grid, f"a table of {table} points along each input")
+    if small:
+        chosen = replace(chosen, most_coefficients=MOST_COEFFICIENTS)
     return Unit(
         system=system,
         digest=hashlib.sha256(text.encode("utf-8")).hexdigest(),

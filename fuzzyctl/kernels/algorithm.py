@@ -38,6 +38,7 @@ class Algorithm:
         diagonals: What its tables hold, for integration around the rules that act, else None.
         active: What its rules say in each cell, for averages over the rules that act, else None.
         is_forced: Whether it was asked for, so that it is used even where another one is faster.
+        most_coefficients: Of all cells that are interpolated in; beyond, values at their corners are stored.
     """
 
     plan: Plan
@@ -46,6 +47,7 @@ class Algorithm:
     diagonals: Diagonals | None = None
     active: Active | None = None
     is_forced: bool = False
+    most_coefficients: int = interpolation.MOST_COEFFICIENTS
 
     @property
     def name(self) -> str:
@@ -67,7 +69,7 @@ class Algorithm:
         if self.diagonals is not None:
             return window(self.plan, self.diagonals)
         if self.grid is not None:
-            return interpolation.lookup(self.plan, self.grid)
+            return interpolation.lookup(self.plan, self.grid, self.most_coefficients)
         if self.active is not None:
             return active.lookup(self.plan, self.active)
         return inference.evaluation(self.plan, most_pairs=COMPILED)

@@ -38,9 +38,15 @@ MOST_COEFFICIENTS: Final = 1 << 17
 MOST_RAMPS: Final = 64
 
 
-def lookup(plan: Plan, grid: Grid) -> Program:
-    """Write the program that evaluates the polynomial of the cell, or interpolates between its corners."""
-    if grid.size << len(grid.inputs) <= MOST_COEFFICIENTS:
+def lookup(plan: Plan, grid: Grid, most: int = MOST_COEFFICIENTS) -> Program:
+    """Write the program that evaluates the polynomial of the cell, or interpolates between its corners.
+
+    Args:
+        plan: The plan.
+        grid: Its values at the knots.
+        most: Coefficients of all cells together, beyond which the values at the corners are stored.
+    """
+    if grid.size << len(grid.inputs) <= most:
         return _cells(plan, grid)
     return _corners(plan, grid)
 

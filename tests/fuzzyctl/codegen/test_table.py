@@ -1,6 +1,8 @@
 """Lookup tables stay within their proved errors; where none is found there is no table."""
 
+import random
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,11 +12,13 @@ from fuzzyctl import loads
 from fuzzyctl.codegen import table_error
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.unit import prepare
+from fuzzyctl.codegen.vectors import Reference, points
 from fuzzyctl.kernels.algorithm import Algorithm
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.inference import evaluation
 from fuzzyctl.kernels.plan import plan
 from fuzzyctl.kernels.program import Accumulate
+from tests.fuzzyctl.codegen.structured_text import differences
 
 
 def worst(unit, count=40_000, seed=4):
@@ -212,3 +216,72 @@ class TestSelftest:
 
         built = compiled(unit, change=change)
         assert built.code == 1, built.output
+
+
+QUOTIENT = """system quotient
+and product
+defuzzifier weighted_average
+input x in [0, 1]
+  terms a b c d e f g h
+input y in [0, 1]
+  terms a b c d e f g h
+input z in [0, 1]
+  terms a b
+output u in [-1, 1]
+  p = constant(-1)
+  q = constant(0.3)
+  r = constant(1)
+if x is a then u is p weight 0.7
+if x is not a and y is a then u is q weight 0.2
+if x is e and y is not f then u is r
+if y is not a and z is a then u is p
+if z is b then u is q weight 0.5
+"""
+
+
+class TestMemory:
+    """Cells of many coefficients are not stored on small targets: the values at their corners say the same."""
+
+    @pytest.fixture(params=["table", "quotient", "few"])
+    def small(self, request, unit_of, monkeypatch):
+        """Prepare one of some systems whose values at the knots are stored."""
+        if request.param != "table":
+            monkeypatch.setattr("fuzzyctl.codegen.unit.MOST_COEFFICIENTS", 0)
+
+        def prepared(**options):
+            if request.param == "quotient":
+                return prepare(loads(QUOTIENT), QUOTIENT, small=True, **options)
+            more = {"table": 33} if request.param == "table" else {}
+            return unit_of("ais_reaction", small=True, **more, **options)
+
+        return prepared
+
+    @pytest.mark.parametrize("precision", ["double", "float"])
+    def test_code_passes_its_self_test(self, compiled, small, sanitized, precision):
+        built = compiled(small(precision=precision), sanitized)
+        assert built.code == 0, built.output
+
+    def test_values_at_the_knots_are_all_that_is_stored(self, small):
+        unit = small()
+        grid, tables = unit.algorithm.grid, unit.evaluation.tables
+        sums = sum(1 + bool(t.weight) for t in grid.outputs)
+        assert sum(len(values) for _, values in tables) <= sums * grid.size + 2 * sum(map(len, grid.knots))
+
+    def test_code_agrees_with_the_polynomials_of_the_cells(self, small):
+        unit = small()
+        cells = Algorithm(unit.plan, unit.algorithm.grid, "")
+        assert cells.printed.tables != unit.algorithm.printed.tables
+        own, other = Reference(unit), Reference(replace(unit, algorithm=cells))
+        tried = points(unit, random.Random(5))
+        found = np.array([[r.evaluate(p).outputs for p in tried] for r in (own, other)])
+        assert np.array_equal(np.isnan(found[0]), np.isnan(found[1]))
+        assert np.nanmax(np.abs(found[0] - found[1])) <= 1e-12
+
+    def test_structured_text_agrees(self, small):
+        assert differences(small()) <= 1.0
+
+    def test_systems_of_few_cells_and_other_targets_keep_the_coefficients(self, unit_of):
+        for options in ({"small": True}, {"table": 33}):
+            unit = unit_of("ais_reaction", **options)
+            cells = Algorithm(unit.plan, unit.algorithm.grid, "")
+            assert unit.algorithm.printed == cells.printed
