@@ -8,7 +8,7 @@ from fuzzyctl.kernels.algorithm import algorithm_of
 from fuzzyctl.kernels.defuzzify import closed_form
 from fuzzyctl.kernels.effort import MOST_OPERATIONS, operations
 from fuzzyctl.kernels.plan import Plan, plan
-from fuzzyctl.kernels.program import Accumulate, Assign, Fold, Locate, Program
+from fuzzyctl.kernels.program import Accumulate, Assign, Between, Fold, Locate, Program
 from fuzzyctl.model.method import MAXIMA, TSUKAMOTO
 from fuzzyctl.model.system import FuzzySystem
 
@@ -79,7 +79,7 @@ def _program(program: Program) -> dict[str, int]:
     return {
         "assignments": sum(isinstance(s, Assign) for s in program.body),
         "lookups": sum(isinstance(s, Locate) for s in program.body),
-        "loops": sum(isinstance(s, Accumulate | Fold) for s in program.body),
+        "loops": sum(isinstance(s, Accumulate | Fold | Between) for s in program.body),
         "table_numbers": sum(len(values) for _, values in program.tables),
     }
 

@@ -76,13 +76,17 @@ class Algorithm:
 
     @cached_property
     def printed(self) -> Program:
-        """The program for one point in another language, which has no integrals."""
+        """The program for one point in another language, which has no integrals and no loops over corners."""
+        if self.grid is not None:
+            return interpolation.written_out(self.plan, self.grid, self.most_coefficients)
         return self.point if self.name != "rules" else inference.evaluation(self.plan)
 
     @cached_property
     def interpreted(self) -> Program:
         """The program for one point in generated Python."""
-        if self.grid is not None or self._gains(active.LEAST_GAIN_INTERPRETED):
+        if self.grid is not None:
+            return interpolation.interpreted(self.plan, self.grid)
+        if self._gains(active.LEAST_GAIN_INTERPRETED):
             return self.point
         if self.diagonals is not None:
             return inlined(window(self.plan, self.diagonals, branches=True))
@@ -100,7 +104,9 @@ class Algorithm:
     @property
     def arrays(self) -> Program:
         """The program for arrays that numpy takes operation by operation; looking up is fast there."""
-        return self.point if self.grid is not None or self._gains(active.LEAST_GAIN_INTERPRETED) else self.many
+        if self.grid is not None:
+            return interpolation.arrays(self.plan, self.grid)
+        return self.point if self._gains(active.LEAST_GAIN_INTERPRETED) else self.many
 
     def _gains(self, least: float) -> bool:
         """Whether rules are looked up: so many for each that can act, or because that was asked for."""
@@ -129,6 +135,8 @@ def algorithm_of(plan: Plan, wanted: str = "auto") -> Algorithm:
     if wanted == "diagonals":
         raise ArgumentError(f"the system has no table of diagonals: {found}")
     grid = grid_of(plan)
+    if wanted == "auto" and isinstance(grid, Grid) and interpolation.is_sparse(plan, grid):
+        grid = f"{len(plan.rules)} rules are less work than the corners of a cell"
     if wanted != "active" and isinstance(grid, Grid):
         knots = " x ".join(str(len(k)) for k in grid.knots)
         quotient = " of two sums" if any(t.weight for t in grid.outputs) else ""

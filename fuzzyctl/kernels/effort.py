@@ -7,7 +7,7 @@ from typing import Final
 
 from fuzzyctl.expr import Expr, walk
 from fuzzyctl.kernels.printer import MOST_COUNTED
-from fuzzyctl.kernels.program import Accumulate, Assign, Fold, Locate, Program, Quadrature, Refuse, Statement
+from fuzzyctl.kernels.program import Accumulate, Assign, Between, Fold, Locate, Program, Quadrature, Refuse, Statement
 
 #: More operations than this take numba longer than most programs run: it compiles about a thousand in a second, and as
 #: many again for arrays.
@@ -36,6 +36,8 @@ def _of(statement: Statement) -> int:
             return _LOOP + sum(map(_of, (*body, *sums)))
         case Fold(first=first, body=body, then=then):
             return _LOOP + sum(map(_of, (*first, *body, *then)))
+        case Between(share=share, body=body, value=value):
+            return _LOOP + sum(map(_of, body)) + _nodes([share, value])
         case Quadrature(body=body, value=value, marks=marks):
             return _LOOP + sum(map(_of, body)) + _nodes([value, *marks])
     return 1

@@ -19,6 +19,7 @@ from fuzzyctl.kernels.plan import Plan
 from fuzzyctl.kernels.program import (
     NAN,
     Assign,
+    Between,
     Builder,
     Item,
     Locate,
@@ -36,6 +37,15 @@ from fuzzyctl.kernels.program import (
 MOST_COEFFICIENTS: Final = 1 << 17
 #: Most products of a sum over ramps: beyond, looking up is faster.
 MOST_RAMPS: Final = 64
+#: So many inputs are looked up in loops: written out, 2^n corners take a compiler seconds, then minutes.
+LOOPED: Final = 7
+#: Inputs whose corners are written out within the loops: as fast as without loops.
+WRITTEN_OUT: Final = 6
+#: With so many corners of a cell for each rule, the rules are evaluated faster, where corners are looked up in loops.
+MOST_CORNERS: Final = 2
+
+#: How far each input lies from its knot to the next one, and how far the values at these stand apart.
+_Along = Sequence[tuple[Expr, int]]
 
 
 def lookup(plan: Plan, grid: Grid, most: int = MOST_COEFFICIENTS) -> Program:
@@ -46,9 +56,39 @@ def lookup(plan: Plan, grid: Grid, most: int = MOST_COEFFICIENTS) -> Program:
         grid: Its values at the knots.
         most: Coefficients of all cells together, beyond which the values at the corners are stored.
     """
-    if grid.size << len(grid.inputs) <= most:
-        return _cells(plan, grid)
-    return _corners(plan, grid)
+    if _changing(grid) >= LOOPED:
+        return _corners(plan, grid, WRITTEN_OUT)
+    return written_out(plan, grid, most)
+
+
+def written_out(plan: Plan, grid: Grid, most: int = MOST_COEFFICIENTS) -> Program:
+    """Write the same without loops, for other languages."""
+    return _cells(plan, grid) if _has_cells(grid, most) else _corners(plan, grid, _changing(grid))
+
+
+def interpreted(plan: Plan, grid: Grid) -> Program:
+    """Write the same for generated Python, where rows of coefficients cost less than corners."""
+    return _cells(plan, grid) if _has_cells(grid) else lookup(plan, grid)
+
+
+def arrays(plan: Plan, grid: Grid) -> Program:
+    """Write the same for arrays: in loops over all corners, where each name is an array and a turn costs nothing."""
+    return _corners(plan, grid, 0) if _changing(grid) >= LOOPED else written_out(plan, grid)
+
+
+def is_sparse(plan: Plan, grid: Grid) -> bool:
+    """Return whether the rules are so few, for so many inputs, that they are evaluated faster than looked up."""
+    inputs = _changing(grid)
+    return inputs >= LOOPED and 1 << inputs >= MOST_CORNERS * len(plan.rules)
+
+
+def _changing(grid: Grid) -> int:
+    """Return how many inputs change something: an input with one knot does not."""
+    return sum(len(k) > 1 for k in grid.knots)
+
+
+def _has_cells(grid: Grid, most: int = MOST_COEFFICIENTS) -> bool:
+    return grid.size << len(grid.inputs) <= most
 
 
 def batch(plan: Plan, grid: Grid) -> Program:
@@ -76,33 +116,63 @@ def _cells(plan: Plan, grid: Grid) -> Program:
     return _finished(plan, builder, [_average(builder, t, value) for t in grid.outputs])
 
 
-def _corners(plan: Plan, grid: Grid) -> Program:
+def _corners(plan: Plan, grid: Grid, longest: int) -> Program:
     builder = Builder()
     raw = raw_names(plan)
     # The last knot begins no cell; an input with one knot changes nothing.
     inner = [i for i, k in enumerate(grid.knots) if len(k) > 1]
-    begins = [grid.knots[i][:-1] for i in inner]
-    names = [builder.fresh() for _ in inner]
-    shares: list[Expr] = []
-    for i, name, knots in zip(inner, names, begins, strict=True):
-        x, rest = raw[grid.inputs[i]], builder.fresh()
-        held = builder.let(clip(x, grid.knots[i][0], grid.knots[i][-1]))
-        builder.statements.append(Locate(name, rest, held, builder.table(knots), knots, 1))
-        beyond = builder.let(minus(held, Item(builder.table(knots), Place(name))))
-        widths = builder.table(1.0 / (b - a) for a, b in pairwise(grid.knots[i]))
-        shares.append(builder.let(times(beyond, Item(widths, Place(name)))))
-    strides = [_strides(grid)[i] for i in inner]
-    cell = _sum(builder, list(zip(names, strides, strict=True)))
-    steps = [sum(s) for s in product(*((0, s) for s in strides))]
+    along: list[tuple[Expr, int]] = []
+    places: list[tuple[str, int]] = []
+    for i in inner:
+        knots, stride = grid.knots[i], _strides(grid)[i]
+        held = builder.let(clip(raw[grid.inputs[i]], knots[0], knots[-1]))
+        share, place = _share(builder, held, knots)
+        along.append((share, stride))
+        places += [(place, stride)] if place else []
+    cell = _sum(builder, places) if places else ""
 
     def value(at_knots: tuple[float, ...]) -> Expr:
-        items: list[Expr] = [Item(builder.table(at_knots), Place(cell, s)) for s in steps]
-        for share in reversed(shares):
-            named = [builder.let(i) for i in items]
-            items = [plus(a, times(share, minus(b, a))) for a, b in zip(named[::2], named[1::2], strict=True)]
-        return builder.let(items[0])
+        return _contracted(builder, builder.table(at_knots), cell, along, longest)
 
     return _finished(plan, builder, [_average(builder, t, value) for t in grid.outputs])
+
+
+def _share(builder: Builder, held: Expr, knots: tuple[float, ...]) -> tuple[Expr, str]:
+    """Return how far a value lies from its knot to the next one, and the name of the knot's position, if it has one."""
+    if len(knots) == 2:
+        beyond = builder.let(minus(held, Number(knots[0])))
+        return builder.let(times(beyond, Number(1.0 / (knots[1] - knots[0])))), ""
+    name, rest, begins = builder.fresh(), builder.fresh(), knots[:-1]
+    builder.statements.append(Locate(name, rest, held, builder.table(begins), begins, 1))
+    beyond = builder.let(minus(held, Item(builder.table(begins), Place(name))))
+    widths = builder.table(1.0 / (b - a) for a, b in pairwise(knots))
+    return builder.let(times(beyond, Item(widths, Place(name)))), name
+
+
+def _contracted(builder: Builder, table: str, cell: str, along: _Along, longest: int) -> Expr:
+    """Interpolate between the corners of a cell, input by input from the last one.
+
+    The last `longest` inputs are written out, the others are loops around these. Inputs with two knots have no
+    position, and `cell` is empty where there are no others.
+    """
+    if len(along) <= longest:
+        return _written_out(builder, table, cell, along)
+    (share, stride), *others = along
+    inner, side, place, name = builder.inner(), builder.fresh(), builder.fresh(), builder.fresh()
+    inner.statements.append(Offset(place, (*([(cell, 1)] if cell else []), (side, stride))))
+    value = _contracted(inner, table, place, others, longest)
+    body = tuple(s for s in inner.statements if isinstance(s, Assign | Offset | Between))
+    builder.statements.append(Between(name, side, share, body, value))
+    return Name(name)
+
+
+def _written_out(builder: Builder, table: str, cell: str, along: _Along) -> Expr:
+    steps = [sum(s) for s in product(*((0, stride) for _, stride in along))]
+    items: list[Expr] = [Item(table, Place(cell, s) if cell else s) for s in steps]
+    for share, _ in reversed(along):
+        named = [builder.let(i) for i in items]
+        items = [plus(a, times(share, minus(b, a))) for a, b in zip(named[::2], named[1::2], strict=True)]
+    return builder.let(items[0])
 
 
 def _ramps(plan: Plan, grid: Grid) -> Program:
@@ -223,4 +293,16 @@ def _read(builder: Builder, value: Expr) -> set[str]:
                 found |= {n.name for n in names_in(own)}
             case Locate(rest=name, x=own) if name in found:
                 found |= {n.name for n in names_in(own)}
+            case Between(name=name) if name in found:
+                found |= _inside(statement)
     return found
+
+
+def _inside(statement: Assign | Offset | Between) -> set[str]:
+    """Return the names that stand in a statement and those inside it."""
+    match statement:
+        case Assign(value=value):
+            return {n.name for n in names_in(value)}
+        case Between(share=share, body=body, value=value):
+            return {n.name for e in (share, value) for n in names_in(e)}.union(*map(_inside, body))
+    return set()

@@ -29,6 +29,7 @@ if numba.config.DISABLE_JIT:
 from fuzzyctl.kernels import selections
 from fuzzyctl.kernels.cache import cache_folder
 from fuzzyctl.kernels.integrals import SCALAR, integral_lines
+from fuzzyctl.kernels.passes import is_in_passes, pass_lines
 from fuzzyctl.kernels.printer import (
     INDENT,
     MOST_COUNTED,
@@ -137,17 +138,17 @@ def batch_source(program: Program, numbers: Numbers) -> str:
         return f"states[{program.state} * i + {index}]" if array == STATE else base.item(array, index)
 
     dialect = replace(base, item=item)
+    signature = f"int64({', '.join(['CPointer(float64)'] * 4)}, int64)"
+    head = f"def kernel(points, states, results, {TABLE}, count):"
+    if is_in_passes(program):
+        loops = [INDENT + line for line in pass_lines(program, dialect)]
+        return _module(program, signature, [head, *_taken(numbers), *loops, f"{INDENT}return -1"], numbers=numbers)
     width = len(program.results)
     body = [f"{pad}{x} = points[{len(program.arguments)} * i + {k}]" for k, x in enumerate(program.arguments)]
     body += block(program.body, dialect, refuse, 2)
     body += [f"{pad}results[{width} * i + {k}] = {text(r, dialect)}" for k, r in enumerate(program.results)]
-    head = [
-        f"def kernel(points, states, results, {TABLE}, count):",
-        *_taken(numbers),
-        f"{INDENT}for i in range(count):",
-    ]
-    signature = f"int64({', '.join(['CPointer(float64)'] * 4)}, int64)"
-    return _module(program, signature, [*head, *body, f"{INDENT}return -1"], numbers=numbers)
+    lines = [head, *_taken(numbers), f"{INDENT}for i in range(count):"]
+    return _module(program, signature, [*lines, *body, f"{INDENT}return -1"], numbers=numbers)
 
 
 def _dialect(numbers: Numbers | None) -> Dialect:

@@ -16,6 +16,7 @@ from fuzzyctl.kernels.program import (
     STATE,
     Accumulate,
     Assign,
+    Between,
     Fold,
     Item,
     Locate,
@@ -94,6 +95,9 @@ def _names(statement: Statement) -> set[str]:
         case Fold(counter=counter, first=first, body=body, then=then):
             own = {counter, *(s.name for s in body)}
             return {n for s in (*first, *body, *then) for n in _names(s)} - own
+        case Between(name=name, side=side, share=share, body=body, value=value):
+            # What is named inside, too: it takes memory up to the end.
+            return {name, side, *(n for s in body for n in _names(s))} | _needs(share) | _needs(value)
         case Quadrature(found=found, area=area, given=given, marks=marks):
             return {found, area, *given, *(n for m in marks for n in _needs(m))}
         case Refuse(condition=condition):

@@ -10,6 +10,7 @@ from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Numb
 from fuzzyctl.kernels.program import (
     Accumulate,
     Assign,
+    Between,
     Branches,
     Fold,
     Guarded,
@@ -305,6 +306,12 @@ def block(
                 yield from block(first, dialect, refuse, depth)
                 yield f"{pad}for {counter} in range({count}):"
                 yield from block((*body, *then), dialect, refuse, depth + 1)
+            case Between(name=name, side=side, share=share, body=body, value=value):
+                own, other = text(share, dialect), text(value, dialect)
+                yield f"{pad}{name} = 0.0"
+                yield f"{pad}for {side} in range(2):"
+                yield from block(body, dialect, refuse, depth + 1)
+                yield f"{pad}{INDENT}{name} = ({name} + {own} * ({other} - {name}) if {side} else {other})"
             case Quadrature(found=found, area=area, given=given):
                 if dialect.nested:
                     yield from (pad + line for line in set_function(statement, dialect))

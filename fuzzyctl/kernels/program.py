@@ -180,6 +180,25 @@ class Fold:
 
 
 @record(frozen=True, slots=True)
+class Between:
+    """Interpolate between two values that the same statements compute; only the kernels' own programs have these.
+
+    Args:
+        name: Name of the result: the first value + share · (the second one - the first one).
+        side: Name of the counter, an integer: 0 for the first value, 1 for the second one.
+        share: How far the result lies from the first value to the second one, an atom.
+        body: Statements for each side, among them others of this kind.
+        value: What they compute, an atom.
+    """
+
+    name: str
+    side: str
+    share: Expr
+    body: tuple[Assign | Offset | Between, ...]
+    value: Expr
+
+
+@record(frozen=True, slots=True)
 class Quadrature:
     """Integrate a set that depends on a place, from the first to the last entry of a constant table; see `quadrature`.
 
@@ -224,7 +243,7 @@ class Refuse:
         return f"no rule fires for output '{self.output}'"
 
 
-Statement = Assign | Locate | Offset | Row | Branches | Guarded | Accumulate | Fold | Quadrature | Refuse
+Statement = Assign | Locate | Offset | Row | Branches | Guarded | Accumulate | Fold | Between | Quadrature | Refuse
 
 
 @record(frozen=True)
