@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from fuzzyctl.kernels import quadrature
+from fuzzyctl.kernels import batching, quadrature
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
@@ -17,8 +17,30 @@ BoolArray = npt.NDArray[np.bool_]
 #: From places of shape (stretches, nodes) and what else it depends on, of shape (stretches, 1), to degrees.
 ArrayFunction = Callable[[FloatArray, tuple[FloatArray, ...]], Any]
 
-#: Points that are integrated at a time: their stretches and nodes take about a megabyte.
+#: Points that are integrated at a time, at most.
 PART: Final = 256
+#: Numbers of a stretch at the same time, besides what its set depends on.
+_OF_STRETCH: Final = 10
+#: Arrays of the degrees at all nodes of some stretches, besides those that the set itself needs.
+_OF_NODES: Final = 4
+
+
+@dataclass(frozen=True)
+class SetFunction:
+    """A set that is integrated.
+
+    Args:
+        degrees: At places.
+        arrays: How many arrays of the shape of the places it needs at the same time.
+    """
+
+    degrees: ArrayFunction
+    arrays: int
+
+    def __call__(self, x: FloatArray, given: tuple[FloatArray, ...]) -> Any:
+        """Return the degrees at places of shape (stretches, nodes)."""
+        return self.degrees(x, given)
+
 
 _POSITIVE: Final = np.array(quadrature.NODES)
 _NODES: Final = np.concatenate((-_POSITIVE, [0.0], _POSITIVE[::-1]))
@@ -47,8 +69,9 @@ def moments(
     """Return first moments and areas; see `quadrature.moments`."""
     shape, flat, ends = _flat(given, places)
     moment, area = np.empty(flat.shape[1]), np.empty(flat.shape[1])
-    for start in range(0, flat.shape[1], PART):
-        part = slice(start, start + PART)
+    size = _part(ends, flat)
+    for start in range(0, flat.shape[1], size):
+        part = slice(start, start + size)
         moment[part], area[part] = _moments(function, ends[part], flat[:, part])
     return moment.reshape(shape), area.reshape(shape)
 
@@ -59,10 +82,22 @@ def half(
     """Return where areas are half, and the areas; see `quadrature.half`."""
     shape, flat, ends = _flat(given, places)
     place, area = np.empty(flat.shape[1]), np.empty(flat.shape[1])
-    for start in range(0, flat.shape[1], PART):
-        part = slice(start, start + PART)
+    size = _part(ends, flat)
+    for start in range(0, flat.shape[1], size):
+        part = slice(start, start + size)
         place[part], area[part] = _half(function, ends[part], flat[:, part])
     return place.reshape(shape), area.reshape(shape)
+
+
+def _memory() -> int:
+    """Return how many numbers stretches may be at a time, and as many the nodes of some of them: half of all each."""
+    return batching.COMPUTED // (2 * 8)
+
+
+def _part(ends: FloatArray, given: FloatArray) -> int:
+    """Return how many points are taken at a time: as many as their stretches have room."""
+    numbers = (_OF_STRETCH + len(given)) * int(ends.shape[1] - 1)
+    return max(min(PART, _memory() // max(numbers, 1)), 1)
 
 
 def _flat(given: tuple[FloatArray | float, ...], places: FloatArray) -> tuple[tuple[int, ...], FloatArray, FloatArray]:
@@ -210,6 +245,21 @@ def _stretches(
     function: ArrayFunction, given: FloatArray, center: FloatArray, width: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return areas, moments about the centers, and errors of some stretches; `width` is half of theirs."""
+    arrays = function.arrays if isinstance(function, SetFunction) else 0
+    size = max(_memory() // (len(_PLACES) * (_OF_NODES + arrays)), 1)
+    if len(center) <= size:
+        return _some_stretches(function, given, center, width)
+    found = np.empty((3, len(center)))
+    for start in range(0, len(center), size):
+        part = slice(start, start + size)
+        found[:, part] = _some_stretches(function, given[:, part], center[part], width[part])
+    return found[0], found[1], found[2]
+
+
+def _some_stretches(
+    function: ArrayFunction, given: FloatArray, center: FloatArray, width: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Do the same for few at a time."""
     x = center[:, None] + width[:, None] * _PLACES
     found = np.broadcast_to(function(x, tuple(g[:, None] for g in given)), x.shape)
     values, (left, right) = found[:, :-2], found[:, -2:].T

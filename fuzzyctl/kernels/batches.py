@@ -94,8 +94,8 @@ class Batches:
             self._fill_plain(array, states, flat, parallel=parallel)
         else:
             # Threads of plain Python would only wait for each other.
-            shared = parallel and self.backend != "python"
-            batching.run(self._checked_fill, array, states, flat, parallel=shared)
+            shared = parallel and self.backend != "python" and not self._integrates_arrays
+            batching.run(self._checked_fill, array, states, flat, parallel=shared, arrays=self.backend == "numpy")
         return results
 
     def _fill_sequence(self, points: Any, state: FloatArray, results: FloatArray) -> None:
@@ -186,6 +186,14 @@ class Batches:
 
             return numpy_backend.compile_batch(self.algorithm.arrays, self.input_names)
         return self._python_fill
+
+    @cached_property
+    def _integrates_arrays(self) -> bool:
+        if self.backend != "numpy":
+            return False
+        from fuzzyctl.kernels import numpy_backend
+
+        return numpy_backend.integrates(self.algorithm.arrays)
 
     @cached_property
     def _loop(self) -> Loop:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from fuzzyctl.errors import NoRuleFiresError
 from fuzzyctl.expr import Expr, names_in, walk
-from fuzzyctl.kernels import array_quadrature
+from fuzzyctl.kernels import array_quadrature, batching
 from fuzzyctl.kernels.printer import ARRAYS, INDENT, block, set_function, text
 from fuzzyctl.kernels.program import (
     STATE,
@@ -36,12 +36,10 @@ FloatArray = npt.NDArray[np.float64]
 
 #: Points of a block: its temporaries stay in the processor's cache, which is 1.3 to 3 times faster than whole arrays.
 BLOCK: Final = 16384
-#: Fewer points cost more in calls than they save.
-LEAST: Final = 512
-#: What the arrays of a block may take together [bytes].
-MEMORY: Final = 1 << 20
 #: Arrays that one statement needs besides those that have names.
 SPARE: Final = 4
+#: Copies of places that are made where marks are sorted in among them.
+_SORTED: Final = 4
 
 
 class _QuietError(Exception):
@@ -115,9 +113,24 @@ def _most_alive(program: Program) -> int:
     alive, most = set(program.arguments), 0
     for statement, dead in zip(program.body, _last_uses(program), strict=True):
         alive |= _names(statement)
-        most = max(most, len(alive))
+        inner = len(statement.body) + len(statement.sums) if isinstance(statement, Accumulate) else 0
+        if isinstance(statement, Fold):  # what is carried on stands beside what it is computed from
+            inner = 3 * (len(statement.first) + len(statement.body) + len(statement.then))
+        most = max(most, len(alive) + inner)
         alive -= dead
     return most
+
+
+def integrates(program: Program) -> bool:
+    """Return whether a program computes integrals, whose small arrays several threads would only wait for."""
+    return any(isinstance(s, Quadrature) for s in program.body)
+
+
+def _of_integrals(program: Program, tables: Mapping[str, FloatArray]) -> int:
+    """Return how many more numbers of each point integrals need: what they depend on, and places with marks."""
+    found = [s for s in program.body if isinstance(s, Quadrature)]
+    sizes = [len(s.given) + _SORTED * (len(tables[s.places]) + len(s.marks) if s.marks else 0) for s in found]
+    return max(sizes, default=0)
 
 
 def compile_batch(program: Program, input_names: Sequence[str]) -> Callable[..., None]:
@@ -127,7 +140,10 @@ def compile_batch(program: Program, input_names: Sequence[str]) -> Callable[...,
     namespace: dict[str, Any] = {**_RUNTIME, **tables, **_sets(program, tables)}
     exec(compile(block_source(program), "<fuzzyctl kernel>", "exec"), namespace)  # noqa: S102 - printed from a plan
     of_block: Callable[..., None] = namespace["block"]
-    size = max(LEAST, min(BLOCK, MEMORY // (8 * (_most_alive(program) + SPARE))))
+    numbers, integrals = _most_alive(program) + SPARE, _of_integrals(program, tables)
+    # The stretches of integrals need more than the block; they are computed in one thread.
+    shares = 4 if integrals else batching.threads(arrays=True)
+    size = max(min(BLOCK, batching.COMPUTED // (8 * shares * (numbers + integrals))), 1)
 
     def fill(points: FloatArray, states: FloatArray | None, results: FloatArray) -> None:
         with np.errstate(all="ignore"):
@@ -152,7 +168,8 @@ def _sets(program: Program, tables: Mapping[str, FloatArray]) -> dict[str, Any]:
             namespace: dict[str, Any] = {**_RUNTIME, **tables}
             source = "\n".join(set_function(statement, ARRAYS)) + "\n"
             exec(compile(source, "<fuzzyctl set>", "exec"), namespace)  # noqa: S102 - printed from a plan
-            found[statement.function] = namespace[statement.function]
+            function = namespace[statement.function]
+            found[statement.function] = array_quadrature.SetFunction(function, len(statement.body))
     return found
 
 

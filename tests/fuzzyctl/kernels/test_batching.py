@@ -280,8 +280,31 @@ class TestMemory:
         kernel.batch(points, out=out)
         most = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
-        # Arrays of a block, a converted block, and whatever Python needs itself.
-        assert most < 1.5 * batching.cores() * 2**20
+        # Arrays of the blocks of all threads, blocks that are converted, and whatever Python needs itself.
+        assert most < batching.COMPUTED + batching.CONVERTED + 1e5 == 1e6
+
+    @pytest.mark.parametrize("count", [2, 16])
+    @pytest.mark.parametrize("defuzzifier", ["centroid(resolution=101)", "mom(resolution=101)", "bisector"])
+    @pytest.mark.parametrize("shape", ["triangle({}, {}, {})", "gaussian({1}, 0.2)"])
+    def test_of_all_threads_is_less_than_a_megabyte(self, count, defuzzifier, shape, monkeypatch):
+        monkeypatch.setattr(batching, "ENOUGH", 100)
+        monkeypatch.setattr(batching, "cores", lambda: count)
+        names = [f"t{k}" for k in range(5)]
+        own = "".join(f"  {n} = {shape.format(k - 1, k, k + 1)}\n" for k, n in enumerate(names))
+        rows = "".join(f"  {n} | {' '.join(names[(i + j) // 2] for j in range(5))}\n" for i, n in enumerate(names))
+        text = (
+            f"system s\ndefuzzifier {defuzzifier}\ninput x in [0, 4]\n  terms {' '.join(names)}\ninput y in [0, 4]\n"
+            f"  terms {' '.join(names)}\noutput u in [0, 4]\n{own}table u = x x y\n  {' '.join(names)}\n{rows}"
+        )
+        kernel = compile_system(loads(text), "numpy")
+        points = points_for(400 if "=" not in defuzzifier and shape.startswith("gaussian") else 30_000) % 4.0
+        out = np.empty(len(points))
+        kernel.batch(points[:100])
+        tracemalloc.start()
+        kernel.batch(points, out=out)
+        most = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        assert most < 1e6
 
     @pytest.mark.parametrize("backend", BACKENDS)
     def test_of_a_sequence_does_not_grow_either(self, backend):
