@@ -93,9 +93,8 @@ class Batches:
         elif self.backend == "numba" and batching.is_plain(array) and (states is None or batching.is_plain(states)):
             self._fill_plain(array, states, flat, parallel=parallel)
         else:
-            # Threads of plain Python would only wait for each other.
-            shared = parallel and self.backend != "python" and not self._integrates_arrays
-            batching.run(self._checked_fill, array, states, flat, parallel=shared, arrays=self.backend == "numpy")
+            # Threads of plain Python, and of numpy's many short steps, would only wait for each other.
+            batching.run(self._checked_fill, array, states, flat, parallel=parallel and self.backend == "numba")
         return results
 
     def _fill_sequence(self, points: Any, state: FloatArray, results: FloatArray) -> None:
@@ -186,14 +185,6 @@ class Batches:
 
             return numpy_backend.compile_batch(self.algorithm.arrays, self.input_names)
         return self._python_fill
-
-    @cached_property
-    def _integrates_arrays(self) -> bool:
-        if self.backend != "numpy":
-            return False
-        from fuzzyctl.kernels import numpy_backend
-
-        return numpy_backend.integrates(self.algorithm.arrays)
 
     @cached_property
     def _loop(self) -> Loop:

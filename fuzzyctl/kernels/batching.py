@@ -30,10 +30,8 @@ if TYPE_CHECKING:
 #: Points that are converted at a time where an array is not as compiled code takes it, at most.
 BLOCK: Final = 8192
 #: What blocks that are converted may take, those of all threads together, and what arrays may that compute [bytes].
-CONVERTED: Final = 200_000
-COMPUTED: Final = 700_000
-#: Threads that share the memory of arrays: blocks of more would be so small that calls cost more than they save.
-MOST: Final = 4
+CONVERTED: Final = 100_000
+COMPUTED: Final = 800_000
 #: With fewer points waking a thread, and waiting for one whose core is busy, costs more than it saves.
 ENOUGH: Final = 100_000
 #: Points of the smallest share that a thread takes at a time: few enough that none waits long for the last one.
@@ -43,14 +41,7 @@ _NAP: Final = 1e-4
 _MASKS: Final = hasattr(signal, "pthread_sigmask")
 
 
-def threads(*, arrays: bool) -> int:
-    """Return how many threads share the work at most; of those that compute with arrays there are few."""
-    return min(cores(), MOST) if arrays else cores()
-
-
-def run(
-    fill: Fill, points: Any, states: FloatArray | None, results: FloatArray, *, parallel: bool, arrays: bool = True
-) -> None:
+def run(fill: Fill, points: Any, states: FloatArray | None, results: FloatArray, *, parallel: bool) -> None:
     """Fill the results block by block.
 
     Args:
@@ -59,11 +50,11 @@ def run(
         states: Shape (n, states), perhaps one row repeated; None without a state.
         results: Shape (n, outputs), contiguous.
         parallel: Whether several threads may share the work.
-        arrays: Whether blocks are computed with arrays.
     """
-    count, most = len(results), threads(arrays=arrays)
+    count = len(results)
+    workers = min(cores(), 2 * count // ENOUGH) if parallel and count >= ENOUGH else 1
     numbers = points.shape[-1] + (0 if states is None else states.shape[-1])
-    block_size = max(min(BLOCK, CONVERTED // (8 * max(numbers, 1) * most)), 1)
+    block_size = max(min(BLOCK, CONVERTED // (8 * max(numbers, 1) * workers)), 1)
     ready = is_plain(points) and points.flags.writeable and states is None
 
     def work(first: int, last: int) -> None:
@@ -73,7 +64,6 @@ def run(
             block = points[part] if ready else writable(float_array(listed(points, part.start, part.stop), "points"))
             fill(block, None if states is None else writable(states[part]), results[part])
 
-    workers = min(most, 2 * count // ENOUGH) if parallel and count >= ENOUGH else 1
     if workers == 1:
         work(0, count)
     else:

@@ -121,11 +121,6 @@ def _most_alive(program: Program) -> int:
     return most
 
 
-def integrates(program: Program) -> bool:
-    """Return whether a program computes integrals, whose small arrays several threads would only wait for."""
-    return any(isinstance(s, Quadrature) for s in program.body)
-
-
 def _of_integrals(program: Program, tables: Mapping[str, FloatArray]) -> int:
     """Return how many more numbers of each point integrals need: what they depend on, and places with marks."""
     found = [s for s in program.body if isinstance(s, Quadrature)]
@@ -141,9 +136,9 @@ def compile_batch(program: Program, input_names: Sequence[str]) -> Callable[...,
     exec(compile(block_source(program), "<fuzzyctl kernel>", "exec"), namespace)  # noqa: S102 - printed from a plan
     of_block: Callable[..., None] = namespace["block"]
     numbers, integrals = _most_alive(program) + SPARE, _of_integrals(program, tables)
-    # The stretches of integrals need more than the block; they are computed in one thread.
-    shares = 4 if integrals else batching.threads(arrays=True)
-    size = max(min(BLOCK, batching.COMPUTED // (8 * shares * (numbers + integrals))), 1)
+    # The stretches of integrals need four times as much as the block.
+    memory = batching.COMPUTED // 5 if integrals else batching.COMPUTED
+    size = max(min(BLOCK, memory // (8 * (numbers + integrals))), 1)
 
     def fill(points: FloatArray, states: FloatArray | None, results: FloatArray) -> None:
         with np.errstate(all="ignore"):

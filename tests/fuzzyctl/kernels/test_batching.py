@@ -72,9 +72,11 @@ def many(monkeypatch):
 
 
 @pytest.fixture
-def arrays(tipper):
-    """A kernel whose batches are shared among threads of the interpreter."""
-    return compile_system(tipper, "numpy")
+def arrays(tipper, monkeypatch):
+    """A kernel whose batches are shared among threads of the interpreter, as if no array were plain."""
+    pytest.importorskip("numba")
+    monkeypatch.setattr(batching, "is_plain", lambda _: False)
+    return compile_system(tipper, "numba")
 
 
 def points_for(count, seed=0):
@@ -281,14 +283,11 @@ class TestMemory:
         most = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
         # Arrays of the blocks of all threads, blocks that are converted, and whatever Python needs itself.
-        assert most < batching.COMPUTED + batching.CONVERTED + 1e5 == 1e6
+        assert most < batching.COMPUTED + batching.CONVERTED + 1e5 <= 1e6
 
-    @pytest.mark.parametrize("count", [2, 16])
     @pytest.mark.parametrize("defuzzifier", ["centroid(resolution=101)", "mom(resolution=101)", "bisector"])
     @pytest.mark.parametrize("shape", ["triangle({}, {}, {})", "gaussian({1}, 0.2)"])
-    def test_of_all_threads_is_less_than_a_megabyte(self, count, defuzzifier, shape, monkeypatch):
-        monkeypatch.setattr(batching, "ENOUGH", 100)
-        monkeypatch.setattr(batching, "cores", lambda: count)
+    def test_of_samples_and_integrals_is_less_than_a_megabyte(self, defuzzifier, shape):
         names = [f"t{k}" for k in range(5)]
         own = "".join(f"  {n} = {shape.format(k - 1, k, k + 1)}\n" for k, n in enumerate(names))
         rows = "".join(f"  {n} | {' '.join(names[(i + j) // 2] for j in range(5))}\n" for i, n in enumerate(names))
