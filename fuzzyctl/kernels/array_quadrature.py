@@ -90,8 +90,8 @@ def half(
 
 
 def _memory() -> int:
-    """Return how many numbers stretches may be at a time, and as many the nodes of some of them: half of all each."""
-    return batching.COMPUTED // (2 * 8)
+    """Return how many numbers stretches may be at a time, and as many the nodes of some of them: two fifths of all each."""
+    return batching.COMPUTED * 2 // (5 * 8)
 
 
 def _part(ends: FloatArray, given: FloatArray) -> int:

@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 #: Points that are converted at a time where an array is not as compiled code takes it, at most.
 BLOCK: Final = 8192
 #: What blocks that are converted may take, those of all threads together, and what arrays may that compute [bytes].
-CONVERTED: Final = 100_000
-COMPUTED: Final = 800_000
+CONVERTED: Final = 90_000
+COMPUTED: Final = 860_000
 #: With fewer points waking a thread, and waiting for one whose core is busy, costs more than it saves.
 ENOUGH: Final = 100_000
 #: Points of the smallest share that a thread takes at a time: few enough that none waits long for the last one.

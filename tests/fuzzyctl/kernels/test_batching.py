@@ -283,7 +283,7 @@ class TestMemory:
         most = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
         # Arrays of the blocks of all threads, blocks that are converted, and whatever Python needs itself.
-        assert most < batching.COMPUTED + batching.CONVERTED + 1e5 <= 1e6
+        assert most < batching.COMPUTED + batching.CONVERTED + 5e4 == 1e6
 
     @pytest.mark.parametrize("defuzzifier", ["centroid(resolution=101)", "mom(resolution=101)", "bisector"])
     @pytest.mark.parametrize("shape", ["triangle({}, {}, {})", "gaussian({1}, 0.2)"])
