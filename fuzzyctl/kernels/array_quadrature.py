@@ -90,7 +90,7 @@ def half(
 
 
 def _memory() -> int:
-    """Return how many numbers stretches may be at a time, and as many the nodes of some of them: two fifths of all each."""
+    """Return how many numbers stretches may be at a time, and as many the nodes of some of them: two fifths each."""
     return batching.COMPUTED * 2 // (5 * 8)
 
 
