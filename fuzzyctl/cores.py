@@ -37,8 +37,8 @@ def granted(groups: Path, own: Path) -> int:
         own: The file that says which groups a process is in.
     """
     try:
-        lines = own.read_text(encoding="ascii").splitlines()
-    except (OSError, UnicodeDecodeError):
+        lines = own.read_text(encoding="utf-8", errors="surrogateescape").splitlines()
+    except OSError:
         return 1 << 20  # no Linux, or none that shows them
     shares = [share for line in lines for folder in _folders(groups, line) for share in _shares(folder)]
     return math.ceil(min(shares, default=1 << 20))

@@ -64,14 +64,14 @@ def _exchange(prepared: Sequence[tuple[Path, Path, Path | None]]) -> None:
     done: list[tuple[Path, Path | None]] = []
     try:
         for target, new, old in prepared:
+            done.append((target, old))  # before it is moved: an interrupt may come at once
             with _blaming(target):
                 new.replace(target)
-            done.append((target, old))
-    finally:
-        if len(done) < len(prepared):
-            for target, old in done:
-                with suppress(OSError):  # what went wrong first is what is told
-                    target.unlink() if old is None else old.replace(target)
+    except BaseException:
+        for target, old in done:
+            with suppress(OSError):  # what went wrong first is what is told
+                target.unlink(missing_ok=True) if old is None else old.replace(target)
+        raise
 
 
 def _place(path: str | os.PathLike[str]) -> Path:

@@ -116,7 +116,9 @@ def _clear(folder: Path) -> tuple[int, list[str]]:
     count = 0
     kept: Counter[tuple[str, str | None]] = Counter()
     closed: list[OSError] = []
-    for part in (folder / "kernels", folder / "dwmr"):
+    parts = [folder / "kernels", folder / "dwmr"]
+    links = [f"{part} is a link, behind which nothing is removed" for part in parts if part.is_symlink()]
+    for part in (p for p in parts if not p.is_symlink()):
         for place, folders, names in os.walk(part, topdown=False, onerror=closed.append) if part.is_dir() else ():
             for name in (*names, *(f for f in folders if Path(place, f).is_symlink())):
                 try:
@@ -127,7 +129,7 @@ def _clear(folder: Path) -> tuple[int, list[str]]:
             with suppress(OSError):  # a folder that is not empty: its files are told
                 Path(place).rmdir()
     problems = [f"{counted(n, 'file')} of {place} cannot be removed: {why}" for (place, why), n in kept.items()]
-    return count, [*problems, *(f"{e.filename} cannot be looked into: {e.strerror}" for e in closed)]
+    return count, [*links, *problems, *(f"{e.filename} cannot be looked into: {e.strerror}" for e in closed)]
 
 
 def _lines(data: dict[str, Any]) -> list[str]:

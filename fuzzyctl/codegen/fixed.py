@@ -26,6 +26,8 @@ from fuzzyctl.kernels.plan import Plan
 
 #: Most entries of a table.
 MOST_ENTRIES: Final = 1 << 16
+#: Most inputs of a table that is made and proved only to say that it does: with more that takes a quarter of a minute.
+_TRIED: Final = 2
 #: Points of the table that is tried where a system does not interpolate, the first that leaves it small enough.
 _POINTS: Final = (33, 17, 9, 5)
 #: Most extra bits of knots and of entries.
@@ -213,6 +215,8 @@ def _not_interpolated(unit: Unit, form: Format) -> str:
 def _with_table(unit: Unit, form: Format) -> str:
     """Return the options of a table that does, or why there is none."""
     inputs = len(unit.plan.inputs)
+    if inputs > _TRIED:
+        return f"whether a table of {inputs} inputs does, --table N --fixed {form} tells"
     points = next((n for n in _POINTS if n**inputs <= MOST_ENTRIES), _POINTS[-1])
     try:
         table = tabulated(unit.algorithm, points)

@@ -197,7 +197,8 @@ def _guarantees(unit: Unit) -> Iterator[str]:
 def printable(text: str) -> str:
     """Return a text as a line of a comment may hold it: nothing that breaks the line or, in C, joins it to the next."""
     text = re.sub(r"[\x00-\x1f\x7f\x85\u2028\u2029]+", " ", text)
-    return text.replace("??", "? ?").replace("\\", "/").rstrip()
+    text = re.sub(r"[\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069]", "", text)  # what turns the direction of writing
+    return re.sub(r"\?(?=\?)", "? ", text).replace("\\", "/").rstrip()
 
 
 def _titled(title: str) -> str:

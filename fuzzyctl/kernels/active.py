@@ -46,6 +46,9 @@ LEAST_GAIN_INTERPRETED: Final = 4
 LEAST_GAIN_MANY: Final = 20
 #: Where corners that differ by rounding count as one, a degree as large as this decides whether a rule acts.
 _LARGE: Final = 1e-3
+#: There a rule counts for nothing whose weight is less than this part of the largest one: what is off by rounding of a
+#: rule with the largest weight would be more than it says.
+_WEIGHTY: Final = 0.1
 #: Slopes below this have not all digits of a number.
 _FLATTEST: Final = 2.0**-1000
 
@@ -364,7 +367,9 @@ def _is_full(plan: Plan, rules: _Rules) -> bool:
     """Return whether each output has a rule that can act for each combination of terms."""
     terms = {(d.variable, d.term) for d in plan.degrees}
     whole = math.prod(Counter(variable for variable, _ in terms).values())
-    acting = [{plan.rules[e.rule].strength for e in o.implied if plan.rules[e.rule].weight > 0.0} for o in plan.outputs]
+    least = _WEIGHTY * max((r.weight for r in plan.rules), default=0.0)
+    named = [[plan.rules[e.rule] for e in o.implied] for o in plan.outputs]
+    acting = [{rule.strength for rule in own if rule.weight > least} for own in named]
     combinations = [{frozenset((rules.terms[s] or {}).items()) for s in own} for own in acting]
     return all(len(own) == whole for own in combinations)
 

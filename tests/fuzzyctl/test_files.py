@@ -100,12 +100,15 @@ class TestWriteTogether:
         assert self.held(tmp_path) == before
 
     @pytest.mark.parametrize("last", ["b.c", "c.txt"])
+    @pytest.mark.parametrize("moves", [False, True])
     @pytest.mark.parametrize("error", [OSError(5, "Input/output error"), KeyboardInterrupt()])
-    def test_a_file_that_cannot_be_moved_leaves_the_old_set(self, tmp_path, old, monkeypatch, last, error):
+    def test_a_file_that_cannot_be_moved_leaves_the_old_set(self, tmp_path, old, monkeypatch, last, error, moves):
         before, replace = self.held(tmp_path), Path.replace
 
         def failing(path, target):
             if Path(target).name == last and "new" in path.read_text():
+                if moves:  # an interrupt may come right after the last step
+                    replace(path, target)
                 raise error
             return replace(path, target)
 

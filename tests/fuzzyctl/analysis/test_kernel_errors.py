@@ -7,6 +7,7 @@ import pytest
 
 from fuzzyctl import Proved, loads, prove
 from fuzzyctl.analysis.kernel_errors import kernel_errors
+from fuzzyctl.kernels.algorithm import algorithm_of
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.plan import plan
 
@@ -50,6 +51,12 @@ def test_corners_that_count_as_one_are_in_the_error(norm, foot):
         assert error <= 1000 * found
     else:
         assert error < 1e-12
+
+
+@pytest.mark.parametrize(("weight", "expected"), [("0.2", "active"), ("0.05", "rules"), ("1e-12", "rules")])
+def test_where_corners_count_as_one_a_rule_that_hardly_counts_is_as_good_as_missing(weight, expected):
+    text = ROUNDED.format(norm="min", foot=0.300000000000004).replace("then u is q", f"then u is q weight {weight}")
+    assert algorithm_of(plan(loads(text))).name == expected
 
 
 def test_what_is_proved_holds_for_rules_that_are_looked_up():

@@ -68,6 +68,16 @@ class TestCache:
         assert "3 files removed" in run("doctor", "--clear-cache").output
         assert [p.name for p in folder.rglob("*")] == ["mine.txt"]
 
+    def test_behind_links_nothing_is_removed(self, run, folder, tmp_path):
+        (tmp_path / "other").mkdir()
+        (tmp_path / "other" / "precious").write_text("x")
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "kernels").symlink_to(tmp_path / "other")
+        result = run("doctor", "--clear-cache")
+        assert result.exit_code == 1
+        assert "kernels is a link, behind which nothing is removed" in result.output
+        assert (tmp_path / "other" / "precious").exists()
+
     def test_files_that_cannot_be_removed_are_counted_and_said(self, run, folder, monkeypatch):
         for name in ("kernels/a.py", "kernels/x/a.nbi", "kernels/x/b.nbc", "dwmr/c.py"):
             (folder / name).parent.mkdir(parents=True, exist_ok=True)

@@ -17,7 +17,7 @@ from tests.fuzzyctl.codegen.conftest import RULES
 from tests.fuzzyctl.codegen.structured_text import Block
 
 #: What would end a comment, begin one, join it to the next line, or break it.
-HOSTILE = "ends */ here *) (* and (*) ??/ there /* */ \\ \n * // \\"
+HOSTILE = "ends */ here *) (* and (*) ??/ there /* */ \\ \n \u202e\u2066 * // \\ ???/"
 PIECES = st.lists(st.sampled_from(["(", ")", " + ", " - ", " ? ", " : ", ", ", "alpha", "0.125", "T[k]"]), max_size=80)
 
 
@@ -123,6 +123,11 @@ class TestHostileTexts:
         outputs = tuple(o.model_copy(update={"label": HOSTILE, "unit": HOSTILE}) for o in system.outputs)
         system = system.model_copy(update={"inputs": inputs, "outputs": outputs, "title": HOSTILE})
         return prepare(system, "", verdicts=quickly(system)[0])
+
+    def test_hold_no_trigraph_and_turn_no_line(self, unit):
+        text = "".join(generate(unit, "c").files.values())
+        assert "??" not in text
+        assert not set("\u202a\u202b\u202d\u202e\u2066\u2067\u2068\u200f") & set(text)
 
     def test_end_no_comment_of_c(self, unit, compiled):
         found = compiled(unit, flags=["-Wcomment", "-trigraphs"])
