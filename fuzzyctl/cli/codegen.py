@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -83,7 +84,6 @@ def codegen(
 
     source = read_source(file)
     system, verdicts = _passed(source, Path(file).parent, settings, name, profile)
-    from fuzzyctl.codegen.digits import at_most
     from fuzzyctl.codegen.files import generate, write
     from fuzzyctl.codegen.fixed import fixed_point
     from fuzzyctl.codegen.unit import prepare
@@ -99,24 +99,28 @@ def codegen(
         verdicts=verdicts,
     )
     generated = generate(unit, target, fixed_point(unit, chosen) if chosen else None)
-    paths = write(generated, Path(out))
+    data = {
+        "system": system.name,
+        "semantics": system.method.semantics.profile,
+        "target": target,
+        "algorithm": unit.algorithm.name,
+        "files": [str(p) for p in write(generated, Path(out))],
+        "errors": dict(generated.errors),
+        "guarantees": {v.claim: type(v).__name__.lower() for v in verdicts},
+    }
     if form == "json":
-        data = {
-            "system": system.name,
-            "semantics": system.method.semantics.profile,
-            "target": target,
-            "algorithm": unit.algorithm.name,
-            "files": [str(p) for p in paths],
-            "errors": dict(generated.errors),
-            "guarantees": {v.claim: type(v).__name__.lower() for v in verdicts},
-        }
         click.echo(json.dumps(data, ensure_ascii=False, indent=2))
-        return DONE
-    for path in paths:
-        click.echo(f"wrote {path}")
-    for output, error in generated.errors.items():
-        click.echo(f"proved: {output} is off by {at_most(error)} at most")
+    else:
+        click.echo("\n".join(_told(data)))
     return DONE
+
+
+def _told(data: dict[str, Any]) -> Iterator[str]:
+    """Yield what was written and proved, line by line."""
+    from fuzzyctl.codegen.digits import at_most
+
+    yield from (f"wrote {path}" for path in data["files"])
+    yield from (f"proved: {output} is off by {at_most(error)} at most" for output, error in data["errors"].items())
 
 
 def _passed(

@@ -15,6 +15,7 @@ from fuzzyctl.kernels.program import Assign, Item, Locate, Place, Program
 
 if TYPE_CHECKING:
     from fuzzyctl.codegen.unit import Unit
+    from fuzzyctl.model.variable import LinguisticVariable
 
 #: About how long lines of generated text are at most.
 WIDTH: Final = 120
@@ -24,22 +25,22 @@ _BREAKS: Final = frozenset({"?", ":", "+", "-", "*", "/", "&&", "||", "AND", "OR
 
 def argument_notes(unit: Unit) -> list[str]:
     """Return for each input what it is: its label, range and unit."""
-    notes = []
-    for variable, planned in zip(unit.system.inputs, unit.plan.inputs, strict=True):
-        label = variable.label or (variable.name if not variable.name.isascii() else "")
-        parts = [label, f"[{planned.lower!r}, {planned.upper!r}]{f' {variable.unit}' if variable.unit else ''}"]
-        notes.append(", ".join([*filter(None, parts), *(["extrapolated"] if planned.extrapolate else [])]))
-    return notes
+    return [
+        _note(variable, planned.lower, planned.upper) + (", extrapolated" if planned.extrapolate else "")
+        for variable, planned in zip(unit.system.inputs, unit.plan.inputs, strict=True)
+    ]
 
 
 def result_notes(unit: Unit) -> list[str]:
     """Return the same for each output."""
-    notes = []
-    for declared, planned in zip(unit.system.outputs, unit.plan.outputs, strict=True):
-        label = declared.label or (declared.name if not declared.name.isascii() else "")
-        parts = [label, f"[{planned.lower!r}, {planned.upper!r}]{f' {declared.unit}' if declared.unit else ''}"]
-        notes.append(", ".join(filter(None, parts)))
-    return notes
+    outputs = zip(unit.system.outputs, unit.plan.outputs, strict=True)
+    return [_note(declared, planned.lower, planned.upper) for declared, planned in outputs]
+
+
+def _note(variable: LinguisticVariable, lower: float, upper: float) -> str:
+    label = variable.label or (variable.name if not variable.name.isascii() else "")
+    ends = f"[{lower!r}, {upper!r}]{f' {variable.unit}' if variable.unit else ''}"
+    return f"{label}, {ends}" if label else ends
 
 
 def value_notes(unit: Unit) -> dict[str, list[str]]:
