@@ -4,13 +4,16 @@ import os
 import subprocess
 import sys
 
+#: Seconds after which a command counts as one that never ends: many times what it takes on the busiest machine.
+LONG = 600
+
 
 def words(*arguments):
     """What the command line is made of; a warning ends it."""
     return [sys.executable, "-W", "error", "-m", "dwmr", *map(str, arguments)]
 
 
-def dwmr(*arguments, status=0, stdout=subprocess.PIPE, cwd=None, timeout=300, **environment):
+def dwmr(*arguments, status=0, stdout=subprocess.PIPE, cwd=None, timeout=LONG, start_new_session=False, **environment):
     """Run the command; neither stream may show a traceback.
 
     Args:
@@ -19,6 +22,7 @@ def dwmr(*arguments, status=0, stdout=subprocess.PIPE, cwd=None, timeout=300, **
         stdout: Where standard output goes.
         cwd: The folder it runs in.
         timeout: Seconds.
+        start_new_session: Whether it gets signals of a terminal of its own.
         environment: Variables besides those of this process.
     """
     done = subprocess.run(
@@ -29,8 +33,34 @@ def dwmr(*arguments, status=0, stdout=subprocess.PIPE, cwd=None, timeout=300, **
         timeout=timeout,
         check=False,
         cwd=cwd,
+        start_new_session=start_new_session,
         env={**os.environ, **environment},
     )
     assert "Traceback" not in done.stderr + (done.stdout or "")
     assert done.returncode == status, done.stderr
     return done
+
+
+#: What Python runs when it starts: the first worker interrupts the whole group, as Ctrl-C does.
+INTERRUPTS = """
+import os, signal, sys
+if "--multiprocessing-fork" in sys.orig_argv:
+    try:
+        os.close(os.open(os.environ["INTERRUPTED"], os.O_CREAT | os.O_EXCL))
+    except FileExistsError:
+        pass
+    else:
+        os.killpg(0, signal.SIGINT)
+"""
+
+
+def interrupted_by_a_worker_that_starts(folder, *arguments):
+    """Run the command, and send Ctrl-C to all its processes when the first worker starts, before it runs any own code.
+
+    Args:
+        folder: For the file that does so.
+        arguments: What stands behind `dwmr`.
+    """
+    (folder / "sitecustomize.py").write_text(INTERRUPTS, encoding="utf-8")
+    environment = {"PYTHONPATH": str(folder), "INTERRUPTED": str(folder / "interrupted")}
+    return dwmr(*arguments, status=1, start_new_session=True, **environment)

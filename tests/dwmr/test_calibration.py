@@ -2,6 +2,7 @@
 
 import json
 import math
+import signal
 import tomllib
 
 import pytest
@@ -12,6 +13,7 @@ from dwmr.calibration.search import explore
 from dwmr.calibration.writing import scenario_text
 from dwmr.scenario_file import find, read
 from fuzzyctl.errors import DiagnosticError
+from tests.dwmr.process import interrupted_by_a_worker_that_starts
 
 PERFECT = dict.fromkeys(ENTRIES, 1.0)
 SHORT = 'extends = "paper"\nname = "short"\n\n[run]\nhorizon = 4.0\n'
@@ -168,6 +170,13 @@ class TestCommand:
         assert found["cost"]["value"] <= found["cost"]["before"]
         values = present(read(tmp_path / "by1/found.toml").scenario, NAMES, None)
         assert values == tuple(found["parameters"][n]["value"] for n in NAMES)
+
+    @pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="needs signal masks")
+    def test_an_interrupt_while_workers_start_is_a_single_line(self, tmp_path):
+        path = tmp_path / "short.toml"
+        done = interrupted_by_a_worker_that_starts(tmp_path, "calibrate", path, "--evaluations", "8", "--jobs", "2")
+        assert done.stdout == ""
+        assert done.stderr.splitlines()[1:] == ["", "Aborted!"]
 
     def test_shows_the_ratios_and_no_progress_in_a_pipe(self, dwmr):
         status, out, err = dwmr(

@@ -8,7 +8,7 @@ import pytest
 
 from dwmr.scenario_file import find
 from fuzzyctl.shipped import rules_folder
-from tests.dwmr.process import dwmr
+from tests.dwmr.process import LONG, dwmr
 
 PAPER = find("paper")
 MASS_LINE = PAPER.read_text(encoding="utf-8").split("mass = 120.0")[0].count("\n") + 1
@@ -290,6 +290,6 @@ class TestStartUp:
             "print('HEAVY', sorted(heavy), status)\n"
         )
         done = subprocess.run(
-            [sys.executable, "-c", code, *arguments], capture_output=True, text=True, timeout=60, check=True
+            [sys.executable, "-c", code, *arguments], capture_output=True, text=True, timeout=LONG, check=True
         )
         assert done.stdout.splitlines()[-1] == f"HEAVY [] {status}"

@@ -9,6 +9,7 @@ import pytest
 
 from dwmr.scenario_file import find, read, shipped_names
 from fuzzyctl.shipped import rules_folder
+from tests.dwmr.process import LONG
 
 
 class TestNew:
@@ -183,6 +184,6 @@ def test_nothing_heavy_is_loaded(arguments, tmp_path):
         "print('HEAVY', sorted({'numba', 'matplotlib', 'scipy'} & set(sys.modules)))\n"
     )
     done = subprocess.run(
-        [sys.executable, "-c", code, *arguments], capture_output=True, text=True, timeout=60, check=True, cwd=tmp_path
+        [sys.executable, "-c", code, *arguments], capture_output=True, text=True, timeout=LONG, check=True, cwd=tmp_path
     )
     assert done.stdout.splitlines()[-1] == "HEAVY []"

@@ -1,15 +1,16 @@
 import csv
 import json
 import os
+import select
 import signal
 import subprocess
-import time
+import sys
 
 import pytest
 
 from dwmr import data
 from dwmr.data import parquet_file
-from tests.dwmr.process import dwmr, words
+from tests.dwmr.process import LONG, dwmr, interrupted_by_a_worker_that_starts
 
 SPEC = """
 scenario = "paper"
@@ -117,18 +118,34 @@ class TestSweep:
         assert "not finite" in rows[1]["stop_reason"]
 
 
-def begun(folder, path, out):
-    """Begin a sweep, and wait until some of its runs are done."""
+#: The command, which prints "held" and waits for a line before it looks for outcomes for the (argument 1 + 1)th time.
+HELD = """
+import sys
+from dwmr.cli.main import main
+from dwmr.sweep import pool
+left, wait = int(sys.argv[1]), pool.wait
+def hold(*futures, **options):
+    global left
+    if left == 0:
+        print("held", flush=True)
+        sys.stdin.readline()
+    left -= 1
+    return wait(*futures, **options)
+pool.wait = hold
+main(sys.argv[2:])
+"""
+
+
+def held(path, out, looks=3):
+    """Begin a sweep by two processes, and hold it where each look has found at least one outcome, and six at most."""
     process = subprocess.Popen(
-        words("sweep", path, "-o", out, "--jobs", "2", "--data", "csv,parquet"),
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
+        [sys.executable, "-W", "error", "-c", HELD, str(looks), "sweep", path, "-o", out, "--jobs", "2",
+         "--data", "csv,parquet"],
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
     )  # fmt: skip
-    journal, until = out / "journal.jsonl", time.monotonic() + 200
-    while time.monotonic() < until and process.poll() is None:
-        if journal.exists() and journal.read_bytes().count(b"\n") > 3:
-            return process, journal
-        time.sleep(0.02)
-    raise AssertionError(f"nothing was done: {process.communicate()}")
+    if process.stdout.readline() != "held\n":
+        raise AssertionError(f"ended before it was held: {process.communicate()}")
+    return process
 
 
 def workers_of(process):
@@ -138,65 +155,60 @@ def workers_of(process):
     return [int(pid) for pid in found.stdout.split()]
 
 
-def alive(pid):
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    with open(f"/proc/{pid}/stat", encoding="utf-8") as file:
-        return file.read().rpartition(")")[2].split()[0] != "Z"
-
-
 @pytest.fixture(scope="module")
 def long(tmp_path_factory):
-    """A sweep of sixty longer runs: its SPEC, and the folder of one that was not interrupted."""
+    """A sweep of more runs than are done when it is held: its SPEC, and the folder of one that was not interrupted."""
     folder = tmp_path_factory.mktemp("long")
-    path = spec(folder, runs=60, horizon=20.0)
+    path = spec(folder, runs=30)
     dwmr("sweep", path, "-o", folder / "whole", "--data", "csv,parquet")
     return path, folder / "whole"
 
 
-@pytest.mark.skipif(not os.path.isdir("/proc"), reason="looks at processes through /proc")
+@pytest.mark.skipif(not hasattr(os, "pidfd_open"), reason="waits for processes of others to end, as Linux can")
 class TestResume:
     def test_a_killed_sweep_goes_on_to_the_same_bytes(self, long, tmp_path):
-        process, journal = begun(tmp_path, long[0], tmp_path / "out")
-        workers = workers_of(process)
+        process, journal = held(long[0], tmp_path / "out"), tmp_path / "out" / "journal.jsonl"
+        workers = [os.pidfd_open(pid) for pid in workers_of(process)]
+        assert len(workers) >= 2
         process.send_signal(signal.SIGKILL)
-        process.communicate()
+        process.communicate(timeout=LONG)
         with journal.open("r+b") as file:  # as if it had been killed while writing
             file.truncate(journal.stat().st_size - 7)
-        until = time.monotonic() + 20
-        while any(alive(pid) for pid in workers) and time.monotonic() < until:
-            time.sleep(0.05)
-        assert not any(alive(pid) for pid in workers)
+        for worker in workers:
+            assert select.select([worker], [], [], LONG)[0], "a worker goes on without its parent"
+            os.close(worker)
         assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["journal.jsonl"]
         found = json.loads(
             dwmr(
                 "sweep", long[0], "-o", tmp_path / "out", "--data", "csv,parquet", "--resume", "--format", "json"
             ).stdout
         )
-        assert 0 < found["computed"] < 60
+        assert 0 < found["computed"] < 30
         require_same(long[1], tmp_path / "out")
 
     def test_an_interrupted_sweep_says_how_to_go_on(self, long, tmp_path):
-        process, _ = begun(tmp_path, long[0], tmp_path / "out")
+        process = held(long[0], tmp_path / "out")
         os.killpg(process.pid, signal.SIGINT)
-        out, err = process.communicate(timeout=60)
+        out, err = process.communicate(timeout=LONG)
         assert process.returncode == 1
         assert out == ""
         assert "Traceback" not in err
-        assert "of 60 runs are kept" in err
+        assert "of 30 runs are kept" in err
         assert "--resume" in err
         dwmr("sweep", long[0], "-o", tmp_path / "out", "--data", "csv,parquet", "--resume")
         require_same(long[1], tmp_path / "out")
 
+    def test_an_interrupt_while_workers_start_is_a_single_line(self, long, tmp_path):
+        done = interrupted_by_a_worker_that_starts(tmp_path, "sweep", long[0], "-o", tmp_path / "out", "--jobs", "2")
+        assert (done.stdout, done.stderr) == ("", "interrupted\n")
+
     def test_a_worker_that_dies_is_a_message(self, long, tmp_path):
-        process, _ = begun(tmp_path, long[0], tmp_path / "out")
+        process = held(long[0], tmp_path / "out")
         for pid in workers_of(process):
             with open(f"/proc/{pid}/cmdline", encoding="utf-8") as file:
                 if "spawn_main" in file.read():
                     os.kill(pid, signal.SIGKILL)
-        _, err = process.communicate(timeout=60)
+        _, err = process.communicate("go on\n", timeout=LONG)
         assert process.returncode == 1
         assert "Traceback" not in err
         assert "a worker process ended" in err

@@ -9,6 +9,7 @@ import pytest
 from dwmr import noise, simulate
 from dwmr.fuzzy_gains import Rules
 from dwmr.scenario_file import find, read
+from tests.dwmr.process import LONG
 
 PAPER = find("paper")
 ALL = tuple(
@@ -86,7 +87,7 @@ class TestRun:
             "print(repr(simulate.run(simulate.prepare(file, 'aifqsmc', rules)).values.tolist()))\n"
         )
         done = subprocess.run(
-            [sys.executable, "-c", code, *ALL], capture_output=True, text=True, check=True, timeout=60
+            [sys.executable, "-c", code, *ALL], capture_output=True, text=True, check=True, timeout=LONG
         )
         plain = np.array(eval(done.stdout, {"__builtins__": {}}))
         assert plain == pytest.approx(run("aifqsmc", *ALL).values[:51], abs=1e-9)

@@ -12,6 +12,7 @@ from dwmr.robot import State
 from dwmr.scenario_file import find, read
 from fuzzyctl.errors import DiagnosticError
 from fuzzyctl.shipped import rules_folder
+from tests.dwmr.process import LONG
 
 PAPER = find("paper")
 
@@ -138,7 +139,7 @@ class TestRun:
             "for law in ('aifqsmc', 'fcafsmc', 'smc'):\n"
             "    print(repr(simulate.run(simulate.prepare(file, law, rules)).values.tolist()))\n"
         )
-        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=LONG)
         for law, line in zip(controllers.group("all"), done.stdout.splitlines(), strict=True):
             plain = np.array(eval(line, {"__builtins__": {}}))
             assert plain == pytest.approx(run_paper(law, "run.horizon=0.25")[1].values, abs=1e-9)

@@ -17,6 +17,7 @@ from scipy.stats import qmc
 
 from dwmr.calibration.cost import Outcome, Scorer
 from dwmr.calibration.parameters import PARAMETERS, overrides
+from dwmr.processes import interrupts_blocked
 from dwmr.scenario_file import ScenarioFile
 
 Values = tuple[float, ...]
@@ -210,8 +211,13 @@ def _batches(file: ScenarioFile, names: Sequence[str], jobs: int) -> Iterator[Ba
         yield lambda sets: (scorer(arguments(one)) for one in sets)
         return
     with ProcessPoolExecutor(jobs, get_context("spawn"), _begin, (file.path,)) as pool:
+
+        def score(sets: Sequence[Values]) -> Iterator[Outcome]:
+            with interrupts_blocked():
+                return pool.map(_score, [arguments(one) for one in sets])
+
         try:
-            yield lambda sets: pool.map(_score, [arguments(one) for one in sets])
+            yield score
         except KeyboardInterrupt:
             pool.shutdown(cancel_futures=True)
             raise

@@ -13,6 +13,7 @@ from itertools import islice
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 
+from dwmr.processes import interrupts_blocked
 from dwmr.sweep.plan import Run
 from dwmr.sweep.work import Outcome, Setup, work
 
@@ -53,7 +54,9 @@ def compute(setup: Setup, runs: Iterable[Run], jobs: int) -> Iterator[Outcome]:
 
 
 def _feed(pool: ProcessPoolExecutor, setup: Setup, runs: Iterator[Run], ahead: int) -> Iterator[Outcome]:
-    waiting: set[Future[Outcome]] = {pool.submit(work, setup, run) for run in islice(runs, ahead)}
+    waiting: set[Future[Outcome]] = set()
+    with interrupts_blocked():
+        waiting |= {pool.submit(work, setup, run) for run in islice(runs, ahead)}
     while waiting:
         done, waiting = wait(waiting, return_when=FIRST_COMPLETED)
         waiting |= {pool.submit(work, setup, run) for run in islice(runs, len(done))}
