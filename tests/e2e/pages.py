@@ -8,10 +8,13 @@ How an example is written:
 - ```python: doctests where it begins with `>>>`, otherwise plain code; one namespace a page.
 - `<!-- file: NAME -->` before a block of any kind: the block is a file that the commands find, and is not run.
 - ```fz without a file name: a whole system must pass `fuzzyctl check`; a fragment is completed first (`completed`).
+- `<!-- once -->` before ```console: the block is left out when the page is followed again. Its first command must stand
+  in a later block as well, which shows what it does then, and runs each time.
 - ```toml without a file name must be TOML; ```text and ```json are read by people only.
 - ``` without a language is ```fz where it begins with `system`.
 
-Each page begins in an empty folder with a copy of the shipped rules/.
+Each page begins in an empty folder with a copy of the shipped rules/. How-tos, tutorials and README are followed twice,
+the second time over what the first one left.
 """
 
 from __future__ import annotations
@@ -37,27 +40,33 @@ ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
 PAGES = [*sorted(DOCS.rglob("*.md")), ROOT / "README.md"]
 
+#: Pages that are followed by hand from the first line to the last one, perhaps once more in the same folder.
+FOLLOWED = [page for page in PAGES if page.parent.name in ("how-to", "tutorial") or page.parent == ROOT]
+
 #: The lines of README that make the environment the tests run in.
 SET_UP = "python3 -m venv"
 
 
 @dataclass(frozen=True)
 class Block:
-    """A fenced block: where it begins, its language, its text, and the file it is to be written to."""
+    """A fenced block: where it begins, its language, its text, the file it is to be written to, and if it runs once."""
 
     line: int
     language: str
     text: str
     file: str
+    once: bool
 
 
 def blocks(page: Path) -> Iterator[Block]:
     """Yield the fenced blocks of a page."""
     lines = iter(enumerate(page.read_text(encoding="utf-8").splitlines(), start=1))
-    file = ""
+    file, once = "", False
     for number, line in lines:
         if match := re.fullmatch(r"<!-- file: (\S+) -->", line.strip()):
             file = match[1]
+        elif line.strip() == "<!-- once -->":
+            once = True
         elif match := re.match(r"( *)```(\w*)", line):
             indent, content = len(match[1]), []
             for _, inner in lines:
@@ -66,17 +75,34 @@ def blocks(page: Path) -> Iterator[Block]:
                 content.append(inner[indent:])
             else:
                 raise ValueError(f"{page}:{number}: the block is not closed")
-            yield Block(number, match[2], "\n".join(content) + "\n", file)
-            file = ""
+            yield Block(number, match[2], "\n".join(content) + "\n", file, once)
+            file, once = "", False
         elif line.strip():
-            file = ""
+            file, once = "", False
+
+
+def follow(page: Path, folder: Path, times: int = 1) -> None:
+    """Run all blocks of a page in a folder, several times in a row."""
+    for time in range(times):
+        session = Session(page, folder, f" (followed {time} times before)" if time else "")
+        found = list(blocks(page))
+        for place, block in enumerate(found):
+            if not block.once:
+                session.run(block)
+                continue
+            again = block.text.partition("\n")[0]
+            is_shown = any(f"\n{again}\n" in f"\n{later.text}" for later in found[place + 1 :] if not later.once)
+            assert is_shown, f"{session.where(block)}: the page does not say what '{again}' does the second time"
+            if time == 0:
+                session.run(block)
+        session.end()
 
 
 class Session:
-    """Runs the blocks of one page in one folder."""
+    """Runs the blocks of one page in one folder; remark stands behind their places."""
 
-    def __init__(self, page: Path, folder: Path) -> None:
-        self.page, self.folder = page, folder
+    def __init__(self, page: Path, folder: Path, remark: str = "") -> None:
+        self.page, self.folder, self.remark = page, folder, remark
         self.names: dict[str, Any] = {"__name__": "__docs__"}
         self.status = 0
 
@@ -96,7 +122,8 @@ class Session:
 
     def where(self, block: Block) -> str:
         """Return the place of a block."""
-        return f"{self.page.relative_to(ROOT)}:{block.line}"
+        page = self.page.relative_to(ROOT) if self.page.is_relative_to(ROOT) else self.page
+        return f"{page}:{block.line}{self.remark}"
 
     def run_text(self, block: Block) -> None:
         """Leave what is for people only."""

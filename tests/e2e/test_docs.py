@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.e2e.pages import DOCS, PAGES, ROOT, Session, anchors, blocks, without_code
+from tests.e2e.pages import DOCS, FOLLOWED, PAGES, ROOT, Session, anchors, follow, without_code
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: str(p.relative_to(ROOT)))
@@ -22,10 +22,7 @@ def test_every_example_of_a_page_does_what_the_page_says(
     (tmp_path / ".venv").symlink_to(sys.prefix)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MPLBACKEND", "Agg")
-    session = Session(page, tmp_path)
-    for block in blocks(page):
-        session.run(block)
-    session.end()
+    follow(page, tmp_path, 2 if page in FOLLOWED else 1)
 
 
 class TestTheRunnerItself:
@@ -63,13 +60,40 @@ class TestTheRunnerItself:
         monkeypatch.chdir(tmp_path)
         self.run(text, tmp_path)
 
-    def run(self, text: str, folder: Path) -> None:
+    @pytest.mark.parametrize(
+        "text",
+        [
+            "```console\n$ mkdir new\n```\n",
+            "```console\n$ echo one >> a.txt\n$ cat a.txt\none\n```\n",
+            "```python\nfrom pathlib import Path\nPath('new').mkdir()\n```\n",
+            "<!-- once -->\n```console\n$ mkdir new\n```\n",
+            2 * "<!-- once -->\n```console\n$ mkdir -p new\n```\n\n",
+        ],
+    )
+    def test_a_page_that_holds_only_once_fails(
+        self, text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.chdir(tmp_path)
+        with pytest.raises((AssertionError, FileExistsError)):
+            self.run(text, tmp_path, 2)
+
+    @pytest.mark.parametrize(
+        "text",
+        [
+            "<!-- file: a.txt -->\n```text\none\n```\n\n```console\n$ echo two >> a.txt\n$ cat a.txt\none\ntwo\n```\n",
+            "<!-- once -->\n```console\n$ mkdir new\n```\n\n```console\n$ mkdir new\nmkdir: ...\n$ echo $?\n1\n```\n",
+        ],
+    )
+    def test_a_page_that_says_what_differs_the_second_time_passes(
+        self, text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.chdir(tmp_path)
+        self.run(text, tmp_path, 3)
+
+    def run(self, text: str, folder: Path, times: int = 1) -> None:
         page = folder / "page.md"
         page.write_text(text, encoding="utf-8")
-        session = Session(ROOT / "docs" / "page.md", folder)
-        for block in blocks(page):
-            session.run(block)
-        session.end()
+        follow(page, folder, times)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: str(p.relative_to(ROOT)))
