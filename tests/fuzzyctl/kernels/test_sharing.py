@@ -18,6 +18,8 @@ from fuzzyctl.kernels import shares, sharing
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.shares import Word
 
+#: Seconds that nothing takes but what never comes.
+LONG = 300
 LOOP = ctypes.CFUNCTYPE(ctypes.c_int64, *[ctypes.c_int64] * 5)
 
 
@@ -27,6 +29,41 @@ def cores(monkeypatch):
     monkeypatch.setattr(sharing, "ENOUGH", 1e-12)
     monkeypatch.setattr(sharing, "WAKING", 0.0)
     monkeypatch.setattr(sharing, "cores", lambda: 3)
+
+
+class Clock:
+    """A clock that is moved by hand, from any thread."""
+
+    def __init__(self):
+        self.now = 1000.0
+
+    def __call__(self):
+        return self.now
+
+    def passes(self, seconds):
+        self.now += seconds
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """What a point takes, and how long ago something was, by a clock that is moved by hand."""
+    for seconds in (sharing.PATIENCE, sharing.LINGERING):
+        sharing._looks(seconds)  # kept from here on: measured by the true clock
+    clock = Clock()
+    monkeypatch.setattr(sharing, "perf_counter", clock)
+    return clock
+
+
+class Together:
+    """Holds shares until each of several threads has begun one, so that none comes too late on a busy machine."""
+
+    def __init__(self, count):
+        self._count, self._begun, self.all = count, set(), threading.Event()
+
+    def __call__(self, *_):
+        self._begun.add(threading.get_ident())
+        if len(self._begun) == self._count or not self.all.wait(LONG):
+            self.all.set()
 
 
 class Told:
@@ -40,7 +77,7 @@ class Told:
     def __init__(self, count, each=None):
         self.points, self.results = np.zeros((count, 2)), np.full((count, 1), np.nan)
         self.points[:, 0] = np.arange(count)
-        self.seen, self._each = [], each
+        self.seen, self.each = [], each
         function = LOOP(self._fill)
         address = ctypes.cast(function, ctypes.c_void_p).value
         self.loop = sharing.Loop(address, np.zeros(1), 2, function)
@@ -50,7 +87,7 @@ class Told:
         assert points == self.points.ctypes.data + 16 * first
         self.seen.append((threading.get_ident(), first, count))
         self.results[first : first + count, 0] = self.points[first : first + count, 0]
-        found = None if self._each is None else self._each(first, first + count)
+        found = None if self.each is None else self.each(first, first + count)
         return -1 if found is None else found
 
     def run(self, *, looks=False, parallel=True):
@@ -62,7 +99,7 @@ class Told:
 
 def asleep(helper):
     """Wait until a thread has nothing to do and looks for nothing."""
-    until = time.monotonic() + 20
+    until = time.monotonic() + LONG
     while helper._words[0] != Word.ASLEEP and time.monotonic() < until:
         time.sleep(0.001)
     return helper._words[0] == Word.ASLEEP
@@ -81,7 +118,7 @@ class TestShares:
         np.testing.assert_array_equal(told.results[:, 0], np.arange(count))
 
     def test_are_taken_by_all_threads(self):
-        told = Told(200_000, lambda *_: time.sleep(0.005))
+        told = Told(200_000, Together(3))
         told.run()
         assert len(told.threads()) == 3
 
@@ -93,8 +130,8 @@ class TestShares:
         told.run(parallel=False)
         assert [share[1:] for share in told.seen] == [(0, 200_000)]
 
-    def test_are_small_until_it_is_known_how_long_they_take_and_never_long(self):
-        told = Told(100_000, lambda first, last: time.sleep(10e-6 * (last - first)))
+    def test_are_small_until_it_is_known_how_long_they_take_and_never_long(self, clock):
+        told = Told(100_000, lambda first, last: clock.passes(10e-6 * (last - first)))
         told.run(parallel=False)
         sizes = [size for _, _, size in told.seen]
         assert sizes[0] == 1 << 10
@@ -147,12 +184,10 @@ class TestNan:
 @pytest.mark.usefixtures("cores")
 class TestThreads:
     def test_sleep_when_nothing_comes_and_are_woken_again(self):
-        slow = Told(200_000, lambda *_: time.sleep(0.005))
-        slow.run()
         helpers = sharing._crew(sharing.os.getpid()).of(2)
-        for _ in range(3):
+        for _ in range(4):
             assert all(asleep(helper) for helper in helpers)
-            slow.seen.clear()
+            slow = Told(200_000, Together(3))
             slow.run()
             assert len(slow.threads()) == 3
 
@@ -169,37 +204,50 @@ class TestThreads:
         word = shares.WordsOfThread(Word.ASLEEP)
         served = threading.Thread(target=shares.functions().serve, args=(word, 10), daemon=True)
         served.start()
-        served.join(timeout=20)
+        served.join(timeout=LONG)
         assert not served.is_alive()
         assert word[0] == Word.ASLEEP
 
     def test_that_are_busy_elsewhere_are_done_without(self):
-        outer = Told(30_000, lambda *_: time.sleep(0.02))
+        busy, done = Together(3), threading.Event()
+
+        def each(*_):
+            busy()
+            done.wait(LONG)
+
+        outer, inner = Told(30_000, each), Told(30_000)
         caller = threading.Thread(target=outer.run)
         caller.start()
-        until = time.monotonic() + 20
-        while len(outer.threads()) < 3 and time.monotonic() < until:
-            time.sleep(0.001)
-        inner = Told(30_000, lambda *_: time.sleep(0.001))
+        assert busy.all.wait(LONG)
         inner.run()
+        done.set()
         assert inner.threads() == {threading.get_ident()}
-        caller.join(timeout=60)
+        caller.join(timeout=LONG)
         np.testing.assert_array_equal(outer.results, inner.results)
 
-    def test_write_nothing_after_an_interrupt_and_help_the_next_time(self, tipper):
+    def test_write_nothing_after_an_interrupt_and_help_the_next_time(self, tipper, monkeypatch):
         kernel = compile_system(as_profile(tipper, "matlab"), "numba")
         points, out = np.zeros((2_000_000, 2)), np.full(2_000_000, np.nan)
         kernel.batch(points[:5000])
-        timer = threading.Timer(0.02, signal.raise_signal, [signal.SIGINT])
-        timer.start()
-        with pytest.raises(KeyboardInterrupt):
-            kernel.batch(points, out=out)
-        timer.join()
+        begin = sharing._Helper.begin
+
+        def interrupted(helper, job):
+            begin(helper, job)
+            until = time.monotonic() + LONG
+            while np.isnan(out).all() and time.monotonic() < until:  # until it writes
+                time.sleep(0.001)
+            signal.raise_signal(signal.SIGINT)
+
+        with monkeypatch.context() as patch:
+            patch.setattr(sharing._Helper, "begin", interrupted)
+            with pytest.raises(KeyboardInterrupt):
+                kernel.batch(points, out=out)
         written = np.count_nonzero(out == out)
-        assert written < len(out)
+        assert written > 0
+        assert not any(helper._words[shares.Of.JOB] for helper in sharing._crew(sharing.os.getpid()).of(2))
         time.sleep(0.02)
         assert np.count_nonzero(out == out) == written
-        again = Told(200_000, lambda *_: time.sleep(0.005))
+        again = Told(200_000, Together(3))
         again.run()
         assert len(again.threads()) == 3
 
@@ -212,44 +260,46 @@ def test_with_little_to_do_no_thread_is_woken(monkeypatch):
     assert told.threads() == {threading.get_ident()}
 
 
-def test_what_comes_seldom_wakes_nobody_but_what_comes_in_a_row_does(monkeypatch):
+def test_what_comes_seldom_wakes_nobody_but_what_comes_in_a_row_does(monkeypatch, clock):
     monkeypatch.setattr(sharing, "cores", lambda: 3)
-    told = Told(100_000, lambda *_: time.sleep(0.002))
+    told = Told(100_000)
     helpers = sharing._crew(sharing.os.getpid()).of(2)
     for _ in range(3):
         assert all(asleep(helper) for helper in helpers)
-        time.sleep(2 * sharing.SOON)
+        clock.passes(2 * sharing.SOON)
         told.loop._pace = 1e-9  # 0.1 ms in all
         told.seen.clear()
         told.run()
         assert len(told.threads()) == 1
-    told.loop._pace = 1e-9
+    told.loop._pace, told.each = 1e-9, Together(3)
+    clock.passes(0.5 * sharing.SOON)
     told.run()
     assert len(told.threads()) == 3
 
 
-def test_with_more_to_do_for_each_point_threads_are_woken_sooner(monkeypatch):
+def test_with_more_to_do_for_each_point_threads_are_woken_sooner(monkeypatch, clock):
     monkeypatch.setattr(sharing, "cores", lambda: 3)
-    told = Told(8000, lambda *_: time.sleep(0.02))
+    told = Told(8000, lambda *_: clock.passes(0.02))
     told.run()
     assert len(told.threads()) == 1
+    told.each = Together(3)
     told.run()
     assert len(told.threads()) == 3
 
 
 @pytest.mark.usefixtures("cores")
-def test_few_points_that_take_long_are_shared():
-    told = Told(12, lambda first, last: time.sleep(0.003 * (last - first)))
-    told.run()
+def test_few_points_that_take_long_are_shared(clock):
+    told = Told(12, lambda first, last: clock.passes(0.003 * (last - first)))
+    told.run(parallel=False)
     told.seen.clear()
+    told.each = Together(3)
     told.run()
     assert len(told.threads()) == 3
     assert {size for _, _, size in told.seen} == {1, 2}
 
 
-def test_what_takes_too_little_to_tell_lowers_the_pace_only(monkeypatch):
-    monkeypatch.setattr(sharing, "_TELLING", 1.0)
-    told = Told(50)
+def test_what_takes_too_little_to_tell_lowers_the_pace_only(clock):
+    told = Told(50, lambda *_: clock.passes(0.5 * sharing._TELLING))
     told.loop._pace = 1e-2
     told.run(parallel=False)
     assert told.loop._pace < 1e-2
@@ -258,24 +308,38 @@ def test_what_takes_too_little_to_tell_lowers_the_pace_only(monkeypatch):
     assert told.loop._pace == 1e-12
 
 
-def test_waiting_for_others_is_no_part_of_what_a_point_takes(monkeypatch):
+def test_waiting_for_others_is_no_part_of_what_a_point_takes(monkeypatch, clock):
     monkeypatch.setattr(sharing, "cores", lambda: 2)
-    caller = threading.get_ident()
-    told = Told(40_000, lambda *_: time.sleep(0.002 if threading.get_ident() == caller else 0.2))
+    caller, functions, both, waits = threading.get_ident(), shares.functions(), Together(2), threading.Event()
+
+    def leave(*arguments):
+        waits.set()
+        functions.leave(*arguments)
+
+    def each(*_):
+        both()
+        if threading.get_ident() == caller:
+            clock.passes(0.002)
+        else:
+            waits.wait(LONG)
+            clock.passes(0.2)
+
+    monkeypatch.setattr(sharing, "functions", lambda: functions._replace(leave=leave))
+    told = Told(40_000, each)
     told.loop._pace = 1e-6
     told.run()
     assert len(told.threads()) == 2
     points = sum(size for thread, _, size in told.seen if thread == caller)
     shares_taken = sum(thread == caller for thread, _, _ in told.seen)
-    assert told.loop._pace < 10 * 0.002 * shares_taken / points
+    assert told.loop._pace == pytest.approx(0.002 * shares_taken / points)
 
 
 @pytest.mark.usefixtures("cores")
 def test_signals_are_left_to_other_threads():
-    masks = {}
+    masks, together = {}, Together(3)
 
     def each(*_):
-        time.sleep(0.002)
+        together()
         masks[threading.get_ident()] = signal.pthread_sigmask(signal.SIG_BLOCK, ())
 
     Told(100_000, each).run()
@@ -286,7 +350,7 @@ def test_signals_are_left_to_other_threads():
 
 
 @pytest.mark.usefixtures("cores")
-def test_where_no_thread_can_be_started_one_does_it_all_and_tries_again_later(monkeypatch):
+def test_where_no_thread_can_be_started_one_does_it_all_and_tries_again_later(monkeypatch, clock):
     tries = []
 
     def fail(*_):
@@ -302,8 +366,8 @@ def test_where_no_thread_can_be_started_one_does_it_all_and_tries_again_later(mo
             told.run()
             np.testing.assert_array_equal(told.results[:, 0], told.points[:, 0])
         assert len(tries) == 1
-    crew._failed -= 2.0
-    slow = Told(200_000, lambda *_: time.sleep(0.005))
+    clock.passes(2.0)
+    slow = Told(200_000, Together(3))
     slow.run()
     assert len(slow.threads()) == 3
 
@@ -332,7 +396,7 @@ atexit.register(lambda: print(abs(kernel.batch(x) - x[:, 0]).max() < 1e-15))
 @pytest.mark.parametrize("before", [True, False])
 def test_a_batch_at_the_end_of_the_interpreter_is_right(before):
     run = subprocess.run(
-        [sys.executable, "-c", AT_EXIT.format(before=before)], capture_output=True, text=True, timeout=60, check=False
+        [sys.executable, "-c", AT_EXIT.format(before=before)], capture_output=True, text=True, timeout=LONG, check=False
     )
     assert (run.stdout, run.stderr, run.returncode) == ("True\n", "", 0)
 
@@ -370,13 +434,18 @@ class Interrupt:
 
 @pytest.mark.usefixtures("cores")
 def test_an_interrupt_anywhere_costs_no_thread_and_leaves_none_writing():
-    told = Told(30_000, lambda *_: time.sleep(0.001))
+    told = Told(30_000)
     helpers, place, before = sharing._crew(sharing.os.getpid()).of(2), 0, sys.gettrace()
+
+    def pausing(*_):
+        time.sleep(0.001)
+
     while True:
         place += 1
         assert all(asleep(helper) for helper in helpers)
         interrupt = Interrupt(place)
         told.results[:] = np.nan
+        told.each = pausing
         sys.settrace(interrupt)
         try:
             told.run()
@@ -388,6 +457,7 @@ def test_an_interrupt_anywhere_costs_no_thread_and_leaves_none_writing():
         told.seen.clear()
         time.sleep(0.003)
         assert told.seen == []
+        told.each = Together(3)
         told.run()
         assert len(told.threads()) == 3
         if interrupt.left > 0:
