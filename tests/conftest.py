@@ -1,7 +1,14 @@
-"""How Hypothesis draws in all tests: the same in every run, and others where a seed is given."""
+"""How Hypothesis draws in all tests, the same in every run unless a seed is given; and how proofs measure time."""
+
+import importlib
+import pkgutil
+import time
+from types import SimpleNamespace
 
 import pytest
-from hypothesis import core, settings
+from hypothesis import HealthCheck, core, settings
+
+from fuzzyctl import analysis
 
 
 @pytest.hookimpl(trylast=True)  # once Hypothesis knows the seed
@@ -11,6 +18,22 @@ def pytest_configure():
     What is drawn also hangs on the modules of the project that are loaded, since Hypothesis tries the constants that it
     finds there.
     """
-    # Where all is drawn the same, a seed that is given would be unheeded.
-    settings.register_profile("same", derandomize=core.global_force_seed is None, print_blob=True)
+    settings.register_profile(
+        "same",
+        # Where all is drawn the same, a seed that is given would be unheeded.
+        derandomize=core.global_force_seed is None,
+        print_blob=True,
+        # Other processes may slow a test down at any time.
+        deadline=None,
+        suppress_health_check=[HealthCheck.too_slow],
+    )
     settings.load_profile("same")
+
+
+@pytest.fixture(autouse=True, scope="session")
+def processor_time_of_proofs():
+    """Have proofs in this process count what they compute, so that no verdict depends on what else the machine does."""
+    for found in pkgutil.iter_modules(analysis.__path__, "fuzzyctl.analysis."):
+        module = importlib.import_module(found.name)
+        if getattr(module, "time", None) is time:
+            module.time = SimpleNamespace(monotonic=time.thread_time)

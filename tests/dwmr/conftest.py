@@ -8,17 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import settings
 
 from dwmr import simulate
 from dwmr.cli.main import main
 from dwmr.fuzzy_gains import Rules
 from dwmr.metrics import measure
 from dwmr.scenario_file import ScenarioFile, find, read
-
-# the first example of a property may wait for the compiler
-settings.register_profile("compiled", deadline=None)
-settings.load_profile("compiled")
 
 
 @cache

@@ -1,5 +1,4 @@
 import json
-import time
 
 import pytest
 
@@ -20,6 +19,7 @@ from fuzzyctl.model.method import ACTIVATIONS, DEFUZZIFIERS
 from fuzzyctl.peer_words import PEER_REMARKS, PEER_WORDS
 from fuzzyctl.resolve.context import CLAIM_FUNCTIONS
 from fuzzyctl.source import SourceText, Span
+from tests.effort import at_most
 
 SOURCE = SourceText("a.fz", "one\nNS |  NM  NG  ZO\nthree\n")
 PLACE = Span(SOURCE, 14, 16)
@@ -117,10 +117,9 @@ class TestManyNames:
         assert closest("ter777", self.names) is None
 
     def test_thousands_of_slips_take_no_seconds(self):
-        start = time.perf_counter()
-        for i in range(3000):
-            closest(f"term_{i % 1000}q", self.names)
-        assert time.perf_counter() - start < 1.0
+        with at_most(1):
+            for i in range(3000):
+                closest(f"term_{i % 1000}q", self.names)
 
 
 class TestPeerWords:

@@ -1,12 +1,11 @@
 """Verdicts on guarantees: what is proved, what is refuted by a point, and what is honestly left open."""
 
-import time
-
 import pytest
 
 from fuzzyctl import Proved, Refuted, Undecided, load, loads, prove
 from fuzzyctl.analysis.extremes import extents
 from fuzzyctl.analysis.prove import Prover
+from tests.effort import at_most
 from tests.fuzzyctl.analysis.proving import CHAIN, CURVED, LINE, MAMDANI, SAMPLED, WEIGHTED, verdicts, words
 
 
@@ -147,9 +146,8 @@ class TestUndecided:
 
     def test_comparisons_of_many_alternatives_take_no_longer_than_others(self):
         many = f"max({', '.join(['u'] * 400)}) <= min({', '.join(['2'] * 400)})"
-        begun = time.process_time()
-        assert words(LINE, many) == ["Proved"]
-        assert time.process_time() - begun < 3
+        with at_most(3):
+            assert words(LINE, many) == ["Proved"]
 
     def test_time_is_kept_and_open_boxes_are_shown(self):
         (verdict,) = verdicts(CURVED, "u(-e, -de) == -u within 1e-13", timeout=0.2)

@@ -1,7 +1,6 @@
 """FML as JFML writes it, as drafts had it, and as people break it."""
 
 import math
-import time
 
 import pytest
 
@@ -12,6 +11,7 @@ from fuzzyctl.model.checks import check_model
 from fuzzyctl.model.method import Defuzzifier
 from fuzzyctl.model.rule import And, Is, Not, Or
 from fuzzyctl.source import SourceText
+from tests.effort import at_most
 
 FOOD = """<fuzzyVariable name="food" scale="" domainleft="0.0" domainright="10.0" type="input">
 <fuzzyTerm name="rancid" complement="false"><triangularShape param1="0.0" param2="2.0" param3="5.5"/></fuzzyTerm>
@@ -340,10 +340,9 @@ def test_a_conclusion_on_an_input_says_so():
 
 def test_many_terms_of_one_name_are_told_apart_in_time():
     one = '<fuzzyTerm name="rancid"><triangularShape param1="0" param2="2" param3="5"/></fuzzyTerm>'
-    begin = time.perf_counter()
-    system = sound(document(shape=TRAPEZOID).replace("</fuzzyVariable>", f"{one * 2000}</fuzzyVariable>", 1))
-    assert len({t.name for t in system.inputs[0].terms}) == 2002
-    assert time.perf_counter() - begin < 5
+    with at_most(5):
+        system = sound(document(shape=TRAPEZOID).replace("</fuzzyVariable>", f"{one * 2000}</fuzzyVariable>", 1))
+        assert len({t.name for t in system.inputs[0].terms}) == 2002
 
 
 LOW_POINTS = '<pointSetShape><point x="1" y="0"/><point x="3" y="0.8"/><point x="8" y="0"/></pointSetShape>'
@@ -583,11 +582,10 @@ BOMB = (
     ],
 )
 def test_what_could_expand_is_refused_at_once(text):
-    begin = time.perf_counter()
-    found = errors(text)
-    assert [e.code for e in found] == ["FZ602"]
-    assert "document type declaration" in found[0].message
-    assert time.perf_counter() - begin < 1
+    with at_most(1):
+        found = errors(text)
+        assert [e.code for e in found] == ["FZ602"]
+        assert "document type declaration" in found[0].message
 
 
 def test_an_empty_file_is_told():
@@ -617,9 +615,8 @@ def test_an_encoding_that_is_declared_says_nothing_of_a_text():
 
 def test_many_unknown_attributes_take_no_long():
     many = " ".join(f'a{i}="1"' for i in range(20_000))
-    start = time.perf_counter()
-    diagnostics = read(SourceText("x.fml", f"<fuzzySystem {many}></fuzzySystem>"))[1]
-    assert time.perf_counter() - start < 10  # 1 s; one search a value took minutes
+    with at_most(10):
+        diagnostics = read(SourceText("x.fml", f"<fuzzySystem {many}></fuzzySystem>"))[1]
     assert sum("has no effect" in d.message for d in diagnostics) == 20_000
 
 
