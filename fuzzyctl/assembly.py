@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +14,7 @@ from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.csv_table import parse_csv_table
 from fuzzyctl.lang.parser import parse
 from fuzzyctl.misspelt import closest
-from fuzzyctl.reading import read_source
+from fuzzyctl.reading import files_in, read_source
 from fuzzyctl.source import SourceText, Span
 
 #: Most files that one file may use, directly and through others.
@@ -96,7 +97,7 @@ def files_read(path: Path) -> tuple[Path, ...]:
     Raises:
         DiagnosticError: When it cannot be read; files that it names and that cannot be read are left out.
     """
-    tree, _ = parse(read_source(path))
+    tree, _ = parse(read_source(path, only_regular=True))
     reader = _Reader(path.parent)
     for statement in tree.statements:
         reader.fill(statement)
@@ -193,27 +194,28 @@ class _Reader:
             return None
         path = self.folder / name
         # A rule file from elsewhere must not be able to show what stands in other folders.
-        if Path(name).is_absolute() or not path.resolve().is_relative_to(self.folder.resolve()):
+        # Not Path.resolve, which raises for links in a circle.
+        if Path(name).is_absolute() or not Path(os.path.realpath(path)).is_relative_to(os.path.realpath(self.folder)):
             self._report(f"'{name}' lies outside the folder of this file", place, help="move it there or below")
             return None
         return path
 
     def _read(self, path: Path, place: Span) -> SourceText | None:
         try:
-            source = read_source(path)
+            source = read_source(path, only_regular=True)
             self.read.append(path)
             return source
         except DiagnosticError as error:
             (why,) = error.diagnostics
-            help_text = self._similar(path, place) if why.code == "FZ001" and not path.exists() else why.help
+            help_text = self._similar(path, place) if why.code == "FZ001" and not os.path.lexists(path) else why.help
             self._report(f"{place.text} cannot be used: {why.message}", place, facts=why.facts, help=help_text)
             return None
 
     def _similar(self, path: Path, place: Span) -> str:
         """Name the file of that kind that was most likely meant, from where the file that uses it stands."""
         user = Path(place.source.name).name
-        files = sorted(path.parent.glob(f"*{path.suffix}")) if path.suffix else []
-        names = [f.name for f in files if f.name != user or path.parent != self.folder]
+        files = files_in(path.parent, {path.suffix.lower()} - {""})
+        names = [name for name in files if name != user or path.parent != self.folder]
         near = closest(path.name, names)
         return f"did you mean '{path.with_name(near).relative_to(self.folder or path.parent)}'?" if near else ""
 

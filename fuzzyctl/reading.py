@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Collection
 from pathlib import Path
 from typing import Final
 
@@ -17,11 +18,17 @@ MAX_BYTES: Final = 1 << 20
 FOREIGN: Final = frozenset({".fll", ".fis", ".fcl", ".fml", ".xml"})
 
 
-def read_source(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES) -> SourceText:
+def read_source(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES, only_regular: bool = False) -> SourceText:
     """Read a file as text.
 
     A byte order mark is dropped; lines may end with LF or CRLF. Files of other tools may be UTF-16 with such a mark, or
     Windows-1252 in place of UTF-8, and lines may end with CR.
+
+    Args:
+        path: The file.
+        max_bytes: Largest size that is read.
+        only_regular: Whether pipes and devices are refused, which can block for ever: set for names that come from a
+            file. A user may name a pipe, such as `<(command)` of a shell.
 
     Raises:
         DiagnosticError: When the file is missing, a directory, unreadable, too large or not UTF-8 text.
@@ -31,6 +38,8 @@ def read_source(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES) -> 
     name = os.fspath(given) if isinstance(given, str | os.PathLike) else None
     if not isinstance(name, str) or "\0" in name:
         raise ArgumentError(f"the path of a rule file is due, got {path!r:.80}; 'loads' takes texts")
+    if only_regular and is_special(name):
+        raise DiagnosticError([Diagnostic("FZ001", "this is not a regular file", file=name)])
     try:
         with Path(name).open("rb") as file:
             data = file.read(max_bytes + 1)
@@ -40,6 +49,11 @@ def read_source(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES) -> 
         message = f"the file is larger than {max_bytes:,} bytes"
         raise DiagnosticError([Diagnostic("FZ003", message, file=name, help="a rule file has a few kilobytes")])
     return decode(data, name)
+
+
+def is_special(path: str | os.PathLike[str]) -> bool:
+    """Return whether a path names a pipe, a device or a socket."""
+    return os.path.exists(path) and not os.path.isfile(path) and not os.path.isdir(path)
 
 
 def decode(data: bytes, name: str) -> SourceText:
@@ -98,6 +112,13 @@ def _neighbours(name: str) -> str:
     """Name the rule file that was most likely meant."""
     folder = Path(name).parent
     suffixes = FOREIGN | {".fz"} if Path(name).suffix.lower() in FOREIGN else {".fz"}
-    names = sorted(p.name for p in folder.iterdir() if p.suffix.lower() in suffixes) if folder.is_dir() else []
-    near = closest(Path(name).name, names)
+    near = closest(Path(name).name, files_in(folder, suffixes))
     return f"did you mean '{folder / near}'?" if near else ""
+
+
+def files_in(folder: Path, suffixes: Collection[str]) -> list[str]:
+    """Return the names in a folder that end with one of some suffixes, sorted; none where it cannot be listed."""
+    try:
+        return sorted(name for name in os.listdir(folder) if Path(name).suffix.lower() in suffixes)
+    except OSError:
+        return []

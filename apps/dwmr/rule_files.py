@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from fuzzyctl.assembly import files_read
 from fuzzyctl.errors import Diagnostic, DiagnosticError
 from fuzzyctl.misspelt import closest, did_you_mean
+from fuzzyctl.reading import is_special
 from fuzzyctl.shipped import rules_folder
 
 if TYPE_CHECKING:
@@ -67,11 +68,17 @@ class RuleFiles:
         folders = (*self.folders, rules_folder())
         for folder in folders:
             if _exists(folder / name):
-                return folder / name
+                return self._regular(role, folder / name)
         places = ", ".join(str(f) for f in folders)
         key = f"rules.{role}.file"
         message = f"{key} = {name!r} names a rule file that does not exist"
         raise DiagnosticError([self.places.diagnostic("FZ904", key, message, facts=(f"looked in {places}",))])
+
+    def _regular(self, role: str, path: Path) -> Path:
+        if is_special(path):  # reading could block for ever
+            key = f"rules.{role}.file"
+            raise DiagnosticError([self.places.diagnostic("FZ904", key, f"{key}: {path} is not a regular file")])
+        return path
 
     def require_use_of(self, folder: Path) -> None:
         """Refuse a folder of rule files that holds none of the files the scenario names.

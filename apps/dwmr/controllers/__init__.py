@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
+import os
 import pkgutil
 import traceback
 from functools import cache
@@ -97,7 +98,8 @@ def find(name: str, folder: Path | None = None) -> ModuleType:
 def _own(name: str, folder: Path) -> Path | None:
     """Return the file of a law of one's own, or None; only a name that Python could import is looked for."""
     path = folder / f"{name}.py"
-    return path.resolve() if name.isidentifier() and path.is_file() else None
+    # Not Path.is_file, which raises for names that are too long.
+    return path.resolve() if name.isidentifier() and os.path.isfile(path) else None
 
 
 @cache

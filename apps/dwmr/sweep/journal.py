@@ -13,6 +13,7 @@ from typing import Any, BinaryIO
 from dwmr.sweep.about import differences
 from dwmr.sweep.work import Outcome
 from fuzzyctl.errors import Diagnostic, DiagnosticError
+from fuzzyctl.reading import is_special
 
 NAME = "journal.jsonl"
 #: What the results of a finished sweep rest on.
@@ -50,6 +51,8 @@ def journal(folder: Path, about: Mapping[str, Any], resume: bool) -> Iterator[Jo
         DiagnosticError: When a journal is there and must not be lost, or rests on something else, or is in use.
     """
     path = folder / NAME
+    if is_special(path):  # reading could block for ever
+        raise _refused(path, "is not a regular file")
     try:
         file = os.fdopen(os.open(path, os.O_RDWR | os.O_CREAT, 0o666), "r+b")
     except OSError as error:
@@ -109,6 +112,8 @@ def require_own(folder: Path, names: Sequence[str]) -> None:
 
 def _finished(folder: Path) -> dict[str, Any] | None:
     """Return what the results in a folder rest on, None where there are none of a sweep."""
+    if is_special(folder / ABOUT):
+        return None
     try:
         before = json.loads((folder / ABOUT).read_text(encoding="utf-8"))
     except (OSError, ValueError):
