@@ -12,6 +12,7 @@ from dwmr.quantities import FARTHEST
 from dwmr.splines import FloatArray
 from fuzzyctl.errors import Diagnostic, DiagnosticError
 from fuzzyctl.misspelt import did_you_mean
+from fuzzyctl.numerals import to_number
 from fuzzyctl.source import SourceText, Span
 
 #: A path file beyond this is refused before it is read [bytes].
@@ -140,7 +141,9 @@ def _fault(value: float | None) -> str:
 
 def _number(text: str) -> float | None:
     try:
-        return None if "_" in text else float(text)  # Python alone takes 1_000 for a number
+        return to_number(text)
+    except OverflowError:
+        return math.inf
     except ValueError:
         return None
 

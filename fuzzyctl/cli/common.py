@@ -18,6 +18,7 @@ import click
 from fuzzyctl.errors import Diagnostic, DiagnosticError, FuzzyctlError, render_all
 from fuzzyctl.misspelt import closest
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.numerals import to_number
 
 #: Exit codes: done; diagnostics, refuted or diverged; wrong usage; undecided.
 DONE: Final = 0
@@ -242,19 +243,6 @@ def _split(text: str, known: Sequence[str]) -> tuple[str, str, str]:
             return name, "=", "=".join(parts[count:])
     name, equals, number = text.partition("=")
     return unicodedata.normalize("NFC", name.strip()), equals, number
-
-
-def to_number(text: str) -> float:
-    """Read a number; `inf` and `nan` are numbers, what overflows is not.
-
-    Raises:
-        OverflowError: For a number that a double cannot hold.
-        ValueError: For a text that is no number.
-    """
-    value = float(text)
-    if math.isinf(value) and any(c.isdigit() for c in text):
-        raise OverflowError
-    return value
 
 
 def _list(names: Sequence[str]) -> str:

@@ -27,10 +27,10 @@ from fuzzyctl.cli.common import (
     plain,
     point_of,
     show,
-    to_number,
 )
 from fuzzyctl.errors import Diagnostic, DiagnosticError
 from fuzzyctl.misspelt import closest
+from fuzzyctl.numerals import to_number
 
 if TYPE_CHECKING:
     from fuzzyctl.kernels.compile import Kernel

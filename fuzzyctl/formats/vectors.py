@@ -9,6 +9,7 @@ from collections.abc import Callable
 from typing import Final
 
 from fuzzyctl.expr import Number
+from fuzzyctl.numerals import TOO_LARGE
 from fuzzyctl.source import Span
 
 #: Deepest nesting of parentheses.
@@ -18,7 +19,7 @@ _DEEPEST: Final = 20
 _LONGEST: Final = 20_000
 
 _TOKEN: Final = re.compile(
-    r"(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?)|(?P<name>[A-Za-z_]\w*)|(?P<sign>[-+*/^(),;])"
+    r"(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?)|(?P<name>[A-Za-z_]\w*)|(?P<sign>[-+*/^(),;])", re.ASCII
 )
 
 _NAMES: Final = {"pi": math.pi, "inf": math.inf, "infinity": math.inf, "eps": 2.0**-52}
@@ -29,9 +30,9 @@ _Token = tuple[str, str, int, int, bool]
 class VectorError(ValueError):
     """Raised for a text that is no vector; `start` and `end` are places in the text."""
 
-    def __init__(self, message: str, start: int, end: int) -> None:
+    def __init__(self, message: str, start: int, end: int, code: str = "FZ601") -> None:
         super().__init__(message)
-        self.message, self.start, self.end = message, start, end
+        self.message, self.start, self.end, self.code = message, start, end, code
 
 
 def read_vector(span: Span) -> tuple[Number, ...]:
@@ -46,7 +47,7 @@ def read_vector(span: Span) -> tuple[Number, ...]:
     try:
         return _Vector(span.text).read(span)
     except VectorError as error:
-        raise VectorError(error.message, span.start + error.start, span.start + error.end) from None
+        raise VectorError(error.message, span.start + error.start, span.start + error.end, error.code) from None
 
 
 class _Vector:
@@ -117,7 +118,7 @@ class _Vector:
         kind, text, start, end, _ = self.tokens[self.next]
         self.next += 1
         if kind == "number":
-            return float(text.replace("d", "e").replace("D", "e"))
+            return _finite(float(text.replace("d", "e").replace("D", "e")), start, end)
         if kind == "name" and text.lower() in _NAMES:
             return _NAMES[text.lower()]
         if text == "(":
@@ -148,7 +149,13 @@ class _Vector:
             raise VectorError("the value cannot be computed", start, end) from None
         if isinstance(value, complex) or math.isnan(value):
             raise VectorError("the value is not a real number", start, end)
-        return value
+        return value if math.isinf(left) or math.isinf(right) else _finite(value, start, end)
+
+
+def _finite(value: float, start: int, end: int) -> float:
+    if math.isinf(value):
+        raise VectorError(TOO_LARGE, start, end, "FZ108")
+    return value
 
 
 def _tokens(text: str) -> list[_Token]:

@@ -58,7 +58,7 @@ def _value(context: Context, option: sx.Option, words: tuple[str, ...]) -> str |
     match option.name.text:
         case "resolution":
             low, high = RESOLUTIONS
-            if text.isdigit() and low <= int(text) <= high:
+            if text.isdecimal() and low <= int(text) <= high:
                 return int(text)
             context.report("FZ302", f"resolution = {text} is no whole number from {low} to {high}", span)
         case "tolerance":

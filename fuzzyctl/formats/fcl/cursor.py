@@ -11,6 +11,7 @@ from fuzzyctl.expr import Expr, Name, Number
 from fuzzyctl.formats.fcl.syntax import Word
 from fuzzyctl.formats.fcl.tokens import Token, tokenize
 from fuzzyctl.misspelt import did_you_mean, listed
+from fuzzyctl.numerals import TOO_LARGE
 from fuzzyctl.source import SourceText, Span
 
 #: Deepest nesting of parentheses.
@@ -124,7 +125,7 @@ class Cursor:
         if number is not None:
             self.take()
             if math.isinf(number) and not token.word:
-                raise Slip(Diagnostic("FZ108", "a double cannot hold this number", self.span(first)))
+                raise Slip(Diagnostic("FZ108", TOO_LARGE, self.span(first)))
             return Number(-number if sign == "-" else number, "", self.span(first))
         if token.kind == "name" and not sign:
             self.take()

@@ -14,7 +14,7 @@ Kind = Literal["name", "number", "symbol", "end"]
 #: What one token is. A number stops before `..`, and a name may have dots inside, as those of fuzzylite do.
 _TOKEN: Final = re.compile(
     r"""(?P<blank>[\s\ufeff\u200b]+)
-    | (?P<number>(?:\d+(?:\.(?!\.)\d*)?|\.\d+)(?:[eE][+-]?\d+)?)
+    | (?P<number>(?:[0-9]+(?:\.(?!\.)[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)
     | (?P<name>[^\W\d]\w*(?:\.(?!\.)\w+)*)
     | (?P<symbol>:=|\.\.+|[:;,()+\-*/^%|=])
     """,

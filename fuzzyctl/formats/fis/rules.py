@@ -16,6 +16,7 @@ from fuzzyctl.formats.fis.words import Dialect
 from fuzzyctl.misspelt import counted
 from fuzzyctl.model.guarantee import Hedge
 from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Or, Rule
+from fuzzyctl.numerals import to_number
 from fuzzyctl.source import Span
 
 #: Antecedent numbers, consequent numbers, weight and connective.
@@ -116,7 +117,7 @@ def _codes(line: Span, start: int, end: int, findings: Findings) -> tuple[Code, 
 
 def _decimal(text: str) -> Decimal | None:
     """Return the number of a term, exactly as written; None for what is no such number."""
-    if len(text) > 20:
+    if len(text) > 20 or not text.isascii() or "_" in text:
         return None
     try:
         value = Decimal(text)
@@ -129,8 +130,8 @@ def _weight(line: Span, start: int, end: int, findings: Findings) -> Number | No
     text = line.text[start:end].strip()
     span = Span(line.source, line.start + start, line.start + end)
     try:
-        value = float(text)
-    except ValueError:
+        value = to_number(text)
+    except (ValueError, OverflowError):
         findings.error("FZ601", f"the weight is a number, got '{text[:20]}'", span, help=_FORM)
         return None
     if not 0 <= value <= 1:

@@ -13,7 +13,7 @@ from fuzzyctl.source import SourceText, Span
 #: What opens and closes a string; word processors make the curly ones.
 QUOTES: Final = {"'": "'", '"': '"', "\u2018": "\u2019", "\u201c": "\u201d"}
 
-_HEADER: Final = re.compile(r"\[ *([A-Za-z_]+?) *(\d*) *\]")
+_HEADER: Final = re.compile(r"\[ *([A-Za-z_]+?) *([0-9]*) *\]")
 
 #: Names of sections in small letters.
 KINDS: Final = ("system", "input", "output", "rules")

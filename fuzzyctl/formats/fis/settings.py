@@ -99,7 +99,7 @@ def fuzzylite_version(file: Sections) -> int | None:
         return said
     for section in file.of("system"):
         entry = section.entry("Version")
-        match = re.match(r"'?(\d{1,3})", entry.value.text) if entry is not None else None
+        match = re.match(r"'?([0-9]{1,3})", entry.value.text) if entry is not None else None
         if match is not None and int(match.group(1)) >= 3:
             return int(match.group(1))
     return None

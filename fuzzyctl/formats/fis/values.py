@@ -12,7 +12,7 @@ from fuzzyctl.formats.fis.sections import QUOTES, Entry, trimmed
 from fuzzyctl.formats.vectors import VectorError, read_vector
 from fuzzyctl.source import Span
 
-_COUNT: Final = re.compile(r"(\d{1,9})(?:\.0*)? *[;,]?$")
+_COUNT: Final = re.compile(r"(\d{1,9})(?:\.0*)? *[;,]?$", re.ASCII)
 
 
 #: What switches of fuzzylite's are where they are on.
@@ -69,7 +69,8 @@ def vector(span: Span, findings: Findings) -> tuple[Number, ...] | None:
         return read_vector(inner)
     except VectorError as error:
         place = Span(span.source, error.start, max(error.end, error.start + 1))
-        findings.error("FZ601", error.message, place, help="parameters are numbers, such as [0 2.5 pi/2]")
+        help_text = "parameters are numbers, such as [0 2.5 pi/2]" if error.code == "FZ601" else "write Inf"
+        findings.error(error.code, error.message, place, help=help_text)
         return None
 
 

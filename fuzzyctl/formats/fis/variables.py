@@ -24,7 +24,7 @@ from fuzzyctl.model.variable import Membership, Term
 from fuzzyctl.source import Span
 
 #: The key of a membership function: its number, and U or L of interval type-2 sets.
-_NUMBERED: Final = re.compile(r"mf *(\d{1,6}) *([ul]?)$", re.IGNORECASE)
+_NUMBERED: Final = re.compile(r"mf *([0-9]{1,6}) *([ul]?)$", re.IGNORECASE)
 
 #: Keys in small letters; those after the first three are fuzzylite's.
 _KEYS: Final = (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Collection
 from typing import Final
@@ -10,6 +11,7 @@ from fuzzyctl.expr import Binary, BinaryOp, Call, Expr, Name, Negate, Number
 from fuzzyctl.formats.findings import Reading
 from fuzzyctl.formats.functions import ARGUMENTS, expanded, is_too_large, is_truth, negation, truth
 from fuzzyctl.misspelt import counted
+from fuzzyctl.numerals import TOO_LARGE
 from fuzzyctl.source import Span
 
 #: Deepest nesting of parentheses and signs.
@@ -22,7 +24,7 @@ _LONGEST: Final = 2000
 _MOST_OPERANDS: Final = 50
 
 _TOKEN: Final = re.compile(
-    r"(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|(?P<name>[^\W\d][\w.]*)|(?P<sign>\*\*|\.[-+]|[-+*/%^(),!~])"
+    r"(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)|(?P<name>[^\W\d][\w.]*)|(?P<sign>\*\*|\.[-+]|[-+*/%^(),!~])"
 )
 
 #: Functions of fuzzylite that are here too, with the number of their arguments.
@@ -218,7 +220,9 @@ class _Formula:
             self.depth -= 1
             self._expect(")", place)
             return inner
-        if text[0].isdigit() or text[0] == ".":
+        if text[0] in "0123456789.":
+            if math.isinf(float(text)):
+                raise FormulaError(TOO_LARGE, place, "FZ108")
             return Number(float(text), span=place)
         if self._peek() == "(" and text not in self.names:
             return self._call(text, place)

@@ -13,6 +13,7 @@ from fuzzyctl.formats.findings import Findings, meant
 from fuzzyctl.formats.fll.words import HEDGE_WORDS
 from fuzzyctl.formats.odd_terms import NOT_BEYOND
 from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Or, Rule
+from fuzzyctl.numerals import to_number
 from fuzzyctl.source import Span
 
 _TOKEN: Final = re.compile(r"[()]|[^\s()]+")
@@ -247,8 +248,8 @@ class _RuleText:
         self.next += 1
         place = self._take("a weight")
         try:
-            value = float(place.text) if "_" not in place.text else math.nan
-        except ValueError:
+            value = to_number(place.text)
+        except (ValueError, OverflowError):
             value = math.nan
         if math.isnan(value):
             raise RuleError("FZ601", f"the weight is a number, got '{place.text[:40]}'", place, _FORM)

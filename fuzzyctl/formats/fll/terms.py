@@ -15,6 +15,7 @@ from fuzzyctl.formats.fll.words import TERM_WORDS, TERMS, TermWord
 from fuzzyctl.formats.odd_terms import NOT_BEYOND, membership_as_computed, step_to_itself, with_places
 from fuzzyctl.misspelt import counted
 from fuzzyctl.model.variable import Membership, Term
+from fuzzyctl.numerals import TOO_LARGE, to_number
 from fuzzyctl.source import Span
 
 _WORD: Final = re.compile(r"\S+")
@@ -65,10 +66,13 @@ def words(span: Span) -> list[Span]:
 def number(span: Span, findings: Findings) -> Number | None:
     """Return a number, which may be infinite; None for what is none."""
     try:
-        value = float(span.text)
+        value = to_number(span.text)
+    except OverflowError:
+        findings.error("FZ108", TOO_LARGE, span, help="write 'inf'")
+        return None
     except ValueError:
         value = math.nan
-    if math.isnan(value) or "_" in span.text:
+    if math.isnan(value):
         findings.error("FZ601", f"'{span.text[:40]}' is no number", span)
         return None
     return Number(value, span=span)

@@ -11,6 +11,7 @@ from fuzzyctl.errors import Diagnostic
 from fuzzyctl.expr import Number
 from fuzzyctl.formats.fml.document import Element
 from fuzzyctl.misspelt import did_you_mean, listed
+from fuzzyctl.numerals import to_number
 from fuzzyctl.source import Span
 
 #: Attributes that any element may have.
@@ -94,8 +95,8 @@ class Scope:
     def parsed(self, text: str, what: str, span: Span) -> Number | None:
         """Return a finite number, None with an error for any other text."""
         try:
-            value = float(text.strip()) if "_" not in text else math.nan
-        except ValueError:
+            value = to_number(text)
+        except (ValueError, OverflowError):
             value = math.nan
         if not math.isfinite(value):
             self.error("FZ601", f"{what} is '{text.strip()[:40]}', which is not a finite number", span)

@@ -1,0 +1,30 @@
+"""Reads decimal numbers strictly: ASCII digits, no underscores, and no infinity that was not written as one."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Final
+
+#: What a number is; Python's `float` also takes underscores and the digits of all scripts.
+_NUMBER: Final = re.compile(
+    r"[ \t\r\n]*[+-]?((?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?|inf|infinity|nan)[ \t\r\n]*", re.ASCII | re.IGNORECASE
+)
+
+#: What is said of a number that no double can hold.
+TOO_LARGE: Final = "a double cannot hold this number"
+
+
+def to_number(text: str) -> float:
+    """Read a number; `inf` and `nan` are numbers, what overflows is not.
+
+    Raises:
+        OverflowError: For a number that a double cannot hold.
+        ValueError: For a text that is no number.
+    """
+    if _NUMBER.fullmatch(text) is None:
+        raise ValueError(text)
+    value = float(text)
+    if math.isinf(value) and any(c in "0123456789" for c in text):
+        raise OverflowError(TOO_LARGE)
+    return value
