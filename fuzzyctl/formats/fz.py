@@ -13,6 +13,7 @@ from fuzzyctl.errors import ValueOutOfBoundsError
 from fuzzyctl.expr import ONE, Expr, Number, number_text, to_text
 from fuzzyctl.files import written_whole
 from fuzzyctl.lang.formatter import format_source
+from fuzzyctl.lang.syntax import MAX_NAME
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.method import Activation, Defuzzifier, Method
 from fuzzyctl.model.profiles import PROFILES, UNSET, Profile
@@ -37,12 +38,24 @@ def dumps(system: FuzzySystem) -> str:
         systems that guarantees name follow it: `loads` then takes `system=system.name`.
 
     Raises:
-        ValueOutOfBoundsError: For a title, label, unit or citation that a `.fz` string cannot hold.
+        ValueOutOfBoundsError: For a name, title, label, unit or citation that a `.fz` file cannot hold; names of other
+            formats may be such, and `fuzzyctl convert` changes them.
         ArgumentError: For what is no system.
     """
     arguments.instance("the system", FuzzySystem, "a FuzzySystem", system)
+    _require_names(system)
     raw = "\n".join(_lines(system)) + "\n"
     return format_source(SourceText(system.name, raw))
+
+
+def _require_names(system: FuzzySystem) -> None:
+    """Refuse names that would not be read back."""
+    variables = (*system.inputs, *system.outputs)
+    named = (system, *system.params, *system.hedges, *variables, *system.rule_blocks)
+    for name in (*(n.name for n in named), *(t.name for v in variables for t in v.terms)):
+        if len(name) > MAX_NAME or not name.isidentifier():
+            bound = f"letters, digits and '_', at most {MAX_NAME} characters, and not begin with a digit"
+            raise ValueOutOfBoundsError("a name of a rule file", name[:60], bound)
 
 
 def dump(system: FuzzySystem, path: str | os.PathLike[str]) -> None:

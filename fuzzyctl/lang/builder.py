@@ -17,9 +17,6 @@ from fuzzyctl.source import SourceText, Span
 #: What a name may be made of.
 NAME_RULE: Final = "a name begins with a letter or '_' and goes on with letters, digits and '_'"
 
-#: Longest name.
-MAX_NAME: Final = 200
-
 _Tree = TypeVar("_Tree", ex.Expr, sx.Truth)
 
 
@@ -45,8 +42,8 @@ class Builder(Transformer[Token, Any]):
         return Span(self.source, self.base + token.start_pos, self.base + token.end_pos)
 
     def _word(self, token: Token) -> sx.Word:
-        if len(token) > MAX_NAME:
-            message = f"the name has {len(token)} characters, more than {MAX_NAME}"
+        if len(token) > sx.MAX_NAME:
+            message = f"the name has {len(token)} characters, more than {sx.MAX_NAME}"
             self.problems.append(Diagnostic("FZ107", message, self._at(token), help="shorten it"))
         text = unicodedata.normalize("NFC", str(token))
         if token.type in ("NAME", "MEMBER") and not all(part.isidentifier() for part in text.split(".")):

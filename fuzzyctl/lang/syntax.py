@@ -42,6 +42,9 @@ RESERVED: Final = frozenset({"and", "or", "not", "then", "weight", "inf", "pi"})
 #: A name, as a regular expression; combining marks belong to it, since text may come in decomposed form.
 NAME: Final = r"[^\W\d][\w\u0300-\u036f]*"
 
+#: Longest name.
+MAX_NAME: Final = 200
+
 
 @record(frozen=True, slots=True)
 class Word:

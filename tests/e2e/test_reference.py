@@ -17,8 +17,8 @@ from fuzzyctl import build, errors, expr, formulas
 from fuzzyctl.assembly import MAX_FILES
 from fuzzyctl.cli.main import main as fuzzyctl_commands
 from fuzzyctl.lang import syntax
-from fuzzyctl.lang.builder import MAX_NAME
 from fuzzyctl.lang.grammar import grammar_text
+from fuzzyctl.lang.syntax import MAX_NAME
 from fuzzyctl.model.method import ACTIVATIONS, DEFUZZIFIERS, Grid
 from fuzzyctl.model.profiles import PROFILES
 from fuzzyctl.model.variable import Fallback

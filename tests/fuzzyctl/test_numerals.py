@@ -14,7 +14,11 @@ SAMPLES = Path(__file__).parent / "formats"
 #: For each format a file that is read without errors, and a number of it to replace.
 PLACES = {
     "fz range": ("x.fz", "system s\ninput x in [0, 7.5]\n  terms a b\noutput y in [0, 1]\n  terms c d\n", "7.5"),
-    "fz term": ("x.fz", "system s\ninput x in [0, 8]\n  a = triangle(0, 7.5, 8)\noutput y in [0, 1]\n  terms c\n", "7.5"),
+    "fz term": (
+        "x.fz",
+        "system s\ninput x in [0, 8]\n  a = triangle(0, 7.5, 8)\noutput y in [0, 1]\n  terms c\n",
+        "7.5",
+    ),
     "fis parameter": ("x.fis", (SAMPLES / "samples/tipper.fis").read_text(), "[7 9 10 10]"),
     "fis range": ("x.fis", (SAMPLES / "samples/tipper.fis").read_text(), "Range=[0 30]"),
     "fis count": ("x.fis", (SAMPLES / "samples/tipper.fis").read_text(), "NumMFs=2"),

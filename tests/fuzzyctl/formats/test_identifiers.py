@@ -70,3 +70,42 @@ def test_a_system_that_is_called_otherwise_keeps_its_name_as_its_title(name, tit
     )
     found, _ = with_identifiers(system.model_copy(update={"name": name, "title": title}))
     assert (found.name, found.title) == (name.replace(" & ", "_"), expected)
+
+
+FOREIGN = {
+    "x.fis": "[System]\nName='NAME'\nType='mamdani'\nNumInputs=1\nNumOutputs=1\nNumRules=1\nAndMethod='min'\n"
+    "OrMethod='max'\nImpMethod='min'\nAggMethod='max'\nDefuzzMethod='centroid'\n"
+    "[Input1]\nName='NAME'\nRange=[0 1]\nNumMFs=1\nMF1='NAME':'trimf',[-1 0 2]\n"
+    "[Output1]\nName='oNAME'\nRange=[0 1]\nNumMFs=1\nMF1='NAME':'trimf',[0 1 2]\n[Rules]\n1, 1 (1) : 1\n",
+    "x.fll": "Engine: NAME\nInputVariable: NAME\n  range: 0 1\n  term: NAME Triangle -1 0 2\n"
+    "OutputVariable: oNAME\n  range: 0 1\n  aggregation: Maximum\n  defuzzifier: Centroid 100\n  default: nan\n"
+    "  term: NAME Triangle 0 1 2\nRuleBlock:\n  conjunction: Minimum\n  disjunction: Maximum\n"
+    "  implication: Minimum\n  activation: General\n  rule: if NAME is NAME then oNAME is NAME\n",
+    "x.fcl": "FUNCTION_BLOCK NAME\nVAR_INPUT NAME : REAL; END_VAR\nVAR_OUTPUT oNAME : REAL; END_VAR\n"
+    "FUZZIFY NAME\nTERM NAME := (-1, 0) (0, 1) (2, 0);\nEND_FUZZIFY\nDEFUZZIFY oNAME\n"
+    "TERM NAME := (0, 0) (1, 1) (2, 0);\nMETHOD : COG;\nDEFAULT := 0;\nEND_DEFUZZIFY\nRULEBLOCK No1\nAND : MIN;\n"
+    "ACT : MIN;\nACCU : MAX;\nRULE 1 : IF NAME IS NAME THEN oNAME IS NAME;\nEND_RULEBLOCK\nEND_FUNCTION_BLOCK\n",
+}
+
+
+@pytest.mark.parametrize("length", [199, 200, 201, 1000])
+@pytest.mark.parametrize("file", FOREIGN)
+def test_a_long_name_of_another_format_is_written_only_where_it_is_read_back(file, length):
+    system = fuzzyctl.loads(FOREIGN[file].replace("NAME", "n" * (length - 1)), file)
+    assert len(system.outputs[0].name) == length
+    if length <= 200:
+        assert fuzzyctl.loads(fuzzyctl.dumps(system)).outputs[0].name == system.outputs[0].name
+    else:
+        with pytest.raises(fuzzyctl.ValueOutOfBoundsError, match="at most 200 characters"):
+            fuzzyctl.dumps(system)
+    named, losses = with_identifiers(system)
+    assert fuzzyctl.loads(fuzzyctl.dumps(named)).outputs[0].name == named.outputs[0].name
+    assert bool(losses) == (length > 192)
+
+
+@pytest.mark.parametrize("name", ["two words", "a\x1b[2Jb", "a\u202eb", "1st"])
+def test_a_name_that_no_rule_file_can_hold_is_not_written(name):
+    system = fuzzyctl.loads(FOREIGN["x.fis"].replace("NAME", name), "x.fis")
+    with pytest.raises(fuzzyctl.ValueOutOfBoundsError, match="a name of a rule file"):
+        fuzzyctl.dumps(system)
+    fuzzyctl.loads(fuzzyctl.dumps(with_identifiers(system)[0]))
