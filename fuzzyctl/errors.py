@@ -11,6 +11,7 @@ from fuzzyctl.codes import CODES as CODES
 from fuzzyctl.codes import WARNINGS as WARNINGS
 from fuzzyctl.misspelt import did_you_mean
 from fuzzyctl.source import Span
+from fuzzyctl.terminal import printable, spelt
 
 #: A hint is no mistake by itself; it fails nothing, unless its code is denied.
 Severity = Literal["error", "warning", "hint"]
@@ -80,22 +81,29 @@ class Diagnostic:
         return data
 
 
-def render(diagnostic: Diagnostic, *, color: bool = False) -> str:
-    """Return a diagnostic as text with its source line and a caret under the place."""
+def render(diagnostic: Diagnostic, *, color: bool = False, encoding: str | None = None) -> str:
+    """Return a diagnostic as text with its source line and a caret under the place.
+
+    Args:
+        diagnostic: The diagnostic; characters of its texts that a terminal would act on are replaced.
+        color: Whether to use the colours of a terminal.
+        encoding: Of where it is printed, for the place of the caret; None for one that has all characters.
+    """
     paint = _paint if color else _plain
     tone = _TONES[diagnostic.severity]
-    place = f"{diagnostic.place}: " if diagnostic.place else ""
+    place = f"{printable(diagnostic.place)}: " if diagnostic.place else ""
     head = f"{paint(place, 'bold')}{paint(f'{diagnostic.severity}[{diagnostic.code}]', tone)}: "
-    lines = [head + paint(diagnostic.message, "bold")]
+    lines = [head + paint(printable(diagnostic.message), "bold")]
     margin = 1
     if diagnostic.span is not None:
         margin = len(str(diagnostic.span.line)) + 1
-        lines.extend(_excerpt(diagnostic.span, margin, paint, tone))
+        lines.extend(_excerpt(diagnostic.span, margin, paint, tone, encoding))
     pad = " " * margin
-    lines.extend(f"{pad}= {fact}" for fact in diagnostic.facts)
-    lines.extend(f"{pad}= {note.message} ({_other_place(note.span, diagnostic)})" for note in diagnostic.notes)
+    lines.extend(f"{pad}= {printable(fact)}" for fact in diagnostic.facts)
+    notes = (f"{note.message} ({_other_place(note.span, diagnostic)})" for note in diagnostic.notes)
+    lines.extend(f"{pad}= {printable(note)}" for note in notes)
     if diagnostic.help:
-        lines.append(f"{pad}= {paint('help', 'cyan')}: {diagnostic.help}")
+        lines.append(f"{pad}= {paint('help', 'cyan')}: {printable(diagnostic.help)}")
     return "\n".join(lines)
 
 
@@ -103,10 +111,10 @@ def render(diagnostic: Diagnostic, *, color: bool = False) -> str:
 MOST_SHOWN = 200
 
 
-def render_all(diagnostics: Iterable[Diagnostic], *, color: bool = False) -> str:
-    """Return several diagnostics as text, one blank line between them; of very many only the first."""
+def render_all(diagnostics: Iterable[Diagnostic], *, color: bool = False, encoding: str | None = None) -> str:
+    """Return several diagnostics as text, one blank line between them; of very many only the first; see `render`."""
     found = list(diagnostics)
-    shown = [render(d, color=color) for d in found[:MOST_SHOWN]]
+    shown = [render(d, color=color, encoding=encoding) for d in found[:MOST_SHOWN]]
     if len(found) > MOST_SHOWN:
         shown.append(f"... and {len(found) - MOST_SHOWN} more")
     return "\n\n".join(shown)
@@ -117,15 +125,18 @@ def _other_place(span: Span, diagnostic: Diagnostic) -> str:
     return f"line {span.line}" if same else f"{span.source.name}:{span.line}"
 
 
-def _excerpt(span: Span, margin: int, paint: Any, tone: str) -> list[str]:
+def _excerpt(span: Span, margin: int, paint: Any, tone: str, encoding: str | None) -> list[str]:
     raw = span.source.line_text(span.line)
     offset = span.column - 1
     length = max(1, min(span.end - span.start, len(raw) - offset))
     shown, offset = _window(raw, offset, length)
-    length = max(1, min(length, len(shown) - offset))
-    caret = " " * _width(shown[:offset]) + paint("^" * max(1, _width(shown[offset : offset + length])), tone)
+    end = offset + max(1, min(length, len(shown) - offset))
+    before, marked, behind = (
+        spelt(printable(part), encoding) for part in (shown[:offset], shown[offset:end], shown[end:])
+    )
+    caret = " " * _width(before) + paint("^" * max(1, _width(marked)), tone)
     bar = paint(" " * margin + "|", "blue")
-    return [bar, f"{paint(f'{span.line:>{margin - 1}} |', 'blue')} {_visible(shown)}", f"{bar} {caret}"]
+    return [bar, f"{paint(f'{span.line:>{margin - 1}} |', 'blue')} {before}{marked}{behind}", f"{bar} {caret}"]
 
 
 def _window(raw: str, offset: int, length: int, width: int = 160) -> tuple[str, int]:
@@ -134,13 +145,6 @@ def _window(raw: str, offset: int, length: int, width: int = 160) -> tuple[str, 
         return raw, offset
     first = max(0, min(offset - width // 3, len(raw) - width))
     return raw[first : first + width], offset - first
-
-
-def _visible(text: str) -> str:
-    """Replace what a terminal would act on: tabs become one blank, other control characters their picture."""
-    return "".join(
-        " " if c == "\t" else chr(0x2400 + ord(c)) if ord(c) < 32 else "␡" if ord(c) == 127 else c for c in text
-    )
 
 
 def _width(text: str) -> int:

@@ -13,7 +13,7 @@ ROOT = Path(__file__).parent.parent
 ORDER = [
     ["records"],
     ["source", "codes", "peer_words", "spelling", "numerals"],
-    ["misspelt"],
+    ["misspelt", "terminal"],
     ["errors"],
     ["files", "shipped", "reading", "arguments", "machine_code", "cores"],
     ["expr"],

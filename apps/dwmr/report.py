@@ -10,6 +10,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from dwmr.metrics import TABLE_12
+from fuzzyctl.terminal import printable
 
 _COLUMNS = (("x_e", "m"), ("y_e", "m"), ("theta_e", "rad"))
 _SYMBOLS = {"x_e": "x_e", "y_e": "y_e", "theta_e": "θ_e"}
@@ -44,7 +45,7 @@ def print_report(out: Console, summary: Mapping[str, Any], compare: bool, why_no
         out.print()
         out.print(_stability(runs))
     for line in ([why_not] if why_not else []) + warnings(runs):
-        out.print("[yellow]warning:[/] ", escape(line), sep="", highlight=False)
+        out.print("[yellow]warning:[/] ", escape(printable(line)), sep="", highlight=False)
 
 
 def _errors(runs: Mapping[str, Any], compare: bool) -> Table:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
@@ -20,6 +19,7 @@ from fuzzyctl.cli.common import (
     load_checked,
     timeout_option,
 )
+from fuzzyctl.cli.streams import say, write_json
 
 if TYPE_CHECKING:
     from fuzzyctl.analysis.extremes import Extent
@@ -55,9 +55,9 @@ def bounds(
             "semantics": system.method.semantics.profile,
             "outputs": [_as_data(e) for e in found],
         }
-        click.echo(json.dumps(data, ensure_ascii=False, indent=2))
+        write_json(data)
     else:
-        click.echo("\n".join(line for e in found for line in _lines(system, e)))
+        say("\n".join(line for e in found for line in _lines(system, e)))
     return DONE
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 import click
 
 from fuzzyctl.cli.common import AS, DIAGNOSTICS_FORMAT, DONE, FAILED, answers_with_diagnostics, show
+from fuzzyctl.cli.streams import say
 from fuzzyctl.errors import CODES, Diagnostic, DiagnosticError
 from fuzzyctl.misspelt import counted, did_you_mean
 
@@ -65,9 +66,9 @@ def check(
     show(found, form)
     if form == "text":
         for line in clean:
-            click.echo(line)
+            say(line)
         if found:
-            click.echo(f"\n{_counted(found)}", err=True)
+            say(f"\n{_counted(found)}", err=True)
     return FAILED if errors else DONE
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,6 +21,7 @@ from fuzzyctl.cli.common import (
     under,
     with_params,
 )
+from fuzzyctl.cli.streams import say, write_json
 from fuzzyctl.errors import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
@@ -109,9 +109,9 @@ def codegen(
         "guarantees": {v.claim: type(v).__name__.lower() for v in verdicts},
     }
     if form == "json":
-        click.echo(json.dumps(data, ensure_ascii=False, indent=2))
+        write_json(data)
     else:
-        click.echo("\n".join(_told(data)))
+        say("\n".join(_told(data)))
     return DONE
 
 

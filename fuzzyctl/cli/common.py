@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
 import sys
@@ -15,6 +14,7 @@ from typing import Any, Final, ParamSpec
 
 import click
 
+from fuzzyctl.cli.streams import say, write_data, write_json
 from fuzzyctl.errors import Diagnostic, DiagnosticError, FuzzyctlError, render_all
 from fuzzyctl.misspelt import closest
 from fuzzyctl.model.system import FuzzySystem
@@ -98,13 +98,13 @@ def show(diagnostics: Sequence[Diagnostic], form: str = "text") -> None:
     """Print diagnostics: as text on standard error, for machines on standard output."""
     if form == "text":
         if diagnostics:
-            click.echo(render_all(diagnostics, color=use_color(sys.stderr)), err=True)
+            click.echo(render_all(diagnostics, color=use_color(sys.stderr), encoding=sys.stderr.encoding), file=sys.stderr)
         return
     from fuzzyctl.cli import reports
 
     text = {"json": reports.as_json, "sarif": reports.as_sarif, "github": reports.as_github}[form](diagnostics)
     if text:
-        click.echo(text)
+        write_data(f"{text}\n")
 
 
 def answers_with_diagnostics(command: Callable[P, int | None]) -> Callable[P, None]:
@@ -120,8 +120,8 @@ def answers_with_diagnostics(command: Callable[P, int | None]) -> Callable[P, No
             code = FAILED
         except FuzzyctlError as error:
             if kwargs.get("form") == "json":
-                click.echo(json.dumps({"error": str(error)}, ensure_ascii=False))
-            click.echo(f"error: {error}", err=True)
+                write_json({"error": str(error)})
+            say(f"error: {error}", err=True)
             code = FAILED
         except BrokenPipeError:
             # The reader, such as `head`, has seen enough.
@@ -129,7 +129,7 @@ def answers_with_diagnostics(command: Callable[P, int | None]) -> Callable[P, No
             code = DONE
         except OSError as error:
             _silence()
-            click.echo(f"error: the output cannot be written: {error.strerror}", err=True)
+            say(f"error: the output cannot be written: {error.strerror}", err=True)
             code = FAILED
         sys.exit(code or DONE)
 

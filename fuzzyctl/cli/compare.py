@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -24,6 +23,7 @@ from fuzzyctl.cli.common import (
     under,
 )
 from fuzzyctl.cli.progress import progress
+from fuzzyctl.cli.streams import say, write_json
 
 if TYPE_CHECKING:
     from fuzzyctl.comparison.differences import Difference
@@ -91,9 +91,9 @@ def compare(
     found = [(sides[0], other, _compared(sides[0].system, other.system, points)) for other in sides[1:]]
     if form == "json":
         pairs = [_data(one, other, own) for one, other, own in found]
-        click.echo(json.dumps({"points": points, "pairs": pairs}, ensure_ascii=False, indent=2))
+        write_json({"points": points, "pairs": pairs})
     else:
-        click.echo("\n\n".join(_text(one, other, own) for one, other, own in found))
+        say("\n\n".join(_text(one, other, own) for one, other, own in found))
     agree = within is None or all(d.within(within) for _, _, own in found for d, _ in own)
     return DONE if agree else FAILED
 

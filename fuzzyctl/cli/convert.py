@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Sequence
 from dataclasses import replace
@@ -24,6 +23,7 @@ from fuzzyctl.cli.common import (
     with_params,
 )
 from fuzzyctl.cli.progress import progress
+from fuzzyctl.cli.streams import say, write_data, write_json
 from fuzzyctl.errors import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
@@ -86,9 +86,9 @@ def convert(
     if not refused:
         _write(system, conversion, target)
     if form == "json" and target != "-":
-        click.echo(json.dumps(_data(source, target, conversion, refused), ensure_ascii=False, indent=2))
+        write_json(_data(source, target, conversion, refused))
     else:
-        click.echo("\n".join(_report(source, target, conversion, refused)), err=target == "-" or refused)
+        say("\n".join(_report(source, target, conversion, refused)), err=target == "-" or refused)
     return FAILED if refused else DONE
 
 
@@ -143,7 +143,7 @@ def _loaded(source: str, settings: tuple[str, ...], name: str | None) -> tuple[F
 
 def _write(system: FuzzySystem, conversion: Conversion, target: str) -> None:
     if target == "-":
-        click.echo(conversion.text, nl=False)
+        write_data(conversion.text)
         return
     from fuzzyctl.files import written_whole
 

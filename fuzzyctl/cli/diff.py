@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from fuzzyctl.cli.common import DONE, FAILED, FORMAT, SYSTEM, answers_with_diagnostics
+from fuzzyctl.cli.streams import say, write_json
 from fuzzyctl.errors import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
@@ -49,17 +49,17 @@ def diff(first: str, second: str, form: str, name: str | None) -> int:
     if form == "json":
         systems = [_data(name, own) for name, own in found]
         data = {"first": first, "second": second, "changes": [dataclasses.asdict(c) for c in said], "systems": systems}
-        click.echo(json.dumps(data, ensure_ascii=False, indent=2))
+        write_json(data)
     else:
         for change in said:
-            click.echo(_line(change))
+            say(_line(change))
         for name, own in found:
             if len(found) > 1 and own:
-                click.echo(f"system {name}")
+                say(f"system {name}")
             for change in own:
-                click.echo(_line(change))
+                say(_line(change))
         if not said and not any(own for _, own in found):
-            click.echo("nothing was changed")
+            say("nothing was changed")
     return FAILED if said or any(own for _, own in found) else DONE
 
 

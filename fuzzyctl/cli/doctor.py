@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import platform
 import shutil
@@ -17,6 +16,7 @@ import click
 
 import fuzzyctl
 from fuzzyctl.cli.common import DONE, FAILED, FORMAT, answers_with_diagnostics
+from fuzzyctl.cli.streams import say, write_json
 from fuzzyctl.cores import cores
 from fuzzyctl.misspelt import counted
 
@@ -41,9 +41,9 @@ def doctor(clear_cache: bool, form: str) -> int:
         data["cache"] = {**_cache(), "removed": removed}
         data["problems"] += kept
     if form == "json":
-        click.echo(json.dumps(data, indent=2))
+        write_json(data)
     else:
-        click.echo("\n".join(_lines(data)))
+        say("\n".join(_lines(data)))
     return FAILED if data["problems"] else DONE
 
 

@@ -6,7 +6,6 @@ import csv
 import io
 import json
 import math
-import shutil
 import sys
 import tempfile
 import unicodedata
@@ -28,6 +27,7 @@ from fuzzyctl.cli.common import (
     point_of,
     show,
 )
+from fuzzyctl.cli.streams import say, write_data, write_json
 from fuzzyctl.errors import Diagnostic, DiagnosticError
 from fuzzyctl.misspelt import closest
 from fuzzyctl.numerals import to_number
@@ -86,12 +86,12 @@ def evaluate(
             "outputs": plain(results),
         }
         data["diagnostics"] = [w.as_dict() for w in warnings]
-        click.echo(json.dumps(data, ensure_ascii=False, indent=2))
+        write_json(data)
         return DONE
     show(warnings)
     for output in system.outputs:
         unit = f" {output.unit}" if output.unit else ""
-        click.echo(f"{output.name} = {results[output.name]!r}{unit}")
+        say(f"{output.name} = {results[output.name]!r}{unit}")
     return DONE
 
 
@@ -113,7 +113,8 @@ def _evaluate_csv(system: FuzzySystem, kernel: Kernel, points: str, form: str) -
                 with open(points, encoding="utf-8-sig", newline="") as stream:
                     warnings = _evaluate_rows(system, kernel, stream, name, form, results)
             results.seek(0)
-            shutil.copyfileobj(results, sys.stdout)
+            for part in iter(lambda: results.read(1 << 16), ""):
+                write_data(part)
         show(warnings)
         return DONE
     except UnicodeDecodeError:

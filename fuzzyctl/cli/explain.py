@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import sys
 
 import click
 
 from fuzzyctl.cli.common import DONE, FORMAT, answers_with_diagnostics, use_color
 from fuzzyctl.cli.pages import read_page
+from fuzzyctl.cli.streams import say, write_json
 from fuzzyctl.errors import CODES
 from fuzzyctl.misspelt import did_you_mean
 
@@ -33,18 +33,18 @@ def explain(code: str | None, form: str) -> int:
     page = read_page(name)
     if form == "json":
         data = {"code": name, "title": CODES[name], "page": page.markdown if page else None}
-        click.echo(json.dumps(data, ensure_ascii=False, indent=2))
+        write_json(data)
     elif page is None:
-        click.echo(f"{name}: {CODES[name]}\n\nThe pages that explain the codes are missing from this installation.")
+        say(f"{name}: {CODES[name]}\n\nThe pages that explain the codes are missing from this installation.")
     else:
-        click.echo(page.laid_out(color=use_color(sys.stdout)), nl=False)
+        click.echo(page.laid_out(color=use_color(sys.stdout)), nl=False, file=sys.stdout)
     return DONE
 
 
 def _list(form: str) -> None:
     if form == "json":
         codes = [{"code": code, "title": title} for code, title in CODES.items()]
-        click.echo(json.dumps({"codes": codes}, ensure_ascii=False, indent=2))
+        write_json({"codes": codes})
         return
     for code, title in CODES.items():
-        click.echo(f"{code}  {title}")
+        say(f"{code}  {title}")

@@ -12,9 +12,11 @@ from pathlib import Path
 import click
 
 from fuzzyctl.cli.common import DIAGNOSTICS_FORMAT, DONE, FAILED, answers_with_diagnostics, show, use_color
+from fuzzyctl.cli.streams import say, write_data
 from fuzzyctl.errors import Diagnostic, DiagnosticError
 from fuzzyctl.files import written_whole
 from fuzzyctl.source import SourceText, Span
+from fuzzyctl.terminal import printable
 
 
 @dataclass(frozen=True)
@@ -53,11 +55,11 @@ def fmt(files: tuple[str, ...], only_check: bool, only_diff: bool, form: str) ->
             if only_check or only_diff:
                 found.extend(_differences(laid, only_check, only_diff, form))
             elif file == "-":
-                click.echo(laid.text, nl=False)
+                write_data(laid.text)
             elif laid.text != laid.stored:
                 with written_whole(file) as temporary:
                     temporary.write_text(laid.text, encoding="utf-8", newline="\n")
-                click.echo(f"{file}: laid out")
+                say(f"{file}: laid out")
         except DiagnosticError as error:
             if form == "text":
                 show(error.diagnostics)
@@ -104,9 +106,12 @@ def _differences(laid: _Laid, only_check: bool, only_diff: bool, form: str) -> l
     name = laid.source.name
     if only_diff:
         lines = _diff(laid)
-        click.echo("".join(map(_colored, lines) if use_color(sys.stdout) else lines), nl=False)
+        if use_color(sys.stdout):
+            click.echo("".join(map(_colored, lines)), nl=False, file=sys.stdout)
+        else:
+            write_data("".join(lines))
     elif form == "text":
-        click.echo(f"{name}: would be laid out otherwise")
+        say(f"{name}: would be laid out otherwise")
     help_text = f"run: fuzzyctl fmt {name}"
     return [Diagnostic("FZ006", "the line would be laid out otherwise", _first_difference(laid), help=help_text)]
 
@@ -125,7 +130,8 @@ def _lines(text: str) -> list[str]:
 
 def _colored(line: str) -> str:
     tone = {"-": "31", "+": "32", "@": "36"}.get(line[:1])
-    return f"\x1b[{tone}m{line[:-1]}\x1b[0m\n" if tone else line
+    text = printable(line[:-1])
+    return f"\x1b[{tone}m{text}\x1b[0m\n" if tone else f"{text}\n"
 
 
 def _first_difference(laid: _Laid) -> Span:

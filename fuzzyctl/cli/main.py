@@ -19,10 +19,12 @@ from fuzzyctl.cli.new import new
 from fuzzyctl.cli.plot import plot_surface, plot_terms
 from fuzzyctl.cli.prove import prove
 from fuzzyctl.cli.show import show_system
+from fuzzyctl.cli.streams import Program
 from fuzzyctl.cli.why import why
 
 
 @click.group(
+    cls=Program,
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog="""\
 \b

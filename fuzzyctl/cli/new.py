@@ -10,6 +10,7 @@ from typing import Final
 import click
 
 from fuzzyctl.cli.common import DONE, answers_with_diagnostics
+from fuzzyctl.cli.streams import say
 from fuzzyctl.errors import Diagnostic, DiagnosticError
 from fuzzyctl.files import written_whole
 
@@ -83,7 +84,7 @@ def new(name: str, out: str | None) -> int:
         raise DiagnosticError([Diagnostic("FZ005", message, file=str(target), help="name another file with -o FILE")])
     with written_whole(target) as temporary:
         temporary.write_text(starter(name), encoding="utf-8", newline="\n")
-    click.echo(f"wrote {target}")
+    say(f"wrote {target}")
     return DONE
 
 

@@ -18,6 +18,7 @@ from fuzzyctl.cli.common import (
     outside_range,
     show,
 )
+from fuzzyctl.cli.streams import say
 from fuzzyctl.errors import Diagnostic, DiagnosticError
 from fuzzyctl.misspelt import closest
 
@@ -86,7 +87,7 @@ def plot_surface(
 
     with saved(target) as figure:
         draw_surface(figure, system, axes, fixed, chosen, resolution)
-    click.echo(f"wrote {target}")
+    say(f"wrote {target}")
 
 
 @click.command("plot-terms")
@@ -107,7 +108,7 @@ def plot_terms(file: str, out: str | None, settings: tuple[str, ...], name: str 
 
     with saved(target) as figure:
         draw_terms(figure, system)
-    click.echo(f"wrote {target}")
+    say(f"wrote {target}")
 
 
 def _axes(inputs: list[str], x: str | None, y: str | None, fixed: dict[str, float]) -> list[str]:

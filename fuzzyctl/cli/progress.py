@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Final
 
+from fuzzyctl.terminal import printable
+
 #: Seconds after which it is shown.
 PATIENCE: Final = 1.0
 
@@ -20,13 +22,14 @@ def progress() -> Iterator[Callable[[str], None] | None]:
         return
     from rich.console import Console
     from rich.status import Status
+    from rich.text import Text
 
     status, begun, shown = Status("", console=Console(stderr=True)), time.monotonic(), False
 
     def told(text: str) -> None:
         nonlocal shown
         if time.monotonic() - begun >= PATIENCE:
-            status.update(text, spinner="dots")
+            status.update(Text(printable(text)), spinner="dots")
             if not shown:
                 status.start()
                 shown = True

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
@@ -28,6 +27,7 @@ from fuzzyctl.cli.common import (
     with_params,
 )
 from fuzzyctl.cli.progress import progress
+from fuzzyctl.cli.streams import say, write_json
 from fuzzyctl.errors import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ def prove(
     """
     proofs: Proofs = []
     mistakes: list[Diagnostic] = []
-    tell = click.echo if form == "text" else None
+    tell = say if form == "text" else None
     try:
         for file in files:
             try:
@@ -72,13 +72,13 @@ def prove(
                 _prove_all(*proofs[-1], timeout, tell)
     except KeyboardInterrupt:
         show(mistakes)
-        click.echo(f"interrupted{': ' if proofs else ''}{_summary(proofs)}", err=True)
+        say(f"interrupted{': ' if proofs else ''}{_summary(proofs)}", err=True)
         sys.exit(FAILED)
     if form == "json":
-        click.echo(json.dumps(_as_data(proofs, mistakes), ensure_ascii=False, indent=2))
+        write_json(_as_data(proofs, mistakes))
     else:
         if proofs:
-            click.echo(_summary(proofs))
+            say(_summary(proofs))
         show(mistakes)
     kinds = {type(v).__name__ for _, _, verdicts in proofs for v in verdicts}
     if mistakes or "Refuted" in kinds:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,8 +9,10 @@ from typing import Any, Final
 
 import fuzzyctl
 from fuzzyctl.cli.pages import read_page
+from fuzzyctl.cli.streams import json_text
 from fuzzyctl.errors import CODES, Diagnostic
 from fuzzyctl.source import Span
+from fuzzyctl.terminal import printable
 
 #: Where SARIF 2.1.0 is defined; viewers tell versions apart by it.
 SARIF_SCHEMA: Final = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
@@ -23,7 +24,7 @@ _COMMANDS: Final = {"error": "error", "warning": "warning", "hint": "notice"}
 
 def as_json(diagnostics: Sequence[Diagnostic]) -> str:
     """Return diagnostics as a JSON document."""
-    return _dumped({"diagnostics": [d.as_dict() for d in diagnostics]})
+    return json_text({"diagnostics": [d.as_dict() for d in diagnostics]})
 
 
 def as_sarif(diagnostics: Sequence[Diagnostic]) -> str:
@@ -39,16 +40,12 @@ def as_sarif(diagnostics: Sequence[Diagnostic]) -> str:
         "columnKind": "utf16CodeUnits",
         "results": [_result(d, codes.index(d.code)) for d in diagnostics],
     }
-    return _dumped({"$schema": SARIF_SCHEMA, "version": "2.1.0", "runs": [run]})
+    return json_text({"$schema": SARIF_SCHEMA, "version": "2.1.0", "runs": [run]})
 
 
 def as_github(diagnostics: Sequence[Diagnostic]) -> str:
     """Return diagnostics as GitHub workflow commands, one a line."""
     return "\n".join(_command(d) for d in diagnostics)
-
-
-def _dumped(data: dict[str, Any]) -> str:
-    return json.dumps(data, ensure_ascii=False, indent=2)
 
 
 def _rule(code: str) -> dict[str, Any]:
@@ -97,7 +94,7 @@ def _region(span: Span) -> tuple[int, int, int, int]:
 
 
 def _text(d: Diagnostic) -> str:
-    return "\n".join([d.message, *d.facts, *([f"help: {d.help}"] if d.help else [])])
+    return "\n".join(map(printable, [d.message, *d.facts, *([f"help: {d.help}"] if d.help else [])]))
 
 
 def _uri(name: str) -> str:

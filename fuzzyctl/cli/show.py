@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 import sys
 from pathlib import Path
@@ -21,8 +20,10 @@ from fuzzyctl.cli.common import (
     under,
     use_color,
 )
+from fuzzyctl.cli.streams import say, write_json
 from fuzzyctl.errors import DiagnosticError
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.terminal import for_terminal
 
 #: Width of the text where it does not go to a terminal.
 WIDTH = 120
@@ -63,11 +64,12 @@ def show_system(
         return _show_plan(systems, algorithm, form)
     pages = [summary(system) for system in systems]
     if form == "json":
-        click.echo(json.dumps(pages[0] if len(pages) == 1 else {"systems": pages}, ensure_ascii=False, indent=2))
+        write_json(pages[0] if len(pages) == 1 else {"systems": pages})
         return DONE
     width = shutil.get_terminal_size((WIDTH, 24)).columns
     bold = (lambda text: f"\x1b[1m{text}\x1b[0m") if use_color(sys.stdout) else str
-    click.echo("\n".join(laid_out(page, width, bold) for page in pages), nl=False)
+    pages = [for_terminal(page, sys.stdout.encoding) for page in pages]
+    click.echo("\n".join(laid_out(page, width, bold) for page in pages), nl=False, file=sys.stdout)
     return DONE
 
 
@@ -76,9 +78,9 @@ def _show_plan(systems: list[FuzzySystem], algorithm: str, form: str) -> int:
 
     plans = [planned(system, algorithm) for system in systems]
     if form == "json":
-        click.echo(json.dumps(plans[0] if len(plans) == 1 else {"systems": plans}, ensure_ascii=False, indent=2))
+        write_json(plans[0] if len(plans) == 1 else {"systems": plans})
     else:
-        click.echo("\n\n".join(map(plan_text, plans)))
+        say("\n\n".join(map(plan_text, plans)))
     return DONE
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
 from typing import TYPE_CHECKING
 
@@ -22,6 +21,7 @@ from fuzzyctl.cli.common import (
     point_of,
     show,
 )
+from fuzzyctl.cli.streams import say, write_json
 
 if TYPE_CHECKING:
     from fuzzyctl.kernels.tracing import Contribution, Trace
@@ -69,13 +69,13 @@ def why(
             **plain(dataclasses.asdict(found)),
         }
         data["diagnostics"] = [w.as_dict() for w in warnings]
-        click.echo(json.dumps(data, ensure_ascii=False, indent=2))
+        write_json(data)
     else:
         show(warnings)
-        click.echo("\n".join(_lines(system, found, most)))
+        say("\n".join(_lines(system, found, most)))
     if out is not None:
         _draw(system, found, out, most)
-        click.echo(f"wrote {out}", err=form == "json")
+        say(f"wrote {out}", err=form == "json")
     return DONE
 
 

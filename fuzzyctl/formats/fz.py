@@ -51,8 +51,8 @@ def dumps(system: FuzzySystem) -> str:
 def _require_names(system: FuzzySystem) -> None:
     """Refuse names that would not be read back."""
     variables = (*system.inputs, *system.outputs)
-    named = (system, *system.params, *system.hedges, *variables, *system.rule_blocks)
-    for name in (*(n.name for n in named), *(t.name for v in variables for t in v.terms)):
+    named = [n.name for part in (system.params, system.hedges, variables, system.rule_blocks) for n in part]
+    for name in (system.name, *named, *(t.name for v in variables for t in v.terms)):
         if len(name) > MAX_NAME or not name.isidentifier():
             bound = f"letters, digits and '_', at most {MAX_NAME} characters, and not begin with a digit"
             raise ValueOutOfBoundsError("a name of a rule file", name[:60], bound)

@@ -12,6 +12,7 @@ import click
 
 from dwmr.cli import running
 from dwmr.cli.common import mistakes_as_diagnostics, progress, terminated_as_interrupted
+from fuzzyctl.cli.streams import say
 
 if TYPE_CHECKING:
     from dwmr.scenario import Scenario
@@ -104,7 +105,7 @@ def _film(task: running.Task, law: str, path: Path, speed: float, fps: int) -> b
         count = _draw(files.write, path, trajectory, task.file.scenario, speed, fps)
         files.publish()
     running.say_stops([trajectory])
-    click.echo(f"wrote {path}: {count} pictures, {count / fps:.1f} s")
+    say(f"wrote {path}: {count} pictures, {count / fps:.1f} s")
     return trajectory.stop is None
 
 

@@ -10,6 +10,7 @@ import click
 
 from dwmr.cli import running
 from dwmr.cli.common import interrupts_wait, mistakes_as_diagnostics, progress, terminated_as_interrupted
+from fuzzyctl.cli.streams import say, write_data
 from fuzzyctl.cores import cores
 
 if TYPE_CHECKING:
@@ -123,7 +124,7 @@ def _warn_of_another_run(scenario: Scenario) -> None:
     from dwmr.paper_run import differences, said
 
     if found := differences(scenario, fitted=True):
-        click.echo(f"warning: {said(found)}: Table 12 speaks of another run", err=True)
+        say(f"warning: {said(found)}: Table 12 speaks of another run", err=True)
 
 
 def _search(task: running.Task, start: dict[str, float], evaluations: int, seed: int, jobs: int) -> Found:
@@ -146,9 +147,9 @@ def _report(task: running.Task, found: Found, path: Path, style: str) -> None:
     new_scenario.write({path: text.encode()}, force=True)
     data: dict[str, Any] = table.as_data(found)
     if style == "json":
-        click.echo(outputs.to_json(data), nl=False)
+        write_data(outputs.to_json(data))
         return
     table.show(report.console(), data)
     if found.interrupted:
-        click.echo("interrupted: these are the best values until then", err=True)
-    click.echo(f"wrote {path}")
+        say("interrupted: these are the best values until then", err=True)
+    say(f"wrote {path}")

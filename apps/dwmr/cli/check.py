@@ -11,6 +11,7 @@ import click
 
 from dwmr.cli import running
 from dwmr.cli.common import show_diagnostics
+from fuzzyctl.cli.streams import say
 
 if TYPE_CHECKING:
     from dwmr.cli.running import Task
@@ -32,7 +33,7 @@ def check(scenarios: tuple[str, ...], rules_folder: Path | None, overrides: tupl
         diagnostics, summary = _check(scenario, rules_folder, overrides)
         found += [d for d in diagnostics if d not in found]
         if style == "text" and summary:
-            click.echo(summary)
+            say(summary)
     if style == "json" or found:
         show_diagnostics(found, style)
     if any(d.severity == "error" for d in found):

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from fuzzyctl.cli.streams import say, write_json
+
 if TYPE_CHECKING:
     from dwmr.scenario_file import ScenarioFile
     from fuzzyctl.errors import Diagnostic
@@ -31,7 +33,7 @@ def warn(diagnostics: Sequence[Diagnostic]) -> None:
     from fuzzyctl.errors import render_all
 
     if diagnostics:
-        click.echo(render_all(diagnostics, color=sys.stderr.isatty()), err=True)
+        click.echo(render_all(diagnostics, color=sys.stderr.isatty(), encoding=sys.stderr.encoding), file=sys.stderr)
 
 
 @contextmanager
@@ -48,7 +50,7 @@ def interrupts_wait() -> Iterator[None]:
         for number, handler in before.items():
             signal.signal(number, handler)
         if asked:
-            click.echo("interrupted while the results were written; they are whole", err=True)
+            say("interrupted while the results were written; they are whole", err=True)
 
 
 @contextmanager
@@ -114,11 +116,10 @@ def mistakes_as_diagnostics(style: str) -> Iterator[None]:
 
 def show_diagnostics(diagnostics: Sequence[Diagnostic], style: str) -> None:
     """Print diagnostics: as JSON on standard output or as text on standard error."""
-    import json
 
     from fuzzyctl.errors import render_all
 
     if style == "json":
-        click.echo(json.dumps({"diagnostics": [d.as_dict() for d in diagnostics]}, indent=2, ensure_ascii=False))
+        write_json({"diagnostics": [d.as_dict() for d in diagnostics]})
     else:
-        click.echo(render_all(diagnostics, color=sys.stderr.isatty()), err=True)
+        click.echo(render_all(diagnostics, color=sys.stderr.isatty(), encoding=sys.stderr.encoding), file=sys.stderr)

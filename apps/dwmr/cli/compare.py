@@ -14,6 +14,7 @@ from dwmr import controllers
 from dwmr.cli import computing, running
 from dwmr.cli import formats as data_formats
 from dwmr.cli.common import mistakes_as_diagnostics, terminated_as_interrupted
+from fuzzyctl.cli.streams import say, write_data
 
 if TYPE_CHECKING:
     from dwmr.sweep.comparison import Entry
@@ -80,7 +81,7 @@ def compare(
             _write(path, found)
     _print(found, style, runs)
     if path is not None and style == "text":
-        click.echo(f"wrote {path}")
+        say(f"wrote {path}")
     if any(one.stopped for one in found):
         sys.exit(1)
 
@@ -175,7 +176,7 @@ def _print(found: Sequence[Entry], style: str, runs: int) -> None:
     if style == "json":
         from dwmr.outputs import to_json
 
-        click.echo(to_json({"runs": runs, "entries": [dataclasses.asdict(one) for one in found]}), nl=False)
+        write_data(to_json({"runs": runs, "entries": [dataclasses.asdict(one) for one in found]}))
         return
     from dwmr import report
     from dwmr.sweep.tables import print_comparison

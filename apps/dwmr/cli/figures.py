@@ -11,6 +11,7 @@ import click
 
 from dwmr.cli import running
 from dwmr.cli.common import mistakes_as_diagnostics, progress, terminated_as_interrupted
+from fuzzyctl.cli.streams import say
 
 if TYPE_CHECKING:
     from dwmr.figures.paper import PaperFigure
@@ -68,7 +69,7 @@ def _say(left_out: Mapping[int, str], asked: bool) -> None:
     """Name figures that were asked for by number and do not exist; of the others index.md speaks."""
     for number, why in left_out.items():
         if asked:
-            click.echo(f"warning: figure {number} is left out: {why}", err=True)
+            say(f"warning: figure {number} is left out: {why}", err=True)
 
 
 def _draw(
@@ -99,7 +100,7 @@ def _draw(
         files.write(INDEX, lambda path: _write(path, text))
         files.publish()
     running.say_stops(trajectories.values())
-    click.echo(f"{len(made)} figure{'s' if len(made) != 1 else ''} in {folder}, described in {folder / INDEX}")
+    say(f"{len(made)} figure{'s' if len(made) != 1 else ''} in {folder}, described in {folder / INDEX}")
     return all(t.stop is None for t in trajectories.values()) and len(made) == len(wanted)
 
 
@@ -114,7 +115,7 @@ def _draw_one(figure: PaperFigure, trajectory: Trajectory, scenario: Scenario, s
     except CANNOT_DRAW as error:
         files.drop(name)
         why = f"it could not be drawn: {str(error) or type(error).__name__}"
-        click.echo(f"warning: figure {figure.number}: {why}", err=True)
+        say(f"warning: figure {figure.number}: {why}", err=True)
         return why
     return ""
 

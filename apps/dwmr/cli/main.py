@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import os
 import sys
 from contextlib import suppress
@@ -20,16 +19,14 @@ from dwmr.cli.report import report
 from dwmr.cli.run import run
 from dwmr.cli.show import show
 from dwmr.cli.sweep import sweep
+from fuzzyctl.cli import streams
 
 
-class Program(click.Group):
+class Program(streams.Program):
     """The command line program; a standard output that cannot be written to is a message, no traceback."""
 
     def main(self, *args: Any, **kwargs: Any) -> Any:
         """Run the command that the arguments name."""
-        for stream in (sys.stdout, sys.stderr):
-            if isinstance(stream, io.TextIOWrapper):  # a terminal or a file that has no Greek shows question marks
-                stream.reconfigure(errors="replace")
         try:
             try:
                 return super().main(*args, **kwargs)
@@ -39,7 +36,7 @@ class Program(click.Group):
             with suppress(OSError, ValueError):  # Python would complain again when it closes the stream
                 os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             if not isinstance(error, BrokenPipeError):
-                click.echo(f"error: {error}", err=True)
+                streams.say(f"error: {error}", err=True)
             sys.exit(1)
 
 

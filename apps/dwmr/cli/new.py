@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from dwmr.cli.common import mistakes_as_diagnostics
+from fuzzyctl.cli.streams import say
 
 #: What a name may be: it becomes the name of a file.
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,99}")
@@ -52,4 +53,4 @@ def new(name: str, base: str, extends: bool, path: Path | None, force: bool) -> 
     with mistakes_as_diagnostics("text"):
         new_scenario.write(files, force)
     for one in files:
-        click.echo(f"wrote {one}")
+        say(f"wrote {one}")

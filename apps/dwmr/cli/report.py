@@ -9,6 +9,7 @@ import click
 
 from dwmr.cli import running
 from dwmr.cli.common import interrupts_wait, mistakes_as_diagnostics, terminated_as_interrupted
+from fuzzyctl.cli.streams import say
 
 
 @click.command(context_settings={"show_default": True})
@@ -52,7 +53,7 @@ def _report(task: running.Task, names: tuple[str, ...], path: Path) -> bool:
             files.write(path.name, lambda part: _write(part, text))
             files.publish()
     running.say_stops(trajectories)
-    click.echo(f"wrote {path}: {len(text.encode()) / 1e6:.1f} MB")
+    say(f"wrote {path}: {len(text.encode()) / 1e6:.1f} MB")
     return all(t.stop is None for t in trajectories)
 
 

@@ -13,6 +13,7 @@ import click
 from dwmr.cli import formats as data_formats
 from dwmr.cli import running
 from dwmr.cli.common import interrupts_wait, mistakes_as_diagnostics, terminated_as_interrupted
+from fuzzyctl.cli.streams import say, write_data
 
 if TYPE_CHECKING:
     from dwmr.folder import Results
@@ -47,7 +48,7 @@ def run(
     if style == "json":
         from dwmr.outputs import to_json
 
-        click.echo(to_json(summary), nl=False)
+        write_data(to_json(summary))
     if not finished:
         sys.exit(1)
 
@@ -72,14 +73,14 @@ def _run(
             _write(files, summary, trajectories, formats, task)
     done = len(trajectories) == len(names) and all(t.stop is None for t in trajectories)
     for name in names[len(trajectories) :]:
-        click.echo(f"warning: {name} was not run: interrupted", err=True)
+        say(f"warning: {name} was not run: interrupted", err=True)
     if style == "text":
         from dwmr import report
         from dwmr.paper_run import beside_table_12
 
         compare, why_not = beside_table_12(scenario)
         report.print_report(report.console(), summary, compare, why_not)
-        click.echo(f"results in {folder}: {', '.join(n for n in files.names if (folder / n).exists())}")
+        say(f"results in {folder}: {', '.join(n for n in files.names if (folder / n).exists())}")
     return summary, done
 
 
@@ -103,6 +104,6 @@ def _write(
             with figures.large_numbers():
                 files.write(name, partial(draw, trajectories=trajectories, scenario=scenario))
         except figures.CANNOT_DRAW as error:
-            click.echo(f"warning: {name} could not be drawn: {str(error) or type(error).__name__}", err=True)
+            say(f"warning: {name} could not be drawn: {str(error) or type(error).__name__}", err=True)
             files.drop(name)
     files.publish()

@@ -11,6 +11,7 @@ import click
 
 from dwmr import controllers
 from dwmr.cli.common import progress, read_scenario, warn
+from fuzzyctl.cli.streams import say
 
 if TYPE_CHECKING:
     from dwmr.fuzzy_gains import Rules
@@ -125,7 +126,7 @@ def say_stops(trajectories: Iterable[Trajectory]) -> None:
     """Print a warning for every run that ended before its horizon."""
     for one in trajectories:
         if one.stop is not None:
-            click.echo(f"warning: {one.controller} stopped at t = {one.stop.t:.3f} s: {one.stop.reason}", err=True)
+            say(f"warning: {one.controller} stopped at t = {one.stop.t:.3f} s: {one.stop.reason}", err=True)
 
 
 def simulate(task: Task, names: Sequence[str]) -> list[Trajectory]:
@@ -143,9 +144,7 @@ def simulate(task: Task, names: Sequence[str]) -> list[Trajectory]:
     simulations = [simulate.prepare(task.file, name, task.rules) for name in names]
     simulate.require_memory(simulations, task.file.places)
     if not compiled.COMPILED:
-        click.echo(
-            "numba is not installed: the run is computed in plain Python, about a hundred times slower", err=True
-        )
+        say("numba is not installed: the run is computed in plain Python, about a hundred times slower", err=True)
     trajectories: list[Trajectory] = []
     try:
         with progress() as start:

@@ -11,6 +11,7 @@ import click
 
 from dwmr.cli import running
 from dwmr.cli.common import mistakes_as_diagnostics
+from fuzzyctl.cli.streams import say, write_json
 
 if TYPE_CHECKING:
     from dwmr.cli.running import Task
@@ -27,7 +28,6 @@ def show(scenario: str | None, rules_folder: Path | None, overrides: tuple[str, 
     Shown are the formation, the path with its length and speeds, how far the obstacles are from it, the disturbances in
     the order of time, the gains of the control laws, and what is proved of the rule files. Nothing is simulated.
     """
-    import json
 
     if scenario is None:
         if overrides or rules_folder:
@@ -38,10 +38,10 @@ def show(scenario: str | None, rules_folder: Path | None, overrides: tuple[str, 
         task = running.read(scenario, rules_folder, overrides)
         found = _facts(task)
     if style == "json":
-        click.echo(json.dumps(_finite(found), indent=2, ensure_ascii=False, allow_nan=False))
+        write_json(_finite(found))
         return
     for line in _page(found):
-        click.echo(line)
+        say(line)
 
 
 def _facts(task: Task) -> dict[str, Any]:
@@ -61,17 +61,16 @@ def _finite(data: Any) -> Any:
 
 def _list(style: str) -> None:
     """Print the shipped scenarios with the first sentence of each file."""
-    import json
 
     from dwmr.layers import SHIPPED, shipped_names
 
     first = {name: _first_sentence(SHIPPED / f"{name}.toml") for name in shipped_names()}
     if style == "json":
-        click.echo(json.dumps({"scenarios": first}, indent=2, ensure_ascii=False))
+        write_json({"scenarios": first})
         return
     width = max(map(len, first))
     for name, text in first.items():
-        click.echo(f"{name:{width}}  {text}")
+        say(f"{name:{width}}  {text}")
 
 
 def _first_sentence(path: Path) -> str:

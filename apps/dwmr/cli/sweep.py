@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,6 +12,7 @@ import click
 from dwmr.cli import computing, running
 from dwmr.cli import formats as data_formats
 from dwmr.cli.common import interrupts_wait, mistakes_as_diagnostics, terminated_as_interrupted, warn
+from fuzzyctl.cli.streams import say, write_json
 
 if TYPE_CHECKING:
     from dwmr.sweep.journal import Journal
@@ -52,9 +52,9 @@ def sweep(
         file, plan = _plan(spec, rules_folder, overrides)
         summary = _sweep(file, plan, overrides, folder, formats, (jobs, cluster), resume)
     if style == "json":
-        click.echo(json.dumps(summary, indent=2, ensure_ascii=False))
+        write_json(summary)
     else:
-        click.echo(_sentence(summary, folder))
+        say(_sentence(summary, folder))
 
 
 def _plan(spec: Path, rules_folder: Path | None, overrides: Sequence[str]) -> tuple[SpecFile, Plan]:
@@ -71,7 +71,7 @@ def _plan(spec: Path, rules_folder: Path | None, overrides: Sequence[str]) -> tu
     except OverrideError as error:
         raise click.UsageError(str(error)) from error
     except KeyboardInterrupt:
-        click.echo("interrupted", err=True)
+        say("interrupted", err=True)
         sys.exit(1)
     warn((*made.scenario.warnings, *made.warnings))
     return file, made
@@ -122,7 +122,7 @@ def _compute(
     try:
         computing.collect(computing.compute(setup, left, *who), total, total - len(left), done.add)
     except KeyboardInterrupt:
-        click.echo(f"interrupted{_kept(done, total, folder)}", err=True)
+        say(f"interrupted{_kept(done, total, folder)}", err=True)
         sys.exit(1)
     except click.ClickException as error:
         raise click.ClickException(f"{error.message}{_kept(done, total, folder)}") from error
