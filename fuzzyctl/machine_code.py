@@ -17,6 +17,8 @@ from typing import Any, Final
 import numba
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 
+from fuzzyctl.private_folders import is_private
+
 _DIGEST: Final = hashlib.sha256().digest_size
 
 
@@ -40,7 +42,9 @@ def native(signature: str, **options: Any) -> Callable[[Callable[..., Any]], Any
 def kept(function: Any) -> Any:
     """Have the machine code of a function of numba kept on disk from now on, where a folder can be written to."""
     with contextlib.suppress(OSError, RuntimeError):  # which numba raises where there is none
-        function._cache = _Cache(function.py_func)
+        cache, named = _Cache(function.py_func), numba.config.CACHE_DIR
+        if not named or is_private(Path(named)):
+            function._cache = cache
     return function
 
 

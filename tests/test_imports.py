@@ -12,7 +12,7 @@ ROOT = Path(__file__).parent.parent
 #: From the bottom up; a module may import what stands on a lower line, or on its own line within its own part.
 ORDER = [
     ["records"],
-    ["source", "codes", "peer_words", "spelling", "numerals"],
+    ["source", "codes", "peer_words", "spelling", "numerals", "private_folders"],
     ["misspelt", "terminal"],
     ["errors"],
     ["files", "shipped", "reading", "arguments", "machine_code", "cores"],

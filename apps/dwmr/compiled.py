@@ -21,6 +21,7 @@ try:
     import numba
 
     from fuzzyctl.machine_code import kept
+    from fuzzyctl.private_folders import is_private
 except ImportError:  # a platform without a wheel: about a hundred times slower, and `dwmr run` says so
     numba = None
 else:
@@ -73,8 +74,9 @@ def _jit(function: Function, *signatures: Any) -> Function:
     before = numba.config.CACHE_DIR
     try:
         numba.config.CACHE_DIR = str(_cache_folder())
-        kept(result)
-    except RuntimeError:  # there is no home, so no folder for the cache: compile for this process only
+        if is_private(_cache_root(), *_cache_folder().relative_to(_cache_root()).parts):
+            kept(result)
+    except (RuntimeError, OSError):  # no home, or no folder for the cache: compile for this process only
         pass
     finally:
         numba.config.CACHE_DIR = before

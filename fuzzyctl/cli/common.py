@@ -98,7 +98,8 @@ def show(diagnostics: Sequence[Diagnostic], form: str = "text") -> None:
     """Print diagnostics: as text on standard error, for machines on standard output."""
     if form == "text":
         if diagnostics:
-            click.echo(render_all(diagnostics, color=use_color(sys.stderr), encoding=sys.stderr.encoding), file=sys.stderr)
+            text = render_all(diagnostics, color=use_color(sys.stderr), encoding=sys.stderr.encoding)
+            click.echo(text, file=sys.stderr)
         return
     from fuzzyctl.cli import reports
 

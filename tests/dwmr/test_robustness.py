@@ -110,9 +110,9 @@ class TestOddValues:
 
 
 class TestOutput:
-    def test_without_greek_letters_shows_question_marks(self, tmp_path):
+    def test_without_greek_letters_spells_them(self, tmp_path):
         done = dwmr("run", "paper", "--set", "run.horizon=0.1", "-o", tmp_path, PYTHONIOENCODING="ascii")
-        assert "?_e" in done.stdout
+        assert "theta_e" in done.stdout
 
     @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
     @pytest.mark.parametrize("style", ["text", "json"])

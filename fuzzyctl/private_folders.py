@@ -1,0 +1,73 @@
+"""Folders of files that are run: used only where nobody else can write to them."""
+
+from __future__ import annotations
+
+import os
+import stat
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+#: Folders that were warned of in this process.
+_WARNED: Final[set[Path]] = set()
+
+
+def is_private(root: Path, *parts: str) -> bool:
+    """Return whether a folder can be trusted; one that does not exist is made for the user alone.
+
+    The folder and those above it up to `root` must belong to the user or to root, and nobody else may write to them.
+    What cannot be trusted is warned of once. Where the platform has no owners, every folder is trusted.
+
+    Args:
+        root: The folder of all caches.
+        parts: The folders below it, from the top down.
+
+    Raises:
+        OSError: When the folder can neither be found nor made.
+    """
+    root.mkdir(mode=0o700, parents=True, exist_ok=True)
+    folders = [root]
+    for part in parts:
+        folders.append(folders[-1] / part)
+        folders[-1].mkdir(mode=0o700, exist_ok=True)
+    for folder in folders:
+        for reason in _dangers(folder):
+            _warn(folder, reason)
+            return False
+    return True
+
+
+def _dangers(folder: Path) -> Iterator[str]:
+    if not hasattr(os, "geteuid"):
+        return
+    about = folder.stat()
+    if not {about.st_uid, folder.lstat().st_uid} <= {os.geteuid(), 0}:
+        yield "belongs to another user"
+    shared = about.st_mode & stat.S_IWGRP and not _is_own_group(about.st_gid)
+    if about.st_mode & stat.S_IWOTH or shared:
+        yield "can be written to by other users"
+
+
+def _is_own_group(group: int) -> bool:
+    """Return whether a group has the user as its only member, as on systems that make folders writable for it."""
+    import grp
+    import pwd
+
+    try:
+        user, found = pwd.getpwuid(os.geteuid()), grp.getgrgid(group)
+    except KeyError:  # a user or group without an entry, as in containers
+        return False
+    return user.pw_gid == group and user.pw_name == found.gr_name and set(found.gr_mem) <= {user.pw_name}
+
+
+def _warn(folder: Path, reason: str) -> None:
+    if folder in _WARNED:
+        return
+    _WARNED.add(folder)
+    warnings.warn(
+        f"compiled code is not kept: the cache folder {folder!s} {reason}, who could have it run their code. "
+        "Remove the folder, or set FUZZYCTL_CACHE_DIR to a folder of your own",
+        RuntimeWarning,
+        stacklevel=2,
+    )
