@@ -20,6 +20,9 @@ from fuzzyctl.source import SourceText, Span
 #: Most files that one file may use, directly and through others.
 MAX_FILES: Final = 64
 
+#: Most characters of all files that one file brings in, a file as often as it is named.
+MAX_BROUGHT: Final = 1 << 20
+
 #: What `use` takes from a file.
 _DECLARATIONS = (sx.Param, sx.Hedge, sx.Variable)
 
@@ -124,6 +127,9 @@ class _Reader:
         self.unread: frozenset[str] = frozenset()
         self.nameless: frozenset[str] = frozenset()
         self.lost_variable = self.lost_input = self.lost_file = False
+        #: Characters that may still be brought in, and the files read so far.
+        self.left = MAX_BROUGHT
+        self.sources: dict[Path, SourceText] = {}
 
     def without_repeats(self, statements: tuple[sx.Statement, ...]) -> Iterator[sx.Statement]:
         """Leave out `system` lines that repeat a name and have nothing of their own, or follow one that has not."""
@@ -201,9 +207,18 @@ class _Reader:
         return path
 
     def _read(self, path: Path, place: Span) -> SourceText | None:
+        if self.left < 0:
+            return None
         try:
-            source = read_source(path, only_regular=True)
+            source = self.sources.get(path) or read_source(path, only_regular=True)
+            self.sources[path] = source
             self.read.append(path)
+            self.left -= len(source.text)
+            if self.left < 0:
+                message = f"the files that this one names hold more than {MAX_BROUGHT:,} characters together"
+                self._report(message, place, help="leave some out; a file counts as often as it is named")
+                self.lost_file = True
+                return None
             return source
         except DiagnosticError as error:
             (why,) = error.diagnostics

@@ -20,6 +20,7 @@ from fuzzyctl.source import SourceText
 
 if TYPE_CHECKING:
     from fuzzyctl.analysis.verdicts import Verdict
+    from fuzzyctl.analysis.work import Work
 
 
 @dataclass(frozen=True)
@@ -87,11 +88,13 @@ def check_source(
     Returns:
         The systems without errors, and all diagnostics in the order of their places.
     """
+    from fuzzyctl.analysis.work import Work
+
     examined = look_through(source, folder=folder)
-    diagnostics, sound = examined.diagnostics, []
+    diagnostics, sound, work = examined.diagnostics, [], Work()
     for system in examined.systems:
         system, found = _under(system, profile, source)
-        found = found if _has_errors(found) else [*found, *_analysed(system, guarantees=guarantees)[1]]
+        found = found if _has_errors(found) else [*found, *_analysed(system, work, guarantees=guarantees)[1]]
         diagnostics = [*diagnostics, *found]
         if not _has_errors(found):
             sound.append(system)
@@ -140,24 +143,28 @@ def _has_errors(diagnostics: list[Diagnostic]) -> bool:
     return any(d.severity == "error" for d in diagnostics)
 
 
-def _analysed(system: FuzzySystem, *, guarantees: bool) -> tuple[list[Verdict], list[Diagnostic]]:
+def _analysed(
+    system: FuzzySystem, work: Work | None = None, *, guarantees: bool
+) -> tuple[list[Verdict], list[Diagnostic]]:
     """Return verdicts of guarantees, and what only the analysis of a system without structural errors finds."""
     from fuzzyctl.analysis import coverage, effects, jumps
+    from fuzzyctl.analysis.work import Work
     from fuzzyctl.kernels.plan import plan
 
     try:
         flat = plan(system)
     except DiagnosticError as error:
         return [], list(error.diagnostics)
-    uncovered = coverage.uncovered_of(flat)
-    found = coverage.diagnostics_of(system, flat, uncovered)
-    idle = effects.diagnostics(system, flat)
+    work = Work() if work is None else work
+    uncovered = coverage.uncovered_of(flat, work)
+    found = coverage.diagnostics_of(system, flat, uncovered, work)
+    idle = effects.diagnostics(system, flat, work)
     if _has_errors(found):
         return [], [*found, *idle]
-    found = [*found, *idle, *jumps.diagnostics(system, flat, uncovered)]
+    found = [*found, *idle, *jumps.diagnostics(system, flat, uncovered, work)]
     if guarantees and system.guarantees:
         from fuzzyctl.analysis import prove
 
-        verdicts, refuted = prove.quickly(system)
+        verdicts, refuted = prove.quickly(system, work)
         return verdicts, [*found, *refuted]
     return [], found

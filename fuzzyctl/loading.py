@@ -6,6 +6,7 @@ import dataclasses
 import os
 from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
+from typing import Final
 
 from fuzzyctl import arguments
 from fuzzyctl.assembly import Part, bring_in, split
@@ -21,6 +22,13 @@ from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.reading import MAX_BYTES, decode, read_source
 from fuzzyctl.resolve import resolve
 from fuzzyctl.source import SourceText
+
+#: Most systems of a file, and most statements that they share, counted once for each system.
+MAX_SYSTEMS: Final = 200
+MAX_SHARED: Final = 20_000
+
+#: By file its systems.
+Opened = dict[Path, tuple[FuzzySystem, ...]]
 
 __all__ = ["MAX_BYTES", "decode", "examine", "examine_all", "load", "load_all", "loads", "read_source"]
 
@@ -159,8 +167,17 @@ class Examined:
         return apply_policy(in_order(self.source, diagnostics), self.policy)
 
 
-def look_through(source: SourceText, *, folder: Path | None = None, hints: bool = True) -> Examined:
-    """Examine all systems of a source; what it allows and denies is left to whoever knows all diagnostics."""
+def look_through(
+    source: SourceText, *, folder: Path | None = None, hints: bool = True, opened: Opened | None = None
+) -> Examined:
+    """Examine all systems of a source; what it allows and denies is left to whoever knows all diagnostics.
+
+    Args:
+        source: The text.
+        folder: Where the files stand that it uses.
+        hints: Whether to look for what can only be a warning.
+        opened: The systems of files that have been read for this check already.
+    """
     foreign = format_of(source.name)
     if foreign is not None:
         return Examined(source, *examine_foreign(foreign, source))
@@ -171,14 +188,33 @@ def look_through(source: SourceText, *, folder: Path | None = None, hints: bool 
     systems: list[FuzzySystem] = []
     policy = [s for s in tree.statements if isinstance(s, sx.Allow)]
     hints = hints or any(line.keyword.text == "deny" for line in policy)
-    for part in split(tree):
+    parts = split(tree)
+    crowd = _crowded(source, parts)
+    if crowd is not None:
+        return Examined(source, (), [*diagnostics, crowd], tuple(policy))
+    for part in parts:
         system, found = _examine_part(part, broken, hints)
         diagnostics.extend(found)
         systems.extend([system] if system is not None else [])
     diagnostics.extend(_same_names(systems))
-    used = _Used(tree, folder)
+    used = _Used(tree, folder, {} if opened is None else opened)
     linked, more = link(systems, used.system, broken=any(d.severity == "error" for d in diagnostics))
     return Examined(source, linked, [*diagnostics, *more, *used.mistakes], tuple(policy))
+
+
+def _crowded(source: SourceText, parts: Sequence[Part]) -> Diagnostic | None:
+    """Report a file with more systems than are read, or with too much that is read for each of them."""
+    place = next((s.name.span for s in parts[-1].tree.statements if isinstance(s, sx.System)), None)
+    if len(parts) > MAX_SYSTEMS:
+        message = f"the file holds {len(parts)} systems, more than {MAX_SYSTEMS}"
+        return Diagnostic("FZ112", message, place, help="spread them over several files")
+    shared = len(parts) * len(parts[0].shared)
+    if len(parts) > 1 and shared > MAX_SHARED:
+        message = (
+            f"{len(parts)} systems share {len(parts[0].shared)} statements, {shared} in all, more than {MAX_SHARED}"
+        )
+        return Diagnostic("FZ112", message, place, help="spread the systems over several files")
+    return None
 
 
 class _Used:
@@ -188,7 +224,8 @@ class _Used:
         mistakes: Those of the files read.
     """
 
-    def __init__(self, tree: sx.SyntaxTree, folder: Path | None) -> None:
+    def __init__(self, tree: sx.SyntaxTree, folder: Path | None, opened: Opened) -> None:
+        self.opened = opened
         names = dict.fromkeys(s.path for s in tree.statements if isinstance(s, sx.Use))
         self.paths = [folder / name for name in names] if folder is not None else []
         self.systems: dict[str, FuzzySystem] = {}
@@ -198,10 +235,18 @@ class _Used:
         """Return the system of that name in the first file that holds one."""
         while name not in self.systems and self.paths:
             path = self.paths.pop(0)
-            systems, found = examine_all(read_source(path), folder=path.parent, hints=False)
-            self.mistakes.extend(d for d in found if d.severity == "error")
-            self.systems = {s.name: s for s in systems} | self.systems
+            self.systems = {s.name: s for s in self._opened(path)} | self.systems
         return self.systems.get(name)
+
+    def _opened(self, path: Path) -> tuple[FuzzySystem, ...]:
+        """Return the systems of a file, read once however many ways lead to it."""
+        key = path.resolve()
+        if key not in self.opened:
+            self.opened[key] = ()
+            found = look_through(read_source(path), folder=path.parent, hints=False, opened=self.opened)
+            self.mistakes.extend(d for d in found.told(found.diagnostics) if d.severity == "error")
+            self.opened[key] = found.systems
+        return self.opened[key]
 
 
 def _examine_part(part: Part, broken: bool, hints: bool) -> tuple[FuzzySystem | None, list[Diagnostic]]:

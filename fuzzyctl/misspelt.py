@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import difflib
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from functools import lru_cache
+from itertools import islice
 
 from fuzzyctl.peer_words import PEER_REMARKS, PEER_WORDS
 
@@ -30,16 +31,20 @@ def look_alikes(name: str) -> tuple[str, ...]:
 
 #: With more names than this only those that are one letter away are found.
 _MOST_COMPARED = 64
+#: Most pairs of letters that are compared for one name; where there are more, only names one letter away are found.
+_MOST_PAIRS = 50_000
+#: Most letters of all names with one letter left out; where there are more, none is found.
+_MOST_LETTERS = 10_000_000
 
 #: How alike two names must be to be taken for a slip: in names of two letters one may differ.
 _LIKE = 0.5
 
 
-def listed(names: Iterable[str], most: int = 20) -> str:
+def listed(names: Collection[str], most: int = 20) -> str:
     """Return names separated by commas, cut where there are very many."""
-    known = list(names)
-    rest = len(known) - most
-    return ", ".join(known) if rest <= 0 else f"{', '.join(known[:most])} and {rest} more"
+    rest = len(names) - most
+    shown = ", ".join(islice(names, most))
+    return shown if rest <= 0 else f"{shown} and {rest} more"
 
 
 def counted(count: int, noun: str) -> str:
@@ -59,7 +64,7 @@ def closest(name: str, known: Iterable[str]) -> str | None:
         meant = next((word for word in PEER_WORDS[bare] if word in names), None)
         if meant is not None or not PEER_WORDS[bare]:
             return meant
-    if len(names) > _MOST_COMPARED:
+    if len(names) > _MOST_COMPARED or len(name) * sum(map(len, names)) > _MOST_PAIRS:
         return _one_letter_away(name, tuple(names))
     folded = {_bare(n): n for n in reversed(names)}
     if bare in folded:
@@ -89,6 +94,8 @@ def _one_letter_away(name: str, known: tuple[str, ...]) -> str | None:
 def _shortened(known: tuple[str, ...]) -> dict[str, str]:
     """Map every name, whole and without any one of its letters, to itself."""
     index: dict[str, str] = {}
+    if sum(len(name) ** 2 for name in known) > _MOST_LETTERS:
+        return index
     for name in known:
         for short in _without_a_letter(name.casefold()):
             index.setdefault(short, name)

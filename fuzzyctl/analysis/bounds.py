@@ -14,6 +14,7 @@ from fuzzyctl.analysis.degrees import CERTAIN, Truths, activation_in, breakpoint
 from fuzzyctl.analysis.holes import Hole, Verdict
 from fuzzyctl.analysis.intervals import ANYTHING, Interval, enclose, hull
 from fuzzyctl.analysis.silence import Silence
+from fuzzyctl.analysis.work import Work
 from fuzzyctl.errors import NoRuleFiresError
 from fuzzyctl.expr import Binary, Expr, Name, span_of
 from fuzzyctl.kernels import inference, python_backend
@@ -267,6 +268,6 @@ def _with_otherwise(
 
 def _confirmed(flat: Plan, name: str, verdict: Verdict) -> dict[str, float] | None:
     """Return a point where no rule moves an output, if evaluating it there says so, too."""
-    if isinstance(verdict, Hole) and Silence(flat, name).confirms(verdict):
+    if isinstance(verdict, Hole) and Silence(flat, name, Work(math.inf)).confirms(verdict):
         return verdict.witness
     return None

@@ -8,17 +8,15 @@ from __future__ import annotations
 
 import math
 import random
-import time
 from collections.abc import Callable, Iterator, Sequence
 from itertools import islice
 from typing import Final
 
 from fuzzyctl.analysis import sampling
 from fuzzyctl.analysis.silence import Silence
+from fuzzyctl.analysis.work import SpentError
 from fuzzyctl.kernels.plan import Plan
 
-#: Seconds spent on one output.
-SECONDS: Final = 0.5
 #: Points to go from: those of a grid where the rules fire least, and as many random ones.
 STARTS: Final = 8
 #: Random points among which those that count are looked for.
@@ -29,27 +27,30 @@ SHORTEST: Final = 1e-12
 Point = Sequence[float]
 
 
-def silent_point(
-    flat: Plan, output: str, inside: Callable[[Point], bool] | None = None, seconds: float = SECONDS
-) -> list[float] | None:
+def silent_point(flat: Plan, silence: Silence, inside: Callable[[Point], bool] | None = None) -> list[float] | None:
     """Return a point where no rule moves an output, with few digits; None where none is found.
 
     Args:
         flat: The system.
-        output: The output.
+        silence: Of the output; it says how much may be computed, too.
         inside: Tells the points that count, all if it is None.
-        seconds: How long to look.
     """
     if len(flat.rules) > sampling.RULES:
         return None
-    search = _Search(flat, Silence(flat, output), inside or (lambda _: True), time.monotonic() + seconds)
-    found = search.found()
-    return None if found is None else search.shortened(found)
+    search = _Search(flat, silence, inside or (lambda _: True))
+    try:
+        found = search.found()
+    except SpentError:
+        return None
+    try:
+        return None if found is None else search.shortened(found)
+    except SpentError:
+        return found
 
 
 class _Search:
-    def __init__(self, flat: Plan, silence: Silence, inside: Callable[[Point], bool], deadline: float) -> None:
-        self.flat, self.silence, self.inside, self.deadline = flat, silence, inside, deadline
+    def __init__(self, flat: Plan, silence: Silence, inside: Callable[[Point], bool]) -> None:
+        self.flat, self.silence, self.inside = flat, silence, inside
 
     def found(self) -> list[float] | None:
         grid: list[tuple[float, list[float]]] = []
@@ -65,8 +66,6 @@ class _Search:
             point = self._descended(start)
             if self.silence.holds_at(point):
                 return point
-            if time.monotonic() > self.deadline:
-                break
         return None
 
     def _random(self) -> Iterator[list[float]]:
@@ -79,7 +78,7 @@ class _Search:
         lowest = self.silence.activation(point)
         widths = [v.upper - v.lower for v in self.flat.inputs]
         steps = [0.25 * w for w in widths]
-        while lowest > 0.0 and time.monotonic() < self.deadline:
+        while lowest > 0.0:
             if all(s < SHORTEST * w for s, w in zip(steps, widths, strict=True)):
                 break
             for i in range(len(steps)):

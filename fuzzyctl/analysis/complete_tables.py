@@ -10,10 +10,11 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import inf, nextafter
-from typing import Final
+from typing import Final, NamedTuple
 
 from fuzzyctl.analysis.degrees import Cell, bounded, degree_in
 from fuzzyctl.analysis.intervals import Interval, enclose
+from fuzzyctl.analysis.work import Work
 from fuzzyctl.expr import Expr, names_in
 from fuzzyctl.kernels.plan import DegreePlan, Plan, SetPlan, step_name
 
@@ -23,8 +24,8 @@ _HIGH: Final = 0.25
 _HALVINGS: Final = 6
 #: Firing strengths that no rounding brings to where activations lose digits, whatever the order of a product.
 _CLEAR: Final = 1e-150
-#: Rules that are looked at, counted each time, before it is left to a search: about a second.
-_BUDGET: Final = 2_000_000
+#: Units of work for a rule that is looked at, and for a degree over an interval.
+_LOOKED, _DEGREE = 0.5, 10
 
 #: The names of degrees, as they are or hedged, that a firing strength depends on: one for each of some variables.
 Literals = Mapping[int, str]
@@ -40,6 +41,7 @@ class Conditions:
         cells: By variable its values, cut at the corners of its terms.
         strengths: Positions of the firing strengths of the rules.
         acts: From the position of a firing strength and the interval it is in whether some rule of it surely acts.
+        work: What may be computed before it is left to a search.
     """
 
     plan: Plan
@@ -47,6 +49,7 @@ class Conditions:
     cells: Mapping[int, Sequence[Cell]]
     strengths: Iterable[int]
     acts: Callable[[int, Interval], bool]
+    work: Work
 
     def some_rule_fires(self) -> bool:
         """Return whether the rules are a table that is known to be complete; if not, nothing is known."""
@@ -72,7 +75,7 @@ class Conditions:
                 return False
         fired = _Truths({n: (least[v], 1.0) for v, own in names.items() for n in own}, steps)
         sure = [literals for s, literals in rules.items() if self._is_sure(s, fired)]
-        return _Table([list(own) for own in names.values()]).is_covered(
+        return _Table([list(own) for own in names.values()], self.work).is_covered(
             [tuple(literals.get(v, "") for v in names) for literals in sure]
         )
 
@@ -85,7 +88,7 @@ class Conditions:
         cells, least = self.cells[variable], 1.0
         sets = {n: d.set for n, d in self.degrees.items() if d.variable == variable}
         for cell, own in zip(cells, _candidates(cells, names, sets), strict=True):
-            least = min(least, _best(cell.floats, own, sets, steps, _HALVINGS))
+            least = min(least, _best(cell.floats, own, _Sets(sets, steps, self.work), _HALVINGS))
             if least == 0.0:
                 break
         return least
@@ -152,16 +155,24 @@ def _candidates(cells: Sequence[Cell], names: Sequence[str], sets: Mapping[str, 
     return found
 
 
-def _best(
-    x: Interval, names: Sequence[str], sets: Mapping[str, SetPlan], steps: Mapping[str, Expr], halvings: int
-) -> float:
-    """Return a degree that one of some literals has everywhere in an interval."""
-    truths = _Degrees(x, sets, steps)
+class _Sets(NamedTuple):
+    """The terms of a variable, what reads them, and what may be computed."""
+
+    terms: Mapping[str, SetPlan]
+    steps: Mapping[str, Expr]
+    work: Work
+
+
+def _best(x: Interval, names: Sequence[str], sets: _Sets, halvings: int) -> float:
+    """Return a degree that one of some literals has everywhere in an interval; 0 where there is no work left."""
+    if not sets.work.takes(_DEGREE * (len(names) + 1)):
+        return 0.0
+    truths = _Degrees(x, sets.terms, sets.steps)
     found = max((truths[n][0] for n in names), default=0.0)
     if found >= _HIGH or halvings == 0 or max((truths[n][1] for n in names), default=0.0) == 0.0:
         return found
     halves = halved(x)
-    return max(found, min((_best(h, names, sets, steps, halvings - 1) for h in halves), default=0.0))
+    return max(found, min((_best(h, names, sets, halvings - 1) for h in halves), default=0.0))
 
 
 class _Degrees(_Truths):
@@ -201,11 +212,11 @@ class _Table:
 
     Args:
         literals: Of each variable.
+        work: What may be computed; where it does not suffice nothing is covered.
     """
 
-    def __init__(self, literals: Sequence[Sequence[str]]) -> None:
-        self._literals = literals
-        self._left = _BUDGET
+    def __init__(self, literals: Sequence[Sequence[str]], work: Work) -> None:
+        self._literals, self._work = literals, work
 
     def is_covered(self, rules: Sequence[Sequence[str]], depth: int = 0) -> bool:
         """Return whether each combination has a rule.
@@ -214,8 +225,7 @@ class _Table:
             rules: For each variable the literal it asks for, an empty text where it asks for none.
             depth: The first variable that is not settled yet.
         """
-        self._left -= len(rules)
-        if not rules or self._left < 0:
+        if not rules or not self._work.takes(1 + _LOOKED * len(rules)):
             return False
         if any(not any(rule[depth:]) for rule in rules):
             return True

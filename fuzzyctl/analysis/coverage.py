@@ -9,6 +9,7 @@ from fuzzyctl.analysis.compass import silent_point
 from fuzzyctl.analysis.degrees import CERTAIN, Truths, degree_in
 from fuzzyctl.analysis.holes import Hole, Search, Undecided, Verdict, counts
 from fuzzyctl.analysis.silence import Silence, at, unclear_at
+from fuzzyctl.analysis.work import COVERAGE, SEARCH, SPENT, SpentError, Work
 from fuzzyctl.errors import Diagnostic
 from fuzzyctl.formulas import EXACT_IMPLICATIONS
 from fuzzyctl.kernels.plan import (
@@ -35,19 +36,20 @@ def uncovered(system: FuzzySystem) -> dict[str, Verdict]:
     return uncovered_of(plan(system))
 
 
-def uncovered_of(flat: Plan) -> dict[str, Verdict]:
-    """Do the same for a plan."""
+def uncovered_of(flat: Plan, work: Work | None = None) -> dict[str, Verdict]:
+    """Do the same for a plan; `work` is what may be computed for all outputs."""
+    whole = Work(len(flat.outputs) * COVERAGE) if work is None else work
     verdicts: dict[int, Verdict] = {}
     for position in flat.order:
-        verdicts[position] = _verdict(flat, flat.outputs[position], verdicts)
+        verdicts[position] = _verdict(flat, flat.outputs[position], verdicts, whole.part(COVERAGE))
     return {output.name: verdicts[k] for k, output in enumerate(flat.outputs)}
 
 
-def _verdict(flat: Plan, output: OutputPlan, earlier: Mapping[int, Verdict]) -> Verdict:
-    found = Search(flat, output, free_outputs=True).verdict()
+def _verdict(flat: Plan, output: OutputPlan, earlier: Mapping[int, Verdict], work: Work) -> Verdict:
+    found = Search(flat, output, True, work.part(0.5 * work.left) if output.reads else work).verdict()
     if found is not None and output.reads:
         # No output need ever have the value at which no rule fires; a hole is one for all their values.
-        found = Search(flat, output).verdict()
+        found = Search(flat, output, False, work).verdict()
     if isinstance(found, Hole) and output.total != "activations":
         return Undecided("the average divides by more than the activations of its own rules")
     if found is not None:
@@ -102,21 +104,30 @@ def diagnostics(system: FuzzySystem) -> list[Diagnostic]:
     return diagnostics_of(system, flat, uncovered_of(flat))
 
 
-def diagnostics_of(system: FuzzySystem, flat: Plan, verdicts: Mapping[str, Verdict]) -> list[Diagnostic]:
-    """Do the same for a system whose plan and verdicts are known."""
+def diagnostics_of(
+    system: FuzzySystem, flat: Plan, verdicts: Mapping[str, Verdict], work: Work | None = None
+) -> list[Diagnostic]:
+    """Do the same for a system whose plan and verdicts are known; `work` is what may be computed for all outputs."""
+    work = Work() if work is None else work
     found: list[Diagnostic] = []
+    silence: Silence | None = None
     for position, output in enumerate(system.outputs):
         verdict = verdicts[output.name]
         named = any(c.output == output.name for rule in system.rules for c in rule.consequents)
         # An output without rules has a diagnostic of its own.
         if verdict is None or output.otherwise is not None or not named:
             continue
-        if isinstance(verdict, Hole) and not Silence(flat, output.name).confirms(verdict):
-            verdict = Undecided(unclear_at(verdict))
+        part = work.part(SEARCH)
+        silence = Silence(flat, output.name, part) if silence is None else silence.of(output.name, part)
+        try:
+            if isinstance(verdict, Hole) and not silence.confirms(verdict):
+                verdict = Undecided(unclear_at(verdict))
+        except SpentError:
+            verdict = Undecided(SPENT, spent=True)
         if isinstance(verdict, Hole):
             found.append(_at_hole(flat, output, flat.outputs[position], verdict))
         else:
-            found.append(_undecided(flat, output, flat.outputs[position], verdict))
+            found.append(_undecided(flat, output, flat.outputs[position], verdict, silence))
     return found
 
 
@@ -127,15 +138,17 @@ def _at_hole(flat: Plan, output: Output, planned: OutputPlan, hole: Hole) -> Dia
     return _silent(output, f"where {hole}", _stopped(flat, planned, hole.witness), before=example)
 
 
-def _undecided(flat: Plan, output: Output, planned: OutputPlan, verdict: Undecided) -> Diagnostic:
+def _undecided(flat: Plan, output: Output, planned: OutputPlan, verdict: Undecided, silence: Silence) -> Diagnostic:
     """Report an output of which it is not known whether some rule always fires, with a point where none does."""
-    point = silent_point(flat, output.name)
+    point = silent_point(flat, silence)
     if point is not None:
         stopped = _stopped(flat, planned, dict(zip([i.name for i in flat.inputs], point, strict=True)))
         region = f"it is not known how far around it none does: {verdict.reason}"
         return _silent(output, f"at {at(flat, point)}", stopped, after=(region,))
     message = f"it cannot be decided whether some rule always fires for output '{output.name}'"
     help_text = f"say what holds where none does: 'output {output.name} ... else VALUE'"
+    if verdict.spent:
+        return Diagnostic("FZ407", message, output.span, "warning", (verdict.reason,), help_text)
     return Diagnostic("FZ401", message, output.span, facts=(verdict.reason,), help=help_text)
 
 

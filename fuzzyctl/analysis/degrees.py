@@ -7,7 +7,7 @@ exact; cells are single points and the floats strictly between two neighbouring 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
@@ -22,7 +22,6 @@ from fuzzyctl.kernels.plan import (
     RulePlan,
     SetPlan,
     chain_name,
-    step_name,
 )
 
 #: A rule whose activation is at least this counts as firing: far above where sums and areas of activations lose digits.
@@ -49,7 +48,7 @@ class Truths(Mapping[str, Interval]):
     """Intervals of degrees, and of the steps of firing strengths, each computed when it is asked for."""
 
     def __init__(self, flat: Plan, degrees: Mapping[str, Interval]) -> None:
-        self._steps = {step_name(i): step for i, step in enumerate(flat.steps)}
+        self._steps = flat.named_steps
         self._known = {chain_name(i): chain_in(flat, i) for i in range(len(flat.chains))} | dict(degrees)
         # What is chained may add up to more than a degree.
         self._most = max((high for _, high in self._known.values()), default=1.0) if flat.chains else 1.0
@@ -90,11 +89,11 @@ def bounded(values: Interval, most: float) -> Interval:
     return min(max(values[0], 0.0), most), min(max(values[1], 0.0), most)
 
 
-def degrees_read(flat: Plan, strength: Expr) -> set[str]:
-    """Return the names of the degrees that a firing strength depends on."""
-    steps = {step_name(i): step for i, step in enumerate(flat.steps)}
+def degrees_read(flat: Plan, strengths: Iterable[Expr]) -> set[str]:
+    """Return the names of the degrees that some firing strengths depend on."""
+    steps = flat.named_steps
     found: set[str] = set()
-    waiting = [strength]
+    waiting = list(strengths)
     while waiting:
         for name in {n.name for n in names_in(waiting.pop())} - found:
             found.add(name)

@@ -13,6 +13,7 @@ from typing import Any, Final
 
 from fuzzyctl.analysis.degrees import Truths, activation_in, cells, degree_in, degrees_read
 from fuzzyctl.analysis.intervals import Interval, hull
+from fuzzyctl.analysis.work import Work, units_of
 from fuzzyctl.errors import Diagnostic, Note
 from fuzzyctl.expr import Number, number_text
 from fuzzyctl.formats.fz import antecedent_text
@@ -24,6 +25,10 @@ from fuzzyctl.model.system import FuzzySystem
 
 #: Most cells looked at for one rule that names an input twice.
 MOST_CELLS: Final = 2000
+#: Most units of work for a degree: of one with many corners only the formulas on the way to its piece are evaluated.
+_MOST_ENCLOSED: Final = 200
+#: Units of work for a degree looked for, a degree in a cell, and two rules that are compared.
+_SCANNED, _CELL, _PAIR = 0.1, 10, 2
 #: Most rules of one consequent that are compared with each other.
 MOST_COMPARED: Final = 300
 
@@ -31,12 +36,12 @@ MOST_COMPARED: Final = 300
 Named = tuple[str, str]
 
 
-def diagnostics(system: FuzzySystem, flat: Plan) -> list[Diagnostic]:
+def diagnostics(system: FuzzySystem, flat: Plan, work: Work | None = None) -> list[Diagnostic]:
     """Report rules that never act and terms of inputs whose degree is 0 in the whole range, each cause once."""
     semantics = system.method.semantics
     if semantics.least is None or semantics.chained != "value":
         return []  # there a rule may act that does not fire, or fire though its terms lie apart
-    idle = _Idle(system, flat)
+    idle = _Idle(system, flat, Work() if work is None else work)
     found = [_dead_term(system, idle, term) for term in idle.zero]
     for position, rule in enumerate(system.rules):
         named = {(i.variable, i.term) for i in literals(rule.antecedent)}
@@ -57,9 +62,9 @@ class _Idle:
         lost: Terms that only rules of `dead` name, besides those of `zero`.
     """
 
-    def __init__(self, system: FuzzySystem, flat: Plan) -> None:
-        self.system, self.flat = system, flat
-        self.degrees = [_reach(flat, d) for d in flat.degrees]
+    def __init__(self, system: FuzzySystem, flat: Plan, work: Work) -> None:
+        self.system, self.flat, self.work = system, flat, work
+        self.degrees = [_reach(flat, d, work) for d in flat.degrees]
         self.zero = dict(self._zero_terms())
         self.dead = dict(self._dead_rules())
         self.covered = dict(self._covered_rules())
@@ -101,10 +106,14 @@ class _Idle:
         """Return whether a rule may fire in some cell between the corners of its terms."""
         flat = self.flat
         strength = flat.strengths[flat.rules[r].strength]
-        own = {n: d for i, d in enumerate(flat.degrees) if (n := degree_name(i)) in degrees_read(flat, strength)}
+        if not self.work.takes(_SCANNED * len(flat.degrees)):
+            return True
+        read = degrees_read(flat, [strength])
+        own = {n: d for i, d in enumerate(flat.degrees) if (n := degree_name(i)) in read}
         variables = sorted({d.variable for d in own.values()})
         sides = [cells(flat.variable(v), [d.set for d in own.values() if d.variable == v]) for v in variables]
-        if prod(len(s) for s in sides) > MOST_CELLS:
+        count = prod(len(s) for s in sides)
+        if count > MOST_CELLS or not self.work.takes(count * (_CELL * len(own) + units_of(strength))):
             return True
         for box in product(*sides):
             at = dict(zip(variables, box, strict=True))
@@ -127,7 +136,8 @@ class _Idle:
         outdone: dict[int, list[int]] = {}
         said = {r: _said(self.system.rules[r].antecedent) for rules in rivals.values() for r in rules}
         for rules in rivals.values():
-            for r in rules if len(rules) <= MOST_COMPARED else ():
+            count = len(rules)
+            for r in rules if count <= MOST_COMPARED and self.work.takes(_PAIR * count * count) else ():
                 better = next((s for s in rules if s != r and s not in self.dead and self._outdoes(said, s, r)), None)
                 if better is not None and r not in self.dead:
                     outdone.setdefault(r, []).append(better)
@@ -144,10 +154,16 @@ class _Idle:
         return self.flat.rules[s].weight >= self.flat.rules[r].weight and first != second and _at_most(second, first)
 
 
-def _reach(flat: Plan, degree: DegreePlan) -> Interval:
-    """Enclose the degrees that a term has in the range of its variable."""
-    own = cells(flat.variable(degree.variable), [degree.set])
-    return hull(degree_in(degree.set, cell.floats) for cell in own)
+def _reach(flat: Plan, degree: DegreePlan, work: Work) -> Interval:
+    """Enclose the degrees that a term has in the range of its variable; all there are where there is no work left."""
+    whole, found = (0.0, degree.set.height), None
+    units = units_of(degree.set.degree_of_x)
+    for cell in cells(flat.variable(degree.variable), [degree.set]):
+        if found == whole or not work.takes(min(units, _MOST_ENCLOSED)):
+            return whole
+        own = degree_in(degree.set, cell.floats)
+        found = own if found is None else hull([found, own])
+    return found or whole
 
 
 #: What an antecedent says: its kind with its operands or its words. Tuples of texts are compared a hundred times faster

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, cached_property
 from itertools import pairwise, product
 from typing import Final
 
@@ -21,12 +21,14 @@ from fuzzyctl.analysis.degrees import (
     degrees_read,
     effect_in,
 )
-from fuzzyctl.analysis.intervals import Interval, enclose
+from fuzzyctl.analysis.intervals import Interval, enclose, hull
+from fuzzyctl.analysis.work import COVERAGE, SPENT, SpentError, Work, sampling, units_of
 from fuzzyctl.expr import Name
 from fuzzyctl.formulas import CONJUNCTIONS, EXACT_IMPLICATIONS
 from fuzzyctl.kernels.adaptive import nodes_of, places_of
 from fuzzyctl.kernels.defuzzify import closed_form, support
 from fuzzyctl.kernels.plan import (
+    DegreePlan,
     ImpliedPlan,
     OutputPlan,
     Plan,
@@ -39,8 +41,10 @@ from fuzzyctl.kernels.sampling import sampled_degrees, seen_points
 
 #: A consequent set narrower than this part of the range, or lower than this at all samples, does not count.
 NARROW: Final = 1e-12
-#: Evaluations of firing strengths spent on one output before it is left undecided: about a second.
-BUDGET: Final = 150_000
+#: Units of work for the search itself, where a complete table has not settled it.
+BUDGET: Final = 800_000
+#: Units of work for a degree over an interval, a step of a firing strength, and a degree that is copied.
+_DEGREE, _STEP, _COPIED = 8, 0.5, 0.2
 #: Boxes that are halved where cells alone do not decide.
 SPLITS: Final = 4000
 
@@ -93,9 +97,10 @@ class Hole:
 
 @dataclass(frozen=True)
 class Undecided:
-    """It is not known whether some rule always fires; `reason` says why."""
+    """It is not known whether some rule always fires; `reason` says why, `spent` whether for lack of work only."""
 
     reason: str
+    spent: bool = False
 
 
 Verdict = Hole | Undecided | None
@@ -112,37 +117,38 @@ class Search:
         output: The output.
         free_outputs: Whether outputs in antecedents are walked through like inputs, as if each could have any value in
             its range whatever the inputs are; if not, all that is known of a degree is what it is over the range.
+        work: What may be computed.
     """
 
     plan: Plan
     output: OutputPlan
     free_outputs: bool = False
-    spent: int = 0
+    work: Work = field(default_factory=lambda: Work(COVERAGE))
     open_boxes: list[tuple[Interval, ...]] = field(default_factory=list)
 
     def verdict(self) -> Verdict:
         """Return a hole, None if some rule always moves the output, or why neither is known."""
-        self._prepare()
-        if self._is_complete_table():
-            return None
-        self.known = [[self._degrees_in(k, cell.floats) for cell in own] for k, own in enumerate(self.cells)]
         try:
-            for position in self._holes(0, (), {}, list(self.rules)):
-                return self._grown(position)
-            return self._split_open_boxes()
-        except _SpentError:
-            return Undecided(f"the terms of {len(self.used)} inputs cut their ranges into too many cells")
+            self._prepare()
+            if self._is_complete_table():
+                return None
+            self.work = self.work.part(BUDGET)
+            position = self._first_hole()
+            return self._split_open_boxes() if position is None else self._grown(position)
+        except SpentError:
+            return Undecided(SPENT, spent=True)
 
     def _prepare(self) -> None:
         """Find the rules that count, their strengths, and the inputs they look at."""
         self.rules: dict[int, list[tuple[ImpliedPlan, Interval]]] = {}
-        terms = {entry.term: self.output.terms[entry.term] for entry in self.output.implied}
-        tops = {t: _top(self.output, term) for t, term in terms.items() if counts(self.output, term)}
+        tops = self._tops()
         for entry in self.output.implied:
             rule = self.plan.rules[entry.rule]
             if (rule.weight > 0.0 or always_acts(self.plan, entry)) and entry.term in tops:
                 self.rules.setdefault(rule.strength, []).append((entry, tops[entry.term]))
-        names = {n for s in self.rules for n in degrees_read(self.plan, self.plan.strengths[s])}
+        self.units = {s: units_of(self.plan.strengths[s]) for s in self.rules}
+        self.work.spend(sum(self.units.values()))
+        names = degrees_read(self.plan, [self.plan.strengths[s] for s in self.rules])
         named = {degree_name(i): d for i, d in enumerate(self.plan.degrees) if degree_name(i) in names}
         inputs = len(self.plan.inputs)
         self.degrees = {n: d for n, d in named.items() if self.free_outputs or d.variable < inputs}
@@ -152,28 +158,58 @@ class Search:
                 variable = self.plan.variable(d.variable)
                 self.fixed[n] = degree_in(d.set, (variable.lower, variable.upper))
         self.used = sorted({d.variable for d in self.degrees.values()})
-        self.cells = [
-            cells(self.plan.variable(i), [d.set for d in self.plan.degrees if d.variable == i]) for i in self.used
-        ]
+        self.own: dict[int, dict[str, DegreePlan]] = {v: {} for v in self.used}
+        for n, d in self.degrees.items():
+            self.own[d.variable][n] = d
+        self.known: dict[tuple[int, int], dict[str, Interval]] = {}
+        self.cells = [cells(self.plan.variable(i), sets) for i in self.used for sets in [self._sets.get(i, [])]]
+
+    @cached_property
+    def _sets(self) -> dict[int, list[SetPlan]]:
+        """The terms of each variable that some rule names."""
+        found: dict[int, list[SetPlan]] = {}
+        for d in self.plan.degrees:
+            found.setdefault(d.variable, []).append(d.set)
+        return found
+
+    def _tops(self) -> dict[int, Interval]:
+        """Enclose the largest degree of each consequent set that counts."""
+        output, tops = self.output, {}
+        for t in dict.fromkeys(entry.term for entry in output.implied):
+            self.work.spend(1 + sampling(output, 2))
+            if counts(output, output.terms[t]):
+                tops[t] = _top(output, output.terms[t])
+        return tops
 
     def _is_complete_table(self) -> bool:
         """Return whether the rules are a complete table, for which no box needs to be looked at."""
         cells_of = dict(zip(self.used, self.cells, strict=True))
-        return Conditions(self.plan, self.degrees, cells_of, self.rules, self._acts).some_rule_fires()
+        work = self.work.part(0.5 * self.work.left)
+        return Conditions(self.plan, self.degrees, cells_of, self.rules, self._acts, work).some_rule_fires()
 
     def _acts(self, strength: int, fired: Interval) -> bool:
         """Return whether some rule of a firing strength surely moves the output."""
         return any(self._moved(entry, top, fired)[0] >= CERTAIN for entry, top in self.rules[strength])
 
     def _degrees_in(self, position: int, floats: Interval) -> dict[str, Interval]:
-        own = {n: d for n, d in self.degrees.items() if d.variable == self.used[position]}
+        own = self.own[self.used[position]]
+        self.work.spend(_DEGREE * len(own))
         return {n: degree_in(d.set, floats) for n, d in own.items()}
+
+    def _degrees_of(self, position: int, cell: int) -> dict[str, Interval]:
+        """Return the degrees in a cell of an input, computed when they are first asked for."""
+        found = self.known.get((position, cell))
+        if found is None:
+            found = self.known[position, cell] = self._degrees_in(position, self.cells[position][cell].floats)
+        return found
+
+    def _truths(self, box: Mapping[str, Interval]) -> Truths:
+        self.work.spend(5 + _STEP * len(self.plan.steps) + _COPIED * len(box))
+        return Truths(self.plan, {**self.fixed, **box})
 
     def _activation(self, strength: int, truths: Truths) -> Interval:
         """Enclose how far the rules of a firing strength move the output."""
-        self.spent += 1
-        if self.spent > BUDGET:
-            raise _SpentError
+        self.work.spend(self.units[strength])
         fired = truths.strength(self.plan.strengths[strength])
         moved = [self._moved(entry, top, fired) for entry, top in self.rules[strength]]
         return max(low for low, _ in moved), max(high for _, high in moved)
@@ -194,9 +230,9 @@ class Search:
         implied = _implied(implication)
         return implied(low, top[0]), implied(high, top[1])
 
-    def _remaining(self, alive: list[int], box: dict[str, Interval]) -> list[int] | None:
+    def _remaining(self, alive: list[int], box: Mapping[str, Interval]) -> list[int] | None:
         """Return the rules that may still fire in a box, None if one must."""
-        truths = Truths(self.plan, self.fixed | box)
+        truths = self._truths(box)
         kept: list[int] = []
         for strength in alive:
             low, high = self._activation(strength, truths)
@@ -206,27 +242,39 @@ class Search:
                 kept.append(strength)
         return kept
 
-    def _holes(
-        self, depth: int, position: tuple[int, ...], box: dict[str, Interval], alive: list[int]
-    ) -> Iterator[tuple[int, ...]]:
-        """Yield cells without a firing rule; collect those where it is not clear."""
-        later = {n: (0.0, 1.0) for n, d in self.degrees.items() if self.used.index(d.variable) >= depth}
-        kept = self._remaining(alive, box | later)
-        if kept is None:
-            return
-        if not kept:
-            yield (*position, *(0 for _ in self.used[depth:]))
-        elif depth == len(self.used):
-            self.open_boxes.append(tuple(self.cells[k][c].floats for k, c in enumerate(position)))
-        else:
-            for c, degrees in enumerate(self.known[depth]):
-                yield from self._holes(depth + 1, (*position, c), box | degrees, kept)
+    def _first_hole(self) -> tuple[int, ...] | None:
+        """Return the first cell without a firing rule, input by input; collect the cells where it is not clear."""
+        box: dict[str, Interval] = dict.fromkeys(self.degrees, (0.0, 1.0))
+        waiting: list[tuple[tuple[int, ...], list[int]]] = [((), list(self.rules))]
+        depth = 0
+        while waiting:
+            position, alive = waiting.pop()
+            for k in range(len(position), depth):
+                box.update(dict.fromkeys(self.own[self.used[k]], (0.0, 1.0)))
+            depth = len(position)
+            if position:
+                box.update(self._degrees_of(depth - 1, position[-1]))
+            kept = self._remaining(alive, box)
+            if kept is None:
+                continue
+            if not kept:
+                return (*position, *(0 for _ in self.used[depth:]))
+            if depth == len(self.used):
+                self.open_boxes.append(tuple(self.cells[k][c].floats for k, c in enumerate(position)))
+                continue
+            self.work.spend(_COPIED * depth * len(self.cells[depth]))
+            waiting.extend(((*position, c), kept) for c in reversed(range(len(self.cells[depth]))))
+        return None
 
     def _is_hole(self, position: tuple[int, ...]) -> bool:
         box: dict[str, Interval] = {}
         for k, c in enumerate(position):
-            box |= self.known[k][c]
-        truths = Truths(self.plan, self.fixed | box)
+            box |= self._degrees_of(k, c)
+        return self._is_silent(box)
+
+    def _is_silent(self, box: Mapping[str, Interval]) -> bool:
+        """Return whether no rule fires where degrees are in some intervals."""
+        truths = self._truths(box)
         return all(self._activation(s, truths)[1] <= 0.0 for s in self.rules)
 
     def _grown(self, position: tuple[int, ...]) -> Hole:
@@ -247,9 +295,15 @@ class Search:
         return self._hole(sides)
 
     def _all_holes(self, slab: Sequence[Sequence[int]]) -> bool:
+        """Return whether no rule fires in all cells of a slab, looked at together or one by one."""
         try:
-            return all(self._is_hole(position) for position in product(*slab))
-        except _SpentError:
+            hulls: dict[str, Interval] = {}
+            for k, own in enumerate(slab):
+                inside = [self._degrees_of(k, c) for c in own]
+                self.work.spend(_COPIED * len(own) * len(inside[0]))
+                hulls |= {n: hull(degrees[n] for degrees in inside) for n in inside[0]}
+            return self._is_silent(hulls) or all(self._is_hole(position) for position in product(*slab))
+        except SpentError:
             return False
 
     def _hole(self, sides: dict[int, Side]) -> Hole:
@@ -290,10 +344,6 @@ def _implied(implication: str) -> Callable[[float, float], float]:
     """Return what an implication makes of an activation and a degree."""
     found: Callable[[float, float], float] = scalar_function(CONJUNCTIONS[implication](Name("a"), Name("b")))
     return found
-
-
-class _SpentError(Exception):
-    """Raised when a search has used up its budget."""
 
 
 def counts(output: OutputPlan, term: SetPlan) -> bool:

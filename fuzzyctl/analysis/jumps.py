@@ -8,11 +8,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations, islice, pairwise, product
-from typing import Final
+from typing import Any, Final
 
 from fuzzyctl.analysis.degrees import breakpoints, cells, degree_in
 from fuzzyctl.analysis.holes import Hole, Verdict
+from fuzzyctl.analysis.work import Work, compilation, evaluation
 from fuzzyctl.errors import Diagnostic, NoRuleFiresError
 from fuzzyctl.expr import Expr, to_text
 from fuzzyctl.kernels import inference, python_backend
@@ -56,23 +58,26 @@ class Jump:
         return abs(self.after - self.before)
 
 
-def diagnostics(system: FuzzySystem, flat: Plan, verdicts: dict[str, Verdict]) -> list[Diagnostic]:
+def diagnostics(
+    system: FuzzySystem, flat: Plan, verdicts: dict[str, Verdict], work: Work | None = None
+) -> list[Diagnostic]:
     """Report the largest jump of each output.
 
     Args:
         system: The system.
         flat: Its plan.
         verdicts: What is known of the outputs' coverage.
+        work: What may be computed for all outputs.
     """
-    found = []
+    search, found = _Evaluation(flat, Work() if work is None else work), []
     for output in system.outputs:
-        jump = largest_jump(flat, output.name, verdicts[output.name])
+        jump = largest_jump(flat, output.name, verdicts[output.name], search)
         if jump is not None:
             found.append(_diagnostic(output, jump))
     return found
 
 
-def largest_jump(flat: Plan, name: str, verdict: Verdict) -> Jump | None:
+def largest_jump(flat: Plan, name: str, verdict: Verdict, search: _Evaluation | None = None) -> Jump | None:
     """Return the largest jump found of an output, None where there is none to be found."""
     position = next(k for k, o in enumerate(flat.outputs) if o.name == name)
     output = flat.outputs[position]
@@ -81,7 +86,7 @@ def largest_jump(flat: Plan, name: str, verdict: Verdict) -> Jump | None:
     places = list(islice(_places(flat, output, isinstance(verdict, Hole)), MOST_PLACES))
     if not places:
         return None
-    value = _evaluator(flat, position)
+    value = (_Evaluation(flat, Work()) if search is None else search).of(position)
     found = [j for place in places for j in [_at(flat, output, value, *place)] if j is not None]
     if not found:
         return None
@@ -115,19 +120,33 @@ def _leaves_a_gap(variable: InputPlan, sets: Sequence[SetPlan]) -> bool:
     return any(all(degree_in(s, cell.floats)[1] <= 0.0 for s in sets) for cell in cells(variable, sets))
 
 
-def _evaluator(flat: Plan, position: int) -> Callable[[Sequence[float]], float]:
-    program = inference.evaluation(flat)
-    names = [i.name for i in flat.inputs]
-    kernel = python_backend.compile_source(python_backend.evaluation_source(program), program, names)
+class _Evaluation:
+    """The outputs at points; NaN where one has no value, and everywhere when there is no work left."""
 
-    def value(point: Sequence[float]) -> float:
-        try:
-            found = kernel(*point)
-        except NoRuleFiresError:
-            return math.nan
-        return float(found[position] if isinstance(found, tuple) else found)
+    def __init__(self, flat: Plan, work: Work) -> None:
+        self.flat, self.work, self.units = flat, work, evaluation(flat)
 
-    return value
+    @cached_property
+    def kernel(self) -> Callable[..., Any] | None:
+        if not self.work.takes(compilation(self.flat)):
+            return None
+        program = inference.evaluation(self.flat)
+        names = [i.name for i in self.flat.inputs]
+        return python_backend.compile_source(python_backend.evaluation_source(program), program, names)
+
+    def of(self, position: int) -> Callable[[Sequence[float]], float]:
+        """Return one output as a function of a point."""
+
+        def value(point: Sequence[float]) -> float:
+            if self.kernel is None or not self.work.takes(1 + self.units):
+                return math.nan
+            try:
+                found = self.kernel(*point)
+            except NoRuleFiresError:
+                return math.nan
+            return float(found[position] if isinstance(found, tuple) else found)
+
+        return value
 
 
 def _at(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property, partial
@@ -28,7 +29,7 @@ from fuzzyctl.analysis.claims import (
     outside,
     speaks_of_all_points,
 )
-from fuzzyctl.analysis.compass import SECONDS, silent_point
+from fuzzyctl.analysis.compass import silent_point
 from fuzzyctl.analysis.coverage import uncovered_of
 from fuzzyctl.analysis.exact import Surface, surface_of
 from fuzzyctl.analysis.holes import Hole
@@ -36,8 +37,9 @@ from fuzzyctl.analysis.holes import Undecided as Unclear
 from fuzzyctl.analysis.silence import Silence, unclear_at
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict
 from fuzzyctl.analysis.witnesses import Judge
+from fuzzyctl.analysis.work import SEARCH, SPENT, SpentError, Work
 from fuzzyctl.errors import Diagnostic
-from fuzzyctl.expr import Binary, Expr, span_of, to_text
+from fuzzyctl.expr import Binary, Expr, span_of, to_text, walk
 from fuzzyctl.kernels.plan import Plan, plan
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.system import FuzzySystem
@@ -46,6 +48,10 @@ from fuzzyctl.model.system import FuzzySystem
 TIMEOUT: Final = 10.0
 #: Most products of corners and rules where no time is given.
 QUICK: Final = 10_000
+#: Units of work for the slopes at a corner.
+_CORNER: Final = 100
+#: Units of work for reading an operation of a guarantee.
+_GUARANTEE: Final = 60
 #: Seconds spent on points at which a guarantee divides by 0 where no time is given.
 LOOKED: Final = 1.0
 
@@ -103,11 +109,13 @@ class Prover:
         system: The system.
         timeout: Seconds that one guarantee may take; 0 for the quick methods only.
         progress: Called now and then.
+        work: What the quick methods may compute for all guarantees; None for whatever they need.
     """
 
     system: FuzzySystem
     timeout: float = TIMEOUT
     progress: Progress | None = None
+    work: Work | None = None
     _boxed: Any = field(default=None, init=False, repr=False)
 
     @cached_property
@@ -136,7 +144,7 @@ class Prover:
     @cached_property
     def judge(self) -> Judge:
         """What evaluates witnesses."""
-        return Judge(self.system)
+        return Judge(self.system, self.work)
 
     def verdict(self, guarantee: Guarantee) -> Verdict:
         """Return what is proved of a guarantee."""
@@ -186,7 +194,7 @@ class Prover:
         return Diagnostic("FZ307", message, span_of(place) or guarantee.span, help=help_text)
 
     def _part_without_value(self, guarantee: Guarantee, claim: Claim) -> tuple[Expr, dict[str, float]] | None:
-        return sampling.without_value(guarantee, claim, self.plan, self.judge, self.timeout or LOOKED)
+        return sampling.without_value(guarantee, claim, self.plan, self.judge)
 
     def _settled(self, claim: Claim) -> Verdict:
         match claim.truth:
@@ -231,16 +239,16 @@ class Prover:
         return least > 0 or (least == 0 and not bound.strict)
 
     def _total(self, claim: Claim, output: str) -> Verdict:
-        found = uncovered_of(self.plan)[output]
+        found = uncovered_of(self.plan, self.work)[output]
         if found is None:
             return Proved(claim.text)
-        silence = Silence(self.plan, output)
+        silence = Silence(self.plan, output, Work(SEARCH) if self.work is None else self.work.part(SEARCH))
         if isinstance(found, Hole):
             own = list(found.witness.values())
-            if self.judge.lies_in(claim.region, own) and silence.holds_at(own):
-                return Refuted(claim.text, self.judge.silent(output, own))
-        inside = partial(self.judge.lies_in, claim.region)
-        point = silent_point(self.plan, output, inside, min(self.timeout, SECONDS))
+            with suppress(SpentError):
+                if self.judge.lies_in(claim.region, own) and silence.holds_at(own):
+                    return Refuted(claim.text, self.judge.silent(output, own))
+        point = silent_point(self.plan, silence, partial(self.judge.lies_in, claim.region))
         if point is not None:
             return Refuted(claim.text, self.judge.silent(output, point))
         if isinstance(found, Unclear):
@@ -251,8 +259,9 @@ class Prover:
 
     def _slope(self, claim: Claim, slope: Slope) -> Verdict:
         found: Verdict | None = None
-        if self.surface is not None:
-            found = vertex_slopes.decide_slope(self.system, self.surface, claim, slope, self.judge)
+        surface = self.surface
+        if surface is not None and (self.work is None or self.work.takes(_CORNER * len(surface.indices))):
+            found = vertex_slopes.decide_slope(self.system, surface, claim, slope, self.judge)
         if found is None:
             found = self._divided(claim)
         if isinstance(found, Refuted) and claim.region != ALWAYS:
@@ -282,12 +291,21 @@ def diagnostics(system: FuzzySystem) -> list[Diagnostic]:
     return quickly(system)[1]
 
 
-def quickly(system: FuzzySystem) -> tuple[list[Verdict], list[Diagnostic]]:
-    """Return what quick methods say of guarantees, and report those that are refuted or somewhere have no value."""
-    prover = Prover(system, timeout=0.0)
+def quickly(system: FuzzySystem, work: Work | None = None) -> tuple[list[Verdict], list[Diagnostic]]:
+    """Return what quick methods say of guarantees, and report those that are refuted or somewhere have no value.
+
+    Args:
+        system: The system.
+        work: What may be computed for all of them.
+    """
+    work = Work() if work is None else work
+    prover = Prover(system, timeout=0.0, work=work)
     verdicts: list[Verdict] = []
     found: list[Diagnostic] = []
     for guarantee in system.guarantees:
+        if not work.takes(_GUARANTEE * sum(1 for e in (guarantee.claim, guarantee.when) if e for _ in walk(e))):
+            verdicts.append(Undecided(to_text(guarantee.claim), SPENT, span=guarantee.span))
+            continue
         lacking = prover.without_value(guarantee)
         if lacking is not None:
             found.append(lacking)

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Iterator, Sequence
 from itertools import chain, islice, pairwise, product
 from typing import Final
 
-from fuzzyctl.analysis.claims import Claim, Slope, named, speaks_of_all_points
+from fuzzyctl.analysis.claims import Claim, Slope, bounds_in, named, speaks_of_all_points
 from fuzzyctl.analysis.degrees import breakpoints
 from fuzzyctl.analysis.verdicts import Witness
 from fuzzyctl.analysis.witnesses import Judge, NoValueError
@@ -18,10 +17,12 @@ from fuzzyctl.model.guarantee import Guarantee
 
 #: Most points tried.
 POINTS: Final = 400
-#: Seconds after which no further point is tried.
-SECONDS: Final = 0.05
+#: Most points looked at for those with signs of zeros.
+_SIGNED: Final = 4000
 #: Most points that differ in signs of zeros only.
 SIGNS: Final = 16
+#: Units of work for an operation in rational arithmetic.
+_RATIONAL: Final = 4
 #: Most rules of a system whose kernel is worth printing for this.
 RULES: Final = 500
 
@@ -31,15 +32,15 @@ def witness_of(claim: Claim, plan: Plan, judge: Judge) -> Witness | None:
     if plan.states or plan.held or len(plan.rules) > RULES:
         return None
     for point in points(plan):
+        if not judge.spends(units_of_claim(claim)):
+            return None
         found = _broken(claim, plan, judge, list(point))
         if found is not None:
             return found
     return None
 
 
-def without_value(
-    guarantee: Guarantee, claim: Claim, plan: Plan, judge: Judge, seconds: float
-) -> tuple[Expr, dict[str, float]] | None:
+def without_value(guarantee: Guarantee, claim: Claim, plan: Plan, judge: Judge) -> tuple[Expr, dict[str, float]] | None:
     """Look for a point of the region where a claim has no value; return the part that has none, and the point.
 
     Such parts are quotients by 0, roots and logarithms of what is negative, and powers of such kinds.
@@ -49,7 +50,9 @@ def without_value(
     partial = [n for part in parts for n in walk(part) if _is_partial(n) and variables & set(named(n))]
     if not partial or plan.states or plan.held or len(plan.rules) > RULES:
         return None
-    for point in points(plan, seconds):
+    for point in points(plan):
+        if not judge.spends(units_of_claim(claim)):
+            return None
         here = judge.outputs(point)
         for node in partial:
             if _has_none(judge, node, point, here) and not _is_answered(judge, claim, point):
@@ -108,15 +111,18 @@ def _broken(claim: Claim, plan: Plan, judge: Judge, point: list[float]) -> Witne
     return None
 
 
-def points(plan: Plan, seconds: float = SECONDS) -> Iterator[tuple[float, ...]]:
-    """Yield corners of terms and middles between them, then the same with -0.0, as many as there is time for."""
-    deadline = time.monotonic() + seconds
+def units_of_claim(claim: Claim) -> float:
+    """Return what it takes to evaluate a claim in rational arithmetic at a point, its outputs apart."""
+    sides = [side for truth in (claim.truth, claim.region) for b in bounds_in(truth) for side in (b.left, b.right)]
+    return 10 + sum(_RATIONAL for side in sides for _ in walk(side))
+
+
+def points(plan: Plan) -> Iterator[tuple[float, ...]]:
+    """Yield corners of terms and middles between them, then the same with -0.0."""
     places = [_places(plan, i) for i in range(len(plan.inputs))]
     signed = [[*own, -0.0] if own[0] <= 0.0 <= own[-1] else own for own in places]
-    for point in islice(chain(product(*places), filter(_has_minus_zero, product(*signed))), POINTS):
-        yield point
-        if time.monotonic() > deadline:
-            return
+    negative = filter(_has_minus_zero, islice(product(*signed), _SIGNED))
+    yield from islice(chain(product(*places), negative), POINTS)
 
 
 def with_signs(point: Sequence[float], sides: Sequence[tuple[float, float]]) -> Iterator[list[float]]:

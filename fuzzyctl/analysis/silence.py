@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
 from fuzzyctl.analysis.holes import Hole
+from fuzzyctl.analysis.work import Work, compilation, evaluation
 from fuzzyctl.kernels import inference, python_backend
 from fuzzyctl.kernels.plan import HeldPlan, Otherwise, OutputPlan, Plan
 from fuzzyctl.kernels.program import Program
@@ -20,31 +22,52 @@ class Silence:
     Args:
         flat: The system.
         name: The output.
+        work: What may be computed; what takes more raises `SpentError`.
     """
 
-    def __init__(self, flat: Plan, name: str) -> None:
+    def __init__(self, flat: Plan, name: str, work: Work) -> None:
+        self.system, self.work = flat, work
         self.position = next(k for k, o in enumerate(flat.outputs) if o.name == name)
-        self.flat = replace(flat, outputs=tuple(_told(o, own=o.name == name) for o in flat.outputs))
+        #: Whether no output reads another one, so that all may be silent at once.
+        self.apart = not any(o.reads for o in flat.outputs)
+        self.flat = replace(flat, outputs=tuple(_told(o, own=self.apart or o.name == name) for o in flat.outputs))
         self.state: list[Any] = [self.flat.initial_state] if self.flat.initial_state else []
+
+    def of(self, name: str, work: Work) -> Silence:
+        """Return the same for another output, without compiling anew where that can be spared."""
+        if not self.apart:
+            return Silence(self.system, name, work)
+        other = copy(self)
+        other.work, other.position = work, next(k for k, o in enumerate(self.flat.outputs) if o.name == name)
+        return other
+
+    @cached_property
+    def units(self) -> float:
+        """What an evaluation takes."""
+        return 2 + evaluation(self.flat)
 
     @cached_property
     def value(self) -> Callable[..., Any]:
         """The outputs, NaN where they are silent."""
+        self.work.spend(compilation(self.flat))
         return _compiled(self.flat, inference.evaluation(self.flat))
 
     @cached_property
     def strength(self) -> Callable[..., Any]:
         """The largest activation of each output."""
+        self.work.spend(compilation(self.flat))
         return _compiled(self.flat, inference.largest_activations(self.flat))
 
     def holds_at(self, point: Sequence[float]) -> bool:
         """Return whether the output is silent at a point, the values of the inputs in order."""
+        self.work.spend(self.units)
         if math.isnan(self._own(self.value(*point, *self.state))):
             return True
         return not self.state and self.activation(point) == 0.0
 
     def activation(self, point: Sequence[float]) -> float:
         """Return the largest activation among the rules of an output without states at a point."""
+        self.work.spend(self.units)
         return self._own(self.strength(*point))
 
     def confirms(self, hole: Hole) -> bool:

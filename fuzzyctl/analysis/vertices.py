@@ -23,6 +23,8 @@ from fuzzyctl.analysis.vertex_slopes import steepest
 from fuzzyctl.analysis.witnesses import Judge
 from fuzzyctl.model.system import FuzzySystem
 
+#: Units of work for a cell.
+_CELL: Final = 25
 #: Most cells of one claim: about a second.
 MOST_CELLS: Final = 40_000
 #: Cells that break a claim in which a witness is looked for.
@@ -134,7 +136,8 @@ class _Decision:
         count = 1
         for own in self.cuts:
             count *= 2 * len(own) - 1
-        if count > MOST_CELLS:
+        work = self.judge.work
+        if count > MOST_CELLS or (work is not None and not work.takes(_CELL * count)):
             return None
         lowest, broken = Level.FOR_KERNELS, []
         for cell in self._cells():

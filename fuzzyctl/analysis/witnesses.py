@@ -10,6 +10,7 @@ from typing import Any, Final
 
 from fuzzyctl.analysis.claims import Bound, Every, Slope, Some, Truth, bounds_in, compared_outputs, is_limit, named
 from fuzzyctl.analysis.verdicts import Witness
+from fuzzyctl.analysis.work import Work, compilation, evaluation
 from fuzzyctl.errors import NoRuleFiresError
 from fuzzyctl.expr import (
     CONSTANTS,
@@ -44,8 +45,8 @@ class NoValueError(ArithmeticError):
 class Judge:
     """Evaluates claims of a system at points."""
 
-    def __init__(self, system: FuzzySystem) -> None:
-        self.system = system
+    def __init__(self, system: FuzzySystem, work: Work | None = None) -> None:
+        self.system, self.work = system, work
         self.inputs = [v.name for v in system.inputs]
         self.params: Mapping[str, float] = {**CONSTANTS, **system.values}
         self.compared = {c.name: Judge(c) for c in system.compared}
@@ -54,6 +55,18 @@ class Judge:
     def kernel(self) -> Kernel:
         """What users call."""
         return compile(self.system, "python")
+
+    @cached_property
+    def units(self) -> float:
+        """What an evaluation of the kernel takes."""
+        flat = plan(self.system)
+        if self.work is not None:
+            self.work.takes(compilation(flat))
+        return evaluation(flat)
+
+    def spends(self, units: float) -> bool:
+        """Count one evaluation of the kernel and some units of work, and return whether there were as many."""
+        return self.work is None or self.work.takes(self.units + units)
 
     def outputs(self, point: Sequence[float]) -> dict[str, float]:
         """Return the values of all outputs; NaN where one has none."""

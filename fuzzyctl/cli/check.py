@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
-from fuzzyctl.cli.common import AS, DIAGNOSTICS_FORMAT, DONE, FAILED, answers_with_diagnostics, show
+from fuzzyctl.cli.common import AS, DIAGNOSTICS_FORMAT, DONE, FAILED, UNDECIDED, answers_with_diagnostics, show
 from fuzzyctl.cli.streams import say
 from fuzzyctl.errors import CODES, Diagnostic, DiagnosticError
 from fuzzyctl.misspelt import counted, did_you_mean
@@ -47,7 +47,7 @@ def check(
     Prints every mistake with file, line, column and repair. A system without 'else' must have a rule for every
     point of its inputs' ranges; this is proved, not sampled. Guarantees that are quickly refuted are mistakes too;
     'fuzzyctl prove' decides the others. Exit code 1 if there is an error; warnings pass unless
-    they are denied.
+    they are denied. Exit code 3 if there is none, but it is not decided whether some rule always fires.
 
     \b
     fuzzyctl check --deny warnings --allow FZ208 rules/*.fz
@@ -69,7 +69,9 @@ def check(
             say(line)
         if found:
             say(f"\n{_counted(found)}", err=True)
-    return FAILED if errors else DONE
+    if errors:
+        return FAILED
+    return UNDECIDED if any(d.code == "FZ407" for d in found) else DONE
 
 
 def _check_file(file: str, profile: str | None) -> tuple[tuple[FuzzySystem, ...], list[Diagnostic]]:

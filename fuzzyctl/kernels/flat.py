@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Literal
 
 from fuzzyctl.errors import FuzzyctlError
@@ -158,7 +159,7 @@ class OutputPlan:
         """Return how rules imply one of its terms."""
         return term.implication or self.implication
 
-    @property
+    @cached_property
     def mixes_implications(self) -> bool:
         """Whether rules imply its terms in different ways."""
         return any(self.terms[e.term].implication is not None for e in self.implied)
@@ -232,6 +233,11 @@ class Plan:
     order: tuple[int, ...]
     chains: tuple[ChainPlan, ...] = ()
     least: float | None = 0.0
+
+    @cached_property
+    def named_steps(self) -> dict[str, Expr]:
+        """The steps by their names in expressions."""
+        return {step_name(i): step for i, step in enumerate(self.steps)}
 
     def activation_of(self, rule: int) -> ActivationPlan:
         """Return the activation method of the group of a rule."""

@@ -176,10 +176,8 @@ def _output(system: FuzzySystem, output: Output, reads: tuple[int, ...]) -> Outp
     method = system.method
     defuzzifier = output.defuzzifier or method.defuzzifier
     conclusions = Conclusions(system, output)
-    for r, rule in enumerate(system.rules):
-        for k, consequent in enumerate(rule.consequents):
-            if consequent.output == output.name:
-                conclusions.add(r, rule, k)
+    for r, k in system.conclusions.get(output.name, ()):
+        conclusions.add(r, system.rules[r], k)
     semantics = method.semantics
     aggregation = output.aggregation or method.aggregation
     # Of constants it does not matter whether those of one term are added up first.

@@ -32,10 +32,11 @@ _TERM = re.compile(rf"\s*{NAME}\s*=")
 _NAMES = re.compile(rf"\s*{NAME}(?:\s+{NAME})*\s*")
 # No row has two bars, so `require |` with a second one is a guarantee.
 _KEYWORD_LINE = re.compile(rf"\s*(?:(?:{'|'.join(STATEMENT_KEYWORDS)})\b(?!\s*[=|])|require\s*\|[^|]*\|)")
-# A rule may be broken before `and` and `or`, so these do not end an open parenthesis.
-_NEW_STATEMENT = re.compile(rf"\s*(?!(?:and|or)\b)(?:{'|'.join(STATEMENT_KEYWORDS)})\b(?!\s*[=|])")
-_TERM_LINE = re.compile(rf"\s*{NAME}\s*=\s*(?:{'|'.join(MEMBERSHIP)})\s*\(")
-_ROW_LINE = re.compile(rf"\s*(?:{NAME}\s*)?\|")
+# A rule may be broken before `and` and `or`, so these do not end an open parenthesis. Each of the next three looks at
+# one line only: blank lines below an open parenthesis would be read again from each of them.
+_NEW_STATEMENT = re.compile(rf"[^\S\n]*(?!(?:and|or)\b)(?:{'|'.join(STATEMENT_KEYWORDS)})\b(?!\s*[=|])")
+_TERM_LINE = re.compile(rf"[^\S\n]*{NAME}\s*=\s*(?:{'|'.join(MEMBERSHIP)})\s*\(")
+_ROW_LINE = re.compile(rf"[^\S\n]*(?:{NAME}\s*)?\|")
 
 
 @record(frozen=True, slots=True)

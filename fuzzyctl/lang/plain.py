@@ -39,6 +39,13 @@ _VARIABLE: Final = re.compile(
 )
 _TERMS: Final = re.compile(rf"[ \t]*terms((?:[ \t]+{_NAME})+){_STOP}")
 _TABLE: Final = re.compile(rf"[ \t]*table[ \t]+({_NAME})[ \t]*=[ \t]*({_NAME})(?:[ \t]+x[ \t]+({_NAME}))?{_STOP}")
+_IS: Final = rf"{_NAME}[ \t]+is[ \t]+{_NAME}"
+_RULE: Final = re.compile(
+    rf"[ \t]*if[ \t]+({_IS}(?:(?:[ \t]+and[ \t]+{_IS}){{0,50}}|(?:[ \t]+or[ \t]+{_IS}){{0,50}}))"
+    rf"[ \t]+then[ \t]+({_IS}(?:[ \t]*,[ \t]*{_IS})*){_STOP}"
+)
+#: What no name of a plain rule is called.
+_RULE_WORDS: Final = frozenset({"if", "is", "and", "or", "not", "then", "weight", "linear", "function", "constant"})
 _WORD: Final = re.compile(rf"{_NAME}|\.")
 _VALUE: Final = re.compile(rf"(-?)({_NUMBER}|{_NAME})")
 
@@ -126,6 +133,30 @@ def _table(source: SourceText, base: int, whole: Span, found: re.Match[str]) -> 
     return sx.Table(whole, (_word(source, base, found, 1),), _word(source, base, found, 2), second, "", None)
 
 
+def _rule(source: SourceText, base: int, whole: Span, found: re.Match[str]) -> sx.Rule:
+    operands = tuple(
+        sx.Literal(variable.span.to(term.span), variable, (), term)
+        for variable, term in _pairs(source, base, found, 1, 4)
+    )
+    antecedent: sx.Truth = operands[0]
+    if len(operands) > 1:
+        between = found.string[operands[0].span.end - base : operands[1].span.start - base]
+        antecedent = sx.Chain(operands[0].span.to(operands[-1].span), between.strip(), operands)
+    consequents = tuple(sx.ConsequentText(output, term) for output, term in _pairs(source, base, found, 2, 3))
+    return sx.Rule(whole, antecedent, consequents, None)
+
+
+def _pairs(
+    source: SourceText, base: int, found: re.Match[str], group: int, stride: int
+) -> list[tuple[sx.Word, sx.Word]]:
+    """Return variables with their terms; each pair has so many words, from its first one to that of the next."""
+    words = [_word(source, base, m) for m in _WORD.finditer(found.string, *found.span(group))]
+    pairs = list(zip(words[::stride], words[2::stride], strict=True))
+    if any(w.text in _RULE_WORDS for pair in pairs for w in pair):
+        raise NotPlainError
+    return pairs
+
+
 #: By the first word of a statement what a plain one looks like, and what it is.
 _STATEMENTS: Final[dict[str, tuple[re.Pattern[str], Callable[[SourceText, int, Span, re.Match[str]], Any]]]] = {
     "system": (_TITLE, _system),
@@ -136,6 +167,7 @@ _STATEMENTS: Final[dict[str, tuple[re.Pattern[str], Callable[[SourceText, int, S
     "require": (_REQUIRE, _guarantee),
     "terms": (_TERMS, _partition),
     "table": (_TABLE, _table),
+    "if": (_RULE, _rule),
 }
 
 

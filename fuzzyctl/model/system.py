@@ -56,7 +56,7 @@ class FuzzySystem(Node):
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> FuzzySystem:
         """Return a copy with some fields changed; what was computed from the old ones is not copied."""
         copied = super().model_copy(update=update, deep=deep)
-        for computed in ("rules", "rule_methods", "reads", "param_values", "values"):
+        for computed in ("rules", "conclusions", "rule_methods", "reads", "param_values", "values"):
             copied.__dict__.pop(computed, None)
         return copied
 
@@ -85,6 +85,15 @@ class FuzzySystem(Node):
     def rules(self) -> tuple[Rule, ...]:
         """All rules, those of the tables included, in the order written; adaptive states follow this order."""
         return tuple(rule for part in self.tables_and_rules for rule in rules_of(part))
+
+    @cached_property
+    def conclusions(self) -> dict[str, list[tuple[int, int]]]:
+        """By output the positions of the rules that name it, and of the consequents that do."""
+        found: dict[str, list[tuple[int, int]]] = {}
+        for r, rule in enumerate(self.rules):
+            for k, consequent in enumerate(rule.consequents):
+                found.setdefault(consequent.output, []).append((r, k))
+        return found
 
     @cached_property
     def rule_methods(self) -> tuple[RuleMethod, ...]:
@@ -122,8 +131,8 @@ class FuzzySystem(Node):
 
     def implications_of(self, output: Output) -> tuple[str, ...]:
         """Return the different implications of the rules that conclude an output; its own if there is no such rule."""
-        positions = (r for r, rule in enumerate(self.rules) for c in rule.consequents if c.output == output.name)
-        found = tuple(dict.fromkeys(self.implication_of(r, output) for r in positions))
+        rules = dict.fromkeys(r for r, _ in self.conclusions.get(output.name, ()))
+        found = tuple(dict.fromkeys(self.implication_of(r, output) for r in rules))
         return found or (output.implication or self.method.implication,)
 
     @cached_property

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections import ChainMap
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Any, Final
 
 from fuzzyctl import expr as ex
 from fuzzyctl.errors import Diagnostic, Note
@@ -12,6 +13,9 @@ from fuzzyctl.lang import syntax as sx
 from fuzzyctl.misspelt import closest, counted, listed, look_alikes
 from fuzzyctl.model.profiles import PROFILES, Profile
 from fuzzyctl.source import Span
+
+#: Misspelt names of a system for which the closest known one is looked for.
+MAX_SUGGESTIONS: Final = 500
 
 #: Words with a meaning of their own in guarantees.
 CLAIM_FUNCTIONS: Final = ("total", "bounded", "increasing", "decreasing", "lipschitz")
@@ -45,11 +49,23 @@ class Context:
     outputs: dict[str, sx.Variable] = field(default_factory=dict)
     hedges: dict[str, sx.Hedge] = field(default_factory=dict)
     #: Names of the terms of a variable, by the identity of its statement, which lives as long as the tree.
-    terms: dict[int, list[str]] = field(default_factory=dict)
+    terms: dict[int, dict[str, None]] = field(default_factory=dict)
     #: Whether consequents may read inputs, so that an input needs no terms.
     has_functions: bool = False
     #: Outputs whose missing terms have been reported.
     termless: set[str] = field(default_factory=set)
+    #: Misspelt names so far.
+    suggested: int = 0
+
+    @property
+    def names(self) -> Mapping[str, Any]:
+        """The params, inputs and outputs, in this order."""
+        return ChainMap[str, Any](self.outputs, self.inputs, self.params)
+
+    def near(self, name: str, known: Collection[str]) -> str | None:
+        """Return the known name that a misspelt one most likely means; of a file full of them only for the first."""
+        self.suggested += 1
+        return closest(name, known) if self.suggested <= MAX_SUGGESTIONS else None
 
     def report(
         self, code: str, message: str, span: Span | None, *, facts: Iterable[str] = (), help: str = "", **rest: object
@@ -94,7 +110,7 @@ class Context:
             return False
         return True
 
-    def unknown(self, kind: str, word: sx.Word | ex.Name, known: Iterable[str], code: str = "FZ202") -> None:
+    def unknown(self, kind: str, word: sx.Word | ex.Name, known: Collection[str], code: str = "FZ202") -> None:
         """Report a name that is not declared.
 
         Args:
@@ -111,13 +127,12 @@ class Context:
             or (code == "FZ202" and any(word in kind or kind == "name" for word in self.nameless))
         ):
             return
-        names = list(known)
-        near = closest(text, names)
+        near = self.near(text, known)
         if " nor " in kind:
             message, listing = f"'{text}' is neither {kind}", "known here"
         else:
             message, listing = f"no {kind} '{text}'", f"{kind.replace(', ', 's, ').replace(' or ', 's and ')}s"
-        facts = (*look_alikes(text), f"{listing}: {listed(names)}" if names else f"there is no {kind}")
+        facts = (*look_alikes(text), f"{listing}: {listed(known)}" if known else f"there is no {kind}")
         self.report(code, message, word.span, facts=facts, help=f"did you mean '{near}'?" if near else "")
 
     def check_names(self, expr: ex.Expr, known: Collection[str], kind: str) -> bool:
@@ -139,7 +154,7 @@ class Context:
     def check_call(self, call: ex.Call) -> bool:
         """Check the name of a function and the number of its arguments."""
         if call.function not in ex.FUNCTIONS:
-            near = closest(call.function, ex.FUNCTIONS)
+            near = self.near(call.function, ex.FUNCTIONS)
             self.report(
                 "FZ202",
                 f"no function '{call.function}'",

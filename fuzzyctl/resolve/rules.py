@@ -37,7 +37,7 @@ def resolve_function(context: Context, term: sx.FunctionTerm) -> Membership | No
         message = f"'{kind}' takes {counted(due, 'parameter')}, not {len(term.arguments)}"
         context.report("FZ303", message, term.span, facts=facts)
         return None
-    names = [*context.params, *context.inputs, *context.outputs] if kind == "function" else list(context.params)
+    names = context.names if kind == "function" else context.params
     what = "param, input or output" if kind == "function" else "param"
     if not all([context.check_names(a, names, what) for a in term.arguments]):
         return None
@@ -180,7 +180,7 @@ def _known_term(context: Context, variable: sx.Word, term: sx.Word, among: dict[
     if declared is None:
         # A variable whose own line was broken is no mistake of the rule's.
         if variable.text not in context.where:
-            known = among if kind == "output" else [*context.inputs, *context.outputs]
+            known = among if kind == "output" else {**context.inputs, **context.outputs}
             context.unknown(kind, variable, known)
         elif variable.text in context.params:
             context.report("FZ214", f"'{variable.text}' is a param, not an {kind}", variable.span)
@@ -198,13 +198,13 @@ def known_term(context: Context, variable: sx.Variable, term: sx.Word, param_hel
     # Asked for every cell; the list is long to make and never changes.
     names = context.terms.get(id(variable))
     if names is None:
-        names = context.terms[id(variable)] = terms_of(variable)
+        names = context.terms[id(variable)] = dict.fromkeys(terms_of(variable))
     if term.text in names:
         return True
     if not names and variable.keyword.text == "output" and not is_unsure(variable):
         _report_termless(context, variable, term)
     elif names and not is_unsure(variable):
-        near = closest(term.text, names)
+        near = context.near(term.text, names)
         help_text = param_help if term.text in context.params else f"did you mean '{near}'?" if near else ""
         context.report(
             "FZ203",

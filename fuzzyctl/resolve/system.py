@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+from collections import ChainMap
 from collections.abc import Sequence
+from typing import Any
 
 from fuzzyctl.errors import CODES, WARNINGS, Diagnostic
 from fuzzyctl.expr import Call, names_in, walk
@@ -228,7 +230,7 @@ def _without_idle(system: FuzzySystem, shared: set[str]) -> FuzzySystem:
 
 
 def _hedge(context: Context, s: sx.Hedge) -> Hedge | None:
-    names = [*context.params, s.parameter.text]
+    names = ChainMap[str, Any]({s.parameter.text: s}, context.params)
     if not context.check_names(s.expression, names, f"a param nor '{s.parameter.text}'"):
         return None
     return Hedge(name=s.name.text, parameter=s.parameter.text, expression=s.expression, span=s.name.span)

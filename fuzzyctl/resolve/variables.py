@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import re
+from collections import ChainMap
 from collections.abc import Sequence
 from typing import Any, Final
 
@@ -15,7 +16,7 @@ from fuzzyctl.misspelt import closest
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.variable import Fallback, Hold, Input, Membership, Output, Term
 from fuzzyctl.resolve.context import Context
-from fuzzyctl.resolve.rules import is_garbled, resolve_function
+from fuzzyctl.resolve.rules import is_garbled, resolve_function, terms_of
 from fuzzyctl.resolve.settings import resolve_own_setting
 
 #: Most terms of one variable; more are no linguistic variable but a mistake of a generator.
@@ -86,7 +87,7 @@ def _clauses(context: Context, statement: sx.Variable, fields: dict[str, Any]) -
             case sx.AdaptiveClause(rate=rate, span=span):
                 if _only(context, not is_input, "adaptive", "an output", span):
                     fields["adaptive"] = rate
-                context.check_names(rate, [*context.params, *context.inputs], "param or input")
+                context.check_names(rate, ChainMap[str, Any](context.inputs, context.params), "param or input")
 
 
 def _only(context: Context, right: bool, word: str, what: str, span: Any) -> bool:
@@ -122,6 +123,8 @@ def _fallback(context: Context, value: ex.Expr | sx.Word | sx.Held) -> ex.Expr |
 def _terms(context: Context, statement: sx.Variable) -> list[Term]:
     terms: list[Term] = []
     seen: dict[str, sx.Word] = {}
+    if _too_many_terms(context, statement):
+        return []
     for line in statement.terms:
         if isinstance(line, sx.TermsLine):
             new = _partition(context, statement, line)
@@ -129,20 +132,26 @@ def _terms(context: Context, statement: sx.Variable) -> list[Term]:
         else:
             new = [_term(context, statement, line)]
             words = [line.name]
+        if is_garbled(line):
+            continue  # one message is enough
         for word, term in zip(words, new, strict=True):
-            # Of a garbled line one message is enough.
-            is_new = not is_garbled(line) and _is_new_term(context, word, seen)
-            terms.extend([term] if is_new and term is not None else [])
+            terms.extend([term] if _is_new_term(context, word, seen) and term is not None else [])
     # An output whose rules give numbers or functions needs none, nor does an input that only functions read.
     is_bare = not statement.terms and not statement.incomplete and statement.keyword.text == "input"
     if is_bare and not context.has_functions:
         message = f"{statement.keyword.text} '{statement.name.text}' has no terms"
         context.report("FZ212", message, statement.name.span, help="add lines such as: NB = triangle(-2, -1, 0)")
-    if len(seen) > MAX_TERMS:
-        message = f"'{statement.name.text}' has {len(seen)} terms, more than {MAX_TERMS}"
-        context.report("FZ112", message, statement.name.span)
-        return []
     return terms
+
+
+def _too_many_terms(context: Context, statement: sx.Variable) -> bool:
+    """Report a variable with more terms than are read; none of them is looked at then."""
+    count = len(terms_of(statement))
+    if count > MAX_TERMS:
+        message = f"'{statement.name.text}' has {count} terms, more than {MAX_TERMS}"
+        help_text = f"keep {MAX_TERMS}, or write a 'function'"
+        context.report("FZ112", message, statement.name.span, help=help_text)
+    return count > MAX_TERMS
 
 
 def _is_new_term(context: Context, word: sx.Word, seen: dict[str, sx.Word]) -> bool:
@@ -170,7 +179,7 @@ def _term(context: Context, statement: sx.Variable, line: sx.TermLine) -> Term |
     formula = MEMBERSHIP.get(line.kind.text)
     if formula is None:
         known = [*MEMBERSHIP, "function", *([] if is_input else ["linear"])]
-        near = closest(line.kind.text, known)
+        near = context.near(line.kind.text, known)
         context.report(
             "FZ202",
             f"no membership function '{line.kind.text}'",
@@ -207,7 +216,9 @@ def _function(context: Context, statement: sx.Variable, line: sx.TermLine) -> Me
         context.report("FZ303", "'function' takes one expression", line.kind.span, facts=(f"the form is: {form}",))
         return None
     expression = line.arguments[0].value
-    if not context.check_names(expression, [*context.params, name], f"a param nor '{name}' itself"):
+    if not context.check_names(
+        expression, ChainMap[str, Any]({name: None}, context.params), f"a param nor '{name}' itself"
+    ):
         return None
     kind = "formula" if is_set and statement.keyword.text == "output" else "function"
     return Membership(kind=kind, arguments=(expression,), span=line.kind.span)

@@ -1,0 +1,101 @@
+"""Counted work: how much a check may still compute, the same on every machine.
+
+A unit stands for about a microsecond of plain Python. A clock would give a file other diagnostics on a slow machine.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+from fuzzyctl.expr import Expr, walk
+from fuzzyctl.kernels.plan import OutputPlan, Plan
+
+#: Units for all proofs and searches of one check, whatever the number of systems and outputs.
+CHECK: Final = 1_500_000
+#: Units for the coverage of one output.
+COVERAGE: Final = 1_200_000
+#: Units for the search of a silent point of one output.
+SEARCH: Final = 400_000
+
+#: What is said where there is no work left.
+SPENT: Final = "it takes more work than a check does"
+
+#: Units for an operand or operator of an expression that intervals are computed of.
+_ENCLOSED: Final = 4
+#: Units for compiling an operation of a kernel.
+_COMPILED: Final = 20
+#: Units for an operation of a kernel, or a term at a sample.
+_EVALUATED: Final = 0.2
+#: Samples that stand for those of an adaptive integral.
+_ADAPTIVE: Final = 500
+
+
+class SpentError(Exception):
+    """Raised when there is no work left."""
+
+
+class Work:
+    """What may still be computed.
+
+    Args:
+        left: Units.
+        whole: What this is a part of.
+    """
+
+    def __init__(self, left: float = CHECK, whole: Work | None = None) -> None:
+        self.left, self.whole = left, whole
+
+    def part(self, most: float) -> Work:
+        """Return a part of the work that is left; what is spent of it is spent of the whole, too."""
+        return Work(min(most, self.left), self)
+
+    def spend(self, units: float) -> None:
+        """Count some units.
+
+        Raises:
+            SpentError: When fewer are left; then none is left afterwards.
+        """
+        if not self.takes(units):
+            raise SpentError
+
+    def takes(self, units: float) -> bool:
+        """Count some units, and return whether there were as many."""
+        enough, spent = units <= self.left, min(units, self.left)
+        self.left -= spent
+        if self.whole is not None:
+            self.whole.takes(spent)
+        return enough
+
+
+def units_of(expr: Expr) -> float:
+    """Return what it takes to compute intervals of an expression."""
+    return 5 + _ENCLOSED * sum(1 for _ in walk(expr))
+
+
+def sampling(output: OutputPlan, terms: int) -> float:
+    """Return what it takes to compute the degrees of some terms of an output at its samples."""
+    return _EVALUATED * (output.resolution or 0) * (terms + 1)
+
+
+def evaluation(flat: Plan) -> float:
+    """Return what one evaluation of a kernel takes."""
+    return _EVALUATED * (_operations(flat) + sum(_samples(o) * len(o.terms) for o in flat.outputs if not o.over_rules))
+
+
+def compilation(flat: Plan) -> float:
+    """Return what it takes to write and compile a kernel in plain Python."""
+    sampled = sum(sampling(o, len(o.terms)) for o in flat.outputs if not o.over_rules)
+    return _COMPILED * _operations(flat) + sampled
+
+
+def _operations(flat: Plan) -> int:
+    read = sum(1 for e in (*flat.steps, *flat.strengths) for _ in walk(e))
+    return 8 * len(flat.degrees) + read + 4 * sum(len(o.implied) for o in flat.outputs)
+
+
+def _samples(output: OutputPlan) -> int:
+    return output.resolution if output.resolution is not None else _ADAPTIVE if _is_curved(output) else 20
+
+
+def _is_curved(output: OutputPlan) -> bool:
+    return any(not t.vertices for t in output.terms)
