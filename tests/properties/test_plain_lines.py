@@ -102,6 +102,10 @@ _VARIABLE = [
     UNIT_PIECES,
 ]
 _SETTING = [NAME_PIECES, mostly(st.just(""), STRING_PIECES)]
+_IS = st.tuples(NAME_PIECES, mostly(st.just("is"), st.sampled_from(["is not", "IS", "is very"])), NAME_PIECES).map(
+    " ".join
+)
+_REST = mostly(st.just(""), st.sampled_from(["and y is Z", "or y is Z and x is P", "and y is Z and not x is P"]))
 FORMS = {
     "system": [NAME_PIECES, STRING_PIECES],
     "source": [STRING_PIECES, mostly(st.just(""), WORDS)],
@@ -111,6 +115,7 @@ FORMS = {
     "output": _VARIABLE,
     "terms": [st.lists(mostly(NAME_PIECES, st.sampled_from(["a@1", "b=2"])), max_size=4).map(" ".join)],
     "table": [NAME_PIECES, st.just("="), NAME_PIECES, _CROSS],
+    "if": [_IS, _REST, st.just("then"), _IS, mostly(st.just(""), st.sampled_from([", v is P", "weight 0.5", "x"]))],
     **dict.fromkeys(("and", "or", "implication", "aggregation", "defuzzifier"), _SETTING),
 }
 
