@@ -178,7 +178,7 @@ class DiagnosticError(FuzzyctlError):
 
     def __init__(self, diagnostics: Sequence[Diagnostic]) -> None:
         self.diagnostics: tuple[Diagnostic, ...] = tuple(diagnostics)
-        super().__init__("\n" + render_all(self.diagnostics))
+        super().__init__(render_all(self.diagnostics))
 
 
 class UnknownNameError(FuzzyctlError, KeyError):

@@ -20,6 +20,7 @@ from fuzzyctl.expr import Expr, to_text
 from fuzzyctl.kernels import inference, python_backend
 from fuzzyctl.kernels.plan import InputPlan, OutputPlan, Plan, SetPlan
 from fuzzyctl.misspelt import counted
+from fuzzyctl.model.method import MAXIMA
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Output
 
@@ -61,7 +62,7 @@ class Jump:
 def diagnostics(
     system: FuzzySystem, flat: Plan, verdicts: dict[str, Verdict], work: Work | None = None
 ) -> list[Diagnostic]:
-    """Report the largest jump of each output.
+    """Report the largest jump of each output; maxima jump in every correct file, from one term to the next.
 
     Args:
         system: The system.
@@ -71,6 +72,8 @@ def diagnostics(
     """
     search, found = _Evaluation(flat, Work() if work is None else work), []
     for output in system.outputs:
+        if (output.defuzzifier or system.method.defuzzifier).kind in MAXIMA:
+            continue
         jump = largest_jump(flat, output.name, verdicts[output.name], search)
         if jump is not None:
             found.append(_diagnostic(output, jump))

@@ -6,11 +6,12 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import Final
 
 from fuzzyctl.errors import Diagnostic, DiagnosticError, Note
-from fuzzyctl.expr import Expr, names_in
+from fuzzyctl.expr import Expr, Number, names_in
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.model.hints import jumping_tables
 from fuzzyctl.model.misfits import misfitting_semantics
 from fuzzyctl.model.numbers import Numbers
+from fuzzyctl.model.partitions import removal
 from fuzzyctl.model.reads import comparisons_that_wait
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, literals
 from fuzzyctl.model.shapes import SHAPE_CHECKS, SHAPE_HINTS
@@ -18,7 +19,7 @@ from fuzzyctl.model.symmetry import odd_cells
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.units import unlike_units
 from fuzzyctl.model.values import VALUE_CHECKS, computed_numbers
-from fuzzyctl.model.variable import Membership
+from fuzzyctl.model.variable import LinguisticVariable, Membership, Output
 from fuzzyctl.source import Span
 
 Check = Callable[[FuzzySystem], Iterator[Diagnostic]]
@@ -192,13 +193,34 @@ def _canonical(antecedent: Antecedent) -> object:
 
 
 def unused_inputs(system: FuzzySystem) -> Iterator[Diagnostic]:
-    """Find inputs that no rule reads."""
+    """Find inputs that neither an antecedent, a consequent nor an adaptive law reads."""
     used = {i.variable for rule in system.rules for i in literals(rule.antecedent)}
     used |= {n.name for o in system.outputs if o.adaptive is not None for n in names_in(o.adaptive)}
+    used |= {name for membership in _functions_of_rules(system) for name in _inputs_in(system, membership)}
     for variable in system.inputs:
         if variable.name not in used:
             message = f"no rule reads input '{variable.name}'"
             yield Diagnostic("FZ211", message, variable.span, "warning", help="remove it, or use it in a rule")
+
+
+def _functions_of_rules(system: FuzzySystem) -> Iterator[Membership]:
+    """Yield the consequents of all rules that are functions of the inputs, each named term once."""
+    named = {(o.name, t.name): t.membership for o in system.outputs for t in o.terms}
+    consequents = {(c.output, c.term): c.term for rule in system.rules for c in rule.consequents}
+    for (output, _), term in consequents.items():
+        membership = term if isinstance(term, Membership) else named.get((output, term))
+        if membership is not None and membership.kind in ("linear", "function"):
+            yield membership
+
+
+def _inputs_in(system: FuzzySystem, membership: Membership) -> Iterator[str]:
+    """Yield the inputs that a consequent reads; a coefficient that is the number 0 reads none."""
+    if membership.kind == "function":
+        yield from (n.name for n in names_in(membership.arguments[0]))
+        return
+    for variable, coefficient in zip(system.inputs, membership.arguments, strict=False):
+        if coefficient != Number(0.0):
+            yield variable.name
 
 
 def unused_terms(system: FuzzySystem) -> Iterator[Diagnostic]:
@@ -206,12 +228,21 @@ def unused_terms(system: FuzzySystem) -> Iterator[Diagnostic]:
     read = {(i.variable, i.term) for rule in system.rules for i in literals(rule.antecedent)}
     written = {(c.output, c.term) for rule in system.rules for c in rule.consequents if isinstance(c.term, str)}
     used = read | written
-    touched = {name for name, _ in used}
+    in_antecedents, touched = {name for name, _ in read}, {name for name, _ in used}
     everything = [(v, t) for v in (*system.inputs, *system.outputs) for t in v.terms]
     for variable, term in everything:
         if variable.name in touched and (variable.name, term.name) not in used:
             message = f"no rule uses term '{term.name}' of '{variable.name}'"
-            yield Diagnostic("FZ208", message, term.span, "warning", help="remove it, or use it in a rule")
+            kept = [t for t in variable.terms if (variable.name, t.name) in used]
+            only_peaks = variable.name not in in_antecedents and _takes_peaks(system, variable)
+            fact, help_text = removal(term, kept, only_peaks=only_peaks)
+            yield Diagnostic("FZ208", message, term.span, "warning", (fact,) if fact else (), help_text)
+
+
+def _takes_peaks(system: FuzzySystem, variable: LinguisticVariable) -> bool:
+    """Return whether a variable is an output whose defuzzifier takes nothing of its terms but their peaks."""
+    method = variable.defuzzifier or system.method.defuzzifier if isinstance(variable, Output) else None
+    return method is not None and (method.averages or method.kind == "weighted_sum")
 
 
 def unused_params(system: FuzzySystem) -> Iterator[Diagnostic]:

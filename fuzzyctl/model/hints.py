@@ -33,8 +33,8 @@ def uncovered_ranges(numbers: Numbers) -> Iterator[Diagnostic]:
 def _gaps(numbers: Numbers, variable: Input) -> list[tuple[float, float]]:
     """Return the parts of the range, wider than a point, that no support reaches."""
     ends, shapes = numbers.range(variable), numbers.shapes(variable)
-    if ends is None or len(shapes) < len(variable.terms):
-        return []  # where a term with bad parameters reaches nobody knows
+    if ends is None or not shapes or len(shapes) < len(variable.terms):
+        return []  # no antecedent reads an input without terms, and the reach of a term with bad parameters is unknown
     supports: list[tuple[float, float]] = []
     for term, parameters in shapes:
         vertices = MEMBERSHIP[term.membership.kind].vertices(parameters)

@@ -8,9 +8,10 @@ from itertools import pairwise
 from typing import Final
 
 from fuzzyctl.errors import Diagnostic
+from fuzzyctl.expr import Expr, Negate, Number, to_text
 from fuzzyctl.formulas import MEMBERSHIP, Vertex
 from fuzzyctl.model.numbers import Numbers
-from fuzzyctl.model.variable import Input
+from fuzzyctl.model.variable import Input, Term
 
 #: What a sum of degrees may differ from 1 by rounding of its terms' corners.
 _ROUNDING: Final = 1e-9
@@ -76,6 +77,49 @@ def _sum_off(sets: Sequence[_Set], low: float, high: float) -> tuple[float, floa
             if a < x < b and abs(total - 1.0) > _ROUNDING:
                 return x, total
     return None
+
+
+def removal(term: Term, used: Sequence[Term], *, only_peaks: bool) -> tuple[str, str]:
+    """Return what the removal of an unused term would change, and how to remove it without changing any number.
+
+    Args:
+        term: The term.
+        used: Those terms of its variable that rules use.
+        only_peaks: Whether the peaks of the terms are all that counts.
+
+    Returns:
+        The fact, an empty text where the removal changes nothing, and the help.
+    """
+    line = _line_of(term)
+    rest = [t for t in used if _line_of(t) == line] if line is not None else []
+    has_peak = term.span is not None and term.span.source.text[term.span.end :].lstrip().startswith("@")
+    if not rest or (has_peak and only_peaks):
+        return "", "remove it, or use it in a rule"
+    fact = "without it the terms beside it reach further" if has_peak else "without it the peaks of its line move"
+    return fact, f"use it in a rule; to remove it, write the others as they are: {_written(rest, only_peaks)}"
+
+
+def _line_of(term: Term) -> tuple[str, int] | None:
+    """Return the `terms` line of a triangle whose feet are the peaks beside it, None for any other term.
+
+    Such a term has no membership function of its own in the text, so both have the same location.
+    """
+    span = term.span
+    if span is None or term.membership.kind != "triangle" or term.membership.span != span:
+        return None
+    return span.source.name, span.line
+
+
+def _written(terms: Sequence[Term], only_peaks: bool) -> str:
+    if only_peaks and len(terms) > 1:
+        return f"terms {' '.join(f'{t.name}@{_peak_text(t.membership.arguments[1])}' for t in terms)}"
+    return ", ".join(f"{t.name} = triangle({', '.join(map(to_text, t.membership.arguments))})" for t in terms)
+
+
+def _peak_text(peak: Expr) -> str:
+    text = to_text(peak)
+    is_number = isinstance(peak, Number) or (isinstance(peak, Negate) and isinstance(peak.operand, Number))
+    return text if is_number else f"({text})"
 
 
 def _diagnostic(

@@ -103,8 +103,11 @@ def _without_sets(output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:
         if kind not in MEMBERSHIP or not MEMBERSHIP[kind].fuzzy:
             what = "is a formula" if kind == "formula" else "is no set"
             message = f"term '{term.name}' of '{output.name}' {what}, and '{method.kind}' takes its degrees"
-            help_text = "write: defuzzifier weighted_average"
+            help_text = _BY_POINTS if kind == "formula" else "write: defuzzifier weighted_average"
             yield Diagnostic("FZ214", message, term.membership.span or term.span, help=help_text)
+
+
+_BY_POINTS: Final = "approximate it by points of its curve: piecewise(x1, degree1, x2, degree2, ...)"
 
 
 def _not_monotone(numbers: Numbers, output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:
@@ -112,11 +115,18 @@ def _not_monotone(numbers: Numbers, output: Output, method: Defuzzifier) -> Iter
     shapes = {t.name: p for t, p in numbers.shapes(output)}
     for term in output.terms:
         kind = term.membership.kind
+        help_text = "use ramp, sigmoid, s_shape, z_shape, concave, rising or falling points, or one infinite foot"
+        if kind == "formula":
+            reason, help_text = f"a formula, for which '{method.kind}' has no inverse", _BY_POINTS
+        elif kind not in MEMBERSHIP:
+            reason = f"no set, and '{method.kind}' inverts sets"
         # One with bad parameters has a diagnostic of its own.
-        if kind not in MEMBERSHIP or (term.name in shapes and not is_monotone(kind, shapes[term.name])):
-            message = f"term '{term.name}' of '{output.name}' is not monotone, so '{method.kind}' cannot invert it"
-            help_text = "use ramp, sigmoid, s_shape, z_shape, concave, rising or falling points, or one infinite foot"
-            yield Diagnostic("FZ214", message, term.membership.span or term.span, help=help_text)
+        elif term.name in shapes and not is_monotone(kind, shapes[term.name]):
+            reason = f"not monotone, so '{method.kind}' cannot invert it"
+        else:
+            continue
+        message = f"term '{term.name}' of '{output.name}' is {reason}"
+        yield Diagnostic("FZ214", message, term.membership.span or term.span, help=help_text)
     yield from _without_names(numbers.system, output, method)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import sys
+import math
 import unicodedata
 from collections.abc import Mapping, Sequence
 from functools import cache, cached_property
@@ -193,7 +193,7 @@ class FuzzySystem(Node):
         for name, value in values.items():
             if name not in known:
                 raise UnknownNameError("param", name, known)
-            if not isinstance(value, Real) or not abs(value) <= sys.float_info.max:
+            if not isinstance(value, Real) or not _is_finite(value):
                 raise ValueOutOfBoundsError(f"param {name!r}", value, "a finite number")
         params = tuple(
             p.model_copy(update={"expression": Number(float(values[p.name]))}) if p.name in values else p
@@ -249,6 +249,13 @@ def _evaluator() -> Any:
     from fuzzyctl.kernels.compile import call_by_name
 
     return call_by_name
+
+
+def _is_finite(value: Real) -> bool:
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # an integer beyond all floats
+        return False
 
 
 _Variable = TypeVar("_Variable", Input, Output)

@@ -136,9 +136,9 @@ def _terms(context: Context, statement: sx.Variable) -> list[Term]:
             continue  # one message is enough
         for word, term in zip(words, new, strict=True):
             terms.extend([term] if _is_new_term(context, word, seen) and term is not None else [])
-    # An output whose rules give numbers or functions needs none, nor does an input that only functions read.
+    # An output whose rules give numbers or functions needs none, nor does an input that only functions or rates read.
     is_bare = not statement.terms and not statement.incomplete and statement.keyword.text == "input"
-    if is_bare and not context.has_functions:
+    if is_bare and not context.has_functions and not _is_read_by_a_rate(context, statement.name.text):
         message = f"{statement.keyword.text} '{statement.name.text}' has no terms"
         context.report("FZ212", message, statement.name.span, help="add lines such as: NB = triangle(-2, -1, 0)")
     return terms
@@ -152,6 +152,11 @@ def _too_many_terms(context: Context, statement: sx.Variable) -> bool:
         help_text = f"keep {MAX_TERMS}, or write a 'function'"
         context.report("FZ112", message, statement.name.span, help=help_text)
     return count > MAX_TERMS
+
+
+def _is_read_by_a_rate(context: Context, name: str) -> bool:
+    rates = (c.rate for o in context.outputs.values() for c in o.clauses if isinstance(c, sx.AdaptiveClause))
+    return any(name == n.name for rate in rates for n in ex.names_in(rate))
 
 
 def _is_new_term(context: Context, word: sx.Word, seen: dict[str, sx.Word]) -> bool:

@@ -97,6 +97,10 @@ class TestExceptions:
         assert "first" in str(error)
         assert "second" in str(error)
 
+    def test_its_text_begins_with_the_first_of_them(self):
+        first = Diagnostic("FZ203", "first", PLACE)
+        assert str(DiagnosticError([first])) == render(first)
+
     def test_an_unknown_name_names_the_known_ones(self):
         assert str(UnknownNameError("input", "sgma", ["sigma"])) == (
             "no input 'sgma'; there are: sigma; did you mean 'sigma'?"

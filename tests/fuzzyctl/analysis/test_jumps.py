@@ -7,7 +7,9 @@ import pytest
 from fuzzyctl import check, loads
 from fuzzyctl.analysis.coverage import uncovered_of
 from fuzzyctl.analysis.jumps import largest_jump
+from fuzzyctl.checking import check_source
 from fuzzyctl.kernels.plan import plan
+from fuzzyctl.source import SourceText
 
 SWITCH = """system s
 param p = 6
@@ -99,3 +101,14 @@ if t is warm then u is shut
 """
     _, diagnostics = check(loads(text))
     assert [d.code for d in diagnostics] == []
+
+
+class TestMaxima:
+    """Maxima pass from one term to the next at once: that is their nature, and no news of a file."""
+
+    @pytest.mark.parametrize(("defuzzifier", "codes"), [("som", []), ("mom", []), ("lom", []), ("centroid", ["FZ405"])])
+    def test_their_jumps_are_not_reported(self, defuzzifier, codes):
+        text = SWITCH.format(a="rectangle(-inf, 3)", b="rectangle(3, inf)", otherwise="", cell="high", where="")
+        text = text.replace("low=1 high=4", "low high").replace("and product\ndefuzzifier weighted_average\n", "")
+        found = check_source(SourceText("s.fz", f"defuzzifier {defuzzifier}\n{text}"))[1]
+        assert [d.code for d in found if d.code != "FZ216"] == codes

@@ -51,6 +51,26 @@ class TestChecks:
             assert found(changed(curved, ("\ninput x", f"\ndefuzzifier {kind}\ninput x"))) == []
         assert found(changed(curved, ("\ninput x", "\ndefuzzifier center_average\ninput x"))) == []
 
+    @pytest.mark.parametrize(
+        ("defuzzifier", "term", "reason"),
+        [
+            ("tsukamoto", "function(-log(u) / 4)", "is a formula, for which 'tsukamoto' has no inverse"),
+            ("tsukamoto", "function(x)", "is no set, and 'tsukamoto' inverts sets"),
+            ("tsukamoto", "linear(1, 1, 1)", "is no set, and 'tsukamoto' inverts sets"),
+            ("tsukamoto", "triangle(-2, 0, 2)", "is not monotone, so 'tsukamoto' cannot invert it"),
+            ("inverse_tsukamoto", "function(u)", "is a formula, and 'inverse_tsukamoto' takes its degrees"),
+        ],
+    )
+    def test_why_tsukamoto_does_not_take_a_term(self, changed, defuzzifier, term, reason):
+        text = changed(
+            ("\ninput x", f"\ndefuzzifier {defuzzifier}\ninput x"),
+            ("N = triangle(-3, -2, 0)", "N = ramp(0, -2)"),
+            ("Z = triangle(-2, 0, 2)", f"Z = {term}"),
+            ("P = triangle(0, 2, 3)", "P = ramp(0, 2)"),
+        )
+        (only,) = examine(SourceText("t", text))[1]
+        assert only.message == f"term 'Z' of 'u' {reason}"
+
     def test_a_singleton_has_no_centroid(self, changed):
         assert found(changed(("Z = triangle(-2, 0, 2)", "Z = singleton(0)"))) == [("FZ214", "error")]
 

@@ -1,5 +1,7 @@
 import math
+from fractions import Fraction
 
+import numpy as np
 import pytest
 
 from fuzzyctl.errors import ArgumentError, DiagnosticError, NoRuleFiresError, UnknownNameError, ValueOutOfBoundsError
@@ -37,6 +39,15 @@ class TestParams:
             ais.with_params(ks=1)
         with pytest.raises(ValueOutOfBoundsError, match="finite"):
             ais.with_params(k_s=math.nan)
+
+    @pytest.mark.parametrize("number", [np.float32(0.5), np.float16(0.5), np.longdouble(0.5), Fraction(1, 2)])
+    def test_numbers_of_every_type_are_taken_without_a_warning(self, ais, number):
+        assert ais.with_params(k_s=number).values["k_s"] == 0.5
+
+    @pytest.mark.parametrize("number", [np.float32("inf"), np.float16("nan"), 10**400, -Fraction(10**400)])
+    def test_numbers_that_no_float_can_be_are_refused(self, ais, number):
+        with pytest.raises(ValueOutOfBoundsError, match="finite"):
+            ais.with_params(k_s=number)
 
     def test_a_system_that_is_not_well_formed_with_them_is_refused(self, ais):
         with pytest.raises(DiagnosticError, match="FZ307"):
