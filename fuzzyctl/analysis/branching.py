@@ -65,7 +65,7 @@ class _Pointwise:
         self.is_rounded = False
 
     def verdict(self) -> Verdict:
-        wider = ", or a wider tolerance" if self._is_loosened else ""
+        wider = "; a wider tolerance takes less time" if self._is_loosened else ""
         found = self.search.halted(self.claim.text, self._step, self._why_stuck, wider=wider)
         if found is not None:
             return found
@@ -82,7 +82,7 @@ class _Pointwise:
             for b, e in zip(self.compared, found, strict=True)
         ):
             return "too little is known of values there, as where rules hardly fire; 'when' can leave such places out"
-        advice = "; a tolerance, such as 'within 1e-9', would decide it" if self._is_loosened else ""
+        advice = "; a tolerance, such as 'within 1e-9', settles such places" if self._is_loosened else ""
         return f"it comes as close to its bound as rounding{advice}"
 
     @property

@@ -58,6 +58,9 @@ LOOKED: Final = 1.0
 #: What is said where a claim depends on a state.
 _AT_FIRST: Final = "no point is found that breaks the claim with what is at first"
 
+#: What decides claims that subdivision cannot settle, such as equalities; said of systems that do not interpolate.
+_EXACTLY: Final = "of a system that interpolates ('and product', 'center_average') it is decided exactly"
+
 #: Told now and then during a long proof: the claim, boxes settled, boxes open.
 Progress = Callable[[str, int, int], None]
 
@@ -157,6 +160,8 @@ class Prover:
                 found = replace(found, reason=reason, boxes=(), remaining=0)
             elif found.remaining and (reason := self._state_of(claim)):
                 found = replace(found, reason=reason, boxes=(), remaining=0)
+            elif found.remaining and self.surface is None:
+                found = replace(found, reason=f"{found.reason}; {_EXACTLY}")
         if not isinstance(found, Refuted) and self._is_void(guarantee):
             found = Proved(claim.text, note="nothing is claimed: no point of the ranges is in the region")
         return replace(found, claim=claim.text, span=guarantee.span)

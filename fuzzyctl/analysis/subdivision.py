@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterator
 from typing import Final
@@ -49,6 +50,7 @@ class Search:
         with np.errstate(invalid="ignore"):
             low, high = np.where(finite, lo, np.inf).min(axis=1), np.where(finite, hi, -np.inf).max(axis=1)
             self.ranges = np.maximum(np.where(high > low, high - low, 1.0), 1e-300)[:, None]
+            self.volume = self._volume(lo, hi)
 
     def take(self) -> tuple[Array, Array]:
         """Take the next batch."""
@@ -106,20 +108,35 @@ class Search:
             claim: Its text.
             step: Takes a batch; returns a witness against the claim where it finds one.
             why_stuck: Why boxes that are too small to be halved are not settled.
-            wider: What else than time would decide it.
+            wider: What else than more time helps.
 
         Returns:
             What ended the search before; None where every box is settled.
         """
         while self.lo.shape[1]:
             if self.is_over:
-                return Undecided(claim, f"more time would decide it{wider}", *self.open_boxes)
+                return Undecided(
+                    claim, f"{self._progress}, and no point is found that breaks it{wider}", *self.open_boxes
+                )
             witness = step()
             if witness is not None:
                 return Refuted(claim, witness)
             if sum(s[0].shape[1] for s in self.stuck) > _SHOWN:
                 break
         return Undecided(claim, why_stuck(), *self.open_boxes) if self.stuck else None
+
+    @property
+    def _progress(self) -> str:
+        """How far the search has come; open boxes are the ones that are hardest to settle, or not yet looked at."""
+        waiting = self._volume(self.lo, self.hi) + sum(self._volume(*s) for s in self.stuck)
+        if not 0.0 < self.volume < np.inf:
+            return f"{self.settled} boxes are settled in the time given"
+        share = max(0.0, 1.0 - waiting / self.volume)
+        amount = f"{math.floor(100.0 * share)} %" if share >= 0.01 else "less than 1 %"
+        return f"{amount} of the input space is settled in the time given"
+
+    def _volume(self, lo: Array, hi: Array) -> float:
+        return float(np.prod((hi - lo) / self.ranges, axis=0).sum())
 
     @property
     def open_boxes(self) -> tuple[tuple[dict[str, Side], ...], int]:

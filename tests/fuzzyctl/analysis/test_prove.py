@@ -1,10 +1,15 @@
 """Verdicts on guarantees: what is proved, what is refuted by a point, and what is honestly left open."""
 
+import re
+from types import SimpleNamespace
+
+import numpy as np
 import pytest
 
 from fuzzyctl import Proved, Refuted, Undecided, load, loads, prove
 from fuzzyctl.analysis.extremes import extents
 from fuzzyctl.analysis.prove import Prover
+from fuzzyctl.analysis.subdivision import Search
 from tests.effort import at_most
 from tests.fuzzyctl.analysis.proving import CHAIN, CURVED, LINE, MAMDANI, SAMPLED, WEIGHTED, verdicts, words
 
@@ -154,6 +159,31 @@ class TestUndecided:
         assert isinstance(verdict, Undecided)
         assert verdict.remaining >= len(verdict.boxes) > 0
         assert set(verdict.boxes[0]) == {"e", "de"}
+
+    @pytest.mark.parametrize("claim", ["u(-e, -de) == -u within 1e-9", "abs(u + u(-e, -de)) <= 1e-9"])
+    def test_where_time_ends_it_says_what_is_known_and_promises_nothing(self, claim):
+        (verdict,) = verdicts(MAMDANI, claim, timeout=0.01)
+        known = (
+            r"(less than 1|\d+) % of the input space is settled in the time given, and no point is found that breaks it"
+        )
+        assert re.match(known, verdict.reason)
+        exactly = "of a system that interpolates ('and product', 'center_average') it is decided exactly"
+        assert verdict.reason.endswith(exactly)
+        assert "would decide" not in verdict.reason
+        assert words(LINE, claim) == ["Proved"]
+
+    @pytest.mark.parametrize(("taken", "share"), [(0, "less than 1 %"), (1, "25 %"), (2, "50 %"), (3, "75 %")])
+    def test_what_is_settled_is_measured_by_volume(self, taken, share):
+        system = SimpleNamespace(batch=1, inputs=("x", "y"))
+        lo, hi = (
+            np.array([[0.0, 1.0, 0.0, 1.0], [0.0, 0.0, 3.0, 3.0]]),
+            np.array([[1.0, 2.0] * 2, [3.0, 3.0, 6.0, 6.0]]),
+        )
+        search = Search(system, lo, hi, 0.0, None)
+        for _ in range(taken):
+            search.take()
+        verdict = search.halted("claim", lambda: None, lambda: "")
+        assert verdict.reason.startswith(f"{share} of the input space is settled")
 
     def test_a_quotient_that_may_be_infinite_is_not_proved(self):
         assert words(LINE, "1 / e <= 1e300", timeout=0.5) != ["Proved"]
