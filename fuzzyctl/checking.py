@@ -147,7 +147,7 @@ def _analysed(
     system: FuzzySystem, work: Work | None = None, *, guarantees: bool
 ) -> tuple[list[Verdict], list[Diagnostic]]:
     """Return verdicts of guarantees, and what only the analysis of a system without structural errors finds."""
-    from fuzzyctl.analysis import coverage, effects, jumps
+    from fuzzyctl.analysis import bounds, coverage, effects, jumps
     from fuzzyctl.analysis.work import Work
     from fuzzyctl.kernels.plan import plan
 
@@ -161,7 +161,12 @@ def _analysed(
     idle = effects.diagnostics(system, flat, work)
     if _has_errors(found):
         return [], [*found, *idle]
-    found = [*found, *idle, *jumps.diagnostics(system, flat, uncovered, work)]
+    found = [
+        *found,
+        *idle,
+        *jumps.diagnostics(system, flat, uncovered, work),
+        *bounds.diagnostics(system, flat, uncovered),
+    ]
     if guarantees and system.guarantees:
         from fuzzyctl.analysis import prove
 

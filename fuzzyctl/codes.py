@@ -64,6 +64,7 @@ CODES: Final[dict[str, str]] = {
     "FZ405": "an output jumps",
     "FZ406": "degrees do not sum to 1",
     "FZ407": "it is not decided whether some rule always fires",
+    "FZ408": "an output may leave its range",
     "FZ501": "a value is missing",
     "FZ502": "a name is not known to the system",
     "FZ503": "a value is not a number",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice, product
 from typing import Any, Final
@@ -15,7 +15,7 @@ from fuzzyctl.analysis.holes import Hole, Verdict
 from fuzzyctl.analysis.intervals import ANYTHING, Interval, enclose, hull
 from fuzzyctl.analysis.silence import Silence
 from fuzzyctl.analysis.work import Work
-from fuzzyctl.errors import NoRuleFiresError
+from fuzzyctl.errors import Diagnostic, NoRuleFiresError
 from fuzzyctl.expr import Binary, Expr, Name, span_of
 from fuzzyctl.kernels import inference, python_backend
 from fuzzyctl.kernels.defuzzify import closed_form, consequent_hull, support_hull
@@ -72,6 +72,39 @@ def output_bounds(system: FuzzySystem) -> dict[str, OutputBound]:
     flat = plan(system)
     verdicts = uncovered_of(flat)
     return {o.name: _bound(system, flat, o, verdicts[o.name]) for o in flat.outputs}
+
+
+def diagnostics(system: FuzzySystem, flat: Plan, verdicts: Mapping[str, Verdict]) -> list[Diagnostic]:
+    """Report outputs whose functions or sums may leave the declared range; single peaks outside it are warnings.
+
+    Args:
+        system: The system.
+        flat: Its plan.
+        verdicts: What is known of the outputs' coverage.
+    """
+    found = []
+    for declared, output in zip(system.outputs, flat.outputs, strict=True):
+        terms = _terms_that_fire(flat, output)
+        is_computed = output.sums or any(output.terms[t].reads_inputs for t in terms)
+        if output.rate is not None or output.clamped or not is_computed:
+            continue
+        low, high = (e.value for e in _ends(declared, flat, output, terms, covered=verdicts[output.name] is None))
+        slack = 1e-9 * (output.upper - output.lower)
+        if low < output.lower - slack or high > output.upper + slack:
+            found.append(_beyond(declared, output, low, high))
+    return found
+
+
+def _beyond(declared: Output, output: OutputPlan, low: float, high: float) -> Diagnostic:
+    low, high = (
+        0.0 if abs(e) < 1e-9 * (output.upper - output.lower) else e for e in (low, high)
+    )  # a margin of rounding
+    own = f"its range [{output.lower:.6g}, {output.upper:.6g}]"
+    message = f"output '{output.name}' is proved to lie within [{low:.6g}, {high:.6g}], and may leave {own}"
+    if math.isinf(low) and math.isinf(high):
+        message = f"no bound of output '{output.name}' is proved, so it may leave {own}"
+    help_text = f"write 'output {output.name} ... clamp', or widen the range; where it is meant, write 'allow FZ408'"
+    return Diagnostic("FZ408", message, declared.span, "hint", (), help_text)
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Final
 
 from fuzzyctl import arguments
 from fuzzyctl.analysis.compass import silent_point
@@ -20,6 +21,12 @@ from fuzzyctl.kernels.plan import (
 )
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Output
+
+#: What other tools make of an output that no rule moves, for a rule base whose paper does not say it.
+ELSEWHERE: Final = (
+    "there MATLAB computes with 'else midpoint', fuzzylite and Octave with 'else nan', "
+    "jFuzzyLogic with 'else hold', simpful with 'else 0', scikit-fuzzy with 'else error'"
+)
 
 
 def uncovered(system: FuzzySystem) -> dict[str, Verdict]:
@@ -147,9 +154,10 @@ def _undecided(flat: Plan, output: Output, planned: OutputPlan, verdict: Undecid
         return _silent(output, f"at {at(flat, point)}", stopped, after=(region,))
     message = f"it cannot be decided whether some rule always fires for output '{output.name}'"
     help_text = f"say what holds where none does: 'output {output.name} ... else VALUE'"
+    facts = (verdict.reason, ELSEWHERE)
     if verdict.spent:
-        return Diagnostic("FZ407", message, output.span, "warning", (verdict.reason,), help_text)
-    return Diagnostic("FZ401", message, output.span, facts=(verdict.reason,), help=help_text)
+        return Diagnostic("FZ407", message, output.span, "warning", facts, help_text)
+    return Diagnostic("FZ401", message, output.span, facts=facts, help=help_text)
 
 
 def _silent(
@@ -157,7 +165,7 @@ def _silent(
 ) -> Diagnostic:
     """Report a place where no rule moves an output, with what stops those that fire there, if any does."""
     message = f"no rule {'moves' if stopped else 'fires for'} output '{output.name}' {place}"
-    facts = (*before, stopped or "without 'else' some rule must fire everywhere", *after)
+    facts = (*before, stopped or "without 'else' some rule must fire everywhere", ELSEWHERE, *after)
     change = "let a rule move it there" if stopped else "let a term of the inputs reach there"
     help_text = f"{change}, or say 'output {output.name} ... else VALUE'"
     return Diagnostic("FZ401", message, output.span, facts=facts, help=help_text)

@@ -5,6 +5,8 @@ import pytest
 
 from fuzzyctl import loads
 from fuzzyctl.analysis.bounds import output_bounds
+from fuzzyctl.checking import check_source
+from fuzzyctl.source import SourceText
 
 
 class TestAverages:
@@ -136,3 +138,54 @@ if x is b then u is B
     def test_nan_is_no_bound(self):
         text = TestAverages.TEXT.format(foot=0.4, start=0.6, otherwise="else nan")
         assert not math.isnan(output_bounds(loads(text))["u"].lo)
+
+
+class TestBeyondTheRange:
+    """Hints where the proved bounds of a function or a sum exceed the declared range."""
+
+    TEXT = """system s
+defuzzifier {defuzzifier}
+input x in [-1, 1]{where}
+  terms N P
+output u in [-2, 2]{clauses}
+  {terms}
+if x is N then u is {first}
+if x is P then u is {second}
+"""
+
+    def hints(self, first, second, *, defuzzifier="weighted_average", where="", clauses="", terms=""):
+        text = self.TEXT.format(
+            defuzzifier=defuzzifier, where=where, clauses=clauses, terms=terms, first=first, second=second
+        )
+        return [d for d in check_source(SourceText("s.fz", text))[1] if d.code == "FZ408"]
+
+    @pytest.mark.parametrize(
+        ("first", "second", "bounds"),
+        [
+            ("linear(3, 0)", "linear(1, 0)", "[-3, 3]"),
+            ("function(4 * x - 1)", "constant(2)", "[-5, 3]"),
+            ("linear(2, 0)", "function(x * x)", None),
+            ("constant(-2)", "linear(1, 1)", None),
+        ],
+    )
+    def test_functions(self, first, second, bounds):
+        found = self.hints(first, second)
+        assert [d.severity for d in found] == (["hint"] if bounds else [])
+        if bounds:
+            assert found[0].message == f"output 'u' is proved to lie within {bounds}, and may leave its range [-2, 2]"
+
+    def test_sums(self):
+        (found,) = self.hints("constant(2)", "constant(2)", defuzzifier="weighted_sum")
+        assert "[0, 4]" in found.message
+        assert self.hints("constant(1)", "constant(1)", defuzzifier="weighted_sum") == []
+
+    def test_what_is_held_within_the_range_cannot_leave_it(self):
+        assert self.hints("linear(3, 0)", "linear(3, 0)", clauses=" clamp") == []
+        assert self.hints("A", "B", clauses=" adaptive rate x", terms="terms A=0 B=0") == []
+
+    def test_a_number_outside_has_a_warning_of_its_own(self):
+        assert self.hints("A", "B", terms="terms A=-5 B=5") == []
+
+    def test_where_nothing_is_proved_it_says_so(self):
+        (found,) = self.hints("linear(3, 0)", "linear(1, 0)", where=" extrapolate")
+        assert found.message == "no bound of output 'u' is proved, so it may leave its range [-2, 2]"

@@ -13,7 +13,10 @@ from fuzzyctl.analysis.holes import Hole, Side, Undecided
 from fuzzyctl.analysis.silence import Silence
 from fuzzyctl.analysis.work import Work
 from fuzzyctl.errors import NoRuleFiresError
+from fuzzyctl.expr import Number
 from fuzzyctl.kernels.plan import InputPlan, SetPlan, plan
+from fuzzyctl.model.profiles import PROFILES
+from fuzzyctl.model.variable import Hold
 
 TWO = """
 system two
@@ -274,6 +277,22 @@ class TestDiagnostics:
         assert found.span.line == 11
         assert "else" in found.help
 
+    @pytest.mark.parametrize(
+        ("tool", "word", "value"),
+        [
+            ("MATLAB", "midpoint", "midpoint"),
+            ("fuzzylite", "nan", "nan"),
+            ("Octave", "nan", "nan"),
+            ("jFuzzyLogic", "hold", Hold(start="nan")),
+            ("simpful", "0", Number(0.0)),
+            ("scikit-fuzzy", "error", "nan"),  # no result for one point; of many the others go on
+        ],
+    )
+    def test_what_other_tools_do_in_a_hole_is_what_their_profiles_do(self, tool, word, value):
+        (found,) = diagnostics(two(start=7, end=4))
+        assert re.search(rf"\b{tool}\b[^']*'else {word}'", found.facts[-1])
+        assert PROFILES[tool.lower().replace("-", "_")].otherwise == value
+
     def test_what_is_undecided_asks_for_an_else(self, monkeypatch):
         monkeypatch.setattr(holes, "BUDGET", 10)
         (found,) = diagnostics(two(low="not high"))
@@ -347,7 +366,7 @@ class TestChains:
         text = text.replace("lo = triangle(-inf, 0, 0.4)\n", "").replace("if m is lo then u is a\n", "")
         (found,) = diagnostics(loads(text))
         assert found.message == "it cannot be decided whether some rule always fires for output 'u'"
-        assert found.facts == ("all that is known of m is the range",)
+        assert found.facts[0] == "all that is known of m is the range"
 
 
 class TestSilentPoint:
