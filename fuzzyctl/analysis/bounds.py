@@ -90,19 +90,17 @@ def diagnostics(system: FuzzySystem, flat: Plan, verdicts: Mapping[str, Verdict]
             continue
         low, high = (e.value for e in _ends(declared, flat, output, terms, covered=verdicts[output.name] is None))
         slack = 1e-9 * (output.upper - output.lower)
-        if low < output.lower - slack or high > output.upper + slack:
+        is_known = math.isfinite(low) and math.isfinite(high)  # where inputs extrapolate little is
+        if is_known and (low < output.lower - slack or high > output.upper + slack):
             found.append(_beyond(declared, output, low, high))
     return found
 
 
 def _beyond(declared: Output, output: OutputPlan, low: float, high: float) -> Diagnostic:
-    low, high = (
-        0.0 if abs(e) < 1e-9 * (output.upper - output.lower) else e for e in (low, high)
-    )  # a margin of rounding
+    width = output.upper - output.lower
+    ends = ", ".join(f"{0.0 if abs(e) < 1e-9 * width else e:.6g}" for e in (low, high))  # without margins of rounding
     own = f"its range [{output.lower:.6g}, {output.upper:.6g}]"
-    message = f"output '{output.name}' is proved to lie within [{low:.6g}, {high:.6g}], and may leave {own}"
-    if math.isinf(low) and math.isinf(high):
-        message = f"no bound of output '{output.name}' is proved, so it may leave {own}"
+    message = f"output '{output.name}' is proved to lie within [{ends}], and may leave {own}"
     help_text = f"write 'output {output.name} ... clamp', or widen the range; where it is meant, write 'allow FZ408'"
     return Diagnostic("FZ408", message, declared.span, "hint", (), help_text)
 

@@ -11,7 +11,7 @@ from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.model.hints import jumping_tables
 from fuzzyctl.model.misfits import misfitting_semantics
 from fuzzyctl.model.numbers import Numbers
-from fuzzyctl.model.partitions import removal
+from fuzzyctl.model.partitions import by_line, removal
 from fuzzyctl.model.reads import comparisons_that_wait
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, literals
 from fuzzyctl.model.shapes import SHAPE_CHECKS, SHAPE_HINTS
@@ -229,14 +229,16 @@ def unused_terms(system: FuzzySystem) -> Iterator[Diagnostic]:
     written = {(c.output, c.term) for rule in system.rules for c in rule.consequents if isinstance(c.term, str)}
     used = read | written
     in_antecedents, touched = {name for name, _ in read}, {name for name, _ in used}
-    everything = [(v, t) for v in (*system.inputs, *system.outputs) for t in v.terms]
-    for variable, term in everything:
-        if variable.name in touched and (variable.name, term.name) not in used:
-            message = f"no rule uses term '{term.name}' of '{variable.name}'"
-            kept = [t for t in variable.terms if (variable.name, t.name) in used]
-            only_peaks = variable.name not in in_antecedents and _takes_peaks(system, variable)
-            fact, help_text = removal(term, kept, only_peaks=only_peaks)
-            yield Diagnostic("FZ208", message, term.span, "warning", (fact,) if fact else (), help_text)
+    for variable in (*system.inputs, *system.outputs):
+        if variable.name not in touched:
+            continue
+        kept = by_line(t for t in variable.terms if (variable.name, t.name) in used)
+        only_peaks = variable.name not in in_antecedents and _takes_peaks(system, variable)
+        for term in variable.terms:
+            if (variable.name, term.name) not in used:
+                message = f"no rule uses term '{term.name}' of '{variable.name}'"
+                facts, help_text = removal(term, kept, only_peaks=only_peaks)
+                yield Diagnostic("FZ208", message, term.span, "warning", facts, help_text)
 
 
 def _takes_peaks(system: FuzzySystem, variable: LinguisticVariable) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
@@ -17,6 +17,8 @@ from fuzzyctl.model.variable import Input, Term
 _ROUNDING: Final = 1e-9
 #: Neighbours of which one slip may spoil the sum: those on both sides of a term.
 _MOST_BAD: Final = 2
+#: Most terms of a line that a help writes out.
+_MOST_WRITTEN: Final = 12
 #: Where in a stretch a sum is looked at: two places tell a line, and the middle is shown.
 _LOOKS: Final = (0.5, 0.2)
 
@@ -79,27 +81,44 @@ def _sum_off(sets: Sequence[_Set], low: float, high: float) -> tuple[float, floa
     return None
 
 
-def removal(term: Term, used: Sequence[Term], *, only_peaks: bool) -> tuple[str, str]:
+#: A `terms` line: the name of its source, and its number.
+_Line = tuple[str, int]
+
+
+def by_line(terms: Iterable[Term]) -> dict[_Line, list[Term]]:
+    """Return the triangles of each `terms` line."""
+    found: dict[_Line, list[Term]] = {}
+    for term in terms:
+        line = _line_of(term)
+        if line is not None:
+            found.setdefault(line, []).append(term)
+    return found
+
+
+def removal(term: Term, used: Mapping[_Line, Sequence[Term]], *, only_peaks: bool) -> tuple[tuple[str, ...], str]:
     """Return what the removal of an unused term would change, and how to remove it without changing any number.
 
     Args:
         term: The term.
-        used: Those terms of its variable that rules use.
+        used: The terms of its variable that rules use, by their lines.
         only_peaks: Whether the peaks of the terms are all that counts.
 
     Returns:
-        The fact, an empty text where the removal changes nothing, and the help.
+        The fact, if the removal changes anything, and the help.
     """
     line = _line_of(term)
-    rest = [t for t in used if _line_of(t) == line] if line is not None else []
-    has_peak = term.span is not None and term.span.source.text[term.span.end :].lstrip().startswith("@")
+    rest = used.get(line, ()) if line is not None else ()
+    behind = term.span.source.text[term.span.end : term.span.end + 20] if term.span is not None else ""
+    has_peak = behind.lstrip().startswith("@")
     if not rest or (has_peak and only_peaks):
-        return "", "remove it, or use it in a rule"
+        return (), "remove it, or use it in a rule"
     fact = "without it the terms beside it reach further" if has_peak else "without it the peaks of its line move"
-    return fact, f"use it in a rule; to remove it, write the others as they are: {_written(rest, only_peaks)}"
+    if len(rest) > _MOST_WRITTEN:
+        return (fact,), "use it in a rule, or keep it in its place and write 'allow FZ208'"
+    return (fact,), f"use it in a rule; to remove it, write the others as they are: {_written(rest, only_peaks)}"
 
 
-def _line_of(term: Term) -> tuple[str, int] | None:
+def _line_of(term: Term) -> _Line | None:
     """Return the `terms` line of a triangle whose feet are the peaks beside it, None for any other term.
 
     Such a term has no membership function of its own in the text, so both have the same location.

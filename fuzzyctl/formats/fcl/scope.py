@@ -33,6 +33,7 @@ class Scope:
         diagnostics: Filled while resolving.
         readable: What functions may name where one is resolved, with the variable that it stands for.
         clamped_differences: Whether a difference of sigmoids is 0 where it is negative, as in jFuzzyLogic.
+        empty_sets: First and last point of each term, of the variable that is read, which is 0 everywhere.
     """
 
     dialect: Dialect
@@ -42,6 +43,7 @@ class Scope:
     diagnostics: list[Diagnostic] = field(default_factory=list)
     clamped_differences: bool = False
     readable: dict[str, str] = field(default_factory=dict)
+    empty_sets: list[tuple[float, float]] = field(default_factory=list)
     _told: set[str] = field(default_factory=set)
 
     def error(self, code: str, message: str, span: Span | None, **more: object) -> None:

@@ -29,7 +29,8 @@ def membership(line: TermLine, scope: Scope, *, of_output: bool) -> Membership |
     if arguments is None:
         return None
     if shape.points and (shape.kind is None or shape.kind.upper == "SINGLETONS"):
-        return _points(shape, arguments, scope)
+        made = _empty_set(shape, arguments, scope) if not of_output else None
+        return made or _points(shape, arguments, scope)
     if shape.kind is None:
         return _single(shape, arguments, scope)
     word = fuzzylite_word(shape.kind.text)
@@ -84,6 +85,18 @@ def _known(word: ShapeWord, shape: Shape, arguments: tuple[Expr, ...], scope: Sc
     if word is JFUZZYLOGIC_SHAPES["DSIGM"]:
         scope.clamped_differences = True
     return Membership(kind=word.kind, arguments=word.ordered(arguments[:count]), height=height, span=shape.span)
+
+
+def _empty_set(shape: Shape, arguments: tuple[Expr, ...], scope: Scope) -> Membership | None:
+    """Return a term whose points are all 0, as some files have it for the sake of its range; None for any other."""
+    values = [a.value for a in arguments if isinstance(a, Number)]
+    if shape.kind is not None or len(values) < len(arguments) or any(values[1::2]):
+        return None
+    scope.empty_sets.append((min(values[::2]), max(values[::2])))
+    message = "the term is 0 everywhere, so that no value belongs to it"
+    help_text = "remove it, unless it is there to widen the range"
+    scope.warning("FZ603", message, shape.span, help=help_text)
+    return Membership(kind="function", arguments=(ZERO,), span=shape.span)
 
 
 def _points(shape: Shape, arguments: tuple[Expr, ...], scope: Scope) -> Membership | None:

@@ -141,7 +141,7 @@ class VariableResolver:
             clamped = False
             for setting in block.settings if block is not None else ():
                 clamped = self._input_setting(setting) or clamped
-            lower, upper = self._range(word, block, terms)
+            lower, upper = self._range(word, block, terms, held=clamped)
             self._warn_of_degrees_beyond(name, terms, lower, upper)
             found.append(
                 Input(name=name, lower=lower, upper=upper, terms=terms, extrapolate=not clamped, span=word.span)
@@ -186,8 +186,9 @@ class VariableResolver:
     def _output(self, word: sx.Word, block: sx.FuzzyBlock, inputs: list[Input]) -> OutputDraft:
         terms = self._terms(block, of_output=True)
         given = {s.keyword.upper: s for s in block.settings}
-        lower, upper = self._range(word, block, terms, inputs)
         lock, accu = given.get("LOCK"), given.get("ACCU")
+        clamped = lock is not None and _says(lock, "RANGE")
+        lower, upper = self._range(word, block, terms, inputs, held=clamped)
         if "ENABLED" in given:
             require_enabled(given["ENABLED"], self._scope)
         return OutputDraft(
@@ -198,7 +199,7 @@ class VariableResolver:
             method=self._method(given.get("METHOD"), block, terms),
             accumulation=accumulation_of(accu, self._scope) if accu is not None else None,
             otherwise=self._otherwise(given.get("DEFAULT"), holds=lock is not None and _says(lock, "PREVIOUS")),
-            clamped=lock is not None and _says(lock, "RANGE"),
+            clamped=clamped,
             block=block,
         )
 
@@ -256,6 +257,7 @@ class VariableResolver:
         found: list[Term] = []
         first: dict[str, sx.Word] = {}
         names = Names()
+        self._scope.empty_sets.clear()
         for line in block.terms:
             made = membership(line, self._scope, of_output=of_output)
             name = names.take(line.name.text)
@@ -270,15 +272,28 @@ class VariableResolver:
         return tuple(found)
 
     def _range(
-        self, word: sx.Word, block: sx.FuzzyBlock | None, terms: tuple[Term, ...], inputs: list[Input] | None = None
+        self,
+        word: sx.Word,
+        block: sx.FuzzyBlock | None,
+        terms: tuple[Term, ...],
+        inputs: list[Input] | None = None,
+        *,
+        held: bool = False,
     ) -> tuple[Expr, Expr]:
-        """Return the range that is given, or one estimated from the terms."""
+        """Return the range that is given, or one estimated from the terms; one to be held within is never estimated."""
         given = (block.range if block is not None else None) or self._ranges.get(word.text)
         if given is not None:
             low = self._scope.number(given.low, "the lower end")
             high = self._scope.number(given.high, "the upper end")
-            return low or Number(0.0), high or Number(1.0)
+            needs_range = held or not terms or (inputs is not None and not _all_sharp(terms))
+            if needs_range or not self._is_point(low, high):
+                return low or Number(0.0), high or Number(1.0)
         ends = self._estimate(terms, inputs or [])
+        if given is not None:
+            message = f"the RANGE of '{word.text}' is one point; its terms lie in [{ends[0]:.6g}, {ends[1]:.6g}]"
+            help_text = "this is taken, which changes no value: nothing is held within it"
+            self._scope.warning("FZ610", message, given.span, help=help_text)
+            return Number(ends[0]), Number(ends[1])
         if block is not None and len(terms) < len(block.terms):
             return Number(ends[0]), Number(ends[1])  # terms with mistakes have their own diagnostics
         if inputs is None and not terms:
@@ -296,11 +311,16 @@ class VariableResolver:
             self._scope.warning("FZ610", message, word.span, help=help_text)
         return Number(ends[0]), Number(ends[1])
 
+    def _is_point(self, low: Expr | None, high: Expr | None) -> bool:
+        """Return whether both ends of a range are the same number."""
+        ends = [self._scope.value(e) if e is not None else None for e in (low, high)]
+        return ends[0] is not None and ends[0] == ends[1]
+
     def _estimate(self, terms: tuple[Term, ...], inputs: list[Input]) -> tuple[float, float]:
-        supports = []
+        supports = [*self._scope.empty_sets] if terms else []
         for term in terms:
             if term.membership.kind in ("linear", "function"):
-                found = self._image(term, inputs)
+                found = self._image(term, inputs) if inputs else None
                 supports.extend([found] if found is not None else [])
                 continue
             given = [self._parameter(a) for a in term.membership.arguments]
@@ -332,6 +352,11 @@ class VariableResolver:
             first = next(iter(self._estimated.values()))
             help_text = "plots and proofs look at this range; values outside it are computed all the same"
             self._scope.warning("FZ610", message, first.span, help=help_text)
+
+
+def _all_sharp(terms: tuple[Term, ...]) -> bool:
+    """Return whether all terms are numbers or functions, of which an average needs no range."""
+    return all(t.membership.kind in SHARP for t in terms)
 
 
 def _says(setting: sx.Setting, word: str) -> bool:

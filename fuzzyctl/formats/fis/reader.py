@@ -10,7 +10,7 @@ from typing import Final
 
 from fuzzyctl.errors import Diagnostic, Note
 from fuzzyctl.expr import Expr, Number
-from fuzzyctl.formats.findings import Findings
+from fuzzyctl.formats.findings import Findings, Reading
 from fuzzyctl.formats.fis import values
 from fuzzyctl.formats.fis.rules import RuleReader, raw_rules
 from fuzzyctl.formats.fis.sections import Section, Sections, split
@@ -25,7 +25,7 @@ from fuzzyctl.model.profiles import Profile, profile
 from fuzzyctl.model.rule import Rule
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Fallback, Hold, Input, Membership, Output
-from fuzzyctl.source import SourceText
+from fuzzyctl.source import SourceText, Span
 
 #: A line that only FisPro's files have; they share the suffix and nothing else.
 _FISPRO: Final = re.compile(r"^Ninputs[ \t]*=", re.MULTILINE)
@@ -247,6 +247,7 @@ class _Assembly:
         place = entry.value if entry is not None else variable.span
         sums = kind.startswith("weighted")
         if self.settings.kind == "hybrid" and not sums and _is_sugeno(variable):
+            self._warn_of_average(variable, kind, place)
             kind, sums = "weighted_average", True
         if self.dialect == "fuzzylite" and sums:
             return self.profile.defuzzifier(self._weighted(variable, kind))
@@ -257,6 +258,13 @@ class _Assembly:
             message = "this is a Sugeno system, whose consequents are no sets"
             self.findings.error("FZ214", message, place, help="write: DefuzzMethod='wtaver'")
         return self.profile.defuzzifier(kind)
+
+    def _warn_of_average(self, variable: Variable, kind: str, place: Span) -> None:
+        """Say that numbers of a hybrid system, which the one defuzzifier of the file does not suit, are averaged."""
+        message = f"the terms of '{variable.name}' are numbers or functions; their weighted average is taken"
+        other = f"fuzzylite takes their {kind} as sets that do not depend on the output: mostly the middle of the range"
+        way_out = "put this output into a file of its own with DefuzzMethod='wtaver'"
+        self.findings.differs(Reading(message, other, way_out, place))
 
     def _weighted(self, variable: Variable, kind: str) -> str:
         """Return what fuzzylite's weighted defuzzifiers do with the terms of an output."""

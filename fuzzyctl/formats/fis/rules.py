@@ -9,7 +9,7 @@ from decimal import Decimal, InvalidOperation
 from typing import Final
 
 from fuzzyctl.expr import ONE, Binary, Expr, Name, Number
-from fuzzyctl.formats.findings import Findings
+from fuzzyctl.formats.findings import Findings, Reading
 from fuzzyctl.formats.fis.sections import Entry, Section
 from fuzzyctl.formats.fis.variables import Variable
 from fuzzyctl.formats.fis.words import Dialect
@@ -223,6 +223,10 @@ class RuleReader:
             message = "the rule has no condition, and no input has a term"
             self.findings.error("FZ602", message, raw.span, help="give an input a term")
             return None
+        if raw.connective == "1" and self.dialect == "fuzzylite":
+            message = "the rule has no condition, so it always acts"
+            other = "fuzzylite leaves such a rule out; what only such rules set is 'nan' there"
+            self.findings.differs(Reading(message, other, "remove the rule, or give it a condition", raw.span))
         hedges = ("any",) if raw.connective == "1" else ("not", "any")
         if raw.connective == "2":
             message = "the rule has no condition and joins by 'or', so it never acts"

@@ -229,10 +229,12 @@ class _File:
         inputs = [(low.value, high.value) for low, high in ranges]
         ends = [e for t in variable.terms for e in reached(t.membership, inputs)]
         ends += corners(t.membership for t in variable.terms if t.membership.kind not in ("constant", "linear"))
+        kind = "infinite"
         if variable.lower.value == variable.upper.value:
+            kind = "empty" if math.isfinite(variable.lower.value) else kind
             unknown = Number(-math.inf, span=variable.lower.span)
             variable = Variable(**{**variable.__dict__, "lower": unknown, "upper": Number(math.inf)})
-        return finite_range(variable, ends, self.findings)
+        return finite_range(variable, ends, self.findings, kind)
 
 
 def _numerics(source: SourceText, blocks: Sequence[Block]) -> Profile:

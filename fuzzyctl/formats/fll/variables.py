@@ -131,8 +131,10 @@ class Ranged(Protocol):
         """Where its name stands."""
 
 
-def finite_range(variable: Ranged, ends: Iterable[float], findings: Findings) -> tuple[Number, Number]:
-    """Return a finite range: the one given, or what some places reach where it is infinite."""
+def finite_range(
+    variable: Ranged, ends: Iterable[float], findings: Findings, kind: str = "infinite"
+) -> tuple[Number, Number]:
+    """Return a finite range: the one given, or what some places reach where it is infinite, or as `kind` says."""
     lower, upper = variable.lower, variable.upper
     if math.isfinite(lower.value) and math.isfinite(upper.value):
         return lower, upper
@@ -141,7 +143,7 @@ def finite_range(variable: Ranged, ends: Iterable[float], findings: Findings) ->
     high = upper.value if math.isfinite(upper.value) else max(finite, default=1.0)
     if low >= high:
         low, high = (low, low + 1.0) if math.isfinite(lower.value) else (high - 1.0, high)
-    message = f"the range of '{variable.name}' is infinite; [{low:.6g}, {high:.6g}] is what its terms need"
+    message = f"the range of '{variable.name}' is {kind}; [{low:.6g}, {high:.6g}] is what its terms need"
     findings.warning("FZ603", message, lower.span or variable.span, help="give it a finite range")
     return Number(low), Number(high)
 

@@ -6,6 +6,7 @@ from click.testing import CliRunner
 
 from fuzzyctl import as_profile, load
 from fuzzyctl.cli.main import main
+from fuzzyctl.model.profiles import PROFILES
 
 TIPPER = """system tip
 input service in [0, 10]
@@ -96,6 +97,17 @@ class TestRuleBlocks:
         assert result.exit_code == 0, result.output
         assert "blocks.fz:12:7: hint[FZ609]" in result.output
         assert "leaves rule block 'night' its own conjunction product, implication product" in result.output
+
+    @pytest.mark.parametrize(("own", "named"), [("fuzzylite_6", "fuzzylite"), ("octave_0_4", "octave")])
+    def test_another_version_of_the_own_tool_gets_a_hint(self, tmp_path, own, named):
+        path = tmp_path / "tip.fz"
+        path.write_text(f"semantics {own}\n{TIPPER.format(' else 7')}")
+        versions = [PROFILES[p].tool for p in (named, own)]
+        result = run("eval", str(path), "service=2", "--as", named)
+        assert f"profile '{named}' computes as {versions[0]}, and 'tip' is of {versions[1]}" in result.output
+        assert f"leave the profile out, or name '{own}'" in result.output
+        assert "FZ609" not in run("eval", str(path), "service=2", "--as", own).output
+        assert "FZ609" not in run("eval", str(path), "service=2", "--as", "pyfuzzylite").output
 
     @pytest.mark.parametrize("profile", ["exact", "fuzzylite", "fuzzylite_6", "pyfuzzylite", "jfuzzylogic"])
     def test_a_tool_with_blocks_does_not(self, blocks, profile):
