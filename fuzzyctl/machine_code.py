@@ -48,6 +48,10 @@ def kept(function: Any) -> Any:
     return function
 
 
+#: What loading an entry may raise although it is whole: it names what another version, or no module, has.
+_UNUSABLE: Final = (OSError, ImportError, AttributeError, LookupError, TypeError, ValueError, pickle.UnpicklingError)
+
+
 class _Cache(FunctionCache):  # type: ignore[misc]  # numba has no types
     """What numba keeps of one function; what cannot be read or written is no reason to stop."""
 
@@ -57,8 +61,8 @@ class _Cache(FunctionCache):  # type: ignore[misc]  # numba has no types
         self._cache_file = _Files(self.cache_path, self._impl.filename_base, stamp)
 
     def load_overload(self, signature: Any, context: Any) -> Any:
-        """Return what is kept for a signature, None for nothing."""
-        with contextlib.suppress(OSError):
+        """Return what is kept for a signature, None for nothing that can be loaded."""
+        with contextlib.suppress(*_UNUSABLE):
             return super().load_overload(signature, context)
         return None
 

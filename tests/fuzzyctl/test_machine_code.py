@@ -115,3 +115,19 @@ def test_of_a_function_without_a_file_is_not_kept(folder):
     exec(TEXT, names)
     assert native("float64(float64)")(names["twice"])(2.5) == 5.0
     assert not folder.exists()
+
+
+@pytest.mark.parametrize(
+    "error", [ModuleNotFoundError("No module named '<dynamic>'"), AttributeError("gone"), KeyError()]
+)
+def test_that_names_what_is_no_more_counts_as_none(folder, make, monkeypatch, error):
+    native("float64(float64)")(make())
+
+    def nowhere(*_):
+        raise error
+
+    with monkeypatch.context() as patch:
+        patch.setattr(numba.core.caching.CompileResultCacheImpl, "rebuild", nowhere)
+        found = native("float64(float64)")(make())
+        assert (hits(found), found(2.5)) == (0, 5.0)
+    assert hits(native("float64(float64)")(make())) == 1

@@ -15,10 +15,12 @@ one part switched off, with the gains of BASE where the scenario gives it none.
 
 from __future__ import annotations
 
+import hashlib
 import importlib
 import importlib.util
 import os
 import pkgutil
+import sys
 import traceback
 from functools import cache
 from pathlib import Path
@@ -104,12 +106,22 @@ def _own(name: str, folder: Path) -> Path | None:
 
 @cache
 def _load(path: Path, changed: int) -> ModuleType:
-    """Execute the file of a law once for each time it was changed."""
-    spec = importlib.util.spec_from_file_location(f"dwmr_law_{path.stem}", path)
+    """Execute the file of a law once for each time it was changed.
+
+    Cached machine code names the module of its function, so the module is registered, under the same name in every
+    process, before its functions are compiled.
+    """
+    name = f"dwmr_law_{path.stem}_{hashlib.sha256(str(path).encode()).hexdigest()[:16]}"
+    spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    sys.modules[name] = module
+    try:
+        spec.loader.exec_module(module)
+    except BaseException:
+        sys.modules.pop(name, None)
+        raise
     return module
 
 

@@ -1,0 +1,59 @@
+"""A law of one's own, as the how-to page has it: run, compared and swept, each in a new process over one cache."""
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.dwmr.process import dwmr
+
+PAGE = Path(__file__).parents[2] / "docs" / "how-to" / "add-a-controller.md"
+BLOCK = re.compile(r"<!-- file: (\S+) -->\n```\w+\n(.*?)```", re.DOTALL)
+SWEEP = 'scenario = "mine.toml"\nmeasures = ["rmse"]\n[grid]\n"robot.controllers.proportional.k_x" = [0.5, 0.6]\n'
+SHORT = ("--set", "run.horizon=1")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """The files of the how-to page, after a first run, whose machine code is on disk."""
+    made = tmp_path_factory.mktemp("own")
+    for name, text in BLOCK.findall(PAGE.read_text(encoding="utf-8")):
+        (made / name).write_text(text, encoding="utf-8")
+    (made / "spec.toml").write_text(SWEEP, encoding="utf-8")
+    dwmr("run", "mine.toml", *SHORT, "-o", "first", cwd=made)
+    return made
+
+
+def results(folder):
+    """Return what a run says of its law, times aside."""
+    found = json.loads((folder / "summary.json").read_text(encoding="utf-8"))["controllers"]["proportional"]
+    return {name: value for name, value in found.items() if name != "wall_s"}
+
+
+def test_runs_again_from_the_cache(folder):
+    dwmr("run", "mine.toml", *SHORT, "-o", "second", cwd=folder)
+    assert results(folder / "second") == results(folder / "first")
+
+
+def test_is_loaded_from_the_cache_and_not_compiled_anew(folder):
+    code = (
+        "from pathlib import Path\nfrom dwmr import controllers\n"
+        "law = controllers.find('proportional', Path())\nprint(sum(law.step.stats.cache_hits.values()))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=folder, check=True)
+    assert done.stdout == "1\n"
+
+
+def test_is_compared(folder):
+    done = dwmr("compare", "mine.toml", "--controller", "proportional,smc", *SHORT, "--format", "json", cwd=folder)
+    found = json.loads(done.stdout)["entries"]
+    (one,) = [e for e in found if (e["controller"], e["robot"], e["measure"]) == ("proportional", "leader", "rmse.x_e")]
+    assert one["mean"] == results(folder / "first")["rmse"]["leader"]["x_e"]
+
+
+def test_is_swept(folder):
+    done = dwmr("sweep", "spec.toml", *SHORT, "-o", "swept", cwd=folder)
+    assert "2 runs, all to the end" in done.stdout
