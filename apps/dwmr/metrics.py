@@ -1,14 +1,15 @@
-"""Measures of a run: tracking errors by several definitions, clearance, chattering, avoidance, gains, limits."""
+"""Measures of a run: tracking errors by several definitions, distances, contacts, chattering, avoidance, limits."""
 
 from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Collection
+from functools import cache
 from typing import Any
 
 import numpy as np
 
-from dwmr import controllers, lyapunov
+from dwmr import bodies, controllers, lyapunov
 from dwmr.contracts import FloatArray
 from dwmr.geometry import wrap_array
 from dwmr.scenario import Scenario
@@ -29,6 +30,21 @@ TABLE_12: dict[str, dict[str, dict[str, float]]] = {
         "fcafsmc": ((0.4519, 0.5694, 0.2546), (0.1806, 0.1883, 0.0528), (0.1456, 0.1693, 0.0427)),
     }.items()
 }
+
+
+#: The same, Table 13: AIFQSMC in Gazebo, to which no disturbance was added.
+TABLE_13: dict[str, dict[str, dict[str, float]]] = {
+    "aifqsmc": {
+        "leader": {"x_e": 0.4604, "y_e": 0.5881, "theta_e": 0.2205},
+        "follower1": {"x_e": 0.1532, "y_e": 0.2428, "theta_e": 0.1987},
+        "follower2": {"x_e": 0.0999, "y_e": 0.1560, "theta_e": 0.0349},
+    }
+}
+
+TABLES = {12: TABLE_12, 13: TABLE_13}
+
+#: Names of two robots, samples, and the gaps between their bodies at these [m].
+Pairs = list[tuple[str, str, Any, FloatArray]]
 
 
 def rmse(error: FloatArray) -> float:
@@ -122,12 +138,16 @@ def finite_part(trajectory: Trajectory) -> Trajectory:
 def _measures(run: Trajectory, scenario: Scenario) -> dict[str, Callable[[], Any]]:
     """Return how to compute each measure."""
     names = run.robots
+    pairs = cache(lambda: list(bodies.robot_gaps(run, scenario)))
     return {
         "rmse": lambda: {n: _rmse(run, n, printed_frame(scenario, n)) for n in names},
         "rmse_body": lambda: {n: _rmse(run, n, "body") for n in names},
         "rmse_inertial": lambda: {n: _rmse(run, n, "inertial") for n in names},
-        "clearance": lambda: {n: _clearance(run, scenario, n) for n in names},
-        "collisions": lambda: [c for n in names for c in _collisions(run, scenario, n)],
+        "centre_distance": lambda: {n: _least([distances(run, scenario, n)]) for n in names},
+        "obstacle_gap": lambda: {n: _least([bodies.obstacle_gaps(run, scenario, n)]) for n in names},
+        "robot_gap": lambda: {n: _least([gaps for a, b, _, gaps in pairs() if n in (a, b)]) for n in names},
+        "obstacles_hit": lambda: [hit for n in names for hit in _obstacles_hit(run, scenario, n)],
+        "robots_hit": lambda: _robots_hit(run, scenario, pairs()),
         "chattering": lambda: {n: _chattering(run, scenario.run.dt, n) for n in names},
         "avoidance_s": lambda: {n: _share(run["obstacle"][:, i] >= 0) * _span(run) for i, n in enumerate(names)},
         "saturation": lambda: {n: _saturation(run, scenario, n) for n in names},
@@ -159,19 +179,22 @@ def distances(trajectory: Trajectory, scenario: Scenario, robot: str) -> FloatAr
     return gap
 
 
-def _clearance(trajectory: Trajectory, scenario: Scenario, robot: str) -> float | None:
-    return float(distances(trajectory, scenario, robot).min()) if scenario.obstacles else None
+def _least(gaps: list[FloatArray]) -> float | None:
+    """Return the least of some distances, None where there are none [m]."""
+    return min((float(one.min()) for one in gaps if one.size), default=None)
 
 
-def _collisions(trajectory: Trajectory, scenario: Scenario, robot: str) -> list[dict[str, Any]]:
-    """Return the first time a robot's reference point is inside each obstacle, d_ia <= r_a."""
-    gap = distances(trajectory, scenario, robot)
-    hits = []
-    for a, obstacle in enumerate(scenario.obstacles):
-        inside = np.flatnonzero(gap[:, a] <= obstacle.radius)
-        if inside.size:
-            hits.append({"robot": robot, "obstacle": a, "t": float(trajectory.t[inside[0]])})
-    return hits
+def _obstacles_hit(trajectory: Trajectory, scenario: Scenario, robot: str) -> list[dict[str, Any]]:
+    """Return the obstacles that a robot's body touches."""
+    gaps, dt = bodies.obstacle_gaps(trajectory, scenario, robot), scenario.run.dt
+    found = [bodies.contact(trajectory.t, dt, gaps[:, a]) for a in range(gaps.shape[1])]
+    return [{"robot": robot, "obstacle": a, **one._asdict()} for a, one in enumerate(found) if one is not None]
+
+
+def _robots_hit(trajectory: Trajectory, scenario: Scenario, pairs: Pairs) -> list[dict[str, Any]]:
+    """Return the pairs of robots whose bodies touch."""
+    found = [((a, b), bodies.contact(trajectory.t[near], scenario.run.dt, gaps)) for a, b, near, gaps in pairs]
+    return [{"robots": list(names), **one._asdict()} for names, one in found if one is not None]
 
 
 def _chattering(trajectory: Trajectory, dt: float, robot: str) -> dict[str, float]:

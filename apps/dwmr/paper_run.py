@@ -1,4 +1,4 @@
-"""Whether a run is the one behind Table 12 of the paper."""
+"""Whether a run is one of those behind Tables 12 and 13 of the paper."""
 
 from __future__ import annotations
 
@@ -10,20 +10,25 @@ from dwmr.scenario import Robot, Scenario
 
 #: Keys of a robot that the paper prints; what it does not print is fitted to its table.
 _PRINTED = ("x_0", "y_0", "theta_0", "d", "radius", "avoids_obstacles", "formation", "delay", "noise")
+#: Keys of a robot that its errors do not depend on, or by design may differ: the measures' outline, the gains.
+_FREE = ("body", "controllers")
+#: Numbers of the paper's tables by the shipped scenario behind them.
+_TABLES = {"paper": 12, "undisturbed": 13}
 #: Keys that are listed before the rest is counted.
 _MOST_SHOWN = 4
 
 
-def differences(scenario: Scenario, fitted: bool = False) -> tuple[str, ...]:
+def differences(scenario: Scenario, fitted: bool = False, shipped: str = "paper") -> tuple[str, ...]:
     """Return the keys in which a run is not the paper's, its gains and rule files aside.
 
     Args:
         scenario: What is run.
         fitted: Whether what the paper does not print may differ: amplitudes, bodies and drives.
+        shipped: Name of the scenario that is the paper's run.
     """
     from dwmr.scenario_file import find, read
 
-    paper = read(find("paper")).scenario
+    paper = read(find(shipped)).scenario
     found = [
         key for key in ("reference", "obstacles", "avoidance", "load") if getattr(scenario, key) != getattr(paper, key)
     ]
@@ -34,12 +39,13 @@ def differences(scenario: Scenario, fitted: bool = False) -> tuple[str, ...]:
     return (*found, *_robots(scenario, paper, fitted))
 
 
-def beside_table_12(scenario: Scenario) -> tuple[bool, str]:
-    """Return whether errors stand beside Table 12, and why they do not where a reader may expect it."""
-    if scenario.name != "paper" or scenario.run.horizon < TABLE_12_HORIZON:
-        return False, ""
-    found = differences(scenario)
-    return not found, f"Table 12 is left out, it speaks of another run: {said(found)}" if found else ""
+def beside(scenario: Scenario) -> tuple[int | None, str]:
+    """Return the number of the paper's table that errors are shown beside, and why of none where one is expected."""
+    number = _TABLES.get(scenario.name)
+    if number is None or scenario.run.horizon < TABLE_12_HORIZON:
+        return None, ""
+    found = differences(scenario, shipped=scenario.name)
+    return (None, f"Table {number} is left out, it speaks of another run: {said(found)}") if found else (number, "")
 
 
 def said(found: tuple[str, ...]) -> str:
@@ -58,7 +64,7 @@ def _disturbances(scenario: Scenario, fitted: bool) -> list[Any]:
 
 def _robots(scenario: Scenario, paper: Scenario, fitted: bool) -> Iterable[str]:
     """Give the keys of the paper's robots that differ, and the names of robots that it has not."""
-    keys = _PRINTED if fitted else tuple(k for k in Robot.model_fields if k != "controllers")
+    keys = _PRINTED if fitted else tuple(k for k in Robot.model_fields if k not in _FREE)
     for name in dict.fromkeys((*paper.robots, *scenario.robots)):
         if name not in paper.robots or name not in scenario.robots:
             yield f"robots.{name}"

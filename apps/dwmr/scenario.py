@@ -42,6 +42,14 @@ class Run(Section):
         return max(1, round(self.horizon / self.dt))
 
 
+class Body(Section):
+    """Outline of a robot seen from above, a rectangle."""
+
+    front: float = quantity("from the axle to the front", "m", ge=0, le=FARTHEST)
+    rear: float = quantity("from the axle to the rear", "m", ge=0, le=FARTHEST)
+    width: float = quantity("width", "m", gt=0, le=FARTHEST)
+
+
 class Friction(Section):
     """Friction the controllers do not know of."""
 
@@ -118,6 +126,7 @@ class Robot(Section):
     y_0: float = place("start, y of the reference point")
     theta_0: float = place("start, orientation", "rad")
     avoids_obstacles: bool = Field(description="whether it avoids obstacles")
+    body: Body | None = Field(default=None, description="outline; absent, the circle of R_R about the axle's middle")
     friction: Friction
     actuator: Actuator
     inner_loop: InnerLoop

@@ -70,13 +70,14 @@ class TestRun:
 
         values = dict.fromkeys(("x_e", "y_e", "theta_e"), 0.5)
         run = {
-            "rmse": {"leader": values}, "clearance": {"leader": None}, "avoidance_s": {"leader": 0.0},
-            "chattering": {"leader": {"v": 0.0, "omega": 0.0}}, "condition_violated": {}, "collisions": [],
+            "rmse": {"leader": values}, "avoidance_s": {"leader": 0.0}, "obstacles_hit": [], "robots_hit": [],
+            **{name: {"leader": None} for name in ("centre_distance", "obstacle_gap", "robot_gap")},
+            "chattering": {"leader": {"v": 0.0, "omega": 0.0}}, "condition_violated": {},
             "saturation": {"leader": dict.fromkeys(("v", "omega", "torque"), 0.0)}, "wall_s": 0.1, "stopped": None,
         }  # fmt: skip
         stopped = {**run, "stopped": {"t": 150.0, "robot": "leader", "reason": "it fell over"}}
         out = Console(width=100, record=True, file=io.StringIO())
-        print_report(out, {"controllers": {"aifqsmc": stopped, "fcafsmc": run}}, compare=True)
+        print_report(out, {"controllers": {"aifqsmc": stopped, "fcafsmc": run}}, printed=12)
         text = out.export_text()
         assert "0.5399" not in text
         assert "0.4519" in text
@@ -92,7 +93,7 @@ class TestRun:
                 for robot in ("leader", "follower1", "follower2"):
                     assert {"x_e", "y_e", "theta_e", "theta_e_star", "theta_e_unwrapped"} <= run[section][robot].keys()
             assert run["steps"] == 600
-            assert run["clearance"].keys() == {"leader", "follower1", "follower2"}
+            assert run["centre_distance"].keys() == {"leader", "follower1", "follower2"}
             assert run["chattering"]["leader"].keys() == {"v", "omega"}
             assert ("g_ais_min" in run) == (law == "aifqsmc")
             assert run["wall_s"] > 0.0

@@ -16,7 +16,7 @@ SPEC = """
 scenario = "paper"
 runs = {runs}
 seed = 1
-measures = ["rmse", "clearance", "collisions", "chattering", "lyapunov", "drift", "g_ais_min"]
+measures = ["rmse", "centre_distance", "robot_gap", "obstacles_hit", "robots_hit", "lyapunov", "drift", "g_ais_min"]
 
 [set]
 "run.horizon" = {horizon}

@@ -40,8 +40,9 @@ class TestIntervals:
 
 def outcome(number, **row):
     columns = {
-        "stopped": False, "rmse.a.x_e": 1.0, "rmse.a.y_e": 2.0, "rmse.a.theta_e": 3.0, "clearance.a": None,
-        "collisions.a": 0, "chattering.a.v": 4.0, "chattering.a.omega": 5.0,
+        "stopped": False, "rmse.a.x_e": 1.0, "rmse.a.y_e": 2.0, "rmse.a.theta_e": 3.0,
+        "centre_distance.a": None, "obstacle_gap.a": None, "robot_gap.a": -0.1, "obstacles_hit.a": 0, "robots_hit.a": 1,
+        "chattering.a.v": 4.0, "chattering.a.omega": 5.0,
     }  # fmt: skip
     return Outcome(number, columns | row, 0.1)
 
@@ -57,16 +58,17 @@ class TestEntries:
         assert found["rmse.x_e"].low == pytest.approx(2.0 - stats.t.ppf(0.975, 1))
         assert (found["chattering.omega"].mean, found["chattering.omega"].unit) == (5.0, "rad/s²")
 
-    def test_leave_runs_that_stopped_out_of_means_but_not_of_collisions(self):
-        bad = outcome(1, stopped=True, **{"rmse.a.x_e": 9.0, "collisions.a": 2})
+    def test_leave_runs_that_stopped_out_of_means_but_not_of_hits(self):
+        bad = outcome(1, stopped=True, **{"rmse.a.x_e": 9.0, "obstacles_hit.a": 2})
         found = self.found(outcome(0), bad)
         assert (found["rmse.x_e"].mean, found["rmse.x_e"].n, found["rmse.x_e"].stopped) == (1.0, 1, 1)
-        assert (found["collisions"].mean, found["collisions"].n) == (0.5, 2)
+        assert (found["obstacles_hit"].mean, found["obstacles_hit"].n) == (0.5, 2)
+        assert (found["robots_hit"].mean, found["robots_hit"].n) == (1.0, 2)
 
     def test_fake_no_interval(self):
         found = self.found(outcome(0))
         assert {(one.low, one.high) for one in found.values()} == {(None, None)}
-        assert found["clearance"].mean is None
+        assert found["centre_distance"].mean is None
 
 
 class TestVariation:
@@ -106,7 +108,7 @@ class TestCommand:
         assert "3 runs each" in done.stdout
         with (tmp_path / "table.csv").open(newline="", encoding="utf-8") as file:
             rows = list(csv.DictReader(file))
-        assert len(rows) == 3 * 3 * 7
+        assert len(rows) == 3 * 3 * 10
         row = rows[0]
         assert (row["controller"], row["robot"], row["measure"], row["n"]) == ("aifqsmc", "leader", "rmse.x_e", "3")
         assert float(row["low"]) < float(row["mean"]) < float(row["high"])

@@ -59,7 +59,7 @@ class TestMeasure:
         result = measure(trajectory(stop=stop, x_e=x_e, x=x_e, v=v), SCENARIO)
         assert result["rmse_body"]["leader"]["x_e"] == 3.0
         assert result["rmse_body"]["follower1"]["x_e"] == 3.0
-        assert math.isfinite(result["clearance"]["leader"])
+        assert math.isfinite(result["centre_distance"]["leader"])
         assert (result["steps"], result["t_end"], result["stopped"]["t"]) == (2, 0.01, 0.01)
 
     def test_a_run_without_a_finite_sample_is_measured_whole(self):
@@ -71,11 +71,6 @@ class TestMeasure:
         result = measure(trajectory(v_c=v_c), SCENARIO)
         assert result["chattering"]["leader"]["v"] == pytest.approx(20.0)
         assert result["chattering"]["follower1"] == pytest.approx({"v": 40.0, "omega": 0.0})
-
-    def test_clearance_and_collisions_count_from_the_centre(self):
-        result = measure(trajectory(x=[8.0, 0, 0], y=[-4.0, 0, 0]), SCENARIO)
-        assert result["clearance"]["leader"] == pytest.approx(0.25)
-        assert result["collisions"] == [{"robot": "leader", "obstacle": 1, "t": 0.0}]
 
     def test_says_how_long_the_condition_of_the_surfaces_fails(self):
         x_e = np.array([[1.2], [1.3], [-1.5]]) * [1, 0, 0]
@@ -111,7 +106,7 @@ def test_only_the_measures_wanted_are_computed(run_paper, monkeypatch):
     file, trajectory = run_paper("aifqsmc", "run.horizon=2")
     whole = measure(trajectory, file.scenario)
     monkeypatch.setattr(metrics.lyapunov, "measure", lambda *_: pytest.fail("nobody asked for it"))
-    found = measure(trajectory, file.scenario, ("clearance", "collisions"))
+    found = measure(trajectory, file.scenario, ("centre_distance", "obstacles_hit"))
     ending = {"g_ais_min", "steps", "t_end", "stopped", "wall_s"}
-    assert set(found) == {"clearance", "collisions"} | ending
+    assert set(found) == {"centre_distance", "obstacles_hit"} | ending
     assert found == {name: whole[name] for name in found}

@@ -51,13 +51,13 @@ def test_the_worst_of_the_18_errors_is_as_far_off_as_it_says(measured):
     assert 100.0 * max(map(abs, off)) == pytest.approx(worst, abs=0.5)
 
 
-def test_clearances_and_the_least_gain(measured):
+def test_centre_distances_and_the_least_gain(measured):
     aifqsmc, fcafsmc, touching = said(
         "Under AIFQSMC the leader's reference point stays ... m or more from every obstacle's centre, under FCAFSMC "
         "... m; obstacle and robot together have a radius of ... m"
     )
-    assert aifqsmc <= measured("aifqsmc")["clearance"]["leader"] < aifqsmc + 0.01
-    assert fcafsmc <= measured("fcafsmc")["clearance"]["leader"] < fcafsmc + 0.01
+    assert aifqsmc <= measured("aifqsmc")["centre_distance"]["leader"] < aifqsmc + 0.01
+    assert fcafsmc <= measured("fcafsmc")["centre_distance"]["leader"] < fcafsmc + 0.01
     assert touching == 0.5 + 0.56
     (gain,) = said("its least value in the run is ..., above")
     assert measured("aifqsmc")["g_ais_min"] == pytest.approx(gain, abs=5e-5)

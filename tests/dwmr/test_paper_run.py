@@ -41,8 +41,8 @@ def test_smc_loses_the_leader(measured, name):
 @pytest.mark.parametrize("law", CLOSE)
 def test_leader_keeps_clear_of_the_obstacles(measured, law):
     result = measured(law)
-    assert result["clearance"]["leader"] >= 1.06
-    assert result["collisions"] == []
+    assert result["centre_distance"]["leader"] >= 1.06
+    assert result["obstacles_hit"] == []
     assert 15.0 < result["avoidance_s"]["leader"] < 30.0
 
 

@@ -12,7 +12,7 @@ import pytest
 
 EXPLANATION = Path(__file__).resolve().parents[2] / "docs" / "explanation"
 PAGE = " ".join((EXPLANATION / "the-paper.md").read_text(encoding="utf-8").split())
-#: How far a clearance may be from that of the result file: AIFQSMC amplifies what another processor rounds [m].
+#: How far a least distance may be from that of the result file: AIFQSMC amplifies what another processor rounds [m].
 SLACK = 0.02
 
 
@@ -75,9 +75,9 @@ class TestSingleObstacles:
 
     @pytest.mark.parametrize("law", ["aifqsmc", "fcafsmc"])
     def test_one_that_was_too_close_is_so_again(self, law):
-        one = max(GRID[law]["close"], key=lambda found: SCENES.CLOSEST - found["clearance"])
+        one = max(GRID[law]["close"], key=lambda found: SCENES.CLOSEST - found["centre_distance"])
         (again,) = leader_alone(law)([SCENES.beside_path(one["t"], one["aside"])])
-        assert again == pytest.approx(one["clearance"], abs=SLACK)
+        assert again == pytest.approx(one["centre_distance"], abs=SLACK)
 
 
 class TestRandomScenes:
@@ -101,14 +101,14 @@ class TestRandomScenes:
             assert [one["seed"] for one in found] == [0, 1, 2]
             assert sum(one["scenes"] for one in found) == scenes
             assert not any(one["close"] for one in found)
-            assert min(one["nearest"]["clearance"] for one in found) == pytest.approx(least, abs=0.005)
+            assert min(one["nearest"]["centre_distance"] for one in found) == pytest.approx(least, abs=0.005)
 
     def test_the_table_of_wider_bounds_is_that_of_the_result_file(self):
         rows = re.findall(r"\| (\w+) \| (\d) \| (\d+) m \| ([\d.]+) m \| (\d+) of (\d+) \| ([\d.]+) m \|", PAGE)
         wider = [one for _, one in CASES[6:]]
         assert rows == [
             (one["law"], str(one["obstacles"]), f"{one['apart']:g}", f"{one['aside']:g}", str(len(one["close"])),
-             str(one["scenes"]), f"{one['nearest']['clearance']:.2f}")
+             str(one["scenes"]), f"{one['nearest']['centre_distance']:.2f}")
             for one in wider
         ]  # fmt: skip
 
@@ -133,7 +133,7 @@ class TestRandomScenes:
     def test_the_nearest_scene_is_so_again(self, k):
         case, found = CASES[k]
         again = min(leader_alone(case.law)(nth(case, found["nearest"]["scene"])))
-        assert again == pytest.approx(found["nearest"]["clearance"], abs=SLACK)
+        assert again == pytest.approx(found["nearest"]["centre_distance"], abs=SLACK)
 
     def test_what_is_printed_counts(self):
         text = SCENES.described(SCENES.count(SCENES.Case("fcafsmc", scenes=2)))

@@ -343,9 +343,15 @@ class TestJournal:
             self.resumed(tmp_path)
 
 
+class TestMeasures:
+    def test_that_bore_other_names_are_still_known(self, tmp_path):
+        text = SPEC.replace("seed = 7", 'measures = ["rmse", "clearance", "collisions"]')
+        assert read(tmp_path, text).spec.measures == ("rmse", "centre_distance", "obstacles_hit")
+
+
 class TestWork:
     def setup_of(self, found):
-        return Setup(None, tuple(sorted(found.used.items())), ("rmse", "collisions"))
+        return Setup(None, tuple(sorted(found.used.items())), ("rmse", "obstacles_hit"))
 
     def test_keeps_the_measures_of_the_run(self, tmp_path, measured):
         text = SPEC.replace("runs = 3", "").split("[grid]")[0]
@@ -353,8 +359,8 @@ class TestWork:
         outcome = work.work(self.setup_of(found), found.runs[0])
         expected = measured("smc", "run.horizon=1.0")
         assert outcome.row["rmse.follower1.y_e"] == expected["rmse"]["follower1"]["y_e"]
-        assert (outcome.row["t_end"], outcome.row["stopped"], outcome.row["collisions.leader"]) == (1.0, False, 0)
-        assert "clearance.leader" not in outcome.row
+        assert (outcome.row["t_end"], outcome.row["stopped"], outcome.row["obstacles_hit.leader"]) == (1.0, False, 0)
+        assert "centre_distance.leader" not in outcome.row
 
     def test_a_run_that_diverges_is_a_row(self, tmp_path):
         found = made(tmp_path, SPEC, ["disturbances.0.start=0.5", "disturbances.0.force=1e300"])
@@ -388,8 +394,8 @@ class TestResults:
         assert found["c"] == ['"x"', "1.5", "true"]
 
     def test_know_their_units(self):
-        units = {name: results.unit(name) for name in ("rmse.leader.theta_e", "chattering.f.v", "clearance.f", "run")}
-        assert units == {"rmse.leader.theta_e": "rad", "chattering.f.v": "m/s²", "clearance.f": "m", "run": ""}
+        units = {name: results.unit(name) for name in ("rmse.leader.theta_e", "chattering.f.v", "robot_gap.f", "run")}
+        assert units == {"rmse.leader.theta_e": "rad", "chattering.f.v": "m/s²", "robot_gap.f": "m", "run": ""}
 
 
 class TestAbout:

@@ -266,13 +266,13 @@ class TestAvoidance:
 
     @pytest.mark.parametrize(("law", "aside"), [("aifqsmc", 0.75), ("fcafsmc", 0.4)])
     def test_the_leader_keeps_clear_of_several_obstacles(self, law, aside):
-        clearance = SCENES.leader_alone(law)
+        least_distances = SCENES.leader_alone(law)
 
         @settings(max_examples=25, deadline=None)
         @given(st.integers(0, 2**32 - 1), st.integers(2, 4))
         def keeps_clear(seed, count):
             places = SCENES.scene(np.random.default_rng(seed), count, 14.0, aside)
-            assert min(clearance(places)) >= SCENES.CLOSEST
+            assert min(least_distances(places)) >= SCENES.CLOSEST
 
         keeps_clear()
 

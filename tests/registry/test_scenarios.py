@@ -57,8 +57,8 @@ def test_is_finite_and_deterministic(name, law):
 def test_reaches_its_end_without_a_collision(name, law):
     trajectory, result = whole(name, law)
     assert trajectory.stop is None
-    assert result["collisions"] == []
-    assert result["clearance"]["leader"] is None or result["clearance"]["leader"] >= 1.06
+    assert result["obstacles_hit"] == []
+    assert result["centre_distance"]["leader"] is None or result["centre_distance"]["leader"] >= 1.06
 
 
 @pytest.mark.parametrize("name", ["x_e", "y_e", "theta_e"])

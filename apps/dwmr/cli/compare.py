@@ -61,7 +61,7 @@ def compare(
     path: Path | None,
     style: str,
 ) -> None:
-    """Compare control laws in SCENARIOs, shipped names or TOML files, by errors, clearance, chattering and collisions.
+    """Compare control laws in SCENARIOs, shipped names or TOML files, by errors, chattering, distances and collisions.
 
     With --runs above 1 every law meets the same variations of each scenario, and means have confidence intervals.
     """

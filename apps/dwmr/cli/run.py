@@ -76,10 +76,11 @@ def _run(
         say(f"warning: {name} was not run: interrupted", err=True)
     if style == "text":
         from dwmr import report
-        from dwmr.paper_run import beside_table_12
+        from dwmr.paper_run import beside
 
-        compare, why_not = beside_table_12(scenario)
-        report.print_report(report.console(), summary, compare, why_not)
+        printed, why_not = beside(scenario)
+        picture = str(folder / "path.png") if (folder / "path.png").exists() else ""
+        report.print_report(report.console(), summary, printed, why_not, picture)
         say(f"results in {folder}: {', '.join(n for n in files.names if (folder / n).exists())}")
     return summary, done
 

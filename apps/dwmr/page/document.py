@@ -8,7 +8,7 @@ from typing import Any
 
 from dwmr import report
 from dwmr.page import plots, settings, tables
-from dwmr.paper_run import beside_table_12
+from dwmr.paper_run import beside
 from dwmr.scenario import Scenario
 from dwmr.simulate import Trajectory
 
@@ -69,13 +69,15 @@ def _headline(trajectories: Sequence[Trajectory], scenario: Scenario) -> str:
 
 
 def _results(runs: Mapping[str, Any], scenario: Scenario) -> str:
-    compare, why_not = beside_table_12(scenario)
+    printed, why_not = beside(scenario)
     lines = [f"<li>{escape(line)}</li>" for line in ([why_not] if why_not else []) + report.warnings(runs)]
     warned = f'<div class="warnings"><h3>Warnings</h3><ul>{"".join(lines)}</ul></div>' if lines else ""
+    told = "".join(f"<li>{escape(report.sentence(law, run, printed))}</li>" for law, run in runs.items())
     return "\n".join(
         [
-            '<section id="results"><h2>Results</h2>',
-            tables.errors(runs, compare),
+            f'<section id="results"><h2>Results</h2><ul>{told}</ul>',
+            tables.errors(runs, printed),
+            tables.safety(runs),
             tables.effort(runs),
             warned,
             "</section>",

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from typing import Any
 
-from dwmr.metrics import TABLE_12
+from dwmr.report import hits, printed_errors
 
 _ERRORS = (("x_e", "x_e [m]"), ("y_e", "y_e [m]"), ("theta_e", "θ_e [rad]"))
 _SECTIONS = (
@@ -40,55 +40,75 @@ def _side(k: int, left: int) -> str:
     return "" if k < left else ' class="n"'
 
 
-def errors(runs: Mapping[str, Any], compare: bool) -> str:
-    """Return the tables of tracking errors, the first beside Table 12 of the paper if asked for."""
+def errors(runs: Mapping[str, Any], printed: int | None) -> str:
+    """Return the tables of tracking errors, the first beside a table of the paper if one is given by its number."""
     found = []
     for section, caption in _SECTIONS:
-        beside = compare and section == "rmse"
+        beside = printed if section == "rmse" else None
         head = ["law", "robot"]
         for _, label in _ERRORS:
-            head += [label, "Table 12", "ratio"] if beside else [label]
+            head += [label] if beside is None else [label, f"Table {beside}", "ratio"]
         rows = [
             [law, robot, *_error_cells(law, robot, run, section, beside)]
             for law, run in runs.items()
             for robot in run[section]
         ]
-        found.append(table(caption + (", beside Table 12 of the paper" if beside else ""), head, rows))
+        found.append(table(caption + ("" if beside is None else f", beside Table {beside} of the paper"), head, rows))
     return "\n".join(found)
 
 
-def _error_cells(law: str, robot: str, run: Mapping[str, Any], section: str, beside: bool) -> list[str]:
-    # errors of a run that ended early are no counterpart of the printed ones
-    printed = TABLE_12.get(law, {}).get(robot, {}) if run["stopped"] is None else {}
+def _error_cells(law: str, robot: str, run: Mapping[str, Any], section: str, beside: int | None) -> list[str]:
+    wanted = printed_errors(law, run, beside).get(robot, {})
     cells = []
     for name, _ in _ERRORS:
-        value, wanted = run[section][robot][name], printed.get(name)
+        value, one = run[section][robot][name], wanted.get(name)
         cells.append(_number(value))
-        if beside:
-            cells += ["", ""] if wanted is None else [f"{wanted:.4f}", f"{value / wanted:.2f}"]
+        if beside is not None:
+            cells += ["", ""] if one is None else [f"{one:.4f}", f"{value / one:.2f}"]
     return cells
 
 
+def safety(runs: Mapping[str, Any]) -> str:
+    """Return the table of distances, contacts and avoidance."""
+    kinds = {
+        "centre_distance": "reference point to an obstacle's centre [m]",
+        "obstacle_gap": "body to an obstacle [m]",
+        "robot_gap": "body to another body [m]",
+    }
+    head = ["law", "robot", *(f"least distance, {what}" for what in kinds.values())]
+    head += ["obstacles hit", "robots hit", "avoids [s]"]
+    rows = [
+        [
+            law,
+            robot,
+            *("" if run[kind][robot] is None else f"{run[kind][robot]:.2f}" for kind in kinds),
+            *map(str, hits(run, robot)),
+            f"{run['avoidance_s'][robot]:.1f}",
+        ]
+        for law, run in runs.items()
+        for robot in run["rmse"]
+    ]
+    return table("Safety; distances of bodies that overlap are negative", head, rows)
+
+
 def effort(runs: Mapping[str, Any]) -> str:
-    """Return the table of clearance, avoidance, chattering and limits."""
-    head = ["law", "robot", "clearance [m]", "avoids [s]", "mean |dv_c/dt| [m/s²]", "mean |dω_c/dt| [rad/s²]"]
+    """Return the table of chattering and limits."""
+    head = ["law", "robot", "mean |dv_c/dt| [m/s²]", "mean |dω_c/dt| [rad/s²]"]
     head += ["at limit of v [%]", "of ω [%]", "of torque [%]"]
     rows = []
     for law, run in runs.items():
         for robot in run["rmse"]:
-            clearance, chattering, limits = run["clearance"][robot], run["chattering"][robot], run["saturation"][robot]
+            chattering, limits = run["chattering"][robot], run["saturation"][robot]
             rows.append(
                 [
                     law,
                     robot,
-                    "" if clearance is None else f"{clearance:.2f}",
-                    f"{run['avoidance_s'][robot]:.1f}",
                     f"{chattering['v']:.3f}",
                     f"{chattering['omega']:.3f}",
                     *(f"{100.0 * limits[name]:.1f}" for name in ("v", "omega", "torque")),
                 ]
             )
-    return table("Safety and effort", head, rows)
+    return table("Effort", head, rows)
 
 
 def _number(value: float) -> str:

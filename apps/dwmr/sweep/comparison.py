@@ -22,10 +22,16 @@ from dwmr.sweep.work import Outcome
 #: What varies unless one says otherwise.
 VARIATION = Path(__file__).with_name("variation.toml")
 #: Groups of measures that are compared.
-GROUPS: tuple[Measure, ...] = ("rmse", "clearance", "collisions", "chattering")
+GROUPS: tuple[Measure, ...] = (
+    "rmse", "centre_distance", "obstacle_gap", "robot_gap", "obstacles_hit", "robots_hit", "chattering"
+)  # fmt: skip
 #: Measures of a robot, as columns of the results have them with the robot's name in place of the star.
-MEASURES = ("rmse.*.x_e", "rmse.*.y_e", "rmse.*.theta_e", "clearance.*", "chattering.*.v", "chattering.*.omega")
-COLLISIONS = "collisions.*"
+MEASURES = (
+    "rmse.*.x_e", "rmse.*.y_e", "rmse.*.theta_e", "chattering.*.v", "chattering.*.omega",
+    "centre_distance.*", "obstacle_gap.*", "robot_gap.*",
+)  # fmt: skip
+#: Measures that are shares of runs.
+HITS = ("obstacles_hit.*", "robots_hit.*")
 
 
 @dataclass(frozen=True)
@@ -34,10 +40,10 @@ class Entry:
 
     Args:
         scenario, controller, robot: Where it is measured.
-        measure: Without the robot's name, such as rmse.x_e; collisions is the share of runs in which it was inside an
-            obstacle.
+        measure: Without the robot's name, such as rmse.x_e; obstacles_hit and robots_hit are the shares of runs in
+            which its body touched an obstacle or another robot's body.
         unit: Of the mean.
-        n: Runs it was taken from: those that came to their end, for collisions all.
+        n: Runs it was taken from: those that came to their end, for contacts all.
         mean: None where no run came to its end, or the scenario has no obstacles.
         low, high: Confidence interval, None for a single run.
         stopped: Runs that stopped before their end.
@@ -105,18 +111,18 @@ def entries(runs: Sequence[Run], done: Mapping[int, Outcome]) -> Iterator[Entry]
         groups.setdefault((run.scenario, run.controller), []).append(done[run.number].row)
     for (scenario, controller), rows in groups.items():
         for robot in _robots(rows[0]):
-            for measure in (*MEASURES, COLLISIONS):
+            for measure in (*MEASURES, *HITS):
                 yield _entry(scenario, controller, robot, measure, rows)
 
 
 def _robots(row: Mapping[str, Any]) -> list[str]:
-    prefix = COLLISIONS.removesuffix("*")
+    prefix = HITS[0].removesuffix("*")
     return [name.removeprefix(prefix) for name in row if name.startswith(prefix)]
 
 
 def _entry(scenario: str, controller: str, robot: str, measure: str, rows: Sequence[Mapping[str, Any]]) -> Entry:
     column, stopped = measure.replace("*", robot), sum(bool(row["stopped"]) for row in rows)
-    if measure == COLLISIONS:
+    if measure in HITS:
         n, hits = len(rows), sum(row[column] > 0 for row in rows)
         mean, interval = hits / n, share_interval(hits, n)
     else:

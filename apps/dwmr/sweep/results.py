@@ -22,7 +22,9 @@ FORMATS = ("csv", "parquet")
 _UNITS = {
     "t_end": "s", "x_e": "m", "y_e": "m", "theta_e": "rad", "theta_e_star": "rad", "theta_e_unwrapped": "rad",
 }  # fmt: skip
-_GROUP_UNITS = {"clearance": "m", "avoidance_s": "s", "g_ais_min": "m/s, rad/s"}
+_GROUP_UNITS = {
+    "centre_distance": "m", "obstacle_gap": "m", "robot_gap": "m", "avoidance_s": "s", "g_ais_min": "m/s, rad/s",
+}  # fmt: skip
 _CHATTERING = {"v": "m/s²", "omega": "rad/s²"}
 
 Table = dict[str, list[Any]]

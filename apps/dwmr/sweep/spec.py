@@ -5,15 +5,18 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, Strict, model_validator
+from pydantic import Field, Strict, field_validator, model_validator
 
 from dwmr.quantities import Section, quantity
 
 #: Groups of measures that a sweep can keep, as summary.json names them.
 Measure = Literal[
-    "rmse", "rmse_body", "rmse_inertial", "clearance", "collisions", "chattering", "avoidance_s", "saturation",
-    "condition_violated", "lyapunov", "drift", "g_ais_min",
+    "rmse", "rmse_body", "rmse_inertial", "centre_distance", "obstacle_gap", "robot_gap", "obstacles_hit", "robots_hit",
+    "chattering", "avoidance_s", "saturation", "condition_violated", "lyapunov", "drift", "g_ais_min",
 ]  # fmt: skip
+
+#: Names of earlier versions.
+RENAMED = {"clearance": "centre_distance", "collisions": "obstacles_hit"}
 
 Pair = Annotated[tuple[float, float], Strict(False)]
 
@@ -65,10 +68,18 @@ class Spec(Section):
     runs: int = quantity("repetitions at every point of the grid", "-", ge=1, le=1_000_000, default=1)
     seed: int = quantity("first number of all that is drawn", "-", ge=0, le=2**63 - 1, default=0)
     measures: Annotated[tuple[Measure, ...], Strict(False)] = Field(
-        default=("rmse", "clearance", "collisions", "chattering"), description="what to keep of each run"
+        default=("rmse", "centre_distance", "obstacle_gap", "robot_gap", "obstacles_hit", "robots_hit", "chattering"),
+        description="what to keep of each run",
     )
     set: dict[str, Any] = Field(default={}, description="values that replace those of the scenario in every run")
     grid: dict[str, Annotated[tuple[Any, ...], Strict(False), Field(min_length=1)]] = Field(
         default={}, description="values of which every combination is run"
     )
     random: dict[str, Distribution] = Field(default={}, description="values drawn anew for every repetition")
+
+    @field_validator("measures", mode="before")
+    @classmethod
+    def _renamed(cls, value: Any) -> Any:
+        if not isinstance(value, list | tuple):
+            return value
+        return [RENAMED.get(one, one) if isinstance(one, str) else one for one in value]

@@ -88,9 +88,9 @@ def row(measures: Mapping[str, Any], wanted: Sequence[str], robots: Sequence[str
     yield "stop_robot", stopped.get("robot")
     yield "stop_reason", stopped.get("reason")
     for group in wanted:
-        if group == "collisions":
-            hits = [hit["robot"] for hit in measures["collisions"]]
-            yield from ((f"collisions.{robot}", hits.count(robot)) for robot in robots)
+        if group in ("obstacles_hit", "robots_hit"):
+            hits = [name for hit in measures[group] for name in hit.get("robots", [hit.get("robot")])]
+            yield from ((f"{group}.{robot}", hits.count(robot)) for robot in robots)
         elif group in measures:
             yield from _flat(group, measures[group])
 

@@ -41,7 +41,7 @@ TURNS = (26.0, 74.0, 126.0, 174.0)
 RESULTS = Path(__file__).with_name("scenes.json")
 
 Place = tuple[float, float]
-Clearance = Callable[[Sequence[Place]], list[float]]
+LeastDistances = Callable[[Sequence[Place]], list[float]]
 
 
 class Case(NamedTuple):
@@ -104,34 +104,34 @@ def scene(random: np.random.Generator, count: int, apart: float, aside: float) -
     return places
 
 
-def leader_alone(law: str) -> Clearance:
+def leader_alone(law: str) -> LeastDistances:
     """Return a function that runs the leader around obstacles, disturbed as in the paper: its least distances [m]."""
     file = read(find("paper"))
     robots = {"leader": file.scenario.robots["leader"]}
     file = dataclasses.replace(file, scenario=file.scenario.model_copy(update={"robots": robots}))
     prepared = simulate.prepare(file, law, Rules(file.scenario.rules, file.folders, file.places))
 
-    def clearance(places: Sequence[Place]) -> list[float]:
+    def least_distances(places: Sequence[Place]) -> list[float]:
         obstacles = tuple(Obstacle(x=x, y=y, radius=RADIUS) for x, y in places)
         scenario = file.scenario.model_copy(update={"obstacles": obstacles})
         trajectory = simulate.run(dataclasses.replace(prepared, scenario=scenario))
         return [float(one) for one in distances(trajectory, scenario, "leader").min(axis=0)]
 
-    return clearance
+    return least_distances
 
 
 def count(case: Case) -> dict[str, Any]:
     """Run random scenes: the nearest of them, and those too close."""
-    clearance = leader_alone(case.law)
-    close, nearest = [], {"scene": -1, "clearance": math.inf}
+    least_distances = leader_alone(case.law)
+    close, nearest = [], {"scene": -1, "centre_distance": math.inf}
     for number, places in enumerate(case.drawn()):
-        least = clearance(places)
-        here = {"scene": number, "clearance": round(min(least), 4)}
-        if here["clearance"] < nearest["clearance"]:
+        least = least_distances(places)
+        here = {"scene": number, "centre_distance": round(min(least), 4)}
+        if here["centre_distance"] < nearest["centre_distance"]:
             nearest = here
         if min(least) < CLOSEST:
             at = least.index(min(least))
-            alone = round(clearance([places[at]])[0], 4)
+            alone = round(least_distances([places[at]])[0], 4)
             close.append({**here, "after": since_the_one_before(places, at), "alone": alone})
     return {**case._asdict(), "nearest": nearest, "close": close}
 
@@ -145,12 +145,12 @@ def since_the_one_before(places: Sequence[Place], at: int) -> float | None:
 
 def grid(law: str) -> dict[str, Any]:
     """Run the leader around one obstacle at a time, every 2 s along the path and every 0.2 m up to 2 m beside it."""
-    clearance = leader_alone(law)
+    least_distances = leader_alone(law)
     spots = [(2.0 * k, 0.2 * j) for k in range(100) for j in range(-10, 11)]
     spots = [one for one in spots if are_apart([beside_path(*one)], 0.0)]
-    least = [clearance([beside_path(*one)])[0] for one in spots]
+    least = [least_distances([beside_path(*one)])[0] for one in spots]
     close = [
-        {"t": t, "aside": round(aside, 1), "clearance": round(one, 4)}
+        {"t": t, "aside": round(aside, 1), "centre_distance": round(one, 4)}
         for (t, aside), one in zip(spots, least, strict=True)
         if one < CLOSEST
     ]
@@ -162,17 +162,19 @@ def described(found: dict[str, Any]) -> str:
     rows = []
     for one in found["close"]:
         when = "as the first" if one["after"] is None else f"{one['after']:g} s after the one before"
-        rows.append(f"\n  scene {one['scene']}: {one['clearance']:.3f} m, {when}; alone {one['alone']:.3f} m")
+        rows.append(f"\n  scene {one['scene']}: {one['centre_distance']:.3f} m, {when}; alone {one['alone']:.3f} m")
     return (
         f"{found['law']}, {found['obstacles']} obstacles {found['apart']:g} m apart within {found['aside']:g} m, seed "
         f"{found['seed']}: {len(rows)} of {found['scenes']} scenes closer than {CLOSEST:g} m; the nearest "
-        f"{found['nearest']['clearance']:.3f} m{''.join(rows)}"
+        f"{found['nearest']['centre_distance']:.3f} m{''.join(rows)}"
     )
 
 
 def grid_described(found: dict[str, Any]) -> str:
     """Return what became of the grid, in words: the places passed too close, and how far they are from a turn."""
-    rows = [f"  {one['t']:g} s, {one['aside']:g} m to the left: {one['clearance']:.3f} m" for one in found["close"]]
+    rows = [
+        f"  {one['t']:g} s, {one['aside']:g} m to the left: {one['centre_distance']:.3f} m" for one in found["close"]
+    ]
     title = f"{found['law']}: {len(rows)} of {found['scenes']} single obstacles closer than {CLOSEST:g} m"
     if not rows:
         return title
