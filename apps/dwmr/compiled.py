@@ -8,6 +8,7 @@ as it was.
 from __future__ import annotations
 
 import hashlib
+import importlib
 import os
 import sys
 import warnings
@@ -66,11 +67,37 @@ def compiled_as(signature: Callable[[Any], Any]) -> Callable[[Function], Functio
     return decorate
 
 
+#: All functions that are compiled, or will be.
+_FUNCTIONS: list[Any] = []
+
+
+@contextmanager
+def watched(report: Callable[[float], None]) -> Iterator[None]:
+    """Report what share of all functions is compiled, in percent, whenever one is; those on disk are there at once."""
+    if numba is None:
+        yield
+        return
+    from numba.core import event
+
+    importlib.import_module("dwmr.loop")  # so that its functions count from the beginning
+
+    class Listener(event.Listener):  # type: ignore[misc]  # numba has no types
+        def on_start(self, event: Any) -> None:
+            pass
+
+        def on_end(self, event: Any) -> None:
+            report(100.0 * sum(bool(one.overloads) for one in _FUNCTIONS) / len(_FUNCTIONS))
+
+    with event.install_listener("numba:compile", Listener()):
+        yield
+
+
 def _jit(function: Function, *signatures: Any) -> Function:
     # divisions by zero give infinities, which the loop reports as divergence; a call with the dozens of arguments that
     # the loop's tuples and arrays are takes longer than what is called, so all but functions as values are inlined
     options = {"error_model": "numpy", "forceinline": not signatures}
     result = numba.njit(**options)(function)
+    _FUNCTIONS.append(result)
     before = numba.config.CACHE_DIR
     try:
         numba.config.CACHE_DIR = str(_cache_folder())

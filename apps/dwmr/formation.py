@@ -23,7 +23,7 @@ def trajectory_error(
         d: Distance of the reference point ahead of the wheel axis [m].
 
     Source:
-        Goto, Bertol, Martins, Eqs. (4)-(6); Eq. (3) for the reference's motion, seen from the robot.
+        Goto, Bertol, Martins, Eqs. (4), (6); Eq. (3), first two rows, for the reference's motion seen from the robot.
     """
     x_e, y_e = to_body(x_r - x, y_r - y, theta)
     theta_e = theta_r - theta

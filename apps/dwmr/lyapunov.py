@@ -7,6 +7,9 @@ derivative of V along the recorded run, except during avoidance. There the refer
 while the error dynamics of Eq. (6) take the slower reference of Eq. (71) for it, so V may grow where its derivative as
 printed is negative; `measure` counts both.
 
+The function over both modes and its derivative, Eqs. (73), (74), are not computed: along a run they are those of the
+mode in force, and as position and θ*_r do not jump from one mode to the other, V of Eq. (10) serves both.
+
 V_PD of Eq. (54), the part of the inner loop in the formation's sum, is printed in reference [3] only, which is not
 open. It is left out, and so are that sum and its derivative, Eq. (55).
 """
@@ -38,8 +41,6 @@ SIGNALS = (
     Signal("V_dot_10", _RATE, "its derivative, Eq. (14)"),
     Signal("V_23", _V, "Lyapunov function of Eq. (23)"),
     Signal("V_dot_23", _RATE, "its derivative, Eq. (26)"),
-    Signal("V_73", _V, "Lyapunov function of Eq. (73), that of the mode in which the robot is"),
-    Signal("V_dot_73", _RATE, "its derivative, Eq. (74)"),
 )
 
 #: Share of a run at its end over which the growth of a gain is measured.
@@ -57,12 +58,11 @@ def signals(trajectory: Trajectory, scenario: Scenario) -> Mapping[str, FloatArr
         scenario: What was run.
 
     Returns:
-        Arrays by the names of `SIGNALS`. Without an adaptive gain there are no V_23 and V_dot_23, and V_73 is V_10. A
-        law of one's own takes part when its gains and signals have the names that those of the shipped laws have; else
-        there is nothing.
+        Arrays by the names of `SIGNALS`. Without an adaptive gain there are no V_23 and V_dot_23. A law of one's own
+        takes part when its gains and signals have the names that those of the shipped laws have; else there is nothing.
 
     Source:
-        Goto, Bertol, Martins, Eqs. (7), (10), (14), (23)-(26), (73), (74).
+        Goto, Bertol, Martins, Eqs. (7), (10), (14), (23)-(26).
     """
     gains = _gains(trajectory, scenario)
     if gains is None:
@@ -123,7 +123,7 @@ def _switching(trajectory: Trajectory, gains: Mapping[str, FloatArray], channel:
 def _functions(
     trajectory: Trajectory, gains: Mapping[str, FloatArray], parts: Mapping[str, FloatArray]
 ) -> dict[str, FloatArray]:
-    """Return V and its derivative of Eqs. (10), (23) and (73).
+    """Return V and its derivative of Eqs. (10) and (23).
 
     Source:
         Goto, Bertol, Martins, Eq. (14), first line, with the law's own switching portion; Eqs. (26), (37).
@@ -133,13 +133,9 @@ def _functions(
         sigma = trajectory[f"sigma_{channel}"]
         rate += sigma * (parts[f"d_0_{channel}"] - parts[f"switching_{channel}"] - gains[f"p_{channel}"] * sigma)
     result = {"V_10": 0.5 * (parts["surface_v"] ** 2 + parts["surface_omega"] ** 2), "V_dot_10": rate}
-    last = "10"
     if "k_h_v" in trajectory.names and {"gamma_v", "gamma_omega"} <= gains.keys():
         value, value_rate = _adaptive_part(trajectory, gains)
         result |= {"V_23": result["V_10"] + value, "V_dot_23": rate + value_rate}
-        last = "23"
-    for kind in ("V", "V_dot"):
-        result[f"{kind}_73"] = total(trajectory, result[f"{kind}_{last}"], result[f"{kind}_{last}"])
     return result
 
 
@@ -180,18 +176,14 @@ def _forward_rate(values: FloatArray, t: FloatArray) -> FloatArray:
     return np.concatenate([rate, rate[-1:]])
 
 
-def total(trajectory: Trajectory, tracking: FloatArray, avoiding: FloatArray) -> FloatArray:
-    """Return (1 − c) V_tt + c V_oa, shape (samples, robots), where c is 1 while a robot avoids an obstacle.
+def last(found: Mapping[str, FloatArray], kind: str) -> FloatArray:
+    """Return "V" or "V_dot" of Eq. (23) where the law has an adaptive gain, else of Eq. (10).
 
     Args:
-        trajectory: A run.
-        tracking, avoiding: The functions of both modes, each that of Eq. (10) or (23) with the reference of its mode.
-            Recorded errors are those of the mode that is on, so one array serves for both.
-
-    Source:
-        Goto, Bertol, Martins, Eqs. (73), (74).
+        found: From `signals`, not empty.
+        kind: Which of both.
     """
-    return np.where(trajectory["obstacle"] >= 0, avoiding, tracking)
+    return found.get(f"{kind}_23", found[f"{kind}_10"])
 
 
 def measure(trajectory: Trajectory, scenario: Scenario) -> dict[str, Any]:
@@ -202,8 +194,8 @@ def measure(trajectory: Trajectory, scenario: Scenario) -> dict[str, Any]:
         scenario: What was run.
 
     Returns:
-        "lyapunov": by robot the shares [-] `V_dot_10_positive`, and `V_dot_23_positive` with an adaptive gain; that of
-        Eq. (74) split into those `in_tracking` and `in_avoidance`, None for a mode that never is on; and
+        "lyapunov": by robot the shares [-] `V_dot_10_positive`, and `V_dot_23_positive` with an adaptive gain; the
+        last of them split into those `in_tracking` and `in_avoidance`, None for a mode that never is on; and
         `V_10_growing`, the share of periods after which V of Eq. (10) is larger than before.
         "drift": by robot and gain `largest`, `final` and `growth`, see `drift`. Either is empty where a law has none.
     """
@@ -230,7 +222,7 @@ def _shares(trajectory: Trajectory, found: Mapping[str, FloatArray], i: int) -> 
     shares["V_10_growing"] = float(np.mean(growth > 0.0)) if growth.size else None
     avoiding = trajectory["obstacle"][:, i] >= 0
     for name, mode in (("in_tracking", ~avoiding), ("in_avoidance", avoiding)):
-        shares[name] = float(np.mean(found["V_dot_73"][mode, i] > 0.0)) if mode.any() else None
+        shares[name] = float(np.mean(last(found, "V_dot")[mode, i] > 0.0)) if mode.any() else None
     return shares
 
 

@@ -150,8 +150,8 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
 
     Args:
         simulation: From `prepare`.
-        report: Called with the number of periods done, every `PERIODS_AT_A_TIME` or `PATIENCE`. A KeyboardInterrupt
-            ends the run and keeps what is done.
+        report: Called with the number of periods done: 0 when all is compiled, then every `PERIODS_AT_A_TIME` or
+            `PATIENCE`. A KeyboardInterrupt ends the run and keeps what is done.
 
     Raises:
         KeyboardInterrupt: When it comes before anything is done.
@@ -173,6 +173,8 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
         try:
             # compiles, or loads from cache
             run_periods(0, 0, path, step, kernels, world, memory, draw(0), record, law_record)
+            if report is not None:
+                report(0)
             while reached < samples and fault == 0:
                 began = perf_counter()
                 last = min(reached + chunk, samples)

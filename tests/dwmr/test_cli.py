@@ -6,6 +6,7 @@ import sys
 import numpy as np
 import pytest
 
+from dwmr.cli.main import main
 from dwmr.scenario_file import find
 from fuzzyctl.shipped import rules_folder
 from tests.dwmr.process import LONG, dwmr
@@ -26,6 +27,13 @@ class TestHelp:
     def test_teaches_by_example(self):
         done = dwmr("--help")
         assert "dwmr run paper --controller all" in done.stdout
+
+    def test_no_line_of_the_list_of_commands_is_cut(self):
+        lines = dwmr("--help").stdout.partition("Commands:\n")[2].splitlines()
+        assert len(lines) == len(main.commands) == 10
+        for line in lines:
+            assert line.endswith(f"  {main.commands[line.split()[0]].short_help}")
+            assert line.endswith(".") and not line.endswith("..")
 
 
 class TestRun:

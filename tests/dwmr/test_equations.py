@@ -21,6 +21,7 @@ EXCEPTIONS = {
     50: "rates of separation and bearing: a step towards Eq. (51), which holds what the control law needs of them",
     54: "its part V_PD is printed in another paper that is not open; without it the sum says nothing new",
     55: "the derivative of Eq. (54)",
+    **dict.fromkeys((73, 74), "in a recorded run the function of the mode in force, which is that of Eq. (10) or (23)"),
 }
 
 
@@ -100,3 +101,10 @@ class TestTable:
     def test_says_of_exceptions_only_that_they_are_not_computed(self):
         not_computed = {n for found, where in rows() for n in found if "`" not in where}
         assert not_computed == set(EXCEPTIONS)
+
+    def test_says_which_rows_of_an_equation_are_not_computed(self):
+        section = PAGE.read_text(encoding="utf-8").split("## Where each equation is")[1]
+        assert "third row of Eq. (3), the rate ω_ar, and the first of Eq. (5)," in " ".join(section.split())
+        text = (PACKAGE / "formation.py").read_text(encoding="utf-8")
+        assert "Eq. (3), first two rows" in text
+        assert "Eq. (5), second row" in text

@@ -150,14 +150,14 @@ class TestContent:
     def test_distances_are_those_of_the_robot(self, drawn, number, robot):
         figure, trajectory, scenario = drawn(number)
         wanted = distances(trajectory, scenario, robot)[:, 1]
-        assert same(line(figure, r"$d_{ia}$ [m]", "obstacle 2", robot), trajectory.t, wanted)
+        assert same(line(figure, r"$d_{ia}$ [m]", "obstacles.1", robot), trajectory.t, wanted)
 
     def test_both_orientations_of_the_reference_are_shown(self, drawn):
         figure, trajectory, _ = drawn(14)
         _, original = line(figure, r"$\theta_r$ [rad]", "original path, tt")
         _, active = line(figure, r"$\theta_r$ [rad]", "in force, oa during avoidance")
         assert original.max() < 1.0 < active.max() == pytest.approx(trajectory["theta_r"][:, 0].max())
-        arrows = next(axes for axes in figure.axes if axes.get_title().startswith("obstacle 1")).collections
+        arrows = next(axes for axes in figure.axes if axes.get_title().startswith("obstacles.0")).collections
         assert len(arrows) == 1
 
 

@@ -1,9 +1,16 @@
 """A bar that says how far long work is, on terminals only."""
 
 import io
+import re
 import sys
+from contextlib import contextmanager
 
-from dwmr.cli.common import progress
+import pytest
+
+from dwmr import compiled, simulate
+from dwmr.cli.common import progress, stages
+from dwmr.fuzzy_gains import Rules
+from dwmr.scenario_file import find, read
 
 
 class Terminal(io.StringIO):
@@ -28,7 +35,7 @@ def test_a_terminal_gets_one_that_moves(monkeypatch):
     found = shown(monkeypatch, Terminal(), left=True)
     assert "smc" in found
     assert "25 %" in found
-    assert "left:" in found
+    assert "left" in found
 
 
 def test_a_remark_stands_until_the_first_move(monkeypatch):
@@ -37,3 +44,56 @@ def test_a_remark_stands_until_the_first_move(monkeypatch):
     with progress(" (compiling at the first run)") as start:
         start("smc", 8)
     assert "smc (compiling at the first run)" in sys.stderr.getvalue()
+
+
+def lines(stream):
+    """What a terminal shows one after the other, without colours."""
+    return re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", stream.getvalue()).replace("\r", "\n").splitlines()
+
+
+class TestStages:
+    def test_take_each_others_place(self, monkeypatch):
+        monkeypatch.setattr(sys, "stderr", Terminal())
+        monkeypatch.setenv("TERM", "xterm")
+        with stages() as begin:
+            begin("reading", 0)
+            begin("compiling", 100)(25.5)
+        found = lines(sys.stderr)
+        assert any("compiling" in line and "26 %" in line for line in found)
+        assert not any("reading" in line and "compiling" in line for line in found)
+
+    def test_say_nothing_in_a_pipe(self, monkeypatch):
+        monkeypatch.setattr(sys, "stderr", io.StringIO())
+        with stages() as begin:
+            begin("reading", 0)
+            begin("compiling", 100)(50)
+        assert sys.stderr.getvalue() == ""
+
+    def test_of_a_run_are_told_in_order(self, dwmr, monkeypatch):
+        told = []
+
+        @contextmanager
+        def recorded():
+            yield lambda name, total: told.append(name) or (lambda done: None)
+
+        monkeypatch.setattr("dwmr.cli.run.stages", recorded)
+        assert dwmr("run", "paper", "--controller", "smc", "--set", "run.horizon=1")[0] == 0
+        told = [name for name in told if name != "compiling"]  # which there is only without a cache
+        assert told == [
+            "reading", "proving", "loading the compiler", "simulating smc", "measuring", "drawing", "writing"
+        ]  # fmt: skip
+
+
+@pytest.mark.skipif(not compiled.COMPILED, reason="numba is missing")
+def test_what_is_compiled_is_told_as_a_share_that_counts_what_was_compiled_before():
+    shares = []
+    with compiled.watched(shares.append):
+        compiled.compiled(lambda x: x + 1.0)(1.0)
+    assert 0.0 < shares[-1] <= 100.0
+
+
+def test_a_run_says_first_that_all_is_compiled():
+    file = read(find("paper"), ["run.horizon=1"])
+    told = []
+    simulate.run(simulate.prepare(file, "smc", Rules(file.scenario.rules, (), file.places)), told.append)
+    assert (told[0], told[-1]) == (0, 201)

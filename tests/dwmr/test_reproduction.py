@@ -135,7 +135,7 @@ def test_the_rows_of_what_was_tried_are_those_of_its_result_file():
     "name",
     [
         "as shipped", "PD gains as forces", "only the leader is disturbed", "nothing disturbs", "velocity limit 3 m/s",
-        "Eq. (76) as printed", "obstacle 2 passed on its other side",
+        "Eq. (76) as printed", "second obstacle passed on its other side",
     ],
 )  # fmt: skip
 @pytest.mark.parametrize("law", ["aifqsmc", "fcafsmc"])

@@ -13,6 +13,8 @@ import click
 from fuzzyctl.cli.streams import say, write_json
 
 if TYPE_CHECKING:
+    from rich.progress import Progress, ProgressColumn
+
     from dwmr.scenario_file import ScenarioFile
     from fuzzyctl.errors import Diagnostic
 
@@ -66,40 +68,80 @@ def terminated_as_interrupted() -> Iterator[None]:
             signal.signal(signal.SIGTERM, before)
 
 
+#: Begins a stage of a command: its name, and how many steps it has, 0 where that is not known; how far it is, is told
+#: to what it returns.
+Begin = Callable[[str, int], Callable[[float], None]]
+
+
 @contextmanager
-def progress(
-    remark: str = " (compiling at the first run)", left: bool = False
-) -> Iterator[Callable[[str, int], Callable[[int], None]]]:
+def progress(remark: str = " (compiling at the first run)", left: bool = False) -> Iterator[Begin]:
     """Offer a function that begins a progress bar and returns how to move it; silent unless on a terminal.
 
     Args:
         remark: What stands behind the name of the bar until it first moves.
         left: Whether to show the time that is left besides the time that has passed.
     """
+    with _display(left) as display:
+
+        def start(name: str, total: int) -> Callable[[float], None]:
+            if display is None:
+                return lambda done: None
+            task = display.add_task(f"{name}{remark}", total=total)
+            return lambda done: display.update(task, completed=done, description=name)
+
+        yield start
+
+
+@contextmanager
+def stages() -> Iterator[Begin]:
+    """Offer a function that begins the next stage of a command, in the place of the one before.
+
+    On a terminal one line says which stage it is, how far it is, and how much time has passed and is left; it goes when
+    the command has ended. Elsewhere nothing is shown.
+    """
+    with _display(left=True) as display:
+
+        def begin(name: str, total: int) -> Callable[[float], None]:
+            if display is None:
+                return lambda done: None
+            for earlier in display.task_ids:
+                display.remove_task(earlier)
+            task = display.add_task(name, total=total or None)
+            return lambda done: display.update(task, completed=done)
+
+        yield begin
+
+
+@contextmanager
+def _display(left: bool) -> Iterator[Progress | None]:
+    """Offer a display of progress on standard error, None unless that is a terminal."""
     if not sys.stderr.isatty():
-        yield lambda name, total: lambda done: None
+        yield None
         return
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
-        TextColumn("{task.percentage:>3.0f} %"),
+        TaskProgressColumn("{task.percentage:>3.0f} %"),
         TimeElapsedColumn(),
-        *((TextColumn("left:"), TimeRemainingColumn()) if left else ()),
+        *((_time_left(),) if left else ()),
     )
-    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+    with Progress(*columns, console=Console(stderr=True), transient=True, redirect_stdout=False) as display:
+        yield display
 
-        def start(name: str, total: int) -> Callable[[int], None]:
-            task = progress.add_task(f"{name}{remark}", total=total)
 
-            def move(done: int) -> None:
-                progress.update(task, completed=done, description=name)
+def _time_left() -> ProgressColumn:
+    """Return a column with the time that is left, empty where the number of steps is not known."""
+    from rich.progress import Task, TimeRemainingColumn
+    from rich.text import Text
 
-            return move
+    class Left(TimeRemainingColumn):
+        def render(self, task: Task) -> Text:
+            return Text.assemble(super().render(task), " left") if task.total is not None else Text("")
 
-        yield start
+    return Left()
 
 
 @contextmanager

@@ -12,7 +12,7 @@ import click
 
 from dwmr.cli import formats as data_formats
 from dwmr.cli import running
-from dwmr.cli.common import interrupts_wait, mistakes_as_diagnostics, terminated_as_interrupted
+from dwmr.cli.common import Begin, interrupts_wait, mistakes_as_diagnostics, stages, terminated_as_interrupted
 from fuzzyctl.cli.streams import say, write_data
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from dwmr.simulate import Trajectory
 
 
-@click.command(context_settings={"show_default": True})
+@click.command(context_settings={"show_default": True}, short_help="Run a scenario and write the results to a folder.")
 @click.argument("scenario")
 @running.controller_option
 @running.rules_option
@@ -43,46 +43,64 @@ def run(
     """
     data_formats.require(formats)
     with mistakes_as_diagnostics(style), terminated_as_interrupted():
-        task = running.read(scenario, rules_folder, overrides)
-        summary, finished = _run(task, running.laws_of(task, controller), folder, formats, style)
+        with stages() as begin:
+            begin("reading", 0)
+            task = running.read(scenario, rules_folder, overrides)
+            names = running.laws_of(task, controller)
+            summary, written = _run(task, names, folder, formats, begin)
+        if style == "text":
+            _say(task, summary, names, folder, written)
+    finished = [run["stopped"] is None for run in summary["controllers"].values()]
     if style == "json":
         from dwmr.outputs import to_json
 
         write_data(to_json(summary))
-    if not finished:
+    if not all(finished) or len(finished) < len(names):
         sys.exit(1)
 
 
 def _run(
-    task: running.Task, names: Sequence[str], folder: Path, formats: Sequence[str], style: str
-) -> tuple[dict[str, Any], bool]:
-    """Check, run and write; return the summary and whether every run came to its end."""
+    task: running.Task, names: Sequence[str], folder: Path, formats: Sequence[str], begin: Begin
+) -> tuple[dict[str, Any], list[str]]:
+    """Check, run and write; return the summary and the names of the files."""
     from dwmr.folder import results
     from dwmr.outputs import NAMES
 
-    scenario = task.file.scenario
+    begin("proving", 0)
     running.check(task, names)
     with results(folder, NAMES) as files:
-        trajectories = running.simulate(task, names)
+        trajectories = running.simulate(task, names, begin)
         with interrupts_wait():
-            from dwmr.metrics import measure
-            from dwmr.summary import describe
+            summary = _measure(task, trajectories, begin)
+            _write(files, summary, trajectories, formats, task, begin)
+    return summary, [name for name in files.names if (folder / name).exists()]
 
-            summary = describe(task.file, task.rules, task.overrides)
-            summary["controllers"] = {t.controller: measure(t, scenario) for t in trajectories}
-            _write(files, summary, trajectories, formats, task)
-    done = len(trajectories) == len(names) and all(t.stop is None for t in trajectories)
-    for name in names[len(trajectories) :]:
+
+def _measure(task: running.Task, trajectories: Sequence[Trajectory], begin: Begin) -> dict[str, Any]:
+    from dwmr.metrics import measure
+    from dwmr.summary import describe
+
+    move = begin("measuring", len(trajectories))
+    summary: dict[str, Any] = {**describe(task.file, task.rules, task.overrides), "controllers": {}}
+    for k, one in enumerate(trajectories):
+        summary["controllers"][one.controller] = measure(one, task.file.scenario)
+        move(k + 1)
+    return summary
+
+
+def _say(
+    task: running.Task, summary: Mapping[str, Any], names: Sequence[str], folder: Path, written: Sequence[str]
+) -> None:
+    """Print what was found, and where it is."""
+    from dwmr import report
+    from dwmr.paper_run import beside
+
+    for name in names[len(summary["controllers"]) :]:
         say(f"warning: {name} was not run: interrupted", err=True)
-    if style == "text":
-        from dwmr import report
-        from dwmr.paper_run import beside
-
-        printed, why_not = beside(scenario)
-        picture = str(folder / "path.png") if (folder / "path.png").exists() else ""
-        report.print_report(report.console(), summary, printed, why_not, picture)
-        say(f"results in {folder}: {', '.join(n for n in files.names if (folder / n).exists())}")
-    return summary, done
+    printed, why_not = beside(task.file.scenario)
+    picture = str(folder / "path.png") if "path.png" in written else ""
+    report.print_report(report.console(), summary, printed, why_not, picture)
+    say(f"results in {folder}: {', '.join(written)}")
 
 
 def _write(
@@ -91,20 +109,25 @@ def _write(
     trajectories: Sequence[Trajectory],
     formats: Sequence[str],
     task: running.Task,
+    begin: Begin,
 ) -> None:
     """Write all files of a run; a picture that cannot be drawn is left out with a warning, and costs nothing else."""
+    move = begin("drawing", 3)
     from dwmr import figures, outputs
     from dwmr.summary import texts
 
+    move(1)  # matplotlib is there
     scenario = task.file.scenario
-    outputs.write_summary(files, summary)
-    about = {**summary, "controllers": None, "scenario": {**summary["scenario"], "text": texts(task.file)}}
-    outputs.write_trajectories(files, trajectories, scenario, about, formats)
-    for name, draw in (("path.png", figures.draw_path), ("errors.png", figures.draw_errors)):
+    for k, (name, draw) in enumerate((("path.png", figures.draw_path), ("errors.png", figures.draw_errors))):
         try:
             with figures.large_numbers():
                 files.write(name, partial(draw, trajectories=trajectories, scenario=scenario))
         except figures.CANNOT_DRAW as error:
             say(f"warning: {name} could not be drawn: {str(error) or type(error).__name__}", err=True)
             files.drop(name)
+        move(k + 2)
+    begin("writing", 0)
+    outputs.write_summary(files, summary)
+    about = {**summary, "controllers": None, "scenario": {**summary["scenario"], "text": texts(task.file)}}
+    outputs.write_trajectories(files, trajectories, scenario, about, formats)
     files.publish()

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 import click
 
 from dwmr import controllers
-from dwmr.cli.common import progress, read_scenario, warn
+from dwmr.cli.common import Begin, read_scenario, stages, warn
 from fuzzyctl.cli.streams import say
 
 if TYPE_CHECKING:
     from dwmr.fuzzy_gains import Rules
     from dwmr.scenario_file import ScenarioFile
-    from dwmr.simulate import Trajectory
+    from dwmr.simulate import Simulation, Trajectory
 
 Command = TypeVar("Command", bound=Callable[..., object])
 
@@ -129,31 +130,70 @@ def say_stops(trajectories: Iterable[Trajectory]) -> None:
             say(f"warning: {one.controller} stopped at t = {one.stop.t:.3f} s: {one.stop.reason}", err=True)
 
 
-def simulate(task: Task, names: Sequence[str]) -> list[Trajectory]:
-    """Run a checked scenario under some control laws, with a progress display on a terminal.
+def simulate(task: Task, names: Sequence[str], begin: Begin | None = None) -> list[Trajectory]:
+    """Run a checked scenario under some control laws.
 
     An interruption keeps what is done: the laws that are finished, and what the present one has computed.
+
+    Args:
+        task: What to run.
+        names: Control laws.
+        begin: Begins a stage of the command, see `common.stages`; without it there is a display for the stages here.
 
     Raises:
         DiagnosticError: When the records would not fit into memory.
         KeyboardInterrupt: When it comes before anything is done.
     """
-    # the compiler comes only now, when nothing stands in the way of the run
-    from dwmr import compiled, simulate
+    if begin is None:
+        with stages() as own:
+            return _simulate(task, names, own)
+    return _simulate(task, names, begin)
 
-    simulations = [simulate.prepare(task.file, name, task.rules) for name in names]
-    simulate.require_memory(simulations, task.file.places)
+
+def _simulate(task: Task, names: Sequence[str], begin: Begin) -> list[Trajectory]:
+    # the compiler comes only now, when nothing stands in the way of the run
+    shown = _Shown(begin)
+    from dwmr import compiled
+
     if not compiled.COMPILED:
         say("numba is not installed: the run is computed in plain Python, about a hundred times slower", err=True)
     trajectories: list[Trajectory] = []
     try:
-        with progress() as start:
-            for one in simulations:
-                trajectory = simulate.run(one, start(one.name, one.scenario.run.steps + 1))
-                trajectories.append(trajectory)
-                if trajectory.stop is not None and trajectory.stop.reason == "interrupted":
-                    break
+        with compiled.watched(partial(shown.tell, "compiling", 100)):
+            from dwmr import simulate
+
+            simulations = [simulate.prepare(task.file, name, task.rules) for name in names]
+            simulate.require_memory(simulations, task.file.places)
+            trajectories.append(_run(simulations[0], shown))
+        for one in simulations[1:]:
+            if trajectories[-1].stop is not None and trajectories[-1].stop.reason == "interrupted":
+                break
+            shown.tell(f"compiling {one.name}", 0, 0)
+            trajectories.append(_run(one, shown))
     except KeyboardInterrupt:
         if not trajectories:
             raise
     return trajectories
+
+
+def _run(one: Simulation, shown: _Shown) -> Trajectory:
+    from dwmr import simulate
+
+    return simulate.run(one, partial(shown.tell, f"simulating {one.name}", one.scenario.run.steps + 1))
+
+
+class _Shown:
+    """Begins the stage that something is told of, unless it is the one that shows.
+
+    Args:
+        begin: Begins a stage of the command.
+    """
+
+    def __init__(self, begin: Begin) -> None:
+        self._begin, self._name, self._move = begin, "", begin("loading the compiler", 0)
+
+    def tell(self, name: str, total: int, done: float) -> None:
+        """Say how many of the steps of a stage are done."""
+        if name != self._name:
+            self._name, self._move = name, self._begin(name, total)
+        self._move(done)

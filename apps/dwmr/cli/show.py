@@ -17,7 +17,9 @@ if TYPE_CHECKING:
     from dwmr.cli.running import Task
 
 
-@click.command(context_settings={"show_default": True})
+@click.command(
+    context_settings={"show_default": True}, short_help="Print what a scenario says, or list the shipped ones."
+)
 @click.argument("scenario", required=False)
 @running.rules_option
 @running.set_option
@@ -138,8 +140,8 @@ def _obstacles(obstacles: Sequence[Mapping[str, float]], avoidance: Mapping[str,
         yield "none"
     for k, one in enumerate(obstacles):
         yield (
-            f"{k}: radius {one['radius']:g} m at ({one['x']:g}, {one['y']:g}) m; centre {one['from_path']:.2f} m from "
-            f"the path at {one['at']:.1f} s"
+            f"obstacles.{k}: radius {one['radius']:g} m at ({one['x']:g}, {one['y']:g}) m; centre "
+            f"{one['from_path']:.2f} m from the path at {one['at']:.1f} s"
         )
     if obstacles:
         yield (

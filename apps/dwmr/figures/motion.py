@@ -137,7 +137,7 @@ def _vectors(axes: Any, trajectory: Trajectory, scenario: Scenario, a: int) -> N
         obstacle.radius, max(r.radius for r in scenario.robots.values()), scenario.avoidance.margin
     )
     axes.set(xlim=(obstacle.x - reach, obstacle.x + reach), ylim=(obstacle.y - reach, obstacle.y + reach))
-    axes.set(aspect="equal", xlabel="x [m]", ylabel="y [m]", title=f"obstacle {a + 1}: directions of U")
+    axes.set(aspect="equal", xlabel="x [m]", ylabel="y [m]", title=f"obstacles.{a}: directions of U")
 
 
 def radii(trajectory: Trajectory, scenario: Scenario, chosen: slice, distance: bool) -> Figure:
@@ -158,7 +158,8 @@ def radii(trajectory: Trajectory, scenario: Scenario, chosen: slice, distance: b
             least = constant_radius(
                 scenario.obstacles[a].radius, scenario.robots[robot].radius, scenario.avoidance.margin
             )
-            axes.set_ylabel(f"$R_{{d,{a + 1}}}$ [m]")
+            axes.set_ylabel("$R_d$ [m]")
+            axes.set_title(f"obstacles.{a}")
             style = {"color": COLOURS[3] if len(robots) == 1 else COLOURS[i % len(COLOURS)]}
             axes.plot(
                 *thin(trajectory.t, gap[:, a], panels.BUCKETS),
@@ -190,7 +191,7 @@ def follower_distances(trajectory: Trajectory, scenario: Scenario) -> Figure:
 
 
 def _distances(axes: Any, trajectory: Trajectory, scenario: Scenario, robot: str) -> None:
-    names = [f"obstacle {a + 1}" for a in range(len(scenario.obstacles))]
+    names = [f"obstacles.{a}" for a in range(len(scenario.obstacles))]
     panels.lines(axes, trajectory.t, distances(trajectory, scenario, robot), names, r"$d_{ia}$ [m]")
     touch = max(o.radius for o in scenario.obstacles) + scenario.robots[robot].radius
     axes.axhline(touch, color="black", lw=0.8, ls=":", label="$r_a + R_R$")

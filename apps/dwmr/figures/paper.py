@@ -123,7 +123,7 @@ def _avoidance(law: str) -> list[PaperFigure]:
         PaperFigure(
             15,
             law,
-            "Variable radii of obstacles 1 and 2",
+            "Variable radii of the first two obstacles",
             about,
             partial(motion.radii, chosen=slice(0, 2), distance=False),
             needs,

@@ -185,12 +185,13 @@ class _Drawing:
         return [Plot("Sliding variables and gains", f"{said}." if said else "As recorded.", self._over_time(rows))]
 
     def lyapunov(self) -> list[Plot]:
-        """Draw the Lyapunov function of the mode in force and its derivative, if the law has one."""
+        """Draw the Lyapunov function and its derivative, if the law has one."""
         found = lyapunov.signals(self.trajectory, self.scenario)
-        if "V_73" not in found:
+        if not found:
             return []
-        rows = [[[Panel("V [m² + rad²]", found["V_73"])]], [[Panel("dV/dt [(m² + rad²)/s]", found["V_dot_73"])]]]
-        caption = "V of Eq. (73) and its derivative, for each robot."
+        values, rates = lyapunov.last(found, "V"), lyapunov.last(found, "V_dot")
+        rows = [[[Panel("V [m² + rad²]", values)]], [[Panel("dV/dt [(m² + rad²)/s]", rates)]]]
+        caption = f"V of Eq. ({'23' if 'V_23' in found else '10'}) and its derivative, for each robot."
         return [Plot("Lyapunov function", caption, self._over_time(rows))]
 
     def _over_time(self, rows: Sequence[Sequence[Sequence[Panel]]]) -> Any:
