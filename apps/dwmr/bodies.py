@@ -146,6 +146,19 @@ def robot_gaps(trajectory: Trajectory, scenario: Scenario) -> Iterator[tuple[str
         yield first, second, near, gap_between(pose_a[:, near], a, pose_b[:, near], b)
 
 
+def meetings(trajectory: Trajectory, scenario: Scenario) -> FloatArray:
+    """Return the middles of bodies where they first touch another body or an obstacle, shape (contacts, 2) [m]."""
+    places = []
+    for first, _, near, gaps in robot_gaps(trajectory, scenario):
+        if (gaps <= 0.0).any():
+            places.append(poses(trajectory, scenario, first)[:2, near[int(np.argmax(gaps <= 0.0))]])
+    for robot in trajectory.robots:
+        touched = obstacle_gaps(trajectory, scenario, robot) <= 0.0
+        samples = np.argmax(touched, axis=0)[touched.any(axis=0)]
+        places += list(poses(trajectory, scenario, robot)[:2, samples].T)
+    return np.array(places).reshape(-1, 2)
+
+
 def contact(t: FloatArray, dt: float, gaps: FloatArray) -> Contact | None:
     """Return the contact of two bodies, or None where their gap stays open.
 

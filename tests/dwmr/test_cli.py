@@ -33,7 +33,8 @@ class TestHelp:
         assert len(lines) == len(main.commands) == 10
         for line in lines:
             assert line.endswith(f"  {main.commands[line.split()[0]].short_help}")
-            assert line.endswith(".") and not line.endswith("..")
+            assert line.endswith(".")
+            assert not line.endswith("..")
 
 
 class TestRun:

@@ -3,6 +3,7 @@ import json
 import re
 from html import escape
 from html.parser import HTMLParser
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -258,3 +259,9 @@ class TestReport:
             "warning: aifqsmc stopped at t = 0.005 s: v_c is beyond 1e+12 m/s, "
             "omega_c is beyond 1e+12 rad/s: the run diverged"
         ]
+
+
+def test_the_how_to_says_what_its_page_needs():
+    text = (Path(__file__).parents[2] / "docs" / "how-to" / "show-a-run.md").read_text(encoding="utf-8")
+    before, _, _ = text.partition("$ dwmr report")
+    assert '.venv/bin/pip install -e ".[html]"' in before

@@ -63,6 +63,22 @@ def test_centre_distances_and_the_least_gain(measured):
     assert measured("aifqsmc")["g_ais_min"] == pytest.approx(gain, abs=5e-5)
 
 
+def test_gaps_between_bodies_and_contacts(measured):
+    gap, centre, apart = said(
+        "the least gap under AIFQSMC is ... m: that of follower2, whose reference point comes within ... m of a centre"
+    ) + said("Under AIFQSMC their bodies stay ... m or more from each other")
+    aifqsmc = measured("aifqsmc")
+    assert min(aifqsmc["obstacle_gap"].values()) == aifqsmc["obstacle_gap"]["follower2"]
+    assert aifqsmc["obstacle_gap"]["follower2"] == pytest.approx(gap, abs=0.005)
+    assert aifqsmc["centre_distance"]["follower2"] == pytest.approx(centre, abs=0.005)
+    assert apart <= min(aifqsmc["robot_gap"].values()) < apart + 0.01
+    assert aifqsmc["robots_hit"] == []
+    lasted, t, depth = said("those of leader and follower2 overlap for ... s from t = ... s on, by up to ... m")
+    (hit,) = measured("fcafsmc")["robots_hit"]
+    assert hit["robots"] == ["leader", "follower2"]
+    assert (hit["lasted"], hit["t"], hit["depth"]) == pytest.approx((lasted, t, depth), abs=0.06)
+
+
 def test_how_long_wheels_are_at_their_limit(measured):
     least, most = said("one wheel is at its limit for ... to ... % of the time")
     found = [100.0 * one["torque"] for one in measured("aifqsmc")["saturation"].values()]

@@ -69,31 +69,31 @@ class TestStages:
             begin("compiling", 100)(50)
         assert sys.stderr.getvalue() == ""
 
-    def test_of_a_run_are_told_in_order(self, dwmr, monkeypatch):
-        told = []
+    def test_of_a_run_come_in_order(self, dwmr, monkeypatch):
+        seen = []
 
         @contextmanager
         def recorded():
-            yield lambda name, total: told.append(name) or (lambda done: None)
+            yield lambda name, total: seen.append(name) or (lambda done: None)
 
         monkeypatch.setattr("dwmr.cli.run.stages", recorded)
         assert dwmr("run", "paper", "--controller", "smc", "--set", "run.horizon=1")[0] == 0
-        told = [name for name in told if name != "compiling"]  # which there is only without a cache
-        assert told == [
+        seen = [name for name in seen if name != "compiling"]  # which there is only without a cache
+        assert seen == [
             "reading", "proving", "loading the compiler", "simulating smc", "measuring", "drawing", "writing"
         ]  # fmt: skip
 
 
 @pytest.mark.skipif(not compiled.COMPILED, reason="numba is missing")
-def test_what_is_compiled_is_told_as_a_share_that_counts_what_was_compiled_before():
+def test_compiling_is_reported_as_a_share_of_all_functions():
     shares = []
     with compiled.watched(shares.append):
         compiled.compiled(lambda x: x + 1.0)(1.0)
     assert 0.0 < shares[-1] <= 100.0
 
 
-def test_a_run_says_first_that_all_is_compiled():
+def test_a_run_reports_first_that_all_is_compiled():
     file = read(find("paper"), ["run.horizon=1"])
-    told = []
-    simulate.run(simulate.prepare(file, "smc", Rules(file.scenario.rules, (), file.places)), told.append)
-    assert (told[0], told[-1]) == (0, 201)
+    seen = []
+    simulate.run(simulate.prepare(file, "smc", Rules(file.scenario.rules, (), file.places)), seen.append)
+    assert (seen[0], seen[-1]) == (0, 201)

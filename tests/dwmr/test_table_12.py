@@ -63,7 +63,7 @@ class TestTable12:
         assert "Table 13 of the paper" in printed(number=13)
         assert "0.4604" in printed(number=13)
 
-    def test_stands_beside_a_run_of_other_bodies(self):
+    def test_is_shown_for_a_run_with_other_bodies(self):
         assert beside(paper("robot.body.width=0.5")) == (12, "")
 
     def test_takes_fitted_amplitudes_for_the_papers_where_they_are_to_be_fitted(self):

@@ -68,8 +68,8 @@ def terminated_as_interrupted() -> Iterator[None]:
             signal.signal(signal.SIGTERM, before)
 
 
-#: Begins a stage of a command: its name, and how many steps it has, 0 where that is not known; how far it is, is told
-#: to what it returns.
+#: Begins a stage of a command by its name and number of steps, 0 where that is unknown; returns a function to call with
+#: the number of steps done.
 Begin = Callable[[str, int], Callable[[float], None]]
 
 

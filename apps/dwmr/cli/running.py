@@ -159,7 +159,7 @@ def _simulate(task: Task, names: Sequence[str], begin: Begin) -> list[Trajectory
         say("numba is not installed: the run is computed in plain Python, about a hundred times slower", err=True)
     trajectories: list[Trajectory] = []
     try:
-        with compiled.watched(partial(shown.tell, "compiling", 100)):
+        with compiled.watched(partial(shown.report, "compiling", 100)):
             from dwmr import simulate
 
             simulations = [simulate.prepare(task.file, name, task.rules) for name in names]
@@ -168,7 +168,7 @@ def _simulate(task: Task, names: Sequence[str], begin: Begin) -> list[Trajectory
         for one in simulations[1:]:
             if trajectories[-1].stop is not None and trajectories[-1].stop.reason == "interrupted":
                 break
-            shown.tell(f"compiling {one.name}", 0, 0)
+            shown.report(f"compiling {one.name}", 0, 0)
             trajectories.append(_run(one, shown))
     except KeyboardInterrupt:
         if not trajectories:
@@ -179,11 +179,11 @@ def _simulate(task: Task, names: Sequence[str], begin: Begin) -> list[Trajectory
 def _run(one: Simulation, shown: _Shown) -> Trajectory:
     from dwmr import simulate
 
-    return simulate.run(one, partial(shown.tell, f"simulating {one.name}", one.scenario.run.steps + 1))
+    return simulate.run(one, partial(shown.report, f"simulating {one.name}", one.scenario.run.steps + 1))
 
 
 class _Shown:
-    """Begins the stage that something is told of, unless it is the one that shows.
+    """Reports progress, and begins a stage where the one that shows is another.
 
     Args:
         begin: Begins a stage of the command.
@@ -192,8 +192,8 @@ class _Shown:
     def __init__(self, begin: Begin) -> None:
         self._begin, self._name, self._move = begin, "", begin("loading the compiler", 0)
 
-    def tell(self, name: str, total: int, done: float) -> None:
-        """Say how many of the steps of a stage are done."""
+    def report(self, name: str, total: int, done: float) -> None:
+        """Report how many steps of a stage are done."""
         if name != self._name:
             self._name, self._move = name, self._begin(name, total)
         self._move(done)

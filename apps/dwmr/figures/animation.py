@@ -49,13 +49,14 @@ def moments(trajectory: Trajectory, speed: float, rate: float) -> list[int]:
 def body(robot: Robot, x: float, y: float, theta: float) -> FloatArray:
     """Return the outline of a robot whose reference point is at a posture, shape (5, 2) [m].
 
-    It is a rectangle with a nose that fills the circle of radius R_R about the axle centre.
+    It is the body with its front corners cut to a nose, or a rectangle with a nose in the circle of radius R_R.
     """
-    half = min(1.15 * robot.half_track, 0.9 * robot.radius)
-    length = math.sqrt(robot.radius**2 - half**2)
-    outline = np.array(
-        [(-length, half), (-length, -half), (0.5 * length, -half), (robot.radius, 0.0), (0.5 * length, half)]
-    )
+    if robot.body is None:
+        half = min(1.15 * robot.half_track, 0.9 * robot.radius)
+        rear, front = math.sqrt(robot.radius**2 - half**2), robot.radius
+    else:
+        half, rear, front = 0.5 * robot.body.width, robot.body.rear, robot.body.front
+    outline = np.array([(-rear, half), (-rear, -half), (0.4 * front, -half), (front, 0.0), (0.4 * front, half)])
     c, s = math.cos(theta), math.sin(theta)
     turned: FloatArray = outline @ np.array([[c, s], [-s, c]])
     turned += np.array([x - robot.d * c, y - robot.d * s])

@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from dwmr import derived
+from dwmr.bodies import obstacle_gaps
 from dwmr.contracts import FloatArray
 from dwmr.envelope import thin
 from dwmr.figures import panels
@@ -57,7 +58,9 @@ def _velocity_rows(rows: Any, trajectory: Trajectory, scenario: Scenario, robots
             label = rf"${symbol}_e$ [{unit}]"
             panels.lines(axes, trajectory.t, np.stack(shown, axis=1), names, label, PORTION)
             panels.cut_peaks(axes, np.stack(shown, axis=1))
-            axes.set_title(robot)
+            gap = obstacle_gaps(trajectory, scenario, robot)
+    nearest = int(np.argmin(gap.min(axis=0)))
+    axes.set_title(f"{robot}; least gap of its body {gap.min():.2f} m, from obstacles.{nearest}")
 
 
 def velocity_errors(trajectory: Trajectory, scenario: Scenario) -> Figure:
@@ -196,4 +199,6 @@ def _distances(axes: Any, trajectory: Trajectory, scenario: Scenario, robot: str
     touch = max(o.radius for o in scenario.obstacles) + scenario.robots[robot].radius
     axes.axhline(touch, color="black", lw=0.8, ls=":", label="$r_a + R_R$")
     panels.lengths(axes, 0.5 * touch)
-    axes.set_title(robot)
+    gap = obstacle_gaps(trajectory, scenario, robot)
+    nearest = int(np.argmin(gap.min(axis=0)))
+    axes.set_title(f"{robot}; least gap of its body {gap.min():.2f} m, from obstacles.{nearest}")

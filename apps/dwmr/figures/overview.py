@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
+from dwmr.bodies import meetings
 from dwmr.contracts import FloatArray
 from dwmr.figures.style import COLOURS, DASHES, STYLE, TITLES
 from dwmr.metrics import errors, printed_frame
@@ -42,8 +43,8 @@ def draw_path(path: Path, trajectories: Sequence[Trajectory], scenario: Scenario
             _path_panel(axes, trajectory, scenario)
         _limit(panels, trajectories, scenario)
         panels[0].set_ylabel("y [m]")
-        handles, labels = panels[0].get_legend_handles_labels()
-        _draw_legend(figure, handles, labels, 4 if count == 1 else 8)
+        named = {label: one for axes in panels for one, label in zip(*axes.get_legend_handles_labels(), strict=True)}
+        _draw_legend(figure, list(named.values()), list(named), 4 if count == 1 else 8)
         figure.savefig(path, metadata={"Software": None})
 
 
@@ -146,6 +147,9 @@ def _path_panel(axes: Any, trajectory: Trajectory, scenario: Scenario) -> None:
         axes.plot(x, y, color=colour, lw=1.3, ls=DASHES[i % len(DASHES)], label=name)
         axes.plot(x[0], y[0], marker="o", ms=5, color="white", mec=colour, mew=1.4, ls="", zorder=5)
     axes.plot([], [], marker="o", ms=5, color="white", mec="#555555", ls="", label="start")
+    met = meetings(trajectory, scenario)
+    if len(met):
+        axes.plot(*met.T, marker="x", ms=8, mew=2.0, color="#d00000", ls="", zorder=6, label="collision")
     avoiding = [r.radius for r in scenario.robots.values() if r.avoids_obstacles]
     for obstacle in scenario.obstacles:
         reach = constant_radius(obstacle.radius, max(avoiding, default=0.0), scenario.avoidance.margin)

@@ -1,0 +1,72 @@
+"""Where the errors of AIFQSMC and FCAFSMC come from: the start, the obstacles, the inner loop with its limits.
+
+    python docs/explanation/reproduction/shares.py
+
+runs `paper` as it is, without obstacles, and with a nearly ideal inner loop without limits, and prints the ratios to
+Table 12 with two shares of the sum of squares: what falls into the first 10 s, and what is missing without obstacles.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dwmr import simulate
+from dwmr.fuzzy_gains import Rules
+from dwmr.metrics import TABLE_12, errors, printed_frame
+from dwmr.scenario_file import find, read
+
+TRIES = Path(__file__).with_name("tries.toml")
+IDEAL = "nearly ideal inner loop, no limits"
+#: The start, in which the robots find into the formation [s].
+START = 10.0
+
+
+def squares(law: str, overrides: tuple[str, ...] = ()) -> tuple[Any, dict[str, dict[str, Any]]]:
+    """Return the times of a run, and the squared errors of each robot as Table 12 takes them."""
+    file = read(find("paper"), overrides)
+    run = simulate.run(simulate.prepare(file, law, Rules(file.scenario.rules, (), file.places)))
+    made = {robot: errors(run, robot, printed_frame(file.scenario, robot)) for robot in TABLE_12[law]}
+    return run.t, {robot: {name: np.square(made[robot][name]) for name in row} for robot, row in TABLE_12[law].items()}
+
+
+def found(law: str, overrides: tuple[str, ...] = ()) -> dict[str, dict[str, dict[str, float]]]:
+    """Return for each error of each robot its ratio to Table 12, and its shares from the start and the obstacles."""
+    t, made = squares(law, overrides)
+    _, without = squares(law, (*overrides, "obstacles=[]"))
+    return {
+        robot: {
+            name: {
+                "ratio": float(np.sqrt(made[robot][name].mean())) / wanted,
+                "start": float(made[robot][name][t <= START].sum() / made[robot][name].sum()),
+                "obstacles": 1.0 - float(without[robot][name].sum() / made[robot][name].sum()),
+            }
+            for name, wanted in printed.items()
+        }
+        for robot, printed in TABLE_12[law].items()
+    }
+
+
+def ideal() -> tuple[str, ...]:
+    """Return the overrides of the reading that leaves nothing to the inner loop and its limits."""
+    (one,) = [t for t in tomllib.loads(TRIES.read_text(encoding="utf-8"))["tries"] if t["name"] == IDEAL]
+    return tuple(one["set"])
+
+
+def main() -> None:
+    """Print the ratios and the shares."""
+    for title, overrides in (("as shipped", ()), (IDEAL, ideal())):
+        for law in ("aifqsmc", "fcafsmc"):
+            for robot, row in found(law, overrides).items():
+                cells = "  ".join(
+                    f"{name} {one['ratio']:.2f}, start {one['start']:.0%}, obstacles {one['obstacles']:.0%}"
+                    for name, one in row.items()
+                )
+                print(f"{title}: {law} {robot}: {cells}")
+
+
+if __name__ == "__main__":
+    main()
