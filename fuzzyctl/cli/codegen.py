@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from fuzzyctl.source import SourceText
 
 
-@click.command("codegen")
+@click.command("codegen", short_help="Write a system as C99, Structured Text or Python.")
 @click.argument("file")
 @click.option(
     "--target",

@@ -25,7 +25,7 @@ NEEDED: Final = ("lark", "pydantic", "click", "rich", "numpy", "scipy", "matplot
 OPTIONAL: Final = {"plotly": "html", "pyarrow": "data", "distributed": "cluster"}
 
 
-@click.command()
+@click.command(short_help="Say what is installed, and what is in use.")
 @click.option("--clear-cache", is_flag=True, help="Remove compiled kernels; they are compiled anew when needed.")
 @FORMAT
 @answers_with_diagnostics

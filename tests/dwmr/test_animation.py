@@ -40,8 +40,15 @@ class TestMoments:
 
 
 class TestBody:
-    def test_points_where_the_robot_does_and_stays_in_its_circle(self):
+    def test_is_the_body_with_its_front_cut_to_a_nose(self):
         robot = read(find("paper"), []).scenario.robots["follower1"]
+        outline = animation.body(robot, robot.d, 0.0, 0.0)
+        assert outline.min(axis=0) == pytest.approx((-0.542, -0.34))
+        assert outline.max(axis=0) == pytest.approx((0.369, 0.34))
+        assert outline[3] == pytest.approx((0.369, 0.0))
+
+    def test_points_where_the_robot_does_and_without_a_body_stays_in_its_circle(self):
+        robot = read(find("paper"), []).scenario.robots["follower1"].model_copy(update={"body": None})
         outline = animation.body(robot, 2.0, 1.0, np.pi / 6)
         ahead = np.array([np.sqrt(3.0) / 2.0, 0.5])
         axle = np.array([2.0, 1.0]) - robot.d * ahead

@@ -159,9 +159,7 @@ def _path_panel(axes: Any, trajectory: Trajectory, scenario: Scenario) -> None:
     if scenario.obstacles:  # circles for the legend, which draws patches as boxes
         axes.plot([], [], marker="o", ms=6, color="#444444", ls="", label="obstacle")
     if scenario.obstacles and avoiding:
-        axes.plot(
-            [], [], marker="o", ms=11, mfc="none", mec="#444444", mew=0.8, ls="", label=r"avoidance radius $\bar{R}_d$"
-        )
+        axes.plot([], [], color="#444444", lw=0.8, ls="--", label=r"avoidance radius $\bar{R}_d$")
 
 
 def _error_column(panels: Any, trajectory: Trajectory, scenario: Scenario, rows: Sequence[tuple[str, str]]) -> None:

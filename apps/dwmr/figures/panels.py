@@ -182,4 +182,4 @@ def obstacles(axes: Any, scenario: Scenario) -> None:
     if scenario.obstacles:
         axes.plot([], [], marker="o", ms=6, color="#444444", ls="", label="obstacle")
     if scenario.obstacles and avoiding:
-        axes.plot([], [], marker="o", ms=11, mfc="none", mec="#444444", mew=0.8, ls="", label=r"$\bar{R}_d$")
+        axes.plot([], [], color="#444444", lw=0.8, ls="--", label=r"$\bar{R}_d$")

@@ -141,8 +141,8 @@ def _avoidance(law: str) -> list[PaperFigure]:
             17,
             law,
             "Distances of the followers from the obstacles",
-            "From every obstacle's centre, on a logarithmic axis; r_a + R_R is dotted [m]. Each title has the least gap "
-            "between body and obstacle.",
+            "From every obstacle's centre, on a logarithmic axis; r_a + R_R is dotted [m]. Each title has the "
+            "least gap between body and obstacle.",
             motion.follower_distances,
             ("obstacles", "followers"),
         ),
