@@ -142,5 +142,12 @@ class TestMeasures:
             assert gaps.min() >= max(least[a], least[b])
         assert least["leader"] == least["follower2"] == pytest.approx(-0.25, abs=0.01)
 
+    def test_meetings_are_where_bodies_first_touch(self):
+        x = np.array([[0.0, 50.0, 100.0], [0.0, 0.7, 100.0], [0.0, 0.5, 100.0]])
+        assert bodies.meetings(moved(), SCENARIO).shape == (0, 2)
+        assert bodies.meetings(moved(x=x), SCENARIO) == pytest.approx(np.array([[-0.1865, 0.0]]))
+        y = np.array([[-6.0], [-5.0], [-6.0]]) * [1, 0, 0]
+        assert bodies.meetings(moved(x=[8.0, 50.0, 100.0], y=y), SCENARIO) == pytest.approx(np.array([[7.8135, -5.0]]))
+
     def test_have_no_contact_where_the_gap_stays_open(self):
         assert contact(np.array([0.0, 1.0]), 1.0, np.array([0.1, 0.2])) is None

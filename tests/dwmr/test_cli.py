@@ -48,7 +48,7 @@ class TestRun:
         assert "dV/dt > 0" in short[1].stdout
         runs = json.loads((short[0] / "summary.json").read_text(encoding="utf-8"))["controllers"]
         shown = f"{100 * runs['aifqsmc']['lyapunov']['leader']['V_dot_23_positive']:.1f}"
-        row = next(line for line in short[1].stdout.split("dV/dt")[1].splitlines() if line.startswith("aifqsmc"))
+        row = next(line for line in short[1].stdout.split("Stability")[1].splitlines() if line.startswith("aifqsmc"))
         assert shown in row.split()
         assert f"{runs['aifqsmc']['drift']['leader']['k_h_omega']['final']:.3f}" in row.split()
 

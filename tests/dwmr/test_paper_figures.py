@@ -5,7 +5,7 @@ from dwmr import derived
 from dwmr.figures import paper
 from dwmr.figures.index import index
 from dwmr.geometry import wrap_array
-from dwmr.metrics import distances
+from dwmr.metrics import distances, measure
 from dwmr.scenario_file import find, read
 
 BY_NUMBER = {figure.number: figure for figure in paper.FIGURES}
@@ -29,7 +29,7 @@ def line(figure, label_of_axis, label, title=None):
     found = [
         one
         for axes in figure.axes
-        if axes.get_ylabel() == label_of_axis and (title is None or axes.get_title() == title)
+        if axes.get_ylabel() == label_of_axis and (title is None or axes.get_title().split(";")[0] == title)
         for one in axes.lines
         if one.get_label() == label
     ]
@@ -142,9 +142,14 @@ class TestContent:
     def test_each_obstacle_has_its_radius(self, drawn):
         figure, trajectory, scenario = drawn(15)
         radii = derived.avoidance_radii(trajectory, scenario, "leader")
-        assert same(line(figure, "$R_{d,1}$ [m]", "$R_d$"), trajectory.t, radii[:, 0])
-        assert len(figure.axes) == 2
-        assert drawn(16)[0].axes[0].get_ylabel() == "$R_{d,3}$ [m]"
+        assert same(line(figure, "$R_d$ [m]", "$R_d$", "obstacles.0"), trajectory.t, radii[:, 0])
+        assert [axes.get_title() for axes in figure.axes] == ["obstacles.0", "obstacles.1"]
+        assert drawn(16)[0].axes[0].get_title() == "obstacles.2"
+
+    def test_distances_come_with_the_least_gap_of_the_body(self, drawn):
+        figure, trajectory, scenario = drawn(16)
+        gap = measure(trajectory, scenario, ["obstacle_gap"])["obstacle_gap"]["leader"]
+        assert f"least gap of its body {gap:.2f} m, from obstacles.0" in figure.axes[-1].get_title()
 
     @pytest.mark.parametrize(("number", "robot"), [(16, "leader"), (17, "follower2")])
     def test_distances_are_those_of_the_robot(self, drawn, number, robot):
