@@ -58,9 +58,7 @@ def _velocity_rows(rows: Any, trajectory: Trajectory, scenario: Scenario, robots
             label = rf"${symbol}_e$ [{unit}]"
             panels.lines(axes, trajectory.t, np.stack(shown, axis=1), names, label, PORTION)
             panels.cut_peaks(axes, np.stack(shown, axis=1))
-            gap = obstacle_gaps(trajectory, scenario, robot)
-    nearest = int(np.argmin(gap.min(axis=0)))
-    axes.set_title(f"{robot}; least gap of its body {gap.min():.2f} m, from obstacles.{nearest}")
+            axes.set_title(robot)
 
 
 def velocity_errors(trajectory: Trajectory, scenario: Scenario) -> Figure:
