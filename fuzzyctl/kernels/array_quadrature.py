@@ -142,6 +142,7 @@ def _levels(function: ArrayFunction, places: FloatArray, given: FloatArray) -> I
     index = np.repeat(np.arange(count), places.shape[1] - 1)
     left, right = places[:, :-1].reshape(-1), places[:, 1:].reshape(-1)
     left_over, rough = np.full(count, quadrature.MOST), np.empty(0)
+    rounded = quadrature.ROUNDED * np.maximum(abs(places[:, 0]), abs(places[:, -1]))
     for level in range(quadrature.DEEPEST + 1):
         center = 0.5 * left + 0.5 * right
         own, about, error = _stretches(function, given[:, index], center, 0.5 * (right - left))
@@ -149,6 +150,7 @@ def _levels(function: ArrayFunction, places: FloatArray, given: FloatArray) -> I
             rough = np.asarray(np.bincount(index, own, count), dtype=np.float64)
         left_over -= np.bincount(index, minlength=count)
         open_ = (error > quadrature.OF_ALL * rough[index]) & (error > quadrature.OF_OWN * own)
+        open_ &= error * (right - left) > rounded[index] * own
         open_ &= (left < center) & (center < right) & (left_over[index] > 0) & (level < quadrature.DEEPEST)
         yield _Stretches(index, left, right, own, about).taken(~open_)
         if not open_.any():

@@ -78,9 +78,12 @@ BEYOND: Final = 1.0 - NODES[0]
 #: A stretch is halved while its error is more than both of these parts: of the whole area, and of its own.
 OF_ALL: Final = 1e-14
 OF_OWN: Final = 1e-13
+#: By how much places are rounded, as a part of the largest: more of a narrow stretch than halving could gain.
+ROUNDED: Final = 1e-15
 #: A stretch is halved so often at most.
 DEEPEST: Final = 60
-#: So many stretches are integrated at most.
+#: So many stretches are integrated at most, an equal share of those left between each two places: where a set is so
+#: steep that rounded places make noise of its degrees, halving never ends, and others must be integrated, too.
 MOST: Final = 5000
 #: Parts of half the area that are taken for rounding: where the area ends up to this, a gap may follow.
 SLACK: Final = 1e-13
@@ -144,6 +147,7 @@ def rough_area(function: SetFunction, places: Sequence[float], given: Given) -> 
 def moments(function: SetFunction, places: Sequence[float], given: Given) -> tuple[float, float]:
     """Return the first moment, about 0, and the area between the first and the last of some places."""
     rough = rough_area(function, places, given)
+    rounded = ROUNDED * max(abs(places[0]), abs(places[len(places) - 1]))
     area = 0.0
     moment = 0.0
     left_over = MOST
@@ -152,13 +156,14 @@ def moments(function: SetFunction, places: Sequence[float], given: Given) -> tup
         left = places[k]
         ends[0] = places[k + 1]
         top = 0
+        reserve = left_over - left_over // (len(places) - 1 - k)
         while top >= 0:
             right = ends[top]
             center = 0.5 * left + 0.5 * right
             own, about, error = stretch(function, given, center, 0.5 * (right - left))
             left_over -= 1
-            is_off = error > OF_ALL * rough and error > OF_OWN * own
-            if is_off and top < DEEPEST and left_over > 0 and left < center < right:
+            is_off = error > OF_ALL * rough and error > OF_OWN * own and error * (right - left) > rounded * own
+            if is_off and top < DEEPEST and left_over > reserve and left < center < right:
                 top += 1
                 ends[top] = center
             else:
@@ -178,6 +183,7 @@ def reach(
         The area before the stretch where it does, the ends of this stretch, and its own area; the whole area and 0 if
         it does nowhere.
     """
+    rounded = ROUNDED * max(abs(places[0]), abs(places[len(places) - 1]))
     area = 0.0
     left_over = MOST
     ends = [0.0] * (DEEPEST + 1)
@@ -185,13 +191,14 @@ def reach(
         left = places[k]
         ends[0] = places[k + 1]
         top = 0
+        reserve = left_over - left_over // (len(places) - 1 - k)
         while top >= 0:
             right = ends[top]
             center = 0.5 * left + 0.5 * right
             own, _, error = stretch(function, given, center, 0.5 * (right - left))
             left_over -= 1
-            is_off = error > OF_ALL * rough and error > OF_OWN * own
-            if is_off and top < DEEPEST and left_over > 0 and left < center < right:
+            is_off = error > OF_ALL * rough and error > OF_OWN * own and error * (right - left) > rounded * own
+            if is_off and top < DEEPEST and left_over > reserve and left < center < right:
                 top += 1
                 ends[top] = center
             else:
