@@ -9,6 +9,7 @@ from typing import Final
 from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, Expr, Number, Where
 from fuzzyctl.formulas.formula import MembershipFormula, Parameters
 from fuzzyctl.formulas.mistakes import not_zero
+from fuzzyctl.formulas.sigmoid_extrema import difference_extrema, product_extrema
 
 _SIGMOIDS: Final = ("left", "rising", "falling", "right")
 
@@ -66,7 +67,7 @@ SIGMOIDS: Final[tuple[MembershipFormula, ...]] = (
         degree=_sigmoid_difference_degree,
         mistake=not_zero(rising=1, falling=2),
         core=_between_inflections,
-        pieces=lambda p: (p[0], p[3]),
+        pieces=lambda p: (p[0], p[3], *difference_extrema(p)),
     ),
     MembershipFormula(
         name="sigmoid_product",
@@ -75,7 +76,7 @@ SIGMOIDS: Final[tuple[MembershipFormula, ...]] = (
         degree=_sigmoid_product_degree,
         mistake=not_zero(rising=1, falling=2),
         core=_between_inflections,
-        pieces=lambda p: (p[0], p[3]),
+        pieces=lambda p: (p[0], p[3], *product_extrema(p)),
     ),
 )
 

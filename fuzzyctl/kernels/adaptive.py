@@ -14,6 +14,7 @@ from fuzzyctl.kernels.plan import OutputPlan, SetPlan
 from fuzzyctl.kernels.program import Assign, Builder, Locate, Quadrature, clip, minus, plus, times
 from fuzzyctl.kernels.quadrature import NODES
 from fuzzyctl.kernels.sampling import joined
+from fuzzyctl.kernels.turning_points import turning_points
 
 #: Where the slopes of curved terms change much, in multiples of their widths: bell-shaped ones that vanish fast, those
 #: that vanish as an exponential does, and those that vanish as a power does.
@@ -80,6 +81,7 @@ def places_of(output: OutputPlan, terms: Sequence[SetPlan]) -> list[float]:
     """Return places between which terms are smooth, from end to end of the range."""
     lower, upper = output.lower, output.upper
     found = {lower, upper} | {x for t in terms for x in t.pieces if lower < x < upper}
+    found |= {x for t in terms for x in turning_points(t, lower, upper)}
     for term in terms:
         for center, width, multiples in _scales(term):
             for multiple in multiples:
