@@ -147,7 +147,7 @@ def _analysed(
     system: FuzzySystem, work: Work | None = None, *, guarantees: bool
 ) -> tuple[list[Verdict], list[Diagnostic]]:
     """Return verdicts of guarantees, and what only the analysis of a system without structural errors finds."""
-    from fuzzyctl.analysis import bounds, coverage, effects, jumps
+    from fuzzyctl.analysis import accuracy, bounds, coverage, effects, jumps
     from fuzzyctl.analysis.work import Work
     from fuzzyctl.kernels.plan import plan
 
@@ -166,6 +166,7 @@ def _analysed(
         *idle,
         *jumps.diagnostics(system, flat, uncovered, work),
         *bounds.diagnostics(system, flat, uncovered),
+        *accuracy.diagnostics(system, flat),
     ]
     if guarantees and system.guarantees:
         from fuzzyctl.analysis import prove
