@@ -82,8 +82,8 @@ OF_OWN: Final = 1e-13
 ROUNDED: Final = 1e-15
 #: A stretch is halved so often at most.
 DEEPEST: Final = 60
-#: So many stretches are integrated at most, an equal share of those left between each two places: where a set is so
-#: steep that rounded places make noise of its degrees, halving never ends, and others must be integrated, too.
+#: So many stretches are integrated at most, between two places a quarter of those left until the last ones: where a
+#: set is so steep that rounded places make noise of its degrees, halving would take all, and the others none.
 MOST: Final = 5000
 #: Parts of half the area that are taken for rounding: where the area ends up to this, a gap may follow.
 SLACK: Final = 1e-13
@@ -156,7 +156,7 @@ def moments(function: SetFunction, places: Sequence[float], given: Given) -> tup
         left = places[k]
         ends[0] = places[k + 1]
         top = 0
-        reserve = left_over - left_over // (len(places) - 1 - k)
+        reserve = left_over - left_over // min(len(places) - 1 - k, 4)
         while top >= 0:
             right = ends[top]
             center = 0.5 * left + 0.5 * right
@@ -191,7 +191,7 @@ def reach(
         left = places[k]
         ends[0] = places[k + 1]
         top = 0
-        reserve = left_over - left_over // (len(places) - 1 - k)
+        reserve = left_over - left_over // min(len(places) - 1 - k, 4)
         while top >= 0:
             right = ends[top]
             center = 0.5 * left + 0.5 * right
