@@ -14,6 +14,7 @@ from fuzzyctl.errors import CODES, ArgumentError, Diagnostic, DiagnosticError, N
 from fuzzyctl.formats.foreign import examine_foreign
 from fuzzyctl.formats.registry import format_of
 from fuzzyctl.lang import syntax as sx
+from fuzzyctl.lang.edits import in_original
 from fuzzyctl.lang.parser import parse
 from fuzzyctl.linking import link
 from fuzzyctl.misspelt import closest
@@ -184,7 +185,7 @@ def look_through(
     tree, mistakes = parse(source)
     tree, more = bring_in(tree, folder)
     diagnostics = [*mistakes, *more]
-    broken = bool(diagnostics)
+    broken = bool(more) or (bool(mistakes) and not tree.repaired)
     systems: list[FuzzySystem] = []
     policy = [s for s in tree.statements if isinstance(s, sx.Allow)]
     hints = hints or any(line.keyword.text == "deny" for line in policy)
@@ -194,12 +195,15 @@ def look_through(
         return Examined(source, (), [*diagnostics, crowd], tuple(policy))
     for part in parts:
         system, found = _examine_part(part, broken, hints)
-        diagnostics.extend(found)
+        # Warnings are of the file as it is, not of what its repair would be.
+        diagnostics.extend(d for d in found if d.severity == "error" or not tree.repaired)
         systems.extend([system] if system is not None else [])
     diagnostics.extend(_same_names(systems))
     used = _Used(tree, folder, {} if opened is None else opened)
     linked, more = link(systems, used.system, broken=any(d.severity == "error" for d in diagnostics))
-    return Examined(source, linked, [*diagnostics, *more, *used.mistakes], tuple(policy))
+    # What was read after repairs is no system of the file, but its mistakes are those of the file.
+    found = [in_original(d) for d in (*diagnostics, *more, *used.mistakes)]
+    return Examined(source, () if mistakes else linked, found, tuple(policy))
 
 
 def _crowded(source: SourceText, parts: Sequence[Part]) -> Diagnostic | None:

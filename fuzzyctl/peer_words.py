@@ -153,7 +153,7 @@ PEER_REMARKS: Final[dict[str, str]] = {
     "centerofsums": "with it goes 'aggregation sum'",
     "centreofsums": "with it goes 'aggregation sum'",
     "cos": "with it goes 'aggregation sum'",
-    "coa": "the COA of FCL halves the area, which nothing here does",
-    "centerofarea": "the COA of FCL halves the area, which nothing here does",
-    "centreofarea": "the COA of FCL halves the area, which nothing here does",
+    "coa": "the COA of FCL, which halves the area, is 'bisector'",
+    "centerofarea": "the center of area of FCL, which halves the area, is 'bisector'",
+    "centreofarea": "the centre of area of FCL, which halves the area, is 'bisector'",
 }

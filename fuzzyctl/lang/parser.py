@@ -10,6 +10,7 @@ from typing import Any, Final
 from fuzzyctl.errors import Diagnostic
 from fuzzyctl.lang import plain
 from fuzzyctl.lang import syntax as sx
+from fuzzyctl.lang.foreign import foreign
 from fuzzyctl.lang.heads import (
     Headless,
     describe_barless,
@@ -39,11 +40,30 @@ def parse(source: SourceText) -> tuple[sx.SyntaxTree, list[Diagnostic]]:
     Returns:
         The tree of all lines that could be read, and a diagnostic for each that could not.
     """
+    tree, mistakes, foreign = _read(source)
+    if not mistakes and not foreign:
+        return tree, mistakes
+    # Files without mistakes need no repairs.
+    from fuzzyctl.lang.recovery import recover
+
+    return recover(source, _read, _reads_line)
+
+
+def _read(source: SourceText) -> tuple[sx.SyntaxTree, list[Diagnostic], list[Diagnostic]]:
+    """Parse a text as it is written; mistakes of lines that only other tools write so come third."""
     assembler = _Assembler(source)
     lines = [line for line in split(source) if line.kind != "blank"]
     for line, below in zip_longest(lines, lines[1:]):
         assembler.take(line, below)
-    return assembler.finish()
+    return *assembler.finish(), assembler.foreign
+
+
+def _reads_line(source: SourceText, line: LogicalLine, kind: LineKind) -> bool:
+    """Return whether a line can be read as one kind and holds no word of another tool."""
+    if kind in ("unknown", "blank"):
+        return False
+    node, problems = parse_line(source, line, kind)
+    return not problems and foreign(node, source.text) is None
 
 
 def parse_line(source: SourceText, line: LogicalLine, kind: LineKind) -> tuple[Any, list[Diagnostic]]:
@@ -77,6 +97,8 @@ class _Assembler:
         self.nameless: set[str] = set()
         #: Rows of the table that lack their bar.
         self.barless: list[LogicalLine] = []
+        #: Lines that can be read and are written as another tool has them.
+        self.foreign: list[Diagnostic] = []
         #: A `with` line that waits for its table.
         self.condition: sx.With | None = None
 
@@ -179,7 +201,9 @@ class _Assembler:
     def _take_below(self, line: LogicalLine) -> None:
         wanted = "variable" if line.kind in ("term_line", "statement") else "table"
         if self.block == "broken":
+            # The lines of a block whose head could not be read have mistakes of their own.
             self._remember_words(line)
+            self._parse(line, line.kind)
             return
         if self.block == "variable" and line.kind == "row" and looks_like_term(self.source, line):
             # A stray bar makes no row of it.
@@ -203,6 +227,8 @@ class _Assembler:
             return None
         node, problems = parse_line(self.source, line, kind)
         self.diagnostics.extend(problems)
+        odd = foreign(node, self.source.text)
+        self.foreign.extend([odd] if odd is not None else [])
         return node
 
     def _drop_condition(self) -> None:

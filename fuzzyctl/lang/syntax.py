@@ -415,6 +415,7 @@ class SyntaxTree:
         lost_file: Whether some file that it uses could not be read at all.
         lost_input: Whether the declaration of some input could not be read, so that inputs cannot be counted.
         nameless: Keywords of declarations whose name is missing; what an unknown name was meant for nobody can tell.
+        repaired: Whether the text had mistakes and was read in full after their repair.
     """
 
     source: SourceText
@@ -425,3 +426,4 @@ class SyntaxTree:
     lost_input: bool = False
     lost_file: bool = False
     nameless: frozenset[str] = frozenset()
+    repaired: bool = False

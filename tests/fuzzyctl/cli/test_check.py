@@ -36,7 +36,8 @@ class TestCheck:
             "a.fz:8:16: error[FZ202]",
             "a.fz:19:11: error[FZ203]",
             "b.fz:1:1: error[FZ101]",
-            "3 errors",
+            "b.fz:1:7: error[FZ212]",
+            "4 errors",
             "c.fz: base",
         ):
             assert part in result.output
@@ -126,7 +127,7 @@ class TestFormats:
         result = run(a, write("b.fz", base), write("c.fz", "sytem c\n"), "--format", "sarif")
         assert result.exit_code == 1
         (log,) = json.loads(result.stdout)["runs"]
-        assert [r["ruleId"] for r in log["results"]] == ["FZ203", "FZ101"]
+        assert [r["ruleId"] for r in log["results"]] == ["FZ203", "FZ101", "FZ212"]
 
     def test_github_prints_commands_and_nothing_else(self, run, write, changed, base):
         a = write("a.fz", changed(WARNING))

@@ -97,8 +97,10 @@ class TestMistakes:
         text = "sytem a\nparam = 3\nparam k = 1 2\nif a is then b\ninput x [0, 1]\n"
         assert [line for _, line in mistakes(text)] == [1, 2, 3, 4, 5]
 
-    def test_a_broken_header_swallows_its_block(self):
-        assert mistakes("input x [0, 1]\n A = triangle(0 1)\n terms\noutput u in [0, 1]\n terms A B") == [("FZ102", 1)]
+    @pytest.mark.parametrize("head", ["input x [0, 1]", "input x about 1"])
+    def test_a_slip_in_a_head_hides_no_mistake_of_its_block(self, head):
+        text = f"{head}\n A = triangle(0 1 x)\n terms\n B = triangle(0, 1, 2)\noutput u in [0, 1]\n terms A B"
+        assert mistakes(text) == [("FZ102", 1), ("FZ102", 2), ("FZ102", 3)]
 
     def test_of_500_lines_with_91_broken_exactly_those_are_reported(self):
         lines = [f"param p{i} = {i}" for i in range(500)]

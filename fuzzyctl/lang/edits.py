@@ -1,0 +1,137 @@
+"""Repairs as data: edits of a text, a line under repair, and the repaired text that knows its original."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Final
+
+from fuzzyctl.errors import Diagnostic
+from fuzzyctl.source import SourceText, Span
+
+_OPAQUE: Final = re.compile(r'"[^"\n]*"?|#[^\n]*|[“„‟«][^”“»"\n]*[”“»"]?')
+
+
+@dataclass(frozen=True)
+class Edit:
+    """Replace the characters from `start` to `end` by a text.
+
+    Args:
+        start: Offset of the first character replaced.
+        end: Offset after the last one; `start` for an insertion.
+        text: The replacement.
+        why: The rule of the language behind it, without a full stop.
+    """
+
+    start: int
+    end: int
+    text: str
+    why: str
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What a repair may know of the file around its line.
+
+    Args:
+        text: The whole text.
+        above: The text of the last rule above the line, or an empty string.
+    """
+
+    text: str
+    above: str = ""
+
+    @cached_property
+    def params(self) -> frozenset[str]:
+        """Names of params, as far as their lines look like one."""
+        return frozenset(re.findall(r"(?im)^[ \t]*param[ \t]+(\w+)", self.text))
+
+    @cached_property
+    def variables(self) -> frozenset[str]:
+        """Names of inputs and outputs, as far as their lines look like one."""
+        return frozenset(re.findall(r"(?im)^[ \t]*(?:input|output)[ \t]+(\w+)", self.text))
+
+
+#: A repair: the edits that it makes of a line, which it sees with its texts and comments masked, and in full.
+Repair = Callable[[str, str, Surroundings], Iterable[Edit]]
+
+
+def masked(text: str) -> str:
+    """Return a text of the same length in which texts and comments hold nothing that a repair could match."""
+    return _OPAQUE.sub(lambda m: m[0][0] + "\x01" * (len(m[0]) - 2) + (m[0][-1] if len(m[0]) > 1 else ""), text)
+
+
+@dataclass
+class Draft:
+    """A line under repair.
+
+    Args:
+        text: Its text so far.
+        origin: For each of its characters, and for its end, the offset in the original text.
+        edits: What has been changed, by offsets in the original.
+    """
+
+    text: str
+    origin: list[int]
+    edits: list[Edit] = field(default_factory=list)
+
+    def edited(self, edits: Iterable[Edit]) -> Draft:
+        """Return the line after further edits, which do not overlap."""
+        text, origin, done = self.text, list(self.origin), list(self.edits)
+        for e in sorted(edits, key=lambda e: (e.start, e.end), reverse=True):
+            first = origin[e.start]
+            last = origin[e.end - 1] + 1 if e.end > e.start else first
+            # An edit of a range that was edited before replaces those edits.
+            done = [d for d in done if not (first <= d.start and d.end <= last and d.end > d.start)]
+            done.append(Edit(first, max(first, last), e.text, e.why))
+            text = text[: e.start] + e.text + text[e.end :]
+            origin[e.start : e.end] = [first] * len(e.text)
+        return Draft(text, origin, done)
+
+    def repaired_by(self, repair: Repair, around: Surroundings) -> Draft:
+        """Return the line after a repair; itself where the repair finds nothing."""
+        edits = list(repair(masked(self.text), self.text, around))
+        return self.edited(edits) if edits else self
+
+
+@dataclass(frozen=True)
+class RepairedText(SourceText):
+    """A text after repairs, read in place of its original so that one mistake hides no other.
+
+    Args:
+        original: The text as it was written.
+        origin: For each offset in this text the offset in the original.
+    """
+
+    original: SourceText = field(default_factory=lambda: SourceText("", ""), compare=False, repr=False)
+    origin: Sequence[int] = field(default=(0,), compare=False, repr=False)
+
+
+def rewritten(span: Span, text: str) -> str:
+    """Return the line of a location with another text in its place, without indentation and comment."""
+    line, first = span.source.line_text(span.line), span.column - 1
+    whole = line[:first] + text + line[first + span.end - span.start :]
+    return re.sub(r"\s*#[^\"]*$", "", whole).strip()
+
+
+def _original_span(span: Span) -> Span:
+    text = span.source
+    if not isinstance(text, RepairedText):
+        return span
+    last = len(text.origin) - 1
+    start = text.origin[min(span.start, last)]
+    end = text.origin[min(span.end - 1, last)] + 1 if span.end > span.start else start
+    return Span(text.original, start, max(start, end))
+
+
+def in_original(diagnostic: Diagnostic) -> Diagnostic:
+    """Return a diagnostic whose locations are in texts as they were written."""
+    spans = [s for s in (diagnostic.span, *(n.span for n in diagnostic.notes)) if s is not None]
+    if not any(isinstance(s.source, RepairedText) for s in spans):
+        return diagnostic
+    notes = tuple(dataclasses.replace(n, span=_original_span(n.span)) for n in diagnostic.notes)
+    span = None if diagnostic.span is None else _original_span(diagnostic.span)
+    return dataclasses.replace(diagnostic, span=span, notes=notes)

@@ -1,0 +1,314 @@
+"""Repairs of what other notations write otherwise: characters first, then keywords, settings and heads of blocks."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Callable, Iterator
+from typing import Final
+
+from fuzzyctl.lang.edits import Edit, Repair, Surroundings
+from fuzzyctl.lang.other_tools import known_setting, remark
+from fuzzyctl.lang.slips import SPELLINGS
+from fuzzyctl.lang.syntax import NAME, STATEMENT_KEYWORDS
+from fuzzyctl.misspelt import closest, look_alikes
+from fuzzyctl.peer_words import PEER_WORDS
+
+NUMBER: Final = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+
+#: Makes the replacement of a match out of its groups; None where there is none.
+_New = Callable[["list[str]", Surroundings], "str | None"]
+
+
+def by_pattern(pattern: str, new: str | _New, why: str, *, heads: str = "") -> Repair:
+    """Return the repair of all matches of a pattern.
+
+    Args:
+        pattern: A regular expression without regard to case; its group `x`, if it has one, is what is replaced.
+        new: The replacement, with `{1}` for the first group, or a function of all groups.
+        why: The rule of the language behind it.
+        heads: Words of which the line begins with one, in small or capital letters; none for any line.
+    """
+    form = re.compile(pattern, re.IGNORECASE | re.MULTILINE)
+    words = frozenset(heads.split())
+
+    def repair(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
+        if words and head(code) not in words:
+            return
+        for m in form.finditer(code):
+            start, end = m.span("x") if "x" in form.groupindex else m.span()
+            groups = [text[m.start(i) : m.end(i)] if m.start(i) >= 0 else "" for i in range((form.groups or 0) + 1)]
+            made = new.format(*groups) if isinstance(new, str) else new(groups, around)
+            if made is not None and made != text[start:end]:
+                yield Edit(start, end, made, why)
+
+    return repair
+
+
+def head(code: str) -> str:
+    """Return the first word of a line in small letters."""
+    found = re.match(rf"\s*({NAME})", code)
+    return found[1].lower() if found else ""
+
+
+# ---- characters that no valid line holds ---------------------------------------------------------------------------
+
+COMMENT: Final = "a comment begins with '#'"
+_QUOTES: Final = "texts are written in straight double quotes"
+
+
+def _block_comment(groups: list[str], around: Surroundings) -> str:
+    inner = (groups[2] or groups[3]).strip()
+    return f"# {inner}" if not groups[4] else ""
+
+
+def _semicolons(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
+    """Drop semicolons at the end of a line; inside parentheses they are commas, elsewhere they begin a new line."""
+    depth, opened = 0, 0
+    for i, char in enumerate(code):
+        if char in "([":
+            depth, opened = depth + 1, i
+        depth -= char in ")]"
+        if char != ";":
+            continue
+        if depth > 0:
+            yield Edit(i, i + 1, ",", "parameters are separated by commas")
+            yield from _commas_of_decimals(code, opened, i)
+        elif re.match(r"[\s;]*(#|$)", code[i + 1 :]):
+            yield Edit(i, i + 1, "", "a statement ends with its line")
+        else:
+            yield Edit(i, i + 1, "\n", "a line holds one statement")
+
+
+def _commas_of_decimals(code: str, opened: int, semicolon: int) -> Iterator[Edit]:
+    """Where semicolons separate parameters, commas are those of decimals."""
+    rest = re.compile(r"[^()\[\];]*").match(code, semicolon + 1)
+    is_last = rest is not None and code[rest.end() : rest.end() + 1] != ";"
+    previous = max(code.rfind(";", opened, semicolon), opened)
+    for m in re.finditer(r"(?<=\d),(?=\d)", code[previous : rest.end() if rest and is_last else semicolon]):
+        yield Edit(previous + m.start(), previous + m.end(), ".", _DECIMAL)
+
+
+_WORDS_OF_SIGNS: Final = {"∧": " and ", "∨": " or ", "¬": "not ", "→": " then ", "⇒": " then ", "∈": " in "}
+
+
+def _signs(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
+    """Replace characters that have a spelling of their own here, and those that look like ASCII ones."""
+    dash_is_cell = "|" in code
+    for m in re.finditer(r"[^\x00-\x7f]", code):
+        char = m[0]
+        if re.match(r"\w", char) or unicodedata.combining(char) or (char == "×" and head(code) == "table"):
+            continue
+        new = SPELLINGS.get(char) or _WORDS_OF_SIGNS.get(char) or {"×": "*"}.get(char)
+        new = new or unicodedata.normalize("NFKC", char)
+        if unicodedata.category(char) == "Pd" and dash_is_cell:
+            new = "."
+        if new.isascii():
+            name = unicodedata.name(char, "a control character")
+            start, end = m.span()
+            if new.startswith(" "):
+                start, end = len(code[:start].rstrip()), len(code) - len(code[end:].lstrip())
+            yield Edit(start, end, new, f"U+{ord(char):04X}, {name}, is not a character of the language")
+
+
+CHARACTERS: Final[tuple[Repair, ...]] = (
+    by_pattern(r"(?P<x>\(\*(.*?)\*\)|/\*(.*?)\*/)[ \t]*(?=(\S)?)", _block_comment, COMMENT),
+    by_pattern(r"^[ \t]*(?P<x>;+|--+|//+|%+|'+(?=[^'\n]*$))", "#", COMMENT),
+    by_pattern(r"(?<=[\s;)\]}\"])(?P<x>//+|%+)(?!\s*[\d(])", "#", COMMENT),
+    by_pattern(r"[“”„‟«»″]", '"', _QUOTES),
+    by_pattern(r"(?<![\w'])'([^'\n]*)'", '"{1}"', _QUOTES),
+    _semicolons,
+    by_pattern(r"\s*&&\s*|\s*&\s*(?=\(|\w+\s+is\b|~|!)", " and ", "the conjunction is written 'and'"),
+    by_pattern(r"\s*\|\|\s*", " or ", "the disjunction is written 'or'"),
+    by_pattern(r"[!~](?!=)\s*", "not ", "the negation is written 'not'"),
+    by_pattern(r"~=", "!=", "inequality is written '!='"),
+    _signs,
+)
+
+# ---- statements -----------------------------------------------------------------------------------------------------
+
+_CASE: Final = "keywords are written in small letters"
+_DECIMAL: Final = "decimals are written with a point"
+_SETTINGS: Final = ("and", "or", "implication", "aggregation", "activation", "defuzzifier", "semantics")
+_IN_RULES: Final = "if with is and or not then weight"
+_IN_HEADS: Final = "input output in unit else extrapolate clamp adaptive rate hold midpoint nan error"
+
+#: Keywords inside statements, by the first word.
+_KEYWORDS: Final[dict[str, frozenset[str]]] = {
+    **dict.fromkeys(("if", "with"), frozenset(_IN_RULES.split())),
+    **dict.fromkeys(("input", "output"), frozenset(_IN_HEADS.split())),
+    "table": frozenset({"x", "from"}),
+    "require": frozenset({"within", "when", "and", "or", "not"}),
+    "param": frozenset({"unit"}),
+}
+
+
+def _capitals(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
+    first = head(code)
+    if first not in STATEMENT_KEYWORDS:
+        return
+    words = _KEYWORDS.get(first, frozenset()) | {first}
+    for k, m in enumerate(re.finditer(NAME, code)):
+        small = m[0].lower()
+        if m[0] != small and (small in words if k else small == first):
+            yield Edit(m.start(), m.end(), small, _CASE)
+
+
+def _misspelt(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
+    """Replace a first word that is one of the language but for a slip."""
+    found = re.match(rf"\s*({NAME})(?=[\s(])(?!\s*[:=|])", code)
+    if found is None or found[1] in STATEMENT_KEYWORDS or len(found[1]) < 3:
+        return
+    near = closest(found[1], STATEMENT_KEYWORDS)
+    if near is not None:
+        why = "; ".join((f"did you mean '{near}'?", *look_alikes(found[1])))
+        yield Edit(found.start(1), found.end(1), near, why)
+
+
+def _unclosed(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
+    """Close what is open at the end of a line: texts, parentheses and brackets."""
+    line = code.rstrip()
+    if code.count('"') % 2:
+        yield Edit(len(line), len(line), '"', "a text is closed on its line")
+        return
+    opened = [c for c in line if c in "(["]
+    missing = len(opened) - sum(c in ")]" for c in line)
+    if 0 < missing <= 5:
+        closing = "".join(")" if c == "(" else "]" for c in reversed(opened[-missing:]))
+        yield Edit(len(line), len(line), closing, "parentheses are closed")
+
+
+def _setting_of(groups: list[str], around: Surroundings) -> str | None:
+    word = groups[2].lower()
+    meant = (word, *PEER_WORDS.get(word.replace("_", ""), ()))
+    keyword = next((w for w in meant if w in _SETTINGS), None)
+    return None if keyword is None else f"{keyword} "
+
+
+def _value_of_setting(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
+    for m in re.finditer(rf"\b(and|or|implication|aggregation|defuzzifier)\s+({NAME})", code):
+        meant = known_setting(m[1], m[2])
+        if meant is not None:
+            more = remark(m[2])
+            why = "values are written in small letters" if m[2].lower() == meant else f"here it is called '{meant}'"
+            why = f"{why}; {more}" if more else why
+            yield Edit(m.start(2), m.end(2), meant, why)
+
+
+def _range(groups: list[str], around: Surroundings) -> str:
+    low, high = (re.sub(r"(?i)\binf(inity)?\b", "inf", g) for g in groups[-2:])
+    return f" in [{low}, {high}]"
+
+
+def _decimal_commas(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
+    """Replace commas inside numbers: those outside of parentheses, and those without the blank that others have."""
+    for m in re.finditer(r"(?<![\w.,])(\d+)(,)\d+(?![\w.]|,\d)", code):
+        inside = code.count("(", 0, m.start()) > code.count(")", 0, m.start())
+        inside = inside or code.count("[", 0, m.start()) > code.count("]", 0, m.start())
+        if not inside or re.search(r",\s", code):
+            yield Edit(m.start(2), m.end(2), ".", _DECIMAL)
+
+
+def _declaration(groups: list[str], around: Surroundings) -> str | None:
+    """Make a param of `k = 3` at the beginning of a line, and a singleton of it below a variable."""
+    indent, name, value = groups[2], groups[3], groups[4]
+    if not indent:
+        return f"param {name} = {value}"
+    return f"{indent}{name} = constant({value})"
+
+
+def _joined(groups: list[str], around: Surroundings) -> str:
+    return re.sub(r"[ -]+", "_", groups[1])
+
+
+def _named(groups: list[str], around: Surroundings) -> str | None:
+    name = re.sub(r"\W+", "_", groups[2]).strip("_")
+    return f" {name} {groups[1].strip()}" if re.fullmatch(NAME, name) else None
+
+
+_SIGNED: Final = r"[-+]?[\w.]+"
+
+STATEMENTS: Final[tuple[Repair, ...]] = (
+    by_pattern(r"^\s*(?P<x>(?:rule\s*\w*\s*[:.)]|r?\d+\s*[.:)])\s*)(?=if\b)", "", "rules have no name or number"),
+    by_pattern(r"^\s*(?P<x>\}|\{|end\w*)\s*$", "", "a block ends where the next statement begins"),
+    by_pattern(r"(?P<x>\s*(?:[{:,]|\bdo))\s*$", "", "a head ends with its line"),
+    by_pattern(
+        rf"^\s*(?!if\b|unless\b)(?P<x>else\s+if|{NAME})(?=[\s(]+(?:not\s+)?\(?{NAME}\s+is\b.*\bthen\b)",
+        "if",
+        "a rule begins with 'if'",
+    ),
+    by_pattern(rf"^\s*(?P<x>)(?={NAME}\s+is\s+.*\bthen\b)", "if ", "a rule begins with 'if'"),
+    by_pattern(r"^\s*(?P<x>assert|ensure|guarantee|prove)\b", "require", "a guarantee begins with 'require'"),
+    by_pattern(
+        rf"^\s*(?P<x>const|constant|let|var|parameter|def|real|float|double)(?=\s+{NAME}\s*:?=)",
+        "param",
+        "a named constant begins with 'param'",
+    ),
+    by_pattern(r"^\s*(?P<x>(?:include|import)\s+)(?=\")", "use ", "another file is named with 'use'"),
+    by_pattern(rf"^\s*(?P<x>term\s*:?\s+)(?={NAME}\s*:?=|{NAME}\s+{NAME}\b)", "", "a term begins with its name"),
+    by_pattern(
+        rf"^\s*(?P<x>({NAME})\s*(?::=|:|=)?\s*)(?={NAME}\s*(?:\([^()]*\))?\s*$)",
+        _setting_of,
+        "a keyword is followed by its value",
+    ),
+    _value_of_setting,
+    by_pattern(r"^\s*(?:system|source|use|rules)(?P<x>\s*(?::=|:|=)\s*)", " ", "the keyword is followed by its value"),
+    _capitals,
+    by_pattern(
+        rf"^\s*system\s+(?P<x>({NAME}(?:[ -]+{NAME})+))(?=\s*(?:\"|$))",
+        _joined,
+        "a name has no blanks or hyphens",
+    ),
+    by_pattern(
+        r"^\s*system(?P<x>\s*\"([^\"]*)\")\s*$",
+        _named,
+        "a system has a name before its title",
+    ),
+    by_pattern(rf"^\s*param\s+{NAME}(?P<x>\s*(?::=|:|<-)\s*|\s+(?=[-+.\d(]))", " = ", "a value is assigned with '='"),
+    by_pattern(rf"^\s*{NAME}(?P<x>\s*(?::=|:|<-)\s*)(?=[^\s|:=])", " = ", "a value is assigned with '='"),
+    _decimal_commas,
+    by_pattern(
+        rf"^\s*(?:input|output)\s+(?!in\b){NAME}(?:\s*\"[^\"]*\")?(?P<x>\s*(?:\bin\b|=|:|\brange\b|\bfrom\b)?\s*(?:range\s*)?"
+        rf"[=:]?\s*[\[({{]?\s*({_SIGNED}?)\s*(?:,|;|:|\.\.+|\bto\b|\s)\s*({_SIGNED})\s*[\])}}]?)(?=\s*$|\s+\w)",
+        _range,
+        "a range is written: in [low, high]",
+        heads="input output",
+    ),
+    by_pattern(
+        r"\s*\b(?P<x>default|otherwise)\s*(?::=|=|:)?\s*", "else ", "the value without rules is 'else'", heads="output"
+    ),
+    by_pattern(r"\belse(?P<x>\s*(?::=|=|:)\s*)", " ", "'else' is followed by its value", heads="output"),
+    by_pattern(r"\bunit(?P<x>\s*[=:]\s*)", " ", "'unit' is followed by a text", heads="input output param"),
+    by_pattern(
+        r"\bunit\s+(?P<x>[\[(]?([^\s\"\[\](),;]+)[\])]?)",
+        '"{2}"',
+        "a unit is a text in double quotes",
+        heads="input output param",
+    ),
+    by_pattern(
+        rf"\b(?:else|weight)\s+(?P<x>([-+]?[\w.]+(?:\s*[-+*/^]\s*[\w.]+)+|[-+]{NAME}))",
+        "({2})",
+        "an expression of several parts is written in parentheses",
+        heads="output if",
+    ),
+    by_pattern(
+        rf"^\s*table\s+{NAME}(?:\s*,\s*{NAME})*(?P<x>\s*[:(=]\s*)(?={NAME})",
+        " = ",
+        "the form is: table OUTPUT = ROWS x COLUMNS",
+    ),
+    by_pattern(
+        rf"^\s*table\s+{NAME}\s*=\s*{NAME}(?P<x>\s*(?:,|\*|\bby\b|\band\b)\s*)(?={NAME})",
+        " x ",
+        "inputs are crossed with 'x'",
+    ),
+    by_pattern(r"^\s*table\b[^)(]*(?P<x>\))\s*$", "", "the form is: table OUTPUT = ROWS x COLUMNS"),
+    by_pattern(r"\*\*", "^", "a power is written '^'"),
+    by_pattern(
+        rf"^(?P<x>(\s*)(?!(?:{'|'.join(STATEMENT_KEYWORDS)})\b)({NAME})\s*=\s*({NUMBER}))\s*$",
+        _declaration,
+        "a value alone declares nothing",
+    ),
+)
+
+#: What comes last, since it takes any word for another.
+SPELLING: Final[tuple[Repair, ...]] = (_misspelt, _unclosed)

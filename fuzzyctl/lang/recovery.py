@@ -1,0 +1,201 @@
+"""Reads a file on after mistakes of a known kind: each such line is repaired, reported, and read as repaired.
+
+A line that fails goes through the repairs of lang/notations.py and its fellows. Edits of characters that no valid line
+holds are kept in any case; all others only when the line can be read with them. The repaired file is read again, since
+the repaired line may be the head of a block, until nothing more can be repaired.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from bisect import bisect_right
+from collections.abc import Callable, Iterable
+from typing import Final
+
+from fuzzyctl.errors import Diagnostic
+from fuzzyctl.lang import syntax as sx
+from fuzzyctl.lang.edits import Draft, Edit, Repair, RepairedText, Surroundings, in_original
+from fuzzyctl.lang.lines import LineKind, LogicalLine, split
+from fuzzyctl.lang.notations import CHARACTERS, COMMENT, SPELLING, STATEMENTS
+from fuzzyctl.lang.rule_repairs import RULES
+from fuzzyctl.lang.term_repairs import TERMS
+from fuzzyctl.source import SourceText, Span
+
+#: A file is read again so many times; each reveals what the repairs of the one before have uncovered.
+_ROUNDS: Final = 4
+
+#: Lines repaired in one round; a file with more is no rule file.
+_MOST: Final = 500
+
+#: Longer lines are not repaired.
+_LONGEST: Final = 2000
+
+_REPAIRS: Final[tuple[Repair, ...]] = (*STATEMENTS, *TERMS, *RULES, *SPELLING)
+_RULE: Final = re.compile(r"[ \t]*if\b[^\n#]*", re.IGNORECASE)
+
+#: What reads a text: the tree, the mistakes, and those of lines that only other tools write so.
+Read = Callable[[SourceText], tuple[sx.SyntaxTree, list[Diagnostic], list[Diagnostic]]]
+#: What reads one line; None where it cannot.
+ReadsLine = Callable[[SourceText, LogicalLine, LineKind], bool]
+
+
+def recover(source: SourceText, read: Read, reads_line: ReadsLine) -> tuple[sx.SyntaxTree, list[Diagnostic]]:
+    """Read a text, and read it again after each round of repairs.
+
+    Args:
+        source: The text.
+        read: Reads a whole text.
+        reads_line: Says whether one line can be read.
+
+    Returns:
+        The tree of the repaired text, and the diagnostics by their locations in the text as it was written.
+    """
+    text: SourceText = source
+    tree, mistakes, foreign = read(text)
+    reports: dict[int, Diagnostic] = {}
+    for _ in range(_ROUNDS):
+        if not mistakes and not foreign:
+            break
+        repaired = _repaired(source, text, [*mistakes, *foreign], reads_line, reports)
+        if repaired is None:
+            break
+        text = repaired
+        tree, mistakes, foreign = read(text)
+    tree = dataclasses.replace(tree, repaired=bool(reports) and not mistakes)
+    return tree, _joined(source, reports.values(), map(in_original, mistakes))
+
+
+def _joined(source: SourceText, reports: Iterable[Diagnostic], mistakes: Iterable[Diagnostic]) -> list[Diagnostic]:
+    """Return all diagnostics in order; what is left to report of a repaired line becomes a fact of its report."""
+    by_line = {d.span.line: d for d in reports if d.span is not None}
+    rest = []
+    for d in mistakes:
+        report = by_line.get(d.span.line) if d.span is not None else None
+        if report is None or d.span is None:
+            rest.append(d)
+        else:
+            fact = f"column {d.span.column}: {d.message}"
+            by_line[d.span.line] = dataclasses.replace(report, facts=(*report.facts, fact))
+    return sorted((*by_line.values(), *rest), key=lambda d: d.span.start if d.span is not None else -1)
+
+
+def _repaired(
+    source: SourceText,
+    text: SourceText,
+    mistakes: Iterable[Diagnostic],
+    reads_line: ReadsLine,
+    reports: dict[int, Diagnostic],
+) -> RepairedText | None:
+    """Return a text after one round of repairs and enter what is reported of them; None where nothing changes."""
+    origin = list(text.origin) if isinstance(text, RepairedText) else list(range(len(text.text) + 1))
+    lines = [line for line in split(text) if line.kind != "blank"]
+    starts = [line.start for line in lines]
+    first: dict[int, Diagnostic] = {}
+    for d in mistakes:
+        if d.span is not None:
+            first.setdefault(bisect_right(starts, d.span.start) - 1, d)
+    pieces, origins, at = [], [], 0
+    for k in sorted(k for k in first if k >= 0)[:_MOST]:
+        line = lines[k]
+        above = next((r for o in reversed(lines[:k]) if (r := _RULE.match(text.text, o.start, o.end))), None)
+        around = Surroundings(text.text, above[0].strip() if above is not None else "")
+        for stop in _ends(text.text, line):
+            draft = Draft(text.text[line.start : stop], origin[line.start : stop + 1])
+            mended, whole = _mended(draft, line.kind, around, reads_line)
+            if whole:
+                break
+        if mended is draft:
+            continue
+        place = min(e.start for e in mended.edits)
+        reports[place] = _report(source, mended, first[k], whole=whole)
+        pieces += [text.text[at : line.start], mended.text]
+        origins += [*origin[at : line.start], *mended.origin[:-1]]
+        at = stop
+    if not pieces:
+        return None
+    pieces.append(text.text[at:])
+    origins += origin[at:]
+    return RepairedText(source.name, "".join(pieces), source.encoding, source, origins)
+
+
+def _ends(text: str, line: LogicalLine) -> tuple[int, ...]:
+    """Return where the first line of text ends, and where the logical line that an open parenthesis continues."""
+    first = text.find("\n", line.start, line.end)
+    return (line.end,) if first < 0 else (first, line.end)
+
+
+def _mended(draft: Draft, kind: LineKind, around: Surroundings, reads_line: ReadsLine) -> tuple[Draft, bool]:
+    """Return a line after repairs, and whether it can be read then."""
+    if len(draft.text) > _LONGEST or _reads(draft.text, kind, reads_line):
+        return draft, False
+    sure = draft
+    for repair in CHARACTERS:
+        sure = sure.repaired_by(repair, around)
+    if sure is not draft and _reads(sure.text, kind, reads_line):
+        return sure, True
+    current = sure
+    for repair in _REPAIRS:
+        after = current.repaired_by(repair, around)
+        if after is not current and _reads(after.text, kind, reads_line):
+            return after, True
+        current = after
+    for repair in _REPAIRS:
+        alone = sure.repaired_by(repair, around)
+        if alone is not sure and _reads(alone.text, kind, reads_line):
+            return alone, True
+    return sure, False
+
+
+def _reads(text: str, kind: LineKind, reads_line: ReadsLine) -> bool:
+    """Return whether all lines of a repaired text can be read."""
+    source = SourceText("", text)
+    return all(
+        line.mistake is None and reads_line(source, line, kind if line.kind == "unknown" else line.kind)
+        for line in split(source)
+        if line.kind != "blank"
+    )
+
+
+def _report(source: SourceText, draft: Draft, first: Diagnostic, *, whole: bool) -> Diagnostic:
+    """Return the diagnostic of a repaired line, whose sentences are made of its edits."""
+    edits = sorted(draft.edits, key=lambda e: (e.start, e.end))
+    lead = next((e for e in edits if source.text[e.start : e.end].strip()), edits[0])
+    facts, said = [], {lead.why}
+    for e in edits:
+        if e is lead:
+            continue
+        column = source.column_of(e.start)
+        facts.append(f"column {column}: {_instruction(source, e)}{'' if e.why in said else f': {e.why}'}")
+        said.add(e.why)
+    written = " / ".join(line.strip() for line in draft.text.split("\n") if line.strip())
+    line = f"write: {written}" if written else "remove the line"
+    help_text = line if whole else _instruction(source, lead)
+    if whole and first.code in ("FZ103", "FZ104", "FZ109") and lead.why != COMMENT and len({e.why for e in edits}) == 1:
+        # What is not closed is named as it was before the repair, which may be anywhere behind it.
+        return dataclasses.replace(in_original(first), facts=(*first.facts, *facts), help=help_text)
+    message = f"{_found(source, lead)}: {lead.why}"
+    old = source.text[lead.start : lead.end]
+    start = lead.start + len(old) - len(old.lstrip())
+    place = Span(source, start, max(start + len(old.strip()), start + 1))
+    return Diagnostic(first.code, message, place, facts=tuple(facts), help=help_text)
+
+
+def _found(source: SourceText, edit: Edit) -> str:
+    old = source.text[edit.start : edit.end]
+    if old.isspace() and not old.isascii():
+        return "unexpected character"
+    return f"unexpected '{_short(old.strip())}'" if old.strip() else f"missing '{_short(edit.text.strip())}'"
+
+
+def _instruction(source: SourceText, edit: Edit) -> str:
+    old, new = source.text[edit.start : edit.end].strip(), edit.text.strip()
+    if not old:
+        return f"insert '{_short(new)}'"
+    if not new:
+        return f"begin a new line instead of '{_short(old)}'" if edit.text.strip(" ") else f"remove '{_short(old)}'"
+    return f"write '{_short(new)}' for '{_short(old)}'"
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= 60 else f"{text[:57]}..."

@@ -1,0 +1,227 @@
+"""Repairs of rules and guarantees: what MATLAB, FCL, C and papers write otherwise."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Final
+
+from fuzzyctl.lang.edits import Edit, Repair, Surroundings
+from fuzzyctl.lang.notations import NUMBER, by_pattern, head
+from fuzzyctl.lang.syntax import NAME
+from fuzzyctl.misspelt import closest
+
+_RULE_WORDS: Final = "is|and|or|not|then|weight"
+_WORD: Final = rf"(?!(?:{_RULE_WORDS})\b){NAME}"
+_IS: Final = "a variable and its term are joined by 'is'"
+_UNLESS: Final = "'unless' is written 'and not'"
+_MIXED: Final = "AND and OR are mixed; in other languages AND comes first"
+_NO_ELSE: Final = "rules have no 'else'"
+_OPERATORS: Final = {"=": "==", "=>": ">=", "=<": "<=", "===": "==", "<>": "!=", "!==": "!="}
+
+
+def _alternatives(groups: list[str], around: Surroundings) -> str:
+    """Return `(e is A or e is B)` for `e is (A or B)`, negated for `e is not (A or B)`."""
+    variable, negation, names = groups[2], groups[3], re.split(r"\s+(or|and)\s+|\s*,\s*", groups[4].strip("() "))
+    terms = [n for n in names if n and n not in ("or", "and")]
+    joined = " and " if " and " in groups[4] else " or "
+    whole = f"({joined.join(f'{variable} is {t}' for t in terms)})"
+    return f"not {whole}" if negation else whole
+
+
+def _otherwise(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
+    """Give a line that begins with `else` the negated condition of the rule above it."""
+    found = re.match(r"\s*(else\b,?\s*(?:then\s+)?)(?!if\b)", code, re.IGNORECASE)
+    condition = re.match(r"if\s+(.*?)\s+then\b", around.above, re.IGNORECASE)
+    if found is not None and condition is not None and " is " in code.lower():
+        yield Edit(found.start(1), found.end(1), f"if not ({_bare(condition[1])}) then ", _NO_ELSE)
+
+
+def _else_behind(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
+    """Part `if A then B else C` into two rules."""
+    found = re.match(r"\s*if\s+(.*?)\s+then\b.*?(,?\s*\belse\s+)(?=\S)", code, re.IGNORECASE)
+    if found is not None:
+        condition = text[found.start(1) : found.end(1)]
+        yield Edit(found.start(2), found.end(2), f"\nif not ({_bare(condition)}) then ", _NO_ELSE)
+
+
+def _bare(condition: str) -> str:
+    inner = re.fullmatch(r"\(([^()]*)\)", condition)
+    return (inner[1] if inner is not None else condition).strip()
+
+
+def _unless(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
+    """Write the exception of a rule, before or behind its consequent, as a part of its condition."""
+    inside = re.match(r"\s*if\s+(.*?)\s+unless\s+(.*?)\s+then\b", code, re.IGNORECASE)
+    behind = re.match(r"\s*if\s+(.*?)\s+then\b.*?(\s+unless\s+(.*?))\s*$", code, re.IGNORECASE)
+    found = inside or behind
+    if found is None:
+        return
+    exception = f") and not ({_bare(text[slice(*found.span(2 if inside else 3))])})"
+    yield Edit(found.start(1), found.start(1), "(", _UNLESS)
+    if inside:
+        yield Edit(found.end(1), found.end(2), exception, _UNLESS)
+    else:
+        yield Edit(found.end(1), found.end(1), exception, _UNLESS)
+        yield Edit(found.start(2), found.end(2), "", _UNLESS)
+
+
+def _conjunction(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
+    """Replace `and` between consequents."""
+    then = re.search(r"\bthen\b", code)
+    if then is not None and head(code) == "if":
+        for m in re.finditer(r"\s*\band\b\s*|(?<=\))\s*(?=\()", code[then.end() :]):
+            yield Edit(then.end() + m.start(), then.end() + m.end(), ", ", "consequents are separated by ','")
+
+
+def _parentheses(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
+    """Drop parentheses around consequents."""
+    then = re.search(r"\bthen\b", code)
+    if then is None or head(code) != "if":
+        return
+    for m in re.finditer(r"\(([^()]*\bis\b[^()]*)\)", code[then.end() :]):
+        closing = then.end() + m.end() - 1
+        follows = re.match(r"\s*\(\s*\w+\s+is\b", code[closing + 1 :])
+        yield Edit(then.end() + m.start(), then.end() + m.start() + 1, "", "consequents have no parentheses")
+        yield Edit(closing, closing + 1, ", " if follows else "", "consequents have no parentheses")
+
+
+def _number_or_formula(groups: list[str], around: Surroundings) -> str | None:
+    value = groups[2].strip()
+    if re.fullmatch(NUMBER, value):
+        return f"constant({value})"
+    names = set(re.findall(NAME, value))
+    if "-" in value and re.fullmatch(rf"{NAME}(?:-{NAME})+", value) and not names <= around.variables | around.params:
+        return value.replace("-", "_")
+    return f"function({value})" if re.search(r"[-+*/^(]", value) else None
+
+
+def _misspelt_and(groups: list[str], around: Surroundings) -> str | None:
+    return None if groups[2].lower() in ("and", "or", "then") else closest(groups[2], ["and", "or", "then"])
+
+
+def _grouped(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
+    """Put parentheses around the conjunctions of an antecedent that mixes AND and OR."""
+    whole = re.match(r"\s*if\s+(.*?)\s+then\b", code)
+    if whole is None or "(" in whole[1]:
+        return
+    at = whole.start(1)
+    for part in re.split(r"(\s+or\s+)", whole[1]):
+        if re.search(r"\band\b", part):
+            yield Edit(at, at, "(", _MIXED)
+            yield Edit(at + len(part), at + len(part), ")", _MIXED)
+        at += len(part)
+
+
+def _chain(groups: list[str], around: Surroundings) -> str | None:
+    low, first, middle, second, high = (g.strip() for g in groups[2:7])
+    if (first, second) == ("<=", "<=") and re.fullmatch(NAME, middle):
+        return f"bounded({middle}, {low}, {high})"
+    return f"{low} {first} {middle} and {middle} {second} {high}"
+
+
+def _operator(groups: list[str], around: Surroundings) -> str | None:
+    return _OPERATORS.get(groups[0])
+
+
+_COMPARED: Final = r"([^<>=!]+?)"
+
+RULES: Final[tuple[Repair, ...]] = (
+    _otherwise,
+    by_pattern(
+        r"^\s*(?P<x>unless\s+(.*?))(?=\s*,?\s*\bthen\b)",
+        lambda g, _: f"if not ({_bare(g[2])})",
+        "'unless' is written 'if not'",
+    ),
+    _unless,
+    _else_behind,
+    by_pattern(rf"({NAME})(?P<x>\[\s*\"([^\"]*)\"\s*\])", " is {3}", _IS, heads="if with"),
+    by_pattern(
+        rf"\bis\s+{NAME}\s+(?P<x>({NAME}))(?=\s+\(?{NAME}\s+is\b)",
+        _misspelt_and,
+        "conditions are joined by 'and' or 'or'",
+        heads="if with",
+    ),
+    by_pattern(r"\s*(?:->|=>)\s*", " then ", "the consequent begins with 'then'", heads="if"),
+    by_pattern(r"(?P<x>,\s*)(?=then\b)", " ", "'then' follows without a comma", heads="if"),
+    by_pattern(r"\s*\|\s*", " or ", "the disjunction is written 'or'", heads="if with"),
+    by_pattern(
+        r"\s*(?:!=|<>|\bisn't\b|\bisnt\b)\s*", " is not ", "a negated term is written 'is not'", heads="if with"
+    ),
+    by_pattern(r"\s*(?<![<>])(?:==|:=|=)\s*(?![^()]*\bweight\b\s*$)", " is ", _IS, heads="if with"),
+    by_pattern(
+        r"\bis\s+(?P<x>((?:very|not|somewhat|extremely|slightly|seldom)\s*\(\s*([\w]+)\s*\)))",
+        lambda g, _: " ".join(re.findall(NAME, g[1])),
+        "a hedge stands before its term without parentheses",
+        heads="if with",
+    ),
+    by_pattern(
+        rf"(?P<x>({_WORD})\s+is\s+(not\s+)?(\(\s*{_WORD}(?:\s*(?:\bor\b|\band\b|,)\s*{_WORD})+\s*\)|"
+        rf"{_WORD}(?:\s+or\s+{_WORD})+(?=\s+(?:and|then)\b|\s*\))))(?!\s+is\b)",
+        _alternatives,
+        "each term has its variable",
+        heads="if with",
+    ),
+    by_pattern(
+        r"(?P<x>\s*(?:\(\s*([\d.]+)\s*\)|\[\s*([\d.]+)\s*\]))\s*$",
+        lambda g, _: f" weight {g[2] or g[3]}",
+        "a weight begins with 'weight'",
+        heads="if",
+    ),
+    by_pattern(
+        r"(?P<x>,?\s*\bwith(?:\s+weight)?|,\s*weight|,?\s*\bcf\b)(?=\s*[=:]?\s*[\d.]+\s*$)",
+        " weight",
+        "a weight begins with 'weight'",
+        heads="if",
+    ),
+    by_pattern(r"\bweight(?P<x>\s*[=:]+\s*|(?=[\d.]))", " ", "'weight' is followed by its value", heads="if"),
+    by_pattern(rf"\bis\s+{_WORD}(?P<x>\s+)(?=[\d.]+\s*$)", " weight ", "a weight begins with 'weight'", heads="if"),
+    by_pattern(
+        rf"^(?!.*\bthen\b).*\bis\s+(?:not\s+)?{NAME}\)?(?P<x>\s*,?\s*)(?=\(?{_WORD}\s+is\s+\w+\)?[^,]*$)",
+        " then ",
+        "the consequent begins with 'then'",
+        heads="if",
+    ),
+    _parentheses,
+    _conjunction,
+    by_pattern(
+        rf"(?:\b(?:if|and|or|not|then|with)\b[\s(]*|,\s*){_WORD}(?P<x>\s+)(?={_WORD}\s*(?:$|\)|,|\b(?:and|or|then|weight)\b))",
+        " is ",
+        _IS,
+        heads="if with",
+    ),
+    by_pattern(
+        rf"(?:\bis\s+(?:not\s+)?)(?P<x>({NAME}(?:-{NAME})+))(?=\s*(?:$|,|\)|\b(?:and|or|then|weight)\b))",
+        _number_or_formula,
+        "a name has no hyphen, which is a minus sign",
+        heads="if with",
+    ),
+    by_pattern(
+        rf"(?:\bthen\s+|,\s*){NAME}\s+is\s+(?P<x>({NUMBER}))(?=\s*(?:$|,|\bweight\b))",
+        "constant({2})",
+        "a number is a consequent as constant(NUMBER)",
+        heads="if",
+    ),
+    by_pattern(
+        rf"(?:\bthen\s+|,\s*){NAME}\s+is\s+(?!(?:linear|function|constant)\s*\()(?P<x>([^,]*[-+*/^(][^,]*?))(?=\s*(?:$|,|\bweight\b))",
+        _number_or_formula,
+        "a formula is a consequent as function(FORMULA)",
+        heads="if",
+    ),
+    _grouped,
+    # Guarantees.
+    by_pattern(r"\|([^|]+)\|", "abs({1})", "an absolute value is written abs(...)", heads="require"),
+    by_pattern(r"[=<>!]+", _operator, "comparisons are written <, <=, >, >=, == and !=", heads="require"),
+    by_pattern(
+        rf"^\s*require\s+(?P<x>{_COMPARED}\s*([<>]=?)\s*{_COMPARED}\s*([<>]=?)\s*{_COMPARED})(?=\s+w(?:hen|ithin)\b|\s*$)",
+        _chain,
+        "two things are compared at a time",
+        heads="require",
+    ),
+    by_pattern(
+        rf"^\s*require\s+(?P<x>({NAME})\s+(?:in\s*\[\s*([^,\]]+)\s*,\s*([^\]]+?)\s*\]|between\s+(\S+)\s+and\s+(\S+)))",
+        lambda g, _: f"bounded({g[2]}, {g[3] or g[5]}, {g[4] or g[6]})",
+        "bounds are written bounded(OUTPUT, LOW, HIGH)",
+        heads="require",
+    ),
+)
