@@ -26,6 +26,7 @@ CODES: Final[dict[str, str]] = {
     "FZ110": "a line has no statement it could belong to",
     "FZ111": "the language version is not supported",
     "FZ112": "too many statements, terms, outputs or rules",
+    "FZ113": "a comma may be missing",
     "FZ201": "a name is declared twice",
     "FZ202": "a name is not declared",
     "FZ203": "a variable has no such term",
@@ -96,6 +97,6 @@ CODES: Final[dict[str, str]] = {
 
 #: Codes of rule files that are warnings or hints, at least in some of their cases; all others are errors always.
 WARNINGS: Final[frozenset[str]] = frozenset(
-    {"FZ208", "FZ209", "FZ211", "FZ214", "FZ216", "FZ219", "FZ305", "FZ306", "FZ309", "FZ310", "FZ311"}
+    {"FZ113", "FZ208", "FZ209", "FZ211", "FZ214", "FZ216", "FZ219", "FZ305", "FZ306", "FZ309", "FZ310", "FZ311"}
     | {"FZ403", "FZ404", "FZ405", "FZ406", "FZ407", "FZ408", "FZ409"}
 )

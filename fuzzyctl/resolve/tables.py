@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from fuzzyctl import expr as ex
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.csv_table import CSV_FORM
+from fuzzyctl.lang.edits import rewritten
 from fuzzyctl.misspelt import counted
 from fuzzyctl.model.rule import Cell, RuleTable
 from fuzzyctl.model.variable import Membership
@@ -76,6 +77,8 @@ def _check_frame(context: Context, statement: sx.Table, rows: sx.Variable, colum
         return False
     if statement.second is not None and _is_transposed(context, statement, rows, columns):
         return False
+    if not statement.csv and _has_corner(context, columns, statement.header):
+        return False
     ok = _check_labels(context, columns, statement.header.terms, statement, "column")
     if statement.second is None:
         return _check_one_way(context, statement) and ok
@@ -117,12 +120,35 @@ def _same_counts(context: Context, statement: sx.Table) -> bool:
     message = f"the cell names {counted(len(cell.terms), 'term')} for {counted(due, 'output')}"
     help_text = "join the terms of a cell with '/', one an output"
     if due == 1:
-        numbers = all(isinstance(t, ex.Expr) for t in cell.terms)
-        help_text = f"for a quotient write: ({cell.span.text})" if numbers else "name one term"
+        help_text = _quotient(context, cell) or "name one term"
     more = len(odd) - 1
     facts = (f"and so {'does' if more == 1 else 'do'} {counted(more, 'other cell')}",) if more else ()
     context.report("FZ207", message, cell.span, facts=facts, help=help_text)
     return False
+
+
+def _quotient(context: Context, cell: sx.CellText) -> str:
+    """Say how a cell is written that is a quotient of numbers, params and variables; nothing for other cells."""
+    text = cell.span.text
+    words = {t.text for t in cell.terms if isinstance(t, sx.Word)}
+    if not words <= {*context.params, *context.inputs, *context.outputs} or "(" in text:
+        return ""
+    formula = f"({text})" if words <= context.params.keys() else f"function({text})"
+    return f"write: {rewritten(cell.span, formula)}"
+
+
+def _has_corner(context: Context, columns: sx.Variable, header: sx.HeaderLine) -> bool:
+    """Report a header that begins with a name which is no term of the columns, before as many terms as there are."""
+    first, *others = header.terms
+    terms = terms_of(columns)
+    if first.text in terms or [w.text for w in others if w.text in terms] != [w.text for w in others] or not others:
+        return False
+    if len(others) < len(terms) or is_unsure(columns):
+        return False
+    context.report(
+        "FZ102", "a table of a rule file has no corner", first.span, help=f"write: {rewritten(first.span, '')}"
+    )
+    return True
 
 
 def _table_form(statement: sx.Table, columns: sx.Variable, rows: sx.Variable) -> str:
@@ -159,7 +185,12 @@ def _variable(context: Context, word: sx.Word, among: dict[str, sx.Variable], ki
     elif declared is None and (
         word.text in context.inputs or word.text in context.outputs or word.text in context.params
     ):
-        context.report("FZ214", f"'{word.text}' is not an {kind}", word.span, facts=(f"{kind}s: {', '.join(among)}",))
+        help_text = ""
+        if kind == "input" and word.text in context.outputs:
+            term = next(iter(terms_of(context.outputs[word.text])), "TERM")
+            help_text = f"a table crosses inputs; a rule may read an output: if {word.text} is {term} and ... then ..."
+        facts = (f"{kind}s: {', '.join(among)}",)
+        context.report("FZ214", f"'{word.text}' is not an {kind}", word.span, facts=facts, help=help_text)
     return declared
 
 

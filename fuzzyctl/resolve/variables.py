@@ -24,6 +24,7 @@ MAX_TERMS: Final = 1000
 
 _FALLBACKS: Final[tuple[Fallback, ...]] = ("midpoint", "nan", "error")
 _RUN_IN: Final = re.compile(r"(.*?\D)(\d+)")
+_TWO_NUMBERS: Final = re.compile(r"([-+]?[\d.]+)\s+([-+][\d.]+)")
 _INFINITY = ex.Name("inf")
 #: What stands for an expression without a meaning: a name that nothing declares, which has no value either.
 _NO_VALUE: Final = ex.Name("")
@@ -229,6 +230,16 @@ def _function(context: Context, statement: sx.Variable, line: sx.TermLine) -> Me
     return Membership(kind=kind, arguments=(expression,), span=line.kind.span)
 
 
+def _find_missing_comma(context: Context, argument: sx.Argument) -> None:
+    """Warn of `-100 -45`, a difference that is spaced like two numbers."""
+    spaced = _TWO_NUMBERS.fullmatch(argument.span.text)
+    if spaced is not None:
+        first, second = spaced.groups()
+        help_text = f"for two parameters write '{first}, {second}', for one '{first} {second[0]} {second[1:]}'"
+        message = f"'{spaced[0]}' is one parameter, a sum that is spaced like two"
+        context.report("FZ113", message, argument.span, help=help_text, warning=True)
+
+
 def _arguments(
     context: Context, line: sx.TermLine, formula: MembershipFormula
 ) -> tuple[tuple[ex.Expr, ...], ex.Expr] | None:
@@ -239,6 +250,7 @@ def _arguments(
     height: ex.Expr = ex.ONE
     named = False
     for i, argument in enumerate(line.arguments):
+        _find_missing_comma(context, argument)
         if argument.keyword is None and not named and (i < len(formula.parameters) or formula.variadic):
             if i >= len(formula.parameters):
                 rest.append(argument.value)
