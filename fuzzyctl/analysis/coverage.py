@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
 from typing import Final
 
 from fuzzyctl import arguments
 from fuzzyctl.analysis.compass import silent_point
 from fuzzyctl.analysis.degrees import CERTAIN, Truths, degree_in
+from fuzzyctl.analysis.empty_cells import empty_cells
 from fuzzyctl.analysis.holes import Hole, Search, Undecided, Verdict, counts
 from fuzzyctl.analysis.silence import Silence, at, unclear_at
 from fuzzyctl.analysis.work import COVERAGE, SEARCH, SPENT, SpentError, Work
-from fuzzyctl.errors import Diagnostic
+from fuzzyctl.errors import Diagnostic, Note
 from fuzzyctl.formulas import EXACT_IMPLICATIONS
 from fuzzyctl.kernels.plan import (
     OutputPlan,
@@ -132,7 +134,11 @@ def diagnostics_of(
         except SpentError:
             verdict = Undecided(SPENT, spent=True)
         if isinstance(verdict, Hole):
-            found.append(_at_hole(flat, output, flat.outputs[position], verdict))
+            hole = _at_hole(flat, output, flat.outputs[position], verdict)
+            # Where rules fire and something stops them, cells are not what is missing.
+            stopped = _stopped(flat, flat.outputs[position], verdict.witness)
+            cells = () if stopped else empty_cells(system, output.name, verdict.witness)
+            found.append(_with_cells(hole, output, cells))
         else:
             found.append(_undecided(flat, output, flat.outputs[position], verdict, silence))
     return found
@@ -143,6 +149,15 @@ def _at_hole(flat: Plan, output: Output, planned: OutputPlan, hole: Hole) -> Dia
     is_point = all(side.lower == side.upper for side in hole.region.values())
     example = () if is_point else (f"for example at {witness}",)
     return _silent(output, f"where {hole}", _stopped(flat, planned, hole.witness), before=example)
+
+
+def _with_cells(hole: Diagnostic, output: Output, cells: tuple[Note, ...]) -> Diagnostic:
+    """Name the empty cells of tables where no rule fires: they are what is to be filled."""
+    if not cells:
+        return hole
+    which = "the empty cell" if len(cells) == 1 else "the empty cells"
+    help_text = f"fill {which}, or say 'output {output.name} ... else VALUE'"
+    return dataclasses.replace(hole, notes=cells, help=help_text)
 
 
 def _undecided(flat: Plan, output: Output, planned: OutputPlan, verdict: Undecided, silence: Silence) -> Diagnostic:

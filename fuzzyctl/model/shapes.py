@@ -64,30 +64,35 @@ def _without_peak(numbers: Numbers, output: Output, method: Defuzzifier) -> Iter
             yield Diagnostic("FZ214", message, term.membership.span or term.span, help=help_text)
 
 
+def _without_area(output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:
+    """Report once the terms of an output that are numbers or functions, which have no area."""
+    without = [t for t in output.terms if t.membership.kind in ("linear", "function", "constant", "singleton")]
+    if not without:
+        return
+    first, *others = without
+    what = "a number" if first.membership.kind in ("constant", "singleton") else "a function of the inputs"
+    message = f"term '{first.name}' of '{output.name}' is {what} and has no area, so it has no {method.kind}"
+    facts = (f"so have {', '.join(repr(t.name) for t in others)}",) if others else ()
+    place = first.membership.span or first.span
+    yield Diagnostic("FZ214", message, place, facts=facts, help="write: defuzzifier weighted_average")
+
+
 def _without_centroid(system: FuzzySystem, output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:
     """Find terms without an area, and maxima without a closed form."""
     implications = system.implications_of(output)
     aggregation = output.aggregation or system.method.aggregation
     sampled = f"write: defuzzifier {method.kind}(resolution=1000)"
-    average = "write: defuzzifier weighted_average"
     for term in output.terms:
         kind = term.membership.kind
-        if kind in ("linear", "function", "constant"):
-            message, help_text = (
-                f"term '{term.name}' of '{output.name}' is no set but a function of the inputs",
-                average,
-            )
-        elif kind == "singleton":
-            message, help_text = (
-                f"term '{term.name}' of '{output.name}' has no area, so it has no {method.kind}",
-                average,
-            )
-        elif kind == "formula" and method.resolution is None:
+        if kind in ("linear", "function", "constant", "singleton"):
+            continue
+        if kind == "formula" and method.resolution is None:
             message = f"'{method.kind}' of '{term.name}' of '{output.name}', which is a formula, has no closed form"
             help_text = f"sample it: defuzzifier {method.kind}(resolution=1000)"
         else:
             continue
         yield Diagnostic("FZ214", message, term.membership.span or term.span, help=help_text)
+    yield from _without_area(output, method)
     kinds = [t.membership.kind for t in output.terms if t.membership.kind in MEMBERSHIP]
     is_known = method.resolution is not None or exact_maxima_possible(kinds, implications, aggregation)
     if method.kind in MAXIMA and not is_known:
