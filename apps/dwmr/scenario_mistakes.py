@@ -124,7 +124,8 @@ def _diagnose(error: Any, places: Places, prefix: tuple[str, ...]) -> Diagnostic
             known = _known_keys(typed[:-1])
             parent = key.rpartition(".")[0] or "a scenario"
             facts = (f"{parent} has the keys {', '.join(known)}",)
-            hint = did_you_mean(path[-1], known)
+            hint = _elsewhere(path[-1]) if len(typed) == 1 else ""
+            hint = hint or did_you_mean(path[-1], known)
             return Diagnostic("FZ902", f"unknown key {key}", span, facts=facts, help=hint, file=file)
         case "missing" if len(path) > 1 and path[0] == "rules" and path[1] not in ROLES:
             return unknown_role(places, path[1])
@@ -214,6 +215,12 @@ def _known_keys(path: tuple[str, ...]) -> tuple[str, ...]:
     owner = _type_at(path)
     keys = tuple(owner.model_fields) if owner is not None else ()
     return keys if path else (EXTENDS, COMMON, *keys)
+
+
+def _elsewhere(key: str) -> str:
+    """Name the table of a scenario that has a key which was given outside of any table, if just one has."""
+    owners = [table for table in _known_keys(()) if key in _known_keys((table,))]
+    return f"did you mean '{owners[0]}.{key}'?" if len(owners) == 1 else ""
 
 
 def _as_written(path: tuple[str, ...]) -> tuple[str, ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 import sys
 import unicodedata
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -229,7 +230,10 @@ def assignments(texts: Iterable[str], known: Sequence[str], kind: str) -> dict[s
         except OverflowError:
             mistakes.append(Diagnostic("FZ503", f"{kind} '{name}' = {number} is larger than 1.8e308"))
         except ValueError:
-            mistakes.append(Diagnostic("FZ503", f"{kind} '{name}' is no number: '{number}'", help=f"write {name}=0.5"))
+            pointed = number.replace(",", ".") if re.fullmatch(r"[-+]?\d+,\d+", number) else ""
+            facts = ("decimals are written with a point",) if pointed else ()
+            message, help_text = f"{kind} '{name}' is no number: '{number}'", f"write {name}={pointed or '0.5'}"
+            mistakes.append(Diagnostic("FZ503", message, facts=facts, help=help_text))
     if mistakes:
         raise DiagnosticError(mistakes)
     return values

@@ -18,7 +18,7 @@ from fuzzyctl.misspelt import did_you_mean
 @FORMAT
 @answers_with_diagnostics
 def explain(code: str | None, form: str) -> int:
-    """Explain a diagnostic code, or list all of them.
+    """Explain a diagnostic code, with or without its letters, or list all of them.
 
     \b
     fuzzyctl explain FZ203
@@ -26,7 +26,7 @@ def explain(code: str | None, form: str) -> int:
     if code is None:
         _list(form)
         return DONE
-    name = code.upper()
+    name = f"FZ{code:0>3}" if code.isdecimal() and code.isascii() else code.upper()
     if name not in CODES:
         hint = did_you_mean(name, CODES) or "'fuzzyctl explain' lists the codes"
         raise click.BadParameter(f"no diagnostic code '{code}'; {hint}", param_hint="CODE")
