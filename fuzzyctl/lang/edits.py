@@ -7,10 +7,14 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import islice
 from typing import Final
 
 from fuzzyctl.errors import Diagnostic
 from fuzzyctl.source import SourceText, Span
+
+#: A line that needs more edits of one kind holds no slip.
+_MOST: Final = 40
 
 _OPAQUE: Final = re.compile(r'"[^"\n]*"?|#[^\n]*|[“„‟«][^”“»"\n]*[”“»"]?')
 
@@ -71,30 +75,33 @@ class Draft:
     Args:
         text: Its text so far.
         origin: For each of its characters, and for its end, the offset in the original text.
+        ends: For each of its characters the offset in the original after what it stands for.
         edits: What has been changed, by offsets in the original.
     """
 
     text: str
     origin: list[int]
+    ends: list[int]
     edits: list[Edit] = field(default_factory=list)
 
     def edited(self, edits: Iterable[Edit]) -> Draft:
         """Return the line after further edits, which do not overlap."""
-        text, origin, done = self.text, list(self.origin), list(self.edits)
+        text, origin, ends, done = self.text, list(self.origin), list(self.ends), list(self.edits)
         for e in sorted(edits, key=lambda e: (e.start, e.end), reverse=True):
             first = origin[e.start]
-            last = origin[e.end - 1] + 1 if e.end > e.start else first
+            last = ends[e.end - 1] if e.end > e.start else first
             # An edit of a range that was edited before replaces those edits.
             done = [d for d in done if not (first <= d.start and d.end <= last and d.end > d.start)]
             done.append(Edit(first, max(first, last), e.text, e.why))
             text = text[: e.start] + e.text + text[e.end :]
             origin[e.start : e.end] = [first] * len(e.text)
-        return Draft(text, origin, done)
+            ends[e.start : e.end] = [max(first, last)] * len(e.text)
+        return Draft(text, origin, ends, done)
 
     def repaired_by(self, repair: Repair, around: Surroundings) -> Draft:
         """Return the line after a repair; itself where the repair finds nothing."""
-        edits = list(repair(masked(self.text), self.text, around))
-        return self.edited(edits) if edits else self
+        edits = list(islice(repair(masked(self.text), self.text, around), _MOST + 1))
+        return self.edited(edits) if 0 < len(edits) <= _MOST else self
 
 
 @dataclass(frozen=True)
@@ -104,10 +111,12 @@ class RepairedText(SourceText):
     Args:
         original: The text as it was written.
         origin: For each offset in this text the offset in the original.
+        ends: For each character of this text the offset in the original after what it stands for.
     """
 
     original: SourceText = field(default_factory=lambda: SourceText("", ""), compare=False, repr=False)
     origin: Sequence[int] = field(default=(0,), compare=False, repr=False)
+    ends: Sequence[int] = field(default=(), compare=False, repr=False)
 
 
 def rewritten(span: Span, text: str) -> str:
@@ -123,7 +132,7 @@ def _original_span(span: Span) -> Span:
         return span
     last = len(text.origin) - 1
     start = text.origin[min(span.start, last)]
-    end = text.origin[min(span.end - 1, last)] + 1 if span.end > span.start else start
+    end = text.ends[min(span.end, last) - 1] if span.end > span.start and last > 0 else start
     return Span(text.original, start, max(start, end))
 
 

@@ -304,6 +304,12 @@ STATEMENTS: Final[tuple[Repair, ...]] = (
     by_pattern(r"^\s*table\b[^)(]*(?P<x>\))\s*$", "", "the form is: table OUTPUT = ROWS x COLUMNS"),
     by_pattern(r"\*\*", "^", "a power is written '^'"),
     by_pattern(
+        r"(?<![\w.)])([\w.]+)\s*%\s*([\w.]+)",
+        "mod({1}, {2})",
+        "a remainder is written mod(a, b)",
+        heads="param require",
+    ),
+    by_pattern(
         rf"^(?P<x>(\s*)(?!(?:{'|'.join(STATEMENT_KEYWORDS)})\b)({NAME})\s*=\s*({NUMBER}))\s*$",
         _declaration,
         "a value alone declares nothing",

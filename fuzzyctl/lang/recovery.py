@@ -25,11 +25,12 @@ from fuzzyctl.source import SourceText, Span
 #: A file is read again so many times; each reveals what the repairs of the one before have uncovered.
 _ROUNDS: Final = 4
 
-#: Lines repaired in one round; a file with more is no rule file.
-_MOST: Final = 500
+#: Characters of the lines repaired in one round, so that hostile files take no longer than others.
+_MOST: Final = 10_000
 
-#: Longer lines are not repaired.
-_LONGEST: Final = 2000
+#: Longer lines, and lines with longer gaps, are not repaired: they are no slips, and patterns would take long.
+_LONGEST: Final = 300
+_GAP: Final = re.compile(r"\s{41}")
 
 _REPAIRS: Final[tuple[Repair, ...]] = (*STATEMENTS, *TERMS, *RULES, *SPELLING)
 _RULE: Final = re.compile(r"[ \t]*if\b[^\n#]*", re.IGNORECASE)
@@ -88,20 +89,30 @@ def _repaired(
     reports: dict[int, Diagnostic],
 ) -> RepairedText | None:
     """Return a text after one round of repairs and enter what is reported of them; None where nothing changes."""
-    origin = list(text.origin) if isinstance(text, RepairedText) else list(range(len(text.text) + 1))
+    size = len(text.text)
+    origin = text.origin if isinstance(text, RepairedText) else range(size + 1)
+    ends = text.ends if isinstance(text, RepairedText) else range(1, size + 1)
     lines = [line for line in split(text) if line.kind != "blank"]
     starts = [line.start for line in lines]
     first: dict[int, Diagnostic] = {}
     for d in mistakes:
         if d.span is not None:
             first.setdefault(bisect_right(starts, d.span.start) - 1, d)
-    pieces, origins, at = [], [], 0
-    for k in sorted(k for k in first if k >= 0)[:_MOST]:
+    pieces: list[str] = []
+    origins: list[int] = []
+    all_ends: list[int] = []
+    at = 0
+    spent = 0
+    for k in sorted(k for k in first if k >= 0):
         line = lines[k]
+        spent += line.end - line.start
+        if spent > _MOST:
+            break
         above = next((r for o in reversed(lines[:k]) if (r := _RULE.match(text.text, o.start, o.end))), None)
         around = Surroundings(text.text, above[0].strip() if above is not None else "")
         for stop in _ends(text.text, line):
-            draft = Draft(text.text[line.start : stop], origin[line.start : stop + 1])
+            part = slice(line.start, stop)
+            draft = Draft(text.text[part], list(origin[line.start : stop + 1]), list(ends[part]))
             mended, whole = _mended(draft, line.kind, around, reads_line)
             if whole:
                 break
@@ -111,12 +122,14 @@ def _repaired(
         reports[place] = _report(source, mended, first[k], whole=whole)
         pieces += [text.text[at : line.start], mended.text]
         origins += [*origin[at : line.start], *mended.origin[:-1]]
+        all_ends += [*ends[at : line.start], *mended.ends]
         at = stop
     if not pieces:
         return None
     pieces.append(text.text[at:])
     origins += origin[at:]
-    return RepairedText(source.name, "".join(pieces), source.encoding, source, origins)
+    all_ends += ends[at:]
+    return RepairedText(source.name, "".join(pieces), source.encoding, source, origins, all_ends)
 
 
 def _ends(text: str, line: LogicalLine) -> tuple[int, ...]:
@@ -127,7 +140,7 @@ def _ends(text: str, line: LogicalLine) -> tuple[int, ...]:
 
 def _mended(draft: Draft, kind: LineKind, around: Surroundings, reads_line: ReadsLine) -> tuple[Draft, bool]:
     """Return a line after repairs, and whether it can be read then."""
-    if len(draft.text) > _LONGEST or _reads(draft.text, kind, reads_line):
+    if len(draft.text) > _LONGEST or _GAP.search(draft.text) or _reads(draft.text, kind, reads_line):
         return draft, False
     sure = draft
     for repair in CHARACTERS:

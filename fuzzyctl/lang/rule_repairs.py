@@ -142,7 +142,8 @@ RULES: Final[tuple[Repair, ...]] = (
         "conditions are joined by 'and' or 'or'",
         heads="if with",
     ),
-    by_pattern(r"\s*(?:->|=>)\s*", " then ", "the consequent begins with 'then'", heads="if"),
+    by_pattern(r"\s*(?:->|=>|:(?=\s*\w+\s+is\b))\s*", " then ", "the consequent begins with 'then'", heads="if"),
+    by_pattern(r"\band\s+(?=then\b)", "", "'then' follows the condition", heads="if"),
     by_pattern(r"(?P<x>,\s*)(?=then\b)", " ", "'then' follows without a comma", heads="if"),
     by_pattern(r"\s*\|\s*", " or ", "the disjunction is written 'or'", heads="if with"),
     by_pattern(

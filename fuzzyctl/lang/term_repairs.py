@@ -135,7 +135,7 @@ TERMS: Final[tuple[Repair, ...]] = (
         heads="terms",
     ),
     by_pattern(
-        rf"^\s*{NAME}(?P<x>\s*[:=]+\s*((?:\(\s*{NUMBER}\s*,\s*{NUMBER}\s*\)\s*,?\s*){{2,}}))$",
+        rf"^\s*{NAME}(?P<x>\s*[:=]+\s*((?:\(\s*+{NUMBER}\s*+,\s*+{NUMBER}\s*+\)\s*+,?\s*+){{2,}}+))$",
         _points,
         "points of a term are written piecewise(x1, y1, x2, y2, ...)",
     ),

@@ -107,6 +107,13 @@ class TestCheck:
         assert (status, complaints) == (1, "")
         assert json.loads(said)["diagnostics"][0]["code"] == code
 
+    @pytest.mark.parametrize("key", ["horizon", "lambda_2"])
+    def test_names_the_table_of_a_key_where_there_is_one(self, dwmr, key):
+        status, _, said = dwmr("check", "paper", "--set", f"{key}=20")
+        assert status == 1
+        assert f"unknown key {key}" in said
+        assert ("did you mean 'run.horizon'?" in said) == (key == "horizon")
+
     def test_shows_warnings_and_goes_on(self, dwmr):
         status, said, warnings = dwmr("check", "paper", "--set", "run.horizon=1.003")
         assert (status, "no errors" in said, "warning[FZ904]" in warnings) == (0, True, True)

@@ -122,6 +122,29 @@ class TestPartitions:
         assert part in words
 
 
+class TestNumbersUnderACentroid:
+    @pytest.mark.parametrize("method", ["centroid", "bisector"])
+    def test_are_called_numbers_and_reported_once_for_all_terms(self, method):
+        where, words = only(said(("weighted_average", method)))
+        assert where == "6 FZ214"
+        assert words.startswith(f"term 'a' of 'u' is a number and has no area, so it has no {method} | so have 'b' |")
+
+    def test_functions_are_called_functions(self):
+        _, words = only(said(("weighted_average", "centroid"), ("constant(1)", "linear(1, 2)")))
+        assert "term 'a' of 'u' is a function of the inputs and has no area" in words
+
+
+class TestSpacedSums:
+    def test_are_warned_of(self):
+        where, words = only(said(("weighted_average", "center_average"), ("constant(1)", "triangle(-3 -1, 0, 1)")))
+        assert where == "6 FZ113"
+        assert "for two parameters write '-3, -1', for one '-3 - 1'" in words
+
+    @pytest.mark.parametrize("text", ["triangle(-3 - 1, 0, 1)", "triangle(-3-1, 0, 1)"])
+    def test_others_are_not(self, text):
+        assert said(("weighted_average", "center_average"), ("constant(1)", text)) == []
+
+
 class TestSettings:
     def test_an_unknown_aggregation_is_not_also_without_effect(self):
         assert only(said(("weighted_average", "weighted_average\naggregation min")))[0] == "3 FZ213"

@@ -118,6 +118,16 @@ class TestRowsAndHeadersAsPapersPrintThem:
         assert where == "11 FZ102"
         assert "leave it out" in words
 
+    def test_so_is_one_that_is_a_name(self):
+        where, words = only(said(*TWO_WAY, ("    N Z P\n  A", "  d N Z P\n  A")))
+        assert where == "11 FZ102"
+        assert words == "a table of a rule file has no corner | write: N Z P"
+
+    def test_an_output_in_place_of_an_input_is_read_by_a_rule(self):
+        where, words = only(said(*TWO_WAY, ("= d x e", "= d x u")))
+        assert where == "10 FZ214"
+        assert words.endswith("a rule may read an output: if u is a and ... then ...")
+
     def test_so_is_the_bar_of_a_header(self):
         where, words = only(said(*TWO_WAY, ("    N Z P\n  A", "  | N Z P\n  A")))
         assert where == "10 FZ212"

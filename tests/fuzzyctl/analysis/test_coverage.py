@@ -446,3 +446,42 @@ def test_the_function_of_a_term_is_built_once_however_many_corners_it_has(monkey
     monkeypatch.setattr(SetPlan, "degree", lambda *args: built.append(args) or degree(*args))
     uncovered(system)
     assert len(built) < 10
+
+
+class TestEmptyCells:
+    TEXT = """\
+system s
+defuzzifier weighted_average
+input e in [-1, 1]
+  terms N Z P
+input d in [0, 1]
+  terms A B
+output u in [-5, 5]
+  terms a=0 b=1
+table u = d x e
+       N  Z  P
+  A |  a  a  b
+  B |  a  .  .
+"""
+
+    def test_are_named_where_no_rule_fires(self):
+        (found,) = diagnostics(loads(self.TEXT))
+        assert [(n.span.line, n.message) for n in found.notes] == [
+            (12, "the cell of row 'B', column 'Z' is empty"),
+            (12, "the cell of row 'B', column 'P' is empty"),
+        ][: len(found.notes)]
+        assert found.notes
+        assert found.help.startswith("fill the empty cell")
+
+    def test_so_is_that_of_a_one_way_table(self):
+        text = self.TEXT.replace("d x e", "e").replace("  A |  a  a  b\n  B |  a  .  .\n", "    |  a  .  b\n")
+        (found,) = diagnostics(loads(text))
+        assert [n.message for n in found.notes] == ["the cell of column 'Z' is empty"]
+
+    def test_a_gap_between_terms_names_none(self):
+        text = self.TEXT.replace(
+            "  terms N Z P", "  N = triangle(-inf, -1, 0)\n  Z = triangle(0.2, 0.4, 1)\n  P = ramp(0.4, 1)"
+        )
+        (found,) = diagnostics(loads(text.replace(".  .", "a  a")))
+        assert found.notes == ()
+        assert "let a term of the inputs reach there" in found.help

@@ -47,6 +47,12 @@ class TestPoint:
         for part in ("no input 'sgma'", "did you mean 'sigma'", "'dsigma' is no number: 'a'", "'x' is not of the form"):
             assert part in result.output
 
+    def test_a_decimal_comma_is_shown_as_a_point(self):
+        result = run(TIPPER, "service=7,5", "food=-1,25")
+        assert result.exit_code == 1
+        assert "help: write service=7.5" in result.output
+        assert "help: write food=-1.25" in result.output
+
     def test_a_value_that_overflows_is_no_infinity(self):
         result = run(AIS, "sigma=1e400", "dsigma=inf")
         assert result.exit_code == 1

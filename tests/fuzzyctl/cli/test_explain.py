@@ -28,6 +28,10 @@ class TestExplain:
     def test_small_letters_do(self):
         assert run("fz203").output == run("FZ203").output
 
+    @pytest.mark.parametrize(("number", "code"), [("203", "FZ203"), ("4", "FZ004"), ("004", "FZ004")])
+    def test_a_number_does(self, number, code):
+        assert run(number).output.startswith(f"{code}: ")
+
     def test_without_a_code_all_are_listed(self):
         result = run()
         assert result.exit_code == 0

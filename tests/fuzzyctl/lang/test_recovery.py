@@ -1,0 +1,58 @@
+"""Reading on after repairs: valid files are left alone, locations are those of the text as it was written."""
+
+import pytest
+
+from fuzzyctl import loads
+from fuzzyctl.checking import check_source
+from fuzzyctl.lang.parser import parse
+from fuzzyctl.shipped import rules_folder
+from fuzzyctl.source import SourceText
+from tests.fuzzyctl.messages import BASE, said
+
+
+def diagnostics(text):
+    return parse(SourceText("t.fz", text))[1]
+
+
+class TestValidFiles:
+    @pytest.mark.parametrize("path", sorted(rules_folder().glob("*.fz")), ids=lambda p: p.stem)
+    def test_are_not_repaired(self, path):
+        assert diagnostics(path.read_text(encoding="utf-8")) == []
+
+    @pytest.mark.parametrize("word", ["is", "unless", "else"])
+    def test_may_call_a_hedge_like_a_word_that_runs_on(self, word):
+        text = BASE.replace("defuzz", f"hedge {word}(x) = x^3\ndefuzz", 1) + f"if e is {word} N then u is a\n"
+        assert loads(text).hedges[0].name == word
+
+    def test_are_not_returned_where_a_repair_was_needed(self):
+        systems, found = check_source(SourceText("t.fz", BASE.replace("[-1, 1]", "[-1, 1];", 1)))
+        assert [d.code for d in found] == ["FZ105"]
+        assert not systems
+
+
+class TestLocations:
+    def test_are_those_of_the_text_as_it_was_written(self):
+        text = BASE + "IF e IS N && e IS Q THEN u IS a;\n/* note */\nif e is Q then u is q\n"
+        _, found = check_source(SourceText("t.fz", text))
+        places = [(d.code, d.span.line, d.span.column, d.span.text) for d in found]
+        assert places == [
+            ("FZ101", 11, 1, "IF"),
+            ("FZ203", 11, 19, "Q"),
+            ("FZ102", 12, 1, "/* note */"),
+            ("FZ203", 13, 9, "Q"),
+            ("FZ203", 13, 21, "q"),
+        ]
+
+    def test_what_cannot_be_repaired_is_a_fact_of_the_line(self):
+        (found,) = diagnostics("param k = 3 'm'")
+        assert found.facts == ("column 13: unexpected '\"m\"'",)
+
+
+class TestLimits:
+    def test_long_lines_and_long_gaps_are_left_alone(self):
+        for line in ("IF e IS N THEN u IS a" + " " * 50 + "x", "IF e IS N AND " * 30 + "e IS N THEN u IS a"):
+            assert "write: if" not in said(after=line)[0][2]
+
+    def test_of_very_many_lines_not_all_are_repaired(self):
+        found = diagnostics("IF e IS N THEN u IS a;\n" * 3000)
+        assert sum(d.help.startswith("write: if e is N") for d in found) < 3000
