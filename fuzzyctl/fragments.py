@@ -102,6 +102,10 @@ def _as_fragment(form: _Form, source: SourceText, d: Diagnostic) -> Diagnostic:
         d = dataclasses.replace(d, message=f"the {form.what} ends too early", facts=())
     # `activation highest` is told to be written as `activation highest(count=1)`, of which only the rest is due.
     help_text = d.help.replace(f": {form.before}", ": ") if form.before else d.help
+    if help_text.startswith("write: "):
+        # The repaired line holds what stands around the fragment.
+        line = help_text.removeprefix("write: ").removeprefix(form.before.rpartition("\n")[2].lstrip())
+        help_text = f"write: {line.removesuffix(form.after)}"
     if help_text.startswith("the form is: "):
         help_text = f"the form is: {form.written}"
     return dataclasses.replace(d, span=_moved(form, source, d.span), help=help_text, notes=())

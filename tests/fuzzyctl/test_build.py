@@ -4,7 +4,7 @@ from math import inf, nan
 import numpy as np
 import pytest
 
-from fuzzyctl import build, compile
+from fuzzyctl import build, compile, fragments
 from fuzzyctl.errors import ArgumentError, DiagnosticError, ValueOutOfBoundsError
 from fuzzyctl.expr import span_of, walk
 from fuzzyctl.formats.fz import dumps
@@ -361,3 +361,18 @@ class TestFragments:
             self.built(conjunction="min ")
         with pytest.raises(DiagnosticError, match="'max ' cannot be the name of an aggregation"):
             build.system("s", [X, self.output(aggregation="max ")], ["if x is L then u is A"])
+
+
+class TestRepairsOfFragments:
+    @pytest.mark.parametrize(
+        ("parse", "text", "repaired"),
+        [
+            (fragments.membership, "gaussmf(10, 50)", "gaussian(50, 10)"),
+            (fragments.guarantee, "u = 1", "u == 1"),
+            (fragments.antecedent, "a IS b && c is d", "a is b and c is d"),
+        ],
+    )
+    def test_show_the_fragment_alone(self, parse, text, repaired):
+        with pytest.raises(DiagnosticError) as caught:
+            parse(text)
+        assert [d.help for d in caught.value.diagnostics] == [f"write: {repaired}"]
