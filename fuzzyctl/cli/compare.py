@@ -83,7 +83,7 @@ def compare(
 
     Outputs are compared at corners of terms, on an even grid and at random points; around the worst of them it is
     looked for a worse one. Then settings of the second are put into the first, one by one, to see which of them
-    explains the difference there. Inputs and outputs are paired by name, else by position.
+    explains the difference there. Inputs and outputs are paired by name, those of other names in order.
 
     Exit code: 0; 1 where a difference exceeds --within.
     """

@@ -98,7 +98,7 @@ def differences(
 
     Args:
         a: The first system.
-        b: The second one, with the same inputs and outputs: by name, else by position.
+        b: The second one, with the same inputs and outputs: by name, those of other names in order.
         points: How many points to compare.
         seed: For those at random.
         progress: Called now and then.
@@ -130,12 +130,11 @@ def pairing(a: FuzzySystem, b: FuzzySystem) -> tuple[list[int], list[int]]:
 
 
 def _positions(what: str, own: list[str], other: list[str]) -> list[int]:
-    if set(own) == set(other):
-        return [other.index(name) for name in own]
     if len(own) != len(other):
         message = f"the systems have different {what}s: {', '.join(own)} and {', '.join(other)}"
         raise ArgumentError(message)
-    return list(range(len(own)))
+    unnamed = (k for k, name in enumerate(other) if name not in own)
+    return [other.index(name) if name in other else next(unnamed) for name in own]
 
 
 class _Pair:

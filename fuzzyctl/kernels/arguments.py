@@ -8,6 +8,7 @@ from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 from fuzzyctl.errors import ArgumentError, UnknownNameError, ValueOutOfBoundsError
+from fuzzyctl.kernels.columns import column_names, columns_by_name, require_same_index
 
 if TYPE_CHECKING:
     import numpy as np
@@ -87,6 +88,35 @@ def writable(array: FloatArray) -> FloatArray:
     return np.require(array, requirements=["C", "W", "A"])
 
 
+def point_array(names: Sequence[str], points: Any) -> Any:
+    """Return points as an array of shape (..., inputs); columns with names are put in the order of the inputs.
+
+    Raises:
+        ArgumentError: For columns that are not those of the inputs, and for what is no array of real numbers.
+    """
+    import numpy as np
+
+    plain = type(points) is np.ndarray and points.dtype.names is None  # the usual case, without a search
+    columns = None if plain else columns_by_name(names, points)
+    return number_array(points, "points") if columns is None else stacked(names, columns)
+
+
+def stacked(names: Sequence[str], columns: Sequence[Any]) -> FloatArray:
+    """Return the values of each input, which broadcast, as points of shape (..., inputs).
+
+    Raises:
+        ArgumentError: For values that are no real numbers or do not broadcast, and for Series with other row labels.
+    """
+    import numpy as np
+
+    require_same_index(names, columns)
+    arrays = [float_array(c, f"input {n!r}") for n, c in zip(names, columns, strict=True)]
+    try:
+        return np.stack(np.broadcast_arrays(*arrays), axis=-1)
+    except ValueError as error:
+        raise ArgumentError(f"the inputs do not broadcast: {error}") from None
+
+
 def number_array(values: Any, what: str) -> Any:
     """Return an array of numbers of any type, as it is: what is large is converted block by block.
 
@@ -113,6 +143,8 @@ def float_array(values: Any, what: str) -> FloatArray:
         if isinstance(values, np.ma.MaskedArray) and np.ma.is_masked(values):
             raise ArgumentError(f"{what} has masked entries; fill them first")
         array = np.asarray(values)
+        if array.ndim > 1 and not isinstance(values, list | tuple) and (named := column_names(values)) is not None:
+            raise ArgumentError(f"{what} must be an array, got a table with the columns {', '.join(map(str, named))}")
         if array.dtype.kind not in "biuf":
             # Texts, complex numbers and None would be turned into floats without a word; Fractions may be.
             kinds = all(isinstance(v, Real) for v in array.flat) if array.dtype.kind == "O" else False

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fuzzyctl.errors import ArgumentError, NoRuleFiresError
 from fuzzyctl.kernels import python_backend, sequence
-from fuzzyctl.kernels.arguments import float_array, number_array, writable
+from fuzzyctl.kernels.arguments import float_array, point_array, writable
 
 if TYPE_CHECKING:
     import numpy as np
@@ -54,7 +54,8 @@ class Batches:
         """Evaluate at many points.
 
         Args:
-            points: Shape (..., inputs).
+            points: Shape (..., inputs), in the order of the inputs; or what has named columns, such as a data frame, a
+                structured array or a dict of arrays, whose names must be exactly those of the inputs, in any order.
             state: The state, shape (..., states), for each point its own. Of shape (states,) it is the state before
                 the first point: adaptive consequents stay as they are, and an output that says `else hold` holds, point
                 after point in the order of indices, the last value before that is no NaN. Left out, it is the initial
@@ -66,7 +67,7 @@ class Batches:
             Shape (...) for one output, (..., outputs) for several.
 
         Raises:
-            ArgumentError: For arrays of another shape or not of numbers.
+            ArgumentError: For arrays of another shape or not of numbers, and for columns of other names.
             NoRuleFiresError: For the first point where no rule fires for an output that says `else error` or has no
                 `else`.
         """
@@ -74,7 +75,7 @@ class Batches:
 
         from fuzzyctl.kernels import batching
 
-        array = number_array(points, "points")
+        array = point_array(self.input_names, points)
         if array.ndim == 0 or array.shape[-1] != len(self.input_names):
             raise ArgumentError(
                 f"points must have the shape (..., {len(self.input_names)}) for {', '.join(self.input_names)}, "

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 from fuzzyctl.errors import ArgumentError, BackendUnavailableError, UnknownNameError
 from fuzzyctl.kernels import inference
 from fuzzyctl.kernels.algorithm import ALGORITHMS, algorithm_of
-from fuzzyctl.kernels.arguments import float_array
+from fuzzyctl.kernels.arguments import float_array, stacked
 from fuzzyctl.kernels.effort import MOST_OPERATIONS, operations
 from fuzzyctl.kernels.kernel import Kernel
 from fuzzyctl.kernels.plan import Plan, plan, planned_set
@@ -182,13 +182,7 @@ def _call_carefully(system: FuzzySystem, kernel: Kernel, values: Mapping[str, An
 
 
 def _call_arrays(kernel: Kernel, ordered: Sequence[Any]) -> Any:
-    import numpy as np
-
-    arrays = [float_array(v, f"input {n!r}") for n, v in zip(kernel.input_names, ordered, strict=True)]
-    try:
-        points = np.stack(np.broadcast_arrays(*arrays), axis=-1)
-    except ValueError as error:
-        raise ArgumentError(f"the inputs do not broadcast: {error}") from None
+    points = stacked(kernel.input_names, ordered)
     results = kernel.batch(points, kernel.plan.initial_state if kernel.n_states else None)
     if len(kernel.output_names) == 1:
         return results

@@ -98,6 +98,13 @@ class TestDifferences:
         other = base.replace("input y", "input z").replace("table u = x x y", "table u = x x z")
         assert differences(fuzzyctl.loads(base), fuzzyctl.loads(other))[0].largest == 0.0
 
+    def test_inputs_of_one_name_are_paired_by_it_where_another_was_renamed(self, base):
+        a = fuzzyctl.loads(base)
+        renamed = fuzzyctl.loads(base.replace("input y", "input z").replace("table u = x x y", "table u = x x z"))
+        turned = renamed.model_copy(update={"inputs": renamed.inputs[::-1]})
+        assert [v.name for v in turned.inputs] == ["z", "x"]
+        assert differences(a, turned)[0].largest <= 1e-12
+
     def test_systems_of_other_inputs_are_refused(self, base):
         with pytest.raises(fuzzyctl.ArgumentError, match="different inputs: x, y and x"):
             differences(fuzzyctl.loads(base), line())
