@@ -10,12 +10,14 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from fuzzyctl import build as build
     from fuzzyctl.analysis.bounds import OutputBound, output_bounds
     from fuzzyctl.analysis.prove import prove
     from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Witness
     from fuzzyctl.checking import check
     from fuzzyctl.errors import (
         ArgumentError,
+        BackendUnavailableError,
         Diagnostic,
         DiagnosticError,
         FuzzyctlError,
@@ -34,6 +36,7 @@ __version__ = "0.1.0"
 
 _HOMES = {
     "ArgumentError": "fuzzyctl.errors",
+    "BackendUnavailableError": "fuzzyctl.errors",
     "Diagnostic": "fuzzyctl.errors",
     "DiagnosticError": "fuzzyctl.errors",
     "FuzzyctlError": "fuzzyctl.errors",
@@ -62,6 +65,7 @@ _HOMES = {
 
 __all__ = [
     "ArgumentError",
+    "BackendUnavailableError",
     "Diagnostic",
     "DiagnosticError",
     "FuzzySystem",
@@ -90,6 +94,8 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
+    if name == "build":  # the one public module
+        return import_module("fuzzyctl.build")
     if name not in _HOMES:
         raise AttributeError(f"module 'fuzzyctl' has no attribute {name!r}")
     value = getattr(import_module(_HOMES[name]), name)
@@ -98,4 +104,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted({*globals(), *__all__, "build"})

@@ -70,7 +70,13 @@ def Hold(start: Value | None = None) -> model.Hold:  # noqa: N802 - it reads as 
 
 
 def membership(kind: str, *parameters: Value, height: Value = 1) -> Membership:
-    """Return a membership function, such as `membership("triangle", -inf, 0, 1)`."""
+    """Return a membership function, such as `membership("triangle", -inf, 0, 1)`.
+
+    Args:
+        kind: Its name, as a file writes it.
+        parameters: In the order of the file.
+        height: Largest degree.
+    """
     given = tuple(values.expression("a parameter", p) for p in parameters)
     return Membership(
         kind=arguments.text("'kind'", kind), arguments=given, height=values.expression("'height'", height)

@@ -37,16 +37,23 @@ __all__ = ["MAX_BYTES", "decode", "examine", "examine_all", "load", "load_all", 
 def load(path: str | os.PathLike[str], *, system: str | None = None, max_bytes: int = MAX_BYTES) -> FuzzySystem:
     """Read a fuzzy system from a rule file, or from a file of another tool.
 
+    The structure of the file is checked. Gaps between the rules, guarantees and warnings are not: `fuzzyctl.check`
+    reports them.
+
     Args:
-        path: The file; its suffix says the format: `.fz`, `.fll`, `.fis`, `.fcl`, `.fml` or `.xml`.
-        system: Name of the system, where the file holds several.
-        max_bytes: Largest size that is read.
+        path: The file; its suffix gives the format: `.fll`, `.fis`, `.fcl`, `.fml` and `.xml` are files of other tools,
+            every other suffix is a rule file, usually `.fz`.
+        system: Name of the system; required if the file holds several.
+        max_bytes: Largest size that is read [bytes].
 
     Returns:
-        The system; its warnings, if any, are what `examine` returns.
+        The system.
 
     Raises:
-        DiagnosticError: With all mistakes of the file, each with line, column and help.
+        DiagnosticError: With all errors of the file, each with line, column and help; for a file that cannot be read;
+            for several systems without a chosen name.
+        ArgumentError: For an argument of another type.
+        ValueOutOfBoundsError: For `max_bytes` out of its bounds.
     """
     path, system = arguments.path(path, "; 'loads' takes texts"), chosen_name(system)
     source = read_source(path, max_bytes=arguments.bytes_allowed(max_bytes))
@@ -54,7 +61,17 @@ def load(path: str | os.PathLike[str], *, system: str | None = None, max_bytes: 
 
 
 def load_all(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES) -> tuple[FuzzySystem, ...]:
-    """Read all fuzzy systems of a rule file, in the order written; see `load`."""
+    """Read all fuzzy systems of a rule file, in the order written.
+
+    Args:
+        path: The file, as for `load`.
+        max_bytes: Largest size that is read [bytes].
+
+    Raises:
+        DiagnosticError: With all errors of the file.
+        ArgumentError: For an argument of another type.
+        ValueOutOfBoundsError: For `max_bytes` out of its bounds.
+    """
     path = arguments.path(path, "; 'loads' takes texts")
     source = read_source(path, max_bytes=arguments.bytes_allowed(max_bytes))
     systems, diagnostics = examine_all(source, folder=Path(path).parent, hints=False)
@@ -65,11 +82,16 @@ def load_all(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES) -> tup
 
 
 def loads(text: str, name: str = "<text>", *, system: str | None = None) -> FuzzySystem:
-    """Read a fuzzy system from a text; `name` is shown in diagnostics, and its suffix says the format.
+    """Read a fuzzy system from a text.
+
+    Args:
+        text: What a rule file holds; it can use no other files.
+        name: Shown in diagnostics; its suffix gives the format, as for `load`.
+        system: Name of the system; required if the text holds several.
 
     Raises:
-        DiagnosticError: As `load`, and for characters that no text file can hold.
-        ArgumentError: For what is no text.
+        DiagnosticError: With all errors of the text; for characters that no text file can hold.
+        ArgumentError: For an argument of another type.
     """
     if not isinstance(text, str):
         raise ArgumentError(f"the text of a rule file is due, got {type(text).__name__}; 'load' takes paths")

@@ -129,6 +129,13 @@ def loaded_after(code):
 HEAVY = {"numpy", "scipy", "numba", "matplotlib"}
 
 
+def test_the_module_for_building_is_there_without_an_import_of_its_own():
+    assert "pydantic" in loaded_after(
+        "import fuzzyctl\nassert 'build' in dir(fuzzyctl)\nfuzzyctl.build.partition('a b')"
+    )
+    assert "pydantic" not in loaded_after("import fuzzyctl\ndir(fuzzyctl)")
+
+
 def test_importing_fuzzyctl_loads_nothing_heavy():
     assert loaded_after("import fuzzyctl") & (HEAVY | {"lark", "pydantic", "click", "rich"}) == set()
 

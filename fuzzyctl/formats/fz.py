@@ -61,6 +61,10 @@ def _require_names(system: FuzzySystem) -> None:
 def dump(system: FuzzySystem, path: str | os.PathLike[str]) -> None:
     """Write a system to a rule file, whole or not at all; see `dumps`.
 
+    Args:
+        system: A well-formed system.
+        path: The file; one that exists is replaced.
+
     Raises:
         DiagnosticError: When the file cannot be written.
         ValueOutOfBoundsError: As `dumps`.

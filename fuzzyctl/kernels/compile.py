@@ -41,11 +41,12 @@ def compile(system: FuzzySystem, backend: str = "auto", *, algorithm: str = "aut
             imported, else numpy, and a warning says so once. Of systems that numba would take longer over than most
             programs run, "auto" is numpy too (`effort`). Once it is compiled by numba, calls of the system by name
             use that.
-        algorithm: "auto", "interpolation" or "rules"; all compute the same, up to rounding.
+        algorithm: "interpolation", "diagonals", "active" or "rules", which compute the same, up to rounding; or "auto",
+            which takes the fastest that the system allows.
 
     Raises:
         UnknownNameError: For another backend or algorithm.
-        ArgumentError: For interpolation of a system that does not interpolate.
+        ArgumentError: For an algorithm that the system does not allow.
         BackendUnavailableError: For a backend whose package cannot be imported.
         DiagnosticError: For a defuzzifier that the terms do not suit.
     """

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import inspect
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any, get_args
 
 import click
@@ -16,6 +17,7 @@ from dwmr.scenario import Scenario
 from fuzzyctl import build, errors, expr, formulas
 from fuzzyctl.assembly import MAX_FILES
 from fuzzyctl.cli.main import main as fuzzyctl_commands
+from fuzzyctl.kernels.compile import ALGORITHMS, BACKENDS
 from fuzzyctl.lang import syntax
 from fuzzyctl.lang.grammar import grammar_text
 from fuzzyctl.lang.syntax import MAX_NAME
@@ -116,6 +118,37 @@ class TestReference:
         text = _reference("api.md")
         assert [n for n in build.__all__ if f"`build.{n}(" not in text] == []
 
+    def test_every_signature_is_that_of_the_code(self) -> None:
+        """The page has the parameters and defaults of every public function, and no others."""
+        text = _reference("api.md")
+        functions = _functions()
+        assert [s for s in (_signature(n, f) for n, f in functions.items()) if f"`{s}`" not in text] == []
+        calls = re.findall(r"`([\w.]+)(\([^`]*\))`", text)
+        assert [n for n, _ in calls if n.startswith(("fuzzyctl.", "build.")) and n not in functions] == []
+        for name, given in calls:
+            if name in functions:
+                known = inspect.signature(functions[name]).parameters
+                assert set(re.findall(r"[(, ](\w+)=", given)) <= set(known), name + given
+
+    def test_every_docstring_names_the_parameters_and_no_private_function(self) -> None:
+        for name, function in _functions().items():
+            doc, known = str(function.__doc__), [p for p in inspect.signature(function).parameters if p != "self"]
+            assert len(known) == 1 or [p for p in known if f" {p}" not in doc] == [], name
+            assert "examine" not in doc, name
+
+    def test_every_exception_is_listed_with_its_base(self) -> None:
+        rows = dict(re.findall(r"^\| `(\w+Error)` \|[ `]*(\w*)`? \|", _reference("api.md"), flags=re.MULTILINE))
+        kinds = [k for k in vars(errors).values() if isinstance(k, type) and issubclass(k, errors.FuzzyctlError)]
+        own = {k.__name__: next((b.__name__ for b in k.__bases__ if b.__module__ == "builtins"), "") for k in kinds}
+        assert own.pop("FuzzyctlError") == "Exception"
+        assert rows == own
+        assert [name for name in own if name not in fuzzyctl.__all__] == []
+
+    def test_every_backend_and_algorithm_is_described(self) -> None:
+        text = _reference("api.md").split("## `compile`")[1]
+        assert [w for w in (*BACKENDS, *ALGORITHMS) if f'"{w}"' not in text] == []
+        assert [w for w in (*BACKENDS, *ALGORITHMS) if f'"{w}"' not in str(fuzzyctl.compile.__doc__)] == []
+
     def test_every_shipped_rule_file_is_described(self) -> None:
         text = _reference("rule-files.md")
         assert [p.name for p in (ROOT / "rules").glob("*.fz") if f"## `{p.name}`" not in text] == []
@@ -123,6 +156,23 @@ class TestReference:
     def test_every_key_of_a_scenario_is_described(self) -> None:
         text = _reference("scenario.md")
         assert [k for k in sorted(set(_keys(Scenario))) if f"`{k}`" not in text] == []
+
+
+def _functions() -> dict[str, Callable[..., Any]]:
+    """Return the public functions by the names that the page has for them."""
+    found = {f"fuzzyctl.{n}": getattr(fuzzyctl, n) for n in fuzzyctl.__all__}
+    found |= {f"build.{n}": getattr(build, n) for n in build.__all__}
+    return {n: f for n, f in found.items() if inspect.isfunction(f)} | {
+        "kernel.batch": fuzzyctl.Kernel.batch,
+        "kernel.next_state": fuzzyctl.Kernel.next_state,
+    }
+
+
+def _signature(name: str, function: Callable[..., Any]) -> str:
+    """Return a function with its parameters and defaults as the page prints them."""
+    found = inspect.signature(function)
+    kept = [p.replace(annotation=p.empty) for p in found.parameters.values() if p.name != "self"]
+    return f"{name}{found.replace(parameters=kept, return_annotation=found.empty)}".replace("'", '"')
 
 
 def _keys(model: type[BaseModel]) -> Iterator[str]:
