@@ -81,40 +81,81 @@ class Diagnostic:
         return data
 
 
-def render(diagnostic: Diagnostic, *, color: bool = False, encoding: str | None = None) -> str:
+def render(
+    diagnostic: Diagnostic, *, color: bool = False, width: int | None = None, encoding: str | None = None
+) -> str:
     """Return a diagnostic as text with its source line and a caret under the place.
 
     Args:
         diagnostic: The diagnostic; characters of its texts that a terminal would act on are replaced.
         color: Whether to use the colours of a terminal.
-        encoding: Of where it is printed, for the place of the caret; None for one that has all characters.
+        width: Columns of the terminal, at which lines are wrapped; None leaves each message on one line.
+        encoding: Of where it is printed, for columns and the place of the caret; None for one that has all characters.
     """
     paint = _paint if color else _plain
     tone = _TONES[diagnostic.severity]
     place = f"{printable(diagnostic.place)}: " if diagnostic.place else ""
-    head = f"{paint(place, 'bold')}{paint(f'{diagnostic.severity}[{diagnostic.code}]', tone)}: "
-    lines = [head + paint(printable(diagnostic.message), "bold")]
+    kind = f"{diagnostic.severity}[{diagnostic.code}]"
+    before = _width(spelt(f"{place}{kind}: ", encoding))
+    message = wrapped(spelt(printable(diagnostic.message), encoding), width, first=before, indent=4)
+    lines = [f"{paint(place, 'bold')}{paint(kind, tone)}: {paint(message[0], 'bold')}".rstrip(" ")]
+    lines.extend(f"    {paint(line, 'bold')}" for line in message[1:])
     margin = 1
     if diagnostic.span is not None:
         margin = len(str(diagnostic.span.line)) + 1
-        lines.extend(_excerpt(diagnostic.span, margin, paint, tone, encoding))
+        lines.extend(_excerpt(diagnostic.span, margin, paint, tone, width, encoding))
     pad = " " * margin
-    lines.extend(f"{pad}= {printable(fact)}" for fact in diagnostic.facts)
-    notes = (f"{note.message} ({_other_place(note.span, diagnostic)})" for note in diagnostic.notes)
-    lines.extend(f"{pad}= {printable(note)}" for note in notes)
+
+    def add(text: str, label: str = "") -> None:
+        colon = ": " if label else ""
+        text = spelt(printable(text), encoding)
+        first, *rest = wrapped(text, width, first=margin + 2 + len(label + colon), indent=margin + 2)
+        lines.append(f"{pad}= {paint(label, 'cyan')}{colon}{first}")
+        lines.extend(f"{pad}  {line}" for line in rest)
+
+    for fact in diagnostic.facts:
+        add(fact)
+    for note in diagnostic.notes:
+        add(f"{note.message} ({_other_place(note.span, diagnostic)})")
     if diagnostic.help:
-        lines.append(f"{pad}= {paint('help', 'cyan')}: {printable(diagnostic.help)}")
+        add(diagnostic.help, "help")
     return "\n".join(lines)
+
+
+def wrapped(text: str, width: int | None, *, first: int, indent: int) -> list[str]:
+    """Return a text as lines that fit a terminal, cut at blanks; longer words stay whole.
+
+    Args:
+        text: The text.
+        width: Columns of the terminal; None gives one line.
+        first: Columns in front of the first line.
+        indent: Columns in front of the others.
+    """
+    if width is None:
+        return [text]
+    lines, left, blank = [""], width - first, ""
+    for word in text.split(" "):
+        needed = _width(blank + word)
+        if needed > left and (blank or first > indent):
+            lines.append(word)
+            left = width - indent - _width(word)
+        else:
+            lines[-1] += blank + word
+            left -= needed
+        blank = " "
+    return lines
 
 
 #: So many diagnostics are shown as text; a file with more of them is no rule file.
 MOST_SHOWN = 200
 
 
-def render_all(diagnostics: Iterable[Diagnostic], *, color: bool = False, encoding: str | None = None) -> str:
+def render_all(
+    diagnostics: Iterable[Diagnostic], *, color: bool = False, width: int | None = None, encoding: str | None = None
+) -> str:
     """Return several diagnostics as text, one blank line between them; of very many only the first; see `render`."""
     found = list(diagnostics)
-    shown = [render(d, color=color, encoding=encoding) for d in found[:MOST_SHOWN]]
+    shown = [render(d, color=color, width=width, encoding=encoding) for d in found[:MOST_SHOWN]]
     if len(found) > MOST_SHOWN:
         shown.append(f"... and {len(found) - MOST_SHOWN} more")
     return "\n\n".join(shown)
@@ -125,11 +166,19 @@ def _other_place(span: Span, diagnostic: Diagnostic) -> str:
     return f"line {span.line}" if same else f"{span.source.name}:{span.line}"
 
 
-def _excerpt(span: Span, margin: int, paint: Any, tone: str, encoding: str | None) -> list[str]:
+#: Columns of a source line that are shown at most, and at least where a terminal is narrow.
+_WIDEST, _NARROWEST = 160, 20
+
+
+def _excerpt(span: Span, margin: int, paint: Any, tone: str, width: int | None, encoding: str | None) -> list[str]:
     raw = span.source.line_text(span.line)
     offset = span.column - 1
     length = max(1, min(span.end - span.start, len(raw) - offset))
-    shown, offset = _window(raw, offset, length)
+    columns = _WIDEST
+    if width is not None:
+        widest = max((_width(spelt(printable(c), encoding)) for c in set(raw)), default=1)
+        columns = min(_WIDEST, max(_NARROWEST, width - margin - 2)) // max(widest, 1)
+    shown, offset = _window(raw, offset, columns)
     end = offset + max(1, min(length, len(shown) - offset))
     before, marked, behind = (
         spelt(printable(part), encoding) for part in (shown[:offset], shown[offset:end], shown[end:])
@@ -139,7 +188,7 @@ def _excerpt(span: Span, margin: int, paint: Any, tone: str, encoding: str | Non
     return [bar, f"{paint(f'{span.line:>{margin - 1}} |', 'blue')} {before}{marked}{behind}", f"{bar} {caret}"]
 
 
-def _window(raw: str, offset: int, length: int, width: int = 160) -> tuple[str, int]:
+def _window(raw: str, offset: int, width: int) -> tuple[str, int]:
     """Cut a very long line to the part around the place."""
     if len(raw) <= width:
         return raw, offset

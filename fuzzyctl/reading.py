@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Collection
 from pathlib import Path
-from typing import Final
+from typing import BinaryIO, Final
 
 from fuzzyctl.errors import ArgumentError, Diagnostic, DiagnosticError
 from fuzzyctl.misspelt import closest
@@ -45,6 +45,15 @@ def read_source(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES, onl
             data = file.read(max_bytes + 1)
     except OSError as error:
         raise DiagnosticError([_unreadable(name, error)]) from None
+    return _bounded(data, name, max_bytes)
+
+
+def read_stream(stream: BinaryIO, name: str, *, max_bytes: int = MAX_BYTES) -> SourceText:
+    """Read a stream as text, as `read_source` reads a file; `name` is shown in diagnostics."""
+    return _bounded(stream.read(max_bytes + 1), name, max_bytes)
+
+
+def _bounded(data: bytes, name: str, max_bytes: int) -> SourceText:
     if len(data) > max_bytes:
         message = f"the file is larger than {max_bytes:,} bytes"
         raise DiagnosticError([Diagnostic("FZ003", message, file=name, help="a rule file has a few kilobytes")])

@@ -12,6 +12,7 @@ from fuzzyctl.cli.common import (
     AS,
     DONE,
     FORMAT,
+    QUIET,
     SET,
     SYSTEM,
     answers_with_diagnostics,
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
 @AS
 @timeout_option(5.0, "How long each end of an output, and each slope, may take.")
 @FORMAT
+@QUIET
 @answers_with_diagnostics
 def bounds(
     file: str, settings: tuple[str, ...], name: str | None, profile: str | None, timeout: float, form: str

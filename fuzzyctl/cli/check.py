@@ -8,7 +8,19 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
-from fuzzyctl.cli.common import AS, DIAGNOSTICS_FORMAT, DONE, FAILED, UNDECIDED, answers_with_diagnostics, show
+from fuzzyctl.cli.common import (
+    AS,
+    DIAGNOSTICS_FORMAT,
+    DONE,
+    FAILED,
+    QUIET,
+    STDIN,
+    UNDECIDED,
+    answers_with_diagnostics,
+    heard,
+    show,
+    source_of,
+)
 from fuzzyctl.cli.streams import say
 from fuzzyctl.errors import CODES, Diagnostic, DiagnosticError
 from fuzzyctl.misspelt import counted, did_you_mean
@@ -37,6 +49,7 @@ def _codes(ctx: click.Context, param: click.Parameter, values: tuple[str, ...]) 
 )
 @click.option("--allow", "allowed", multiple=True, callback=_codes, metavar="CODE", help="Leave out a warning.")
 @AS
+@QUIET
 @DIAGNOSTICS_FORMAT
 @answers_with_diagnostics
 def check(
@@ -52,34 +65,35 @@ def check(
     \b
     fuzzyctl check --deny warnings --allow FZ208 rules/*.fz
 
-    'allow' and 'deny' lines of a file come first: what it allows is not seen here.
+    A file '-' is standard input. 'allow' and 'deny' lines of a file come first: what it allows is not seen here.
     """
     found: list[Diagnostic] = []
     clean: list[str] = []
-    for file in files:
+    for file in dict.fromkeys(files):
         systems, diagnostics = _check_file(file, profile)
         diagnostics = _enforced(diagnostics, denied, allowed)
         found.extend(diagnostics)
         if not any(d.severity == "error" for d in diagnostics):
-            clean.extend(f"{file}: {s.name}: {len(s.rules)} rules, no errors" for s in systems)
-    errors = sum(d.severity == "error" for d in found)
+            shown = STDIN if file == "-" else file
+            clean.extend(f"{shown}: {s.name}: {len(s.rules)} rules, no errors" for s in systems)
+    undecided = any(d.code == "FZ407" for d in found)
+    found = heard(found)
     show(found, form)
     if form == "text":
         for line in clean:
             say(line)
         if found:
             say(f"\n{_counted(found)}", err=True)
-    if errors:
+    if any(d.severity == "error" for d in found):
         return FAILED
-    return UNDECIDED if any(d.code == "FZ407" for d in found) else DONE
+    return UNDECIDED if undecided else DONE
 
 
 def _check_file(file: str, profile: str | None) -> tuple[tuple[FuzzySystem, ...], list[Diagnostic]]:
     from fuzzyctl.checking import check_source
-    from fuzzyctl.reading import read_source
 
     try:
-        return check_source(read_source(file), folder=Path(file).parent, profile=profile)
+        return check_source(source_of(file), folder=Path(file).parent, profile=profile)
     except DiagnosticError as error:
         return (), list(error.diagnostics)
 

@@ -13,11 +13,13 @@ from fuzzyctl.cli.common import (
     AS,
     DONE,
     FORMAT,
+    QUIET,
     SET,
     SYSTEM,
     answers_with_diagnostics,
     assignments,
     show,
+    source_of,
     under,
     with_params,
 )
@@ -39,7 +41,7 @@ if TYPE_CHECKING:
     required=True,
     help="C99, Structured Text or one Python module.",
 )
-@click.option("-o", "--out", "out", metavar="DIR", default=".", help="The folder to write to.  [default: this one]")
+@click.option("-o", "--output", "out", metavar="DIR", default=".", help="The folder to write to.  [default: this one]")
 @ALGORITHM
 @click.option(
     "--float",
@@ -53,6 +55,7 @@ if TYPE_CHECKING:
 @SET
 @SYSTEM
 @AS
+@QUIET
 @answers_with_diagnostics
 def codegen(
     file: str,
@@ -67,7 +70,9 @@ def codegen(
     name: str | None,
     profile: str | None,
 ) -> int:
-    """Write a system as C99, Structured Text (IEC 61131-3) or plain Python.
+    """Write a system as C, Structured Text or Python.
+
+    C is C99, Structured Text that of IEC 61131-3.
 
     \b
     fuzzyctl codegen rules/ais_reaction.fz --target c -o build
@@ -80,9 +85,7 @@ def codegen(
     chosen = _format(fixed, target, precision)
     if target == "python" and precision == "float":
         raise click.BadParameter("Python has double precision only", param_hint="--float")
-    from fuzzyctl.reading import read_source
-
-    source = read_source(file)
+    source = source_of(file)
     system, verdicts = _passed(source, Path(file).parent, settings, name, profile)
     from fuzzyctl.codegen.files import generate, write
     from fuzzyctl.codegen.fixed import fixed_point

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import wraps
 from pathlib import Path
-from typing import Any, Final, ParamSpec
+from typing import TYPE_CHECKING, Any, BinaryIO, Final, ParamSpec
 
 import click
 
@@ -20,6 +20,12 @@ from fuzzyctl.errors import Diagnostic, DiagnosticError, FuzzyctlError, render_a
 from fuzzyctl.misspelt import closest
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.numerals import to_number
+
+if TYPE_CHECKING:
+    from fuzzyctl.source import SourceText
+
+#: Name of standard input in diagnostics; as an argument it is '-'.
+STDIN: Final = "<stdin>"
 
 #: Exit codes: done; diagnostics, refuted or diverged; wrong usage; undecided.
 DONE: Final = 0
@@ -90,16 +96,45 @@ AS = click.option(
 )
 
 
+def _be_quiet(context: click.Context, _option: click.Parameter, given: bool) -> None:
+    context.meta[_QUIET] = given
+
+
+QUIET = click.option(
+    "-q",
+    "--quiet",
+    is_flag=True,
+    expose_value=False,
+    callback=_be_quiet,
+    help="Print errors only, no warnings and no hints.",
+)
+#: Where a command keeps whether it is quiet, the warnings that it has printed, and whether it has read standard input.
+_QUIET: Final = "fuzzyctl.quiet"
+_PRINTED: Final = "fuzzyctl.printed"
+_READ: Final = "fuzzyctl.read"
+
+
 def use_color(stream: Any) -> bool:
     """Whether a stream is a terminal that wants colour (https://no-color.org)."""
     return bool(stream.isatty()) and "NO_COLOR" not in os.environ and os.environ.get("TERM") != "dumb"
 
 
+def terminal_width(stream: Any) -> int | None:
+    """Return the columns of a terminal; None for a pipe or a file, whose lines are read by programs."""
+    if not stream.isatty():
+        return None
+    try:
+        return os.get_terminal_size(stream.fileno()).columns or None
+    except OSError:
+        return None
+
+
 def show(diagnostics: Sequence[Diagnostic], form: str = "text") -> None:
     """Print diagnostics: as text on standard error, for machines on standard output."""
     if form == "text":
-        if diagnostics:
-            text = render_all(diagnostics, color=use_color(sys.stderr), encoding=sys.stderr.encoding)
+        if found := _unprinted(heard(diagnostics)):
+            color, width = use_color(sys.stderr), terminal_width(sys.stderr)
+            text = render_all(found, color=color, width=width, encoding=sys.stderr.encoding)
             click.echo(text, file=sys.stderr)
         return
     from fuzzyctl.cli import reports
@@ -107,6 +142,25 @@ def show(diagnostics: Sequence[Diagnostic], form: str = "text") -> None:
     text = {"json": reports.as_json, "sarif": reports.as_sarif, "github": reports.as_github}[form](diagnostics)
     if text:
         write_data(f"{text}\n")
+
+
+def heard(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
+    """Return the diagnostics to print: with `--quiet` errors only."""
+    return [d for d in diagnostics if d.severity == "error" or not _meta().get(_QUIET)]
+
+
+def _unprinted(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
+    """Return all errors, and the warnings and hints that this command has not printed."""
+    before = _meta().setdefault(_PRINTED, set())
+    found = [d for d in diagnostics if d.severity == "error" or (d.code, d.place, d.message) not in before]
+    before.update((d.code, d.place, d.message) for d in found)
+    return found
+
+
+def _meta() -> dict[str, Any]:
+    """Return what the stages of a command share."""
+    context = click.get_current_context(silent=True)
+    return context.meta if context is not None else {}
 
 
 def answers_with_diagnostics(command: Callable[P, int | None]) -> Callable[P, None]:
@@ -143,13 +197,32 @@ def _silence() -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
+def standard_input() -> BinaryIO:
+    """Return standard input as bytes, once in a command.
+
+    Raises:
+        UsageError: For a second '-'.
+    """
+    if _meta().get(_READ):
+        raise click.UsageError("'-' is given twice, and standard input can be read once")
+    _meta()[_READ] = True
+    return sys.stdin.buffer
+
+
+def source_of(file: str) -> SourceText:
+    """Read a rule file, or standard input for '-'; files that its text uses are found in the current folder."""
+    from fuzzyctl.reading import read_source, read_stream
+
+    return read_stream(standard_input(), STDIN) if file == "-" else read_source(file)
+
+
 def load_checked(
     path: str, settings: Iterable[str] = (), name: str | None = None, profile: str | None = None
 ) -> FuzzySystem:
     """Load a rule file for use: all its checks must pass; warnings are printed.
 
     Args:
-        path: The file.
+        path: The file; '-' is standard input.
         settings: `NAME=VALUE` for params.
         name: The system, where the file holds several.
         profile: The profile to compute by; None for what the file says.
@@ -159,9 +232,8 @@ def load_checked(
     """
     from fuzzyctl.analysis import coverage
     from fuzzyctl.loading import examine
-    from fuzzyctl.reading import read_source
 
-    system, diagnostics = examine(read_source(path), folder=Path(path).parent, system=name)
+    system, diagnostics = examine(source_of(path), folder=Path(path).parent, system=name)
     if system is None:
         raise DiagnosticError(diagnostics)
     texts = tuple(settings)

@@ -14,6 +14,7 @@ from fuzzyctl.cli.common import (
     FAILED,
     FORMAT,
     POINTS,
+    QUIET,
     SET,
     SYSTEM,
     NotNegative,
@@ -63,6 +64,7 @@ def _profiles(_context: click.Context, _option: click.Parameter, given: str | No
 @FORMAT
 @SET
 @SYSTEM
+@QUIET
 @answers_with_diagnostics
 def compare(
     first: str,
@@ -74,16 +76,17 @@ def compare(
     settings: tuple[str, ...],
     name: str | None,
 ) -> int:
-    """Compare the numbers of two files, or of one file as several tools compute it.
+    """Compare the numbers of two files or tools.
 
     \b
     fuzzyctl compare old.fz new.fz
     fuzzyctl compare tipper.fis --as matlab,pyfuzzylite,exact
     fuzzyctl compare tipper.fis tipper.fll --as exact
 
-    Outputs are compared at corners of terms, on an even grid and at random points; around the worst of them it is
-    looked for a worse one. Then settings of the second are put into the first, one by one, to see which of them
-    explains the difference there. Inputs and outputs are paired by name, those of other names in order.
+    One file is compared as several tools compute it. Outputs are compared at corners of terms, on an even grid and at
+    random points; around the worst of them it is looked for a worse one. Then settings of the second are put into the
+    first, one by one, to see which of them explains the difference there. Inputs and outputs are paired by name, those
+    of other names in order.
 
     Exit code: 0; 1 where a difference exceeds --within.
     """

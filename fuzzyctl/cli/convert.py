@@ -15,11 +15,13 @@ from fuzzyctl.cli.common import (
     FAILED,
     FORMAT,
     POINTS,
+    QUIET,
     SET,
     SYSTEM,
     answers_with_diagnostics,
     assignments,
     show,
+    source_of,
     with_params,
 )
 from fuzzyctl.cli.progress import progress
@@ -42,6 +44,7 @@ if TYPE_CHECKING:
 @FORMAT
 @SET
 @SYSTEM
+@QUIET
 @answers_with_diagnostics
 def convert(
     source: str,
@@ -54,13 +57,13 @@ def convert(
     settings: tuple[str, ...],
     name: str | None,
 ) -> int:
-    """Write a system in another format, and report what became of it.
+    """Write a system in another format.
 
     \b
     fuzzyctl convert tipper.fis tipper.fz
     fuzzyctl convert rules/tipper.fz tipper.fis
-    fuzzyctl convert tipper.fll tipper.md            a page with tables and pictures
-    fuzzyctl convert tipper.fcl - --to python        a module that builds it
+    fuzzyctl convert tipper.fll tipper.md      a page with tables and pictures
+    fuzzyctl convert tipper.fcl - --to python  a module that builds it
 
     The suffix of OUT says the format: .fz .fll .fis .fcl .fml .xml, and .py and .md, which are not read back. OUT may
     be '-' for standard output, together with --to. The report goes to standard error then.
@@ -131,9 +134,8 @@ def _target(target: str, wanted: str | None) -> str:
 def _loaded(source: str, settings: tuple[str, ...], name: str | None) -> tuple[FuzzySystem, list[Diagnostic]]:
     """Load a system of any format with its warnings, which are printed; its gaps are no mistakes of a conversion."""
     from fuzzyctl.loading import examine
-    from fuzzyctl.reading import read_source
 
-    system, diagnostics = examine(read_source(source), folder=Path(source).parent, system=name)
+    system, diagnostics = examine(source_of(source), folder=Path(source).parent, system=name)
     if system is None:
         raise DiagnosticError(diagnostics)
     show(diagnostics)

@@ -30,7 +30,9 @@ OPTIONAL: Final = {"plotly": "html", "pyarrow": "data", "distributed": "cluster"
 @FORMAT
 @answers_with_diagnostics
 def doctor(clear_cache: bool, form: str) -> int:
-    """Say what is installed, which backend evaluates systems and why, and where compiled kernels are kept.
+    """Say what is installed and in use.
+
+    Names the backend that evaluates systems, and why, and the folder of compiled kernels.
 
     Exit code 1 if something that fuzzyctl needs is missing or cannot be used, or if files of the cache cannot be
     removed; evaluation works without numba, slower.

@@ -6,7 +6,6 @@ import csv
 import io
 import json
 import math
-import sys
 import tempfile
 import unicodedata
 from collections.abc import Iterator
@@ -18,7 +17,9 @@ from fuzzyctl.cli.common import (
     AS,
     DONE,
     FORMAT,
+    QUIET,
     SET,
+    STDIN,
     SYSTEM,
     answers_with_diagnostics,
     load_checked,
@@ -26,6 +27,7 @@ from fuzzyctl.cli.common import (
     plain,
     point_of,
     show,
+    standard_input,
 )
 from fuzzyctl.cli.streams import say, write_data, write_json
 from fuzzyctl.errors import Diagnostic, DiagnosticError
@@ -48,6 +50,7 @@ BLOCK: Final = 8192
 @SET
 @SYSTEM
 @AS
+@QUIET
 @answers_with_diagnostics
 def evaluate(
     file: str,
@@ -64,9 +67,9 @@ def evaluate(
     fuzzyctl eval rules/tipper.fz service=7 food=8
     fuzzyctl eval rules/tipper.fz --points visits.csv > tips.csv
 
-    The CSV has a header with the names of the inputs, in any order; other columns are kept, the outputs are appended.
-    A value outside an input's range is clamped to it, with a warning. An adaptive output is evaluated at its initial
-    consequents.
+    FILE may be '-', standard input. The CSV has a header with the names of the inputs, in any order; other columns are
+    kept, the outputs are appended. A value outside an input's range is clamped to it, with a warning. An adaptive
+    output is evaluated at its initial consequents.
     """
     from fuzzyctl.kernels.compile import compile as compile_system
 
@@ -101,14 +104,14 @@ def _results(system: FuzzySystem, given: dict[str, float]) -> dict[str, float]:
 
 
 def _evaluate_csv(system: FuzzySystem, kernel: Kernel, points: str, form: str) -> int:
-    name = "<stdin>" if points == "-" else points
+    name = STDIN if points == "-" else points
     try:
         # Results wait in a file until all rows are done, so that a malformed one prints nothing half-written.
         with tempfile.TemporaryFile("w+", encoding="utf-8", newline="") as results:
             if points == "-":
-                stream = io.TextIOWrapper(sys.stdin.buffer, encoding="utf-8-sig", newline="")
-                warnings = _evaluate_rows(system, kernel, stream, name, form, results)
-                stream.detach()
+                piped = io.TextIOWrapper(standard_input(), encoding="utf-8-sig", newline="")
+                warnings = _evaluate_rows(system, kernel, piped, name, form, results)
+                piped.detach()
             else:
                 with open(points, encoding="utf-8-sig", newline="") as stream:
                     warnings = _evaluate_rows(system, kernel, stream, name, form, results)

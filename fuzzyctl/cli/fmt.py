@@ -11,7 +11,16 @@ from pathlib import Path
 
 import click
 
-from fuzzyctl.cli.common import DIAGNOSTICS_FORMAT, DONE, FAILED, answers_with_diagnostics, show, use_color
+from fuzzyctl.cli.common import (
+    DIAGNOSTICS_FORMAT,
+    DONE,
+    FAILED,
+    STDIN,
+    answers_with_diagnostics,
+    show,
+    standard_input,
+    use_color,
+)
 from fuzzyctl.cli.streams import say, write_data
 from fuzzyctl.errors import Diagnostic, DiagnosticError
 from fuzzyctl.files import written_whole
@@ -85,8 +94,8 @@ def _laid_out(file: str) -> _Laid:
         message = f"only .fz files are laid out, and this is a {foreign.suffixes[0]} file"
         help_text = f"'fuzzyctl convert {file} {Path(file).stem}.fz' makes one"
         raise DiagnosticError([Diagnostic("FZ602", message, file=file, help=help_text)])
-    data = sys.stdin.buffer.read() if file == "-" else b""
-    source = decode(data, "<stdin>") if file == "-" else read_source(file)
+    data = standard_input().read() if file == "-" else b""
+    source = decode(data, STDIN) if file == "-" else read_source(file)
     _, mistakes = parse(source)
     if mistakes:
         raise DiagnosticError(mistakes)

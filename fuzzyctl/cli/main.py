@@ -41,26 +41,27 @@ A rule file, tip.fz:
 
 \b
 What to do with it:
-    fuzzyctl check tip.fz                   find mistakes, each with its place and repair
-    fuzzyctl explain FZ203                  what a mistake means, with an example
-    fuzzyctl show tip.fz                    print it on one page, with what is proved
-    fuzzyctl prove tip.fz                   prove its guarantees, or find a point that breaks one
-    fuzzyctl bounds tip.fz                  bound its outputs and their slopes
-    fuzzyctl eval tip.fz service=7          evaluate one point
-    fuzzyctl eval tip.fz --points in.csv    evaluate many: a CSV in, the same CSV with outputs out
-    fuzzyctl why tip.fz service=7           which rules act there, and what each contributes
-    fuzzyctl plot-terms tip.fz              draw the terms
-    fuzzyctl plot-surface tip.fz -o tip.png draw what it computes
-    fuzzyctl fmt tip.fz                     lay it out
-    fuzzyctl codegen tip.fz --target c      write it as C99, or st, or python
-    fuzzyctl convert tip.fis tip.fz         from and to .fis, .fll, .fcl, .fml
-    fuzzyctl diff old.fz new.fz             what was changed: terms, rules, cells
-    fuzzyctl compare old.fz new.fz          where their numbers differ most, and why
-    fuzzyctl new heater                     write another file to begin with
-    fuzzyctl doctor                         what is installed, and what is in use
+  fuzzyctl check tip.fz                   find mistakes, with their repair
+  fuzzyctl explain FZ203                  what a mistake means
+  fuzzyctl show tip.fz                    print it on one page
+  fuzzyctl prove tip.fz                   prove its guarantees, or refute them
+  fuzzyctl bounds tip.fz                  bound its outputs and their slopes
+  fuzzyctl eval tip.fz service=7          evaluate one point
+  fuzzyctl eval tip.fz --points in.csv    evaluate all rows of a CSV
+  fuzzyctl why tip.fz service=7           which rules act there, and how much
+  fuzzyctl plot-terms tip.fz              draw the terms
+  fuzzyctl plot-surface tip.fz -o tip.png draw what it computes
+  fuzzyctl fmt tip.fz                     lay it out
+  fuzzyctl codegen tip.fz --target c      write it as C99, or st, or python
+  fuzzyctl convert tip.fis tip.fz         from and to .fis, .fll, .fcl, .fml
+  fuzzyctl diff old.fz new.fz             what was changed: terms, rules
+  fuzzyctl compare old.fz new.fz          where their numbers differ, and why
+  fuzzyctl new heater                     write another file to begin with
+  fuzzyctl doctor                         what is installed and in use
 
 \b
-Exit codes: 0 done, 1 mistakes found, 2 wrong usage, 3 a guarantee is undecided.
+Exit codes: 0 done, 1 mistakes found, 2 wrong usage,
+3 a guarantee is undecided.
 """,
 )
 @click.version_option(fuzzyctl.__version__, prog_name="fuzzyctl")

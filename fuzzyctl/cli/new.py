@@ -65,7 +65,7 @@ require bounded(power, 0, 100)
 
 @click.command()
 @click.argument("name")
-@click.option("-o", "--out", "out", metavar="FILE", help="The file to write.  [default: NAME.fz]")
+@click.option("-o", "--output", "out", metavar="FILE", help="The file to write.  [default: NAME.fz]")
 @answers_with_diagnostics
 def new(name: str, out: str | None) -> int:
     """Write an annotated rule file to begin with.

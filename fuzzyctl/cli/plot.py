@@ -10,6 +10,7 @@ import click
 
 from fuzzyctl.cli.common import (
     AS,
+    QUIET,
     SET,
     SYSTEM,
     answers_with_diagnostics,
@@ -31,14 +32,15 @@ SUFFIXES = (".png", ".svg", ".pdf")
 @click.option("-x", "x", metavar="VAR", help="Input along the first axis.  [default: the first]")
 @click.option("-y", "y", metavar="VAR", help="Input along the second axis.  [default: the next]")
 @click.option("--at", "at", multiple=True, metavar="VAR=VALUE", help="Value of another input.  [default: mid-range]")
-@click.option("--output", "output", metavar="VAR", help="Which output.  [default: the first]")
+@click.option("-z", "output", metavar="VAR", help="Output to draw.  [default: the first]")
 @click.option(
     "--resolution", type=click.IntRange(2, 2001), default=121, show_default=True, help="Points along an axis."
 )
-@click.option("-o", "--out", "out", metavar="FILE", help="PNG, SVG or PDF.  [default: SYSTEM-OUTPUT.png]")
+@click.option("-o", "--output", "out", metavar="FILE", help="PNG, SVG or PDF.  [default: SYSTEM-OUTPUT.png]")
 @SET
 @SYSTEM
 @AS
+@QUIET
 @answers_with_diagnostics
 def plot_surface(
     file: str,
@@ -92,10 +94,11 @@ def plot_surface(
 
 @click.command("plot-terms")
 @click.argument("file")
-@click.option("-o", "--out", "out", metavar="FILE", help="PNG, SVG or PDF.  [default: SYSTEM-terms.png]")
+@click.option("-o", "--output", "out", metavar="FILE", help="PNG, SVG or PDF.  [default: SYSTEM-terms.png]")
 @SET
 @SYSTEM
 @AS
+@QUIET
 @answers_with_diagnostics
 def plot_terms(file: str, out: str | None, settings: tuple[str, ...], name: str | None, profile: str | None) -> None:
     """Draw the terms of all inputs and outputs."""

@@ -15,13 +15,16 @@ from fuzzyctl.cli.common import (
     DONE,
     FAILED,
     FORMAT,
+    QUIET,
     SET,
+    STDIN,
     SYSTEM,
     UNDECIDED,
     answers_with_diagnostics,
     assignments,
     end_of_range,
     show,
+    source_of,
     timeout_option,
     under,
     with_params,
@@ -44,6 +47,7 @@ Proofs = list[tuple[str, "FuzzySystem", "list[Verdict]"]]
 @AS
 @timeout_option(10.0, "How long one guarantee may take.")
 @FORMAT
+@QUIET
 @answers_with_diagnostics
 def prove(
     files: tuple[str, ...], settings: tuple[str, ...], name: str | None, profile: str | None, timeout: float, form: str
@@ -61,14 +65,14 @@ def prove(
     mistakes: list[Diagnostic] = []
     tell = say if form == "text" else None
     try:
-        for file in files:
+        for file in dict.fromkeys(files):
             try:
                 systems = _systems(file, settings, name, profile)
             except DiagnosticError as error:
                 mistakes.extend(error.diagnostics)
                 continue
             for system in systems:
-                proofs.append((file, system, []))
+                proofs.append((STDIN if file == "-" else file, system, []))
                 _prove_all(*proofs[-1], timeout, tell)
     except KeyboardInterrupt:
         show(mistakes)
@@ -94,9 +98,8 @@ def _systems(file: str, settings: Sequence[str], name: str | None, profile: str 
     """
     from fuzzyctl.analysis import coverage
     from fuzzyctl.loading import choose, examine_all
-    from fuzzyctl.reading import read_source
 
-    source = read_source(file)
+    source = source_of(file)
     systems, diagnostics = examine_all(source, folder=Path(file).parent)
     if name is not None:
         chosen, diagnostics = choose(source, systems, diagnostics, name)

@@ -13,10 +13,12 @@ from fuzzyctl.cli.common import (
     AS,
     DONE,
     FORMAT,
+    QUIET,
     SET,
     SYSTEM,
     answers_with_diagnostics,
     assignments,
+    source_of,
     under,
     use_color,
 )
@@ -37,6 +39,7 @@ WIDTH = 120
 @SET
 @SYSTEM
 @AS
+@QUIET
 @answers_with_diagnostics
 def show_system(
     file: str,
@@ -91,9 +94,8 @@ def _systems(file: str, settings: tuple[str, ...], name: str | None, profile: st
         DiagnosticError: With all errors of the file, or of the settings.
     """
     from fuzzyctl.loading import choose, examine_all
-    from fuzzyctl.reading import read_source
 
-    source = read_source(file)
+    source = source_of(file)
     systems, diagnostics = examine_all(source, folder=Path(file).parent)
     if name is not None or not systems:
         chosen, diagnostics = choose(source, systems, diagnostics, name)

@@ -12,6 +12,7 @@ from fuzzyctl.cli.common import (
     AS,
     DONE,
     FORMAT,
+    QUIET,
     SET,
     SYSTEM,
     answers_with_diagnostics,
@@ -31,12 +32,13 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("file")
 @click.argument("values", nargs=-1, metavar="INPUT=VALUE...")
-@click.option("-o", "--out", "out", metavar="FILE", help="Draw the rules that act, their sets cut: PNG, SVG or PDF.")
+@click.option("-o", "--output", "out", metavar="FILE", help="Draw the rules that act, their sets cut: PNG, SVG or PDF.")
 @click.option("--rules", "most", type=click.IntRange(1, 100), default=12, show_default=True, help="Most rules to show.")
 @FORMAT
 @SET
 @SYSTEM
 @AS
+@QUIET
 @answers_with_diagnostics
 def why(
     file: str,

@@ -121,7 +121,7 @@ def draw(found: dict[str, dict[str, list[tuple[int, float]]]], target: Path) -> 
 def main() -> None:
     """Measure, print and draw."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("-o", "--out", type=Path, default=Path("."), help="folder to write to")
+    parser.add_argument("-o", "--output", dest="out", type=Path, default=Path("."), help="folder to write to")
     folder = parser.parse_args().out
     found = measure()
     (folder / "growth.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")

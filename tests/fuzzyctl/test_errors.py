@@ -1,6 +1,10 @@
 import json
+import re
+import unicodedata
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from fuzzyctl.errors import (
     Diagnostic,
@@ -10,6 +14,7 @@ from fuzzyctl.errors import (
     ValueOutOfBoundsError,
     render,
     render_all,
+    wrapped,
 )
 from fuzzyctl.expr import FUNCTIONS
 from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, DISJUNCTIONS, MEMBERSHIP
@@ -54,6 +59,60 @@ class TestRender:
 
     def test_colour_only_on_request(self):
         assert "\x1b[" in render(Diagnostic("FZ203", "m", PLACE), color=True)
+
+
+LONG = "the defuzzifier of output 'tip' takes no sets whose membership functions have no closed form"
+
+
+class TestWidth:
+    """On a terminal lines are wrapped at its width; in a pipe they are not."""
+
+    def long(self, text=LONG, line=1):
+        source = SourceText("some_folder/a_file.fz", "\n" * (line - 1) + f"if service is poor then {'x' * 200} is low")
+        place = Span(source, line + 23, line + 223)
+        return Diagnostic("FZ203", text, place, facts=(text, "short"), help=text, notes=(Note(place, text),))
+
+    def test_in_a_pipe_each_message_fact_and_help_is_one_line(self):
+        lines = render(self.long()).split("\n")
+        assert len(lines) == 8
+        assert lines[0].endswith(LONG)
+
+    @pytest.mark.parametrize("color", [False, True])
+    @given(
+        width=st.integers(50, 200), line=st.sampled_from([1, 1000]), text=st.text("ab 語 '", min_size=1, max_size=300)
+    )
+    def test_no_line_is_wider_than_the_terminal_and_nothing_is_lost(self, color, width, line, text):
+        words = " ".join(word[:20] for word in text.split(" "))
+        diagnostic = self.long(words, line)
+        plain = re.sub(r"\x1b\[[\d;]*m", "", render(diagnostic, color=color, width=width))
+        lines = plain.split("\n")
+        assert [part for part in lines if columns(part.rstrip(" ")) > width] == []
+        shown = "".join(plain.split())
+        assert shown.count("".join(words.split())) >= 4
+
+    @pytest.mark.parametrize("width", [20, 40, 80, 300])
+    def test_the_caret_stands_under_its_place_at_every_width(self, width):
+        source = SourceText("a.fz", f"{'x ' * 300}語 fare {'y ' * 300}")
+        at = source.text.index("fare")
+        lines = render(Diagnostic("FZ203", "m", Span(source, at, at + 4)), width=width).split("\n")
+        *_, excerpt, carets = lines
+        assert columns(excerpt[: excerpt.index("fare")]) == carets.index("^^^^")
+        assert columns(excerpt) <= max(width, 24)
+
+    def test_a_word_longer_than_the_terminal_stays_whole(self):
+        assert wrapped("see /a/path/that/is/long here", 12, first=4, indent=2) == [
+            "see",
+            "/a/path/that/is/long",
+            "here",
+        ]
+
+    def test_a_text_that_fits_stays_on_its_line(self):
+        assert wrapped("a  b c", 10, first=4, indent=2) == ["a  b c"]
+        assert wrapped("a  b c", 9, first=4, indent=2) == ["a  b", "c"]
+
+
+def columns(text):
+    return sum(2 if unicodedata.east_asian_width(c) in "WF" else 1 for c in text)
 
 
 class TestRenderAll:

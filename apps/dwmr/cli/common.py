@@ -32,10 +32,9 @@ def read_scenario(scenario: str, overrides: Sequence[str]) -> ScenarioFile:
 
 def warn(diagnostics: Sequence[Diagnostic]) -> None:
     """Print warnings on standard error."""
-    from fuzzyctl.errors import render_all
+    from fuzzyctl.cli.common import show
 
-    if diagnostics:
-        click.echo(render_all(diagnostics, color=sys.stderr.isatty(), encoding=sys.stderr.encoding), file=sys.stderr)
+    show(diagnostics)
 
 
 @contextmanager
@@ -158,10 +157,9 @@ def mistakes_as_diagnostics(style: str) -> Iterator[None]:
 
 def show_diagnostics(diagnostics: Sequence[Diagnostic], style: str) -> None:
     """Print diagnostics: as JSON on standard output or as text on standard error."""
-
-    from fuzzyctl.errors import render_all
+    from fuzzyctl.cli.common import show
 
     if style == "json":
         write_json({"diagnostics": [d.as_dict() for d in diagnostics]})
     else:
-        click.echo(render_all(diagnostics, color=sys.stderr.isatty(), encoding=sys.stderr.encoding), file=sys.stderr)
+        show(diagnostics)

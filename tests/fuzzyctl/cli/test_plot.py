@@ -50,7 +50,7 @@ class TestPlotSurface:
         ("arguments", "part"),
         [
             (["-x", "fod"], "did you mean 'food'"),
-            (["--output", "tp"], "did you mean 'tip'"),
+            (["-z", "tp"], "did you mean 'tip'"),
             (["--at", "food"], "not of the form"),
             (["--at", "food=1", "-x", "food"], "is an axis and has a value too"),
             (["-o", "a.jpg"], "no picture format '.jpg'"),

@@ -1,0 +1,27 @@
+"""Help fits a terminal of 80 columns, and no summary is cut."""
+
+import click
+import pytest
+from click.testing import CliRunner
+
+from fuzzyctl.cli.main import main
+
+COMMANDS = ["", *main.commands]
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_help_fits_80_columns(name):
+    result = CliRunner().invoke(main, [*([name] if name else []), "--help"], terminal_width=80)
+    assert result.exit_code == 0
+    assert [line for line in result.output.splitlines() if len(line) > 80] == []
+
+
+def test_no_summary_of_a_command_is_cut():
+    summaries = CliRunner().invoke(main, ["--help"], terminal_width=80).output.split("Commands:")[1].split("\n\n")[0]
+    assert len(summaries.strip().splitlines()) == len(main.commands)
+    assert "..." not in summaries
+
+
+def test_one_option_names_the_file_to_write():
+    options = [o for c in main.commands.values() for o in c.params if isinstance(o, click.Option)]
+    assert {tuple(o.opts) for o in options if "-o" in o.opts or "--output" in o.opts} == {("-o", "--output")}

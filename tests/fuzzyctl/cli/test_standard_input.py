@@ -1,0 +1,126 @@
+"""'-' as a file, warnings that are printed once, and `--quiet`."""
+
+import json
+
+import pytest
+from click.testing import CliRunner
+
+from fuzzyctl.cli.main import main
+
+#: Each command that reads a rule file, with what else it takes.
+COMMANDS = {
+    "check": [],
+    "show": [],
+    "prove": [],
+    "bounds": [],
+    "eval": ["x=0.5", "y=3"],
+    "why": ["x=0.5", "y=3"],
+    "plot-terms": ["-o", "terms.svg"],
+    "plot-surface": ["-z", "u", "--resolution", "5", "-o", "surface.svg"],
+    "codegen": ["--target", "python", "-o", "code"],
+    "convert": ["out.fz"],
+    "compare": ["--as", "exact,matlab", "--points", "50"],
+}
+#: Those that print the warnings of the file.
+WARNING = [c for c in COMMANDS if c not in ("show", "prove")]
+
+
+@pytest.fixture
+def spare(base):
+    """A file with a warning: nothing uses its param."""
+    return base + "param spare = 0\nrequire u <= 2\n"
+
+
+def run(*arguments, text=None):
+    return CliRunner().invoke(main, list(map(str, arguments)), input=text)
+
+
+@pytest.fixture(autouse=True)
+def _in_a_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+class TestStandardInput:
+    @pytest.mark.parametrize("command", COMMANDS)
+    def test_gives_what_the_file_gives(self, tmp_path, base, command):
+        (tmp_path / "a.fz").write_text(base)
+        from_file = run(command, "a.fz", *COMMANDS[command])
+        (tmp_path / "out.fz").unlink(missing_ok=True)
+        piped = run(command, "-", *COMMANDS[command], text=base)
+        assert piped.exit_code == from_file.exit_code == 0
+        assert piped.output.replace("<stdin>", "a.fz").replace("-  and", "a.fz  and").replace("- as", "a.fz as") == (
+            from_file.output
+        )
+
+    def test_has_its_name_in_diagnostics(self, base):
+        result = run("check", "-", text=base.replace("N  Z", "N  Y", 1))
+        assert result.exit_code == 1
+        assert "<stdin>:18:11: error[FZ203]" in result.output
+
+    def test_uses_files_of_the_current_folder(self, tmp_path, base):
+        head, rest = base.split("input y")
+        (tmp_path / "part.fz").write_text("input y" + rest.split("output u")[0])
+        text = f'{head}use "part.fz"\noutput u' + rest.split("output u")[1]
+        assert run("check", "-", text=text).output == "<stdin>: base: 6 rules, no errors\n"
+
+    @pytest.mark.parametrize("arguments", [["eval", "-", "--points", "-"], ["compare", "-", "-"]])
+    def test_is_read_once(self, base, arguments):
+        result = run(*arguments, text=base)
+        assert result.exit_code == 2
+        assert "'-' is given twice" in result.output
+
+    def test_is_bounded_as_files_are(self):
+        result = run("check", "-", text=" " * ((1 << 20) + 1))
+        assert result.exit_code == 1
+        assert "FZ003" in result.output
+
+
+class TestWarnings:
+    @pytest.mark.parametrize("command", WARNING)
+    def test_are_printed_once(self, tmp_path, spare, command):
+        (tmp_path / "a.fz").write_text(spare)
+        assert run(command, "a.fz", *COMMANDS[command]).output.count("warning[FZ216]") == 1
+
+    def test_of_a_file_that_is_given_twice_are_printed_once(self, tmp_path, spare):
+        (tmp_path / "a.fz").write_text(spare)
+        assert run("compare", "a.fz", "a.fz", "--points", "50").output.count("warning[FZ216]") == 1
+        checked = run("check", "a.fz", "a.fz").output
+        assert checked.count("warning[FZ216]") == checked.count("no errors") == 1
+        assert "0 errors, 1 warning\n" in checked
+        assert run("prove", "a.fz", "a.fz").output.count("proved: ") == 1
+
+    def test_are_printed_again_by_the_next_command(self, tmp_path, spare):
+        (tmp_path / "a.fz").write_text(spare)
+        assert all("warning[FZ216]" in run("eval", "a.fz", "x=0", "y=0").output for _ in range(2))
+
+    @pytest.mark.parametrize("option", ["-q", "--quiet"])
+    @pytest.mark.parametrize("command", WARNING)
+    def test_are_not_printed_where_a_command_is_quiet(self, tmp_path, spare, command, option):
+        (tmp_path / "a.fz").write_text(spare)
+        result = run(command, "a.fz", *COMMANDS[command], option)
+        assert result.exit_code == 0
+        assert "warning" not in result.output
+
+    def test_of_values_out_of_range_are_not_printed_either(self, tmp_path, base):
+        (tmp_path / "a.fz").write_text(base)
+        assert "FZ504" in run("eval", "a.fz", "x=5", "y=0").output
+        assert run("eval", "-q", "a.fz", "x=5", "y=0").output.startswith("u = ")
+
+
+class TestQuiet:
+    def test_prints_errors_and_counts_what_it_prints(self, tmp_path, spare):
+        (tmp_path / "a.fz").write_text(spare + "param other = missing\n")
+        result = run("check", "-q", "a.fz")
+        assert result.exit_code == 1
+        assert "FZ216" not in result.output
+        assert result.output.endswith("\n1 error, 0 warnings\n")
+
+    def test_prints_warnings_that_are_denied(self, tmp_path, spare):
+        (tmp_path / "a.fz").write_text(spare)
+        result = run("check", "-q", "--deny", "warnings", "a.fz")
+        assert result.exit_code == 1
+        assert "error[FZ216]" in result.output
+
+    def test_leaves_warnings_out_of_reports_too(self, tmp_path, spare):
+        (tmp_path / "a.fz").write_text(spare)
+        assert json.loads(run("check", "--format", "json", "-q", "a.fz").output) == {"diagnostics": []}
