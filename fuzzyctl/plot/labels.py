@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any, Final
 
-#: Mean width of a letter and distance of lines, in points, of the size that pictures are written in.
-LETTER: Final = 6.4
+from matplotlib.textpath import TextPath
+
+#: Size of letters, least distance of names beside each other, and distance of lines [points].
+SIZE: Final = 10.0
+GAP: Final = 3.2
 LINE: Final = 12.0
 
 #: Part of a figure's width that its axes take.
@@ -30,16 +34,18 @@ class Label:
         at: Where the curve is highest, in the units of the axis.
         height: How high it is there.
         color: Its colour.
+        upright: Whether the curve is a vertical line, as that of a singleton is, through which no name may run.
     """
 
     text: str
     at: float
     height: float
     color: str
+    upright: bool = False
 
 
 def draw_labels(ax: Any, labels: Sequence[Label], low: float, high: float) -> int:
-    """Write names over their curves.
+    """Write names over their curves; names that find no line are counted in a corner.
 
     Args:
         ax: Axes from low to high.
@@ -51,16 +57,33 @@ def draw_labels(ax: Any, labels: Sequence[Label], low: float, high: float) -> in
         How many lines stand above each other at the highest curves.
     """
     width = AXES * ax.figure.get_size_inches()[0] * 72.0
+    labels = _above_uprights(labels, low, high, width)
     lines = lanes(labels, low, high, width)
     for label, line in zip(labels, lines, strict=True):
-        side, text = _side(label, low, high), shortened(label.text)
-        place = (label.at, label.height)
-        ax.annotate(text, place, (0, 3 + LINE * line), textcoords="offset points", ha=side, color=label.color)
-    return 1 + max(lines, default=0)
+        if line is not None:
+            offset = _extent(label, low, high, width)[0] - _at(label, low, high, width) + GAP / 2
+            place = (label.at, label.height)
+            ax.annotate(
+                shortened(label.text), place, (offset, 3 + LINE * line), textcoords="offset points", color=label.color
+            )
+    if None in lines:
+        text = f"and {lines.count(None)} more"
+        ax.annotate(text, (1, 1), (0, 2), "axes fraction", "offset points", ha="right", color="#444444")
+    return 1 + max((line for line in lines if line is not None), default=0)
 
 
-def lanes(labels: Sequence[Label], low: float, high: float, width: float) -> list[int]:
-    """Return for each label the lowest line on which it overlaps none to its left.
+def _above_uprights(labels: Sequence[Label], low: float, high: float, width: float) -> list[Label]:
+    """Return labels that stand above the vertical lines which would run through them."""
+    found = []
+    for label in labels:
+        left, right = _extent(label, low, high, width)
+        crossed = [u.height for u in labels if u.upright and left <= _at(u, low, high, width) <= right]
+        found.append(replace(label, height=max([label.height, *crossed])))
+    return found
+
+
+def lanes(labels: Sequence[Label], low: float, high: float, width: float) -> list[int | None]:
+    """Return for each label the lowest line on which it overlaps none to its left, None where there is none.
 
     Args:
         labels: The labels.
@@ -68,14 +91,16 @@ def lanes(labels: Sequence[Label], low: float, high: float, width: float) -> lis
         high: The right end.
         width: Its length in points.
     """
-    found = [0] * len(labels)
+    found: list[int | None] = [None] * len(labels)
     placed: list[tuple[float, float, float, int]] = []
     for k in sorted(range(len(labels)), key=lambda k: labels[k].at):
         left, right = _extent(labels[k], low, high, width)
         near = [(a, b, line) for a, b, height, line in placed if abs(height - labels[k].height) < SAME]
         taken = {line for a, b, line in near if a < right and left < b}
-        found[k] = next((line for line in range(MOST) if line not in taken), k % MOST)
-        placed.append((left, right, labels[k].height, found[k]))
+        free = next((line for line in range(MOST) if line not in taken), None)
+        if free is not None:
+            found[k] = free
+            placed.append((left, right, labels[k].height, free))
     return found
 
 
@@ -85,17 +110,21 @@ def shortened(text: str, longest: int = LONGEST) -> str:
 
 
 def _extent(label: Label, low: float, high: float, width: float) -> tuple[float, float]:
-    """Return from where to where a label reaches, in points from the left end of the axis."""
-    length = LETTER * len(shortened(label.text)) + LETTER / 2
-    at = width * (label.at - low) / (high - low)
-    match _side(label, low, high):
-        case "left":
-            return at, at + length
-        case "right":
-            return at - length, at
-    return at - length / 2, at + length / 2
+    """Return from where to where a label reaches, in points from the left end of the axis.
+
+    It is centred, but for the ends of the axis, which it does not cross.
+    """
+    length = _length(shortened(label.text))
+    left = min(max(_at(label, low, high, width) - length / 2, 0.0), max(width - length, 0.0))
+    return left, left + length
 
 
-def _side(label: Label, low: float, high: float) -> str:
-    """Return how a label is aligned: at the ends of the axis a centred one would stand on tick labels or outside."""
-    return "left" if label.at <= low else "right" if label.at >= high else "center"
+def _at(label: Label, low: float, high: float, width: float) -> float:
+    """Return where a curve is highest, in points from the left end of the axis, within the axis."""
+    return width * min(max((label.at - low) / (high - low), 0.0), 1.0)
+
+
+@cache
+def _length(text: str) -> float:
+    """Return the width of a name with the gap behind it [points]."""
+    return float(TextPath((0, 0), text, size=SIZE).get_extents().width) + GAP

@@ -49,9 +49,9 @@ def draw_variable(ax: Any, system: FuzzySystem, variable: LinguisticVariable) ->
         if y is None:
             functions.append((f"{term.name} = {membership_text(term.membership)}", color))
         elif term.membership.kind in ("singleton", "constant"):
-            at = system.number(term.membership.arguments[0])
-            ax.vlines(at, 0, 1, color=color, lw=2)
-            labels.append(Label(term.name, at, 1.0, color))
+            at, height = system.number(term.membership.arguments[0]), system.number(term.membership.height)
+            ax.vlines(at, 0, height, color=color, lw=2)
+            labels.append(Label(term.name, at, height, color, upright=True))
         else:
             ax.plot(x, y, color=color)
             ax.fill_between(x, y, color=color, alpha=0.08, lw=0)
