@@ -1,0 +1,47 @@
+"""The pictures of the README: above each stands the command that makes it.
+
+`python tests/e2e/pictures.py` makes them again.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+import sysconfig
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+FORM = re.compile(r"^<!-- (.+) -->\n!\[.+\]\((docs/images/.+)\)$", flags=re.MULTILINE)
+
+
+def pictures() -> Iterator[tuple[str, Path]]:
+    """Yield each command with the file of its picture, relative to the project."""
+    for command, path in FORM.findall((ROOT / "README.md").read_text(encoding="utf-8")):
+        yield command, Path(path)
+
+
+def made(command: str, name: str, folder: Path) -> Path:
+    """Run a command in a folder and return the file of some name that it writes there."""
+    shutil.copytree(ROOT / "rules", folder / "rules")
+    program, *arguments = command.split()
+    scripts = Path(sysconfig.get_path("scripts"))
+    subprocess.run([scripts / program, *arguments], cwd=folder, check=True, capture_output=True)
+    (found,) = folder.rglob(name)
+    return found
+
+
+def main() -> None:
+    """Make all of them again."""
+    for command, path in pictures():
+        with tempfile.TemporaryDirectory() as folder:
+            (ROOT / path).parent.mkdir(exist_ok=True)
+            shutil.copyfile(made(command, path.name, Path(folder)), ROOT / path)
+        print(f"wrote {path}: {command}")
+
+
+if __name__ == "__main__":
+    sys.exit(main())
