@@ -20,7 +20,7 @@ class TestCsvFields:
     @pytest.mark.parametrize(
         "csv",
         [
-            ',N,Z,P\n"N",a,"a", b\nZ,a,a,"linear(1, 2, 3)"\nP,a,0.5,b*(1/2)\n',
+            ',N,Z,P\n"N",a,"a", b\nZ,a,a,"linear(1, 0.5, 3)"\nP,a,0.5,b*(1/2)\n',
             "e\\d;N;Z;P\nN;a;a;b\nZ;a;a;b\nP;a;0.5;.\n",
             '"e, d",N,Z,P\r\n\r\nN,a,a,b\r\nZ,a,a,b\r\n,,,\r\nP,a,a,b',
         ],
