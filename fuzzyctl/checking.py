@@ -156,6 +156,7 @@ def _analysed(
     except DiagnosticError as error:
         return [], list(error.diagnostics)
     work = Work() if work is None else work
+    imprecise = accuracy.diagnostics(system, flat, work)
     uncovered = coverage.uncovered_of(flat, work)
     found = coverage.diagnostics_of(system, flat, uncovered, work)
     idle = effects.diagnostics(system, flat, work)
@@ -166,7 +167,7 @@ def _analysed(
         *idle,
         *jumps.diagnostics(system, flat, uncovered, work),
         *bounds.diagnostics(system, flat, uncovered),
-        *accuracy.diagnostics(system, flat),
+        *imprecise,
     ]
     if guarantees and system.guarantees:
         from fuzzyctl.analysis import prove

@@ -14,6 +14,8 @@ from fuzzyctl.kernels.plan import OutputPlan, Plan
 CHECK: Final = 1_500_000
 #: Units for the coverage of one output.
 COVERAGE: Final = 1_200_000
+#: Units for the turning points of own hedges.
+ISOLATION: Final = 750_000
 #: Units for the search of a silent point of one output.
 SEARCH: Final = 400_000
 

@@ -10,11 +10,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import lru_cache
 from itertools import pairwise
 from typing import Final
 
-from fuzzyctl.expr import Call, Expr
+from fuzzyctl.expr import Call, Expr, walk
 from fuzzyctl.formulas.sigmoid_extrema import bisected
 from fuzzyctl.kernels.python_backend import scalar_function
 from fuzzyctl.kernels.sets import ITSELF, SetPlan
@@ -31,6 +31,14 @@ _LEVEL: Final = 1e-13
 #: So many degrees at which a hedge turns, and so many places of a term, are taken at most.
 MOST_DEGREES: Final = 200
 MOST_PLACES: Final = 500
+#: Most operands and operators of a hedge that are enclosed over intervals of degrees; it is given up beyond.
+_MOST_ENCLOSED: Final = 500_000
+#: Units of `analysis.work`, that is microseconds: for a hedge, for an operand or operator enclosed, and for a place.
+_UNITS_OF_HEDGE: Final = 10_000.0
+_UNITS_OF_ENCLOSED: Final = 2.5
+_UNITS_OF_PLACE: Final = 300.0
+#: Terms and hedges for which results are kept, such as those of a kernel that is compiled in several variants.
+_KEPT: Final = 1000
 
 
 @dataclass(frozen=True)
@@ -51,12 +59,15 @@ class MonotoneParts:
     Args:
         degrees: Rising.
         complete: Whether these are all; if not, the ends of the intervals in which nothing is known are among them.
+        enclosed: How many operands and operators were enclosed.
     """
 
     degrees: tuple[float, ...]
     complete: bool
+    enclosed: int = 0
 
 
+@lru_cache(maxsize=_KEPT)
 def turning_points(term: SetPlan, lower: float, upper: float) -> tuple[float, ...]:
     """Return places between which a term with own hedges is monotone, and one halfway up each of these sides.
 
@@ -69,15 +80,30 @@ def turning_points(term: SetPlan, lower: float, upper: float) -> tuple[float, ..
     known = len(places)
     for k, change in enumerate(term.changes):
         degrees = monotone_parts(change).degrees if _is_own(change) else ()
-        if degrees:
+        if degrees and len(places) <= MOST_PLACES:
             places = _with_levels(replace(term, changes=term.changes[:k]), places, degrees)[: MOST_PLACES + 1]
     return _with_halves(term, places) if len(places) > known else ()
 
 
 def is_resolved(term: SetPlan, lower: float, upper: float) -> bool:
     """Return whether a term is monotone between its `turning_points`."""
-    own = [monotone_parts(change) for change in term.changes if _is_own(change)]
+    own = [monotone_parts(change) for change in own_changes(term)]
     return all(o.complete for o in own) and len(turning_points(term, lower, upper)) <= 2 * MOST_PLACES
+
+
+def own_changes(term: SetPlan) -> list[Expr]:
+    """Return what own hedges make of the degree of a term."""
+    return [change for change in term.changes if _is_own(change)]
+
+
+def units_of_hedge(change: Expr) -> float:
+    """Return the work of isolating the degrees at which an own hedge turns; they are isolated for that."""
+    return _UNITS_OF_HEDGE + _UNITS_OF_ENCLOSED * monotone_parts(change).enclosed
+
+
+def units_of_places(term: SetPlan, lower: float, upper: float) -> float:
+    """Return the work of locating the turning points of a term; they are located for that."""
+    return _UNITS_OF_PLACE * len(turning_points(term, lower, upper))
 
 
 def _is_own(change: Expr) -> bool:
@@ -90,6 +116,8 @@ def _with_levels(term: SetPlan, places: Sequence[float], degrees: Sequence[float
     found = set(places)
     for a, b, low, high in _sides(degree, places):
         found |= {_reached(degree, a, b, d) for d in degrees if min(low, high) < d < max(low, high)}
+        if len(found) > MOST_PLACES:
+            break
     return sorted(found)
 
 
@@ -116,13 +144,18 @@ def _reached(degree: Callable[[float], float], a: float, b: float, level: float)
     return bisected(lambda x: degree(x) >= level if rises else degree(x) <= level, a, b)
 
 
-@cache
+@lru_cache(maxsize=_KEPT)
 def monotone_parts(change: Expr) -> MonotoneParts:
     """Isolate the degrees from 0 to 1 at which an own hedge turns or jumps, by halving intervals of degrees."""
     decided: list[_Part] = []
     halves = [(0.0, 1.0)]
     complete = True
+    size, enclosed = sum(1 for _ in walk(change)), 0
     for halving in range(_HALVINGS + 1):
+        enclosed += size * len(halves)
+        if enclosed > _MOST_ENCLOSED:
+            complete = False
+            break
         parts = _parts(change, halves)
         decided += [p for p in parts if p.sign == p.sign]
         undecided = [p for p in parts if p.sign != p.sign]
@@ -134,7 +167,7 @@ def monotone_parts(change: Expr) -> MonotoneParts:
         middles = [(p.start, 0.5 * p.start + 0.5 * p.end, p.end) for p in undecided]
         halves = [half for a, b, c in middles for half in ((a, b), (b, c))]
     degrees = _turns(sorted(decided, key=lambda p: p.start))
-    return MonotoneParts(degrees[:MOST_DEGREES], complete and len(degrees) <= MOST_DEGREES)
+    return MonotoneParts(degrees[:MOST_DEGREES], complete and len(degrees) <= MOST_DEGREES, enclosed)
 
 
 def _parts(change: Expr, intervals: Sequence[tuple[float, float]]) -> list[_Part]:

@@ -416,6 +416,42 @@ def own_hedges(size):
     yield from repeated("hedge h@(x) = x^@\n", HEAD, "if x is low then y is small\n")
 
 
+def hedged_consequents(size, hedge):
+    """Yield a system whose consequents have own hedges, each a different one."""
+    count = max(1, int(1000 * size))
+    hedges = "".join(f"hedge h{k}(x) = {hedge.replace('@', str(k + 1))}\n" for k in range(count))
+    terms = "".join(f"  a{k} = gaussian({(k + 1) / (count + 1)}, 0.1)\n" for k in range(count))
+    rules = "".join(f"if x is r then y is h{k} a{k}\n" for k in range(count))
+    head = "input x in [0, 1]\n  r = ramp(0, 1)\noutput y in [0, 1] else 0\n"
+    yield f"{hedges}{head}{terms}{rules}"
+
+
+@case
+def own_hedges_of_consequents(size):
+    yield from hedged_consequents(size, "abs(x - @ / 1001)")
+
+
+@case
+def own_hedges_that_turn_often(size):
+    yield from hedged_consequents(size, "abs(sin(400 * x)) + exp(-((x - 0.5) / 1e-9)^2) * @")
+
+
+@case
+def own_hedges_that_turn_without_end(size):
+    yield from hedged_consequents(size, "sin(@ / x)")
+
+
+@case
+def a_hedge_that_turns_often_in_a_row(size):
+    head = "hedge h(x) = sin(290 * x)^2\ninput x in [0, 1]\n  r = ramp(0, 1)\noutput y in [0, 1] else 0\n"
+    yield f"{head}  a = gaussian(0.3, 0.1)\nif x is r then y is {'h ' * max(1, int(20 * size))}a\n"
+
+
+@case
+def a_long_hedge_that_turns_often(size):
+    yield from hedged_consequents(0.001, f"abs(sin(400 * x)) * ({' + '.join(['x'] * max(1, int(60 * size)))})")
+
+
 @case
 def own_hedges_in_a_row(size):
     heads = "".join(f"hedge h{k}(x) = {' * '.join(['x'] * 80)}\n" for k in range(100))

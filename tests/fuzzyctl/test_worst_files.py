@@ -19,7 +19,10 @@ from worst_files import CASES  # its folder is no package
 #: Cases whose cost does not shrink with the file, or that took hours, with the size at which they are tried here.
 TRIED = {
     "blank-lines-in-a-parenthesis": 0.2,
+    "a-hedge-that-turns-often-in-a-row": 1.0,
     "names-in-one-terms-line": 0.2,
+    "own-hedges-of-consequents": 1.0,
+    "own-hedges-that-turn-often": 0.05,
     "long-unknown-names": 0.2,
     "one-rule-over-20-inputs": 1.0,
     "one-rule-over-20-inputs-without-else": 1.0,

@@ -134,6 +134,23 @@ def test_terms_of_too_many_turning_points_are_not_claimed_to_be_known():
     assert not is_resolved(term, 0.0, 1.0)
 
 
+def test_a_hedge_that_takes_too_many_intervals_is_given_up():
+    found = parts(f"abs(sin(400 * x)) * ({' + '.join(['x'] * 60)})")
+    assert not found.complete
+    assert found.enclosed < 750_000
+
+
+def test_turning_points_that_take_more_work_than_a_check_does_are_reported_and_no_other_check_locates_them():
+    hedges = [f"h{k}(x) = abs(sin(400 * x)) * {k + 1}" for k in range(20)]
+    rules = "\n".join(f"if x is r then y is h{k} a" for k in range(1, 20))
+    one = system("gaussian(0.3, 0.1)", "h0 a", hedges=hedges, more=rules)
+    isolated = monotone_parts.cache_info().misses
+    _, found = fuzzyctl.check(one)
+    (warning,) = (d for d in found if d.code == "FZ409")
+    assert warning.facts == ("the turning points of its hedges take more work than a check does",)
+    assert monotone_parts.cache_info().misses - isolated < 10
+
+
 @pytest.mark.parametrize("hedge", ["very", "somewhat", "extremely", "slightly", "seldom", "not"])
 def test_built_in_hedges_add_no_places(hedge):
     output = plan(system("gaussian(0.4, 0.1)", f"{hedge} a")).outputs[0]
