@@ -42,8 +42,8 @@ def _of_output(system: FuzzySystem, output: OutputPlan, part: Work, work: Work) 
     message = f"the accuracy of the {output.kind} of '{output.name}' is not guaranteed"
     if not is_known:
         work.takes(math.inf)
-        facts = ("the turning points of its hedges take more work than a check does",)
-        yield Diagnostic("FZ409", message, own[0].span, "warning", facts, _help(output))
+        too_much = ("the turning points of its hedges take more work than a check does",)
+        yield Diagnostic("FZ409", message, own[0].span, "warning", too_much, _help(output))
         return
     open_ = [h for h in own if not monotone_parts(hedge_change(system, h.name, undone=False)).complete]
     facts = tuple(

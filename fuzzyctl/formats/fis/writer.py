@@ -147,6 +147,10 @@ class _Writer:
     def _type(self) -> str:
         kind = self._kind()
         if self._is_hybrid():
+            for output in self.system.outputs:
+                if numerics.defuzzifier_of(self.system, output).kind == "weighted_average":
+                    reason = f"fuzzylite takes the {kind} of its terms as sets, mostly the middle of the range"
+                    self._lose(f"output '{output.name}'", "defuzzifier weighted_average", reason)
             return "hybrid"
         if kind in _OF_SETS:
             return "mamdani"

@@ -211,3 +211,11 @@ class TestFilesOfFuzzylite:
     def test_both_are_systems_that_can_be_printed_and_read_again(self):
         system, _ = read("fan.fis", HYBRID)
         assert loads(dumps(system))(heat=4) == system(heat=4)
+
+    def test_what_fuzzylite_makes_of_the_average_in_a_written_file_is_a_loss(self):
+        from fuzzyctl.formats.fis import writer
+
+        system, _ = read("fan.fis", HYBRID)
+        text, losses = writer.write(system)
+        assert "Type='hybrid'" in text
+        assert [loss.where for loss in losses if loss.what == "defuzzifier weighted_average"] == ["output 'level'"]
