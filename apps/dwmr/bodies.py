@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from itertools import combinations
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from dwmr.contracts import FloatArray
 from dwmr.scenario import Robot, Scenario
-from dwmr.simulate import Trajectory
+
+if TYPE_CHECKING:  # it brings the compiler along, which the check of a scenario does without
+    from dwmr.simulate import Trajectory
 
 
 class Outline(NamedTuple):
@@ -35,7 +37,7 @@ class Outline(NamedTuple):
 
 
 class Contact(NamedTuple):
-    """One pair of bodies of which the gap closed.
+    """Contact of two bodies, whose gap closed.
 
     Attributes:
         t: First time [s].
@@ -58,8 +60,17 @@ def outline(robot: Robot) -> Outline:
 
 def poses(trajectory: Trajectory, scenario: Scenario, robot: str) -> FloatArray:
     """Return the middle of a robot's outline and its orientation, shape (3, samples) [m, m, rad]."""
-    i, ahead = trajectory.robots.index(robot), outline(scenario.robots[robot]).middle
-    x, y, theta = (trajectory[name][:, i] for name in ("x", "y", "theta"))
+    i = trajectory.robots.index(robot)
+    return _pose(scenario.robots[robot], *(trajectory[name][:, i] for name in ("x", "y", "theta")))
+
+
+def start(robot: Robot) -> FloatArray:
+    """Return the middle of a robot's outline and its orientation where it starts, shape (3, 1) [m, m, rad]."""
+    return _pose(robot, *(np.array([value]) for value in (robot.x_0, robot.y_0, robot.theta_0)))
+
+
+def _pose(robot: Robot, x: FloatArray, y: FloatArray, theta: FloatArray) -> FloatArray:
+    ahead = outline(robot).middle
     return np.stack([x + ahead * np.cos(theta), y + ahead * np.sin(theta), theta])
 
 

@@ -5,8 +5,11 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterable, Sequence
-from itertools import islice
+from itertools import combinations, islice
 
+import numpy as np
+
+from dwmr.bodies import gap_between, gap_to_point, outline, start
 from dwmr.places import Places
 from dwmr.scenario import Scenario, Window
 from fuzzyctl.errors import Diagnostic
@@ -63,23 +66,22 @@ def _together(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
 
 def _starts(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
     """Find bodies that begin inside one another, or inside an obstacle."""
-    names = list(scenario.robots)
-    robots = list(scenario.robots.values())
-    for a, b, gap in overlaps([(r.x_0, r.y_0, r.radius) for r in robots]):
-        message = (
-            f"robots.{names[b]} starts inside robots.{names[a]}: they are {gap:.4g} m apart, their radii make "
-            f"{robots[a].radius + robots[b].radius:.4g} m"
-        )
-        yield places.diagnostic("FZ904", f"robots.{names[b]}.x_0", message, help="robots do not see one another")
+    found = {name: (start(robot), outline(robot)) for name, robot in scenario.robots.items()}
+    circles = {name: (float(pose[0, 0]), float(pose[1, 0]), one.reach) for name, (pose, one) in found.items()}
+    for a, b in combinations(found, 2):
+        (x_a, y_a, reach_a), (x_b, y_b, reach_b) = circles[a], circles[b]
+        if math.hypot(x_a - x_b, y_a - y_b) < reach_a + reach_b:
+            depth = -float(gap_between(*found[a], *found[b])[0])
+            if depth > 0.0:
+                message = f"robots.{b} starts inside robots.{a}: their bodies overlap by {depth:.2g} m"
+                yield places.diagnostic("FZ904", f"robots.{b}.x_0", message, help="robots do not see one another")
+    x, y, radius = (np.array([getattr(one, key) for one in scenario.obstacles]) for key in ("x", "y", "radius"))
     for name, robot in scenario.robots.items():
-        for k, obstacle in enumerate(scenario.obstacles):
-            gap = math.hypot(obstacle.x - robot.x_0, obstacle.y - robot.y_0)
-            if obstacle.radius < gap < obstacle.radius + robot.radius:
-                message = (
-                    f"the body of robots.{name} starts inside obstacles.{k}: they are {gap:.4g} m apart, their radii "
-                    f"make {obstacle.radius + robot.radius:.4g} m"
-                )
-                yield places.diagnostic("FZ904", f"robots.{name}.x_0", message)
+        depths = radius - gap_to_point(*found[name], x, y)
+        # where the reference point is inside as well, that is a mistake
+        for k in np.flatnonzero((depths > 0.0) & (np.hypot(x - robot.x_0, y - robot.y_0) > radius)):
+            message = f"the body of robots.{name} starts inside obstacles.{k}: they overlap by {depths[k]:.2g} m"
+            yield places.diagnostic("FZ904", f"robots.{name}.x_0", message)
 
 
 def _margin(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:

@@ -218,10 +218,16 @@ class TestRemarks:
         assert warned("disturbances.0.angular_frequency=2500") == []
 
     def test_bodies_that_start_in_one_another(self):
-        (one,) = warned("robots.follower2.x_0=-3.5", "robots.follower2.y_0=2.0")
-        assert one == "robots.follower2 starts inside robots.follower1: they are 1 m apart, their radii make 1.12 m"
-        (one,) = warned("robots.leader.x_0=0.0", "robots.leader.y_0=14.5")
-        assert one.startswith("the body of robots.leader starts inside obstacles.0: they are 1 m apart")
+        assert warned("robots.follower2.x_0=-3.5", "robots.follower2.y_0=2.25") == []  # beside each other
+        (one,) = warned("robots.follower2.x_0=-3.5", "robots.follower2.y_0=2.5")
+        assert one == "robots.follower2 starts inside robots.follower1: their bodies overlap by 0.18 m"
+        assert warned("robots.leader.x_0=0.0", "robots.leader.y_0=14.5") == []
+        (one,) = warned("robots.leader.x_0=0.0", "robots.leader.y_0=14.75")
+        assert one == "the body of robots.leader starts inside obstacles.0: they overlap by 0.09 m"
+
+    def test_bodies_that_start_in_one_another_although_their_circles_do_not(self):
+        (one,) = warned("robots.follower2.theta_0=0.75", "robots.follower2.body.front=4.0")
+        assert one.startswith("robots.follower2 starts inside robots.leader: their bodies overlap by")
 
     def test_a_frequency_without_effect_is_refused(self):
         (one,) = mistakes("disturbances.1.angular_frequency=2.0")
