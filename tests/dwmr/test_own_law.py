@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -52,6 +53,32 @@ def test_is_compared(folder):
     found = json.loads(done.stdout)["entries"]
     (one,) = [e for e in found if (e["controller"], e["robot"], e["measure"]) == ("proportional", "leader", "rmse.x_e")]
     assert one["mean"] == results(folder / "first")["rmse"]["leader"]["x_e"]
+
+
+def test_of_one_name_in_two_folders_is_each_its_own(folder):
+    other = folder / "other"
+    other.mkdir()
+    text = (folder / "proportional.py").read_text(encoding="utf-8")
+    (other / "proportional.py").write_text(text.replace("= gains[0] *", "= 2.0 * gains[0] *"), encoding="utf-8")
+    shutil.copy(folder / "mine.toml", other / "another.toml")
+    args = ("--controller", "proportional", *SHORT, "--jobs", "1", "--format", "json")
+    for _ in range(2):
+        done = dwmr("compare", "mine.toml", "other/another.toml", *args, cwd=folder)
+        found = [e["mean"] for e in json.loads(done.stdout)["entries"] if e["measure"] == "rmse.x_e"]
+        assert found[0] == results(folder / "first")["rmse"]["leader"]["x_e"]
+        assert found[3] < found[0]
+
+
+def test_that_cannot_be_prepared_is_reported_with_its_error(folder):
+    broken = folder / "broken"
+    broken.mkdir()
+    text = (folder / "proportional.py").read_text(encoding="utf-8")
+    (broken / "proportional.py").write_text(text.replace("return Law(", "return 1 // 0, Law("), encoding="utf-8")
+    shutil.copy(folder / "mine.toml", broken)
+    done = dwmr("compare", "broken/mine.toml", "--controller", "proportional", *SHORT, cwd=folder, status=1)
+    assert "the control law proportional cannot be prepared" in done.stderr
+    assert "ZeroDivisionError" in done.stderr
+    assert "changed" not in done.stderr
 
 
 def test_is_swept(folder):

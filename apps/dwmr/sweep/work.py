@@ -56,8 +56,10 @@ def work(setup: Setup, run: Run) -> Outcome:
         file = scenario_file.read(run.path, run.overrides)
         rules = Rules(file.scenario.rules, folders(setup.rules_folder, file), file.places, _known(setup))
         simulation = simulate.prepare(file, run.controller, rules)
-    except DiagnosticError as error:  # it was checked before, so a file is not what it was
-        return Outcome(run.number, {}, 0.0, f"{run.path} or its rule files changed while the sweep ran:{error}")
+    except DiagnosticError as error:  # it was checked before: a file is not what it was, or the law raises
+        return Outcome(
+            run.number, {}, 0.0, f"run {run.number} of {run.path} was checked, but cannot be prepared:\n{error}"
+        )
     if file.sha256 != run.sha256:
         return Outcome(run.number, {}, 0.0, f"{run.path} changed while the sweep ran")
     for role, used in rules.used.items():
