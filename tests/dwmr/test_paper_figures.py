@@ -1,10 +1,14 @@
+import dataclasses
+
 import numpy as np
 import pytest
+from matplotlib.text import Text
 
 from dwmr import derived
 from dwmr.figures import paper
 from dwmr.figures.index import index
 from dwmr.geometry import wrap_array
+from dwmr.loop import COLUMNS
 from dwmr.metrics import distances, measure
 from dwmr.scenario_file import find, read
 
@@ -24,12 +28,17 @@ def drawn(run_paper):
     return draw
 
 
+def title_of(axes):
+    """Return the title of a panel, in its middle or at its left."""
+    return axes.get_title() or axes.get_title(loc="left")
+
+
 def line(figure, label_of_axis, label, title=None):
     """Return the data of the one line with a label in the panel with a label of its y axis."""
     found = [
         one
         for axes in figure.axes
-        if axes.get_ylabel() == label_of_axis and (title is None or axes.get_title().split(";")[0] == title)
+        if axes.get_ylabel() == label_of_axis and (title is None or title_of(axes).split(";")[0] == title)
         for one in axes.lines
         if one.get_label() == label
     ]
@@ -179,6 +188,20 @@ class TestOtherScenarios:
         scenario = read(find("paper"), overrides).scenario
         assert {f.number for f in paper.FIGURES if f.obstacle_to(scenario)} == without
 
+    def test_notes_on_peaks_leave_titles_free(self, run_paper):
+        file, trajectory = run_paper("smc", *RUN)
+        values = trajectory.values.copy()
+        values[5, :, [COLUMNS["v_c"], COLUMNS["omega_c"]]] = -3140.0
+        values[6, :, [COLUMNS["v_c"], COLUMNS["omega_c"]]] = 2120.0
+        figure = BY_NUMBER[10].draw(dataclasses.replace(trajectory, values=values), file.scenario)
+        figure.draw_without_rendering()
+        noted = [axes for axes in figure.axes if axes.texts]
+        assert len(noted) == 2
+        for axes in noted:
+            (note,) = axes.texts
+            (title,) = (one for one in axes.get_children() if isinstance(one, Text) and one.get_text() == "follower2")
+            assert not note.get_window_extent().overlaps(title.get_window_extent())
+
     @pytest.mark.parametrize("number", [9, 10, 13, 20])
     def test_of_five_robots_are_drawn(self, run_paper, number):
         more = [
@@ -188,7 +211,7 @@ class TestOtherScenarios:
         ]
         file, trajectory = run_paper(BY_NUMBER[number].law, "run.horizon=1", *more)
         figure = BY_NUMBER[number].draw(trajectory, file.scenario)
-        titles = {axes.get_title() for axes in figure.axes}
+        titles = {title_of(axes) for axes in figure.axes}
         assert ("follower4" in titles) == (number in (10, 20))
 
 

@@ -58,7 +58,7 @@ def _velocity_rows(rows: Any, trajectory: Trajectory, scenario: Scenario, robots
             label = rf"${symbol}_e$ [{unit}]"
             panels.lines(axes, trajectory.t, np.stack(shown, axis=1), names, label, PORTION)
             panels.cut_peaks(axes, np.stack(shown, axis=1))
-            axes.set_title(robot)
+            axes.set_title(robot, loc="left")  # at the right a note says how far peaks go
 
 
 def velocity_errors(trajectory: Trajectory, scenario: Scenario) -> Figure:
