@@ -13,7 +13,7 @@ from fuzzyctl.errors import CODES
 from fuzzyctl.misspelt import did_you_mean
 
 
-@click.command()
+@click.command(short_help="Explain a diagnostic code.")
 @click.argument("code", required=False)
 @FORMAT
 @answers_with_diagnostics

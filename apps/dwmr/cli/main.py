@@ -46,18 +46,20 @@ def main() -> None:
     """Simulate formations of mobile robots under sliding mode control.
 
     \b
-    dwmr show                                   the shipped scenarios; dwmr show paper says what one holds
-    dwmr new mine                               a scenario of your own; dwmr check mine.toml finds its mistakes
-    dwmr run paper                              the paper's run: three robots, an eight, three obstacles
-    dwmr run paper --controller all             all control laws beside the paper's Table 12
-    dwmr run paper --rules my-rules             the same with your own rule files
+    dwmr show                            the shipped scenarios
+    dwmr show paper                      what one of them holds
+    dwmr new mine                        a scenario of your own
+    dwmr check mine.toml                 its mistakes
+    dwmr run paper                       the paper's run
+    dwmr run paper --controller all      all control laws beside Table 12
+    dwmr run paper --rules my-rules      the same with your own rule files
     dwmr run paper --set rules.ais_reaction.k_s=0.5 --set run.horizon=60
-    dwmr figures paper -o figures               the counterparts of the paper's Figs. 8 to 28
-    dwmr animate paper -o run.gif               the run as moving pictures
-    dwmr report paper --controller all          one HTML page with tables and interactive plots
-    dwmr calibrate paper -o calibrated.toml     what the paper does not print, fitted to its Table 12
-    dwmr compare paper --runs 20                control laws against each other, with confidence intervals
-    dwmr sweep spec.toml                        many runs: grids and random values, on all processors
+    dwmr figures paper -o figures        counterparts of Figs. 8 to 28
+    dwmr animate paper -o run.gif        the run as moving pictures
+    dwmr report paper --controller all   tables and plots on one HTML page
+    dwmr calibrate paper -o fitted.toml  what is not printed, fitted to Table 12
+    dwmr compare paper --runs 20         laws with confidence intervals
+    dwmr sweep spec.toml                 many runs, on all processors
     """
 
 

@@ -4,20 +4,23 @@ import click
 import pytest
 from click.testing import CliRunner
 
+from dwmr.cli.main import main as dwmr
 from fuzzyctl.cli.main import main
 
-COMMANDS = ["", *main.commands]
+COMMANDS = [(program, name) for program in (main, dwmr) for name in ("", *program.commands)]
 
 
-@pytest.mark.parametrize("name", COMMANDS)
-def test_help_fits_80_columns(name):
-    result = CliRunner().invoke(main, [*([name] if name else []), "--help"], terminal_width=80)
+@pytest.mark.parametrize(("program", "name"), COMMANDS)
+def test_help_fits_80_columns(program, name):
+    result = CliRunner().invoke(program, [*([name] if name else []), "--help"], env={"COLUMNS": "80"})
     assert result.exit_code == 0
     assert [line for line in result.output.splitlines() if len(line) > 80] == []
 
 
 def test_no_summary_of_a_command_is_cut():
-    summaries = CliRunner().invoke(main, ["--help"], terminal_width=80).output.split("Commands:")[1].split("\n\n")[0]
+    summaries = (
+        CliRunner().invoke(main, ["--help"], env={"COLUMNS": "80"}).output.split("Commands:")[1].split("\n\n")[0]
+    )
     assert len(summaries.strip().splitlines()) == len(main.commands)
     assert "..." not in summaries
 

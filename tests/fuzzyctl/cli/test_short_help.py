@@ -9,7 +9,7 @@ from fuzzyctl.cli.main import main as fuzzyctl
 
 @pytest.mark.parametrize("program", [fuzzyctl, dwmr], ids=["fuzzyctl", "dwmr"])
 def test_no_line_is_cut_or_ends_at_an_abbreviation(program):
-    shown = CliRunner().invoke(program, ["--help"], terminal_width=80).output
+    shown = CliRunner().invoke(program, ["--help"], env={"COLUMNS": "80"}).output
     lines = shown.partition("Commands:\n")[2].partition("\n\n")[0].splitlines()
     assert len(lines) == len(program.commands)
     for line in lines:
