@@ -18,9 +18,8 @@ _SYMBOLS = {"x_e": "x_e", "y_e": "y_e", "theta_e": "θ_e"}
 _BY_UNIT = (("x_e", "y_e"), ("theta_e",))
 
 #: What the columns of the tables mean.
-_ERRORS = (
-    "x_e, y_e: of a robot on the reference along x and y, of a follower along and across it. ratio: ours / paper's."
-)
+_ERRORS = "x_e, y_e: of a robot on the reference along x and y, of a follower along and across it."
+_RATIO = " ratio: ours / paper's."
 _SAFETY = (
     "centre: least distance of the reference point from an obstacle's centre. gap: least distance of the body from an "
     "obstacle and from another robot's body, negative where they overlap. hit: how many it touched."
@@ -59,7 +58,7 @@ def print_report(
         picture: File that the sentence points to.
     """
     runs = summary["controllers"]
-    _print_table(out, _errors_title(printed), _errors(runs, printed), _ERRORS)
+    _print_table(out, _errors_title(printed), _errors(runs, printed), _ERRORS + _RATIO * (printed is not None))
     _print_table(out, "Safety", _safety(runs), _SAFETY)
     _print_table(out, "Effort", _effort(runs), _EFFORT)
     if any(run.get("lyapunov") for run in runs.values()):
@@ -221,7 +220,7 @@ def _stability(runs: Mapping[str, Any]) -> Table:
 
 
 def _name(law: str, row: int, rows: int) -> str:
-    """Return what stands beside one of a law's rows: its name, a long one word by word down the rows."""
+    """Return the name of a law in one of its rows, a long one word by word down the rows."""
     words = [law] if len(law) <= _LONGEST_NAME else law.split("_")
     return "\n".join(words[row:]) if row == rows - 1 else "".join(words[row : row + 1])
 

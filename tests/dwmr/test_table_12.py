@@ -51,6 +51,10 @@ class TestTable12:
         assert why_not == f"Table 12 is left out, it speaks of another run: {key} not the paper's"
         assert why_not in " ".join(printed(number=number, why_not=why_not).split())
 
+    def test_a_ratio_is_explained_where_there_is_one(self):
+        assert "ratio: ours / paper's" in printed()
+        assert "ratio" not in printed(number=None)
+
     def test_is_not_missed_in_short_runs_and_other_scenarios(self):
         assert beside(paper("run.horizon=5", "robot.mass=1")) == (None, "")
         assert beside(read(find("five-robots")).scenario) == (None, "")

@@ -72,10 +72,10 @@ def _results(runs: Mapping[str, Any], scenario: Scenario) -> str:
     printed, why_not = beside(scenario)
     lines = [f"<li>{escape(line)}</li>" for line in ([why_not] if why_not else []) + report.warnings(runs)]
     warned = f'<div class="warnings"><h3>Warnings</h3><ul>{"".join(lines)}</ul></div>' if lines else ""
-    told = "".join(f"<li>{escape(report.sentence(law, run, printed))}</li>" for law, run in runs.items())
+    said = "".join(f"<li>{escape(report.sentence(law, run, printed))}</li>" for law, run in runs.items())
     return "\n".join(
         [
-            f'<section id="results"><h2>Results</h2><ul>{told}</ul>',
+            f'<section id="results"><h2>Results</h2><ul>{said}</ul>',
             tables.errors(runs, printed),
             tables.safety(runs),
             tables.effort(runs),
