@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from dwmr.contracts import FloatArray
 from dwmr.scenario import Robot, Scenario
 
-if TYPE_CHECKING:  # it brings the compiler along, which the check of a scenario does without
+if TYPE_CHECKING:  # they bring the compiler along, which the check of a scenario does without
+    from dwmr.contracts import FloatArray
     from dwmr.simulate import Trajectory
 
 

@@ -1,5 +1,8 @@
 """What several values of a scenario must hold together."""
 
+import subprocess
+import sys
+
 import pytest
 
 from dwmr.scenario_checks import STABLE_STEP
@@ -237,3 +240,8 @@ class TestRemarks:
     def test_a_bearing_beyond_a_full_turn_is_told_the_turn(self, bearing, bound):
         (one,) = mistakes(f"robots.follower1.formation.bearing={bearing}")
         assert one == f"robots.follower1.formation.bearing must be {bound}"
+
+
+def test_checks_come_without_the_compiler():
+    code = "import sys, dwmr.scenario_remarks; print('numba' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "False\n"
