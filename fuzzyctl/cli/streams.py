@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import io
 import json
 import re
@@ -15,12 +16,17 @@ from fuzzyctl.terminal import SPELT, printable
 #: Characters that JSON may hold as they are, and that a terminal acts on or UTF-8 lacks.
 _ESCAPED: Final = re.compile("[\\x7f-\\x9f\\u202a-\\u202e\\u2066-\\u2069\\ud800-\\udfff]")
 
+#: New objects between two collections of garbage. A command makes large trees and hardly any cycles; with Python's 700
+#: the collector takes half of the time that a large file does.
+_COLLECTED: Final = 100_000
+
 
 class Program(click.Group):
     """A command line program whose text for people never fails for its encoding, and never controls the terminal."""
 
     def main(self, *args: Any, **kwargs: Any) -> Any:
         """Run the command that the arguments name."""
+        gc.set_threshold(_COLLECTED)
         for stream in (sys.stdout, sys.stderr):
             if isinstance(stream, io.TextIOWrapper):
                 stream.reconfigure(errors=SPELT)

@@ -7,7 +7,7 @@ from functools import reduce
 from typing import Final
 
 from fuzzyctl.errors import Diagnostic, DiagnosticError, UnknownNameError
-from fuzzyctl.expr import MAX_DEPTH, ZERO, Expr, Name, Number, replace_names
+from fuzzyctl.expr import MAX_DEPTH, ZERO, Expr, Name, Number, replace_names, walk
 from fuzzyctl.formulas import HEDGES, MEMBERSHIP, Norm, conjunction, disjunction, held, one_minus
 from fuzzyctl.formulas import hedge as usual_hedge
 from fuzzyctl.kernels.conclusions import own_set, set_of, term_of_output
@@ -15,12 +15,16 @@ from fuzzyctl.kernels.flat import ChainPlan, DegreePlan, chain_name, degree_name
 from fuzzyctl.kernels.numbers import constants_of, guarded, require_known
 from fuzzyctl.kernels.program import DEEPEST, depth
 from fuzzyctl.kernels.sets import SetPlan
+from fuzzyctl.model.guarantee import Hedge
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, Term
 
 #: Norms whose formulas mention each operand once, so that operands need no name of their own.
 _ONCE: Final = ("min", "product", "bounded_difference", "max", "bounded_sum")
+
+#: Most operands and operators of the own hedges in all rules, each counted once for what it is applied to.
+MAX_HEDGED: Final = 100_000
 
 
 class Antecedents:
@@ -47,6 +51,9 @@ class Antecedents:
         self.strengths: dict[Expr, int] = {}
         self.chains: list[ChainPlan] = []
         self._rule = 0
+        self._bodies: dict[str, Expr] = {}
+        self._applied: dict[tuple[str, Expr], Expr] = {}
+        self._hedged_parts = 0
 
     def strength(self, antecedent: Antecedent, rule: int) -> int:
         """Return the position of the firing strength of a rule.
@@ -86,14 +93,29 @@ class Antecedents:
 
     def _hedged(self, truth: Expr, hedge: str) -> Expr:
         if hedge in self._hedges:
-            own = self._hedges[hedge]
-            numbers = constants_of(self._system, {own.parameter})
-            require_known(own.expression, {own.parameter}, numbers)
-            inside: dict[str, Expr] = {**numbers, own.parameter: self._named(truth)}
-            return held(guarded(replace_names(own.expression, inside)))
+            return self._own_hedge(self._hedges[hedge], self._named(truth))
         if hedge not in HEDGES:
             raise UnknownNameError("hedge", hedge, [*HEDGES, *self._hedges])
         return usual_hedge(hedge, cube=self._system.method.semantics.extremely == "cube")(self._named(truth))
+
+    def _own_hedge(self, own: Hedge, truth: Expr) -> Expr:
+        """Return a hedged truth; computed once for all rules."""
+        known = self._applied.get((own.name, truth))
+        if known is None:
+            body = self._bodies.get(own.name) or self._bodies.setdefault(own.name, self._body(own))
+            self._hedged_parts += sum(1 for _ in walk(body))
+            if self._hedged_parts > MAX_HEDGED:
+                message = f"the own hedges of all rules together have more than {MAX_HEDGED:,} operands and operators"
+                raise DiagnosticError([Diagnostic("FZ112", message, own.span, help="use fewer hedges in a row")])
+            known = held(replace_names(body, {own.parameter: truth}))
+            self._applied[own.name, truth] = known
+        return known
+
+    def _body(self, own: Hedge) -> Expr:
+        """Return the expression of an own hedge with the numbers that its params have."""
+        numbers = constants_of(self._system, {own.parameter})
+        require_known(own.expression, {own.parameter}, numbers)
+        return guarded(replace_names(own.expression, numbers))
 
     def _shallow(self, truth: Expr) -> Expr:
         """Return a truth, or a name for it where it is nested deeply."""

@@ -35,6 +35,8 @@ class Builder(Transformer[Token, Any]):
         first = line.start + len(source.text[line.start : line.end]) - len(source.text[line.start : line.end].lstrip())
         self.line = Span(source, first, line.end)
         self.problems: list[Diagnostic] = []
+        #: Levels of the parts that are bounded already, by their identity, with the parts, which must live as long.
+        self.levels: dict[int, tuple[Any, int]] = {}
 
     def _at(self, token: Token) -> Span:
         assert token.start_pos is not None
@@ -69,21 +71,26 @@ class Builder(Transformer[Token, Any]):
 
     def _bounded(self, root: _Tree) -> _Tree:
         """Refuse an expression or antecedent nested too deeply for what reads it later; without recursion."""
-        stack = [(root, 1)]
+        stack, deepest = [(root, 1)], 1
         while stack:
             node, depth = stack.pop()
-            if isinstance(node, sx.Chain):
+            if id(node) in self.levels:
+                depth += self.levels[id(node)][1] - 1
+            elif isinstance(node, sx.Chain):
                 # A chain is computed from left to right: each operand is one level.
                 depth += len(node.operands)
             elif isinstance(node, sx.Literal):
                 depth += len(node.hedges)
+            deepest = max(deepest, depth)
             if depth > ex.MAX_DEPTH:
                 message = f"the expression nests deeper than {ex.MAX_DEPTH} levels"
                 self.problems.append(
                     Diagnostic("FZ106", message, self.line, help="split it: give parts a name with 'param'")
                 )
                 return root
-            stack.extend((child, depth + 1) for child in _parts(node))
+            if id(node) not in self.levels:
+                stack.extend((child, depth + 1) for child in _parts(node))
+        self.levels[id(root)] = root, deepest
         return root
 
     def _words(self, tokens: tuple[Token, ...]) -> tuple[sx.Word, ...]:

@@ -11,6 +11,7 @@ from fuzzyctl.errors import Diagnostic
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.lines import LogicalLine
 from fuzzyctl.lang.parser import MAX_MISTAKES, parse_line
+from fuzzyctl.lang.plain_expr import NAME
 from fuzzyctl.misspelt import counted
 from fuzzyctl.source import SourceText, Span
 
@@ -21,6 +22,8 @@ CSV_FORM: Final = (
 )
 
 _LINE: Final = re.compile(r"[^\n]+")
+#: A field that the grammar need not read.
+_PLAIN: Final = re.compile(NAME)
 _LONE_CR: Final = re.compile(r"\r(?!\n|\Z)")
 
 
@@ -152,6 +155,9 @@ class _Reader:
             help_text = "a CSV file has no comments; leave it out"
             self._report("FZ105", "'#' cannot stand here", Span(self.source, at, at + 1), help_text)
             return None
+        if _PLAIN.fullmatch(field.text):
+            word = sx.Word(field.text, field)
+            return word if kind == "label" else sx.CellText((word,), None, field)
         line = LogicalLine(field.start, field.end, "", kind, "")
         node, problems = parse_line(self.source, line, kind)
         self.problems.extend(problems)

@@ -54,7 +54,7 @@ def read(source: SourceText, line: LogicalLine, kind: LineKind) -> Any:
     """Return the node of a plain line, None for any other line."""
     try:
         return _read(source, line, kind)
-    except NotPlainError:
+    except (NotPlainError, RecursionError):  # of a caller that is itself deep in recursion
         return None
 
 

@@ -12,8 +12,8 @@ from fuzzyctl.source import SourceText, Span
 NAME: Final = r"[A-Za-z_][A-Za-z0-9_]{0,50}"
 NUMBER: Final = r"(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 
-#: More tokens are no plain expression; so none nests too deeply.
-_MOST: Final = 60
+#: More operators, or more parentheses, are no plain expression; so none nests too deeply.
+_MOST: Final = 95
 _TOKEN: Final = re.compile(rf"[ \t]*(?:({NUMBER})(?![\w.])|({NAME})(?![\w.])|(<=|>=|==|!=|[-+*/^(),<>])|$)")
 #: Names that mean something else where an operator is due, or everywhere.
 _KEYWORDS: Final = frozenset({"and", "or", "not", "within", "when", "unit"})
@@ -36,16 +36,22 @@ class Reader:
     def __init__(self, source: SourceText, start: int, end: int) -> None:
         self.source = source
         self.number = self.name = self.sign = ""
-        self._text, self._end, self._count, self.start, self.stop = source.text, end, 0, start, start
+        self._text, self._end, self.start, self.stop = source.text, end, start, start
+        self._operators = self._parentheses = 0
         self.advance()
 
     def advance(self) -> None:
         """Take the next token; at the end of the line it is empty."""
         found = _TOKEN.match(self._text, self.stop, self._end)
-        self._count += 1
-        if found is None or self._count > _MOST:
+        if found is None:
             raise NotPlainError
         number, name, sign = found.groups("")
+        if sign == "(":
+            self._parentheses += 1
+        elif sign != "," and sign != ")":
+            self._operators += bool(sign)
+        if self._operators > _MOST or self._parentheses > _MOST:
+            raise NotPlainError
         self.number, self.name, self.sign = number, name, sign
         self.stop = found.end()
         self.start = self.stop - len(number or name or sign)

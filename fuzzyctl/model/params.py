@@ -85,5 +85,6 @@ class ParamValues:
         """Whether an expression has no value through no fault of its own: it uses a param that has none."""
         if not self.failed and not self.partial:
             return False
-        unknown = {n.name for n in names_in(expr)} - self.values.keys() - CONSTANTS.keys()
-        return bool(unknown & self.failed) or (self.partial and bool(unknown))
+        names = {n.name for n in names_in(expr)}
+        unknown = {n for n in names if n not in self.values and n not in CONSTANTS}
+        return any(n in self.failed for n in unknown) or (self.partial and bool(unknown))
