@@ -14,7 +14,7 @@ from typing import Final, NamedTuple
 
 from fuzzyctl.analysis.degrees import Cell, bounded, degree_in
 from fuzzyctl.analysis.intervals import Interval, enclose
-from fuzzyctl.analysis.work import Work
+from fuzzyctl.analysis.work import Work, units_of
 from fuzzyctl.expr import Expr, names_in
 from fuzzyctl.kernels.plan import DegreePlan, Plan, SetPlan, step_name
 
@@ -167,7 +167,7 @@ def _best(x: Interval, names: Sequence[str], sets: _Sets, halvings: int) -> floa
     """Return a degree that one of some literals has everywhere in an interval; 0 where there is no work left."""
     if not sets.work.takes(_DEGREE * (len(names) + 1)):
         return 0.0
-    truths = _Degrees(x, sets.terms, sets.steps)
+    truths = _Degrees(x, sets)
     found = max((truths[n][0] for n in names), default=0.0)
     if found >= _HIGH or halvings == 0 or max((truths[n][1] for n in names), default=0.0) == 0.0:
         return found
@@ -178,15 +178,18 @@ def _best(x: Interval, names: Sequence[str], sets: _Sets, halvings: int) -> floa
 class _Degrees(_Truths):
     """Degrees over an interval of a variable, and the steps that read them."""
 
-    def __init__(self, x: Interval, sets: Mapping[str, SetPlan], steps: Mapping[str, Expr]) -> None:
-        super().__init__({}, steps)
+    def __init__(self, x: Interval, sets: _Sets) -> None:
+        super().__init__({}, sets.steps)
         self._x, self._sets = x, sets
 
     def __missing__(self, name: str) -> Interval:
-        if name not in self._sets:
+        if name not in self._sets.terms:
             return super().__missing__(name)
-        found = self[name] = degree_in(self._sets[name], self._x)
+        found = self[name] = degree_in(self._sets.terms[name], self._x)
         return found
+
+    def strength(self, expr: Expr) -> Interval:
+        return super().strength(expr) if self._sets.work.takes(units_of(expr)) else (0.0, 1.0)
 
 
 def halved(x: Interval) -> tuple[Interval, ...]:

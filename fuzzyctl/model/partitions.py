@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -19,6 +20,8 @@ _ROUNDING: Final = 1e-9
 _MOST_BAD: Final = 2
 #: Most terms of a line that a help writes out.
 _MOST_WRITTEN: Final = 12
+#: Sets of an input that overlap gaps, counted once for each gap; with more of them it is no partition.
+_MOST_MET: Final = 20_000
 #: Where in a stretch a sum is looked at: two places tell a line, and the middle is shown.
 _LOOKS: Final = (0.5, 0.2)
 
@@ -46,7 +49,10 @@ def spoilt_partitions(numbers: Numbers) -> Iterator[Diagnostic]:
         if ends is None:
             continue
         gaps = [(a, b) for a, b in pairwise(sets) if ends[0] <= a.core[1] < b.core[0] <= ends[1]]
-        sums = [_sum_off(sets, a.core[1], b.core[0]) for a, b in gaps]
+        met = _met(sets, gaps)
+        if sum(map(len, met)) > _MOST_MET:
+            continue
+        sums = [_sum_off(own, a.core[1], b.core[0]) for own, (a, b) in zip(met, gaps, strict=True)]
         bad = [k for k, off in enumerate(sums) if off is not None]
         good = len(gaps) - len(bad)
         if bad and len(bad) <= _MOST_BAD and bad[-1] - bad[0] < _MOST_BAD and good >= max(2, len(bad)):
@@ -67,6 +73,19 @@ def _sets(numbers: Numbers, variable: Input) -> list[_Set]:
     found.sort(key=lambda s: s.core)
     apart = all(a.core[1] <= b.core[0] for a, b in pairwise(found))
     return found if apart and len(shapes) == len(variable.terms) else []
+
+
+def _met(sets: Sequence[_Set], gaps: Sequence[tuple[_Set, _Set]]) -> list[list[_Set]]:
+    """Return for each gap between neighbouring cores the sets that may be above 0 there."""
+    starts, stops = [a.core[1] for a, _ in gaps], [b.core[0] for _, b in gaps]
+    met: list[list[_Set]] = [[] for _ in gaps]
+    for s in sets:
+        (low, at_low), (high, at_high) = s.vertices[0], s.vertices[-1]
+        first = bisect_left(stops, low) if at_low == 0.0 else 0
+        last = bisect_right(starts, high) if at_high == 0.0 else len(gaps)
+        for own in met[first:last]:
+            own.append(s)
+    return met
 
 
 def _sum_off(sets: Sequence[_Set], low: float, high: float) -> tuple[float, float] | None:

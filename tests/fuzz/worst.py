@@ -28,6 +28,9 @@ sys.argv = ["fuzzyctl", *sys.argv[2:]]
 main()
 """
 
+#: Stands for an exit code where a command ends in a traceback.
+TRACEBACK = -1
+
 
 def measured(name, size, command, stop):
     """Run a command on a worst case; returns processor seconds, exit code and largest memory in MiB."""
@@ -36,10 +39,13 @@ def measured(name, size, command, stop):
         for file, text in files.items():
             Path(folder, file).write_text(text, encoding="utf-8")
         words = [sys.executable, "-c", PROGRAM, str(stop), *command, next(iter(files))]
-        with open(os.devnull, "wb") as nothing:
-            process = subprocess.Popen(words, cwd=folder, stdout=nothing, stderr=nothing)
+        with open(os.devnull, "wb") as nothing, tempfile.TemporaryFile() as errors:
+            process = subprocess.Popen(words, cwd=folder, stdout=nothing, stderr=errors)
             _, status, usage = os.wait4(process.pid, 0)
-        process.returncode = os.waitstatus_to_exitcode(status)
+            errors.seek(0)
+            # A traceback has the exit code of a file with mistakes.
+            failed = b"Traceback (most recent call last)" in errors.read()
+        process.returncode = TRACEBACK if failed else os.waitstatus_to_exitcode(status)
         return usage.ru_utime + usage.ru_stime, process.returncode, usage.ru_maxrss // 1024
 
 

@@ -1,48 +1,137 @@
-"""Files at the limits of the language, made smaller, are checked within counted work and a generous processor time."""
+"""Work grows no faster than files do: functions called are counted, so that no clock decides."""
 
+import gc
 import sys
-import time
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 
 from fuzzyctl import loading
 from fuzzyctl.analysis.holes import BUDGET
 from fuzzyctl.analysis.work import SpentError, Work
 from fuzzyctl.checking import check_source
-from fuzzyctl.loading import load
-from fuzzyctl.reading import read_source
+from fuzzyctl.cli.main import main
+from fuzzyctl.kernels.plan import plan
+from fuzzyctl.lang.csv_table import parse_csv_table
+from fuzzyctl.lang.lines import LogicalLine
+from fuzzyctl.lang.parser import parse
+from fuzzyctl.loading import load, loads
+from fuzzyctl.source import SourceText
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "fuzz"))
-from worst_files import CASES  # its folder is no package
+from worst_files import CASES, HEAD  # its folder is no package
 
-#: Cases whose cost does not shrink with the file, or that took hours, with the size at which they are tried here.
-TRIED = {
-    "blank-lines-in-a-parenthesis": 0.2,
+#: Cases whose work the budget of a check bounds, with the size at which they are tried.
+BOUNDED = {
     "a-hedge-that-turns-often-in-a-row": 1.0,
-    "names-in-one-terms-line": 0.2,
     "own-hedges-of-consequents": 1.0,
     "own-hedges-that-turn-often": 0.05,
-    "long-unknown-names": 0.2,
-    "one-rule-over-20-inputs": 1.0,
-    "one-rule-over-20-inputs-without-else": 1.0,
-    "one-rule-over-90-inputs-without-else": 1.0,
-    "one-rule-over-nested-inputs": 1.0,
-    "small-systems": 0.5,
-    "systems-that-share-much": 0.2,
-    "tables-from-one-csv-file": 0.05,
-    "used-systems": 0.05,
+}
+#: Cases with two sizes, the second twice the first, that took much more than twice the work.
+GROWING = {
+    "names-in-one-terms-line": 0.01,
+    "inputs-of-a-thousand-terms-in-one-rule": 0.02,
+    "long-unknown-names": 0.01,
+    "small-systems": 0.01,
 }
 
 
-@pytest.mark.parametrize(("name", "size"), TRIED.items())
-def test_a_file_at_a_limit_is_checked_in_little_time(name, size, tmp_path):
-    files = CASES[name](size)
-    for file, text in files.items():
-        (tmp_path / file).write_text(text, encoding="utf-8")
-    started = time.process_time()
-    check_source(read_source(tmp_path / next(iter(files))), folder=tmp_path)
-    assert time.process_time() - started < 10.0
+def calls_of(call):
+    """Return how many functions a call calls, which is the same on every machine."""
+    count = 0
+
+    def counted(_frame, event, _what):
+        nonlocal count
+        count += event == "call"
+
+    sys.setprofile(counted)
+    try:
+        call()
+    finally:
+        sys.setprofile(None)
+    return count
+
+
+def checked(text):
+    return check_source(SourceText("worst.fz", text))
+
+
+def text_of(name, size):
+    (text,) = CASES[name](size).values()
+    return text
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _warm():
+    """Import what a check imports, and build the grammar."""
+    checked(text_of("one-rule-over-20-inputs-without-else", 0.1))
+    checked("system worst\nparam p = not 1\n")
+
+
+@pytest.mark.parametrize(("name", "size"), GROWING.items())
+def test_work_grows_with_the_size_of_a_file(name, size):
+    small, large = (calls_of(lambda s=s: checked(text_of(name, s))) for s in (size, 2 * size))
+    assert large < 2.6 * small
+
+
+@pytest.mark.parametrize(("name", "size"), BOUNDED.items())
+def test_work_of_own_hedges_is_bounded(name, size):
+    assert calls_of(lambda: checked(text_of(name, size))) < 10_000_000
+
+
+@pytest.mark.parametrize("otherwise", ["", "-without-else"])
+def test_work_grows_with_the_inputs_of_a_rule(otherwise):
+    small, large = (calls_of(lambda s=s: checked(text_of(f"one-rule-over-20-inputs{otherwise}", s))) for s in (0.5, 1))
+    assert large < 4 * small
+
+
+def test_parentheses_are_not_measured_anew_at_each_level():
+    def read(depth):
+        from fuzzyctl.lang.grammar import parse_line
+
+        text = "param p = " + "(1 + " * depth + "1" + ")" * depth
+        line = LogicalLine(0, len(text), "param", "statement", "")
+        assert parse_line(SourceText("worst.fz", text), line, "statement")[0] is not None
+
+    assert calls_of(lambda: read(90)) < 4 * calls_of(lambda: read(30))
+
+
+def test_own_hedges_are_applied_once_for_all_rules():
+    hedge = f"hedge h(x) = {' * '.join(['x'] * 90)}\n"
+    text = f"system s\n{hedge}{HEAD}"
+    rule = f"if x is {'h ' * 10}low then y is small\n"
+    assert calls_of(lambda: plan(loads(text + 20 * rule))) < 2 * calls_of(lambda: plan(loads(text + rule)))
+
+
+def test_own_hedges_of_more_parts_than_the_limit_are_refused():
+    hedge = f"hedge h(x) = {' * '.join(['x'] * 90)}\n"
+    terms = " ".join(f"t{k}" for k in range(60))
+    rules = "".join(f"if x is {'h ' * 10}t{k} then y is small\n" for k in range(60))
+    text = f"system s\n{hedge}input x in [0, 1]\n  terms {terms}\noutput y in [0, 1] else 0\n  terms small large\n"
+    _, diagnostics = checked(text + rules)
+    (error,) = (d for d in diagnostics if d.severity == "error")
+    assert (error.code, error.span.line) == ("FZ112", 2)
+
+
+def test_fields_of_a_csv_file_are_read_without_the_grammar(monkeypatch):
+    def refused(*_):
+        pytest.fail("the grammar is asked")
+
+    monkeypatch.setattr("fuzzyctl.lang.parser.parse_by_grammar", refused)
+    tree, _ = parse(SourceText("worst.fz", "table y = x\n"))
+    table, mistakes = parse_csv_table(tree.statements[0], SourceText("worst.csv", ",low,high\n,small,large\n"))
+    assert not mistakes
+    assert [cell.terms[0].text for cell in table.rows[0].cells] == ["small", "large"]
+
+
+def test_commands_collect_garbage_seldom():
+    threshold = gc.get_threshold()
+    try:
+        CliRunner().invoke(main, ["explain", "FZ112"])
+        assert gc.get_threshold()[0] >= 50_000
+    finally:
+        gc.set_threshold(*threshold)
 
 
 class TestWork:
