@@ -5,12 +5,15 @@ from __future__ import annotations
 import os
 import stat
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Final
 
-#: Folders that were warned of in this process.
-_WARNED: Final[set[Path]] = set()
+#: What to do about a folder that cannot be trusted.
+REPAIR: Final = "Remove the folder, or set FUZZYCTL_CACHE_DIR to a folder of your own"
+
+#: Dangers that were warned of in this process.
+_WARNED: Final[set[str]] = set()
 
 
 def is_private(root: Path, *parts: str) -> bool:
@@ -31,14 +34,24 @@ def is_private(root: Path, *parts: str) -> bool:
     for part in parts:
         folders.append(folders[-1] / part)
         folders[-1].mkdir(mode=0o700, exist_ok=True)
+    danger = next(dangers(folders), None)
+    if danger is not None:
+        _warn(danger)
+    return danger is None
+
+
+def dangers(folders: Iterable[Path]) -> Iterator[str]:
+    """Yield for each reason why a folder cannot be trusted a clause that names the folder; nothing is made or changed.
+
+    Raises:
+        OSError: When a folder cannot be found.
+    """
     for folder in folders:
-        for reason in _dangers(folder):
-            _warn(folder, reason)
-            return False
-    return True
+        for reason in _reasons(folder):
+            yield f"the cache folder {folder!s} {reason}, who could have it run their code"
 
 
-def _dangers(folder: Path) -> Iterator[str]:
+def _reasons(folder: Path) -> Iterator[str]:
     if not hasattr(os, "geteuid"):
         return
     about = folder.stat()
@@ -61,13 +74,8 @@ def _is_own_group(group: int) -> bool:
     return user.pw_gid == group and user.pw_name == found.gr_name and set(found.gr_mem) <= {user.pw_name}
 
 
-def _warn(folder: Path, reason: str) -> None:
-    if folder in _WARNED:
+def _warn(danger: str) -> None:
+    if danger in _WARNED:
         return
-    _WARNED.add(folder)
-    warnings.warn(
-        f"compiled code is not kept: the cache folder {folder!s} {reason}, who could have it run their code. "
-        "Remove the folder, or set FUZZYCTL_CACHE_DIR to a folder of your own",
-        RuntimeWarning,
-        stacklevel=2,
-    )
+    _WARNED.add(danger)
+    warnings.warn(f"compiled code is not kept: {danger}. {REPAIR}", RuntimeWarning, stacklevel=2)

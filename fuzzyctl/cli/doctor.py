@@ -15,6 +15,7 @@ from typing import Any, Final
 import click
 
 import fuzzyctl
+from fuzzyctl import private_folders
 from fuzzyctl.cli.common import DONE, FAILED, FORMAT, answers_with_diagnostics
 from fuzzyctl.cli.streams import say, write_json
 from fuzzyctl.cores import cores
@@ -23,6 +24,9 @@ from fuzzyctl.misspelt import counted
 #: What fuzzyctl needs, and what only some commands do, each with the extra that brings it.
 NEEDED: Final = ("lark", "pydantic", "click", "rich", "numpy", "scipy", "matplotlib", "numba", "pygments")
 OPTIONAL: Final = {"plotly": "html", "pyarrow": "data", "distributed": "cluster"}
+
+#: Folders of compiled code within the cache: of systems and of simulations.
+PARTS: Final = ("kernels", "dwmr")
 
 
 @click.command(short_help="Say what is installed, and what is in use.")
@@ -92,13 +96,22 @@ def _cache() -> dict[str, Any]:
     try:
         folder = _cache_folder()
     except RuntimeError:  # a user without a home, as in some containers
-        return {"folder": None, "writable": False, "files": 0, "bytes": 0}
+        return {"folder": None, "writable": False, "danger": None, "files": 0, "bytes": 0}
     try:
         sizes = [f.stat().st_size for f in folder.rglob("*") if f.is_file()] if folder.is_dir() else []
         writable = _is_writable(folder)
+        # As compiled code is kept for systems and for control laws; folders that do not exist are made private.
+        made = [f for f in (folder, *(folder / part for part in PARTS)) if f.is_dir()]
+        danger = next(private_folders.dangers(made), None)
     except OSError:  # a folder that may not be looked into, or a name that no file system takes
-        sizes, writable = [], False
-    return {"folder": str(folder), "writable": writable, "files": len(sizes), "bytes": sum(sizes)}
+        sizes, writable, danger = [], False, None
+    return {
+        "folder": str(folder),
+        "writable": writable,
+        "danger": danger,
+        "files": len(sizes),
+        "bytes": sum(sizes),
+    }
 
 
 def _cache_folder() -> Path:
@@ -118,7 +131,7 @@ def _clear(folder: Path) -> tuple[int, list[str]]:
     count = 0
     kept: Counter[tuple[str, str | None]] = Counter()
     closed: list[OSError] = []
-    parts = [folder / "kernels", folder / "dwmr"]
+    parts = [folder / part for part in PARTS]
     links = [f"{part} is a link, behind which nothing is removed" for part in parts if part.is_symlink()]
     for part in (p for p in parts if not p.is_symlink()):
         for place, folders, names in os.walk(part, topdown=False, onerror=closed.append) if part.is_dir() else ():
@@ -140,6 +153,8 @@ def _lines(data: dict[str, Any]) -> list[str]:
     if "removed" in cache:
         kept = f"{counted(cache['removed'], 'file')} removed"
     writable = "" if cache["writable"] else "; cannot be written to, so every process compiles anew"
+    if cache["danger"]:
+        writable = f"; not used, so every process compiles anew: {cache['danger']}. {private_folders.REPAIR}"
     lines = [
         f"fuzzyctl {data['fuzzyctl']}, Python {data['python']}, {data['platform']}, {data['cores']} cores",
         f"backend: {data['backend']}: {data['reason']}",

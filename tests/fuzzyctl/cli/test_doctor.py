@@ -1,4 +1,5 @@
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -67,6 +68,20 @@ class TestCache:
         assert "4 files, 2.0 MiB" in run("doctor").output
         assert "3 files removed" in run("doctor", "--clear-cache").output
         assert [p.name for p in folder.rglob("*")] == ["mine.txt"]
+
+    @pytest.mark.skipif(not hasattr(os, "geteuid"), reason="the platform has no owners of files")
+    @pytest.mark.parametrize("shared", ["", "kernels", "dwmr"])
+    def test_that_others_may_write_to_is_said_and_left_as_it_is(self, run, folder, shared):
+        (folder / shared).mkdir(mode=0o700, parents=True)
+        folder.chmod(0o700)
+        (folder / shared).chmod(0o777)
+        result = run("doctor")
+        assert result.exit_code == 0
+        assert f"anew: the cache folder {folder / shared} can be written to by other users" in result.output
+        assert "set FUZZYCTL_CACHE_DIR to a folder of your own\n" in result.output
+        assert [p.name for p in folder.rglob("*")] == [shared] * bool(shared)
+        (folder / shared).chmod(0o700)
+        assert json.loads(run("doctor", "--format", "json").output)["cache"]["danger"] is None
 
     def test_behind_links_nothing_is_removed(self, run, folder, tmp_path):
         (tmp_path / "other").mkdir()
