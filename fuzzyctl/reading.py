@@ -34,6 +34,12 @@ def read_source(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES, onl
         DiagnosticError: When the file is missing, a directory, unreadable, too large or not UTF-8 text.
         ArgumentError: For what is no path.
     """
+    data = read_file(path, max_bytes=max_bytes, only_regular=only_regular)
+    return decode(data, os.fspath(path))
+
+
+def read_file(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES, only_regular: bool = False) -> bytes:
+    """Read a file as `read_source` does, without decoding it."""
     given: object = path  # whatever the annotation says, callers pass None and bytes
     name = os.fspath(given) if isinstance(given, str | os.PathLike) else None
     if not isinstance(name, str) or "\0" in name:
@@ -42,22 +48,23 @@ def read_source(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES, onl
         raise DiagnosticError([Diagnostic("FZ001", "this is not a regular file", file=name)])
     try:
         with Path(name).open("rb") as file:
-            data = file.read(max_bytes + 1)
+            return read_bytes(file, name, max_bytes=max_bytes)
     except OSError as error:
         raise DiagnosticError([_unreadable(name, error)]) from None
-    return _bounded(data, name, max_bytes)
 
 
 def read_stream(stream: BinaryIO, name: str, *, max_bytes: int = MAX_BYTES) -> SourceText:
     """Read a stream as text, as `read_source` reads a file; `name` is shown in diagnostics."""
-    return _bounded(stream.read(max_bytes + 1), name, max_bytes)
+    return decode(read_bytes(stream, name, max_bytes=max_bytes), name)
 
 
-def _bounded(data: bytes, name: str, max_bytes: int) -> SourceText:
+def read_bytes(stream: BinaryIO, name: str, *, max_bytes: int = MAX_BYTES) -> bytes:
+    """Read a stream as `read_stream` does, without decoding it."""
+    data = stream.read(max_bytes + 1)
     if len(data) > max_bytes:
         message = f"the file is larger than {max_bytes:,} bytes"
         raise DiagnosticError([Diagnostic("FZ003", message, file=name, help="a rule file has a few kilobytes")])
-    return decode(data, name)
+    return data
 
 
 def is_special(path: str | os.PathLike[str]) -> bool:

@@ -132,10 +132,11 @@ def terminal_width(stream: Any) -> int | None:
 def show(diagnostics: Sequence[Diagnostic], form: str = "text") -> None:
     """Print diagnostics: as text on standard error, for machines on standard output."""
     if form == "text":
+        before = bool(_meta().get(_PRINTED))
         if found := _unprinted(heard(diagnostics)):
             color, width = use_color(sys.stderr), terminal_width(sys.stderr)
             text = render_all(found, color=color, width=width, encoding=sys.stderr.encoding)
-            click.echo(text, file=sys.stderr)
+            click.echo(f"\n{text}" if before else text, file=sys.stderr)
         return
     from fuzzyctl.cli import reports
 

@@ -87,15 +87,15 @@ def _laid_out(file: str) -> _Laid:
     from fuzzyctl.formats.registry import format_of
     from fuzzyctl.lang.formatter import format_source
     from fuzzyctl.lang.parser import parse
-    from fuzzyctl.reading import decode, read_source
+    from fuzzyctl.reading import decode, read_bytes, read_file
 
     foreign = format_of(file)
     if foreign is not None:
         message = f"only .fz files are laid out, and this is a {foreign.suffixes[0]} file"
         help_text = f"'fuzzyctl convert {file} {Path(file).stem}.fz' makes one"
         raise DiagnosticError([Diagnostic("FZ602", message, file=file, help=help_text)])
-    data = standard_input().read() if file == "-" else b""
-    source = decode(data, STDIN) if file == "-" else read_source(file)
+    data = read_bytes(standard_input(), STDIN) if file == "-" else read_file(file)
+    source = decode(data, STDIN if file == "-" else file)
     _, mistakes = parse(source)
     if mistakes:
         raise DiagnosticError(mistakes)
@@ -104,8 +104,7 @@ def _laid_out(file: str) -> _Laid:
         message = "the layout would change more than white space; the file is left alone"
         raise DiagnosticError([Diagnostic("FZ006", message, file=source.name, help="please report this file")])
     # With line ends and byte order mark as they are, so that CRLF counts as another layout.
-    stored = (data if file == "-" else Path(file).read_bytes()).decode("utf-8")
-    return _Laid(source, stored, text)
+    return _Laid(source, data.decode("utf-8"), text)
 
 
 def _differences(laid: _Laid, only_check: bool, only_diff: bool, form: str) -> list[Diagnostic]:

@@ -1,4 +1,6 @@
 import json
+import os
+import threading
 
 import pytest
 from click.testing import CliRunner
@@ -142,3 +144,26 @@ class TestFormats:
         assert run("--format", "json", untidy).exit_code == 2
         assert run("--format", "json", "--check", "--diff", untidy).exit_code == 2
         assert untidy.read_text() == before
+
+
+def test_standard_input_is_read_up_to_the_limit_of_files():
+    result = run("-", stdin="#" * ((1 << 20) + 1))
+    assert result.exit_code == 1
+    assert "<stdin>: error[FZ003]: the file is larger than 1,048,576 bytes" in result.stderr
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the platform has no named pipes")
+def test_a_pipe_is_read_once(tmp_path, base):
+    os.mkfifo(tmp_path / "pipe.fz")
+    writer = threading.Thread(target=(tmp_path / "pipe.fz").write_text, args=[base])
+    writer.start()
+    result = run("--check", tmp_path / "pipe.fz")
+    writer.join()
+    assert (result.exit_code, result.output) == (0, "")
+
+
+def test_a_blank_line_separates_the_diagnostics_of_two_files(tmp_path):
+    result = run(tmp_path / "a.fz", tmp_path / "b.fz")
+    first, second = result.stderr.rstrip("\n").split("\n\n")
+    assert "a.fz: error[FZ001]" in first
+    assert "b.fz: error[FZ001]" in second
