@@ -26,13 +26,8 @@ NAMES = (
 
 def write_summary(files: Results, summary: Mapping[str, Any]) -> None:
     """Write summary.json; numbers that are not finite become null."""
-    text = to_json(summary)
+    text = json.dumps(finite(summary), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
     files.write("summary.json", lambda path: _write_text(path, text))
-
-
-def to_json(data: Any) -> str:
-    """Return plain data as JSON with numbers that are not finite as null."""
-    return json.dumps(_finite(data), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def write_trajectories(
@@ -54,7 +49,7 @@ def write_trajectories(
     from dwmr.data import files as formatted
     from dwmr.data import signals
 
-    data = signals.of(trajectories, scenario, scenario.run.save_every, _finite(metadata))
+    data = signals.of(trajectories, scenario, scenario.run.save_every, finite(metadata))
     for one in formats:
         files.write(f"trajectory.{one}", lambda path: formatted.save(path, data))
 
@@ -63,11 +58,12 @@ def _write_text(path: Path, text: str) -> None:
     path.write_text(text, encoding="utf-8")
 
 
-def _finite(data: Any) -> Any:
+def finite(data: Any) -> Any:
+    """Return plain data with None for numbers that are not finite."""
     if isinstance(data, Mapping):
-        return {k: _finite(v) for k, v in data.items()}
+        return {k: finite(v) for k, v in data.items()}
     if isinstance(data, list | tuple):
-        return [_finite(v) for v in data]
+        return [finite(v) for v in data]
     if isinstance(data, float) and not np.isfinite(data):
         return None
     return data

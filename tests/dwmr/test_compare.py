@@ -1,10 +1,12 @@
 import csv
+import dataclasses
 import json
 
 import numpy as np
 import pytest
 from scipy import stats
 
+from dwmr.cli import compare
 from dwmr.data import parquet_file
 from dwmr.scenario_file import find
 from dwmr.sweep import comparison
@@ -157,3 +159,11 @@ class TestCommand:
         done = dwmr("compare", "paper", tmp_path / "other.toml", *SHORT, status=2)
         assert "two scenarios have the name 'paper'" in done.stderr
         assert "other.toml" in done.stderr
+
+
+def test_no_terminal_acts_on_the_data(capfdbinary):
+    entry = comparison.Entry("here", "own", "a\x9b31m", "rmse.x_e", "m", 1, np.inf, None, None, 0)
+    compare._print([entry], "json", 1)
+    text = capfdbinary.readouterr().out.decode()
+    assert "a\\u009b31m" in text
+    assert json.loads(text)["entries"][0] == dataclasses.asdict(entry) | {"mean": None}

@@ -10,7 +10,7 @@ import click
 
 from dwmr.cli import running
 from dwmr.cli.common import interrupts_wait, mistakes_as_diagnostics, progress, terminated_as_interrupted
-from fuzzyctl.cli.streams import say, write_data
+from fuzzyctl.cli.streams import say, write_json
 from fuzzyctl.cores import cores
 
 if TYPE_CHECKING:
@@ -147,7 +147,7 @@ def _report(task: running.Task, found: Found, path: Path, style: str) -> None:
     new_scenario.write({path: text.encode()}, force=True)
     data: dict[str, Any] = table.as_data(found)
     if style == "json":
-        write_data(outputs.to_json(data))
+        write_json(outputs.finite(data))
         return
     table.show(report.console(), data)
     if found.interrupted:

@@ -14,7 +14,7 @@ from dwmr import controllers
 from dwmr.cli import computing, running
 from dwmr.cli import formats as data_formats
 from dwmr.cli.common import mistakes_as_diagnostics, terminated_as_interrupted
-from fuzzyctl.cli.streams import say, write_data
+from fuzzyctl.cli.streams import say, write_json
 
 if TYPE_CHECKING:
     from dwmr.sweep.comparison import Entry
@@ -176,9 +176,9 @@ def _write(path: Path, found: Sequence[Entry]) -> None:
 
 def _print(found: Sequence[Entry], style: str, runs: int) -> None:
     if style == "json":
-        from dwmr.outputs import to_json
+        from dwmr.outputs import finite
 
-        write_data(to_json({"runs": runs, "entries": [dataclasses.asdict(one) for one in found]}))
+        write_json(finite({"runs": runs, "entries": [dataclasses.asdict(one) for one in found]}))
         return
     from dwmr import report
     from dwmr.sweep.tables import print_comparison

@@ -13,7 +13,7 @@ import click
 from dwmr.cli import formats as data_formats
 from dwmr.cli import running
 from dwmr.cli.common import Begin, interrupts_wait, mistakes_as_diagnostics, stages, terminated_as_interrupted
-from fuzzyctl.cli.streams import say, write_data
+from fuzzyctl.cli.streams import say, write_json
 
 if TYPE_CHECKING:
     from dwmr.folder import Results
@@ -52,9 +52,9 @@ def run(
             _say(task, summary, names, folder, written)
     finished = [run["stopped"] is None for run in summary["controllers"].values()]
     if style == "json":
-        from dwmr.outputs import to_json
+        from dwmr.outputs import finite
 
-        write_data(to_json(summary))
+        write_json(finite(summary))
     if not all(finished) or len(finished) < len(names):
         sys.exit(1)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -40,7 +39,9 @@ def show(scenario: str | None, rules_folder: Path | None, overrides: tuple[str, 
         task = running.read(scenario, rules_folder, overrides)
         found = _facts(task)
     if style == "json":
-        write_json(_finite(found))
+        from dwmr.outputs import finite
+
+        write_json(finite(found))
         return
     for line in _page(found):
         say(line)
@@ -50,15 +51,6 @@ def _facts(task: Task) -> dict[str, Any]:
     from dwmr.facts import facts
 
     return facts(task.file, task.rules)
-
-
-def _finite(data: Any) -> Any:
-    """Return plain data with numbers that are not finite as null."""
-    if isinstance(data, dict):
-        return {k: _finite(v) for k, v in data.items()}
-    if isinstance(data, list | tuple):
-        return [_finite(v) for v in data]
-    return None if isinstance(data, float) and not math.isfinite(data) else data
 
 
 def _list(style: str) -> None:
