@@ -1,14 +1,11 @@
 """How Hypothesis draws in all tests, the same in every run unless a seed is given; and how proofs measure time."""
 
-import importlib
-import pkgutil
 import time
-from types import SimpleNamespace
 
 import pytest
 from hypothesis import HealthCheck, core, settings
 
-from fuzzyctl import analysis
+from fuzzyctl.analysis import clock
 
 
 @pytest.hookimpl(trylast=True)  # once Hypothesis knows the seed
@@ -33,7 +30,4 @@ def pytest_configure():
 @pytest.fixture(autouse=True, scope="session")
 def processor_time_of_proofs():
     """Have proofs in this process count what they compute, so that no verdict depends on what else the machine does."""
-    for found in pkgutil.iter_modules(analysis.__path__, "fuzzyctl.analysis."):
-        module = importlib.import_module(found.name)
-        if getattr(module, "time", None) is time:
-            module.time = SimpleNamespace(monotonic=time.thread_time)
+    clock.now = time.thread_time

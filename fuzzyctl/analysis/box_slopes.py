@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import time
-
 import numpy as np
 
+from fuzzyctl.analysis import clock
 from fuzzyctl.analysis.boxes import System
 from fuzzyctl.analysis.claims import Claim, Slope
 from fuzzyctl.analysis.enclosures import Array
@@ -18,7 +17,7 @@ def decide_slope(
     system: System, claim: Claim, slope: Slope, judge: Judge, timeout: float, told: Told | None
 ) -> Verdict:
     """Decide a word about slopes by subdivision."""
-    deadline = time.monotonic() + timeout
+    deadline = clock.now() + timeout
     output, axis = system.outputs.index(slope.output), system.inputs.index(slope.input)
     cells = system.cells([])
     if cells is None:
@@ -26,7 +25,7 @@ def decide_slope(
     lo, hi = cells
     whole = (lo < hi).all(axis=0)
     for k in range(0, lo.shape[1], max(1, lo.shape[1] // FIRST)):
-        if time.monotonic() > deadline:
+        if clock.now() > deadline:
             break
         witness = _broken(system, slope, judge, lo[:, k], hi[:, k], axis)
         if witness is not None:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import time
-
 import numpy as np
 
+from fuzzyctl.analysis import clock
 from fuzzyctl.analysis.boxes import System, surely_false, surely_true
 from fuzzyctl.analysis.claims import Bound, Claim, bounds_in, is_limit
 from fuzzyctl.analysis.enclosures import Array
@@ -17,7 +16,7 @@ from fuzzyctl.expr import Binary, Compare
 
 def decide(system: System, claim: Claim, judge: Judge, timeout: float, told: Told | None) -> Verdict:
     """Decide a claim about points by subdivision."""
-    deadline = time.monotonic() + timeout
+    deadline = clock.now() + timeout
     cells = system.cells([claim.truth, claim.region])
     if cells is None:
         return Undecided(claim.text, "its terms cut the inputs into too many cells")
@@ -39,7 +38,7 @@ def first_witness(claim: Claim, judge: Judge, lo: Array, hi: Array, deadline: fl
     """
     step = max(1, lo.shape[1] // FIRST)
     for k in range(0, lo.shape[1], step):
-        if time.monotonic() > deadline:
+        if clock.now() > deadline:
             return None
         witness = _witness_of(claim, judge, middles(lo[:, k], hi[:, k]), lo[:, k], hi[:, k])
         if witness is not None:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Final
 
 from fuzzyctl import arguments
+from fuzzyctl.analysis import clock
 from fuzzyctl.analysis.bounds import OutputBound, output_bounds
 from fuzzyctl.analysis.exact import Surface, surface_of
 from fuzzyctl.analysis.vertex_slopes import steepest
@@ -151,7 +151,7 @@ class _BySubdivision:
     @property
     def deadline(self) -> float:
         """When the next search has to stop."""
-        return time.monotonic() + self.timeout
+        return clock.now() + self.timeout
 
     def _value(self, output: int, sign: int) -> Callable[[list[float]], float]:
         name = self.boxed.outputs[output]

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable
 from typing import Final
 
 import numpy as np
 
+from fuzzyctl.analysis import clock
 from fuzzyctl.analysis.boxes import System
 from fuzzyctl.analysis.enclosures import Array, negative
 from fuzzyctl.analysis.subdivision import Search, middles, signed_points, start_of
@@ -30,7 +30,7 @@ def least(
         sign: 1 or -1.
         gap: How far the bound may be below an attained value.
         value: What a kernel gives for sign · output at a point; NaN for none.
-        deadline: When to stop, by the clock of `time.monotonic`.
+        deadline: When to stop, by `clock.now`.
 
     Returns:
         The bound, and a point that comes near it, None if none was found.
@@ -112,7 +112,7 @@ def _steepest(system: System, output: int, position: int, search: Search, deadli
     while search.lo.shape[1]:
         order = np.argsort(bounds, kind="stable")
         search.lo, search.hi, bounds = search.lo[:, order], search.hi[:, order], bounds[order]
-        if bounds[-1] <= shown * (1.0 + _SLOPE_GAP) or time.monotonic() > deadline:
+        if bounds[-1] <= shown * (1.0 + _SLOPE_GAP) or clock.now() > deadline:
             break
         count = min(system.batch, len(bounds))
         bounds = bounds[: len(bounds) - count]

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable, Iterator
 from typing import Final
 
 import numpy as np
 
+from fuzzyctl.analysis import clock
 from fuzzyctl.analysis.boxes import System
 from fuzzyctl.analysis.enclosures import Array, Mask
 from fuzzyctl.analysis.holes import Side
@@ -97,7 +97,7 @@ class Search:
     @property
     def is_over(self) -> bool:
         """Whether time or room is used up."""
-        return time.monotonic() > self.deadline or self.lo.shape[1] > _MOST
+        return clock.now() > self.deadline or self.lo.shape[1] > _MOST
 
     def halted(
         self, claim: str, step: Callable[[], Witness | None], why_stuck: Callable[[], str], *, wider: str = ""
