@@ -113,3 +113,11 @@ def test_the_command_line_and_tables_of_points_refuse_them(bad, tmp_path):
         done = CliRunner().invoke(main, ["eval", file, *arguments])
         assert done.exit_code == 1, arguments
         assert "error[FZ50" in done.stderr
+
+
+def test_what_rounds_to_zero_is_zero_in_files_of_other_tools():
+    name, text, old = PLACES["fis parameter"]
+    (system,), found = examine_all(SourceText(name, text.replace(old, "[1e-400 0 10 10]")))
+    assert [d.code for d in found if d.severity == "error"] == []
+    assert system == examine_all(SourceText(name, text.replace(old, "[0 0 10 10]")))[0][0]
+    assert errors(*(part.replace("7.5", "1e-400") for part in PLACES["fz range"][:2]))[0].code == "FZ108"
