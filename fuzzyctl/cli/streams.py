@@ -33,12 +33,15 @@ class Program(click.Group):
         return super().main(*args, **kwargs)
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run the command; messages about wrong usage repeat names of files."""
+        """Run the command; messages about wrong usage repeat names of files, and an interruption is a single line."""
         try:
             return super().invoke(ctx)
         except click.ClickException as error:
             error.message = _lines(error.message)  # type: ignore[misc]  # final in its annotation only
             raise
+        except KeyboardInterrupt:
+            say("interrupted", err=True)
+            sys.exit(1)
 
 
 def say(text: object, *, err: bool = False) -> None:
@@ -52,8 +55,11 @@ def _lines(text: str) -> str:
 
 
 def write_data(text: str) -> None:
-    """Write data to standard output: UTF-8 with its own line ends, whatever the terminal has."""
-    click.echo(text.encode("utf-8", "surrogateescape"), nl=False)
+    """Write data to standard output: UTF-8 with its own line ends; a terminal gets it as text for people."""
+    if sys.stdout.isatty():
+        click.echo(_lines(text), nl=False, file=sys.stdout)
+    else:
+        click.echo(text.encode("utf-8", "surrogateescape"), nl=False)
 
 
 def json_text(data: Any) -> str:

@@ -176,7 +176,7 @@ class TestCommand:
         path = tmp_path / "short.toml"
         done = interrupted_by_a_worker_that_starts(tmp_path, "calibrate", path, "--evaluations", "8", "--jobs", "2")
         assert done.stdout == ""
-        assert done.stderr.splitlines()[1:] == ["", "Aborted!"]
+        assert done.stderr.splitlines()[1:] == ["interrupted"]
 
     def test_shows_the_ratios_and_no_progress_in_a_pipe(self, dwmr):
         status, out, err = dwmr(

@@ -70,9 +70,6 @@ def _plan(spec: Path, rules_folder: Path | None, overrides: Sequence[str]) -> tu
             made = plan.make(file, rules_folder, overrides, report)
     except OverrideError as error:
         raise click.UsageError(str(error)) from error
-    except KeyboardInterrupt:
-        say("interrupted", err=True)
-        sys.exit(1)
     warn((*made.scenario.warnings, *made.warnings))
     return file, made
 

@@ -5,7 +5,11 @@ import struct
 import subprocess
 import sys
 
+import click
 import pytest
+from click.testing import CliRunner
+
+from fuzzyctl.cli.streams import Program
 
 pty = pytest.importorskip("pty", reason="there are no pseudo-terminals on this system")
 fcntl = pytest.importorskip("fcntl", reason="there are no pseudo-terminals on this system")
@@ -58,3 +62,38 @@ def test_a_pipe_gets_one_line_for_each_message(mistaken):
     in_pipe = errors_of(["check", mistaken], None)
     assert " ".join(in_pipe.split()) == " ".join(errors_of(["check", mistaken], 60).split())
     assert len(in_pipe.split("\n")) < len(errors_of(["check", mistaken], 60).split("\n"))
+
+
+def output_of(arguments, text):
+    """Run a command whose standard output is a terminal without colours; return what it prints there."""
+    master, slave = pty.openpty()
+    command = [sys.executable, "-c", "from fuzzyctl.cli.main import main; main()", *map(str, arguments)]
+    environment = os.environ | {"NO_COLOR": "1", "PYTHONUTF8": "1"}
+    with subprocess.Popen(command, env=environment, stdin=subprocess.PIPE, stdout=slave) as running:
+        os.close(slave)
+        running.stdin.write(text.encode())
+        running.stdin.close()
+        found = b""
+        while part := read(master):
+            found += part
+    os.close(master)
+    return found.decode().replace("\r\n", "\n")
+
+
+@pytest.mark.parametrize("arguments", [["fmt", "-"], ["fmt", "--diff", "-"], ["convert", "-", "-", "--to", "fz"]])
+def test_data_does_not_control_a_terminal(base, arguments):
+    title = "\x1b]0;title\x07 \x9b31m"
+    text = base.replace('"Base"', f'"{title}"').replace("[-1, 1]", "[-1,1]")
+    shown = output_of(arguments, text)
+    assert "␛]0;title␇ \ufffd31m" in shown
+    assert not {"\x1b", "\x07", "\x9b"} & set(shown)
+
+
+def test_an_interruption_is_a_single_line():
+    @click.command()
+    def endless():
+        raise KeyboardInterrupt
+
+    program = Program("program", [endless])
+    done = CliRunner().invoke(program, ["endless"])
+    assert (done.exit_code, done.stdout, done.stderr) == (1, "", "interrupted\n")
