@@ -1,4 +1,4 @@
-"""Folders of files that are run: used only where nobody else can write to them."""
+"""Folders of files that are run: used only where no other user can write to them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _WARNED: Final[set[str]] = set()
 def is_private(root: Path, *parts: str) -> bool:
     """Return whether a folder can be trusted; one that does not exist is made for the user alone.
 
-    The folder and those above it up to `root` must belong to the user or to root, and nobody else may write to them.
+    The folder and those above it up to `root` must belong to the user or to root, and no other user may write to them.
     What cannot be trusted is warned of once. Where the platform has no owners, every folder is trusted.
 
     Args:

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def at_most(seconds):
-    """Fail where what stands inside takes this thread more seconds of a processor."""
+    """Fail where the block takes this thread more seconds of a processor."""
     began = time.thread_time()
     yield
     took = time.thread_time() - began

@@ -1,4 +1,4 @@
-"""Files that are run are taken only from folders that nobody else can write to; without them everything still works."""
+"""Files that are run are taken only from folders that no other user can write to; without them everything still works."""
 
 import os
 import warnings
@@ -60,7 +60,7 @@ def test_a_group_is_another_user_unless_it_is_the_users_own(tmp_path, monkeypatc
 def test_a_folder_of_another_user_is_not_used(tmp_path, monkeypatch):
     (tmp_path / "cache").mkdir(mode=0o700)
     owner = (tmp_path / "cache").stat().st_uid
-    if owner == 0:  # root can give a folder away, and trusts nobody else
+    if owner == 0:  # root can give a folder away, and trusts no other user
         os.chown(tmp_path / "cache", 12345, -1)
     else:
         monkeypatch.setattr(os, "geteuid", lambda: owner + 1)
