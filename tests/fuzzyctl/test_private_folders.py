@@ -1,4 +1,4 @@
-"""Files that are run are taken only from folders that no other user can write to; without them everything still works."""
+"""Files that are run are taken only from folders no other user can write to; without them everything still works."""
 
 import os
 import warnings
