@@ -2,6 +2,7 @@
 
 import ctypes
 import dis
+import math
 import signal
 import subprocess
 import sys
@@ -51,6 +52,7 @@ def clock(monkeypatch):
         sharing._looks(seconds)  # kept from here on: measured by the true clock
     clock = Clock()
     monkeypatch.setattr(sharing, "perf_counter", clock)
+    monkeypatch.setattr(sharing, "_last", -math.inf)  # not by the true clock, which may be ahead
     return clock
 
 
