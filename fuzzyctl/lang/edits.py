@@ -42,11 +42,18 @@ class Surroundings:
 
     Args:
         text: The whole text.
-        above: The text of the last rule above the line, or an empty string.
+        above: The last rule above the line, after those to which it is the `else`.
+        statement: The last statement above the line, whose block may go on; an empty string where there is none.
     """
 
     text: str
-    above: str = ""
+    above: tuple[str, ...] = ()
+    statement: str = ""
+
+    @property
+    def block(self) -> str:
+        """The first word of the statement above, in small letters."""
+        return self.statement.split(maxsplit=1)[0].lower() if self.statement else ""
 
     @cached_property
     def params(self) -> frozenset[str]:
@@ -56,7 +63,12 @@ class Surroundings:
     @cached_property
     def variables(self) -> frozenset[str]:
         """Names of inputs and outputs, as far as their lines look like one."""
-        return frozenset(re.findall(r"(?im)^[ \t]*(?:input|output)[ \t]+(\w+)", self.text))
+        return self.outputs | frozenset(re.findall(r"(?im)^[ \t]*input[ \t]+(\w+)", self.text))
+
+    @cached_property
+    def outputs(self) -> frozenset[str]:
+        """Names of outputs, as far as their lines look like one."""
+        return frozenset(re.findall(r"(?im)^[ \t]*output[ \t]+(\w+)", self.text))
 
 
 #: A repair: the edits that it makes of a line, which it sees with its texts and comments masked, and in full.

@@ -83,7 +83,8 @@ def describe_barless(source: SourceText, rows: Sequence[LogicalLine], table: obj
     text = source.text[first.start : first.end].strip()
     place = Span(source, first.end - len(text), first.end)
     labelled = isinstance(table, Table) and table.second is not None
-    label, cells = text.split(maxsplit=1) if labelled and " " in text else ("", text)
+    first_word, *others = re.split(r"\s+" if "(" in text else r"[\s,;]+", text.rstrip(",;"))
+    label, cells = (first_word, " ".join(others)) if labelled and others else ("", " ".join([first_word, *others]))
     more = len(rows) - 1
     facts = (f"and so {'does' if more == 1 else 'do'} {counted(more, 'other row')}",) if more else ()
     return Diagnostic(

@@ -232,6 +232,9 @@ def describe_unknown_line(source: SourceText, line: LogicalLine, block: str) -> 
     place = Span(source, start, start + len(line.word))
     if line.word.lower() in STATEMENT_KEYWORDS:
         return capital_keyword(line.word, place, "FZ101")
+    if line.word in ("then", "is", "not"):
+        help_text = "a rule is one line, which goes on in the next only inside parentheses"
+        return Diagnostic("FZ101", f"'{line.word}' begins no statement", place, help=help_text)
     near = meant_keyword(line.word)
     hint = f"did you mean '{near}'? the form is: {FORMS[near]}" if near else ""
     if not hint and block == "variable":

@@ -54,6 +54,7 @@ def head(code: str) -> str:
 # ---- characters that no valid line holds ---------------------------------------------------------------------------
 
 COMMENT: Final = "a comment begins with '#'"
+_ENDS: Final = "a statement ends with its line"
 _QUOTES: Final = "texts are written in straight double quotes"
 
 
@@ -75,7 +76,9 @@ def _semicolons(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
             yield Edit(i, i + 1, ",", "parameters are separated by commas")
             yield from _commas_of_decimals(code, opened, i)
         elif re.match(r"[\s;]*(#|$)", code[i + 1 :]):
-            yield Edit(i, i + 1, "", "a statement ends with its line")
+            yield Edit(i, i + 1, "", _ENDS)
+        elif around.block == "table" and head(code) not in STATEMENT_KEYWORDS:
+            yield Edit(i, i + 1, " ", "cells are separated by blanks")
         else:
             yield Edit(i, i + 1, "\n", "a line holds one statement")
 
@@ -114,13 +117,13 @@ def _signs(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
 CHARACTERS: Final[tuple[Repair, ...]] = (
     by_pattern(r"(?P<x>\(\*(.*?)\*\)|/\*(.*?)\*/)[ \t]*(?=(\S)?)", _block_comment, COMMENT),
     by_pattern(r"^[ \t]*(?P<x>;+|--+|//+|%+|'+(?=[^'\n]*$))", "#", COMMENT),
-    by_pattern(r"(?<=[\s;)\]}\"])(?P<x>//+|%+)(?!\s*[\d(])", "#", COMMENT),
+    by_pattern(r"(?<=[\s;)\]}\"])(?<!unit )(?P<x>//+|%+)(?!\s*(?:[-+]?[\d(]|$))", "#", COMMENT),
     by_pattern(r"[“”„‟«»″]", '"', _QUOTES),
     by_pattern(r"(?<![\w'])'([^'\n]*)'", '"{1}"', _QUOTES),
     _semicolons,
-    by_pattern(r"\s*&&\s*|\s*&\s*(?=\(|\w+\s+is\b|~|!)", " and ", "the conjunction is written 'and'"),
+    by_pattern(r"\s*&&\s*|\s*&\s*(?=\(|\w+\s*(?:\bis\b|[=~!])|~|!)", " and ", "the conjunction is written 'and'"),
     by_pattern(r"\s*\|\|\s*", " or ", "the disjunction is written 'or'"),
-    by_pattern(r"[!~](?!=)\s*", "not ", "the negation is written 'not'"),
+    by_pattern(r"(?<!\w)[!~](?!=)\s*(?=[\w(])", "not ", "the negation is written 'not'"),
     by_pattern(r"~=", "!=", "inequality is written '!='"),
     _signs,
 )
@@ -135,7 +138,7 @@ _IN_HEADS: Final = "input output in unit else extrapolate clamp adaptive rate ho
 
 #: Keywords inside statements, by the first word.
 _KEYWORDS: Final[dict[str, frozenset[str]]] = {
-    **dict.fromkeys(("if", "with"), frozenset(_IN_RULES.split())),
+    **dict.fromkeys(("if", "with", "else"), frozenset(_IN_RULES.split())),
     **dict.fromkeys(("input", "output"), frozenset(_IN_HEADS.split())),
     "table": frozenset({"x", "from"}),
     "require": frozenset({"within", "when", "and", "or", "not"}),
@@ -145,19 +148,19 @@ _KEYWORDS: Final[dict[str, frozenset[str]]] = {
 
 def _capitals(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
     first = head(code)
-    if first not in STATEMENT_KEYWORDS:
+    if first not in STATEMENT_KEYWORDS and first not in _KEYWORDS:
         return
     words = _KEYWORDS.get(first, frozenset()) | {first}
     for k, m in enumerate(re.finditer(NAME, code)):
         small = m[0].lower()
-        if m[0] != small and (small in words if k else small == first):
+        if m[0] != small and (small in words and m[0] not in around.variables if k else small == first):
             yield Edit(m.start(), m.end(), small, _CASE)
 
 
 def _misspelt(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
     """Replace a first word that is one of the language but for a slip."""
     found = re.match(rf"\s*({NAME})(?=[\s(])(?!\s*[:=|])", code)
-    if found is None or found[1] in STATEMENT_KEYWORDS or len(found[1]) < 3:
+    if found is None or found[1] in STATEMENT_KEYWORDS or found[1] in _KEYWORDS["if"] or len(found[1]) < 3:
         return
     near = closest(found[1], STATEMENT_KEYWORDS)
     if near is not None:
@@ -206,15 +209,17 @@ def _decimal_commas(code: str, text: str, around: Surroundings) -> Iterator[Edit
         inside = code.count("(", 0, m.start()) > code.count(")", 0, m.start())
         inside = inside or code.count("[", 0, m.start()) > code.count("]", 0, m.start())
         if not inside or re.search(r",\s", code):
-            yield Edit(m.start(2), m.end(2), ".", _DECIMAL)
+            grouped = re.fullmatch(r"[1-9]\d{0,2},\d{3}", m[0]) is not None
+            more = f", thousands without a separator: {m[0].replace(',', '')}" if grouped else ""
+            yield Edit(m.start(2), m.end(2), ".", _DECIMAL + more)
 
 
 def _declaration(groups: list[str], around: Surroundings) -> str | None:
-    """Make a param of `k = 3` at the beginning of a line, and a singleton of it below a variable."""
+    """Make a singleton of `k = 3` below an output, where the file reads the name as a term, and else a param."""
     indent, name, value = groups[2], groups[3], groups[4]
-    if not indent:
-        return f"param {name} = {value}"
-    return f"{indent}{name} = constant({value})"
+    if indent or re.search(rf"\bis\s+(?:not\s+)?{name}\b|\|[^\n#]*(?<![\w(*]){name}\b", around.text):
+        return f"{indent}{name} = constant({value})" if around.block == "output" else None
+    return f"param {name} = {value}"
 
 
 def _joined(groups: list[str], around: Surroundings) -> str:
@@ -226,18 +231,27 @@ def _named(groups: list[str], around: Surroundings) -> str | None:
     return f" {name} {groups[1].strip()}" if re.fullmatch(NAME, name) else None
 
 
+def _outside_tables(repair: Repair) -> Repair:
+    def only(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
+        if around.block != "table":
+            yield from repair(code, text, around)
+
+    return only
+
+
 _SIGNED: Final = r"[-+]?[\w.]+"
 
 STATEMENTS: Final[tuple[Repair, ...]] = (
     by_pattern(r"^\s*(?P<x>(?:rule\s*\w*\s*[:.)]|r?\d+\s*[.:)])\s*)(?=if\b)", "", "rules have no name or number"),
     by_pattern(r"^\s*(?P<x>\}|\{|end\w*)\s*$", "", "a block ends where the next statement begins"),
-    by_pattern(r"(?P<x>\s*(?:[{:,]|\bdo))\s*$", "", "a head ends with its line"),
+    by_pattern(r"(?P<x>\s*(?:[{:,]|\bdo))\s*$", "", _ENDS),
     by_pattern(
-        rf"^\s*(?!if\b|unless\b)(?P<x>else\s+if|{NAME})(?=[\s(]+(?:not\s+)?\(?{NAME}\s+is\b.*\bthen\b)",
+        rf"^\s*(?!(?:if|unless|else|then|and|or)\b)(?P<x>{NAME})(?=[\s(]+(?:not\s+)?\(?{NAME}\s+is\b.*\bthen\b)",
         "if",
         "a rule begins with 'if'",
     ),
-    by_pattern(rf"^\s*(?P<x>)(?={NAME}\s+is\s+.*\bthen\b)", "if ", "a rule begins with 'if'"),
+    by_pattern(r"^\s*(?P<x>else\s+)(?=if\b)", "", "rules have no 'else', each acts on its own"),
+    by_pattern(rf"^\s*(?P<x>)(?={NAME}\s+is\s+.*(?:\bthen\b|=>|->))", "if ", "a rule begins with 'if'"),
     by_pattern(r"^\s*(?P<x>assert|ensure|guarantee|prove)\b", "require", "a guarantee begins with 'require'"),
     by_pattern(
         rf"^\s*(?P<x>const|constant|let|var|parameter|def|real|float|double)(?=\s+{NAME}\s*:?=)",
@@ -252,7 +266,9 @@ STATEMENTS: Final[tuple[Repair, ...]] = (
         "a keyword is followed by its value",
     ),
     _value_of_setting,
-    by_pattern(r"^\s*(?:system|source|use|rules)(?P<x>\s*(?::=|:|=)\s*)", " ", "the keyword is followed by its value"),
+    by_pattern(
+        r"^\s*(?:system|source|use|rules|require)(?P<x>\s*(?::=|:|=)\s*)", " ", "the keyword is followed by its value"
+    ),
     _capitals,
     by_pattern(
         rf"^\s*system\s+(?P<x>({NAME}(?:[ -]+{NAME})+))(?=\s*(?:\"|$))",
@@ -265,7 +281,9 @@ STATEMENTS: Final[tuple[Repair, ...]] = (
         "a system has a name before its title",
     ),
     by_pattern(rf"^\s*param\s+{NAME}(?P<x>\s*(?::=|:|<-)\s*|\s+(?=[-+.\d(]))", " = ", "a value is assigned with '='"),
-    by_pattern(rf"^\s*{NAME}(?P<x>\s*(?::=|:|<-)\s*)(?=[^\s|:=])", " = ", "a value is assigned with '='"),
+    _outside_tables(
+        by_pattern(rf"^\s*{NAME}(?P<x>\s*(?::=|:|<-)\s*)(?=[^\s|:=])", " = ", "a value is assigned with '='")
+    ),
     _decimal_commas,
     by_pattern(
         rf"^\s*(?:input|output)\s+(?!in\b){NAME}(?:\s*\"[^\"]*\")?(?P<x>\s*(?:\bin\b|=|:|\brange\b|\bfrom\b)?\s*(?:range\s*)?"

@@ -17,8 +17,9 @@ from fuzzyctl.errors import Diagnostic
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.edits import Draft, Edit, Repair, RepairedText, Surroundings, in_original
 from fuzzyctl.lang.lines import LineKind, LogicalLine, split
-from fuzzyctl.lang.notations import CHARACTERS, COMMENT, SPELLING, STATEMENTS
+from fuzzyctl.lang.notations import CHARACTERS, COMMENT, SPELLING, STATEMENTS, head
 from fuzzyctl.lang.rule_repairs import RULES
+from fuzzyctl.lang.syntax import STATEMENT_KEYWORDS
 from fuzzyctl.lang.term_repairs import TERMS
 from fuzzyctl.source import SourceText, Span
 
@@ -33,7 +34,10 @@ _LONGEST: Final = 300
 _GAP: Final = re.compile(r"\s{41}")
 
 _REPAIRS: Final[tuple[Repair, ...]] = (*STATEMENTS, *TERMS, *RULES, *SPELLING)
-_RULE: Final = re.compile(r"[ \t]*if\b[^\n#]*", re.IGNORECASE)
+_RULE: Final = re.compile(r"[ \t]*((?:else[ \t]+)?if\b[^\n#]*)", re.IGNORECASE)
+
+#: Longer chains of `else if` are not repaired.
+_CHAIN: Final = 10
 
 #: What reads a text: the tree, the mistakes, and those of lines that only other tools write so.
 Read = Callable[[SourceText], tuple[sx.SyntaxTree, list[Diagnostic], list[Diagnostic]]]
@@ -108,8 +112,7 @@ def _repaired(
         spent += line.end - line.start
         if spent > _MOST:
             break
-        above = next((r for o in reversed(lines[:k]) if (r := _RULE.match(text.text, o.start, o.end))), None)
-        around = Surroundings(text.text, above[0].strip() if above is not None else "")
+        around = Surroundings(text.text, _chain_above(text.text, lines[:k]), _statement_above(text.text, lines[:k]))
         for stop in _ends(text.text, line):
             part = slice(line.start, stop)
             draft = Draft(text.text[part], list(origin[line.start : stop + 1]), list(ends[part]))
@@ -132,6 +135,25 @@ def _repaired(
     return RepairedText(source.name, "".join(pieces), source.encoding, source, origins, all_ends)
 
 
+def _chain_above(text: str, lines: list[LogicalLine]) -> tuple[str, ...]:
+    """Return the last rule above a line, after those to which it is the `else`."""
+    chain: list[str] = []
+    for line in reversed(lines):
+        rule = _RULE.match(text, line.start, line.end)
+        if rule is None:
+            continue
+        chain.insert(0, rule[1].strip())
+        if len(chain) > _CHAIN or not chain[0].lower().startswith("else"):
+            break
+    return tuple(chain) if len(chain) <= _CHAIN else ()
+
+
+def _statement_above(text: str, lines: list[LogicalLine]) -> str:
+    """Return the last line above that is a statement, whose block may go on."""
+    above = (text[line.start : line.end].strip() for line in reversed(lines))
+    return next((s for s in above if head(s) in STATEMENT_KEYWORDS and head(s) != "terms"), "")
+
+
 def _ends(text: str, line: LogicalLine) -> tuple[int, ...]:
     """Return where the first line of text ends, and where the logical line that an open parenthesis continues."""
     first = text.find("\n", line.start, line.end)
@@ -147,17 +169,34 @@ def _mended(draft: Draft, kind: LineKind, around: Surroundings, reads_line: Read
         sure = sure.repaired_by(repair, around)
     if sure is not draft and _reads(sure.text, kind, reads_line):
         return sure, True
-    current = sure
+    current, made = sure, list[Repair]()
     for repair in _REPAIRS:
         after = current.repaired_by(repair, around)
-        if after is not current and _reads(after.text, kind, reads_line):
-            return after, True
+        if after is not current:
+            made.append(repair)
+            if _reads(after.text, kind, reads_line):
+                return _needed(sure, made, lambda d: _reads(d.text, kind, reads_line), around), True
         current = after
     for repair in _REPAIRS:
         alone = sure.repaired_by(repair, around)
         if alone is not sure and _reads(alone.text, kind, reads_line):
             return alone, True
     return sure, False
+
+
+def _needed(draft: Draft, repairs: list[Repair], reads: Callable[[Draft], bool], around: Surroundings) -> Draft:
+    """Return a line after those of some repairs without which it cannot be read; the last one is."""
+    for repair in repairs[:-1]:
+        fewer = [r for r in repairs if r is not repair]
+        if reads(_after(draft, fewer, around)):
+            repairs = fewer
+    return _after(draft, repairs, around)
+
+
+def _after(draft: Draft, repairs: list[Repair], around: Surroundings) -> Draft:
+    for repair in repairs:
+        draft = draft.repaired_by(repair, around)
+    return draft
 
 
 def _reads(text: str, kind: LineKind, reads_line: ReadsLine) -> bool:

@@ -17,11 +17,16 @@ _IS: Final = "a variable and its term are joined by 'is'"
 _UNLESS: Final = "'unless' is written 'and not'"
 _MIXED: Final = "AND and OR are mixed; in other languages AND comes first"
 _NO_ELSE: Final = "rules have no 'else'"
+#: Words that are no misspelt 'and' or 'or'.
+_OTHER_LOGIC: Final = frozenset({"and", "or", "then", "xor", "nor", "nand", "xnor", "andnot"})
 _OPERATORS: Final = {"=": "==", "=>": ">=", "=<": "<=", "===": "==", "<>": "!=", "!==": "!="}
 
 
-def _alternatives(groups: list[str], around: Surroundings) -> str:
+def _alternatives(groups: list[str], around: Surroundings) -> str | None:
     """Return `(e is A or e is B)` for `e is (A or B)`, negated for `e is not (A or B)`."""
+    if groups[3] and "(" not in groups[4]:
+        # What 'not' takes of 'not A or B' is open.
+        return None
     variable, negation, names = groups[2], groups[3], re.split(r"\s+(or|and)\s+|\s*,\s*", groups[4].strip("() "))
     terms = [n for n in names if n and n not in ("or", "and")]
     joined = " and " if " and " in groups[4] else " or "
@@ -32,9 +37,10 @@ def _alternatives(groups: list[str], around: Surroundings) -> str:
 def _otherwise(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
     """Give a line that begins with `else` the negated condition of the rule above it."""
     found = re.match(r"\s*(else\b,?\s*(?:then\s+)?)(?!if\b)", code, re.IGNORECASE)
-    condition = re.match(r"if\s+(.*?)\s+then\b", around.above, re.IGNORECASE)
-    if found is not None and condition is not None and " is " in code.lower():
-        yield Edit(found.start(1), found.end(1), f"if not ({_bare(condition[1])}) then ", _NO_ELSE)
+    above = [re.match(r"(?:else\s+)?if\s+(.*?)\s+then\b", rule, re.IGNORECASE) for rule in around.above]
+    if found is not None and above and all(above) and " is " in code.lower():
+        none = " and ".join(f"not ({_lowered(_bare(m[1]))})" for m in above if m is not None)
+        yield Edit(found.start(1), found.end(1), f"if {none} then ", _NO_ELSE)
 
 
 def _else_behind(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
@@ -43,6 +49,10 @@ def _else_behind(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
     if found is not None:
         condition = text[found.start(1) : found.end(1)]
         yield Edit(found.start(2), found.end(2), f"\nif not ({_bare(condition)}) then ", _NO_ELSE)
+
+
+def _lowered(condition: str) -> str:
+    return re.sub(r"\b(?:IS|AND|OR|NOT)\b", lambda m: m[0].lower(), condition)
 
 
 def _bare(condition: str) -> str:
@@ -96,8 +106,13 @@ def _number_or_formula(groups: list[str], around: Surroundings) -> str | None:
     return f"function({value})" if re.search(r"[-+*/^(]", value) else None
 
 
+def _weight_of_term(groups: list[str], around: Surroundings) -> str | None:
+    return None if groups[1] in around.params | around.variables else f" weight {groups[3]}"
+
+
 def _misspelt_and(groups: list[str], around: Surroundings) -> str | None:
-    return None if groups[2].lower() in ("and", "or", "then") else closest(groups[2], ["and", "or", "then"])
+    word = groups[2].lower()
+    return None if word in _OTHER_LOGIC else closest(word, ["and", "or", "then"])
 
 
 def _grouped(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
@@ -115,13 +130,18 @@ def _grouped(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
 
 def _chain(groups: list[str], around: Surroundings) -> str | None:
     low, first, middle, second, high = (g.strip() for g in groups[2:7])
-    if (first, second) == ("<=", "<=") and re.fullmatch(NAME, middle):
+    if (first, second) == ("<=", "<=") and middle in around.outputs:
         return f"bounded({middle}, {low}, {high})"
     return f"{low} {first} {middle} and {middle} {second} {high}"
 
 
-def _operator(groups: list[str], around: Surroundings) -> str | None:
-    return _OPERATORS.get(groups[0])
+def _comparisons(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
+    """Replace comparisons of other languages; `=` in a call names an argument."""
+    if head(code) != "require":
+        return
+    for m in re.finditer(r"[=<>!]+", code):
+        if m[0] in _OPERATORS and not re.search(r"\w\([^()]*$", code[: m.start()]):
+            yield Edit(m.start(), m.end(), _OPERATORS[m[0]], "comparisons are written <, <=, >, >=, == and !=")
 
 
 _COMPARED: Final = r"([^<>=!]+?)"
@@ -139,7 +159,7 @@ RULES: Final[tuple[Repair, ...]] = (
     by_pattern(
         rf"\bis\s+{NAME}\s+(?P<x>({NAME}))(?=\s+\(?{NAME}\s+is\b)",
         _misspelt_and,
-        "conditions are joined by 'and' or 'or'",
+        "a condition is followed by 'and', 'or' or 'then'",
         heads="if with",
     ),
     by_pattern(r"\s*(?:->|=>|:(?=\s*\w+\s+is\b))\s*", " then ", "the consequent begins with 'then'", heads="if"),
@@ -149,7 +169,12 @@ RULES: Final[tuple[Repair, ...]] = (
     by_pattern(
         r"\s*(?:!=|<>|\bisn't\b|\bisnt\b)\s*", " is not ", "a negated term is written 'is not'", heads="if with"
     ),
-    by_pattern(r"\s*(?<![<>])(?:==|:=|=)\s*(?![^()]*\bweight\b\s*$)", " is ", _IS, heads="if with"),
+    by_pattern(r"\bweight(?P<x>\s*[=:]+\s*|(?=[\d.]))", " ", "'weight' is followed by its value", heads="if"),
+    by_pattern(r"\s*(?<![<>])(?:==|:=|=)\s*", " is ", _IS, heads="if with"),
+    by_pattern(r"\bis\s+(?:not\s+)?(?P<x>\"([^\"\n]*)\")", "{2}", "names have no quotes", heads="if with"),
+    by_pattern(
+        r"\bis\s+(?:not\s+)?(?P<x>more\s+or\s+less)\b", "somewhat", "the hedge √x is called somewhat", heads="if with"
+    ),
     by_pattern(
         r"\bis\s+(?P<x>((?:very|not|somewhat|extremely|slightly|seldom)\s*\(\s*([\w]+)\s*\)))",
         lambda g, _: " ".join(re.findall(NAME, g[1])),
@@ -175,7 +200,6 @@ RULES: Final[tuple[Repair, ...]] = (
         "a weight begins with 'weight'",
         heads="if",
     ),
-    by_pattern(r"\bweight(?P<x>\s*[=:]+\s*|(?=[\d.]))", " ", "'weight' is followed by its value", heads="if"),
     by_pattern(rf"\bis\s+{_WORD}(?P<x>\s+)(?=[\d.]+\s*$)", " weight ", "a weight begins with 'weight'", heads="if"),
     by_pattern(
         rf"^(?!.*\bthen\b).*\bis\s+(?:not\s+)?{NAME}\)?(?P<x>\s*,?\s*)(?=\(?{_WORD}\s+is\s+\w+\)?[^,]*$)",
@@ -198,6 +222,12 @@ RULES: Final[tuple[Repair, ...]] = (
         heads="if with",
     ),
     by_pattern(
+        rf"\bthen\b.*\bis\s+({NAME})(?P<x>\s*\*\s*({NUMBER}))\s*$",
+        _weight_of_term,
+        "a weight begins with 'weight'",
+        heads="if",
+    ),
+    by_pattern(
         rf"(?:\bthen\s+|,\s*){NAME}\s+is\s+(?P<x>({NUMBER}))(?=\s*(?:$|,|\bweight\b))",
         "constant({2})",
         "a number is a consequent as constant(NUMBER)",
@@ -212,7 +242,7 @@ RULES: Final[tuple[Repair, ...]] = (
     _grouped,
     # Guarantees.
     by_pattern(r"\|([^|]+)\|", "abs({1})", "an absolute value is written abs(...)", heads="require"),
-    by_pattern(r"[=<>!]+", _operator, "comparisons are written <, <=, >, >=, == and !=", heads="require"),
+    _comparisons,
     by_pattern(
         rf"^\s*require\s+(?P<x>{_COMPARED}\s*([<>]=?)\s*{_COMPARED}\s*([<>]=?)\s*{_COMPARED})(?=\s+w(?:hen|ithin)\b|\s*$)",
         _chain,

@@ -37,12 +37,15 @@ def _call(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
     form = SCIKIT_ORDERS.get(word) if is_scikit else ORDERS.get(word)
     parameters = MEMBERSHIP[kind].parameters
     why = "membership functions have names of their own here"
-    if form is not None and len(numbers) == len(form.parameters):
+    if form is not None and len(numbers) == len(form.parameters) and not any("=" in n for n in numbers):
         given = dict(zip(form.parameters, numbers, strict=True))
         numbers = [given[p] for p in parameters]
         if tuple(form.parameters) != tuple(parameters):
             theirs, ours = ", ".join(form.parameters), ", ".join(parameters)
             why = f"{form.tool} writes {found[3]}({theirs}), here it is {kind}({ours}): the order differs"
+    elif word == "binary" and numbers[-1].startswith("-"):
+        # fuzzylite writes where it begins and to which side it goes.
+        numbers.reverse()
     elif word == kind or found[3] == kind:
         why = f"the form is: NAME = {kind}({', '.join(parameters)})"
     new = f"{kind}({', '.join(numbers)})"
@@ -83,15 +86,27 @@ def _separated(groups: list[str], around: Surroundings) -> str | None:
     return f" {' '.join(items)}" if items else None
 
 
-def _cell(groups: list[str], around: Surroundings) -> str:
+def _cell(groups: list[str], around: Surroundings) -> str | None:
     names = re.findall(NAME, groups[1])
-    if names and not set(names) & around.variables and set(names) <= around.params:
-        return f"({groups[1]})"
-    return f"function({groups[1]})" if set(names) & around.variables else f"({groups[1]})"
+    if set(names) & around.variables:
+        return f"function({groups[1]})"
+    return f"({groups[1]})" if not names or set(names) & around.params else None
+
+
+def _leading_bar(groups: list[str], around: Surroundings) -> str | None:
+    """Drop the bar before the term of a row where the table has rows with terms."""
+    return "" if _two_way(around) else None
+
+
+def _two_way(around: Surroundings) -> bool:
+    return re.search(r"\s[x×]\s", around.statement) is not None
 
 
 def _bars(groups: list[str], around: Surroundings) -> str:
-    return f"{groups[1]} {' '.join(re.sub(r'[|,&]', ' ', groups[2]).split())}"
+    # Commas without a blank are those of decimals where others have one.
+    separator = r"(?:[|&]|,(?!\d))" if re.search(r",\s", groups[1]) else "[|,&]"
+    filled = re.sub(rf"^\s*(?={separator})|(?<=[|,&])\s*(?={separator})", " . ", groups[1])
+    return " ".join(re.sub(separator, " ", filled).split())
 
 
 def _hyphen_name(groups: list[str], around: Surroundings) -> str:
@@ -108,14 +123,15 @@ def _weight(groups: list[str], around: Surroundings) -> str | None:
 
 def _in_rows(repair: Repair) -> Repair:
     def only(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
-        if re.match(rf"\s*(?:{NAME}\s*)?\|", code):
+        if re.match(rf"\s*{NAME}\s*\|", code) or (code.lstrip().startswith("|") and not _two_way(around)):
             yield from repair(code, text, around)
 
     return only
 
 
 _SPACED: Final = "cells are separated by blanks"
-_VALUE: Final = rf"[-+]?[\w.]+(?:\s*[-+*/^]\s*[\w.(]+\)*)+|[-+]{NAME}"
+#: A formula; signs with a blank only before them begin a cell of their own.
+_VALUE: Final = rf"[-+]?[\w.]+(?:(?:\s*[*/^]\s*|[-+]|\s+[-+]\s+)[\w.(]+\)*)+|[-+]{NAME}"
 
 TERMS: Final[tuple[Repair, ...]] = (
     by_pattern(rf"^\s*({NAME}(?:-{NAME})+)(?=\s*=|\s*\|)", _hyphen_name, "a name has no hyphen, which is a minus sign"),
@@ -140,12 +156,15 @@ TERMS: Final[tuple[Repair, ...]] = (
         "points of a term are written piecewise(x1, y1, x2, y2, ...)",
     ),
     _call,
-    by_pattern(rf"^\s*{NAME}(?P<x>\s*[:&]\s*)(?={NAME})", " | ", "a row begins with its term and '|'"),
+    by_pattern(
+        rf"^\s*{NAME}(?P<x>\s*[:&]\s*)(?={NAME})",
+        lambda _, around: " | " if around.block == "table" else None,
+        "a row begins with its term and '|'",
+    ),
     _in_rows(by_pattern(r"(?P<x>\s*\\\\)\s*$", "", _SPACED)),
     _in_rows(by_pattern(r"(?<=\s)(?P<x>-+)(?=\s|$)", ".", "a cell without a rule is '.'")),
-    _in_rows(
-        by_pattern(r"(\|)\s*(?P<x>([^\n]*\w\s*[|,&][^\n]*))$", lambda g, _: _bars(["", "", g[2]], _).strip(), _SPACED)
-    ),
+    by_pattern(rf"^\s*(?P<x>\|\s*)(?={NAME}\s*\|)", _leading_bar, "a row begins with its term"),
+    _in_rows(by_pattern(r"\|\s*(?P<x>[^\n]*\w\s*[|,&][^\n]*)$", _bars, _SPACED)),
     _in_rows(
         by_pattern(
             rf"(?<=\s){NAME}\*(?P<x>({NAME}))(?=\s|$)",

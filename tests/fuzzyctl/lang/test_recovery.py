@@ -30,6 +30,46 @@ class TestValidFiles:
         assert not systems
 
 
+class TestMeaning:
+    """No repair changes what a line means without saying so: where the meaning is open, no line is offered."""
+
+    @pytest.mark.parametrize(
+        "line",
+        [
+            "if e is not N or P then u is a",
+            "if e is N xor e is P then u is a",
+            "if e is N then u is a!",
+            "then u is a",
+            "and e is N then u is a",
+            "Engine: tipper",
+            "defuzzifier: Centroid 100",
+            "require u(e=1) <= 1",
+            "input v in [0, 100] %",
+            "param k = -5 % -3",
+        ],
+    )
+    def test_open_lines_are_not_rewritten(self, line):
+        assert [d.help for d in diagnostics(f"{line}\n{BASE}") if d.help.startswith("write")] == []
+
+    def test_variables_may_be_called_like_keywords_in_capitals(self):
+        text = BASE.replace("input e ", "input X ").replace("input de ", "input Y ") + "TABLE u = X * Y\n"
+        assert [d.help for d in diagnostics(text) if "TABLE" in d.message] == ["write: table u = X x Y"]
+
+    @pytest.mark.parametrize("line", ["b = 1", "b: 1", "  b := 1;"])
+    def test_a_value_below_an_output_is_its_term_where_rules_read_it(self, line):
+        text = f"system t\ninput e in [0, 1]\n  terms N P\noutput u in [0, 1] else 0\n{line}\nif e is N then u is b\n"
+        assert [d.help.strip() for d in diagnostics(text)] == ["write: b = constant(1)"]
+
+    def test_a_value_below_an_input_is_no_term(self):
+        text = "system t\ninput e in [0, 1]\n  b = 1\nif e is b then u is b\n"
+        assert [d.help for d in diagnostics(text) if d.help.startswith("write")] == []
+
+    def test_rows_without_bars_are_shown_with_them_whatever_separates_their_cells(self):
+        table = "table u = e x de\n  N P\n"
+        for row in ("N, a, b", "N\ta\tb", "N a b"):
+            assert "write 'N | a b'" in [d.help for d in diagnostics(f"{BASE}{table}  {row}\n")], row
+
+
 class TestLocations:
     def test_are_those_of_the_text_as_it_was_written(self):
         text = BASE + "IF e IS N && e IS Q THEN u IS a;\n/* note */\nif e is Q then u is q\n"
