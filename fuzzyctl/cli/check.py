@@ -75,7 +75,7 @@ def check(
         found.extend(diagnostics)
         if not any(d.severity == "error" for d in diagnostics):
             shown = STDIN if file == "-" else file
-            clean.extend(f"{shown}: {s.name}: {len(s.rules)} rules, no errors" for s in systems)
+            clean.extend(f"{shown}: {s.name}: {counted(len(s.rules), 'rule')}, no errors" for s in systems)
     undecided = any(d.code == "FZ407" for d in found)
     found = heard(found)
     show(found, form)

@@ -168,7 +168,9 @@ def _repair(error: UnexpectedToken, help_text: str) -> str:
     if error.token.type == "NAME" and "NUMBER" in accepted and "NAME" not in accepted:
         # Only a number or parentheses may stand here.
         sign = "" if "SUM" in accepted else "with its sign "
-        return f"put a param {sign}in parentheses, such as ({'' if 'SUM' in accepted else '-'}{error.token})"
+        param = f"put a param {sign}in parentheses, such as ({'' if 'SUM' in accepted else '-'}{error.token})"
+        cell = "; the weight of a term is written TERM*0.5, a formula of inputs function(...)"
+        return param + cell if "for no rule" in help_text else param
     keywords = [t.removeprefix("K_").lower() for t in accepted - {"MEMBER"} if t not in _TERMINALS and t.isalpha()]
     near = closest(str(error.token), keywords) if error.token.type == "NAME" else None
     return f"did you mean '{near}'? {help_text}".strip() if near else help_text

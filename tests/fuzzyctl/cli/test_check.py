@@ -27,6 +27,12 @@ class TestCheck:
         assert result.exit_code == 0
         assert "a.fz: base: 6 rules, no errors" in result.output
 
+    def test_one_rule_is_counted_as_one(self, run, write):
+        text = (
+            "system t\ninput e in [0, 1]\n  terms N P\noutput u in [0, 1] else 0\n  terms a b\nif e is N then u is a\n"
+        )
+        assert "a.fz: t: 1 rule, no errors" in run(write("a.fz", text)).output
+
     def test_all_mistakes_of_all_files_are_printed(self, run, write, base, changed):
         a = write("a.fz", changed(("Z |  N  P", "Z |  N  Q"), ("[0, 10]", "[0, q]")))
         b = write("b.fz", "sytem b\n")

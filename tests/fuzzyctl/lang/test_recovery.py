@@ -64,6 +64,13 @@ class TestMeaning:
         text = "system t\ninput e in [0, 1]\n  b = 1\nif e is b then u is b\n"
         assert [d.help for d in diagnostics(text) if d.help.startswith("write")] == []
 
+    @pytest.mark.parametrize("cell", ["0.5*N", "2*e"])
+    def test_a_product_in_a_csv_file_is_no_param_for_sure(self, tmp_path, cell):
+        (tmp_path / "t.csv").write_text(f"x,N,Z,P\n,{cell},a,b\n")
+        text = BASE[: BASE.index("table")] + 'table u = e from "t.csv"\n'
+        _, (found,) = check_source(SourceText("t.fz", text), folder=tmp_path)
+        assert "the weight of a term is written TERM*0.5" in found.help
+
     def test_rows_without_bars_are_shown_with_them_whatever_separates_their_cells(self):
         table = "table u = e x de\n  N P\n"
         for row in ("N, a, b", "N\ta\tb", "N a b"):
