@@ -8,7 +8,7 @@ from functools import cache
 
 from fuzzyctl.formulas.formula import Parameters
 
-#: A bracket grows to so many times its first width, by doubling, before it is given up.
+#: Largest width of a bracket, relative to its first one, before the search by doubling is given up.
 _DOUBLINGS = 200
 
 

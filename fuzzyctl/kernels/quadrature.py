@@ -82,8 +82,8 @@ OF_OWN: Final = 1e-13
 ROUNDED: Final = 1e-15
 #: A stretch is halved so often at most.
 DEEPEST: Final = 60
-#: So many stretches are integrated at most, between two places a quarter of those left until the last ones: where a
-#: set is so steep that rounded places make noise of its degrees, halving would take all, and the others none.
+#: Largest number of stretches of an integral; between two locations, a quarter of those left until the last ones. Where
+#: a set is so steep that rounded locations make noise of its degrees, halving would take all, and the others none.
 MOST: Final = 5000
 #: Parts of half the area that are taken for rounding: where the area ends up to this, a gap may follow.
 SLACK: Final = 1e-13

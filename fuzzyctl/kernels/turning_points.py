@@ -28,7 +28,7 @@ _MOST_UNDECIDED: Final = 2048
 #: What is given up is still known well enough where it is so narrow, or where degrees differ by so little.
 _NARROW: Final = 1e-12
 _LEVEL: Final = 1e-13
-#: So many degrees at which a hedge turns, and so many places of a term, are taken at most.
+#: Largest number of turning points of a hedge, and of locations of a term.
 MOST_DEGREES: Final = 200
 MOST_PLACES: Final = 500
 #: Most operands and operators of a hedge that are enclosed over intervals of degrees; it is given up beyond.

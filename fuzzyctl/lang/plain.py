@@ -149,7 +149,7 @@ def _rule(source: SourceText, base: int, whole: Span, found: re.Match[str]) -> s
 def _pairs(
     source: SourceText, base: int, found: re.Match[str], group: int, stride: int
 ) -> list[tuple[sx.Word, sx.Word]]:
-    """Return variables with their terms; each pair has so many words, from its first one to that of the next."""
+    """Return variables with their terms; `stride` is the number of words of a pair."""
     words = [_word(source, base, m) for m in _WORD.finditer(found.string, *found.span(group))]
     pairs = list(zip(words[::stride], words[2::stride], strict=True))
     if any(w.text in _RULE_WORDS for pair in pairs for w in pair):

@@ -23,7 +23,7 @@ from fuzzyctl.lang.syntax import STATEMENT_KEYWORDS
 from fuzzyctl.lang.term_repairs import TERMS
 from fuzzyctl.source import SourceText, Span
 
-#: A file is read again so many times; each reveals what the repairs of the one before have uncovered.
+#: Largest number of rounds of reading a file again; each round reveals what the repairs of the previous one uncovered.
 _ROUNDS: Final = 4
 
 #: Characters of the lines repaired in one round, so that hostile files take no longer than others.
@@ -116,16 +116,16 @@ def _repaired(
         for stop in _ends(text.text, line):
             part = slice(line.start, stop)
             draft = Draft(text.text[part], list(origin[line.start : stop + 1]), list(ends[part]))
-            mended, whole = _mended(draft, line.kind, around, reads_line)
+            fixed, whole = _fixed(draft, line.kind, around, reads_line)
             if whole:
                 break
-        if mended is draft:
+        if fixed is draft:
             continue
-        place = min(e.start for e in mended.edits)
-        reports[place] = _report(source, mended, first[k], whole=whole)
-        pieces += [text.text[at : line.start], mended.text]
-        origins += [*origin[at : line.start], *mended.origin[:-1]]
-        all_ends += [*ends[at : line.start], *mended.ends]
+        place = min(e.start for e in fixed.edits)
+        reports[place] = _report(source, fixed, first[k], whole=whole)
+        pieces += [text.text[at : line.start], fixed.text]
+        origins += [*origin[at : line.start], *fixed.origin[:-1]]
+        all_ends += [*ends[at : line.start], *fixed.ends]
         at = stop
     if not pieces:
         return None
@@ -160,7 +160,7 @@ def _ends(text: str, line: LogicalLine) -> tuple[int, ...]:
     return (line.end,) if first < 0 else (first, line.end)
 
 
-def _mended(draft: Draft, kind: LineKind, around: Surroundings, reads_line: ReadsLine) -> tuple[Draft, bool]:
+def _fixed(draft: Draft, kind: LineKind, around: Surroundings, reads_line: ReadsLine) -> tuple[Draft, bool]:
     """Return a line after repairs, and whether it can be read then."""
     if len(draft.text) > _LONGEST or _GAP.search(draft.text) or _reads(draft.text, kind, reads_line):
         return draft, False
