@@ -155,6 +155,10 @@ class _Reader:
             if str(path) in chain or path.name in {Path(c).name for c in chain if Path(c).parent == path.parent}:
                 way = " → ".join(Path(c).name for c in (*chain, str(path)))
                 self._report("a file uses itself", s.path_span, facts=(way,), help="remove one 'use'")
+            elif path not in self.seen and len(self.seen) == MAX_FILES:
+                self._report(f"more than {MAX_FILES} files are used", s.path_span)
+                self._lose_all()
+                return found
             elif path not in self.seen:
                 self.seen.add(path)
                 found.extend(self._declarations(path, s.path_span, (*chain, str(path))))
@@ -162,9 +166,7 @@ class _Reader:
 
     def _declarations(self, path: Path, place: Span, chain: tuple[str, ...]) -> list[sx.Statement]:
         source = self._read(path, place)
-        if source is None or len(self.seen) > MAX_FILES:
-            if source is not None:
-                self._report(f"more than {MAX_FILES} files are used", place)
+        if source is None:
             self._lose_all()
             return []
         tree, mistakes = parse(source)

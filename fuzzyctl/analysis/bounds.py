@@ -71,7 +71,8 @@ def output_bounds(system: FuzzySystem) -> dict[str, OutputBound]:
     arguments.instance("the system", FuzzySystem, "a FuzzySystem", system)
     flat = plan(system)
     verdicts = uncovered_of(flat)
-    return {o.name: _bound(system, flat, o, verdicts[o.name]) for o in flat.outputs}
+    activations = _activations(flat)
+    return {o.name: _bound(system, flat, o, activations, verdicts[o.name]) for o in flat.outputs}
 
 
 def diagnostics(system: FuzzySystem, flat: Plan, verdicts: Mapping[str, Verdict]) -> list[Diagnostic]:
@@ -82,18 +83,29 @@ def diagnostics(system: FuzzySystem, flat: Plan, verdicts: Mapping[str, Verdict]
         flat: Its plan.
         verdicts: What is known of the outputs' coverage.
     """
-    found = []
+    found: list[Diagnostic] = []
+    if not any(_is_computed(o) for o in flat.outputs):
+        return found
+    activations = _activations(flat)
     for declared, output in zip(system.outputs, flat.outputs, strict=True):
-        terms = _terms_that_fire(flat, output)
-        is_computed = output.sums or any(output.terms[t].reads_inputs for t in terms)
-        if output.rate is not None or output.clamped or not is_computed:
+        terms = _terms_that_fire(flat, output, activations)
+        reaches_out = output.sums or any(output.terms[t].reads_inputs for t in terms)
+        if not (_is_computed(output) and reaches_out):
             continue
-        low, high = (e.value for e in _ends(declared, flat, output, terms, covered=verdicts[output.name] is None))
+        ends = _ends(declared, flat, output, terms, activations, covered=verdicts[output.name] is None)
+        low, high = (e.value for e in ends)
         slack = 1e-9 * (output.upper - output.lower)
         is_known = math.isfinite(low) and math.isfinite(high)  # where inputs extrapolate little is
         if is_known and (low < output.lower - slack or high > output.upper + slack):
             found.append(_beyond(declared, output, low, high))
     return found
+
+
+def _is_computed(output: OutputPlan) -> bool:
+    """Return whether an output that is not clamped sums over its rules, or has functions of the inputs as terms."""
+    if output.rate is not None or output.clamped:
+        return False
+    return output.sums or any(t.reads_inputs for t in output.terms)
 
 
 def _beyond(declared: Output, output: OutputPlan, low: float, high: float) -> Diagnostic:
@@ -114,10 +126,12 @@ class _End:
     at: dict[str, float] | None = None
 
 
-def _bound(system: FuzzySystem, flat: Plan, output: OutputPlan, verdict: Verdict) -> OutputBound:
+def _bound(
+    system: FuzzySystem, flat: Plan, output: OutputPlan, activations: Sequence[Interval], verdict: Verdict
+) -> OutputBound:
     declared = system.output(output.name)
-    terms = _terms_that_fire(flat, output)
-    ends = _ends(declared, flat, output, terms, covered=verdict is None)
+    terms = _terms_that_fire(flat, output, activations)
+    ends = _ends(declared, flat, output, terms, activations, covered=verdict is None)
     attained = output.rate is not None and bool(terms)
     if output.clamped:
         ends = _clamped(output, ends[0]), _clamped(output, ends[1])
@@ -150,9 +164,8 @@ def _activations(flat: Plan) -> list[Interval]:
     return [activation_in(flat, rule, fired[rule.strength]) for rule in flat.rules]
 
 
-def _terms_that_fire(flat: Plan, output: OutputPlan) -> list[int]:
+def _terms_that_fire(flat: Plan, output: OutputPlan, activations: Sequence[Interval]) -> list[int]:
     """Return the consequent terms of the rules whose activation is above 0 somewhere."""
-    activations = _activations(flat)
     return [e.term for e in output.implied if effect_in(flat, e, activations[e.rule])[1] > 0.0]
 
 
@@ -174,9 +187,8 @@ def _values(flat: Plan, term: SetPlan) -> Interval:
     return enclose(term.expression, box)
 
 
-def _sum_ends(flat: Plan, output: OutputPlan) -> tuple[_End, _End]:
+def _sum_ends(flat: Plan, output: OutputPlan, activations: Sequence[Interval]) -> tuple[_End, _End]:
     """Bound a weighted sum rule by rule."""
-    activations = _activations(flat)
     names = {"w": ANYTHING, "z": ANYTHING}
     low = high = size = 0.0
     for entry in output.implied:
@@ -194,11 +206,17 @@ _PRODUCT: Final = Binary("*", Name("w"), Name("z"))
 
 
 def _ends(
-    declared: Output, flat: Plan, output: OutputPlan, terms: Sequence[int], *, covered: bool
+    declared: Output,
+    flat: Plan,
+    output: OutputPlan,
+    terms: Sequence[int],
+    activations: Sequence[Interval],
+    *,
+    covered: bool,
 ) -> tuple[_End, _End]:
     """Bound the output where some rule fires."""
     if output.sums:
-        return _sum_ends(flat, output)
+        return _sum_ends(flat, output, activations)
     planned = [e.term for e in output.implied if flat.rules[e.rule].weight > 0.0]
     # Kernels hold their results within the hull of all rules; with functions of the inputs, of the rules that fire.
     held = _hull(flat, output, planned)

@@ -43,8 +43,9 @@ from fuzzyctl.kernels.sampling import sampled_degrees, seen_points
 NARROW: Final = 1e-12
 #: Units of work for the search itself, where a complete table has not settled it.
 BUDGET: Final = 800_000
-#: Units of work for a degree over an interval, a step of a firing strength, and a degree that is copied.
-_DEGREE, _STEP, _COPIED = 8, 0.5, 0.2
+#: Units of work for a degree over an interval, a step of a firing strength, a degree that is copied, and each further
+#: rule of the same firing strength.
+_DEGREE, _STEP, _COPIED, _MOVED = 8, 0.5, 0.2, 4
 #: Boxes that are halved where cells alone do not decide.
 SPLITS: Final = 4000
 
@@ -209,7 +210,7 @@ class Search:
 
     def _activation(self, strength: int, truths: Truths) -> Interval:
         """Enclose how far the rules of a firing strength move the output."""
-        self.work.spend(self.units[strength])
+        self.work.spend(self.units[strength] + _MOVED * (len(self.rules[strength]) - 1))
         fired = truths.strength(self.plan.strengths[strength])
         moved = [self._moved(entry, top, fired) for entry, top in self.rules[strength]]
         return max(low for low, _ in moved), max(high for _, high in moved)

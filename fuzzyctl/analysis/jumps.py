@@ -89,8 +89,13 @@ def largest_jump(flat: Plan, name: str, verdict: Verdict, search: _Evaluation | 
     places = list(islice(_places(flat, output, isinstance(verdict, Hole)), MOST_PLACES))
     if not places:
         return None
-    value = (_Evaluation(flat, Work()) if search is None else search).of(position)
-    found = [j for place in places for j in [_at(flat, output, value, *place)] if j is not None]
+    search = _Evaluation(flat, Work()) if search is None else search
+    value, found = search.of(position), []
+    for place in places:
+        if search.work.left <= 0.0:
+            break
+        jump = _at(flat, output, value, search.others(place[0]), *place)
+        found.extend([jump] if jump is not None else [])
     if not found:
         return None
     best = max(found, key=lambda j: j.size)
@@ -128,6 +133,13 @@ class _Evaluation:
 
     def __init__(self, flat: Plan, work: Work) -> None:
         self.flat, self.work, self.units = flat, work, evaluation(flat)
+        self._axes: dict[int, list[list[float]]] = {}
+
+    def others(self, position: int) -> list[list[float]]:
+        """Return the values that the other inputs have while one is moved."""
+        if position not in self._axes:
+            self._axes[position] = _others(self.flat, position)
+        return self._axes[position]
 
     @cached_property
     def kernel(self) -> Callable[..., Any] | None:
@@ -153,11 +165,16 @@ class _Evaluation:
 
 
 def _at(
-    flat: Plan, output: OutputPlan, value: Callable[[Sequence[float]], float], position: int, x: float
+    flat: Plan,
+    output: OutputPlan,
+    value: Callable[[Sequence[float]], float],
+    axes: Sequence[Sequence[float]],
+    position: int,
+    x: float,
 ) -> Jump | None:
     """Return the largest jump of an output at a value of one input."""
     own, best = flat.inputs[position], None
-    for others in islice(_others(flat, position), MOST_POINTS):
+    for others in islice(product(*axes), MOST_POINTS):
         sides = [math.nextafter(x, -math.inf), x, math.nextafter(x, math.inf)]
         row = [value([*others[:position], side, *others[position:]]) for side in sides]
         for a, b in combinations(row, 2):
@@ -167,8 +184,8 @@ def _at(
     return best
 
 
-def _others(flat: Plan, position: int) -> Iterator[tuple[float, ...]]:
-    """Yield values of the other inputs: corners of their terms and middles between them, of many only some."""
+def _others(flat: Plan, position: int) -> list[list[float]]:
+    """Return values of each other input: corners of its terms and middles between them, of many only some."""
     axes: list[list[float]] = []
     count = max(1, len(flat.inputs) - 1)
     most = max(2, round(MOST_POINTS ** (1.0 / count)))
@@ -178,7 +195,7 @@ def _others(flat: Plan, position: int) -> Iterator[tuple[float, ...]]:
             values = sorted({*corners, *(0.5 * a + 0.5 * b for a, b in pairwise(corners))})
             step = (len(values) - 1) / (most - 1)
             axes.append(values if len(values) <= most else [values[round(k * step)] for k in range(most)])
-    return product(*axes)
+    return axes
 
 
 def _diagnostic(output: Output, jump: Jump) -> Diagnostic:

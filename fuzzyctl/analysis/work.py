@@ -28,8 +28,10 @@ _ENCLOSED: Final = 4
 _COMPILED: Final = 20
 #: Units for an operation of a kernel, or a term at a sample.
 _EVALUATED: Final = 0.2
-#: Samples that stand for those of an adaptive integral.
+#: Samples that stand for those of an adaptive integral, whose stretches begin at the places of its terms: in all, and
+#: for each term where there are many.
 _ADAPTIVE: Final = 500
+_ADAPTIVE_TERM: Final = 100
 
 
 class SpentError(Exception):
@@ -96,7 +98,9 @@ def _operations(flat: Plan) -> int:
 
 
 def _samples(output: OutputPlan) -> int:
-    return output.resolution if output.resolution is not None else _ADAPTIVE if _is_curved(output) else 20
+    if output.resolution is not None:
+        return output.resolution
+    return max(_ADAPTIVE, _ADAPTIVE_TERM * len(output.terms)) if _is_curved(output) else 20
 
 
 def _is_curved(output: OutputPlan) -> bool:

@@ -152,12 +152,12 @@ def _activations(system: FuzzySystem) -> tuple[tuple[ActivationPlan, ...], list[
 
     Methods that look at each rule by itself are one for all rule blocks that have them; others have each its block.
     """
+    mistake = next(comparisons_that_wait(system), None)
+    if mistake is not None:
+        raise DiagnosticError([mistake])
     found: dict[tuple[ActivationPlan, int], int] = {}
     groups: dict[int, int] = {}
     for method in {m.block: m for m in system.rule_methods}.values():
-        mistake = next(comparisons_that_wait(system, method.block), None) if method.activation.compares else None
-        if mistake is not None:
-            raise DiagnosticError([mistake])
         own = _activation(system, method.activation)
         groups[method.block] = found.setdefault((own, method.block if own.compares else -1), len(found))
     return tuple(activation for activation, _ in found), [groups[m.block] for m in system.rule_methods]

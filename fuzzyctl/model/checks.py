@@ -90,9 +90,7 @@ def _circle(start: str, needs: dict[str, dict[str, Span | None]]) -> list[str]:
 
 def misfitting_activation(system: FuzzySystem) -> Iterator[Diagnostic]:
     """Find activation methods that compare rules where some of them wait for an output."""
-    comparing = {m.block: None for m in system.rule_methods if m.activation.compares}
-    for block in comparing:
-        yield from comparisons_that_wait(system, block)
+    yield from comparisons_that_wait(system)
 
 
 def functions_read(system: FuzzySystem) -> Iterator[Diagnostic]:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator
+from collections.abc import Container, Iterator, Sequence
 
 from fuzzyctl.errors import Diagnostic, Note
 from fuzzyctl.expr import names_in, span_of
+from fuzzyctl.model.method import Activation
 from fuzzyctl.model.rule import Rule, RuleTable, literals
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Membership, Output
@@ -36,15 +37,20 @@ def reads_of(system: FuzzySystem) -> Iterator[tuple[str, dict[str, Span | None]]
             yield consequent.output, read | inside
 
 
-def comparisons_that_wait(system: FuzzySystem, block: int) -> Iterator[Diagnostic]:
-    """Find a rule of a block, or of none, that reads what rules of the same block set, though these are compared.
+def comparisons_that_wait(system: FuzzySystem) -> Iterator[Diagnostic]:
+    """Find for each rule block whose activation method compares rules one that reads what others of the block set."""
+    blocks: dict[int, list[Rule]] = {}
+    methods: dict[int, Activation] = {}
+    for rule, method in zip(system.rules, system.rule_methods, strict=True):
+        if method.activation.compares:
+            blocks.setdefault(method.block, []).append(rule)
+            methods[method.block] = method.activation
+    for block, own in blocks.items():
+        yield from _comparison_that_waits(system, own, methods[block])
 
-    Args:
-        system: The system.
-        block: Position of the rule block, -1 for the rules of none; its activation method compares rules.
-    """
-    own = [r for r, m in zip(system.rules, system.rule_methods, strict=True) if m.block == block]
-    method = next(m.activation for m in system.rule_methods if m.block == block)
+
+def _comparison_that_waits(system: FuzzySystem, own: Sequence[Rule], method: Activation) -> Iterator[Diagnostic]:
+    """Find the same for the rules of one block, or of none."""
     concluded = {c.output for rule in own for c in rule.consequents}
     reader = next((i for rule in own for i in literals(rule.antecedent) if i.variable in concluded), None)
     if reader is not None:

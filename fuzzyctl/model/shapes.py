@@ -137,11 +137,11 @@ def _not_monotone(numbers: Numbers, output: Output, method: Defuzzifier) -> Iter
 
 def _without_names(system: FuzzySystem, output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:
     """Find consequents without a name where sets are due."""
-    for rule in system.rules:
-        for c in rule.consequents:
-            if c.output == output.name and isinstance(c.term, Membership):
-                message = f"'{method.kind}' takes terms of '{output.name}', not numbers or functions"
-                yield Diagnostic("FZ214", message, c.term.span or c.span, help="write: defuzzifier weighted_average")
+    for r, k in system.conclusions.get(output.name, ()):
+        c = system.rules[r].consequents[k]
+        if isinstance(c.term, Membership):
+            message = f"'{method.kind}' takes terms of '{output.name}', not numbers or functions"
+            yield Diagnostic("FZ214", message, c.term.span or c.span, help="write: defuzzifier weighted_average")
 
 
 def initial_consequents_outside(numbers: Numbers) -> Iterator[Diagnostic]:

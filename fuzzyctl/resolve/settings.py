@@ -87,6 +87,7 @@ def find_idle_settings(
     kinds = {o.name: o.defuzzifier or method.defuzzifier for o in outputs}
     joins = method.semantics.joins_rules
     implied = _implied_elsewhere(blocks)
+    named = {b.name: b for b in reversed(blocks) if isinstance(b, RuleBlock)}
     for s in statements:
         if isinstance(s, sx.Setting) and s not in shared and _may_be_idle(s, joins):
             heeding = [o for o in outputs if not kinds[o.name].over_rules and getattr(o, s.keyword.text) is None]
@@ -95,7 +96,7 @@ def find_idle_settings(
             if outputs and not heeding:
                 _idle(context, s, kinds[outputs[0].name])
         elif isinstance(s, sx.Rules):
-            _find_idle_implication(context, s, kinds, blocks, joins=joins)
+            _find_idle_implication(context, s, kinds, named, joins=joins)
         elif isinstance(s, sx.Variable) and s.name.text in kinds and kinds[s.name.text].over_rules:
             own = [c.setting for c in s.clauses if isinstance(c, sx.SettingClause)]
             for setting in (s for s in own if _may_be_idle(s, joins)):
@@ -127,15 +128,17 @@ def _find_idle_implication(
     context: Context,
     head: sx.Rules,
     kinds: Mapping[str, Defuzzifier],
-    blocks: Sequence[RuleTable | Rule | RuleBlock],
+    blocks: Mapping[str, RuleBlock],
     *,
     joins: bool,
 ) -> None:
     """Warn of the implication of a rule block that sets no output which looks at sets."""
-    own = next((b for b in blocks if isinstance(b, RuleBlock) and b.name == head.name.text), None)
     setting = next((s for s in head.settings if isinstance(s, sx.Setting) and _may_be_idle(s, joins)), None)
+    if setting is None:
+        return
+    own = blocks.get(head.name.text)
     reached = [kinds[name] for name in sorted(_set_by(own)) if name in kinds] if own is not None else []
-    if setting is not None and reached and all(kind.over_rules for kind in reached):
+    if reached and all(kind.over_rules for kind in reached):
         _idle(context, setting, reached[0])
 
 

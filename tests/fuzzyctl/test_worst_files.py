@@ -10,6 +10,7 @@ from click.testing import CliRunner
 from fuzzyctl import loading
 from fuzzyctl.analysis.holes import BUDGET
 from fuzzyctl.analysis.work import SpentError, Work
+from fuzzyctl.assembly import MAX_FILES
 from fuzzyctl.checking import check_source
 from fuzzyctl.cli.main import main
 from fuzzyctl.kernels.plan import plan
@@ -35,6 +36,18 @@ GROWING = {
     "small-systems": 0.01,
 }
 
+#: The same for loops that call nothing.
+LOOPING = {
+    "blocks-of-rules": 0.1,
+}
+#: Cases with searches, a size, and the most lines that are executed for them.
+COUNTED = [
+    ("dead-rules-of-many-cells", 0.1, 18_000_000),
+    ("many-gaussians", 0.2, 4_000_000),
+    ("outputs-that-jump", 0.1, 18_000_000),
+    ("rules-for-many-outputs-of-ten-inputs", 0.2, 18_000_000),
+]
+
 
 def calls_of(call):
     """Return how many functions a call calls, which is the same on every machine."""
@@ -49,6 +62,24 @@ def calls_of(call):
         call()
     finally:
         sys.setprofile(None)
+    return count
+
+
+def lines_of(call):
+    """Return how many lines are executed, each pass of a loop counted."""
+    count = 0
+
+    def counted(_frame, event, _what):
+        nonlocal count
+        count += event == "line"
+        return counted
+
+    before = sys.gettrace()
+    sys.settrace(counted)
+    try:
+        call()
+    finally:
+        sys.settrace(before)
     return count
 
 
@@ -72,6 +103,17 @@ def _warm():
 def test_work_grows_with_the_size_of_a_file(name, size):
     small, large = (calls_of(lambda s=s: checked(text_of(name, s))) for s in (size, 2 * size))
     assert large < 2.6 * small
+
+
+@pytest.mark.parametrize(("name", "size"), LOOPING.items())
+def test_loops_grow_with_the_size_of_a_file(name, size):
+    small, large = (lines_of(lambda s=s: checked(text_of(name, s))) for s in (size, 2 * size))
+    assert large < 2.6 * small
+
+
+@pytest.mark.parametrize(("name", "size", "most"), COUNTED)
+def test_searches_spend_the_work_of_a_check(name, size, most):
+    assert lines_of(lambda: checked(text_of(name, size))) < most
 
 
 @pytest.mark.parametrize(("name", "size"), BOUNDED.items())
@@ -158,6 +200,13 @@ class TestSystems:
 
 
 class TestUsedFiles:
+    def test_missing_ones_count_and_are_not_looked_for_beyond_the_limit(self, tmp_path):
+        text = "system s\n" + "".join(f'use "gone{k}.fz"\n' for k in range(3 * MAX_FILES)) + HEAD
+        _, diagnostics = check_source(SourceText("worst.fz", text), folder=tmp_path)
+        messages = [d.message for d in diagnostics if d.code == "FZ218"]
+        assert len(messages) == MAX_FILES + 1
+        assert messages[-1] == f"more than {MAX_FILES} files are used"
+
     def test_each_is_read_once_however_many_ways_lead_to_it(self, tmp_path):
         """Layers of two files that use both files of the next layer: 2^20 ways from the first to the last."""
         body = "input x in [0, 1]\n  terms a b\noutput y in [0, 1] else 0\n  terms c d\nif x is a then y is c\n"
