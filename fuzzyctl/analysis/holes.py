@@ -176,9 +176,13 @@ class Search:
     def _tops(self) -> dict[int, Interval]:
         """Enclose the largest degree of each consequent set that counts."""
         output, tops = self.output, {}
+        points = () if output.over_rules or output.resolution is None else seen_points(output)
         for t in dict.fromkeys(entry.term for entry in output.implied):
             self.work.spend(1 + sampling(output, 2))
-            if counts(output, output.terms[t]):
+            if points:
+                top = max(sampled_degrees(output.terms[t], points))
+                tops |= {t: (top, top)} if top >= NARROW else {}
+            elif counts(output, output.terms[t]):
                 tops[t] = _top(output, output.terms[t])
         return tops
 
@@ -363,15 +367,12 @@ def counts(output: OutputPlan, term: SetPlan) -> bool:
 
 
 def _top(output: OutputPlan, term: SetPlan) -> Interval:
-    """Enclose the largest degree of a consequent set that samples, or an adaptive integral, see.
+    """Enclose the largest degree of a consequent set of an output that is not sampled.
 
-    The integral sees it at its first nodes at least, and at most what it is anywhere in the range.
+    An adaptive integral sees it at its first nodes at least, and at most what it is anywhere in the range.
     """
-    if output.over_rules or (output.resolution is None and closed_form(output, [term])):
+    if output.over_rules or closed_form(output, [term]):
         return 1.0, 1.0
-    if output.resolution is not None:
-        top = max(sampled_degrees(term, seen_points(output)))
-        return top, top
     nodes = max(sampled_degrees(term, nodes_of(output, term)))
     degree = term.degree(Name("x"))
     return nodes, max(enclose(degree, {"x": ends})[1] for ends in pairwise(places_of(output, [term])))
