@@ -7,7 +7,7 @@ exact; cells are single points and the floats strictly between two neighbouring 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
@@ -45,9 +45,18 @@ def chain_in(flat: Plan, position: int) -> Interval:
 
 
 class Truths(Mapping[str, Interval]):
-    """Intervals of degrees, and of the steps of firing strengths, each computed when it is asked for."""
+    """Intervals of degrees, and of the steps of firing strengths, each computed when it is asked for.
 
-    def __init__(self, flat: Plan, degrees: Mapping[str, Interval]) -> None:
+    Args:
+        flat: The plan.
+        degrees: By name the intervals of degrees.
+        before: Called with the name of each step before it is computed.
+    """
+
+    def __init__(
+        self, flat: Plan, degrees: Mapping[str, Interval], before: Callable[[str], None] | None = None
+    ) -> None:
+        self._before = before
         self._steps = flat.named_steps
         self._known = {chain_name(i): chain_in(flat, i) for i in range(len(flat.chains))} | dict(degrees)
         # What is chained may add up to more than a degree.
@@ -62,6 +71,8 @@ class Truths(Mapping[str, Interval]):
             if missing:
                 waiting.extend(missing)
             else:
+                if self._before is not None:
+                    self._before(step)
                 self._known[step] = self.strength(self._steps[step])
                 waiting.pop()
         return self._known[name]

@@ -46,6 +46,8 @@ BUDGET: Final = 800_000
 #: Units of work for a degree over an interval, a step of a firing strength, a degree that is copied, and each further
 #: rule of the same firing strength.
 _DEGREE, _STEP, _COPIED, _MOVED = 8, 0.5, 0.2, 4
+#: Units of a step that is long.
+_LONG: Final = 100
 #: Boxes that are halved where cells alone do not decide.
 SPLITS: Final = 4000
 
@@ -162,6 +164,7 @@ class Search:
         self.own: dict[int, dict[str, DegreePlan]] = {v: {} for v in self.used}
         for n, d in self.degrees.items():
             self.own[d.variable][n] = d
+        self.steps: dict[str, float] = {}
         self.known: dict[tuple[int, int], dict[str, Interval]] = {}
         self.cells = [cells(self.plan.variable(i), sets) for i in self.used for sets in [self._sets.get(i, [])]]
 
@@ -210,7 +213,15 @@ class Search:
 
     def _truths(self, box: Mapping[str, Interval]) -> Truths:
         self.work.spend(5 + _STEP * len(self.plan.steps) + _COPIED * len(box))
-        return Truths(self.plan, {**self.fixed, **box})
+        return Truths(self.plan, {**self.fixed, **box}, self._count_step)
+
+    def _count_step(self, name: str) -> None:
+        """Spend the work of a long step, such as an own hedge; short ones are counted with their box."""
+        units = self.steps.get(name)
+        if units is None:
+            units = self.steps[name] = units_of(self.plan.named_steps[name])
+        if units > _LONG:
+            self.work.spend(units)
 
     def _activation(self, strength: int, truths: Truths) -> Interval:
         """Enclose how far the rules of a firing strength move the output."""

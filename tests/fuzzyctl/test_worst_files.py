@@ -8,8 +8,8 @@ import pytest
 from click.testing import CliRunner
 
 from fuzzyctl import loading
-from fuzzyctl.analysis.holes import BUDGET
-from fuzzyctl.analysis.work import SpentError, Work
+from fuzzyctl.analysis.holes import BUDGET, Search
+from fuzzyctl.analysis.work import COVERAGE, SpentError, Work
 from fuzzyctl.assembly import MAX_FILES
 from fuzzyctl.checking import check_source
 from fuzzyctl.cli.main import main
@@ -145,6 +145,18 @@ def test_own_hedges_are_applied_once_for_all_rules():
     rule = f"if x is {'h ' * 10}low then y is small\n"
     one, twenty = (loads(text + count * rule) for count in (1, 20))
     assert calls_of(lambda: plan(twenty)) < 5 * calls_of(lambda: plan(one))
+
+
+def test_own_hedges_spend_work_for_each_box():
+    def spent(hedges):
+        hedge = f"hedge h(x) = {' * '.join(['x'] * 80)}\n"
+        head = HEAD.replace(" else 0", "")
+        flat = plan(loads(f"system s\n{hedge}{head}if x is {'h ' * hedges}low then y is small\n"))
+        work = Work(COVERAGE)
+        Search(flat, flat.outputs[0], True, work).verdict()
+        return COVERAGE - work.left
+
+    assert spent(9) > 10 * spent(2)
 
 
 def test_own_hedges_of_more_parts_than_the_limit_are_refused():
