@@ -178,13 +178,15 @@ class Search:
 
     def _tops(self) -> dict[int, Interval]:
         """Enclose the largest degree of each consequent set that counts."""
-        output, tops = self.output, {}
+        output = self.output
+        tops: dict[int, Interval] = {}
         points = () if output.over_rules or output.resolution is None else seen_points(output)
         for t in dict.fromkeys(entry.term for entry in output.implied):
             self.work.spend(1 + sampling(output, 2))
             if points:
                 top = max(sampled_degrees(output.terms[t], points))
-                tops |= {t: (top, top)} if top >= NARROW else {}
+                if top >= NARROW:
+                    tops[t] = (top, top)
             elif counts(output, output.terms[t]):
                 tops[t] = _top(output, output.terms[t])
         return tops
