@@ -1,5 +1,6 @@
-"""How Hypothesis draws in all tests, the same in every run unless a seed is given; and how proofs measure time."""
+"""How Hypothesis draws, the same in every run unless a seed is given; how proofs measure time; Ctrl-C."""
 
+import signal
 import time
 
 import pytest
@@ -15,6 +16,9 @@ def pytest_configure():
     What is drawn also hangs on the modules of the project that are loaded, since Hypothesis tries the constants that it
     finds there.
     """
+    # Shells start background jobs with SIGINT ignored, and so would all that the tests start.
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     settings.register_profile(
         "same",
         # Where all is drawn the same, a seed that is given would be unheeded.

@@ -66,5 +66,5 @@ def test_texts_with_quotes_and_backslashes_stay_texts():
 
 def test_a_system_that_no_file_can_hold_is_refused():
     system = fuzzyctl.load(rules_folder() / "tipper.fz")
-    with pytest.raises(fuzzyctl.DiagnosticError):
+    with pytest.raises(fuzzyctl.ValueOutOfBoundsError):
         module_text(system.model_copy(update={"name": "a b"}))
