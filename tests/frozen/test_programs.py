@@ -1,0 +1,41 @@
+"""Printed programs as they are kept in files: moves and simplifications leave them equal to the last character."""
+
+import pytest
+
+from fuzzyctl import loads
+from fuzzyctl.errors import ArgumentError
+from fuzzyctl.kernels import inference, numba_backend, numpy_backend, python_backend
+from fuzzyctl.kernels.algorithm import ALGORITHMS, algorithm_of
+from fuzzyctl.kernels.plan import plan
+from fuzzyctl.kernels.table import Numbers
+from tests.frozen.kept import check_kept
+from tests.frozen.systems import SYSTEMS
+
+
+def programs(text):
+    """Yield a title and the text of everything that is printed of a system."""
+    planned = plan(loads(text))
+    for name in ALGORITHMS[1:]:
+        try:
+            chosen = algorithm_of(planned, name)
+        except ArgumentError as error:
+            yield f"{name}: refused", str(error)
+            continue
+        yield f"{name}: point in Python", python_backend.evaluation_source(chosen.interpreted)
+        yield f"{name}: point in numba", numba_backend.evaluation_source(chosen.point)
+        yield f"{name}: batch in numba", numba_backend.batch_source(chosen.many, Numbers(chosen.many, inside=True))
+        yield f"{name}: batch in numpy", numpy_backend.block_source(chosen.arrays)
+    yield "algorithm", algorithm_of(planned).name
+    yield "trace", python_backend.storing_source(inference.trace(planned))
+    if planned.states:
+        yield "rates", numba_backend.storing_source(inference.rates(planned))
+        yield "strengths", numba_backend.storing_source(inference.strengths(planned))
+
+
+def kept(text):
+    return "".join(f"===== {title}\n{body.rstrip()}\n\n" for title, body in programs(text))
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_a_printed_program_is_as_it_is_kept(name):
+    check_kept("programs", name, kept(SYSTEMS[name]))

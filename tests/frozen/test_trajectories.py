@@ -1,0 +1,43 @@
+"""Where the robots of the shipped scenarios are in their first 20 seconds under each law.
+
+After an intended change: FUZZYCTL_UPDATE_GOLDEN=1 python -m pytest tests/frozen, then read the difference.
+"""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dwmr import simulate
+from dwmr.fuzzy_gains import Rules
+from dwmr.scenario_file import find, read, shipped_names
+
+HERE = Path(__file__).parent / "trajectories"
+LAWS = (
+    "aifqsmc",
+    "aifqsmc_without_adaptation",
+    "aifqsmc_without_immunity",
+    "aifqsmc_without_layer",
+    "fcafsmc",
+    "smc",
+)
+HORIZON, STEPS = 20, 11
+
+
+def states(name, law):
+    """The columns of a trajectory at equal steps of time, shape (STEPS, robots * columns)."""
+    file = read(find(name), (f"run.horizon={HORIZON}",))
+    found = simulate.run(simulate.prepare(file, law, Rules(file.scenario.rules, file.folders, file.places)))
+    rows = np.linspace(0, len(found.values) - 1, STEPS).round().astype(int)
+    return found.values[rows].reshape(STEPS, -1)
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("name", shipped_names())
+def test_the_robots_are_where_they_were(name, law):
+    path, values = HERE / f"{name}-{law}.txt", states(name, law)
+    if os.environ.get("FUZZYCTL_UPDATE_GOLDEN"):
+        path.parent.mkdir(exist_ok=True)
+        np.savetxt(path, values, fmt="%.12g", newline="\n")
+    np.testing.assert_allclose(values, np.loadtxt(path), rtol=1e-9, atol=1e-9)
