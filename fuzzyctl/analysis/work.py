@@ -23,7 +23,7 @@ SEARCH: Final = 400_000
 SPENT: Final = "it takes more work than a check does"
 
 #: Units for an operand or operator of an expression that intervals are computed of.
-_ENCLOSED: Final = 4
+_ENCLOSED: Final = 1.5
 #: Units for compiling an operation of a kernel.
 _COMPILED: Final = 20
 #: Units for an operation of a kernel, or a term at a sample.
