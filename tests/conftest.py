@@ -7,15 +7,17 @@ import pytest
 from hypothesis import HealthCheck, core, settings
 
 from fuzzyctl.analysis import clock
+from tests import sizes
 
 
 @pytest.hookimpl(trylast=True)  # once Hypothesis knows the seed
-def pytest_configure():
+def pytest_configure(config):
     """Have tests without a seed draw the same, and print what reproduces a failure.
 
     What is drawn also hangs on the modules of the project that are loaded, since Hypothesis tries the constants that it
     finds there.
     """
+    sizes.LONG = config.option.markexpr != "not long"
     # Shells start background jobs with SIGINT ignored, and so would all that the tests start.
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -1,8 +1,13 @@
 """The command in a process of its own, as a user runs it."""
 
+import contextlib
 import os
 import subprocess
 import sys
+
+from click.testing import CliRunner
+
+from dwmr.cli.main import main
 
 #: Seconds after which a command counts as one that never ends: many times what it takes on the busiest machine.
 LONG = 600
@@ -39,6 +44,23 @@ def dwmr(*arguments, status=0, stdout=subprocess.PIPE, cwd=None, timeout=LONG, s
     assert "Traceback" not in done.stderr + (done.stdout or "")
     assert done.returncode == status, done.stderr
     return done
+
+
+def here(*arguments, status=0, cwd=".", **environment):
+    """Run the command within this process, where a test is not about processes: a new one spends a second on imports.
+
+    Args:
+        arguments: What stands behind `dwmr`.
+        status: The expected exit code.
+        cwd: The folder it runs in.
+        environment: Variables besides those of this process.
+    """
+    with contextlib.chdir(cwd):
+        done = CliRunner(env=environment).invoke(main, list(map(str, arguments)), prog_name="dwmr")
+    if done.exception is not None and not isinstance(done.exception, SystemExit):
+        raise done.exception
+    assert done.exit_code == status, done.stderr
+    return subprocess.CompletedProcess(arguments, done.exit_code, done.stdout, done.stderr)
 
 
 #: What Python runs when it starts: the first worker interrupts the whole group, as Ctrl-C does.

@@ -8,7 +8,7 @@ from PIL import Image
 
 from dwmr.figures import animation, film
 from dwmr.scenario_file import find, read
-from tests.dwmr.process import dwmr
+from tests.dwmr.process import dwmr, here
 
 SHORT = ("--set", "run.horizon=2")
 
@@ -131,7 +131,7 @@ class TestMp4:
 
 class TestAnimate:
     def test_writes_a_gif_and_nothing_else(self, tmp_path):
-        done = dwmr(
+        done = here(
             "animate", "paper", *SHORT, "--controller", "smc", "--speed", 2, "--fps", 10, "-o", tmp_path / "a.gif"
         )
         assert done.stderr == ""
@@ -160,14 +160,14 @@ class TestAnimate:
     )
     def test_refuses_mistakes_and_leaves_nothing(self, tmp_path, arguments, status, words):
         (tmp_path / "file").write_text("x", encoding="utf-8")
-        done = dwmr("animate", *(a.format(tmp_path) for a in arguments), PATH=str(tmp_path), status=status)
+        done = here("animate", *(a.format(tmp_path) for a in arguments), PATH=str(tmp_path), status=status)
         assert words in done.stderr
         assert [p.name for p in tmp_path.iterdir()] == ["file"]
 
     def test_a_failing_ffmpeg_is_a_message(self, tmp_path):
         (tmp_path / "bin").mkdir()
         program(tmp_path / "bin", "import sys\nprint('no room', file=sys.stderr)\nsys.exit(1)\n")
-        done = dwmr(
+        done = here(
             "animate", "paper", *SHORT, "-o", tmp_path / "out" / "run.mp4", PATH=str(tmp_path / "bin"), status=1
         )
         assert "run.mp4: no room" in done.stderr
@@ -175,12 +175,12 @@ class TestAnimate:
 
     def test_of_a_run_that_diverges_shows_how_far_it_went(self, tmp_path):
         wild = ("--set", "disturbances.0.start=1", "--set", "disturbances.0.force=1e300", "--set", "run.horizon=5")
-        done = dwmr("animate", "paper", *wild, "-o", tmp_path / "run.gif", status=1)
+        done = here("animate", "paper", *wild, "-o", tmp_path / "run.gif", status=1)
         assert "warning: aifqsmc stopped at t = 1.005 s" in done.stderr
         assert (tmp_path / "run.gif").exists()
 
     def test_of_huge_numbers_says_nothing_else(self, tmp_path):
-        done = dwmr("animate", "paper", "--set", "robots.leader.d=1e-300", "-o", tmp_path / "run.gif", status=1)
+        done = here("animate", "paper", "--set", "robots.leader.d=1e-300", "-o", tmp_path / "run.gif", status=1)
         assert done.stderr.splitlines() == [
             "warning: aifqsmc stopped at t = 0.005 s: v_c is beyond 1e+12 m/s, "
             "omega_c is beyond 1e+12 rad/s: the run diverged"

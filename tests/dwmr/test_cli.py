@@ -9,7 +9,7 @@ import pytest
 from dwmr.cli.main import main
 from dwmr.scenario_file import find
 from fuzzyctl.shipped import rules_folder
-from tests.dwmr.process import LONG, dwmr
+from tests.dwmr.process import LONG, dwmr, here
 
 PAPER = find("paper")
 MASS_LINE = PAPER.read_text(encoding="utf-8").split("mass = 120.0")[0].count("\n") + 1
@@ -25,11 +25,11 @@ def short(tmp_path_factory):
 
 class TestHelp:
     def test_teaches_by_example(self):
-        done = dwmr("--help")
+        done = here("--help")
         assert "dwmr run paper --controller all" in done.stdout
 
     def test_no_line_of_the_list_of_commands_is_cut(self):
-        lines = dwmr("--help").stdout.partition("Commands:\n")[2].splitlines()
+        lines = here("--help").stdout.partition("Commands:\n")[2].splitlines()
         assert len(lines) == len(main.commands) == 10
         for line in lines:
             assert line.endswith(f"  {main.commands[line.split()[0]].short_help}")
@@ -58,7 +58,7 @@ class TestRun:
         ]  # fmt: skip
 
     def test_ablations_run_beside_the_whole_law(self, tmp_path):
-        done = dwmr("run", "paper", "--controller", "ablations", "--set", "run.horizon=1", "-o", tmp_path)
+        done = here("run", "paper", "--controller", "ablations", "--set", "run.horizon=1", "-o", tmp_path)
         runs = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))["controllers"]
         assert list(runs) == ["aifqsmc", *(f"aifqsmc_without_{p}" for p in ("adaptation", "immunity", "layer"))]
         assert runs["aifqsmc_without_adaptation"]["drift"]["leader"]["k_h_v"]["largest"] == 0.1
@@ -68,7 +68,7 @@ class TestRun:
         assert "Table 12" not in short[1].stdout
 
     def test_a_whole_run_is_compared_with_the_paper(self, tmp_path):
-        done = dwmr("run", "paper", "-o", str(tmp_path))
+        done = here("run", "paper", "-o", str(tmp_path))
         for word in ("Table 12", "0.5399", "ratio"):
             assert word in done.stdout
 
@@ -119,7 +119,7 @@ class TestRun:
         assert about["signals"]["v_c"]["unit"] == "m/s"
 
     def test_two_runs_give_the_same_bytes(self, short, tmp_path):
-        dwmr("run", "paper", "--controller", "all", "--set", "run.horizon=3", "-o", tmp_path)
+        here("run", "paper", "--controller", "all", "--set", "run.horizon=3", "-o", tmp_path)
         for name in ("trajectory.npz", "path.png", "errors.png"):
             assert (tmp_path / name).read_bytes() == (short[0] / name).read_bytes()
         first, second = (
@@ -137,7 +137,7 @@ class TestRun:
         edited = text.replace("ZO |  ZO  PS  PM  PS  ZO", "ZO |  ZO  PS  NS  PS  ZO")
         assert edited != text
         (tmp_path / "ais_reaction.fz").write_text(edited, encoding="utf-8")
-        done = dwmr(
+        done = here(
             "run", "paper", "--rules", tmp_path, "--set", "run.horizon=3", "-o", tmp_path / "out", "--format", "json"
         )
         changed = json.loads(done.stdout)["controllers"]["aifqsmc"]["rmse"]
@@ -152,11 +152,11 @@ class TestRun:
             .replace("0.09, 0.18, inf)", "0.09, 0.19, inf)")
         )
         (tmp_path / "ais_reaction.fz").write_text(broken, encoding="utf-8")
-        done = dwmr("run", tmp_path / "mine.toml", "-o", tmp_path / "out", status=1)
+        done = here("run", tmp_path / "mine.toml", "-o", tmp_path / "out", status=1)
         assert str(tmp_path / "ais_reaction.fz") in done.stderr
 
     def test_a_run_that_diverges_says_so_and_keeps_its_data(self, tmp_path):
-        done = dwmr(
+        done = here(
             "run",
             "paper",
             "--controller",
@@ -265,7 +265,7 @@ class TestBadInput:
     )
     def test_gets_a_clear_answer(self, table, tmp_path, what):
         arguments, status, words = table[what]
-        done = dwmr("run", *arguments, cwd=tmp_path, status=status)
+        done = here("run", *arguments, cwd=tmp_path, status=status)
         assert done.stdout == ""
         for word in words:
             assert word in done.stderr
@@ -273,7 +273,7 @@ class TestBadInput:
 
     def test_is_machine_readable_on_request(self, table):
         arguments, _, _ = table["a negative mass"]
-        done = dwmr("run", *arguments, "--format", "json", status=1)
+        done = here("run", *arguments, "--format", "json", status=1)
         (one,) = json.loads(done.stdout)["diagnostics"]
         assert (one["code"], one["line"]) == ("FZ904", MASS_LINE)
 

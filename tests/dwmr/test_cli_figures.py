@@ -1,6 +1,6 @@
 import pytest
 
-from tests.dwmr.process import dwmr
+from tests.dwmr.process import dwmr, here
 
 SHORT = ("--set", "run.horizon=2")
 
@@ -23,12 +23,12 @@ class TestFigures:
         assert "Left out" not in text
 
     def test_come_in_the_wanted_number_and_kind(self, tmp_path):
-        dwmr("figures", "paper", *SHORT, "--only", "12,24", "--format", "svg", "-o", tmp_path)
+        here("figures", "paper", *SHORT, "--only", "12,24", "--format", "svg", "-o", tmp_path)
         assert sorted(p.name for p in tmp_path.iterdir()) == ["fig12.svg", "fig24.svg", "index.md"]
 
     def test_that_a_scenario_lacks_are_left_out_and_named(self, tmp_path):
         free = ("--set", "obstacles=[]")
-        done = dwmr("figures", "paper", *SHORT, *free, "--only", "15,20", "-o", tmp_path)
+        done = here("figures", "paper", *SHORT, *free, "--only", "15,20", "-o", tmp_path)
         assert done.stderr == "warning: figure 15 is left out: the scenario has no obstacles\n"
         assert "Left out: the scenario has no obstacles." in (tmp_path / "index.md").read_text(encoding="utf-8")
         assert not (tmp_path / "fig15.png").exists()
@@ -46,12 +46,12 @@ class TestFigures:
         ],
     )
     def test_refuse_mistakes_and_leave_nothing(self, tmp_path, arguments, status, words):
-        done = dwmr("figures", *arguments, "-o", tmp_path / "out", status=status)
+        done = here("figures", *arguments, "-o", tmp_path / "out", status=status)
         assert words in done.stderr
         assert list(tmp_path.iterdir()) == []
 
     def test_of_a_run_that_diverges_are_drawn_as_far_as_it_went(self, tmp_path):
         wild = ("--set", "disturbances.0.start=1", "--set", "disturbances.0.force=1e300", "--set", "run.horizon=5")
-        done = dwmr("figures", "paper", *wild, "--only", "13", "-o", tmp_path, status=1)
+        done = here("figures", "paper", *wild, "--only", "13", "-o", tmp_path, status=1)
         assert "warning: aifqsmc stopped at t = " in done.stderr
         assert (tmp_path / "index.md").exists()

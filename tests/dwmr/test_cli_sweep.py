@@ -10,7 +10,7 @@ import pytest
 
 from dwmr import data
 from dwmr.data import parquet_file
-from tests.dwmr.process import LONG, dwmr, interrupted_by_a_worker_that_starts
+from tests.dwmr.process import LONG, dwmr, here, interrupted_by_a_worker_that_starts
 
 SPEC = """
 scenario = "paper"
@@ -69,7 +69,7 @@ class TestSweep:
         with (one[1] / "results.csv").open(newline="") as file:
             row = list(csv.DictReader(file))[3]
         values = [f"--set={key}={row[key]}" for key in row if key.startswith(("robots.", "disturbances.", "run.seed"))]
-        dwmr("run", "paper", "--set", "run.horizon=4.0", *values, "-o", tmp_path)
+        here("run", "paper", "--set", "run.horizon=4.0", *values, "-o", tmp_path)
         found = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))["controllers"]["aifqsmc"]
         assert found["rmse"]["follower2"]["x_e"] == float(row["rmse.follower2.x_e"])
         assert found["drift"]["leader"]["k_h_v"]["growth"] == float(row["drift.leader.k_h_v.growth"])
@@ -91,7 +91,7 @@ class TestSweep:
         (tmp_path / "results.csv").write_text("mine", encoding="utf-8")
         if beside is not None:
             (tmp_path / "sweep.json").write_text(beside, encoding="utf-8")
-        done = dwmr("sweep", one[0], "-o", tmp_path, *options, status=1)
+        done = here("sweep", one[0], "-o", tmp_path, *options, status=1)
         assert "error[FZ909]" in done.stderr
         assert "results.csv" in done.stderr
         assert "no sweep wrote that" in done.stderr
@@ -223,10 +223,10 @@ class TestBadInput:
         for file in one[1].iterdir():
             (out / file.name).write_bytes(file.read_bytes())
         spec(tmp_path, runs=7)
-        err = dwmr("sweep", path, "-o", out, "--resume", status=1).stderr
+        err = here("sweep", path, "-o", out, "--resume", status=1).stderr
         assert "changed: spec.runs, runs" in err
         spec(tmp_path)
-        assert "is finished" in dwmr("sweep", path, "-o", out, "--resume", status=1).stderr
+        assert "is finished" in here("sweep", path, "-o", out, "--resume", status=1).stderr
 
     @pytest.mark.parametrize(
         ("arguments", "status", "words"),
@@ -246,18 +246,18 @@ class TestBadInput:
     def test_gets_a_clear_answer(self, tmp_path, monkeypatch, arguments, status, words):
         path = spec(tmp_path)
         monkeypatch.chdir(tmp_path)
-        done = dwmr("sweep", *[a.format(spec=path) for a in arguments], status=status)
+        done = here("sweep", *[a.format(spec=path) for a in arguments], status=status)
         assert words in done.stderr
         assert [p.name for p in tmp_path.iterdir()] == ["spec.toml"]
 
 
 class TestRunData:
     def test_run_writes_the_formats_that_are_asked_for(self, tmp_path):
-        dwmr("run", "paper", "--set", "run.horizon=1", "-o", tmp_path, "--data", "npz,csv")
+        here("run", "paper", "--set", "run.horizon=1", "-o", tmp_path, "--data", "npz,csv")
         first = data.load(tmp_path / "trajectory.npz")
         assert (data.load(tmp_path / "trajectory.csv").runs["aifqsmc"]["x"] == first.runs["aifqsmc"]["x"]).all()
         assert first.metadata["scenario"]["text"][0]["file"] == "paper.toml"
         assert first.metadata["scenario"]["overrides"] == ["run.horizon=1"]
         assert len(first.metadata["rules"]["ais_reaction"]["sha256"]) == 64
-        dwmr("run", "paper", "--set", "run.horizon=1", "-o", tmp_path, "--data", "mat")
+        here("run", "paper", "--set", "run.horizon=1", "-o", tmp_path, "--data", "mat")
         assert sorted(p.name for p in tmp_path.glob("trajectory.*")) == ["trajectory.mat"]

@@ -14,7 +14,7 @@ from dwmr.sweep.comparison import entries
 from dwmr.sweep.intervals import mean_interval, share_interval
 from dwmr.sweep.plan import Run
 from dwmr.sweep.work import Outcome
-from tests.dwmr.process import dwmr
+from tests.dwmr.process import dwmr, here
 
 SHORT = ("--set", "run.horizon=2")
 
@@ -151,12 +151,12 @@ class TestCommand:
     )
     def test_bad_input_gets_a_clear_answer(self, tmp_path, monkeypatch, arguments, status, words):
         monkeypatch.chdir(tmp_path)
-        assert words in dwmr("compare", *arguments, status=status).stderr
+        assert words in here("compare", *arguments, status=status).stderr
         assert list(tmp_path.iterdir()) == []
 
     def test_two_scenarios_of_one_name_are_refused(self, tmp_path):
         (tmp_path / "other.toml").write_text('extends = "paper"\nname = "paper"\n', encoding="utf-8")
-        done = dwmr("compare", "paper", tmp_path / "other.toml", *SHORT, status=2)
+        done = here("compare", "paper", tmp_path / "other.toml", *SHORT, status=2)
         assert "two scenarios have the name 'paper'" in done.stderr
         assert "other.toml" in done.stderr
 

@@ -1,11 +1,12 @@
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dwmr.fuzzy_gains import Rules
 from dwmr.scenario_file import find, read
 from fuzzyctl.errors import DiagnosticError
 from fuzzyctl.shipped import rules_folder
+from tests.sizes import examples
 
 PAPER = find("paper")
 
@@ -62,6 +63,7 @@ class TestReaction:
 
     ANY = rules()
 
+    @settings(max_examples=examples(100))
     @given(st.floats(0.01, 1.0), st.floats(0.01, 2.0))
     def test_is_accepted_exactly_when_the_constraint_holds(self, k_h_min, k_s):
         holds = k_h_min - k_s * 0.18 >= 0.001

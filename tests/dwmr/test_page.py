@@ -15,7 +15,7 @@ from dwmr.page import plots, settings
 from dwmr.page.document import page
 from dwmr.scenario_file import find, read
 from dwmr.summary import describe
-from tests.dwmr.process import dwmr
+from tests.dwmr.process import dwmr, here
 
 SHORT = ("--set", "run.horizon=2")
 EVIL = "<script>alert(1)</script>"
@@ -236,7 +236,7 @@ class TestReport:
     )
     def test_refuses_mistakes_and_leaves_nothing(self, tmp_path, arguments, status, words):
         (tmp_path / "file").write_text("x", encoding="utf-8")
-        done = dwmr("report", *(a.format(tmp_path) for a in arguments), status=status)
+        done = here("report", *(a.format(tmp_path) for a in arguments), status=status)
         assert words in done.stderr
         assert [p.name for p in tmp_path.iterdir()] == ["file"]
 
@@ -249,12 +249,12 @@ class TestReport:
 
     def test_of_a_run_that_diverges_shows_how_far_it_went(self, tmp_path):
         wild = ("--set", "disturbances.0.start=1", "--set", "disturbances.0.force=1e300", "--set", "run.horizon=5")
-        done = dwmr("report", "paper", *wild, "-o", tmp_path / "a.html", status=1)
+        done = here("report", "paper", *wild, "-o", tmp_path / "a.html", status=1)
         assert "warning: aifqsmc stopped at t = 1.005 s" in done.stderr
         assert "aifqsmc: stopped at t = 1.005 s" in (tmp_path / "a.html").read_text(encoding="utf-8")
 
     def test_of_huge_numbers_says_nothing_else(self, tmp_path):
-        done = dwmr("report", "paper", "--set", "robots.leader.d=1e-300", "-o", tmp_path / "a.html", status=1)
+        done = here("report", "paper", "--set", "robots.leader.d=1e-300", "-o", tmp_path / "a.html", status=1)
         assert done.stderr.splitlines() == [
             "warning: aifqsmc stopped at t = 0.005 s: v_c is beyond 1e+12 m/s, "
             "omega_c is beyond 1e+12 rad/s: the run diverged"

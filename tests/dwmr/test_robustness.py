@@ -18,7 +18,7 @@ from dwmr.fuzzy_gains import Rules
 from dwmr.scenario_file import find, read
 from fuzzyctl.errors import DiagnosticError
 from fuzzyctl.shipped import rules_folder
-from tests.dwmr.process import LONG, dwmr
+from tests.dwmr.process import LONG, dwmr, here
 
 PAPER = find("paper")
 NAMES = ("summary.json", "trajectory.npz", "path.png", "errors.png")
@@ -43,12 +43,12 @@ class TestOddValues:
         ],
     )
     def test_are_answered(self, tmp_path, value, status, words):
-        done = dwmr("run", "paper", "--set", value, "-o", tmp_path / "out", status=status)
+        done = here("run", "paper", "--set", value, "-o", tmp_path / "out", status=status)
         assert words in done.stderr
         assert list(tmp_path.iterdir()) == []
 
     def test_given_twice_are_refused(self):
-        done = dwmr("run", "paper", "--set", "run.horizon=1", "--set", "run.horizon=2", status=2)
+        done = here("run", "paper", "--set", "run.horizon=1", "--set", "run.horizon=2", status=2)
         assert "run.horizon is given twice" in done.stderr
 
     def test_a_whole_number_of_5000_digits_in_the_file(self, tmp_path):
@@ -74,8 +74,8 @@ class TestOddValues:
 
     @pytest.mark.parametrize("name", ["a" * 5000, "/".join(["a" * 200] * 40)])
     def test_long_scenario_names_and_folders(self, name):
-        dwmr("run", name, status=2)
-        done = dwmr("run", "paper", "--set", "run.horizon=1", "-o", name, status=1)
+        here("run", name, status=2)
+        done = here("run", "paper", "--set", "run.horizon=1", "-o", name, status=1)
         assert "cannot be written" in done.stderr
 
     def test_endless_and_silent_files_are_refused_at_once(self, tmp_path):
@@ -99,7 +99,7 @@ class TestOddValues:
         [("robots.leader.x_0=1e9", True), ("robot.radius=1e308", False), ("reference.amplitude_x=1e9", False)],
     )
     def test_huge_numbers_cost_a_picture_at_most(self, tmp_path, value, stops):
-        done = dwmr("run", "paper", "--set", "run.horizon=0.1", "--set", value, "-o", tmp_path, status=int(stops))
+        done = here("run", "paper", "--set", "run.horizon=0.1", "--set", value, "-o", tmp_path, status=int(stops))
         stopped = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))["controllers"]["aifqsmc"][
             "stopped"
         ]
@@ -128,7 +128,7 @@ class TestOutput:
 class TestFolder:
     def test_with_a_folder_in_the_way_is_refused_before_the_run(self, tmp_path):
         (tmp_path / "path.png").mkdir()
-        done = dwmr("run", "paper", "-o", tmp_path, status=1)
+        done = here("run", "paper", "-o", tmp_path, status=1)
         assert "path.png cannot be written: it is a folder" in done.stderr
         assert [p.name for p in tmp_path.iterdir()] == ["path.png"]
 
@@ -170,7 +170,7 @@ class TestFolder:
     def test_summary_names_the_rule_files_that_were_used(self, tmp_path):
         edited = PAPER.read_text(encoding="utf-8").replace('file = "fcafsmc.fz"', 'file = "nowhere.fz"')
         (tmp_path / "mine.toml").write_text(edited, encoding="utf-8")
-        done = dwmr("run", tmp_path / "mine.toml", "--set", "run.horizon=0.1", "--format", "json", "-o", tmp_path / "o")
+        done = here("run", tmp_path / "mine.toml", "--set", "run.horizon=0.1", "--format", "json", "-o", tmp_path / "o")
         assert list(json.loads(done.stdout)["rules"]) == ["ais_reaction", "boundary_layer"]
 
     def test_summary_has_the_checksums_of_all_that_a_rule_file_reads(self, tmp_path):
@@ -180,7 +180,7 @@ class TestFolder:
 
         def rules():
             options = ("--rules", tmp_path, "--set", "run.horizon=0.1", "--format", "json", "-o", tmp_path / "o")
-            done = dwmr("run", "paper", *options)
+            done = here("run", "paper", *options)
             return json.loads(done.stdout)["rules"]
 
         (tmp_path / "shared.fz").write_text("param unused = 1\n", encoding="utf-8")
@@ -198,13 +198,13 @@ class TestFolder:
 
 class TestRuleFolder:
     def test_that_holds_nothing_of_use_is_refused(self, tmp_path):
-        done = dwmr("run", "paper", "--rules", tmp_path, "-o", tmp_path / "out", status=1)
+        done = here("run", "paper", "--rules", tmp_path, "-o", tmp_path / "out", status=1)
         assert "looked for ais_reaction.fz, boundary_layer.fz, fcafsmc.fz" in done.stderr
 
     def test_warnings_of_its_files_show_once(self, tmp_path):
         text = (rules_folder() / "ais_reaction.fz").read_text(encoding="utf-8")
         (tmp_path / "ais_reaction.fz").write_text(text.replace("PM  PS  ZO\n", "PS  PS  ZO\n"), encoding="utf-8")
-        done = dwmr("run", "paper", "--rules", tmp_path, "--set", "run.horizon=0.1", "-o", tmp_path / "out")
+        done = here("run", "paper", "--rules", tmp_path, "--set", "run.horizon=0.1", "-o", tmp_path / "out")
         assert done.stderr.count("warning[FZ208]") == 1
 
 

@@ -7,7 +7,7 @@ import pytest
 from dwmr.scenario_file import read
 from dwmr.sweep.journal import journal, require_own
 from fuzzyctl.errors import DiagnosticError
-from tests.dwmr.process import dwmr
+from tests.dwmr.process import dwmr, here
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the platform has no named pipes")
 
@@ -47,5 +47,5 @@ def test_a_description_of_a_sweep_that_is_a_pipe_is_no_sweep(tmp_path):
 
 
 def test_a_name_of_a_law_that_no_file_can_have_is_wrong_usage():
-    done = dwmr("run", "paper", "--controller", "a" * 300, status=2)
+    done = here("run", "paper", "--controller", "a" * 300, status=2)
     assert "is not one of" in done.stderr

@@ -1,6 +1,6 @@
 """Diagnostic codes, bounds and verdicts of the kept systems, of the shipped ones and of drawn ones.
 
-Of the 200 drawn ones the test line compares 40; FUZZYCTL_FROZEN=200 python -m pytest tests/frozen compares all.
+Of the 200 drawn ones the test line compares 20; FUZZYCTL_FROZEN=200 python -m pytest tests/frozen compares all.
 """
 
 import os
@@ -14,6 +14,7 @@ from fuzzyctl.errors import DiagnosticError
 from tests.frozen.kept import check_kept
 from tests.frozen.systems import SYSTEMS
 from tests.peers.drawing import Abilities, Draw
+from tests.sizes import examples
 
 RULES = sorted((Path(__file__).parents[2] / "rules").glob("*.fz"))
 ABLE = Abilities(
@@ -29,7 +30,7 @@ ABLE = Abilities(
 SLOW = {1, 6, 28, 41, 50, 54, 71, 75, 86, 87, 89, 90, 95, 118, 124, 138, 139, 145, 154, 162, 164, 166, 187, 196}
 DRAWN = [seed for seed in range(224) if seed not in SLOW]
 GROUP = 20
-COMPARED = int(os.environ.get("FUZZYCTL_FROZEN", "40"))
+COMPARED = int(os.environ.get("FUZZYCTL_FROZEN", examples(200, 20)))
 
 
 def drawn(seed):

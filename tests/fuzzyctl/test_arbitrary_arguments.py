@@ -18,6 +18,7 @@ from fuzzyctl.errors import FuzzyctlError, ValueOutOfBoundsError
 from fuzzyctl.kernels.tracing import trace
 from fuzzyctl.model.method import Activation, Defuzzifier
 from fuzzyctl.model.rule import RuleTable
+from tests.sizes import examples
 
 X = build.input_variable("x", 0, 1, build.partition("L H"))
 Y = build.input_variable("y", 0, 1, build.partition("L H"))
@@ -106,7 +107,7 @@ FUNCTIONS = {
     "compile": (fuzzyctl.compile, {"system": SYSTEM, "backend": "python", "algorithm": "auto"}),
 }  # fmt: skip
 
-RELAXED = settings(deadline=None, max_examples=60, suppress_health_check=[HealthCheck.too_slow])
+RELAXED = settings(deadline=None, max_examples=examples(60), suppress_health_check=[HealthCheck.too_slow])
 
 
 def attempt(function, arguments):

@@ -1,4 +1,4 @@
-"""How drawn systems are run: so many of them, evaluated at a point, and without outputs that raise."""
+"""How drawn systems are run: how many of them, evaluated at a point, and without outputs that raise."""
 
 import math
 
@@ -8,15 +8,16 @@ from hypothesis import HealthCheck, Phase, settings
 from fuzzyctl.analysis.bounds import output_bounds
 from fuzzyctl.errors import NoRuleFiresError
 from fuzzyctl.kernels.compile import compile as compile_system
+from tests.sizes import examples
 
 
-def quick(examples):
-    """So many examples, unshrunk: systems are large, and to shrink one takes longer than to read it.
+def quick(everything, some=None):
+    """Draw a number of examples (tests/sizes.py), unshrunk: to shrink a large system takes longer than to read it.
 
     The same are drawn in every run, and others with pytest's option `--hypothesis-seed`; see tests/conftest.py.
     """
     return settings(
-        max_examples=examples,
+        max_examples=examples(everything, some),
         deadline=None,
         database=None,
         report_multiple_bugs=False,

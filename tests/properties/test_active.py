@@ -14,6 +14,7 @@ from fuzzyctl.kernels.algorithm import algorithm_of
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.plan import plan
 from tests.properties.around import points_around
+from tests.sizes import examples
 
 
 @pytest.fixture
@@ -105,7 +106,7 @@ def agree(system, backend, points):
 
 
 @pytest.mark.usefixtures("large_tables")
-@settings(max_examples=30, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=examples(30), deadline=None, suppress_health_check=list(HealthCheck))
 @given(case=systems(), seed=st.integers(0, 1000))
 @pytest.mark.parametrize("backend", ["python", "numpy"])
 def test_rules_that_act_are_all_rules(backend, case, seed):
@@ -123,7 +124,7 @@ def test_rules_that_act_are_all_rules(backend, case, seed):
 
 
 @pytest.mark.usefixtures("large_tables")
-@settings(max_examples=5, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=examples(5, 2), deadline=None, suppress_health_check=list(HealthCheck))
 @given(case=systems(otherwise=(" else -3", " else nan")), seed=st.integers(0, 1000))
 def test_compiled_too(case, seed):
     text, knots = case

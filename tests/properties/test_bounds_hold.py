@@ -23,9 +23,11 @@ from tests.properties.drawn_systems import systems as drawn_systems
 from tests.properties.drawn_tables import systems as drawn_tables
 from tests.properties.plain_systems import systems as plain_systems
 from tests.properties.running import quick, total
+from tests.sizes import examples
 
 #: Generated systems of each kind, random points of each, and seconds for one end of one bound.
-COUNT = int(os.environ.get("FUZZYCTL_PROOFS", "12"))
+COUNT = int(os.environ.get("FUZZYCTL_PROOFS", examples(12)))
+DRAWN = quick(COUNT, COUNT)
 EVALUATIONS = int(os.environ.get("FUZZYCTL_EVALUATIONS", "2000"))
 SECONDS = 0.02 if EVALUATIONS <= 10_000 else 0.3
 #: Most points made of corners and their neighbours, and points of one batch.
@@ -106,19 +108,19 @@ def check_bounds(system, seed):
             assert abs(e.hi - e.hi_found) <= off
 
 
-@quick(COUNT)
+@DRAWN
 @given(st.data())
 def test_bounds_hold_with_terms_norms_and_centroids(data):
     check_bounds(data.draw(plain_systems()), data.draw(st.integers(0, 1000)))
 
 
-@quick(COUNT)
+@DRAWN
 @given(st.data())
 def test_bounds_hold_whatever_a_system_is_made_of(data):
     check_bounds(data.draw(drawn_systems()), data.draw(st.integers(0, 1000)))
 
 
-@quick(COUNT)
+@DRAWN
 @given(st.data())
 def test_bounds_of_interpolating_systems_hold_and_are_attained(data):
     text, _ = data.draw(drawn_tables())

@@ -46,7 +46,7 @@ def compiled_and_run(unit, folder, flags):
 
 
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
-@quick(25)
+@quick(25, 10)
 @given(system=any_system | held_system)
 def test_c_agrees_with_the_kernel(tmp_path_factory, system):
     unit = prepared(system)
@@ -58,7 +58,7 @@ def test_c_agrees_with_the_kernel(tmp_path_factory, system):
 
 
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
-@quick(12)
+@quick(12, 5)
 @given(system=any_system)
 def test_single_precision_stays_within_its_tolerance(tmp_path_factory, system):
     unit = prepared(system, precision="float")

@@ -14,6 +14,7 @@ from fuzzyctl.kernels.algorithm import algorithm_of
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.plan import plan
 from tests.properties.around import points_around
+from tests.sizes import examples
 
 
 def partition(peaks, *, shoulders):
@@ -85,7 +86,7 @@ def agree(system, backend, points):
     return found.reshape(len(points), -1)
 
 
-@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=examples(40), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(case=systems(), seed=st.integers(0, 1000))
 @pytest.mark.parametrize("backend", ["python", "numpy"])
 def test_window_is_the_evaluation_of_all_rules(backend, case, seed):
@@ -100,7 +101,7 @@ def test_window_is_the_evaluation_of_all_rules(backend, case, seed):
         assert found[:, position].max() <= bound.hi
 
 
-@settings(max_examples=6, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=examples(6, 2), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(case=systems(), seed=st.integers(0, 1000))
 def test_compiled_window_too(case, seed):
     text, knots = case

@@ -18,6 +18,7 @@ from dwmr.metrics import errors
 from dwmr.scenario import Obstacle
 from dwmr.scenario_file import find, read
 from dwmr.sweep.variables import literal
+from tests.sizes import examples
 
 angles = st.floats(-3.1, 3.1)
 places = st.floats(-20.0, 20.0)
@@ -185,7 +186,7 @@ def bands(file, trajectory, late, name):
 
 
 class TestConvergence:
-    @settings(max_examples=8, deadline=None)
+    @settings(max_examples=examples(8, 4), deadline=None)
     @given(st.floats(-2.0, 1.0), st.floats(-1.0, 2.0), st.floats(-1.0, 1.0))
     def test_errors_vanish_without_disturbance_and_obstacles(self, x_0, y_0, theta_0):
         """60 s from any start near the path; friction stays, which the inner loop does not know of."""
@@ -201,7 +202,7 @@ class TestConvergence:
             assert np.abs(trajectory[name][late]).max() < 0.05, name
 
     @pytest.mark.parametrize("kind", REFERENCES)
-    @settings(max_examples=4, deadline=None)
+    @settings(max_examples=examples(4, 2), deadline=None)
     @given(st.tuples(st.floats(-0.5, 0.5), st.floats(-0.5, 0.5), st.floats(-0.5, 0.5)))
     def test_errors_come_into_a_band_on_every_kind_of_reference(self, kind, off):
         file, prepared = undisturbed(kind, "aifqsmc")
@@ -268,7 +269,7 @@ class TestAvoidance:
     def test_the_leader_keeps_clear_of_several_obstacles(self, law, aside):
         least_distances = SCENES.leader_alone(law)
 
-        @settings(max_examples=25, deadline=None)
+        @settings(max_examples=examples(25), deadline=None)
         @given(st.integers(0, 2**32 - 1), st.integers(2, 4))
         def keeps_clear(seed, count):
             places = SCENES.scene(np.random.default_rng(seed), count, 14.0, aside)

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from fuzzyctl import dumps, loads
 from fuzzyctl.errors import NoRuleFiresError
 from fuzzyctl.kernels.compile import compile as compile_system
+from tests.sizes import examples
 
 BACKENDS = ("python", "numpy", "numba")
 
@@ -68,7 +69,7 @@ def stepped(kernel, points, state):
 
 
 @given(points=POINTS)
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_a_batch_is_the_sequence_of_its_points(kernels, backend, points):
     kernel = kernels[backend]
@@ -80,7 +81,7 @@ def test_a_batch_is_the_sequence_of_its_points(kernels, backend, points):
 
 
 @given(points=POINTS, cut=st.integers(0, 12))
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=examples(50), deadline=None)
 def test_a_sequence_may_be_cut_anywhere(kernels, points, cut):
     kernel = kernels["numba"]
     whole = kernel.batch(np.array(points, dtype=float).reshape(len(points), 2))

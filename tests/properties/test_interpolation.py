@@ -20,11 +20,12 @@ from fuzzyctl.kernels.program import Between
 from fuzzyctl.kernels.table import Numbers
 from tests.properties.around import points_around
 from tests.properties.drawn_tables import systems
+from tests.sizes import examples
 
 BACKENDS = ("python", "numpy", "numba")
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=examples(60), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(case=systems(), seed=st.integers(0, 1000))
 @pytest.mark.parametrize("backend", ["python", "numpy"])
 def test_interpolation_is_the_evaluation_of_all_rules(backend, case, seed):
@@ -40,7 +41,7 @@ def test_interpolation_is_the_evaluation_of_all_rules(backend, case, seed):
     assert compile_system(system, backend).batch(points).max() <= bound.hi
 
 
-@settings(max_examples=6, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=examples(6, 2), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(case=systems(), seed=st.integers(0, 1000))
 def test_compiled_interpolation_too(case, seed):
     text, knots = case

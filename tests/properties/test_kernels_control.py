@@ -9,9 +9,10 @@ from hypothesis import given, settings
 
 from fuzzyctl import compile as compile_system
 from fuzzyctl import load, output_bounds
+from tests.sizes import examples
 
 RULES = Path(__file__).parents[2] / "rules"
-QUICK = settings(max_examples=150, deadline=None)
+QUICK = settings(max_examples=examples(150), deadline=None)
 
 anything = st.floats(allow_nan=False) | st.floats(-0.1, 0.1) | st.sampled_from([0.0, 0.015, -0.03, 1e-320, -5e-324])
 

@@ -13,6 +13,7 @@ from fuzzyctl.lang.parser import parse_by_grammar
 from fuzzyctl.lang.syntax import NAME, STATEMENT_KEYWORDS
 from fuzzyctl.shipped import rules_folder
 from fuzzyctl.source import SourceText
+from tests.sizes import examples
 
 NAMES = "NB Z x inf pi _a1 linear not and or then σ".split()
 WORDS = st.sampled_from([*NAMES, "a" * 60, *STATEMENT_KEYWORDS])
@@ -125,7 +126,7 @@ FIRST = re.compile(rf"\s*({NAME})")
 CODE = re.compile(r'(?:"[^"\n]*"|[^"#])*')
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=examples(400), deadline=None)
 @given(data=st.data(), before=st.sampled_from(["", "system s\n"]))
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_plain_line_is_what_the_grammar_makes_of_it(kind, data, before):

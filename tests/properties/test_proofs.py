@@ -25,9 +25,11 @@ from tests.properties.plain_systems import systems as plain_systems
 from tests.properties.running import quick
 from tests.properties.test_active import systems as active_tables
 from tests.properties.test_diagonals import systems as tables_of_diagonals
+from tests.sizes import examples
 
 #: Generated systems of each test.
-COUNT = int(os.environ.get("FUZZYCTL_PROOFS", "40"))
+COUNT = int(os.environ.get("FUZZYCTL_PROOFS", examples(40)))
+DRAWN = quick(COUNT, COUNT)
 
 
 def kernels_of(system):
@@ -107,26 +109,26 @@ def check_enclosures(system, seed, *, count=12, straight=True):
                 assert fine.all()
 
 
-@quick(COUNT)
+@DRAWN
 @given(st.data())
 def test_enclosures_hold_what_kernels_return(data):
     check_enclosures(data.draw(plain_systems()), data.draw(st.integers(0, 1000)))
 
 
-@quick(COUNT)
+@DRAWN
 @given(st.data())
 def test_enclosures_hold_whatever_a_system_is_made_of(data):
     check_enclosures(data.draw(drawn_systems()), data.draw(st.integers(0, 1000)))
 
 
-@quick(COUNT // 3)
+@quick(COUNT // 3, COUNT // 3)
 @given(st.data())
 def test_enclosures_hold_rules_that_act_alone(data):
     text, _ = data.draw(active_tables() | tables_of_diagonals())
     check_enclosures(loads(text), data.draw(st.integers(0, 1000)))
 
 
-@quick(COUNT)
+@DRAWN
 @given(st.data())
 def test_kernels_are_as_near_to_rational_arithmetic_as_is_said(data):
     text, knots = data.draw(drawn_tables())
@@ -146,7 +148,7 @@ def test_kernels_are_as_near_to_rational_arithmetic_as_is_said(data):
             assert abs(Fraction(float(value)) - above / below) <= surface.errors[0]
 
 
-@quick(COUNT)
+@DRAWN
 @given(st.data())
 def test_what_is_proved_to_rise_rises_and_what_is_refuted_does_not(data):
     text, knots = data.draw(drawn_tables())
@@ -168,7 +170,7 @@ def test_what_is_proved_to_rise_rises_and_what_is_refuted_does_not(data):
             assert sign * (second - first) < 0
 
 
-@quick(COUNT)
+@DRAWN
 @given(st.data())
 def test_what_is_proved_of_an_interpolating_system_holds_and_what_is_refuted_does_not(data):
     text, knots = data.draw(drawn_tables())

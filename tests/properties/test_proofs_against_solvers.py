@@ -15,9 +15,10 @@ import z3
 
 from fuzzyctl import Proved, Refuted, loads, prove
 from fuzzyctl.analysis.extremes import extents
+from tests.sizes import examples
 
 #: Generated systems of each kind.
-COUNT = int(os.environ.get("FUZZYCTL_PROOFS", "24"))
+COUNT = int(os.environ.get("FUZZYCTL_PROOFS", examples(24)))
 #: Seconds for one end of a bound beside Arb's enclosures.
 SECONDS = 0.05 if COUNT < 100 else 0.5
 

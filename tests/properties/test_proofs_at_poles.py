@@ -10,9 +10,10 @@ import random
 import pytest
 
 from fuzzyctl import Proved, Refuted, compile, loads, prove
+from tests.sizes import examples
 
 #: Generated systems.
-COUNT = int(os.environ.get("FUZZYCTL_PROOFS", "24"))
+COUNT = int(os.environ.get("FUZZYCTL_PROOFS", examples(24)))
 #: Consequents that are infinite, jump or are steep at 0.
 FUNCTIONS = (
     "min(5, max(-3, {a} ^ -1))",

@@ -19,6 +19,7 @@ from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Input, Membership, Output, Term
 from fuzzyctl.resolve.context import CLAIM_FUNCTIONS
 from fuzzyctl.source import SourceText
+from tests.sizes import examples
 
 TAKEN = RESERVED | set(ex.FUNCTIONS) | set(CLAIM_FUNCTIONS) | set(HEDGES) | {"hold", "midpoint", "nan", "error"}
 WORDS = [*keyword.kwlist, "input", "table", "x", "in", "σ", "é", "unit", "linear", "terms", "NB", "PB", "a1", "_"]
@@ -250,7 +251,9 @@ def well_formed(system):
     return not any(d.severity == "error" for d in check_model(system))
 
 
-@settings(max_examples=40, suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much], deadline=None)
+@settings(
+    max_examples=examples(40), suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much], deadline=None
+)
 @given(systems())
 def test_what_is_printed_reads_back_as_the_same_system(system):
     assume(well_formed(system))

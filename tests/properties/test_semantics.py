@@ -12,6 +12,7 @@ from fuzzyctl.analysis.coverage import uncovered
 from fuzzyctl.analysis.holes import Hole
 from fuzzyctl.resolve.semantics import CHOICES
 from tests.properties.reference import Reference
+from tests.sizes import examples
 
 TERMS = ("lo", "mid", "hi")
 INPUTS = """input a in [0, 10]
@@ -116,7 +117,7 @@ def found(system, backend, points=POINTS):
     return fuzzyctl.compile(system, backend).batch(points).reshape(len(points), -1)
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=examples(80), deadline=None)
 @given(systems())
 def test_kernels_compute_what_the_reference_says(text):
     system = fuzzyctl.loads(text)
@@ -125,7 +126,7 @@ def test_kernels_compute_what_the_reference_says(text):
         np.testing.assert_allclose(found(system, backend), wanted, rtol=1e-9, atol=1e-9, err_msg=text)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(systems())
 def test_bounds_hold_whatever_the_semantics(text):
     system = fuzzyctl.loads(text)
@@ -137,14 +138,14 @@ def test_bounds_hold_whatever_the_semantics(text):
         assert (values <= bound.hi + slack).all(), (text, bound)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(systems())
 def test_what_is_written_reads_back(text):
     system = fuzzyctl.loads(text)
     assert fuzzyctl.loads(fuzzyctl.dumps(system)) == system
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(systems())
 def test_coverage_is_sound_whatever_the_semantics(text):
     system = fuzzyctl.loads(text.replace("else midpoint", "else nan").replace("else 3.5", "else nan"))

@@ -17,6 +17,7 @@ from fuzzyctl.formats.registry import format_of
 from fuzzyctl.source import SourceText
 from tests.effort import at_most
 from tests.fuzz.mutating import mutated
+from tests.sizes import examples
 
 SAMPLES = {
     p.name: p.read_text(encoding="utf-8") for p in sorted((Path(__file__).parent / "samples").glob("*.f[il][sl]"))
@@ -37,7 +38,7 @@ def examined(name, text):
     return systems, diagnostics
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(st.sampled_from(sorted(SAMPLES)), st.integers(0, 2**32), st.integers(1, 4))
 def test_mutated_files_are_read_or_refused(name, seed, count):
     rng = random.Random(seed)
@@ -45,7 +46,7 @@ def test_mutated_files_are_read_or_refused(name, seed, count):
     examined(name, "".join(tokens))
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=examples(50), deadline=None)
 @given(st.sampled_from(["x.fis", "x.fll"]), st.text(max_size=200))
 def test_any_text_is_read_or_refused(name, text):
     examined(name, text)

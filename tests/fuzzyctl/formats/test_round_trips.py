@@ -12,6 +12,7 @@ from fuzzyctl.loading import loads
 from fuzzyctl.model.profiles import profile
 from fuzzyctl.source import SourceText
 from tests.fuzzyctl.formats.drawn_engines import fuzzylite_systems, matlab_systems
+from tests.sizes import examples
 
 SAMPLES = sorted((Path(__file__).parent / "samples").glob("*.f[il][sl]"))
 
@@ -23,7 +24,7 @@ def read(format, text):
 
 
 QUICK = settings(
-    max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much]
+    max_examples=examples(40), deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much]
 )
 
 

@@ -13,8 +13,9 @@ from tests.fuzzyctl.formats.drawn_engines import ACTIVATIONS, NORMS, fuzzylite_s
 from tests.fuzzyctl.formats.drawn_fcl import CONJUNCTIONS
 from tests.fuzzyctl.formats.drawn_fcl import systems as fcl_systems
 from tests.fuzzyctl.formats.drawn_fml import systems as fml_systems
+from tests.sizes import examples
 
-QUICK = settings(max_examples=40, deadline=None, suppress_health_check=list(HealthCheck))
+QUICK = settings(max_examples=examples(40), deadline=None, suppress_health_check=list(HealthCheck))
 
 
 def read(format, text):

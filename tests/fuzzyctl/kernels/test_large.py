@@ -12,6 +12,7 @@ from fuzzyctl.expr import Binary, Name, Number
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.program import Assign, Builder, depth
 from fuzzyctl.model.rule import And, Is, Not
+from tests.sizes import examples
 
 BACKENDS = ("python", "numpy")
 
@@ -58,8 +59,9 @@ class TestLargeRuleBases:
         np.testing.assert_allclose(found, [math.sin(0), math.sin(count - 1)], atol=1e-15)
 
     def test_activation_methods(self):
+        count = examples(300, 210)  # Python reads 200 levels of parentheses
         for method in ("proportional", "threshold(>= 0.1)", "first(count=2)", "highest(count=2)", "lowest(count=2)"):
-            check(one_way(300, f"defuzzifier weighted_average\nactivation {method}"), points=np.array([[0.3001]]))
+            check(one_way(count, f"defuzzifier weighted_average\nactivation {method}"), points=np.array([[0.3001]]))
 
     @pytest.mark.parametrize(
         "head",

@@ -20,6 +20,7 @@ from fuzzyctl.source import SourceText
 from tests.effort import at_most
 from tests.fuzzyctl.formats.drawn_fcl import systems
 from tests.fuzzyctl.formats.drawn_parts import number
+from tests.sizes import examples
 
 
 def read_back(text):
@@ -28,7 +29,7 @@ def read_back(text):
     return found[0]
 
 
-@settings(deadline=None, max_examples=60, suppress_health_check=list(HealthCheck))
+@settings(deadline=None, max_examples=examples(60), suppress_health_check=list(HealthCheck))
 @given(systems())
 def test_what_is_written_reads_back_as_the_same_system(system):
     assume(not any(d.severity == "error" for d in check_model(system)))
@@ -197,13 +198,13 @@ def survives(text):
         assert found or diagnostics
 
 
-@settings(deadline=None, max_examples=200)
+@settings(deadline=None, max_examples=examples(200))
 @given(st.lists(WORDS, max_size=60).map(" ".join))
 def test_any_words_are_read_or_told(text):
     survives(text)
 
 
-@settings(deadline=None, max_examples=200)
+@settings(deadline=None, max_examples=examples(200))
 @given(st.data())
 def test_any_change_of_a_file_is_read_or_told(data):
     text = TIPPER

@@ -22,6 +22,7 @@ from fuzzyctl.source import SourceText
 from tests.effort import at_most
 from tests.fuzzyctl.formats.drawn_fml import systems
 from tests.fuzzyctl.formats.drawn_parts import number
+from tests.sizes import examples
 
 
 def read_back(text):
@@ -30,7 +31,7 @@ def read_back(text):
     return system
 
 
-@settings(deadline=None, max_examples=60, suppress_health_check=list(HealthCheck))
+@settings(deadline=None, max_examples=examples(60), suppress_health_check=list(HealthCheck))
 @given(systems())
 def test_what_is_written_reads_back_as_the_same_system(system):
     assume(not any(d.severity == "error" and d.code != "FZ214" for d in check_model(system)))
@@ -237,7 +238,7 @@ WORDS = st.sampled_from(
 )
 
 
-@settings(deadline=None, max_examples=200)
+@settings(deadline=None, max_examples=examples(200))
 @given(st.data())
 def test_any_change_of_a_file_is_read_or_told(data):
     text, _ = write(minimal())

@@ -1,0 +1,33 @@
+"""Commands of pages, run within this process: most of the time of a process of its own is spent on imports."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import traceback
+from collections.abc import Mapping
+
+from click.testing import CliRunner
+
+from dwmr.cli.main import main as dwmr
+from fuzzyctl.cli.main import main as fuzzyctl
+
+PROGRAMS = {"fuzzyctl": fuzzyctl, "dwmr": dwmr}
+
+#: What only a shell or a process of its own does: operators of the shell, and what is said about the process.
+_OF_A_PROCESS = re.compile(r"[|;&<>$*`~#?]|\b(doctor|sweep|calibrate)\b")
+
+
+def run_here(command: str, environment: Mapping[str, str]) -> tuple[int, str] | None:
+    """Run a command of the project in the current folder.
+
+    Returns:
+        The exit code and what it prints, both streams in order; None for a command that needs a shell.
+    """
+    if command.partition(" ")[0] not in PROGRAMS or _OF_A_PROCESS.search(command):
+        return None
+    name, *arguments = shlex.split(command)
+    done = CliRunner(env=environment).invoke(PROGRAMS[name], arguments, prog_name=name)
+    unexpected = done.exception is not None and not isinstance(done.exception, SystemExit)
+    said = "".join(traceback.format_exception(done.exception)) if unexpected else ""
+    return done.exit_code, done.output + said
