@@ -13,4 +13,4 @@ def examples(everything: int, some: int | None = None) -> int:
     """Return a number of examples: everything before a release, in the test line some, by default a third."""
     if LONG:
         return everything
-    return max(4, everything // 3) if some is None else some
+    return max(min(4, everything), everything // 3) if some is None else some

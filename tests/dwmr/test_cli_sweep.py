@@ -77,7 +77,7 @@ class TestSweep:
     def test_does_not_depend_on_the_number_of_processes(self, one, tmp_path):
         (tmp_path / "sweep.json").write_bytes((one[1] / "sweep.json").read_bytes())
         (tmp_path / "results.csv").write_text("of an earlier sweep", encoding="utf-8")
-        dwmr("sweep", one[0], "-o", tmp_path, "--jobs", "3", "--data", "csv,parquet")
+        dwmr("sweep", one[0], "-o", tmp_path, "--jobs", "2", "--data", "csv,parquet")
         require_same(one[1], tmp_path)
 
     def test_is_the_same_on_a_cluster(self, one, tmp_path):
@@ -99,9 +99,8 @@ class TestSweep:
         assert len(list(tmp_path.iterdir())) == (1 if beside is None else 2)
 
     def test_prints_json(self, one, tmp_path):
-        found = json.loads(
-            dwmr("sweep", one[0], "-o", tmp_path, "--format", "json", "--set", "robot.radius=0.5").stdout
-        )
+        options = ("--jobs", "1", "--format", "json", "--set", "robot.radius=0.5")
+        found = json.loads(here("sweep", one[0], "-o", tmp_path, *options).stdout)
         assert (found["runs"], found["stopped"], found["files"]) == (6, 0, ["results.csv", "sweep.json", "times.csv"])
 
     def test_a_run_that_diverges_is_a_row_with_its_reason(self, tmp_path):
@@ -110,7 +109,7 @@ class TestSweep:
             '[grid]\n"disturbances.0.force" = [15.0, 1e300]\n'
         )
         (tmp_path / "spec.toml").write_text(text, encoding="utf-8")
-        done = dwmr("sweep", tmp_path / "spec.toml", "-o", tmp_path / "out")
+        done = here("sweep", tmp_path / "spec.toml", "-o", tmp_path / "out", "--jobs", "1")
         assert "2 runs, 1 to the end, 1 stopped" in done.stdout
         with (tmp_path / "out" / "results.csv").open(newline="") as file:
             rows = list(csv.DictReader(file))

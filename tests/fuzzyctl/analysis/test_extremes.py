@@ -1,5 +1,7 @@
 """Least and largest values and slopes, proved."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -44,10 +46,15 @@ SYSTEMS = {
 }
 
 
+@cache
+def extent_of(name):
+    (extent,) = extents(SYSTEMS[name], timeout=3.0)
+    return extent
+
+
 @pytest.fixture(scope="module", params=SYSTEMS)
 def case(request):
-    system = SYSTEMS[request.param]
-    (extent,) = extents(system, timeout=3.0)
+    system, extent = SYSTEMS[request.param], extent_of(request.param)
     axis = np.linspace(-1, 1, 201)
     return extent, system, system(e=axis[:, None], de=axis)
 
@@ -77,7 +84,7 @@ def test_no_two_samples_are_steeper(case):
 
 def test_slopes_of_lines_and_curves_come_near_those_of_samples():
     for name in ("lines", "curves"):
-        (extent,) = extents(SYSTEMS[name], timeout=3.0)
+        extent = extent_of(name)
         axis = np.linspace(-1, 1, 401)
         samples = SYSTEMS[name](e=axis[:, None], de=axis)
         steepest = np.abs(np.diff(samples, axis=0)).max() / 0.005
