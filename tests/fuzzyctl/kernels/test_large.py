@@ -58,10 +58,20 @@ class TestLargeRuleBases:
         found = check(one_way(count), points=np.array([[0.0], [1.0]]))
         np.testing.assert_allclose(found, [math.sin(0), math.sin(count - 1)], atol=1e-15)
 
-    def test_activation_methods(self):
+    @pytest.mark.parametrize(
+        "method",
+        [
+            "proportional",
+            "highest(count=2)",
+            *(
+                pytest.param(m, marks=pytest.mark.long)
+                for m in ("threshold(>= 0.1)", "first(count=2)", "lowest(count=2)")
+            ),
+        ],
+    )
+    def test_activation_methods(self, method):
         count = examples(300, 210)  # Python reads 200 levels of parentheses
-        for method in ("proportional", "threshold(>= 0.1)", "first(count=2)", "highest(count=2)", "lowest(count=2)"):
-            check(one_way(count, f"defuzzifier weighted_average\nactivation {method}"), points=np.array([[0.3001]]))
+        check(one_way(count, f"defuzzifier weighted_average\nactivation {method}"), points=np.array([[0.3001]]))
 
     @pytest.mark.parametrize(
         "head",
