@@ -159,7 +159,7 @@ def long(tmp_path_factory):
     """A sweep of more runs than are done when it is held: its SPEC, and the folder of one that was not interrupted."""
     folder = tmp_path_factory.mktemp("long")
     path = spec(folder, runs=30)
-    dwmr("sweep", path, "-o", folder / "whole", "--data", "csv,parquet")
+    here("sweep", path, "-o", folder / "whole", "--data", "csv,parquet", "--jobs", "1")
     return path, folder / "whole"
 
 
@@ -177,11 +177,8 @@ class TestResume:
             assert select.select([worker], [], [], LONG)[0], "a worker goes on without its parent"
             os.close(worker)
         assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["journal.jsonl"]
-        found = json.loads(
-            dwmr(
-                "sweep", long[0], "-o", tmp_path / "out", "--data", "csv,parquet", "--resume", "--format", "json"
-            ).stdout
-        )
+        options = ("--data", "csv,parquet", "--jobs", "1", "--resume", "--format", "json")
+        found = json.loads(here("sweep", long[0], "-o", tmp_path / "out", *options).stdout)
         assert 0 < found["computed"] < 30
         require_same(long[1], tmp_path / "out")
 
@@ -194,7 +191,7 @@ class TestResume:
         assert "Traceback" not in err
         assert "of 30 runs are kept" in err
         assert "--resume" in err
-        dwmr("sweep", long[0], "-o", tmp_path / "out", "--data", "csv,parquet", "--resume")
+        here("sweep", long[0], "-o", tmp_path / "out", "--data", "csv,parquet", "--jobs", "1", "--resume")
         require_same(long[1], tmp_path / "out")
 
     def test_an_interrupt_while_workers_start_is_a_single_line(self, long, tmp_path):

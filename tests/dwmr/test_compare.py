@@ -17,6 +17,7 @@ from dwmr.sweep.work import Outcome
 from tests.dwmr.process import dwmr, here
 
 SHORT = ("--set", "run.horizon=2")
+ALONE = ("--jobs", "1")
 
 
 class TestIntervals:
@@ -88,7 +89,7 @@ class TestVariation:
 
 class TestCommand:
     def test_has_a_table_for_each_scenario(self):
-        done = dwmr("compare", "paper", "undisturbed", "--controller", "smc,fcafsmc", *SHORT)
+        done = here("compare", "paper", "undisturbed", "--controller", "smc,fcafsmc", *SHORT, *ALONE)
         assert done.stderr == ""
         for word in ("paper:", "undisturbed:", "fcafsmc", "smc", "follower2"):
             assert word in done.stdout
@@ -97,7 +98,8 @@ class TestCommand:
         assert max(map(len, done.stdout.splitlines())) <= 80
 
     def test_agrees_with_a_run(self, measured):
-        found = json.loads(dwmr("compare", "paper", "--controller", "aifqsmc", *SHORT, "--format", "json").stdout)
+        options = ("--controller", "aifqsmc", *SHORT, *ALONE, "--format", "json")
+        found = json.loads(here("compare", "paper", *options).stdout)
         expected = measured("aifqsmc", "run.horizon=2")
         (one,) = [e for e in found["entries"] if (e["robot"], e["measure"]) == ("follower1", "rmse.y_e")]
         assert one["mean"] == expected["rmse"]["follower1"]["y_e"]
@@ -114,22 +116,22 @@ class TestCommand:
         row = rows[0]
         assert (row["controller"], row["robot"], row["measure"], row["n"]) == ("aifqsmc", "leader", "rmse.x_e", "3")
         assert float(row["low"]) < float(row["mean"]) < float(row["high"])
-        dwmr(*arguments, "-o", tmp_path / "table.parquet", "--jobs", "1")
+        here(*arguments, "-o", tmp_path / "table.parquet", *ALONE)
         columns, _ = parquet_file.read_table(tmp_path / "table.parquet")
         assert [repr(v) for v in columns["mean"]] == [r["mean"] for r in rows]
 
     def test_takes_what_varies_from_a_spec(self, tmp_path):
         path = tmp_path / "spec.toml"
         path.write_text('scenario = "paper"\n[random]\n"robot.mass" = { uniform = [-2, -1] }\n', encoding="utf-8")
-        done = dwmr("compare", "paper", "--vary", path, "--runs", "2", *SHORT, status=1)
+        done = here("compare", "paper", "--vary", path, "--runs", "2", *SHORT, *ALONE, status=1)
         assert f"{path}:3" in done.stderr
         assert "run 0: robot.mass must be > 0 kg" in done.stderr
 
     def test_a_run_that_stops_is_said(self):
-        done = dwmr(
+        done = here(
             "compare", "paper", "--controller", "smc", "--set", "disturbances.0.start=1",
             "--set", "disturbances.0.force=1e300",
-            *SHORT, status=1,
+            *SHORT, *ALONE, status=1,
         )  # fmt: skip
         assert "warning: paper, smc: 1 of 1 stopped" in done.stdout
 

@@ -14,8 +14,8 @@ How an example is written:
 - ``` without a language is ```fz where it begins with `system`.
 
 Each page begins in an empty folder with a copy of the shipped rules/. How-tos, tutorials and README are followed twice,
-the second time over what the first one left. In the test line commands of the project run within the test's process;
-before a release (tests/sizes.py) all are run by a shell.
+the second time over what the first one left; those that take seconds only before a release (tests/sizes.py). In the
+test line commands of the project run within the test's process, before a release all are run by a shell.
 """
 
 from __future__ import annotations

@@ -1,10 +1,12 @@
 """Slips of a typist in the shipped rule files: nearly all that are mistakes are reported on their very line."""
 
 import re
+from itertools import islice
 
 from fuzzyctl.loading import examine_all
 from fuzzyctl.shipped import rules_folder
 from fuzzyctl.source import SourceText
+from tests import sizes
 
 TOKEN = re.compile(r'"[^"\n]*"|(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?|[^\W\d]\w*|<=|>=|==|!=|[^\s]')
 
@@ -32,11 +34,13 @@ def mutants(text):
 
 
 def test_slips_are_found_on_their_line():
+    # A token has up to four slips, mostly three: each fourth one is of all kinds in turn.
+    step = 1 if sizes.LONG else 4
     found = missed = accepted = 0
     elsewhere = []
     for path in sorted(rules_folder().glob("*.fz")):
         text = path.read_text(encoding="utf-8")
-        for kind, line, mutant in mutants(text):
+        for kind, line, mutant in islice(mutants(text), 0, None, step):
             _, diagnostics = examine_all(SourceText(path.name, mutant))
             if not diagnostics:
                 accepted += 1  # another valid system, such as one with two terms swapped in a table
@@ -49,5 +53,5 @@ def test_slips_are_found_on_their_line():
             else:
                 missed += 1
                 elsewhere.append((path.name, kind, line, sorted(lines), diagnostics[0].message))
-    assert found + missed > 1000
+    assert found + missed > 1000 // step
     assert found / (found + missed) >= 0.95, f"{missed} of {found + missed}: {elsewhere[:20]}"
