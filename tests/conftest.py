@@ -1,5 +1,6 @@
-"""How Hypothesis draws, the same in every run unless a seed is given; how proofs measure time; Ctrl-C."""
+"""How Hypothesis draws, the same in every run unless a seed is given; how proofs measure time; garbage; Ctrl-C."""
 
+import gc
 import signal
 import time
 
@@ -32,6 +33,12 @@ def pytest_configure(config):
         suppress_health_check=[HealthCheck.too_slow],
     )
     settings.load_profile("same")
+
+
+def pytest_collection_finish():
+    """Keep the thousands of tests out of every collection of garbage, which looked at all of them each time."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(autouse=True, scope="session")

@@ -10,7 +10,7 @@ LONG = False
 
 
 def examples(everything: int, some: int | None = None) -> int:
-    """Return a number of examples: everything before a release, in the test line some, by default a third."""
+    """Return a number of examples: everything before a release, in the test line some, by default a quarter."""
     if LONG:
         return everything
-    return max(min(4, everything), everything // 3) if some is None else some
+    return max(min(4, everything), everything // 4) if some is None else some

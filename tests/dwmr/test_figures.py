@@ -8,7 +8,7 @@ from dwmr.figures import draw_errors, draw_path
 
 
 @pytest.mark.parametrize("draw", [draw_path, draw_errors])
-@pytest.mark.parametrize("laws", [("aifqsmc",), ("aifqsmc", "smc")])
+@pytest.mark.parametrize("laws", [pytest.param(("aifqsmc",), marks=pytest.mark.long), ("aifqsmc", "smc")])
 def test_picture_is_drawn_and_is_the_same_twice(tmp_path, run_paper, draw, laws):
     runs = [run_paper(law, "run.horizon=5")[1] for law in laws]
     scenario = run_paper(laws[0], "run.horizon=5")[0].scenario

@@ -15,7 +15,7 @@ from fuzzyctl.cli.main import main as fuzzyctl
 PROGRAMS = {"fuzzyctl": fuzzyctl, "dwmr": dwmr}
 
 #: What only a shell or a process of its own does: operators of the shell, and what is said about the process.
-_OF_A_PROCESS = re.compile(r"[|;&<>$*`~#?]|\b(doctor|sweep|calibrate)\b")
+_OF_A_PROCESS = re.compile(r"[|;&<>$*`~#?]|\bdoctor\b")
 
 
 def run_here(command: str, environment: Mapping[str, str]) -> tuple[int, str] | None:

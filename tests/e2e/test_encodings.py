@@ -119,12 +119,19 @@ CASES = [
 ]
 
 
-#: Commands that take seconds run under one encoding.
+#: Commands of dwmr that take seconds: they run under one encoding, and under UTF-8 only before a release.
 LONG = {"run", "figures", "animate", "report", "calibrate", "compare", "sweep"}
+
+
+def takes_seconds(case):
+    program, arguments = case.values
+    return program is dwmr and arguments[0] in LONG
+
+
 UNDER = [
     pytest.param(*case.values, encoding, id=f"{case.id} {encoding}")
     for case in CASES
-    for encoding in (ENCODINGS[:1] if case.values[0] is dwmr and case.values[1][0] in LONG else ENCODINGS)
+    for encoding in (ENCODINGS[:1] if takes_seconds(case) else ENCODINGS)
 ]
 
 
@@ -144,7 +151,10 @@ def test_a_command_prints_what_the_encoding_has(program, arguments, encoding, fo
         assert not ACTIVE & set(err.decode(encoding))
 
 
-@pytest.mark.parametrize(("program", "arguments"), CASES)
+@pytest.mark.parametrize(
+    ("program", "arguments"),
+    [pytest.param(*case.values, id=case.id, marks=[pytest.mark.long] if takes_seconds(case) else []) for case in CASES],
+)
 def test_nothing_of_a_file_controls_a_terminal(program, arguments, folder, monkeypatch):
     _, out, err = run(program, arguments, "utf-8", monkeypatch)
     assert not ACTIVE & set(err.decode())

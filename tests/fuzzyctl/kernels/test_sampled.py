@@ -246,8 +246,11 @@ class TestMaxima:
     @pytest.mark.parametrize(
         "kind",
         [
-            *("som", "lom", "mom", "som(by=magnitude)", "lom(by=magnitude)"),
-            *("som(rule=running, tolerance=0.01)", "lom(rule=running, tolerance=0.01)", "mom(rule=running)"),
+            *("som", "mom", "lom(by=magnitude)", "som(rule=running, tolerance=0.01)", "mom(rule=running)"),
+            *(
+                pytest.param(kind, marks=pytest.mark.long)
+                for kind in ("lom", "som(by=magnitude)", "lom(rule=running, tolerance=0.01)")
+            ),
         ],
     )
     def test_compiled_code_gives_the_same(self, kind):
