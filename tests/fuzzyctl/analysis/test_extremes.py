@@ -48,7 +48,7 @@ SYSTEMS = {
 
 @cache
 def extent_of(name):
-    (extent,) = extents(SYSTEMS[name], timeout=3.0)
+    (extent,) = extents(SYSTEMS[name], timeout=1.5)
     return extent
 
 
