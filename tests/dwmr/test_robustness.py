@@ -258,7 +258,9 @@ def test_without_a_home_functions_are_compiled_for_one_process(monkeypatch):
 
 
 @pytest.mark.skipif(not compiled.COMPILED, reason="needs numba")
-@pytest.mark.parametrize(("suffix", "length"), [("nbi", 0), ("nbc", 40), ("nbc", -1)])
+@pytest.mark.parametrize(
+    ("suffix", "length"), [("nbi", 0), pytest.param("nbc", 40, marks=pytest.mark.long), ("nbc", -1)]
+)
 def test_a_damaged_cache_is_compiled_anew(tmp_path, suffix, length):
     code = (
         "from dwmr.compiled import compiled\n"
