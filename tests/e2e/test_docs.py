@@ -39,6 +39,8 @@ class TestTheRunnerItself:
             "```console\n$ echo one\ntwo\n```\n",
             "```console\n$ false\n$ echo on\non\n```\n",
             "```console\n$ false\n```\n",
+            "```console\n$ fuzzyctl --version\nnothing\n```\n",
+            "```console\n$ fuzzyctl check none.fz\n...\n```\n",
             "```python\n>>> 1 + 1\n3\n```\n",
             "```python\nassert 1 + 1 == 3\n```\n",
             "```fz\nparam a = missing\n```\n",
@@ -56,6 +58,7 @@ class TestTheRunnerItself:
         "text",
         [
             "```console\n$ echo one two\none ...\n$ false\n$ echo $?\n1\n```\n",
+            "```console\n$ fuzzyctl check none.fz\n...\n$ echo $?\n1\n$ fuzzyctl --version\nfuzzyctl, ...\n```\n",
             "```python\na = 1\n```\n\n```python\n>>> a + 1\n2\n```\n",
             "<!-- file: a.txt -->\n```text\nhello\n```\n\n```console\n$ cat a.txt\nhello\n```\n",
             "```fz\nparam a = 1  # used by nothing\n```\n",
@@ -99,6 +102,22 @@ class TestTheRunnerItself:
         page = folder / "page.md"
         page.write_text(text, encoding="utf-8")
         follow(page, folder, times)
+
+
+@pytest.mark.parametrize(
+    "command",
+    ["fuzzyctl --version", "fuzzyctl check none.fz", "fuzzyctl explain 'FZ203'", "fuzzyctl eval", "dwmr run papr"],
+)
+def test_a_command_prints_in_this_process_what_it_prints_in_a_shell(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    found = []
+    for is_long in (False, True):
+        monkeypatch.setattr(sizes, "LONG", is_long)
+        session = Session(tmp_path / "page.md", tmp_path)
+        found.append((session.shell(command), session.status))
+    assert found[0] == found[1]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: str(p.relative_to(ROOT)))
