@@ -144,7 +144,11 @@ class TestCommand:
             (["paper", "paper"], 2, "'paper' is given twice"),
             (["paper", str(find("paper"))], 2, "paper.toml is given twice"),
             (["paper", "--controller", "smc,aifqsmc, smc"], 2, "'smc' is given twice"),
-            (["paper", "--set", "run.horizon=0.1", "-o", "/dev/null/x.csv"], 1, "name another file with -o FILE"),
+            (
+                ["paper", "--set", "run.horizon=0.1", *ALONE, "-o", "/dev/null/x.csv"],
+                1,
+                "name another file with -o FILE",
+            ),
             (["paper", "--set", "run.horizon"], 2, "expected key=value"),
             (["paper", "--set", "robot.mass=-1"], 1, "must be > 0 kg"),
             (["paper", "-o", "table.xlsx"], 2, "neither in .csv nor in .parquet"),

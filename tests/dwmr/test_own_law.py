@@ -15,6 +15,7 @@ PAGE = Path(__file__).parents[2] / "docs" / "how-to" / "add-a-controller.md"
 BLOCK = re.compile(r"<!-- file: (\S+) -->\n```\w+\n(.*?)```", re.DOTALL)
 SWEEP = 'scenario = "mine.toml"\nmeasures = ["rmse"]\n[grid]\n"robot.controllers.proportional.k_x" = [0.5, 0.6]\n'
 SHORT = ("--set", "run.horizon=1")
+ALONE = ("--jobs", "1")
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +50,9 @@ def test_is_loaded_from_the_cache_and_not_compiled_anew(folder):
 
 
 def test_is_compared(folder):
-    done = dwmr("compare", "mine.toml", "--controller", "proportional,smc", *SHORT, "--format", "json", cwd=folder)
+    done = dwmr(
+        "compare", "mine.toml", "--controller", "proportional,smc", *SHORT, *ALONE, "--format", "json", cwd=folder
+    )
     found = json.loads(done.stdout)["entries"]
     (one,) = [e for e in found if (e["controller"], e["robot"], e["measure"]) == ("proportional", "leader", "rmse.x_e")]
     assert one["mean"] == results(folder / "first")["rmse"]["leader"]["x_e"]
@@ -61,7 +64,7 @@ def test_of_one_name_in_two_folders_is_each_its_own(folder):
     text = (folder / "proportional.py").read_text(encoding="utf-8")
     (other / "proportional.py").write_text(text.replace("= gains[0] *", "= 2.0 * gains[0] *"), encoding="utf-8")
     shutil.copy(folder / "mine.toml", other / "another.toml")
-    args = ("--controller", "proportional", *SHORT, "--jobs", "1", "--format", "json")
+    args = ("--controller", "proportional", *SHORT, *ALONE, "--format", "json")
     for _ in range(2):
         done = dwmr("compare", "mine.toml", "other/another.toml", *args, cwd=folder)
         found = [e["mean"] for e in json.loads(done.stdout)["entries"] if e["measure"] == "rmse.x_e"]
@@ -75,7 +78,7 @@ def test_that_cannot_be_prepared_is_reported_with_its_error(folder):
     text = (folder / "proportional.py").read_text(encoding="utf-8")
     (broken / "proportional.py").write_text(text.replace("return Law(", "return 1 // 0, Law("), encoding="utf-8")
     shutil.copy(folder / "mine.toml", broken)
-    done = dwmr("compare", "broken/mine.toml", "--controller", "proportional", *SHORT, cwd=folder, status=1)
+    done = dwmr("compare", "broken/mine.toml", "--controller", "proportional", *SHORT, *ALONE, cwd=folder, status=1)
     assert "the control law proportional cannot be prepared" in done.stderr
     assert "ZeroDivisionError" in done.stderr
     assert "changed" not in done.stderr

@@ -45,7 +45,7 @@ COUNTED = [
     pytest.param("a-thousand-samples-of-many-outputs", 0.2, 16_000_000, marks=pytest.mark.long),
     ("dead-rules-of-many-cells", 0.1, 18_000_000),
     ("many-gaussians", 0.2, 4_000_000),
-    ("outputs-that-jump", 0.1, 18_000_000),
+    pytest.param("outputs-that-jump", 0.1, 18_000_000, marks=pytest.mark.long),
     pytest.param("rules-for-many-outputs-of-ten-inputs", 0.2, 18_000_000, marks=pytest.mark.long),
 ]
 

@@ -101,7 +101,7 @@ def test_exact_centroids_are_exact(data):
 
 
 @pytest.mark.usefixtures("kernel_folder")
-@quick(6, 3)
+@quick(6, 2)
 @given(st.data())
 def test_compiled_kernels_agree_with_generated_python(data):
     system = data.draw(systems())

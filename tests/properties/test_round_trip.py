@@ -252,7 +252,9 @@ def well_formed(system):
 
 
 @settings(
-    max_examples=examples(40), suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much], deadline=None
+    max_examples=examples(40, 6),
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much],
+    deadline=None,
 )
 @given(systems())
 def test_what_is_printed_reads_back_as_the_same_system(system):
