@@ -115,7 +115,7 @@ class TestOutput:
         assert "theta_e" in done.stdout
 
     @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
-    @pytest.mark.parametrize("style", ["text", "json"])
+    @pytest.mark.parametrize("style", ["text", pytest.param("json", marks=pytest.mark.long)])
     def test_that_is_full_is_said(self, tmp_path, style):
         with open("/dev/full", "w") as full:
             done = dwmr(

@@ -98,7 +98,13 @@ class TestLargeRuleBases:
         assert xi.sum() == pytest.approx(1)
         np.testing.assert_allclose(rates, 0.3 * xi)
 
-    @pytest.mark.parametrize("head", ["and product\nimplication product\naggregation sum", "aggregation sum"])
+    @pytest.mark.parametrize(
+        "head",
+        [
+            pytest.param("and product\nimplication product\naggregation sum", marks=pytest.mark.long),
+            "aggregation sum",
+        ],
+    )
     def test_exact_centroids_of_150_terms(self, head):
         check(one_way(150, f"{head}\ndefuzzifier centroid", f"terms {terms(150)}"), points=np.array([[0.2], [0.7003]]))
 
