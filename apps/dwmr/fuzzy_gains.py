@@ -241,12 +241,11 @@ class Rules:
             raise DiagnosticError([_unproved(v, str(self.used[role].path), where) for v in broken])
 
     def _require_coverage(self, role: str, system: Any) -> None:
-        """Refuse a system that has no number as its output somewhere; params may have opened a hole.
+        """Refuse a system that is not proved to have a number as its output everywhere; params may have opened a hole.
 
         A hole whose `else` is a number is none: the number counts in the bounds.
         """
         from fuzzyctl.analysis import coverage
-        from fuzzyctl.analysis.holes import Hole
 
         key = self._key(role, system)
         if key in self.known.sound:
@@ -255,17 +254,9 @@ class Rules:
         if found:
             raise DiagnosticError(found)
         (output,) = system.outputs
-        hole = coverage.uncovered(system)[output.name]
-        if hole is not None and output.otherwise in ("nan", "error"):
-            message = (
-                f"no rule fires for output '{output.name}' where {hole}, and 'else {output.otherwise}' is no number"
-            )
-            if not isinstance(hole, Hole):
-                message = f"it is not proved that some rule always fires for output '{output.name}'"
-            facts = ("a control law needs a number everywhere",)
-            help_text = "let a term of the inputs reach there, or say 'else' with a number"
-            path = str(self.used[role].path)
-            raise DiagnosticError([Diagnostic("FZ401", message, output.span, facts=facts, help=help_text, file=path)])
+        verdict = coverage.uncovered(system)[output.name]
+        if verdict is not None and output.otherwise in (None, "nan", "error"):
+            raise DiagnosticError([_not_covered(output, verdict, str(self.used[role].path))])
         self.known.sound.add(key)
 
     def _not_positive(self, asked: Channel, name: str, value: float) -> Diagnostic:
@@ -278,6 +269,23 @@ class Rules:
         if key not in self.known.kernels:
             self.known.kernels[key] = fuzzyctl.compile(system)
         return self.known.kernels[key]
+
+
+def _not_covered(output: Any, verdict: Any, path: str) -> Diagnostic:
+    """Describe an output that has no number where no rule fires, or for which it is not decided whether one does."""
+    from fuzzyctl.analysis.holes import Hole
+
+    needed = "a control law needs a number everywhere"
+    if isinstance(verdict, Hole):
+        without = f"'else {output.otherwise}' is no number"
+        message = f"no rule fires for output '{output.name}' where {verdict}, and {without}"
+        help_text = "let a term of the inputs reach there, or say 'else' with a number"
+        return Diagnostic("FZ401", message, output.span, facts=(needed,), help=help_text, file=path)
+    message, facts = (
+        f"it is not proved that some rule always fires for output '{output.name}'",
+        (verdict.reason, needed),
+    )
+    return Diagnostic("FZ407", message, output.span, facts=facts, help="say 'else' with a number", file=path)
 
 
 def _unproved(verdict: Verdict, path: str, where: str) -> Diagnostic:

@@ -54,13 +54,15 @@ class _Search:
 
     def found(self) -> list[float] | None:
         grid: list[tuple[float, list[float]]] = []
+        guided = not self.silence.state  # activations are those of outputs without states
         for point in map(list, sampling.points(self.flat)):
             if self.inside(point):
                 if self.silence.holds_at(point):
                     return point
-                grid.append((self.silence.activation(point), point))
-        if self.silence.state:
-            return None  # activations cannot guide it there
+                if guided:
+                    grid.append((self.silence.activation(point), point))
+        if not guided:
+            return None
         grid.sort(key=lambda pair: pair[0])
         for start in [*(point for _, point in grid[:STARTS]), *self._random()]:
             point = self._descended(start)

@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 #: What `--deny` takes besides codes.
 WARNINGS: Final = "warnings"
+#: What leaves the exit code undecided.
+UNCOVERED: Final = "FZ407"
 
 
 def _codes(ctx: click.Context, param: click.Parameter, values: tuple[str, ...]) -> tuple[str, ...]:
@@ -75,8 +77,8 @@ def check(
         found.extend(diagnostics)
         if not any(d.severity == "error" for d in diagnostics):
             shown = STDIN if file == "-" else file
-            clean.extend(f"{shown}: {s.name}: {counted(len(s.rules), 'rule')}, no errors" for s in systems)
-    undecided = any(d.code == "FZ407" for d in found)
+            clean.extend(f"{shown}: {_clean(s, diagnostics)}" for s in systems)
+    undecided = any(d.code == UNCOVERED for d in found)
     found = heard(found)
     show(found, form)
     if form == "text":
@@ -87,6 +89,13 @@ def check(
     if any(d.severity == "error" for d in found):
         return FAILED
     return UNDECIDED if undecided else DONE
+
+
+def _clean(system: FuzzySystem, diagnostics: list[Diagnostic]) -> str:
+    """Return what is said of a system without errors; a quiet command too says why it ends with exit code 3."""
+    undecided = {d.span for d in diagnostics if d.code == UNCOVERED}
+    coverage = "; coverage not decided" if any(o.span in undecided for o in system.outputs) else ""
+    return f"{system.name}: {counted(len(system.rules), 'rule')}, no errors{coverage}"
 
 
 def _check_file(file: str, profile: str | None) -> tuple[tuple[FuzzySystem, ...], list[Diagnostic]]:

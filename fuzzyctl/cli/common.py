@@ -232,9 +232,11 @@ def load_checked(
         DiagnosticError: With all errors of the file; for a system that the tool of the profile cannot evaluate.
     """
     from fuzzyctl.analysis import coverage
-    from fuzzyctl.loading import examine
+    from fuzzyctl.loading import choose, look_through
 
-    system, diagnostics = examine(source_of(path), folder=Path(path).parent, system=name)
+    source = source_of(path)
+    examined = look_through(source, folder=Path(path).parent)
+    system, diagnostics = choose(source, examined.systems, examined.told(examined.diagnostics), name)
     if system is None:
         raise DiagnosticError(diagnostics)
     texts = tuple(settings)
@@ -242,7 +244,7 @@ def load_checked(
     if values:
         system = with_params(system, values, texts)
     system = under(system, profile)
-    diagnostics = [*diagnostics, *coverage.diagnostics(system)]
+    diagnostics = examined.told([*examined.diagnostics, *coverage.diagnostics(system)])
     if any(d.severity == "error" for d in diagnostics):
         raise DiagnosticError(diagnostics)
     show(diagnostics)

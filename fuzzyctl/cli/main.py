@@ -61,7 +61,8 @@ What to do with it:
 
 \b
 Exit codes: 0 done, 1 mistakes found, 2 wrong usage,
-3 a guarantee is undecided.
+3 undecided: a guarantee, or (check only) whether
+some rule always fires.
 """,
 )
 @click.version_option(fuzzyctl.__version__, prog_name="fuzzyctl")

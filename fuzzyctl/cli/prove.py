@@ -91,28 +91,35 @@ def prove(
 
 
 def _systems(file: str, settings: Sequence[str], name: str | None, profile: str | None) -> list[FuzzySystem]:
-    """Return the systems of a file, or the one named, with params set, under a profile.
+    """Return the systems of a file, or the one named, with params set, under a profile; undecided coverage is printed.
 
     Raises:
         DiagnosticError: With the mistakes of the file.
     """
     from fuzzyctl.analysis import coverage
-    from fuzzyctl.loading import choose, examine_all
+    from fuzzyctl.loading import choose, look_through
 
     source = source_of(file)
-    systems, diagnostics = examine_all(source, folder=Path(file).parent)
+    examined = look_through(source, folder=Path(file).parent)
+    systems, diagnostics = examined.systems, examined.told(examined.diagnostics)
     if name is not None:
         chosen, diagnostics = choose(source, systems, diagnostics, name)
         systems = (chosen,) if chosen is not None else ()
-    mistakes = [d for d in diagnostics if d.severity == "error"]
+    _refuse_errors(diagnostics)
     found: list[FuzzySystem] = []
-    for system in () if mistakes else systems:
+    for system in systems:
         values = assignments(settings, [p.name for p in system.params], "param")
         found.append(under(with_params(system, values, settings) if values else system, profile))
-        mistakes.extend(d for d in coverage.diagnostics(found[-1]) if d.severity == "error")
+    uncovered = examined.told(d for system in found for d in coverage.diagnostics(system))
+    _refuse_errors(uncovered)
+    show(uncovered)
+    return found
+
+
+def _refuse_errors(diagnostics: Sequence[Diagnostic]) -> None:
+    mistakes = [d for d in diagnostics if d.severity == "error"]
     if mistakes:
         raise DiagnosticError(mistakes)
-    return found
 
 
 def _prove_all(

@@ -243,6 +243,20 @@ class TestCoverage:
         assert one.code == "FZ401"
         assert f"'else {word}' is no number" in one.message
 
+    @pytest.mark.parametrize("word", ["", " else nan"])
+    def test_coverage_that_is_not_decided_is_refused(self, tmp_path, monkeypatch, word):
+        monkeypatch.setattr("fuzzyctl.analysis.coverage.COVERAGE", 10)
+        folder = edited(tmp_path, "boundary_layer.fz", ("[0.005, 0.05]", f"[0.005, 0.05]{word}"))
+        one = refusal(rules(folder=folder).prove_boundary_layer)
+        assert (one.code, one.severity) == ("FZ407", "error")
+        assert "output beta" in one.span.source.line_text(one.span.line)
+        assert one.facts == ("it takes more work than a check does", "a control law needs a number everywhere")
+
+    def test_an_else_with_a_number_replaces_the_decision(self, tmp_path, monkeypatch):
+        monkeypatch.setattr("fuzzyctl.analysis.coverage.COVERAGE", 10)
+        folder = edited(tmp_path, "boundary_layer.fz", ("[0.005, 0.05]", "[0.005, 0.05] else 0.005"))
+        rules(folder=folder).prove_boundary_layer()
+
     def test_a_hole_filled_with_a_number_is_none(self, tmp_path):
         # The hole lies on one side only, which the guarantee of symmetry would not allow.
         edits = (

@@ -300,6 +300,11 @@ class TestDiagnostics:
         assert found.message == "it cannot be decided whether some rule always fires for output 'u'"
         assert "else VALUE" in found.help
 
+    def test_of_an_adaptive_output_too(self, monkeypatch):
+        monkeypatch.setattr(holes, "BUDGET", 10)
+        (found,) = diagnostics(two(low="not high", otherwise="adaptive rate 1"))
+        assert (found.code, found.severity) == ("FZ407", "warning")
+
     @pytest.mark.parametrize("otherwise", ["else nan", "else 0.5", "else error", "else midpoint"])
     def test_else_answers_it(self, otherwise):
         assert diagnostics(two(start=7, end=4, otherwise=otherwise)) == []

@@ -157,3 +157,87 @@ class TestStreams:
         assert done.returncode == 1
         assert "cannot be written" in done.stderr
         assert "Traceback" not in done.stderr
+
+
+#: Each command that needs a number, with what else it takes.
+COMMANDS = {
+    "prove": [],
+    "bounds": [],
+    "eval": ["x=0.5"],
+    "why": ["x=0.5"],
+    "codegen": ["--target", "python"],
+    "compare": ["--as", "exact,matlab", "--points", "50"],
+    "plot-terms": [],
+}
+
+
+class TestUndecidedCoverage:
+    """FZ407: exit code 3 of `check`, a warning of other commands, and not reported where the file allows it."""
+
+    TEXT = (
+        "system t\nand product\ndefuzzifier weighted_average\ninput x in [0, 1]\n  low = gaussian(0, 1)\n"
+        "  high = gaussian(1, 1)\noutput u in [0, 1]\n  terms a=0 b=1\n"
+        "if x is not low then u is a\nif x is high then u is b\nrequire u >= 0\n"
+    )
+
+    @pytest.fixture(autouse=True)
+    def _without_work(self, monkeypatch, tmp_path):
+        monkeypatch.setattr("fuzzyctl.analysis.coverage.COVERAGE", 10)
+        monkeypatch.chdir(tmp_path)
+
+    def test_ends_with_exit_code_3(self, run, write):
+        result = run(write("a.fz", self.TEXT))
+        assert result.exit_code == 3
+        assert "warning[FZ407]" in result.output
+        assert "a.fz: t: 2 rules, no errors; coverage not decided\n" in result.stdout
+
+    def test_says_so_where_it_is_quiet(self, run, write):
+        result = run("-q", write("a.fz", self.TEXT))
+        assert (result.exit_code, result.stderr) == (3, "")
+        assert "a.fz: t: 2 rules, no errors; coverage not decided\n" in result.stdout
+
+    def test_counts_less_than_an_error_and_more_than_a_clean_file(self, run, write, base):
+        undecided = write("a.fz", self.TEXT)
+        assert run(undecided, write("b.fz", base)).exit_code == 3
+        assert run(undecided, write("c.fz", base.replace("N  Z", "N  Y", 1))).exit_code == 1
+
+    @pytest.mark.parametrize(
+        ("options", "code"),
+        [(["--allow", "FZ407"], 0), (["--deny", "FZ407"], 1), (["--deny", "warnings"], 1), (["-q"], 3)],
+    )
+    @pytest.mark.parametrize("form", ["text", "json", "sarif", "github"])
+    def test_has_one_exit_code_in_each_format(self, run, write, options, code, form):
+        assert run("--format", form, *options, write("a.fz", self.TEXT)).exit_code == code
+
+    @pytest.mark.parametrize(
+        ("form", "part"),
+        [("json", '"severity": "warning"'), ("sarif", '"level": "warning"'), ("github", "::warning file=a.fz,")],
+    )
+    def test_is_a_warning_for_machines(self, run, write, form, part):
+        write("a.fz", self.TEXT)
+        result = run("--format", form, "a.fz")
+        assert "FZ407" in result.stdout
+        assert part in result.stdout
+
+    def test_of_one_system_is_said_of_that_system(self, run, write):
+        other = self.TEXT.replace("system t", "system s").replace("output u in [0, 1]", "output u in [0, 1] else 0")
+        lines = run(write("a.fz", self.TEXT + other)).stdout.splitlines()
+        assert [line.partition(": ")[2] for line in lines] == [
+            "t: 2 rules, no errors; coverage not decided",
+            "s: 2 rules, no errors",
+        ]
+
+    @pytest.mark.parametrize("command", COMMANDS)
+    def test_is_a_warning_of_other_commands(self, write, command):
+        write("a.fz", self.TEXT)
+        result = CliRunner().invoke(main, [command, "a.fz", *COMMANDS[command]])
+        assert result.exit_code == 0
+        assert "warning[FZ407]" in result.stderr
+
+    @pytest.mark.parametrize(("line", "code"), [("allow", 0), ("deny", 1)])
+    @pytest.mark.parametrize("command", ["check", *COMMANDS])
+    def test_follows_the_lines_of_the_file(self, write, command, line, code):
+        write("a.fz", f'{line} FZ407 "known"\n{self.TEXT}')
+        result = CliRunner().invoke(main, [command, "a.fz", *COMMANDS.get(command, [])])
+        assert result.exit_code == code
+        assert ("FZ407" in result.stderr) == bool(code)
