@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from fuzzyctl.cli.common import DONE, FAILED, FORMAT, SYSTEM, answers_with_diagnostics
+from fuzzyctl.cli.common import DONE, FAILED, FORMAT, SYSTEM, answers_with_diagnostics, source_of
 from fuzzyctl.cli.streams import say, write_json
 from fuzzyctl.errors import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
     from fuzzyctl.comparison.changes import Change
     from fuzzyctl.model.system import FuzzySystem
+    from fuzzyctl.source import SourceText
 
 #: How a change begins its line.
 MARKS = {"added": "+", "removed": "-", "changed": "~", "renamed": "~", "rewritten": "="}
@@ -31,6 +33,7 @@ def diff(first: str, second: str, form: str, name: str | None) -> int:
 
     \b
     fuzzyctl diff old.fz new.fz
+    git show HEAD:tip.fz | fuzzyctl diff - tip.fz
     fuzzyctl diff tipper.fis tipper.fll
 
     Settings, params, terms, rules, cells of tables, guarantees, and the diagnostics that a file allows or denies are
@@ -40,11 +43,12 @@ def diff(first: str, second: str, form: str, name: str | None) -> int:
 
     Exit code: 0 where nothing was changed, 1 where something was.
     """
-    pairs = _pairs(first, second, name)
+    sources = source_of(first), source_of(second)
+    pairs = _pairs(*sources, name)
     from fuzzyctl.comparison.changes import changes
-    from fuzzyctl.comparison.policy import policy_changes_of_files
+    from fuzzyctl.comparison.policy import policy_changes
 
-    said = policy_changes_of_files(first, second)
+    said = policy_changes(*sources)
     found = [(a.name, changes(a, b)) for a, b in pairs]
     if form == "json":
         systems = [_data(name, own) for name, own in found]
@@ -63,29 +67,38 @@ def diff(first: str, second: str, form: str, name: str | None) -> int:
     return FAILED if said or any(own for _, own in found) else DONE
 
 
-def _pairs(first: str, second: str, name: str | None) -> list[tuple[FuzzySystem, FuzzySystem]]:
+def _pairs(first: SourceText, second: SourceText, name: str | None) -> list[tuple[FuzzySystem, FuzzySystem]]:
     """Load both files and pair their systems: by name, or the only ones.
 
     Raises:
         DiagnosticError: With the errors of both files, or where systems have no partner.
     """
-    from fuzzyctl.loading import load, load_all
-
-    if name is not None:
-        return [(load(first, system=name), load(second, system=name))]
-    own, other = load_all(first), load_all(second)
+    (own, mistakes), (other, more) = (_systems(source, name) for source in (first, second))
+    if mistakes or more:
+        raise DiagnosticError([*mistakes, *more])
     if len(own) == len(other) == 1:
         return [(own[0], other[0])]
     by_name = {s.name: s for s in other}
     lonely = [
         Diagnostic("FZ502", f"system '{s.name}' stands in one of the files only", file=file, help="name one: --system")
-        for file, systems, names in ((first, own, set(by_name)), (second, other, {s.name for s in own}))
+        for file, systems, names in ((first.name, own, set(by_name)), (second.name, other, {s.name for s in own}))
         for s in systems
         if s.name not in names
     ]
     if lonely:
         raise DiagnosticError(lonely)
     return [(s, by_name[s.name]) for s in own]
+
+
+def _systems(source: SourceText, name: str | None) -> tuple[tuple[FuzzySystem, ...], list[Diagnostic]]:
+    """Return the systems of a file, or the one named, and the errors of the file."""
+    from fuzzyctl.loading import choose, examine_all
+
+    systems, found = examine_all(source, folder=Path(source.name).parent, hints=False)
+    if name is not None:
+        chosen, found = choose(source, systems, found, name)
+        systems = (chosen,) if chosen is not None else ()
+    return systems, [d for d in found if d.severity == "error"]
 
 
 def _data(name: str, changes: Sequence[Change]) -> dict[str, Any]:

@@ -60,6 +60,9 @@ What to do with it:
   fuzzyctl doctor                         what is installed and in use
 
 \b
+A file '-' is standard input.
+
+\b
 Exit codes: 0 done, 1 mistakes found, 2 wrong usage,
 3 undecided: a guarantee, or (check only) whether
 some rule always fires.

@@ -9,7 +9,6 @@ from fuzzyctl.comparison.changes import Change, Kind
 from fuzzyctl.formats.registry import format_of
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.parser import parse
-from fuzzyctl.reading import read_source
 from fuzzyctl.source import SourceText
 
 
@@ -30,14 +29,9 @@ def policy_changes(first: SourceText, second: SourceText) -> tuple[Change, ...]:
     """Return what differs in the codes that two rule files allow and deny, and in the reasons; one change a code.
 
     Where codes share a line, and in which order the lines stand, does not count. A code that is both allowed and denied
-    is denied.
+    is denied. Files of other tools have no such lines.
     """
     return tuple(_changes(_policy(first), _policy(second)))
-
-
-def policy_changes_of_files(first: str, second: str) -> tuple[Change, ...]:
-    """Do the same for two files; those of other tools have no such lines."""
-    return policy_changes(read_source(first), read_source(second))
 
 
 def _changes(before: dict[str, _Said], after: dict[str, _Said]) -> Iterator[Change]:

@@ -58,6 +58,9 @@ class TestStandardInput:
             from_file.output
         )
 
+    def test_is_a_file_for_every_command_that_reads_one(self):
+        assert set(main.commands) - {"new", "explain", "doctor"} == {*COMMANDS, "diff", "fmt"}
+
     def test_has_its_name_in_diagnostics(self, base):
         result = run("check", "-", text=base.replace("N  Z", "N  Y", 1))
         assert result.exit_code == 1
@@ -69,7 +72,41 @@ class TestStandardInput:
         text = f'{head}use "part.fz"\noutput u' + rest.split("output u")[1]
         assert run("check", "-", text=text).output == "<stdin>: base: 6 rules, no errors\n"
 
-    @pytest.mark.parametrize("arguments", [["eval", "-", "--points", "-"], ["compare", "-", "-"]])
+    @pytest.mark.parametrize("command", ["diff", "compare"])
+    def test_is_one_of_two_files(self, tmp_path, base, command):
+        (tmp_path / "a.fz").write_text(base)
+        changed = base.replace("triangle(0, 2, 3)", "triangle(0, 1, 3)")
+        options = ["--points", "50"] if command == "compare" else []
+        (tmp_path / "b.fz").write_text(changed)
+        expected = run(command, "a.fz", "b.fz", *options)
+        assert expected.stdout.count("\n") == 1 if command == "diff" else "no difference" not in expected.stdout
+        for files, text, name in ((["-", "b.fz"], base, "a.fz"), (["a.fz", "-"], changed, "b.fz")):
+            piped = run(command, *files, *options, text=text)
+            assert piped.exit_code == expected.exit_code
+            assert piped.stdout == expected.stdout.replace(name, "-")
+
+    def test_of_a_diff_has_its_mistakes_reported_with_those_of_the_file(self, tmp_path, base):
+        (tmp_path / "a.fz").write_text(base.replace("[0, 10]", "[0, q]"))
+        result = run("diff", "-", "a.fz", text=base.replace("N  Z", "N  Y", 1))
+        assert result.exit_code == 1
+        for part in ("<stdin>:18:11: error[FZ203]", "a.fz:8:16: error[FZ202]"):
+            assert part in result.stderr
+
+    def test_of_a_diff_may_hold_several_systems(self, tmp_path, base):
+        (tmp_path / "a.fz").write_text(base)
+        two = base + base.replace("system base", "system other")
+        assert run("diff", "-", "a.fz", "--system", "base", text=two).exit_code == 0
+        result = run("diff", "-", "a.fz", text=two)
+        assert result.exit_code == 1
+        assert "<stdin>: error[FZ502]: system 'other'" in result.stderr
+
+    def test_of_a_diff_has_its_allowed_codes_compared(self, tmp_path, base):
+        (tmp_path / "a.fz").write_text(base)
+        assert "+ diagnostic FZ208" in run("diff", "a.fz", "-", text=f"{base}allow FZ208\n").stdout
+
+    @pytest.mark.parametrize(
+        "arguments", [["eval", "-", "--points", "-"], ["compare", "-", "-"], ["diff", "-", "-"], ["fmt", "-", "-"]]
+    )
     def test_is_read_once(self, base, arguments):
         result = run(*arguments, text=base)
         assert result.exit_code == 2
