@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from pathlib import Path
 
 from pydantic import ValidationError
 
@@ -30,7 +31,9 @@ def check(file: ScenarioFile, laws: Iterable[str], rules: Rules) -> None:
     for law in laws:
         for robot in file.scenario.robots:
             try:
-                settings_of(file, robot, law).prove(rules, robot)
+                settings = settings_of(file, robot, law)
+                with controllers.reported(law, controllers.own_file(law, file.path.parent), "checked", only_own=True):
+                    settings.prove(rules, robot)
             except DiagnosticError as error:
                 for one in error.diagnostics:
                     found.setdefault((one.code, one.place, one.message), one)
@@ -51,8 +54,10 @@ def settings_of(file: ScenarioFile, robot: str, law: str) -> LawSettings:
     if given is None:
         message = f"{key} is missing: robot {robot} has no gains for {law}"
         raise DiagnosticError([file.places.diagnostic("FZ903", key, message)])
-    try:
-        settings: LawSettings = controllers.find(law, file.path.parent).Settings.model_validate(given)
-    except ValidationError as error:
-        raise DiagnosticError(diagnose(error, file.places, tuple(split_key(key)))) from None
+    module = controllers.find(law, file.path.parent)
+    with controllers.reported(law, Path(str(module.__file__)), "checked", only_own=True):
+        try:
+            settings: LawSettings = module.Settings.model_validate(given)
+        except ValidationError as error:
+            raise DiagnosticError(diagnose(error, file.places, tuple(split_key(key)))) from None
     return settings

@@ -136,7 +136,29 @@ def _cache_root() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "fuzzyctl"
 
 
-def reason(error: Exception) -> str:
+@contextmanager
+def collected_errors() -> Iterator[list[BaseException]]:
+    """Collect the first error of compiled functions that are called as values: their callers never see it.
+
+    Numba gives such an error to `sys.unraisablehook`, and the call returns zeros.
+    """
+    errors: list[BaseException] = []
+    before = sys.unraisablehook
+
+    def keep(raised: Any) -> None:
+        if "numba" not in str(raised.object) or raised.exc_value is None:
+            before(raised)
+        elif not errors:
+            errors.append(raised.exc_value)
+
+    sys.unraisablehook = keep
+    try:
+        yield errors
+    finally:
+        sys.unraisablehook = before
+
+
+def reason(error: BaseException) -> str:
     """Return the line of an error that says what is wrong; numba puts the step in which it failed before it."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
     told = [line for line in lines if not line.startswith("Failed in ")]

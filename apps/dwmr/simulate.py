@@ -13,7 +13,7 @@ import numpy as np
 
 from dwmr import controllers, noise, references
 from dwmr.checks import settings_of
-from dwmr.compiled import COMPILED, first_class, first_class_functions
+from dwmr.compiled import COMPILED, collected_errors, first_class, first_class_functions
 from dwmr.contracts import FloatArray, Law, Signal
 from dwmr.controllers.settings import LawSettings
 from dwmr.disturbances import DISTURBANCE, Load
@@ -112,16 +112,10 @@ def prepare(file: ScenarioFile, controller: str, rules: Rules) -> Simulation:
 
 def _law(module: ModuleType, settings: LawSettings, rules: Rules, robot: str, name: str) -> Law:
     """Return the law of one robot; a law of one's own may raise or return anything."""
-    try:
+    with controllers.reported(name, Path(str(module.__file__)), "prepared"):
         law = module.init(settings, rules, robot)
         if not isinstance(law, Law):
             raise TypeError(f"init returns {type(law).__name__}, not Law")
-    except DiagnosticError:
-        raise
-    except Exception as error:
-        raise DiagnosticError(
-            [controllers.diagnostic_of_broken_law(name, Path(str(module.__file__)), error, "prepared")]
-        ) from error
     return law
 
 
@@ -155,6 +149,7 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
 
     Raises:
         KeyboardInterrupt: When it comes before anything is done.
+        DiagnosticError: When the law raises an error.
     """
     scenario, module = simulation.scenario, simulation.module
     names = tuple(scenario.robots)
@@ -169,18 +164,23 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
     reached, robot, fault, wall_s = 0, -1, 0, 0.0
     interrupted = False
     chunk = PERIODS_AT_A_TIME if COMPILED else 1
-    with first_class_functions():
+
+    def periods(first: int, last: int) -> tuple[int, int, int]:
+        with controllers.reported(simulation.name, Path(str(module.__file__)), "run", only_own=last > 0):
+            done = run_periods(first, last, path, step, kernels, world, memory, draw(last - first), record, law_record)
+            if raised:
+                raise raised[0]
+        return done
+
+    with first_class_functions(), collected_errors() as raised:
         try:
-            # compiles, or loads from cache
-            run_periods(0, 0, path, step, kernels, world, memory, draw(0), record, law_record)
+            periods(0, 0)  # compiles, or loads from cache
             if report is not None:
                 report(0)
             while reached < samples and fault == 0:
                 began = perf_counter()
                 last = min(reached + chunk, samples)
-                reached, robot, fault = run_periods(
-                    reached, last, path, step, kernels, world, memory, draw(last - reached), record, law_record
-                )
+                reached, robot, fault = periods(reached, last)
                 took = perf_counter() - began
                 wall_s += took
                 if not COMPILED and took < 0.5 * PATIENCE:

@@ -3,12 +3,14 @@
 import json
 import re
 import shutil
+import signal
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+from dwmr import controllers
 from tests.dwmr.process import dwmr
 
 PAGE = Path(__file__).parents[2] / "docs" / "how-to" / "add-a-controller.md"
@@ -87,3 +89,62 @@ def test_that_cannot_be_prepared_is_reported_with_its_error(folder):
 def test_is_swept(folder):
     done = dwmr("sweep", "spec.toml", *SHORT, "-o", "swept", cwd=folder)
     assert "2 runs, all to the end" in done.stdout
+
+
+#: Where a law raises: the text behind which, or for which, a line is put, and what cannot be done then.
+STAGES = {
+    "imported": ("import numpy as np\n", "import numpy as np\n\n{}\n"),
+    "checked": ("def init(", "    def prove(self, rules, robot):\n        {}\n\n\ndef init("),
+    "prepared": ("    return Law(", "    {}\n    return Law("),
+    "run": ("    signals[0] = effort\n", "    signals[0] = effort\n    {}\n"),
+}
+
+
+def raising(folder, name, stage, statement):
+    """Write the law and its scenario into a folder of their own, with a statement put into the law."""
+    made = folder / name
+    made.mkdir()
+    old, new = STAGES[stage]
+    text = (folder / "proportional.py").read_text(encoding="utf-8")
+    assert old in text
+    (made / "proportional.py").write_text(text.replace(old, new.format(statement)), encoding="utf-8")
+    shutil.copy(folder / "mine.toml", made)
+    return made
+
+
+@pytest.mark.parametrize("statement", ["raise SystemExit(3)", "raise KeyboardInterrupt", "1 // 0"])
+@pytest.mark.parametrize("stage", STAGES)
+def test_that_raises_is_reported_with_its_file_and_line(folder, stage, statement, monkeypatch):
+    if stage == "run":
+        monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")  # compiled code has no such exceptions
+    made = raising(folder, f"{stage}_{statement.split()[-1][:4]}", stage, statement)
+    done = dwmr("run", "mine.toml", "--set", "run.horizon=0.02", "-o", "out", cwd=made, status=1)
+    lines = (made / "proportional.py").read_text(encoding="utf-8").splitlines()
+    line = 1 + next(i for i, text in enumerate(lines) if text.strip() == statement)
+    kind = {"1": "ZeroDivisionError"}.get(statement[0], statement.removeprefix("raise ").partition("(")[0])
+    message = f"proportional.py:{line}: error[FZ001]: the control law proportional cannot be {stage}"
+    assert message in done.stderr
+    assert f"= {kind}: " in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_that_raises_in_compiled_code_is_reported_instead_of_computed_with_zeros(folder):
+    made = raising(folder, "compiled", "run", 'if dt > 0.0: raise ValueError("gone")')
+    done = dwmr("run", "mine.toml", *SHORT, "-o", "out", cwd=made, status=1)
+    assert "the control law proportional cannot be run" in done.stderr
+    assert done.stderr.count("ValueError: gone") == 1
+    assert not (made / "out" / "summary.json").exists()
+    swept = dwmr("compare", "mine.toml", "--controller", "proportional", *SHORT, cwd=made, status=1)
+    assert "mine.toml cannot be computed" in swept.stderr
+    assert "ValueError: gone" in swept.stderr
+
+
+def test_that_never_returns_is_reported(folder):
+    made = raising(folder, "never", "run", 'raise ValueError("gone")')
+    done = dwmr("run", "mine.toml", *SHORT, "-o", "out", cwd=made, status=1)
+    assert "the control law proportional cannot be run" in done.stderr
+
+
+def test_an_interruption_while_a_law_works_stays_one():
+    with pytest.raises(KeyboardInterrupt), controllers.reported("smc", Path(__file__), "run"):
+        signal.raise_signal(signal.SIGINT)

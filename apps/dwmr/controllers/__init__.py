@@ -15,6 +15,7 @@ one part switched off, with the gains of BASE where the scenario gives it none.
 
 from __future__ import annotations
 
+import dis
 import hashlib
 import importlib
 import importlib.util
@@ -22,6 +23,8 @@ import os
 import pkgutil
 import sys
 import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from types import ModuleType
@@ -84,17 +87,20 @@ def find(name: str, folder: Path | None = None) -> ModuleType:
     Raises:
         DiagnosticError: When the file cannot be imported, or lacks a part of a control law.
     """
-    own = None if folder is None or name in names() else _own(name, folder)
-    try:
+    own = None if folder is None else own_file(name, folder)
+    with reported(name, own, "imported"):
         module = importlib.import_module(f"{__name__}.{name}") if own is None else _load(own, own.stat().st_mtime_ns)
-    except Exception as error:  # a law of one's own may raise anything
-        raise DiagnosticError([diagnostic_of_broken_law(name, own, error, "imported")]) from error
     missing = [part for part in _PARTS if not hasattr(module, part)]
     if missing:
         message = f"the control law {name} has no {', '.join(missing)}"
         facts = (f"a control law is a module with {', '.join(_PARTS)}",)
         raise DiagnosticError([Diagnostic("FZ001", message, facts=facts, file=str(module.__file__))])
     return module
+
+
+def own_file(name: str, folder: Path) -> Path | None:
+    """Return the file of a law of one's own; None for a law of this folder, or where there is no such file."""
+    return None if name in names() else _own(name, folder)
 
 
 def _own(name: str, folder: Path) -> Path | None:
@@ -125,21 +131,68 @@ def _load(path: Path, changed: int) -> ModuleType:
     return module
 
 
-def diagnostic_of_broken_law(name: str, own: Path | None, error: Exception, verb: str) -> Diagnostic:
-    """Describe what a law's file raised, with its line where the file itself is to blame.
+@contextmanager
+def reported(name: str, own: Path | None, verb: str, *, only_own: bool = False) -> Iterator[None]:
+    """Report what a law raises as a diagnostic: any error, and SystemExit, which would end the command silently.
+
+    Diagnostics pass, and so does KeyboardInterrupt unless a line of the law raises it.
 
     Args:
         name: Name of the law.
-        own: File of a law of one's own, or None.
-        error: What it raised.
-        verb: What cannot be done with the law: "imported" or "prepared".
+        own: File of the law; None to look for it here.
+        verb: What cannot be done with the law: "imported", "checked", "prepared" or "run".
+        only_own: Whether errors that pass through no line of the law pass.
+
+    Raises:
+        DiagnosticError: With the error and its line.
     """
+    file = str(own) if own is not None else _shipped_file(name)
+    try:
+        yield
+    except DiagnosticError:
+        raise
+    except BaseException as error:  # a law of one's own may raise anything
+        lines = _lines_in(file, error)
+        if (only_own and not lines) or (isinstance(error, KeyboardInterrupt) and not _is_raised_by(file, error)):
+            raise
+        raise DiagnosticError([_broken_law(name, file, lines, error, verb)]) from error
+
+
+def _shipped_file(name: str) -> str:
+    """Return the file of a law of this folder, the name where there is none."""
+    here = (str(p) for f in __path__ if (p := Path(f) / f"{name}.py").exists())
+    return next(here, name)
+
+
+def _lines_in(file: str, error: BaseException) -> list[int]:
+    """Return the lines of a file that an error passed through, the last one nearest to where it was raised."""
+    if isinstance(error, SyntaxError) and error.filename == file:
+        return [error.lineno] if error.lineno is not None else []
+    frames = traceback.extract_tb(error.__traceback__)
+    return [f.lineno for f in frames if f.filename == file and f.lineno is not None]
+
+
+def _is_raised_by(file: str, error: BaseException) -> bool:
+    """Return whether a `raise` of a file raised an error; Ctrl-C comes between two instructions."""
+    trace = error.__traceback__
+    while trace is not None and trace.tb_next is not None:
+        trace = trace.tb_next
+    if trace is None or trace.tb_frame.f_code.co_filename != file:
+        return False
+    return dis.opname[trace.tb_frame.f_code.co_code[trace.tb_lasti]] == "RAISE_VARARGS"
+
+
+def _broken_law(name: str, file: str, lines: list[int], error: BaseException, verb: str) -> Diagnostic:
+    """Describe what a law raised, with its line where the file itself is to blame."""
     from dwmr.compiled import reason
 
-    here = (str(p) for f in __path__ if (p := Path(f) / f"{name}.py").exists())
-    file = str(own) if own is not None else next(here, name)
-    lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
-    line = error.lineno if isinstance(error, SyntaxError) and error.filename == file else lines[-1] if lines else None
     facts = (f"{type(error).__name__}: {reason(error)}",)
-    place = file if line is None else f"{file}:{line}"
-    return Diagnostic("FZ001", f"the control law {name} cannot be {verb}", facts=facts, file=place)
+    help_text = (
+        ""
+        if isinstance(error, Exception)
+        else f"raise an error such as ValueError; {type(error).__name__} ends the command"
+    )
+    if verb == "run":
+        help_text = "return a key of FAULTS to stop a run"
+    place = f"{file}:{lines[-1]}" if lines else file
+    return Diagnostic("FZ001", f"the control law {name} cannot be {verb}", facts=facts, help=help_text, file=place)

@@ -65,7 +65,10 @@ def work(setup: Setup, run: Run) -> Outcome:
     for role, used in rules.used.items():
         if (f"{role}/{used.path.name}", used.sha256) not in setup.used:
             return Outcome(run.number, {}, 0.0, f"{used.path} changed while the sweep ran")
-    trajectory = simulate.run(simulation)
+    try:
+        trajectory = simulate.run(simulation)
+    except DiagnosticError as error:  # the law raises
+        return Outcome(run.number, {}, 0.0, f"run {run.number} of {run.path} cannot be computed:\n{error}")
     measures = measure(trajectory, file.scenario, setup.measures)
     return Outcome(run.number, dict(row(measures, setup.measures, trajectory.robots)), trajectory.wall_s)
 
