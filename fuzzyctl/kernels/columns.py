@@ -19,11 +19,32 @@ def column_names(values: Any) -> list[Any] | None:
     fields = getattr(getattr(values, "dtype", None), "names", None)
     if fields:
         return list(fields)
+    if _has_named_axes(values):  # its attributes may be coordinates
+        return None
     for attribute in ("keys", "column_names", "columns"):
         found = getattr(values, attribute, None)
         if found is not None:
             return list(found() if callable(found) else found)
     return None
+
+
+def axis_names(inputs: Sequence[str], values: Any) -> list[Any] | None:
+    """Return the labels of the last axis of an array with named axes, such as a DataArray of xarray; None without them.
+
+    Raises:
+        ArgumentError: For inputs that label another axis.
+    """
+    if not _has_named_axes(values):
+        return None
+    labels = {axis: list(values.indexes[axis]) for axis in values.dims if axis in values.indexes}
+    for axis in values.dims[:-1]:
+        if any(name in labels.get(axis, ()) for name in inputs):
+            raise ArgumentError(f"the inputs must label the last axis of points, got them on axis {axis!r}")
+    return labels.get(values.dims[-1]) if values.dims else None
+
+
+def _has_named_axes(values: Any) -> bool:
+    return all(hasattr(values, attribute) for attribute in ("dims", "indexes", "shape"))
 
 
 def columns_by_name(inputs: Sequence[str], values: Any) -> list[Any] | None:
@@ -37,7 +58,8 @@ def columns_by_name(inputs: Sequence[str], values: Any) -> list[Any] | None:
         ArgumentError: For columns that are missing, repeated or no inputs, all of them by name; for a list of records.
     """
     _refuse_records(values)
-    names = column_names(values)
+    labels = axis_names(inputs, values)
+    names = column_names(values) if labels is None else labels
     if names is None:
         return None
     # As rule files are read: letters with accents have one form.
@@ -49,6 +71,8 @@ def columns_by_name(inputs: Sequence[str], values: Any) -> list[Any] | None:
     if mistakes:
         wanted = f"points with named columns must have exactly the inputs {', '.join(inputs)}"
         raise ArgumentError(f"{wanted}; {'; '.join(mistakes)}")
+    if labels is not None:
+        return [values[..., known.index(name)] for name in inputs]
     try:
         return [values[names[known.index(name)]] for name in inputs]
     except TypeError:  # such as a lazy frame, which holds no values yet
@@ -56,17 +80,32 @@ def columns_by_name(inputs: Sequence[str], values: Any) -> list[Any] | None:
 
 
 def require_same_index(names: Sequence[str], values: Sequence[Any]) -> None:
-    """Refuse Series whose row labels differ: their rows would be combined by position.
+    """Refuse Series whose row labels differ, and arrays whose named axes do: they would be combined by position.
 
     Raises:
-        ArgumentError: For the first one whose labels are not those of the Series before.
+        ArgumentError: For the first one whose labels are not those of the one before.
     """
+    _require_same_axes(names, values)
     labelled = [(n, v.index) for n, v in zip(names, values, strict=True) if hasattr(v, "index") and _has_labels(v)]
     for name, index in labelled[1:]:
         first, labels = labelled[0]
         if not labels.equals(index):
             hint = "align them, or give arrays, such as those of to_numpy()"
             raise ArgumentError(f"{first!r} and {name!r} have different row labels; {hint}")
+
+
+def _require_same_axes(names: Sequence[str], values: Sequence[Any]) -> None:
+    """Do the same for arrays with named axes; those without axes are numbers, which broadcast."""
+    named = [(n, v) for n, v in zip(names, values, strict=True) if _has_named_axes(v) and v.dims]
+    for name, value in named[1:]:
+        first, other = named[0]
+        if other.dims != value.dims:
+            axes = f"{', '.join(map(str, other.dims))} and {', '.join(map(str, value.dims))}"
+            raise ArgumentError(f"{first!r} and {name!r} have different axes: {axes}; give arrays of the same axes")
+        for axis in value.dims:
+            both = [list(v.indexes[axis]) for v in (other, value) if axis in v.indexes]
+            if len(both) == 2 and both[0] != both[1]:
+                raise ArgumentError(f"{first!r} and {name!r} have different labels along {axis!r}; align them")
 
 
 def _has_labels(value: Any) -> bool:

@@ -44,6 +44,26 @@ class Columns:
         return np.array(self.values[name])
 
 
+class NamedAxes:
+    """An array of the form that DataArrays of xarray have: names of axes, and labels along some of them."""
+
+    def __init__(self, values, dims, **labels):
+        self.values, self.dims, self.indexes = np.asarray(values), tuple(dims), labels
+        self.shape = self.values.shape
+
+    def __array__(self, dtype=None, copy=None):
+        return np.array(self.values, dtype=dtype)
+
+    def __getitem__(self, key):
+        assert not isinstance(key, str)
+        kept = self.dims[:-1] if isinstance(key, tuple) and isinstance(key[-1], int) else self.dims
+        return NamedAxes(self.values[key], kept, **{d: self.indexes[d] for d in kept if d in self.indexes})
+
+
+def labelled(values):
+    return NamedAxes(np.array(list(values.values())).T, ("time", "columns"), columns=list(values), time=[4, 5, 6])
+
+
 def structured(values):
     found = np.zeros(3, dtype=[(name, float) for name in values])
     for name, column in values.items():
@@ -60,6 +80,7 @@ TABLES = {
     "a record array": lambda values: structured(values).view(np.recarray),
     "a table of Arrow": pa.table,
     "names and columns": Columns,
+    "an array with labels along its last axis": labelled,
 }
 
 
@@ -94,6 +115,28 @@ class TestOtherForms:
         frame = pd.DataFrame(VALUES)
         assert kernel.batch(frame.iloc[0]).tolist() == kernel(2.0, 10.0) == kernel(**frame.iloc[0])
         assert kernel.batch({"food": 10.0, "service": 2.0}).tolist() == kernel(2.0, 10.0)
+
+    def test_an_array_without_labels_is_taken_by_position(self, kernel):
+        points = NamedAxes([[2.0, 10.0], [9.0, 0.0]], ("time", "input"), time=[0, 1])
+        assert kernel.batch(points).tolist() == kernel.batch(points.values).tolist()
+
+    def test_labels_that_are_numbers_are_no_inputs(self, kernel):
+        with pytest.raises(ArgumentError, match="no input 0"):
+            kernel.batch(NamedAxes(np.zeros((2, 2)), ("time", "input"), input=[0, 1]))
+
+    def test_inputs_along_another_axis_are_refused(self, kernel):
+        points = NamedAxes(np.zeros((2, 2)), ("input", "time"), input=["food", "service"], time=[0, 1])
+        with pytest.raises(ArgumentError, match="must label the last axis of points, got them on axis 'input'"):
+            kernel.batch(points)
+
+    def test_columns_with_other_axes_or_labels_are_refused(self, kernel):
+        food = NamedAxes([1.0, 2.0], ["time"], time=[0, 1])
+        with pytest.raises(ArgumentError, match="'service' and 'food' have different axes: place and time"):
+            kernel.batch({"food": food, "service": NamedAxes([1.0, 2.0], ["place"])})
+        with pytest.raises(ArgumentError, match="different labels along 'time'"):
+            kernel.batch({"food": food, "service": NamedAxes([1.0, 2.0], ["time"], time=[1, 2])})
+        assert kernel.batch({"food": food, "service": food}).shape == (2,)
+        assert kernel.batch({"food": food, "service": NamedAxes(2.0, [])}).shape == (2,)
 
     def test_columns_broadcast(self, kernel):
         assert kernel.batch({"food": 10.0, "service": [2.0, 9.0]}).tolist() == [kernel(2.0, 10.0), kernel(9.0, 10.0)]
