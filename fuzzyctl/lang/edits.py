@@ -37,23 +37,10 @@ class Edit:
 
 
 @dataclass(frozen=True)
-class Surroundings:
-    """What a repair may know of the file around its line.
-
-    Args:
-        text: The whole text.
-        above: The last rule above the line, after those to which it is the `else`.
-        statement: The last statement above the line, whose block may go on; an empty string where there is none.
-    """
+class Declared:
+    """Names that a text declares; each kind is looked for once, when it is first asked for."""
 
     text: str
-    above: tuple[str, ...] = ()
-    statement: str = ""
-
-    @property
-    def block(self) -> str:
-        """The first word of the statement above, in small letters."""
-        return self.statement.split(maxsplit=1)[0].lower() if self.statement else ""
 
     @cached_property
     def params(self) -> frozenset[str]:
@@ -69,6 +56,33 @@ class Surroundings:
     def outputs(self) -> frozenset[str]:
         """Names of outputs, as far as their lines look like one."""
         return frozenset(re.findall(r"(?im)^[ \t]*output[ \t]+(\w+)", self.text))
+
+    @cached_property
+    def terms(self) -> frozenset[str]:
+        """Names of terms, as far as rules and rows look like naming one."""
+        rows = " ".join(re.findall(r"\|([^\n#]*)", self.text))
+        ruled = re.findall(r"\bis\s+(?:not\s+)?(\w+)", self.text)
+        return frozenset((*ruled, *re.findall(r"(?<![\w(*])\w+", rows)))
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What a repair may know of the file around its line.
+
+    Args:
+        declared: The names that the whole text declares.
+        above: The last rule above the line, after those to which it is the `else`.
+        statement: The last statement above the line, whose block may go on; an empty string where there is none.
+    """
+
+    declared: Declared
+    above: tuple[str, ...] = ()
+    statement: str = ""
+
+    @property
+    def block(self) -> str:
+        """The first word of the statement above, in small letters."""
+        return self.statement.split(maxsplit=1)[0].lower() if self.statement else ""
 
 
 #: A repair: the edits that it makes of a line, which it sees with its texts and comments masked, and in full.

@@ -46,7 +46,7 @@ def format_source(source: SourceText) -> str:
     Returns:
         The text, ending with one line feed; formatting it again changes nothing.
     """
-    lines = split(source)
+    lines = list(split(source))
     laid: list[_Laid] = []
     for block in _blocks(lines):
         laid.extend(_lay_out(source, block))

@@ -7,6 +7,7 @@ a broken line costs nothing but itself.
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final, Literal
 
@@ -74,9 +75,9 @@ class _Open:
     mistake: Diagnostic | None = None
 
 
-def split(source: SourceText) -> list[LogicalLine]:
-    """Split a source into logical lines, blank and comment-only ones included."""
-    lines: list[LogicalLine] = []
+def split(source: SourceText) -> Iterator[LogicalLine]:
+    """Yield the logical lines of a source, blank and comment-only ones included."""
+    above: LogicalLine | None = None
     text = source.text
     at: int | None = 0
     while at is not None:
@@ -88,8 +89,9 @@ def split(source: SourceText) -> list[LogicalLine]:
             at = simple.end() if simple[4] else None
         else:
             current, at = _collect(source, at)
-        lines.append(_close(source, current, lines))
-    return lines
+        line = _close(source, current, above)
+        above = above if line.kind == "blank" else line
+        yield line
 
 
 def _collect(source: SourceText, start: int) -> tuple[_Open, int | None]:
@@ -153,7 +155,7 @@ def _shut(source: SourceText, current: _Open, piece: str, at: int) -> None:
         )
 
 
-def _close(source: SourceText, current: _Open, before: list[LogicalLine]) -> LogicalLine:
+def _close(source: SourceText, current: _Open, above: LogicalLine | None) -> LogicalLine:
     mistake = current.mistake
     if current.opened and mistake is None:
         at = current.opened[-1]
@@ -162,17 +164,16 @@ def _close(source: SourceText, current: _Open, before: list[LogicalLine]) -> Log
         )
     code = source.text[current.start : current.end]
     word = _WORD.match(code)
-    kind = _kind(code, current.bar, before)
+    kind = _kind(code, current.bar, above)
     return LogicalLine(
         current.start, current.end, current.comment, kind, word[1] if word else "", mistake, code.endswith('"')
     )
 
 
-def _kind(code: str, bar: bool, before: list[LogicalLine]) -> LineKind:
+def _kind(code: str, bar: bool, above: LogicalLine | None) -> LineKind:
     if not code or code.isspace():
         return "blank"
-    last = next((line for line in reversed(before) if line.kind != "blank"), None)
-    headless = last is not None and last.kind == "statement" and last.word == "table" and not last.closed
+    headless = above is not None and above.kind == "statement" and above.word == "table" and not above.closed
     if headless and _NAMES.fullmatch(code):
         # Terms may be named like keywords, and below a table there must be a header.
         return "header"

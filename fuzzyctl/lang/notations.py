@@ -153,7 +153,7 @@ def _capitals(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
     words = _KEYWORDS.get(first, frozenset()) | {first}
     for k, m in enumerate(re.finditer(NAME, code)):
         small = m[0].lower()
-        if m[0] != small and (small in words and m[0] not in around.variables if k else small == first):
+        if m[0] != small and (small in words and m[0] not in around.declared.variables if k else small == first):
             yield Edit(m.start(), m.end(), small, _CASE)
 
 
@@ -217,7 +217,7 @@ def _decimal_commas(code: str, text: str, around: Surroundings) -> Iterator[Edit
 def _declaration(groups: list[str], around: Surroundings) -> str | None:
     """Make a singleton of `k = 3` below an output, where the file reads the name as a term, and else a param."""
     indent, name, value = groups[2], groups[3], groups[4]
-    if indent or re.search(rf"\bis\s+(?:not\s+)?{name}\b|\|[^\n#]*(?<![\w(*]){name}\b", around.text):
+    if indent or name in around.declared.terms:
         return f"{indent}{name} = constant({value})" if around.block == "output" else None
     return f"param {name} = {value}"
 

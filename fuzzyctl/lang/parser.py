@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from itertools import zip_longest
+from itertools import chain, pairwise
 from typing import Any, Final
 
 from fuzzyctl.errors import Diagnostic
@@ -40,20 +40,25 @@ def parse(source: SourceText) -> tuple[sx.SyntaxTree, list[Diagnostic]]:
     Returns:
         The tree of all lines that could be read, and a diagnostic for each that could not.
     """
-    tree, mistakes, foreign = _read(source)
+    found = _read_lines(source)
+    tree, mistakes, foreign = found
     if not mistakes and not foreign:
         return tree, mistakes
     # Files without mistakes need no repairs.
     from fuzzyctl.lang.recovery import recover
 
-    return recover(source, _read, _reads_line)
+    return recover(source, found, _read_lines, _reads_line)
 
 
-def _read(source: SourceText) -> tuple[sx.SyntaxTree, list[Diagnostic], list[Diagnostic]]:
+def _read_lines(source: SourceText) -> tuple[sx.SyntaxTree, list[Diagnostic], list[Diagnostic]]:
     """Parse a text as it is written; mistakes of lines that only other tools write so come third."""
     assembler = _Assembler(source)
-    lines = [line for line in split(source) if line.kind != "blank"]
-    for line, below in zip_longest(lines, lines[1:]):
+    lines = (line for line in split(source) if line.kind != "blank")
+    for line, below in pairwise(chain(lines, (None,))):
+        assert line is not None, "only the last one has none below"
+        if len(assembler.diagnostics) >= MAX_MISTAKES:
+            assembler.give_up(line)
+            break
         assembler.take(line, below)
     return *assembler.finish(), assembler.foreign
 
@@ -104,9 +109,6 @@ class _Assembler:
 
     def take(self, line: LogicalLine, below: LogicalLine | None) -> None:
         """Take the next line; `below` is the one after it."""
-        if len(self.diagnostics) >= MAX_MISTAKES:
-            self._give_up(line)
-            return
         if line.kind == "term_line" and is_nameless(self.source, line):
             line = dataclasses.replace(line, kind="statement")
         if self.block == "table" and line.mistake is None and self._lacks_bar(line, below):
@@ -136,13 +138,12 @@ class _Assembler:
         above_row = headless(self.source, line, below) == "header"
         return above_row or is_barless_row(self.source, line, len(header.terms), head.second is not None)
 
-    def _give_up(self, line: LogicalLine) -> None:
-        """Say once that the rest is not read: such a text is no rule file, and more messages would help nobody."""
-        if len(self.diagnostics) == MAX_MISTAKES:
-            place = Span(self.source, line.start, max(line.start, line.end))
-            message = f"{MAX_MISTAKES} lines could not be read; from here on nothing is read any more"
-            self.diagnostics.append(Diagnostic("FZ112", message, place, help="mend those lines first"))
-        self._remember_words(line)
+    def give_up(self, line: LogicalLine) -> None:
+        """Report that nothing is read from a line on: such a text is no rule file, and more messages help nobody."""
+        place = Span(self.source, line.start, max(line.start, line.end))
+        message = f"{MAX_MISTAKES} lines could not be read; from here on nothing is read any more"
+        self.diagnostics.append(Diagnostic("FZ112", message, place, help="mend those lines first"))
+        self.unread.update(_WORDS.findall(self.source.text, line.start))
         self.lost_input = self.lost_variable = True
 
     def _headless(self, line: LogicalLine, what: Headless) -> None:

@@ -10,14 +10,15 @@ from __future__ import annotations
 import dataclasses
 import re
 from bisect import bisect_right
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Container, Iterable, Iterator, Sequence
+from itertools import takewhile
 from typing import Final
 
 from fuzzyctl.errors import Diagnostic
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.lang.edits import Draft, Edit, Repair, RepairedText, Surroundings, in_original
+from fuzzyctl.lang.edits import Declared, Draft, Edit, Repair, RepairedText, Surroundings, in_original
 from fuzzyctl.lang.lines import LineKind, LogicalLine, split
-from fuzzyctl.lang.notations import CHARACTERS, COMMENT, SPELLING, STATEMENTS, head
+from fuzzyctl.lang.notations import CHARACTERS, COMMENT, SPELLING, STATEMENTS
 from fuzzyctl.lang.rule_repairs import RULES
 from fuzzyctl.lang.syntax import STATEMENT_KEYWORDS
 from fuzzyctl.lang.term_repairs import TERMS
@@ -39,17 +40,22 @@ _RULE: Final = re.compile(r"[ \t]*((?:else[ \t]+)?if\b[^\n#]*)", re.IGNORECASE)
 #: Longer chains of `else if` are not repaired.
 _CHAIN: Final = 10
 
-#: What reads a text: the tree, the mistakes, and those of lines that only other tools write so.
-Read = Callable[[SourceText], tuple[sx.SyntaxTree, list[Diagnostic], list[Diagnostic]]]
+#: What is read of a text: the tree, the mistakes, and those of lines that only other tools write so.
+Found = tuple[sx.SyntaxTree, list[Diagnostic], list[Diagnostic]]
+#: What reads a text.
+Read = Callable[[SourceText], Found]
 #: What reads one line; None where it cannot.
 ReadsLine = Callable[[SourceText, LogicalLine, LineKind], bool]
 
 
-def recover(source: SourceText, read: Read, reads_line: ReadsLine) -> tuple[sx.SyntaxTree, list[Diagnostic]]:
-    """Read a text, and read it again after each round of repairs.
+def recover(
+    source: SourceText, found: Found, read: Read, reads_line: ReadsLine
+) -> tuple[sx.SyntaxTree, list[Diagnostic]]:
+    """Read a text again after each round of repairs.
 
     Args:
         source: The text.
+        found: What was read of it.
         read: Reads a whole text.
         reads_line: Says whether one line can be read.
 
@@ -57,7 +63,7 @@ def recover(source: SourceText, read: Read, reads_line: ReadsLine) -> tuple[sx.S
         The tree of the repaired text, and the diagnostics by their locations in the text as it was written.
     """
     text: SourceText = source
-    tree, mistakes, foreign = read(text)
+    tree, mistakes, foreign = found
     reports: dict[int, Diagnostic] = {}
     for _ in range(_ROUNDS):
         if not mistakes and not foreign:
@@ -96,23 +102,22 @@ def _repaired(
     size = len(text.text)
     origin = text.origin if isinstance(text, RepairedText) else range(size + 1)
     ends = text.ends if isinstance(text, RepairedText) else range(1, size + 1)
-    lines = [line for line in split(text) if line.kind != "blank"]
+    placed = [(d.span.start, d) for d in mistakes if d.span is not None]
+    last = max((start for start, _ in placed), default=-1)
+    lines = [line for line in takewhile(lambda line: line.start <= last, split(text)) if line.kind != "blank"]
     starts = [line.start for line in lines]
     first: dict[int, Diagnostic] = {}
-    for d in mistakes:
-        if d.span is not None:
-            first.setdefault(bisect_right(starts, d.span.start) - 1, d)
+    for start, d in placed:
+        first.setdefault(bisect_right(starts, start) - 1, d)
     pieces: list[str] = []
     origins: list[int] = []
     all_ends: list[int] = []
     at = 0
     spent = 0
-    for k in sorted(k for k in first if k >= 0):
-        line = lines[k]
+    for k, line, around in _surrounded(text.text, lines, first):
         spent += line.end - line.start
         if spent > _MOST:
             break
-        around = Surroundings(text.text, _chain_above(text.text, lines[:k]), _statement_above(text.text, lines[:k]))
         for stop in _ends(text.text, line):
             part = slice(line.start, stop)
             draft = Draft(text.text[part], list(origin[line.start : stop + 1]), list(ends[part]))
@@ -135,23 +140,24 @@ def _repaired(
     return RepairedText(source.name, "".join(pieces), source.encoding, source, origins, all_ends)
 
 
-def _chain_above(text: str, lines: list[LogicalLine]) -> tuple[str, ...]:
-    """Return the last rule above a line, after those to which it is the `else`."""
-    chain: list[str] = []
-    for line in reversed(lines):
-        rule = _RULE.match(text, line.start, line.end)
-        if rule is None:
-            continue
-        chain.insert(0, rule[1].strip())
-        if len(chain) > _CHAIN or not chain[0].lower().startswith("else"):
-            break
-    return tuple(chain) if len(chain) <= _CHAIN else ()
-
-
-def _statement_above(text: str, lines: list[LogicalLine]) -> str:
-    """Return the last line above that is a statement, whose block may go on."""
-    above = (text[line.start : line.end].strip() for line in reversed(lines))
-    return next((s for s in above if head(s) in STATEMENT_KEYWORDS and head(s) != "terms"), "")
+def _surrounded(
+    text: str, lines: Sequence[LogicalLine], wanted: Container[int]
+) -> Iterator[tuple[int, LogicalLine, Surroundings]]:
+    """Yield the lines of some numbers, each with what is above it; lines above are read once for all of them."""
+    declared = Declared(text)
+    chain: tuple[str, ...] = ()
+    statement = ""
+    for k, line in enumerate(lines):
+        if k in wanted:
+            yield k, line, Surroundings(declared, chain if len(chain) <= _CHAIN else (), statement)
+        word = line.word.lower()
+        if word in STATEMENT_KEYWORDS and word != "terms":
+            statement = text[line.start : line.end].strip()
+        rule = _RULE.match(text, line.start, line.end) if word in ("if", "else") else None
+        if rule is not None and word == "if":
+            chain = (rule[1].strip(),)
+        elif rule is not None and len(chain) <= _CHAIN:
+            chain = (*chain, rule[1].strip())
 
 
 def _ends(text: str, line: LogicalLine) -> tuple[int, ...]:

@@ -101,13 +101,17 @@ def _number_or_formula(groups: list[str], around: Surroundings) -> str | None:
     if re.fullmatch(NUMBER, value):
         return f"constant({value})"
     names = set(re.findall(NAME, value))
-    if "-" in value and re.fullmatch(rf"{NAME}(?:-{NAME})+", value) and not names <= around.variables | around.params:
+    if (
+        "-" in value
+        and re.fullmatch(rf"{NAME}(?:-{NAME})+", value)
+        and not names <= around.declared.variables | around.declared.params
+    ):
         return value.replace("-", "_")
     return f"function({value})" if re.search(r"[-+*/^(]", value) else None
 
 
 def _weight_of_term(groups: list[str], around: Surroundings) -> str | None:
-    return None if groups[1] in around.params | around.variables else f" weight {groups[3]}"
+    return None if groups[1] in around.declared.params | around.declared.variables else f" weight {groups[3]}"
 
 
 def _misspelt_and(groups: list[str], around: Surroundings) -> str | None:
@@ -130,7 +134,7 @@ def _grouped(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
 
 def _chain(groups: list[str], around: Surroundings) -> str | None:
     low, first, middle, second, high = (g.strip() for g in groups[2:7])
-    if (first, second) == ("<=", "<=") and middle in around.outputs:
+    if (first, second) == ("<=", "<=") and middle in around.declared.outputs:
         return f"bounded({middle}, {low}, {high})"
     return f"{low} {first} {middle} and {middle} {second} {high}"
 

@@ -88,9 +88,9 @@ def _separated(groups: list[str], around: Surroundings) -> str | None:
 
 def _cell(groups: list[str], around: Surroundings) -> str | None:
     names = re.findall(NAME, groups[1])
-    if set(names) & around.variables:
+    if set(names) & around.declared.variables:
         return f"function({groups[1]})"
-    return f"({groups[1]})" if not names or set(names) & around.params else None
+    return f"({groups[1]})" if not names or set(names) & around.declared.params else None
 
 
 def _leading_bar(groups: list[str], around: Surroundings) -> str | None:
@@ -118,7 +118,7 @@ _ROW_WEIGHT: Final = rf"(?<=\s)(?P<x>({NUMBER})\s*\*\s*({NAME}))(?=\s|$)"
 
 def _weight(groups: list[str], around: Surroundings) -> str | None:
     # A param or an input times a number is a value, a term times a number is a rule with a weight.
-    return None if groups[3] in around.params | around.variables else f"{groups[3]}*{groups[2]}"
+    return None if groups[3] in around.declared.params | around.declared.variables else f"{groups[3]}*{groups[2]}"
 
 
 def _in_rows(repair: Repair) -> Repair:
@@ -168,7 +168,7 @@ TERMS: Final[tuple[Repair, ...]] = (
     _in_rows(
         by_pattern(
             rf"(?<=\s){NAME}\*(?P<x>({NAME}))(?=\s|$)",
-            lambda g, a: f"({g[2]})" if g[2] in a.params else None,
+            lambda g, a: f"({g[2]})" if g[2] in a.declared.params else None,
             "a weight other than a number is written in parentheses",
         )
     ),

@@ -3,6 +3,7 @@
 import gc
 import sys
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 from click.testing import CliRunner
@@ -50,13 +51,13 @@ COUNTED = [
 ]
 
 
-def calls_of(call):
-    """Return how many functions a call calls, which is the same on every machine."""
+def calls_of(call, name=None):
+    """Return how many functions, or functions of one name, a call calls, which is the same on every machine."""
     count = 0
 
-    def counted(_frame, event, _what):
+    def counted(frame, event, _what):
         nonlocal count
-        count += event == "call"
+        count += event == "call" and name in (None, frame.f_code.co_name)
 
     sys.setprofile(counted)
     try:
@@ -126,6 +127,29 @@ def test_work_of_own_hedges_is_bounded(name, size):
 def test_work_grows_with_the_inputs_of_a_rule(otherwise):
     small, large = (calls_of(lambda s=s: checked(text_of(f"one-rule-over-20-inputs{otherwise}", s))) for s in (0.5, 1))
     assert large < 4 * small
+
+
+@pytest.mark.parametrize("name", ["statements-with-an-open-parenthesis", "unclosed-quotes", "unknown-lines"])
+def test_nothing_is_read_after_too_many_mistakes(name):
+    small, large = (calls_of(lambda s=s: checked(text_of(name, s))) for s in (0.05, 0.2))
+    assert large < 1.1 * small
+
+
+def test_a_file_that_needs_no_repairs_is_read_once():
+    assert calls_of(lambda: checked(f"{HEAD}param p = 1 2 3\n"), "_read_lines") == 1
+
+
+def test_lines_above_mistakes_are_read_once_for_all_of_them(monkeypatch):
+    seen = []
+    monkeypatch.setattr("fuzzyctl.lang.recovery._RULE", Mock(match=lambda *at: seen.append(at)))
+    params = "".join(f"param p{k} = {k}\n" for k in range(50))
+    parse(SourceText("worst.fz", params + "if x is low THEN y is small\n" * 50))
+    assert len(seen) <= 50
+
+
+def test_names_are_looked_for_once_for_all_mistakes():
+    text = HEAD + "if x is low THEN y is small\n" * 50
+    assert calls_of(lambda: parse(SourceText("worst.fz", text)), "variables") == 1
 
 
 def test_parentheses_are_not_measured_anew_at_each_level():

@@ -31,29 +31,29 @@ class TestSplit:
 
     def test_a_line_goes_on_inside_parentheses(self):
         source = SourceText("t", "A = triangle(0,  # foot\n  1,\n  2)  # end\ninput x in [0, 1]")
-        lines = split(source)
+        lines = [*split(source)]
         assert len(lines) == 2
         assert source.text[lines[0].start : lines[0].end].endswith("2)")
         assert lines[0].comment == "# end"
 
     def test_an_unclosed_parenthesis_ends_at_the_next_statement(self):
-        lines = split(SourceText("t", "input x in [0, 1\noutput u in [0, 1]"))
+        lines = [*split(SourceText("t", "input x in [0, 1\noutput u in [0, 1]"))]
         assert [line.word for line in lines] == ["input", "output"]
         assert lines[0].mistake.code == "FZ103"
         assert lines[1].mistake is None
 
     def test_an_unclosed_parenthesis_ends_at_the_next_term_or_row(self):
-        assert len(split(SourceText("t", "A = triangle(0, 1, 2\nB = triangle(1, 2, 3)"))) == 2
-        assert len(split(SourceText("t", "input x in [0, 1\n NB | A B"))) == 2
+        assert len([*split(SourceText("t", "A = triangle(0, 1, 2\nB = triangle(1, 2, 3)"))]) == 2
+        assert len([*split(SourceText("t", "input x in [0, 1\n NB | A B"))]) == 2
 
     def test_a_rule_may_be_broken_before_a_connective(self):
-        lines = split(SourceText("t", "if (x is a\n    or x is b\n    and y is c) then z is d\nor max"))
+        lines = [*split(SourceText("t", "if (x is a\n    or x is b\n    and y is c) then z is d\nor max"))]
         assert [(line.word, line.mistake) for line in lines] == [("if", None), ("or", None)]
 
     def test_brackets_must_match(self):
-        mistakes = [split(SourceText("t", text))[0].mistake.message for text in ("x = (1]", "x = 1)")]
+        mistakes = [next(split(SourceText("t", text))).mistake.message for text in ("x = (1]", "x = 1)")]
         assert mistakes == ["'(' is closed by ']'", "')' closes nothing"]
 
     def test_a_hash_or_a_parenthesis_inside_a_string_is_text(self):
-        lines = split(SourceText("t", 'source "a (b # c"  # d'))
+        lines = [*split(SourceText("t", 'source "a (b # c"  # d'))]
         assert (lines[0].comment, lines[0].mistake) == ("# d", None)
