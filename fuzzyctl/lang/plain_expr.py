@@ -114,9 +114,9 @@ class Reader:
         if name:
             self.advance()
             return self._call(name, span) if self.sign == "(" else ex.Name(name, span)
-        self._expect("(")
+        self.expect("(")
         inner = self.claim()
-        self._expect(")")
+        self.expect(")")
         return ex.Number(inner.value, f"({inner.text})", inner.span) if isinstance(inner, ex.Number) else inner
 
     def _call(self, name: str, span: Span) -> ex.Expr:
@@ -124,11 +124,23 @@ class Reader:
         while not arguments or self.sign == ",":
             self.advance()
             arguments.append(self.claim())
-        self._expect(")")
+        self.expect(")")
         end = ex.span_of(arguments[-1])
         return ex.Call(name, tuple(arguments), span.to(end) if end else span)
 
-    def _expect(self, sign: str) -> None:
+    def parenthesis(self) -> ex.Expr:
+        """Read an arithmetic expression in parentheses."""
+        self.expect("(")
+        inner = self.sum()
+        self.expect(")")
+        return inner
+
+    def expect(self, sign: str) -> None:
+        """Take a sign.
+
+        Raises:
+            NotPlainError: When the next token is another one.
+        """
         if self.sign != sign:
             raise NotPlainError
         self.advance()

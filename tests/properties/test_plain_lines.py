@@ -30,28 +30,6 @@ def spaced(draw, parts, gaps=BLANKS):
     return "".join(draw(gaps) + part for part in parts)
 
 
-@st.composite
-def headers(draw):
-    gap = st.sampled_from([" ", "  ", "\t"])
-    return draw(spaced(draw(st.lists(WORDS, min_size=1, max_size=5)), gap)) + draw(ENDS)
-
-
-@st.composite
-def rows(draw):
-    cells = draw(st.lists(WORDS | st.sampled_from([".", "0.5", "a*0.5", "a/b", "(k)", "linear(1,2)"]), max_size=5))
-    label = draw(WORDS | st.just(""))
-    gap = st.sampled_from([" ", "  ", "\t", ""])
-    return f"{draw(BLANKS)}{label}{draw(BLANKS)}|{draw(spaced(cells, gap))}{draw(ENDS)}"
-
-
-@st.composite
-def terms(draw):
-    parameters = draw(st.lists(SIGNED, max_size=4))
-    inside = ",".join(draw(BLANKS) + p + draw(BLANKS) for p in parameters)
-    parts = [draw(WORDS), "=", draw(WORDS | st.just("triangle")), f"({inside})"]
-    return draw(spaced(parts)) + draw(ENDS)
-
-
 STRINGS = st.sampled_from(['"a"', '""', '"σ̇ # (x"', '"a b', 'unit "m/s"', '"e\u0301" unit "µ"'])
 VALUES = SIGNED | st.sampled_from(["(1)", "2*k", "1 2", ""])
 OPERANDS = st.sampled_from([*NAMES, "within", "when", "unit", "f.g", "1", "2.5", ".5", "1e999", "1.x"])
@@ -66,6 +44,29 @@ def pieces(inner):
 
 
 FORMULAS = st.recursive(OPERANDS, pieces, max_leaves=8)
+
+
+@st.composite
+def headers(draw):
+    gap = st.sampled_from([" ", "  ", "\t"])
+    return draw(spaced(draw(st.lists(WORDS, min_size=1, max_size=5)), gap)) + draw(ENDS)
+
+
+@st.composite
+def rows(draw):
+    odd = st.sampled_from([".", "0.5", "-1", "- 1", "+1", ".5", "1.", "1e999", "a*0.5", "a/b", "(k)", "linear(1,2)"])
+    cells = draw(st.lists(WORDS | odd, max_size=5))
+    label = draw(WORDS | st.just(""))
+    gap = st.sampled_from([" ", "  ", "\t", ""])
+    return f"{draw(BLANKS)}{label}{draw(BLANKS)}|{draw(spaced(cells, gap))}{draw(ENDS)}"
+
+
+@st.composite
+def terms(draw):
+    parameters = draw(st.lists(SIGNED | FORMULAS | st.just("k=1"), max_size=4))
+    inside = ",".join(draw(BLANKS) + p + draw(BLANKS) for p in parameters)
+    parts = [draw(WORDS), "=", draw(WORDS | st.just("triangle")), f"({inside})"]
+    return draw(spaced(parts)) + draw(ENDS)
 
 
 def mostly(plain, odd):
@@ -101,12 +102,18 @@ _VARIABLE = [
     VALUE_PIECES,
     st.just("]"),
     UNIT_PIECES,
+    mostly(
+        st.sampled_from(["", "else 0", "else hold"]), st.tuples(st.sampled_from(["else ", "else"]), VALUES).map("".join)
+    ),
 ]
 _SETTING = [NAME_PIECES, mostly(st.just(""), STRING_PIECES)]
-_IS = st.tuples(NAME_PIECES, mostly(st.just("is"), st.sampled_from(["is not", "IS", "is very"])), NAME_PIECES).map(
-    " ".join
-)
+_IS = st.tuples(
+    NAME_PIECES,
+    mostly(st.just("is"), st.sampled_from(["is not", "IS", "is very", "is not very", "is and"])),
+    NAME_PIECES,
+).map(" ".join)
 _REST = mostly(st.just(""), st.sampled_from(["and y is Z", "or y is Z and x is P", "and y is Z and not x is P"]))
+_WEIGHT = mostly(st.sampled_from(["", "weight 0.5", "weight (1 / 3)"]), (FORMULAS | VALUES).map("weight {}".format))
 FORMS = {
     "system": [NAME_PIECES, STRING_PIECES],
     "source": [STRING_PIECES, mostly(st.just(""), WORDS)],
@@ -116,7 +123,7 @@ FORMS = {
     "output": _VARIABLE,
     "terms": [st.lists(mostly(NAME_PIECES, st.sampled_from(["a@1", "b=2"])), max_size=4).map(" ".join)],
     "table": [NAME_PIECES, st.just("="), NAME_PIECES, _CROSS],
-    "if": [_IS, _REST, st.just("then"), _IS, mostly(st.just(""), st.sampled_from([", v is P", "weight 0.5", "x"]))],
+    "if": [_IS, _REST, st.just("then"), _IS, mostly(st.just(""), st.sampled_from([", v is very P", "x"])), _WEIGHT],
     **dict.fromkeys(("and", "or", "implication", "aggregation", "defuzzifier"), _SETTING),
 }
 
@@ -173,6 +180,16 @@ def places(node):
         ("table u = x x y", True),
         ("table u, v = x x y", False),
         ("aggregation sum", True),
+        ('output x in [0, 1] unit "m" else -1', True),
+        ("output x in [0, 1] else hold(1)", False),
+        ("if x is not very a and y is b then u is c, v is more_or_less d weight 0.5", True),
+        ("if x is a then u is c weight (1 / (1 + k))", True),
+        ("if x is a then u is c weight 1 / 2", False),
+        ("if x is a then u is c weight", False),
+        ("if x is not then u is c", False),
+        ("if x is a or y is b and z is c then u is d", False),
+        ("if x is " + "very " * 90 + "a then u is c", True),
+        ("if x is " + "very " * 99 + "a then u is c", False),
     ],
 )
 def test_which_statements_are_plain(statement, is_plain):
