@@ -173,7 +173,9 @@ def walk(expr: Expr) -> Iterator[Expr]:
     while stack:
         node = stack.pop()
         yield node
-        if not isinstance(node, Name | Number):  # more than half of all parts have none
+        if type(node) is Binary:
+            stack += (node.right, node.left)
+        elif type(node) is not Number and type(node) is not Name:  # which have none
             stack.extend(reversed(children(node)))
 
 

@@ -67,9 +67,11 @@ class Truths(Mapping[str, Interval]):
         while waiting:
             # Steps read earlier ones; a long chain of them must not be a deep recursion.
             step = waiting[-1]
-            missing = [n.name for n in names_in(self._steps[step]) if n.name not in self._known]
+            missing = {n.name for n in names_in(self._steps[step])} - self._known.keys()
             if missing:
                 waiting.extend(missing)
+            elif step in self._known:  # which two that wait may read
+                waiting.pop()
             else:
                 if self._before is not None:
                     self._before(step)

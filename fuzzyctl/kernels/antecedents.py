@@ -54,6 +54,8 @@ class Antecedents:
         self._bodies: dict[str, Expr] = {}
         self._applied: dict[tuple[str, Expr], Expr] = {}
         self._hedged_parts = 0
+        #: Names by the identity of what they name, with that, which must live as long.
+        self._named_parts: dict[int, tuple[Expr, Name]] = {}
 
     def strength(self, antecedent: Antecedent, rule: int) -> int:
         """Return the position of the firing strength of a rule.
@@ -125,7 +127,12 @@ class Antecedents:
         """Return a name for what a formula mentions several times."""
         if isinstance(truth, Name | Number):
             return truth
-        return self.steps.setdefault(truth, Name(step_name(len(self.steps))))
+        # Of a long formula the hash takes long, and with hedges in a row each rule asks for the same ones.
+        known = self._named_parts.get(id(truth))
+        if known is None:
+            name = self.steps.setdefault(truth, Name(step_name(len(self.steps))))
+            known = self._named_parts[id(truth)] = truth, name
+        return known[1]
 
     def _so_far(self, output: int, term: str) -> Expr:
         """Return how far the rules before have activated a term of an output."""

@@ -25,9 +25,11 @@ LineKind = Literal["statement", "term_line", "header", "row", "label", "cell", "
 MAX_NESTING: Final = 100
 
 _PIECE = re.compile(r'"[^"\n]*"|"[^"\n]*|#[^\n]*|[()\[\]|\n]|[^"#()\[\]|\n]+')
-# A whole line whose strings are closed and whose parentheses do not nest, which nearly all are: its code, whether a bar
-# stands outside of parentheses, and its comment.
-_SIMPLE = re.compile(r'((?:[^"#()\[\]|\n]+|"[^"\n]*"|\([^"#()\[\]|\n]*\)|\[[^"#()\[\]|\n]*\]|(\|))*+)(#[^\n]*)?(\n|\Z)')
+# A whole line whose strings are closed and whose parentheses nest no more than once, which nearly all are: its code,
+# whether a bar stands outside of parentheses, and its comment.
+_CODE = r'[^"#()\[\]|\n]'
+_INNER = rf"\({_CODE}*\)"
+_SIMPLE = re.compile(rf'((?:{_CODE}+|"[^"\n]*"|\((?:{_CODE}++|{_INNER})*+\)|\[{_CODE}*\]|(\|))*+)(#[^\n]*)?(\n|\Z)')
 _WORD = re.compile(rf"\s*({NAME})")
 _TERM = re.compile(rf"\s*{NAME}\s*=")
 _NAMES = re.compile(rf"\s*{NAME}(?:\s+{NAME})*\s*")

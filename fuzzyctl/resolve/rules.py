@@ -113,10 +113,9 @@ def resolve_antecedent(context: Context, truth: sx.Truth) -> Antecedent | None:
 
 def _runs_on(context: Context, hedges: Sequence[sx.Word]) -> bool:
     """Report words of the language among what stands between `is` and the term: the antecedent has run on."""
-    names = {*HEDGES, *context.hedges}
     for before, word in zip((None, *hedges), hedges, strict=False):
         small = word.text.lower()
-        if word.text in names or small not in RULE_WORDS:
+        if small not in RULE_WORDS or word.text in HEDGES or word.text in context.hedges:
             continue
         if word.text != small:
             context.diagnostics.append(capital_keyword(word.text, word.span))
@@ -130,10 +129,10 @@ def _runs_on(context: Context, hedges: Sequence[sx.Word]) -> bool:
 
 
 def _known_hedge(context: Context, hedge: sx.Word) -> bool:
-    names = [*HEDGES, *context.hedges]
-    if hedge.text not in names:
-        context.unknown("hedge", hedge, names)
-    return hedge.text in names
+    known = hedge.text in HEDGES or hedge.text in context.hedges
+    if not known:
+        context.unknown("hedge", hedge, [*HEDGES, *context.hedges])
+    return known
 
 
 def _consequent(context: Context, text: sx.ConsequentText) -> Consequent | None:
@@ -167,7 +166,7 @@ def _term_runs_on(context: Context, text: sx.ConsequentText) -> bool:
     terms = terms_of(declared) if declared is not None else []
     assert isinstance(text.term, sx.Word)
     for word, after in pairwise((*text.hedges, text.term)):
-        if word.text in terms and word.text not in (*HEDGES, *context.hedges):
+        if word.text in terms and word.text not in HEDGES and word.text not in context.hedges:
             near = closest(after.text, ["weight"])
             help_text = "did you mean 'weight'?" if near else f"a rule ends with its last term: {FORMS['if']}"
             context.report("FZ102", f"unexpected '{after.text}'", after.span, help=help_text)

@@ -9,16 +9,19 @@ import pytest
 from click.testing import CliRunner
 
 from fuzzyctl import loading
+from fuzzyctl.analysis.degrees import Truths
 from fuzzyctl.analysis.holes import BUDGET, Search
 from fuzzyctl.analysis.work import COVERAGE, SpentError, Work
 from fuzzyctl.assembly import MAX_FILES
 from fuzzyctl.checking import check_source
 from fuzzyctl.cli.main import main
-from fuzzyctl.kernels.plan import plan
+from fuzzyctl.kernels.plan import degree_name, plan
 from fuzzyctl.lang.csv_table import parse_csv_table
-from fuzzyctl.lang.lines import LogicalLine
+from fuzzyctl.lang.lines import LogicalLine, split
 from fuzzyctl.lang.parser import parse
 from fuzzyctl.loading import load, loads
+from fuzzyctl.resolve.context import Context
+from fuzzyctl.resolve.rules import resolve_antecedent
 from fuzzyctl.source import SourceText
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "fuzz"))
@@ -169,6 +172,32 @@ def test_own_hedges_are_applied_once_for_all_rules():
     rule = f"if x is {'h ' * 10}low then y is small\n"
     one, twenty = (loads(text + count * rule) for count in (1, 20))
     assert calls_of(lambda: plan(twenty)) < 5 * calls_of(lambda: plan(one))
+    assert calls_of(lambda: plan(twenty), "__hash__") < 3 * calls_of(lambda: plan(one), "__hash__")
+
+
+def test_each_step_of_a_firing_strength_is_enclosed_once():
+    hedge = "hedge h(x) = x * x * x * x\n"
+    flat = plan(loads(f"system s\n{hedge}{HEAD}if x is {'h ' * 10}low then y is small\n"))
+    strength = flat.strengths[flat.rules[0].strength]
+    truths = Truths(flat, {degree_name(0): (0.0, 1.0)})
+    assert calls_of(lambda: truths.strength(strength), "strength") == 1 + len(flat.steps)
+
+
+def test_known_hedges_are_not_listed_for_each_rule():
+    class Hedges(dict):
+        def __iter__(self):
+            pytest.fail("all hedges are looked at")
+
+    (rule,) = parse(SourceText("worst.fz", "if x is h a then y is b\n"))[0].statements
+    context = Context(hedges=Hedges(h=None))
+    resolve_antecedent(context, rule.antecedent)
+    assert "hedge" not in " ".join(d.message for d in context.diagnostics)
+
+
+def test_nested_parentheses_are_split_in_one_piece(monkeypatch):
+    monkeypatch.setattr("fuzzyctl.lang.lines._collect", lambda *_: pytest.fail("the line is read piece by piece"))
+    (line,) = split(SourceText("worst.fz", "if x is a then y is b weight (1 / (1 + k))  # (a"))
+    assert (line.word, line.comment) == ("if", "# (a")
 
 
 def test_own_hedges_spend_work_for_each_box():
