@@ -28,7 +28,11 @@ from fuzzyctl.source import SourceText, Span
 #: So many lines that cannot be read are reported.
 MAX_MISTAKES: Final = 500
 
+#: Most operators of a file; signs of numbers behind '(', '[', ',', '=' and '|' do not count.
+MAX_OPERATORS: Final = 100_000
+
 _WORDS = re.compile(sx.NAME)
+_OPERATOR = re.compile(r'"[^"\n]*"?|#[^\n]*|[0-9.][eE][-+]|[(\[,=|]\s*[-+](?=[\s0-9.])|([-+*/^])')
 
 
 def parse(source: SourceText) -> tuple[sx.SyntaxTree, list[Diagnostic]]:
@@ -53,6 +57,8 @@ def parse(source: SourceText) -> tuple[sx.SyntaxTree, list[Diagnostic]]:
 def _read_lines(source: SourceText) -> tuple[sx.SyntaxTree, list[Diagnostic], list[Diagnostic]]:
     """Parse a text as it is written; mistakes of lines that only other tools write so come third."""
     assembler = _Assembler(source)
+    if (mistake := _crowded(source)) is not None:
+        return sx.SyntaxTree(source, (), lost_variable=True, lost_input=True), [mistake], []
     lines = (line for line in split(source) if line.kind != "blank")
     for line, below in pairwise(chain(lines, (None,))):
         assert line is not None, "only the last one has none below"
@@ -61,6 +67,19 @@ def _read_lines(source: SourceText) -> tuple[sx.SyntaxTree, list[Diagnostic], li
             break
         assembler.take(line, below)
     return *assembler.finish(), assembler.foreign
+
+
+def _crowded(source: SourceText) -> Diagnostic | None:
+    """Report a file with more operators than any controller has, which would take long to read."""
+    if len(source.text) <= MAX_OPERATORS:
+        return None
+    places = [m.start() for m in _OPERATOR.finditer(source.text) if m[1]]
+    if len(places) <= MAX_OPERATORS:
+        return None
+    message = f"the file has {len(places):,} operators, more than {MAX_OPERATORS:,}"
+    at = places[MAX_OPERATORS]
+    help_text = "write what is computed as a number, or spread the systems over several files"
+    return Diagnostic("FZ112", message, Span(source, at, at + 1), help=help_text)
 
 
 def _reads_line(source: SourceText, line: LogicalLine, kind: LineKind) -> bool:

@@ -13,7 +13,7 @@ from fuzzyctl.formulas import HEDGES
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.checks import check_values, in_order
 from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
-from fuzzyctl.model.rule import RuleBlock, RuleTable, literals
+from fuzzyctl.model.rule import literals
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, Output
 from fuzzyctl.resolve.blocks import Block, resolve_blocks
@@ -180,10 +180,12 @@ def _build(
             case sx.Require():
                 guarantees.append(resolve_require(context, s))
     method = resolve_method(context, tree.statements).model_copy(update={"semantics": semantics})
-    known_blocks = resolve_blocks(context, tree.statements, len(shared), broken=broken)
-    find_idle_settings(context, tree.statements, shared, method, outputs, known_blocks)
     place = head.name.span if head is not None else None
-    few = _few_enough(context, known_blocks, len(outputs), place)
+    known_blocks: tuple[Block, ...] = ()
+    if _few_rules(context, tree.statements, place):
+        known_blocks = resolve_blocks(context, tree.statements, len(shared), broken=broken)
+        find_idle_settings(context, tree.statements, shared, method, outputs, known_blocks)
+    few = _few_outputs(context, len(outputs), place)
     return FuzzySystem(
         name=head.name.text if head is not None else "",
         title=head.title if head is not None else "",
@@ -236,16 +238,21 @@ def _hedge(context: Context, s: sx.Hedge) -> Hedge | None:
     return Hedge(name=s.name.text, parameter=s.parameter.text, expression=s.expression, span=s.name.span)
 
 
-def _few_enough(context: Context, blocks: Sequence[Block], outputs: int, place: Span | None) -> bool:
-    """Check the size of a system, so that no file keeps a reader waiting."""
-    parts = [part for b in blocks for part in (b.rules if isinstance(b, RuleBlock) else (b,))]
-    rules = sum(sum(map(len, part.cells)) if isinstance(part, RuleTable) else 1 for part in parts)
+def _few_rules(context: Context, statements: Sequence[sx.Statement], place: Span | None) -> bool:
+    """Check the number of rules before any is resolved, so that no file keeps a reader waiting."""
+    cells = sum(len(row.cells) for s in statements if isinstance(s, sx.Table) for row in s.rows)
+    rules = cells + sum(isinstance(s, sx.Rule) for s in statements)
+    if rules > MAX_RULES:
+        context.report("FZ112", f"the system has {rules} rules, more than {MAX_RULES}", place)
+    return rules <= MAX_RULES
+
+
+def _few_outputs(context: Context, outputs: int, place: Span | None) -> bool:
+    """Check the number of outputs."""
     if outputs > MAX_OUTPUTS:
         help_text = "spread them over several systems"
         context.report("FZ112", f"the system has {outputs} outputs, more than {MAX_OUTPUTS}", place, help=help_text)
-    if rules > MAX_RULES:
-        context.report("FZ112", f"the system has {rules} rules, more than {MAX_RULES}", place)
-    return rules <= MAX_RULES and outputs <= MAX_OUTPUTS
+    return outputs <= MAX_OUTPUTS
 
 
 def _citation(context: Context, tree: sx.SyntaxTree) -> str:

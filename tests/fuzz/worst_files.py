@@ -6,11 +6,11 @@ makes the same files smaller.
 
 import random
 from collections.abc import Callable, Iterator
-from itertools import chain
+from itertools import chain, islice
 
 #: Largest size of a file in bytes, and the other limits of docs/reference/language.md.
 BYTES = 1 << 20
-TERMS, OUTPUTS, RULES, FILES, NAME = 1000, 200, 20_000, 64, 200
+TERMS, OUTPUTS, RULES, FILES, NAME, OPERATORS = 1000, 200, 20_000, 64, 200, 100_000
 
 #: By name a worst case: from a size to the contents of files, the first of which is checked.
 CASES: dict[str, Callable[[float], dict[str, str]]] = {}
@@ -81,6 +81,11 @@ def repeated(piece, *parts):
     while True:
         yield piece.replace("@", str(k))
         k += 1
+
+
+def computed(size, operators, piece, head):
+    """Yield a beginning, and pieces of some operators each, until a file may have no more."""
+    yield from islice(repeated(piece, head), 1 + int(OPERATORS * size) // operators)
 
 
 def names(count, prefix="t"):
@@ -376,27 +381,37 @@ def a_function_of_many_arguments(size):
 
 @case
 def long_sums(size):
-    yield from repeated("param p@ = " + " + ".join(["1"] * 90) + "\n", HEAD)
+    yield from computed(size, 89, "param p@ = " + " + ".join(["1"] * 90) + "\n", HEAD)
+
+
+@case
+def long_sums_of_products(size):
+    yield from computed(size, 121, "param p@ = " + "+".join(["1*1"] * 61) + "\n", HEAD)
 
 
 @case
 def deep_sums(size):
-    yield from repeated("param p@ = " + "(1 + " * 90 + "1" + ")" * 90 + "\n", HEAD)
+    yield from computed(size, 90, "param p@ = " + "(1 + " * 90 + "1" + ")" * 90 + "\n", HEAD)
 
 
 @case
 def deep_signs(size):
-    yield from repeated("param p@ = " + "-" * 90 + "1\n", HEAD)
+    yield from computed(size, 90, "param p@ = " + "-" * 90 + "1\n", HEAD)
 
 
 @case
 def deep_powers(size):
+    yield from computed(size, 90, "param p@ = " + "2^" * 90 + "1\n", HEAD)
+
+
+@case
+def more_operators_than_allowed(size):
     yield from repeated("param p@ = " + "2^" * 90 + "1\n", HEAD)
 
 
 @case
 def powers_of_powers(size):
-    yield from repeated("param p@ = 9^9^9^9\n", HEAD)
+    yield from computed(size, 3, "param p@ = 9^9^9^9\n", HEAD)
 
 
 @case
@@ -914,7 +929,7 @@ def claims_that_are_refuted(size):
 
 @case
 def claims_that_are_hard(size):
-    yield from repeated("require y - y^2 + sin(@ * y) <= 1.25\n", SQUARE)
+    yield from computed(size, 4, "require y - y^2 + sin(@ * y) <= 1.25\n", SQUARE)
 
 
 @case
@@ -934,7 +949,7 @@ def claims_of_totality(size):
 
 @case
 def claims_that_are_long(size):
-    yield from repeated(f"require {' + '.join(['y'] * 90)} <= @ + 100\n", SMALL)
+    yield from computed(size, 90, f"require {' + '.join(['y'] * 90)} <= @ + 100\n", SMALL)
 
 
 @case
@@ -944,7 +959,7 @@ def claims_with_conditions(size):
 
 @case
 def claims_at_other_points(size):
-    yield from repeated("require " + " + ".join(f"y(x + {k}, 0)" for k in range(20)) + " <= 1\n", SMALL)
+    yield from computed(size, 39, "require " + " + ".join(f"y(x + {k}, 0)" for k in range(20)) + " <= 1\n", SMALL)
 
 
 @case

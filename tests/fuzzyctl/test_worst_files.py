@@ -18,7 +18,7 @@ from fuzzyctl.cli.main import main
 from fuzzyctl.kernels.plan import degree_name, plan
 from fuzzyctl.lang.csv_table import parse_csv_table
 from fuzzyctl.lang.lines import LogicalLine, split
-from fuzzyctl.lang.parser import parse
+from fuzzyctl.lang.parser import MAX_OPERATORS, parse
 from fuzzyctl.loading import load, loads
 from fuzzyctl.resolve.context import Context
 from fuzzyctl.resolve.rules import resolve_antecedent
@@ -220,6 +220,27 @@ def test_own_hedges_of_more_parts_than_the_limit_are_refused():
     _, diagnostics = checked(text + rules)
     (error,) = (d for d in diagnostics if d.severity == "error")
     assert (error.code, error.span.line) == ("FZ112", 2)
+
+
+def test_more_operators_than_the_limit_are_refused_before_a_line_is_read(monkeypatch):
+    monkeypatch.setattr("fuzzyctl.lang.parser.split", lambda _: pytest.fail("lines are read"))
+    text = "param p = 1" + " + 1" * (MAX_OPERATORS + 1)
+    tree, (error,) = parse(SourceText("worst.fz", text))
+    assert (error.code, error.message) == ("FZ112", "the file has 100,001 operators, more than 100,000")
+    assert error.span.start == text.rindex("+")
+    assert tree.lost_variable
+
+
+def test_signs_of_numbers_texts_and_comments_are_no_operators():
+    line = 'a = piecewise(-1, -2e-3, - 3, [-4) # 1 - 2 "\nsource "1 - 2"\n'
+    _, mistakes = parse(SourceText("worst.fz", line * (MAX_OPERATORS // 2)))
+    assert not [d for d in mistakes if "operators" in d.message]
+
+
+def test_rules_are_counted_before_they_are_resolved(monkeypatch):
+    monkeypatch.setattr("fuzzyctl.resolve.system.resolve_blocks", lambda *_, **__: pytest.fail("rules are resolved"))
+    _, diagnostics = checked(text_of("a-table-that-is-too-large", 0.2))
+    assert [d.message for d in diagnostics] == ["the system has 40000 rules, more than 20000"]
 
 
 def test_fields_of_a_csv_file_are_read_without_the_grammar(monkeypatch):
