@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from fuzzyctl import expr as ex
 from fuzzyctl.expr import CONSTANTS, ExprError, evaluate, names_in
@@ -37,6 +37,7 @@ class ParamValues:
         self.failed: set[str] = set()
         self.errors: list[ExprError] = []
         self._by_name = {p.name: p for p in params}
+        self._names: dict[str, list[ex.Name]] = {}
         for param in params:
             self._settle(param)
 
@@ -62,14 +63,16 @@ class ParamValues:
         return name in self.values or name in self.failed
 
     def _needed(self, param: Param) -> ex.Name | None:
-        names = names_in(param.expression)
+        names = self._names.get(param.name)
+        if names is None:
+            names = self._names[param.name] = names_in(param.expression)
         return next((n for n in names if n.name in self._by_name and not self._is_settled(n.name)), None)
 
     def _compute(self, param: Param) -> None:
         if self._is_settled(param.name):
             return
         self.failed.add(param.name)
-        if self.lacks(param.expression):
+        if self._lacks(self._names.pop(param.name)):
             return
         try:
             value = evaluate(param.expression, self.values)
@@ -83,8 +86,8 @@ class ParamValues:
 
     def lacks(self, expr: ex.Expr) -> bool:
         """Whether an expression has no value through no fault of its own: it uses a param that has none."""
-        if not self.failed and not self.partial:
-            return False
-        names = {n.name for n in names_in(expr)}
-        unknown = {n for n in names if n not in self.values and n not in CONSTANTS}
+        return (bool(self.failed) or self.partial) and self._lacks(names_in(expr))
+
+    def _lacks(self, names: Iterable[ex.Name]) -> bool:
+        unknown = {n.name for n in names if n.name not in self.values and n.name not in CONSTANTS}
         return any(n in self.failed for n in unknown) or (self.partial and bool(unknown))

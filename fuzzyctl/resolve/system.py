@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections import ChainMap
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Final
 
 from fuzzyctl.errors import CODES, WARNINGS, Diagnostic
 from fuzzyctl.expr import Call, names_in, walk
@@ -23,6 +23,9 @@ from fuzzyctl.resolve.semantics import resolve_semantics
 from fuzzyctl.resolve.settings import find_idle_settings, resolve_method
 from fuzzyctl.resolve.variables import resolve_param, resolve_variable
 from fuzzyctl.source import Span
+
+#: Most inputs and outputs of a system together, those shared with other systems included.
+MAX_VARIABLES: Final = 2000
 
 
 def resolve(
@@ -50,6 +53,9 @@ def resolve(
     own = {s.keyword.text for s in tree.statements if isinstance(s, settings)}
     shared = [s for s in shared if not (isinstance(s, settings) and s.keyword.text in own)]
     whole = dataclasses.replace(tree, statements=(*shared, *tree.statements))
+    crowd = _crowded(whole)
+    if crowd is not None:
+        return None, [crowd]
     heads = _declare(context, whole)
     _check_heads(context, whole, heads, broken)
     system = _build(context, whole, shared, heads[0] if heads else None, broken=broken)
@@ -59,6 +65,16 @@ def resolve(
     if shared:
         system = _without_idle(system, {s.name.text for s in shared if isinstance(s, sx.Variable)})
     return system, in_order(context.diagnostics)
+
+
+def _crowded(tree: sx.SyntaxTree) -> Diagnostic | None:
+    """Report a system with more variables than any controller has, before they are resolved."""
+    variables = [s for s in tree.statements if isinstance(s, sx.Variable)]
+    if len(variables) <= MAX_VARIABLES:
+        return None
+    message = f"the system has {len(variables)} inputs and outputs, more than {MAX_VARIABLES}"
+    help_text = "spread them over several systems"
+    return Diagnostic("FZ112", message, variables[MAX_VARIABLES].name.span, help=help_text)
 
 
 def _declare(context: Context, tree: sx.SyntaxTree) -> list[sx.System]:

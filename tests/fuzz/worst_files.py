@@ -10,7 +10,7 @@ from itertools import chain, islice
 
 #: Largest size of a file in bytes, and the other limits of docs/reference/language.md.
 BYTES = 1 << 20
-TERMS, OUTPUTS, RULES, FILES, NAME, OPERATORS = 1000, 200, 20_000, 64, 200, 100_000
+TERMS, OUTPUTS, RULES, FILES, NAME, OPERATORS, VARIABLES = 1000, 200, 20_000, 64, 200, 100_000, 2000
 
 #: By name a worst case: from a size to the contents of files, the first of which is checked.
 CASES: dict[str, Callable[[float], dict[str, str]]] = {}
@@ -267,6 +267,19 @@ def thousands_of_outputs(size):
 
 
 @case
+def as_many_variables_as_allowed(size):
+    inputs, many = int((VARIABLES - OUTPUTS) * size), " ".join(names(100))
+    yield "".join(f"input a{k} in [0, 1]\n  terms {many}\n" for k in range(inputs))
+    yield "".join(f"output y{k} in [0, 1] else 0\n  terms a b\n" for k in range(int(OUTPUTS * size)))
+    yield "if a0 is t1 then y0 is a\n"
+
+
+@case
+def inputs_of_the_same_name_as_many_as_allowed(size):
+    yield from islice(repeated("input a in [0, 1]\n  terms a b\n", HEAD), int((VARIABLES - 1) * size))
+
+
+@case
 def long_names(size):
     yield from repeated(f"param {'n' * (NAME - 6)}@ = 1\n", HEAD)
 
@@ -296,7 +309,7 @@ def unknown_inputs_in_rules(size):
 
 @case
 def unknown_inputs_among_many(size):
-    inputs = "".join(f"input input_{k} in [0, 1]\n  terms a b\n" for k in range(int(10_000 * size)))
+    inputs = "".join(f"input input_{k} in [0, 1]\n  terms a b\n" for k in range(int(0.99 * VARIABLES * size)))
     yield from repeated("if inptu_@ is a then y is small\n", HEAD, inputs)
 
 
@@ -529,7 +542,7 @@ def one_rule_over_90_inputs_without_else(size):
 
 @case
 def one_rule_over_thousands_of_inputs(size):
-    yield one_rule(int(15_000 * size), "")
+    yield one_rule(int(0.99 * VARIABLES * size), "")
 
 
 @case

@@ -1,6 +1,7 @@
 """Work grows no faster than files do: functions called are counted, so that no clock decides."""
 
 import gc
+import re
 import sys
 from pathlib import Path
 from unittest.mock import Mock
@@ -20,8 +21,11 @@ from fuzzyctl.lang.csv_table import parse_csv_table
 from fuzzyctl.lang.lines import LogicalLine, split
 from fuzzyctl.lang.parser import MAX_OPERATORS, parse
 from fuzzyctl.loading import load, loads
+from fuzzyctl.model.guarantee import Param
+from fuzzyctl.model.params import ParamValues
 from fuzzyctl.resolve.context import Context
 from fuzzyctl.resolve.rules import resolve_antecedent
+from fuzzyctl.resolve.system import MAX_VARIABLES
 from fuzzyctl.source import SourceText
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "fuzz"))
@@ -235,6 +239,21 @@ def test_signs_of_numbers_texts_and_comments_are_no_operators():
     line = 'a = piecewise(-1, -2e-3, - 3, [-4) # 1 - 2 "\nsource "1 - 2"\n'
     _, mistakes = parse(SourceText("worst.fz", line * (MAX_OPERATORS // 2)))
     assert not [d for d in mistakes if "operators" in d.message]
+
+
+def test_variables_are_counted_before_they_are_resolved(monkeypatch):
+    monkeypatch.setattr("fuzzyctl.resolve.system.resolve_variable", lambda *_: pytest.fail("one is resolved"))
+    _, diagnostics = checked(text_of("thousands-of-inputs", 0.2))
+    (error,) = (d for d in diagnostics if d.severity == "error")
+    assert (error.code, error.span.line) == ("FZ112", 2 * MAX_VARIABLES + 3)
+    assert re.fullmatch(r"the system has \d+ inputs and outputs, more than 2000", error.message)
+
+
+def test_names_of_a_param_are_looked_for_once_to_compute_it():
+    text = "".join(f"param p{k} = p{k + 1} + 1 / 0\n" for k in range(50))
+    params = parse(SourceText("worst.fz", text))[0].statements
+    given = [Param(name=p.name.text, expression=p.expression) for p in params]
+    assert calls_of(lambda: ParamValues(given, partial=True), "names_in") == 50
 
 
 def test_rules_are_counted_before_they_are_resolved(monkeypatch):
