@@ -57,10 +57,11 @@ def split(tree: sx.SyntaxTree) -> list[Part]:
     heads = [i for i, s in enumerate(tree.statements) if isinstance(s, sx.System)]
     if len(heads) < 2:
         return [Part(tree, tree.used)]
-    common = tree.statements[: heads[0]]
+    # One tuple for all of them: systems times statements would fill the memory.
+    shared = (*tree.used, *tree.statements[: heads[0]])
     ends = [*heads[1:], len(tree.statements)]
     return [
-        Part(dataclasses.replace(tree, statements=tree.statements[a:b]), (*tree.used, *common))
+        Part(dataclasses.replace(tree, statements=tree.statements[a:b]), shared)
         for a, b in zip(heads, ends, strict=True)
     ]
 

@@ -1,7 +1,8 @@
 import pytest
 
-from fuzzyctl.assembly import files_read
+from fuzzyctl.assembly import files_read, split
 from fuzzyctl.errors import DiagnosticError
+from fuzzyctl.lang.parser import parse
 from fuzzyctl.loading import examine_all, load, load_all, loads
 from fuzzyctl.reading import read_source
 from fuzzyctl.source import SourceText
@@ -37,6 +38,11 @@ def codes(path):
 
 
 class TestSeveralSystems:
+    def test_what_they_share_is_held_once_in_memory(self):
+        tree, _ = parse(SourceText("t", TWO))
+        first, second = split(tree)
+        assert first.shared is second.shared
+
     def test_what_stands_before_the_first_belongs_to_all_that_name_it(self):
         one, two = loads(TWO, system="one"), loads(TWO, system="two")
         assert [v.name for v in one.inputs] == ["e"]
