@@ -11,6 +11,7 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from typing import Final
 
 #: A size, and powers of what units are made of.
@@ -105,6 +106,7 @@ class Dimension:
 _ONE: Final = Dimension(Fraction(1), {}, {})
 
 
+@lru_cache(maxsize=256)
 def are_same(first: str, second: str) -> bool:
     """Return whether two units are the same beyond doubt, however they are spelt."""
     if first == second:
@@ -122,6 +124,7 @@ def surely_differ(unit: str, numerator: str, denominator: str = "1") -> bool:
     return not ratio.words and ratio != _ONE
 
 
+@lru_cache(maxsize=256)
 def dimension(text: str) -> Dimension | None:
     """Return a unit as a product of powers, None for a text that cannot be read as one, or in two ways."""
     inner = text.strip()

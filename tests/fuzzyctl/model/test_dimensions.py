@@ -2,7 +2,18 @@
 
 import pytest
 
+from fuzzyctl.model import dimensions
 from fuzzyctl.model.dimensions import are_same, dimension, surely_differ
+
+
+def test_each_text_is_read_once(monkeypatch):
+    read = []
+    tokens = dimensions._tokens
+    monkeypatch.setattr(dimensions, "_tokens", lambda text: (read.append(text), tokens(text))[1])
+    for _ in range(10):
+        assert not are_same("widgets/s", "gadgets per s")
+        assert not surely_differ("gadgets per s", "widgets/s")
+    assert sorted(read) == ["gadgets per s", "widgets/s"]
 
 
 class TestSame:
