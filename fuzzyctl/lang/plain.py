@@ -47,7 +47,7 @@ _PART: Final = rf"(?!(?:if|is|and|or|not|then|weight|linear|function|constant)\b
 _HEDGES: Final = rf"(?:(?:not\b|{_PART})[ \t]+){{0,95}}"
 _IS: Final = rf"{_PART}[ \t]+is[ \t]+{_HEDGES}{_PART}"
 _RULE: Final = re.compile(
-    rf"[ \t]*if[ \t]+({_IS}(?:(?:[ \t]+and[ \t]+{_IS}){{0,50}}|(?:[ \t]+or[ \t]+{_IS}){{0,50}}))"
+    rf"[ \t]*if[ \t]+({_IS}(?:(?:[ \t]+and[ \t]+{_IS}){{0,90}}|(?:[ \t]+or[ \t]+{_IS}){{0,90}}))"
     rf"[ \t]+then[ \t]+({_IS}(?:[ \t]*,[ \t]*{_IS})*)(?:{_STOP}|[ \t]+weight[ \t]*(?:(-?{_NUMBER}){_STOP}|(?=\()))"
 )
 _PAIR: Final = re.compile(rf"({_PART})[ \t]+is[ \t]+({_HEDGES})({_PART})")

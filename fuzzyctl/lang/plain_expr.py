@@ -1,10 +1,11 @@
-"""Reads plain expressions, those without `and`, `or` and `not`; see `plain`."""
+"""Reads plain expressions; see `plain`."""
 
 from __future__ import annotations
 
 import math
 import re
-from typing import Any, Final, cast
+from collections.abc import Callable
+from typing import Any, Final, Literal, cast
 
 from fuzzyctl import expr as ex
 from fuzzyctl.source import SourceText, Span
@@ -16,7 +17,8 @@ NUMBER: Final = r"(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _MOST: Final = 95
 _TOKEN: Final = re.compile(rf"[ \t]*(?:({NUMBER})(?![\w.])|({NAME})(?![\w.])|(<=|>=|==|!=|[-+*/^(),<>])|$)")
 #: Names that mean something else where an operator is due, or everywhere.
-_KEYWORDS: Final = frozenset({"and", "or", "not", "within", "when", "unit"})
+_LOGIC: Final = frozenset({"and", "or", "not"})
+_KEYWORDS: Final = _LOGIC | {"within", "when", "unit"}
 _COMPARISONS: Final = frozenset({"<", "<=", ">", ">=", "==", "!="})
 
 
@@ -49,7 +51,7 @@ class Reader:
         if sign == "(":
             self._parentheses += 1
         elif sign != "," and sign != ")":
-            self._operators += bool(sign)
+            self._operators += bool(sign) or name in _LOGIC
         if self._operators > _MOST or self._parentheses > _MOST:
             raise NotPlainError
         self.number, self.name, self.sign = number, name, sign
@@ -62,7 +64,30 @@ class Reader:
         return not (self.number or self.name or self.sign)
 
     def claim(self) -> ex.Expr:
-        """Read an expression that may be a comparison."""
+        """Read an expression that may be a truth value."""
+        return self._chain("or", self._conjunction)
+
+    def _conjunction(self) -> ex.Expr:
+        return self._chain("and", self._denial)
+
+    def _chain(self, op: Literal["and", "or"], operand: Callable[[], ex.Expr]) -> ex.Expr:
+        operands = [operand()]
+        while self.name == op:
+            self.advance()
+            operands.append(operand())
+        if len(operands) == 1:
+            return operands[0]
+        return ex.Logic(op, tuple(operands), self._join(operands[0], operands[-1]))
+
+    def _denial(self) -> ex.Expr:
+        if self.name != "not":
+            return self._comparison()
+        at = Span(self.source, self.start, self.stop)
+        self.advance()
+        operand = self._denial()
+        return ex.Logic("not", (operand,), at.to(ex.span_of(operand) or at))
+
+    def _comparison(self) -> ex.Expr:
         left = self.sum()
         if self.sign not in _COMPARISONS:
             return left

@@ -40,7 +40,8 @@ def pieces(inner):
     call = st.tuples(st.sampled_from(["f", "abs", "not"]), st.lists(inner, max_size=3)).map(
         lambda c: f"{c[0]}({', '.join(c[1])})"
     )
-    return pair | call | inner.map("({})".format) | inner.map("-{}".format) | inner.map("+ {}".format)
+    denied = inner.map("not {}".format)
+    return pair | call | denied | inner.map("({})".format) | inner.map("-{}".format) | inner.map("+ {}".format)
 
 
 FORMULAS = st.recursive(OPERANDS, pieces, max_leaves=8)
@@ -166,7 +167,17 @@ def places(node):
         ('param k = 2 * (a - -b)^2 / f(1, x) unit "m"', True),
         ("require f(-s, -d) == f within 1e-12 when abs(s) >= 0.03", True),
         ("require a < b < c", False),
-        ("require a and b", False),
+        ("require a and b", True),
+        ("require not a < b or (c > 1 and d) when not not a or b and c", True),
+        ("require " + " and ".join(["a <= 1"] * 40), True),
+        ("require " + "not " * 99 + "a", False),
+        ("require a and", False),
+        ("if x is not a then u is b", True),
+        ("if " + " and ".join(["x is not a"] * 90) + " then u is b", True),
+        ("if " + " or ".join(["x is a"] * 98) + " then u is b", False),
+        ("if x is not not a then u is b", True),
+        ("if x is a then u is not b", True),
+        ("if x is a and y is b or z is c then u is d", False),
         ("param k = unit", False),
         ("param k = " + "-" * 99 + "1", False),
         ('input x "y" in [-1, k] unit "m"', True),
