@@ -80,7 +80,8 @@ class _Idle:
     def _dead_rules(self) -> Iterator[tuple[int, str]]:
         flat = self.flat
         truths = Truths(flat, {degree_name(i): reach for i, reach in enumerate(self.degrees)})
-        reach = [activation_in(flat, rule, truths.strength(flat.strengths[rule.strength])) for rule in flat.rules]
+        fired = [truths.strength(strength) for strength in flat.strengths]
+        reach = [activation_in(flat, rule, fired[rule.strength]) for rule in flat.rules]
         for r, rule in enumerate(flat.rules):
             weight = self.system.rules[r].weight
             if rule.weight == 0.0:
@@ -196,7 +197,8 @@ def _joined(said: _Said, kind: str) -> Sequence[_Said]:
 
 
 def _within(few: Sequence[_Said], many: Sequence[_Said]) -> bool:
-    return len(few) <= len(many) and not Counter(few) - Counter(many)
+    # Of most pairs the first part settles it.
+    return len(few) <= len(many) and few[0] in many and not Counter(few) - Counter(many)
 
 
 def _terms_of(rule: Rule) -> set[Named]:

@@ -180,10 +180,11 @@ class Search:
         """Enclose the largest degree of each consequent set that counts."""
         output = self.output
         tops: dict[int, Interval] = {}
-        points = () if output.over_rules or output.resolution is None else seen_points(output)
+        points: tuple[float, ...] = ()
         for t in dict.fromkeys(entry.term for entry in output.implied):
             self.work.spend(1 + sampling(output, 2))
-            if points:
+            if not output.over_rules and output.resolution is not None:
+                points = points or seen_points(output)
                 top = max(sampled_degrees(output.terms[t], points))
                 if top >= NARROW:
                     tops[t] = (top, top)

@@ -148,9 +148,11 @@ def applied(function: str, a: list[Interval]) -> Interval:
     """
     match function:
         case "min" | "smaller" if a[-1] != ANYTHING:
-            return min(x[0] for x in a), min(x[1] for x in a)
+            lows, highs = zip(*a, strict=True)
+            return min(lows), min(highs)
         case "max" | "larger" if a[-1] != ANYTHING:
-            return max(x[0] for x in a), max(x[1] for x in a)
+            lows, highs = zip(*a, strict=True)
+            return max(lows), max(highs)
         case "held":
             return (0.0, 1.0) if a[0] == ANYTHING else (_held(a[0][0]), _held(a[0][1]))
         case comparison if comparison in COMPARISONS:

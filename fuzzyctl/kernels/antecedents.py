@@ -90,8 +90,21 @@ class Antecedents:
     def _join(self, norms: Callable[[str, float], Norm], name: str, operands: tuple[Antecedent, ...]) -> Expr:
         norm, truths = norms(name, self._system.method.semantics.equal), [self._truth(operand) for operand in operands]
         if name in _ONCE:
-            return reduce(lambda a, b: norm(self._shallow(a), self._shallow(b)), truths)
+            return self._chain(norm, truths)
         return reduce(lambda a, b: norm(self._named(a), self._named(b)), truths)
+
+    def _chain(self, norm: Norm, truths: list[Expr]) -> Expr:
+        """Join truths from left to right, with names for what is nested deeply; depths are not measured anew."""
+        added = depth(norm(Name("a"), Name("b")))
+        found, deep = truths[0], depth(truths[0])
+        for truth in truths[1:]:
+            own = depth(truth)
+            if deep >= DEEPEST:
+                found, deep = self._named(found), 0
+            if own >= DEEPEST:
+                truth, own = self._named(truth), 0
+            found, deep = norm(found, truth), added + max(deep, own)
+        return found
 
     def _hedged(self, truth: Expr, hedge: str) -> Expr:
         if hedge in self._hedges:

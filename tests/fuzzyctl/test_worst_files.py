@@ -10,6 +10,8 @@ import pytest
 from click.testing import CliRunner
 
 from fuzzyctl import loading
+from fuzzyctl.analysis import effects
+from fuzzyctl.analysis.coverage import uncovered_of
 from fuzzyctl.analysis.degrees import Truths
 from fuzzyctl.analysis.holes import BUDGET, Search
 from fuzzyctl.analysis.work import COVERAGE, SpentError, Work
@@ -202,6 +204,52 @@ def test_nested_parentheses_are_split_in_one_piece(monkeypatch):
     monkeypatch.setattr("fuzzyctl.lang.lines._collect", lambda *_: pytest.fail("the line is read piece by piece"))
     (line,) = split(SourceText("worst.fz", "if x is a then y is b weight (1 / (1 + k))  # (a"))
     assert (line.word, line.comment) == ("if", "# (a")
+
+
+def counted_calls(monkeypatch, target):
+    """Replace a function by itself, and return a list that grows with each call of it."""
+    module, name = target.rsplit(".", 1)
+    function, calls = getattr(sys.modules[module], name), []
+    monkeypatch.setattr(target, lambda *a, **k: (calls.append(a), function(*a, **k))[1])
+    return calls
+
+
+def test_depths_of_a_long_antecedent_are_not_measured_anew():
+    def planned(operands):
+        terms = " ".join(f"t{k}" for k in range(40))
+        antecedent = " or ".join(f"x is t{k}" for k in range(operands))
+        head = f"system s\ninput x in [0, 1]\n  terms {terms}\noutput y in [0, 1] else 0\n  terms small large\n"
+        system = loads(f"{head}if {antecedent} then y is small\n")
+        return calls_of(lambda: plan(system))
+
+    one, ten, forty = (planned(operands) for operands in (1, 10, 40))
+    assert forty - one < 5 * (ten - one)
+
+
+def test_few_pairs_of_rules_are_compared_part_by_part(monkeypatch):
+    known = " ".join(f"t{k}" for k in range(10))
+    head = f"system s\ninput x in [0, 1]\n  terms {known}\ninput z in [0, 1]\n  terms {known}\n"
+    rules = "".join(f"if x is t{k // 10} and z is t{k % 10} then y is small\n" for k in range(100))
+    calls = counted_calls(monkeypatch, "fuzzyctl.analysis.effects.Counter")
+    checked(f"{head}output y in [0, 1]\n  terms small large\n{rules}")
+    assert len(calls) < 100 * 100
+
+
+def test_a_firing_strength_of_many_rules_is_enclosed_once(monkeypatch):
+    calls = counted_calls(monkeypatch, "fuzzyctl.analysis.degrees.enclose")
+    system = loads("system s\n" + HEAD + 500 * "if x is low then y is small\n")
+    effects.diagnostics(system, plan(system))
+    assert len(calls) < 100
+
+
+def test_samples_are_not_computed_where_no_work_is_left(monkeypatch):
+    outputs = "".join(f"output y{k} in [0, 1]\n  terms small large\n" for k in range(20))
+    concluded = ", ".join(f"y{k} is small" for k in range(20))
+    head = f"system s\ndefuzzifier centroid(resolution=1000)\ninput x in [0, 1]\n  terms low high\n{outputs}"
+    flat = plan(loads(f"{head}if x is low then {concluded}\n"))
+    calls = counted_calls(monkeypatch, "fuzzyctl.analysis.holes.seen_points")
+    uncovered_of(flat, Work(0))
+    assert not calls
 
 
 def test_own_hedges_spend_work_for_each_box():
