@@ -10,12 +10,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from fuzzyctl import build as build
     from fuzzyctl.analysis.bounds import OutputBound, output_bounds
+    from fuzzyctl.analysis.check import check
     from fuzzyctl.analysis.prove import prove
     from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Witness
-    from fuzzyctl.checking import check
-    from fuzzyctl.errors import (
+    from fuzzyctl.building import build as build
+    from fuzzyctl.diagnostics.diagnostic import (
         ArgumentError,
         BackendUnavailableError,
         Diagnostic,
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     )
     from fuzzyctl.formats.fz import dump, dumps
     from fuzzyctl.kernels.compile import Kernel, compile
-    from fuzzyctl.loading import load, load_all, loads
+    from fuzzyctl.loading.load import load, load_all, loads
     from fuzzyctl.model.profiles import as_profile
     from fuzzyctl.model.system import FuzzySystem
     from fuzzyctl.model.variable import LinguisticVariable
@@ -35,30 +35,30 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOMES = {
-    "ArgumentError": "fuzzyctl.errors",
-    "BackendUnavailableError": "fuzzyctl.errors",
-    "Diagnostic": "fuzzyctl.errors",
-    "DiagnosticError": "fuzzyctl.errors",
-    "FuzzyctlError": "fuzzyctl.errors",
+    "ArgumentError": "fuzzyctl.diagnostics.diagnostic",
+    "BackendUnavailableError": "fuzzyctl.diagnostics.diagnostic",
+    "Diagnostic": "fuzzyctl.diagnostics.diagnostic",
+    "DiagnosticError": "fuzzyctl.diagnostics.diagnostic",
+    "FuzzyctlError": "fuzzyctl.diagnostics.diagnostic",
     "FuzzySystem": "fuzzyctl.model.system",
     "Kernel": "fuzzyctl.kernels.compile",
     "LinguisticVariable": "fuzzyctl.model.variable",
-    "NoRuleFiresError": "fuzzyctl.errors",
+    "NoRuleFiresError": "fuzzyctl.diagnostics.diagnostic",
     "OutputBound": "fuzzyctl.analysis.bounds",
     "Proved": "fuzzyctl.analysis.verdicts",
     "Refuted": "fuzzyctl.analysis.verdicts",
     "Undecided": "fuzzyctl.analysis.verdicts",
-    "UnknownNameError": "fuzzyctl.errors",
-    "ValueOutOfBoundsError": "fuzzyctl.errors",
+    "UnknownNameError": "fuzzyctl.diagnostics.diagnostic",
+    "ValueOutOfBoundsError": "fuzzyctl.diagnostics.diagnostic",
     "Witness": "fuzzyctl.analysis.verdicts",
     "as_profile": "fuzzyctl.model.profiles",
-    "check": "fuzzyctl.checking",
+    "check": "fuzzyctl.analysis.check",
     "compile": "fuzzyctl.kernels.compile",
     "dump": "fuzzyctl.formats.fz",
     "dumps": "fuzzyctl.formats.fz",
-    "load": "fuzzyctl.loading",
-    "load_all": "fuzzyctl.loading",
-    "loads": "fuzzyctl.loading",
+    "load": "fuzzyctl.loading.load",
+    "load_all": "fuzzyctl.loading.load",
+    "loads": "fuzzyctl.loading.load",
     "output_bounds": "fuzzyctl.analysis.bounds",
     "prove": "fuzzyctl.analysis.prove",
 }
@@ -95,7 +95,7 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     if name == "build":  # the one public module
-        return import_module("fuzzyctl.build")
+        return import_module("fuzzyctl.building.build")
     if name not in _HOMES:
         raise AttributeError(f"module 'fuzzyctl' has no attribute {name!r}")
     value = getattr(import_module(_HOMES[name]), name)

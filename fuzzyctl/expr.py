@@ -12,8 +12,8 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import field
 from typing import Final, Literal
 
+from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.records import record
-from fuzzyctl.source import Span
 
 #: Deepest nesting an expression may have; deeper ones are refused when they are built from text.
 MAX_DEPTH: Final = 100

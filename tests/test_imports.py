@@ -45,22 +45,22 @@ ALLOWED = {
 HOMES = {
     "lark": {"fuzzyctl/lang"},
     "numba": {
-        "fuzzyctl/kernels/native.py",
-        "fuzzyctl/kernels/numba_backend.py",
-        "fuzzyctl/kernels/selections.py",
-        "fuzzyctl/machine_code.py",
+        "fuzzyctl/kernels/backends/numba/native.py",
+        "fuzzyctl/kernels/backends/numba/source.py",
+        "fuzzyctl/kernels/backends/numba/intrinsics.py",
+        "fuzzyctl/kernels/backends/numba/disk_cache.py",
         "apps/dwmr",
     },
-    "llvmlite": {"fuzzyctl/kernels/entry.py", "fuzzyctl/kernels/native.py"},
+    "llvmlite": {"fuzzyctl/kernels/backends/numba/vectorcall.py", "fuzzyctl/kernels/backends/numba/native.py"},
     "matplotlib": {"fuzzyctl/plot", "apps/dwmr/figures"},
     "mpl_toolkits": {"fuzzyctl/plot", "apps/dwmr/figures"},
     "click": {"fuzzyctl/cli", "apps/dwmr/cli"},
     "plotly": {"apps/dwmr/page/plots.py"},
     "PIL": {"apps/dwmr/figures"},
-    "pygments": {"fuzzyctl/highlight.py"},
-    "pyarrow": {"apps/dwmr/data/parquet_file.py"},
+    "pygments": {"fuzzyctl/lang/highlight.py"},
+    "pyarrow": {"apps/dwmr/output/data/parquet_file.py"},
     "distributed": {"apps/dwmr/sweep/cluster.py"},
-    "scipy": {"apps/dwmr/calibration/search.py", "apps/dwmr/data/mat_file.py", "apps/dwmr/sweep/intervals.py"},
+    "scipy": {"apps/dwmr/calibration/search.py", "apps/dwmr/output/data/mat_file.py", "apps/dwmr/sweep/intervals.py"},
 }
 
 

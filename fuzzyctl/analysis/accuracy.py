@@ -6,17 +6,17 @@ import math
 from collections.abc import Iterator, Sequence
 
 from fuzzyctl.analysis.work import ISOLATION, Work
-from fuzzyctl.errors import Diagnostic
-from fuzzyctl.kernels.conclusions import hedge_change
-from fuzzyctl.kernels.plan import OutputPlan, Plan
-from fuzzyctl.kernels.sets import SetPlan
-from fuzzyctl.kernels.turning_points import (
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.kernels.inference.defuzzify.turning_points import (
     is_resolved,
     monotone_parts,
     own_changes,
     units_of_hedge,
     units_of_places,
 )
+from fuzzyctl.kernels.plan.build import OutputPlan, Plan
+from fuzzyctl.kernels.plan.consequents import hedge_change
+from fuzzyctl.kernels.plan.sets import SetPlan
 from fuzzyctl.model.method import MAXIMA
 from fuzzyctl.model.system import FuzzySystem
 

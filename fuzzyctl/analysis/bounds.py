@@ -8,22 +8,23 @@ from dataclasses import dataclass, replace
 from itertools import islice, product
 from typing import Any, Final
 
-from fuzzyctl import arguments
-from fuzzyctl.analysis.coverage import uncovered_of
+from fuzzyctl.analysis.coverage.box_search import Hole, Verdict
+from fuzzyctl.analysis.coverage.coverage import uncovered_of
+from fuzzyctl.analysis.coverage.fires import Silence
 from fuzzyctl.analysis.degrees import CERTAIN, Truths, activation_in, breakpoints, cells, degree_in, effect_in
-from fuzzyctl.analysis.holes import Hole, Verdict
-from fuzzyctl.analysis.intervals import ANYTHING, Interval, enclose, hull
-from fuzzyctl.analysis.silence import Silence
 from fuzzyctl.analysis.work import Work
-from fuzzyctl.errors import Diagnostic, NoRuleFiresError
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, NoRuleFiresError
+from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Binary, Expr, Name, span_of
-from fuzzyctl.kernels import inference, python_backend
-from fuzzyctl.kernels.defuzzify import closed_form, consequent_hull, support_hull
-from fuzzyctl.kernels.plan import HeldPlan, OutputPlan, Plan, SetPlan, degree_name, plan
-from fuzzyctl.kernels.quadrature import MOST
+from fuzzyctl.kernels.backends.python import backend as python_backend
+from fuzzyctl.kernels.inference import inference
+from fuzzyctl.kernels.inference.defuzzify.defuzzify import closed_form, consequent_hull, support_hull
+from fuzzyctl.kernels.interval.scalar import ANYTHING, Interval, enclose, hull
+from fuzzyctl.kernels.plan.build import HeldPlan, OutputPlan, Plan, SetPlan, degree_name, plan
+from fuzzyctl.kernels.program.quadrature import MOST
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Output
-from fuzzyctl.source import Span
+from fuzzyctl.support import arguments
 
 #: Points tried when looking for one where a bound is attained.
 TRIES: Final = 20_000

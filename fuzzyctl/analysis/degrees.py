@@ -12,17 +12,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
 
-from fuzzyctl.analysis.intervals import Interval, decide, enclose
 from fuzzyctl.expr import Compare, Expr, Name, Number, names_in
-from fuzzyctl.kernels.plan import (
-    ITSELF,
-    ImpliedPlan,
-    InputPlan,
-    Plan,
-    RulePlan,
-    SetPlan,
-    chain_name,
-)
+from fuzzyctl.kernels.interval.scalar import Interval, decide, enclose
+from fuzzyctl.kernels.plan.build import ITSELF, ImpliedPlan, InputPlan, Plan, RulePlan, SetPlan, chain_name
 
 #: A rule whose activation is at least this counts as firing: far above where sums and areas of activations lose digits.
 CERTAIN: Final = 1e-200

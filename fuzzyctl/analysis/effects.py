@@ -12,13 +12,13 @@ from math import prod
 from typing import Any, Final
 
 from fuzzyctl.analysis.degrees import Truths, activation_in, cells, degree_in, degrees_read
-from fuzzyctl.analysis.intervals import Interval, hull
 from fuzzyctl.analysis.work import Work, units_of
-from fuzzyctl.errors import Diagnostic, Note
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
+from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import Number, number_text
 from fuzzyctl.formats.fz import antecedent_text
-from fuzzyctl.kernels.plan import DegreePlan, Plan, degree_name
-from fuzzyctl.misspelt import counted
+from fuzzyctl.kernels.interval.scalar import Interval, hull
+from fuzzyctl.kernels.plan.build import DegreePlan, Plan, degree_name
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, literals
 from fuzzyctl.model.semantics import Semantics
 from fuzzyctl.model.system import FuzzySystem

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from fuzzyctl.errors import Note
+from fuzzyctl.diagnostics.diagnostic import Note
 from fuzzyctl.kernels.compile import degrees
 from fuzzyctl.model.rule import RuleBlock, RuleTable
 from fuzzyctl.model.system import FuzzySystem

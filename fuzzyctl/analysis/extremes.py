@@ -8,14 +8,14 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Final
 
-from fuzzyctl import arguments
 from fuzzyctl.analysis import clock
 from fuzzyctl.analysis.bounds import OutputBound, output_bounds
-from fuzzyctl.analysis.exact import Surface, surface_of
-from fuzzyctl.analysis.vertex_slopes import steepest
+from fuzzyctl.analysis.multilinear.slopes import steepest
+from fuzzyctl.analysis.multilinear.surface import Surface, surface_of
 from fuzzyctl.analysis.witnesses import Judge
-from fuzzyctl.kernels.plan import Plan, plan
+from fuzzyctl.kernels.plan.build import Plan, plan
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.support import arguments
 
 #: Seconds that one end of one output may take.
 TIMEOUT: Final = 5.0
@@ -127,14 +127,14 @@ class _BySubdivision:
     """Any other system: boxes are halved until the bound is near a value that is attained."""
 
     def __init__(self, system: FuzzySystem, flat: Plan, timeout: float) -> None:
-        from fuzzyctl.analysis.boxes import System
+        from fuzzyctl.analysis.branch_and_bound.queue import System
 
         self.boxed, self.timeout = System(system, flat), timeout
         self.judge = Judge(system)
 
     def least(self, output: int, sign: int) -> tuple[float, list[float] | None]:
         """Return a lower bound (sign 1) or an upper one (-1), and a point that comes near it."""
-        from fuzzyctl.analysis.optimum import least
+        from fuzzyctl.analysis.branch_and_bound.minimum import least
 
         known = self.boxed.bounds[self.boxed.outputs[output]]
         span = known.hi - known.lo
@@ -144,7 +144,7 @@ class _BySubdivision:
 
     def steepest(self, output: int, position: int) -> float:
         """Return a bound of the slope along an input."""
-        from fuzzyctl.analysis.optimum import steepest
+        from fuzzyctl.analysis.branch_and_bound.minimum import steepest
 
         return steepest(self.boxed, output, position, self.deadline)
 

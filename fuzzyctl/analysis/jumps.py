@@ -12,14 +12,15 @@ from functools import cached_property
 from itertools import combinations, islice, pairwise, product
 from typing import Any, Final
 
+from fuzzyctl.analysis.coverage.box_search import Hole, Verdict
 from fuzzyctl.analysis.degrees import breakpoints, cells, degree_in
-from fuzzyctl.analysis.holes import Hole, Verdict
 from fuzzyctl.analysis.work import Work, compilation, evaluation
-from fuzzyctl.errors import Diagnostic, NoRuleFiresError
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, NoRuleFiresError
+from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import Expr, to_text
-from fuzzyctl.kernels import inference, python_backend
-from fuzzyctl.kernels.plan import InputPlan, OutputPlan, Plan, SetPlan
-from fuzzyctl.misspelt import counted
+from fuzzyctl.kernels.backends.python import backend as python_backend
+from fuzzyctl.kernels.inference import inference
+from fuzzyctl.kernels.plan.build import InputPlan, OutputPlan, Plan, SetPlan
 from fuzzyctl.model.method import MAXIMA
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Output

@@ -13,10 +13,11 @@ from itertools import pairwise
 from typing import Final
 
 from fuzzyctl.formulas import Vertex
-from fuzzyctl.kernels import active, diagonal
-from fuzzyctl.kernels.active import Active, active_of, linear_parts
-from fuzzyctl.kernels.diagonal import Band, Diagonals, diagonals_of
-from fuzzyctl.kernels.plan import OutputPlan, Plan
+from fuzzyctl.kernels.algorithms import diagonal
+from fuzzyctl.kernels.algorithms import rule_cells as active
+from fuzzyctl.kernels.algorithms.diagonal import Band, Diagonals, diagonals_of
+from fuzzyctl.kernels.algorithms.rule_cells import Active, active_of, linear_parts
+from fuzzyctl.kernels.plan.build import OutputPlan, Plan
 
 #: Rounding of one operation, twice what it is: products of such errors need no further thought.
 _ULP: Final = Fraction(1, 1 << 52)

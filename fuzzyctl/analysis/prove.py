@@ -10,8 +10,7 @@ from fractions import Fraction
 from functools import cached_property, partial
 from typing import Any, Final
 
-from fuzzyctl import arguments
-from fuzzyctl.analysis import sampling, vertex_slopes, vertices
+from fuzzyctl.analysis import sampling
 from fuzzyctl.analysis.affine import Reader
 from fuzzyctl.analysis.bounds import OutputBound, output_bounds
 from fuzzyctl.analysis.claims import (
@@ -29,20 +28,23 @@ from fuzzyctl.analysis.claims import (
     outside,
     speaks_of_all_points,
 )
-from fuzzyctl.analysis.compass import silent_point
-from fuzzyctl.analysis.coverage import uncovered_of
-from fuzzyctl.analysis.exact import Surface, surface_of
-from fuzzyctl.analysis.holes import Hole
-from fuzzyctl.analysis.holes import Undecided as Unclear
-from fuzzyctl.analysis.silence import Silence, unclear_at
+from fuzzyctl.analysis.coverage.box_search import Hole
+from fuzzyctl.analysis.coverage.box_search import Undecided as Unclear
+from fuzzyctl.analysis.coverage.coverage import uncovered_of
+from fuzzyctl.analysis.coverage.fires import Silence, unclear_at
+from fuzzyctl.analysis.coverage.pattern_search import silent_point
+from fuzzyctl.analysis.multilinear import decide as vertices
+from fuzzyctl.analysis.multilinear import slopes as vertex_slopes
+from fuzzyctl.analysis.multilinear.surface import Surface, surface_of
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict
 from fuzzyctl.analysis.witnesses import Judge
 from fuzzyctl.analysis.work import SEARCH, SPENT, SpentError, Work
-from fuzzyctl.errors import Diagnostic
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.expr import Binary, Expr, span_of, to_text, walk
-from fuzzyctl.kernels.plan import Plan, plan
+from fuzzyctl.kernels.plan.build import Plan, plan
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.support import arguments
 
 #: Seconds that one guarantee may take.
 TIMEOUT: Final = 10.0
@@ -97,7 +99,7 @@ def prove(
     if progress is not None and not callable(progress):
         raise arguments.wrong("'progress'", "a function, or None", progress)
     if not isinstance(path, FuzzySystem):
-        from fuzzyctl.loading import load
+        from fuzzyctl.loading.load import load
 
         path = load(path, system=system)
     prover = Prover(path, timeout=timeout, progress=progress)
@@ -280,8 +282,9 @@ class Prover:
             if witness is not None:
                 return Refuted(claim.text, witness)
             return Undecided(claim.text, "it takes subdivision, for which no time is given")
-        from fuzzyctl.analysis import box_slopes, branching
-        from fuzzyctl.analysis.boxes import System
+        from fuzzyctl.analysis.branch_and_bound import decide as branching
+        from fuzzyctl.analysis.branch_and_bound import slope as box_slopes
+        from fuzzyctl.analysis.branch_and_bound.queue import System
 
         if self._boxed is None:
             self._boxed = System(self.system, self.plan)

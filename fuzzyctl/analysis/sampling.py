@@ -12,7 +12,7 @@ from fuzzyctl.analysis.degrees import breakpoints
 from fuzzyctl.analysis.verdicts import Witness
 from fuzzyctl.analysis.witnesses import Judge, NoValueError
 from fuzzyctl.expr import Binary, Call, Expr, ExprError, Number, children, walk
-from fuzzyctl.kernels.plan import Plan
+from fuzzyctl.kernels.plan.build import Plan
 from fuzzyctl.model.guarantee import Guarantee
 
 #: Most points tried.

@@ -9,7 +9,7 @@ import dataclasses
 from collections.abc import Iterable, Sequence
 
 from fuzzyctl.expr import Expr, names_in
-from fuzzyctl.kernels.program import Accumulate, Assign, Fold, Program, Quadrature, Statement
+from fuzzyctl.kernels.program.program import Accumulate, Assign, Fold, Program, Quadrature, Statement
 
 
 def needed(program: Program, wanted: Sequence[int]) -> Program:

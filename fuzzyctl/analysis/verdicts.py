@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from fuzzyctl.analysis.holes import Side
-from fuzzyctl.source import Span
+from fuzzyctl.analysis.coverage.box_search import Side
+from fuzzyctl.diagnostics.source import Span
 
 
 @dataclass(frozen=True)

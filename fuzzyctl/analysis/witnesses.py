@@ -11,7 +11,7 @@ from typing import Any, Final
 from fuzzyctl.analysis.claims import Bound, Every, Slope, Some, Truth, bounds_in, compared_outputs, is_limit, named
 from fuzzyctl.analysis.verdicts import Witness
 from fuzzyctl.analysis.work import Work, compilation, evaluation
-from fuzzyctl.errors import NoRuleFiresError
+from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
 from fuzzyctl.expr import (
     CONSTANTS,
     FUNCTIONS,
@@ -26,9 +26,10 @@ from fuzzyctl.expr import (
     evaluate,
     to_text,
 )
-from fuzzyctl.kernels import inference, python_backend
+from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.compile import Kernel, compile
-from fuzzyctl.kernels.plan import plan
+from fuzzyctl.kernels.inference import inference
+from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.model.system import FuzzySystem
 
 #: What functions such as `exp` may be off by, relative to what is compared.

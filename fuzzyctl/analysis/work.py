@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Final
 
 from fuzzyctl.expr import Expr, walk
-from fuzzyctl.kernels.plan import OutputPlan, Plan
+from fuzzyctl.kernels.plan.build import OutputPlan, Plan
 
 #: Units for all proofs and searches of one check, whatever the number of systems and outputs.
 CHECK: Final = 1_500_000

@@ -22,8 +22,8 @@ from fuzzyctl.cli.common import (
     source_of,
 )
 from fuzzyctl.cli.streams import say
-from fuzzyctl.errors import CODES, Diagnostic, DiagnosticError
-from fuzzyctl.misspelt import counted, did_you_mean
+from fuzzyctl.diagnostics.diagnostic import CODES, Diagnostic, DiagnosticError
+from fuzzyctl.diagnostics.suggestions import counted, did_you_mean
 
 if TYPE_CHECKING:
     from fuzzyctl.model.system import FuzzySystem
@@ -99,7 +99,7 @@ def _clean(system: FuzzySystem, diagnostics: list[Diagnostic]) -> str:
 
 
 def _check_file(file: str, profile: str | None) -> tuple[tuple[FuzzySystem, ...], list[Diagnostic]]:
-    from fuzzyctl.checking import check_source
+    from fuzzyctl.analysis.check import check_source
 
     try:
         return check_source(source_of(file), folder=Path(file).parent, profile=profile)
@@ -109,7 +109,7 @@ def _check_file(file: str, profile: str | None) -> tuple[tuple[FuzzySystem, ...]
 
 def _enforced(found: list[Diagnostic], denied: tuple[str, ...], allowed: tuple[str, ...]) -> list[Diagnostic]:
     """Apply `--deny` and `--allow`; a code said alone counts more than `warnings`."""
-    from fuzzyctl.loading import enforce
+    from fuzzyctl.loading.load import enforce
 
     every = set(CODES) - set(allowed) if WARNINGS in denied else set()
     return [

@@ -24,13 +24,13 @@ from fuzzyctl.cli.common import (
     with_params,
 )
 from fuzzyctl.cli.streams import say, write_json
-from fuzzyctl.errors import Diagnostic, DiagnosticError
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
     from fuzzyctl.analysis.verdicts import Verdict
     from fuzzyctl.codegen.fixed import Format
+    from fuzzyctl.diagnostics.source import SourceText
     from fuzzyctl.model.system import FuzzySystem
-    from fuzzyctl.source import SourceText
 
 
 @click.command("codegen", short_help="Write a system as C99, Structured Text or Python.")
@@ -120,7 +120,7 @@ def codegen(
 
 def _told(data: dict[str, Any]) -> Iterator[str]:
     """Yield what was written and proved, line by line."""
-    from fuzzyctl.codegen.digits import at_most
+    from fuzzyctl.codegen.rounding_text import at_most
 
     yield from (f"wrote {path}" for path in data["files"])
     yield from (f"proved: {output} is off by {at_most(error)} at most" for output, error in data["errors"].items())
@@ -134,7 +134,7 @@ def _passed(
     Raises:
         DiagnosticError: With all that `fuzzyctl check` finds, if some of it is an error.
     """
-    from fuzzyctl.checking import check_changed
+    from fuzzyctl.analysis.check import check_changed
 
     def change(system: FuzzySystem) -> FuzzySystem:
         values = assignments(settings, [p.name for p in system.params], "param")

@@ -16,13 +16,13 @@ from typing import TYPE_CHECKING, Any, BinaryIO, Final, ParamSpec
 import click
 
 from fuzzyctl.cli.streams import say, write_data, write_json
-from fuzzyctl.errors import Diagnostic, DiagnosticError, FuzzyctlError, render_all
-from fuzzyctl.misspelt import closest
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, FuzzyctlError, render_all
+from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.numerals import to_number
+from fuzzyctl.support.numerals import to_number
 
 if TYPE_CHECKING:
-    from fuzzyctl.source import SourceText
+    from fuzzyctl.diagnostics.source import SourceText
 
 #: Name of standard input in diagnostics; as an argument it is '-'.
 STDIN: Final = "<stdin>"
@@ -212,7 +212,7 @@ def standard_input() -> BinaryIO:
 
 def source_of(file: str) -> SourceText:
     """Read a rule file, or standard input for '-'; files that its text uses are found in the current folder."""
-    from fuzzyctl.reading import read_source, read_stream
+    from fuzzyctl.support.reading import read_source, read_stream
 
     return read_stream(standard_input(), STDIN) if file == "-" else read_source(file)
 
@@ -231,8 +231,8 @@ def load_checked(
     Raises:
         DiagnosticError: With all errors of the file; for a system that the tool of the profile cannot evaluate.
     """
-    from fuzzyctl.analysis import coverage
-    from fuzzyctl.loading import choose, look_through
+    from fuzzyctl.analysis.coverage import coverage
+    from fuzzyctl.loading.load import choose, look_through
 
     source = source_of(path)
     examined = look_through(source, folder=Path(path).parent)
@@ -255,7 +255,7 @@ def under(system: FuzzySystem, profile: str | None) -> FuzzySystem:
     """Return a system under a profile, or as it is; what stays as it is although the tool has no such thing is said."""
     if profile is None:
         return system
-    from fuzzyctl.model.kept import kept
+    from fuzzyctl.model.checks.profile_limits import kept
     from fuzzyctl.model.profiles import as_profile
 
     changed = as_profile(system, profile)

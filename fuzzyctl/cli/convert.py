@@ -26,10 +26,10 @@ from fuzzyctl.cli.common import (
 )
 from fuzzyctl.cli.progress import progress
 from fuzzyctl.cli.streams import say, write_data, write_json
-from fuzzyctl.errors import Diagnostic, DiagnosticError
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
-    from fuzzyctl.conversion import Conversion
+    from fuzzyctl.convert.convert import Conversion
     from fuzzyctl.formats.losses import Loss
     from fuzzyctl.model.system import FuzzySystem
 
@@ -76,11 +76,11 @@ def convert(
         _free(Path(target), force)
     system, told = _loaded(source, settings, name)
     if to == "markdown" and target != "-" and not force:
-        from fuzzyctl.document.pictures import picture_files, refuse_to_replace
+        from fuzzyctl.convert.pictures import picture_files, refuse_to_replace
 
         refuse_to_replace(picture_files(system, Path(target)))
-    from fuzzyctl.conversion import convert as converted
-    from fuzzyctl.conversion import left_out
+    from fuzzyctl.convert.convert import convert as converted
+    from fuzzyctl.convert.convert import left_out
 
     with progress() as shown:
         conversion = converted(system, to, points=points, progress=shown)
@@ -97,7 +97,7 @@ def convert(
 
 def _free(target: Path, force: bool) -> None:
     """Refuse a target that is no file, or is there and is not to be replaced."""
-    from fuzzyctl.files import refuse_what_is_no_file
+    from fuzzyctl.support.writing import refuse_what_is_no_file
 
     refuse_what_is_no_file(target)
     if os.path.exists(target) and not force:
@@ -112,8 +112,8 @@ def _target(target: str, wanted: str | None) -> str:
         DiagnosticError: For a suffix that stands for none.
         BadParameter: For a name that does.
     """
-    from fuzzyctl.conversion import TARGETS
-    from fuzzyctl.misspelt import closest
+    from fuzzyctl.convert.convert import TARGETS
+    from fuzzyctl.diagnostics.suggestions import closest
 
     if wanted is not None:
         if wanted in TARGETS:
@@ -133,7 +133,7 @@ def _target(target: str, wanted: str | None) -> str:
 
 def _loaded(source: str, settings: tuple[str, ...], name: str | None) -> tuple[FuzzySystem, list[Diagnostic]]:
     """Load a system of any format with its warnings, which are printed; its gaps are no mistakes of a conversion."""
-    from fuzzyctl.loading import examine
+    from fuzzyctl.loading.load import examine
 
     system, diagnostics = examine(source_of(source), folder=Path(source).parent, system=name)
     if system is None:
@@ -147,12 +147,12 @@ def _write(system: FuzzySystem, conversion: Conversion, target: str) -> None:
     if target == "-":
         write_data(conversion.text)
         return
-    from fuzzyctl.files import written_whole
+    from fuzzyctl.support.writing import written_whole
 
     text = conversion.text
     if conversion.target == "markdown":
-        from fuzzyctl.document.markdown import page
-        from fuzzyctl.document.pictures import draw
+        from fuzzyctl.convert.markdown import page
+        from fuzzyctl.convert.pictures import draw
 
         text = page(system, draw(system, Path(target)))
     with written_whole(target) as temporary:

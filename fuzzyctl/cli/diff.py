@@ -11,12 +11,12 @@ import click
 
 from fuzzyctl.cli.common import DONE, FAILED, FORMAT, SYSTEM, answers_with_diagnostics, source_of
 from fuzzyctl.cli.streams import say, write_json
-from fuzzyctl.errors import Diagnostic, DiagnosticError
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
     from fuzzyctl.comparison.changes import Change
+    from fuzzyctl.diagnostics.source import SourceText
     from fuzzyctl.model.system import FuzzySystem
-    from fuzzyctl.source import SourceText
 
 #: How a change begins its line.
 MARKS = {"added": "+", "removed": "-", "changed": "~", "renamed": "~", "rewritten": "="}
@@ -92,7 +92,7 @@ def _pairs(first: SourceText, second: SourceText, name: str | None) -> list[tupl
 
 def _systems(source: SourceText, name: str | None) -> tuple[tuple[FuzzySystem, ...], list[Diagnostic]]:
     """Return the systems of a file, or the one named, and the errors of the file."""
-    from fuzzyctl.loading import choose, examine_all
+    from fuzzyctl.loading.load import choose, examine_all
 
     systems, found = examine_all(source, folder=Path(source.name).parent, hints=False)
     if name is not None:

@@ -15,11 +15,11 @@ from typing import Any, Final
 import click
 
 import fuzzyctl
-from fuzzyctl import private_folders
 from fuzzyctl.cli.common import DONE, FAILED, FORMAT, answers_with_diagnostics
 from fuzzyctl.cli.streams import say, write_json
-from fuzzyctl.cores import cores
-from fuzzyctl.misspelt import counted
+from fuzzyctl.diagnostics.suggestions import counted
+from fuzzyctl.kernels.backends.numba.cores import cores
+from fuzzyctl.support import private_folders
 
 #: What fuzzyctl needs, and what only some commands do, each with the extra that brings it.
 NEEDED: Final = ("lark", "pydantic", "click", "rich", "numpy", "scipy", "matplotlib", "numba", "pygments")
@@ -115,7 +115,7 @@ def _cache() -> dict[str, Any]:
 
 
 def _cache_folder() -> Path:
-    from fuzzyctl.kernels.cache import cache_folder
+    from fuzzyctl.kernels.backends.numba.cache import cache_folder
 
     return cache_folder()
 

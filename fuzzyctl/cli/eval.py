@@ -30,9 +30,9 @@ from fuzzyctl.cli.common import (
     standard_input,
 )
 from fuzzyctl.cli.streams import say, write_data, write_json
-from fuzzyctl.errors import Diagnostic, DiagnosticError
-from fuzzyctl.misspelt import closest
-from fuzzyctl.numerals import to_number
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.diagnostics.suggestions import closest
+from fuzzyctl.support.numerals import to_number
 
 if TYPE_CHECKING:
     from fuzzyctl.kernels.compile import Kernel

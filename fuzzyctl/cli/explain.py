@@ -9,8 +9,8 @@ import click
 from fuzzyctl.cli.common import DONE, FORMAT, answers_with_diagnostics, use_color
 from fuzzyctl.cli.pages import read_page
 from fuzzyctl.cli.streams import say, write_json
-from fuzzyctl.errors import CODES
-from fuzzyctl.misspelt import did_you_mean
+from fuzzyctl.diagnostics.diagnostic import CODES
+from fuzzyctl.diagnostics.suggestions import did_you_mean
 
 
 @click.command(short_help="Explain a diagnostic code.")

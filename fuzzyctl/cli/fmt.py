@@ -22,10 +22,10 @@ from fuzzyctl.cli.common import (
     use_color,
 )
 from fuzzyctl.cli.streams import say, write_data
-from fuzzyctl.errors import Diagnostic, DiagnosticError
-from fuzzyctl.files import written_whole
-from fuzzyctl.source import SourceText, Span
-from fuzzyctl.terminal import printable
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.diagnostics.source import SourceText, Span
+from fuzzyctl.diagnostics.terminal import printable
+from fuzzyctl.support.writing import written_whole
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ def _laid_out(file: str) -> _Laid:
     from fuzzyctl.formats.registry import format_of
     from fuzzyctl.lang.formatter import format_source
     from fuzzyctl.lang.parser import parse
-    from fuzzyctl.reading import decode, read_bytes, read_file
+    from fuzzyctl.support.reading import decode, read_bytes, read_file
 
     foreign = format_of(file)
     if foreign is not None:

@@ -11,8 +11,8 @@ import click
 
 from fuzzyctl.cli.common import DONE, answers_with_diagnostics
 from fuzzyctl.cli.streams import say
-from fuzzyctl.errors import Diagnostic, DiagnosticError
-from fuzzyctl.files import written_whole
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.support.writing import written_whole
 
 #: Longest name that makes a file name everywhere.
 LONGEST: Final = 200
@@ -90,8 +90,8 @@ def new(name: str, out: str | None) -> int:
 
 def starter(name: str) -> str:
     """Return the rule file that `fuzzyctl new` writes, in its canonical layout."""
+    from fuzzyctl.diagnostics.source import SourceText
     from fuzzyctl.lang.formatter import format_source
-    from fuzzyctl.source import SourceText
 
     return format_source(SourceText(name, _STARTER.format(name=name)))
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
-from fuzzyctl.shipped import explanations_folder
+from fuzzyctl.support.shipped import explanations_folder
 
 
 @dataclass(frozen=True)

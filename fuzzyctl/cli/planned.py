@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-from fuzzyctl.kernels.algorithm import algorithm_of
-from fuzzyctl.kernels.defuzzify import closed_form
-from fuzzyctl.kernels.effort import MOST_OPERATIONS, operations
-from fuzzyctl.kernels.plan import Plan, plan
-from fuzzyctl.kernels.program import Accumulate, Assign, Between, Fold, Locate, Program
+from fuzzyctl.kernels.algorithms.select import algorithm_of
+from fuzzyctl.kernels.backends.numba.compile_cost import MOST_OPERATIONS, operations
+from fuzzyctl.kernels.inference.defuzzify.defuzzify import closed_form
+from fuzzyctl.kernels.plan.build import Plan, plan
+from fuzzyctl.kernels.program.program import Accumulate, Assign, Between, Fold, Locate, Program
 from fuzzyctl.model.method import MAXIMA, TSUKAMOTO
 from fuzzyctl.model.system import FuzzySystem
 

@@ -20,8 +20,8 @@ from fuzzyctl.cli.common import (
     show,
 )
 from fuzzyctl.cli.streams import say
-from fuzzyctl.errors import Diagnostic, DiagnosticError
-from fuzzyctl.misspelt import closest
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.diagnostics.suggestions import closest
 
 #: What matplotlib is asked to write.
 SUFFIXES = (".png", ".svg", ".pdf")

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Final
 
-from fuzzyctl.terminal import printable
+from fuzzyctl.diagnostics.terminal import printable
 
 #: Seconds after which it is shown.
 PATIENCE: Final = 1.0

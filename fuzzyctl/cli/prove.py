@@ -31,7 +31,7 @@ from fuzzyctl.cli.common import (
 )
 from fuzzyctl.cli.progress import progress
 from fuzzyctl.cli.streams import say, write_json
-from fuzzyctl.errors import Diagnostic, DiagnosticError
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
     from fuzzyctl.analysis.verdicts import Verdict
@@ -96,8 +96,8 @@ def _systems(file: str, settings: Sequence[str], name: str | None, profile: str 
     Raises:
         DiagnosticError: With the mistakes of the file.
     """
-    from fuzzyctl.analysis import coverage
-    from fuzzyctl.loading import choose, look_through
+    from fuzzyctl.analysis.coverage import coverage
+    from fuzzyctl.loading.load import choose, look_through
 
     source = source_of(file)
     examined = look_through(source, folder=Path(file).parent)

@@ -10,9 +10,9 @@ from typing import Any, Final
 import fuzzyctl
 from fuzzyctl.cli.pages import read_page
 from fuzzyctl.cli.streams import json_text
-from fuzzyctl.errors import CODES, Diagnostic
-from fuzzyctl.source import Span
-from fuzzyctl.terminal import printable
+from fuzzyctl.diagnostics.diagnostic import CODES, Diagnostic
+from fuzzyctl.diagnostics.source import Span
+from fuzzyctl.diagnostics.terminal import printable
 
 #: Where SARIF 2.1.0 is defined; viewers tell versions apart by it.
 SARIF_SCHEMA: Final = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"

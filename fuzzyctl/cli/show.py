@@ -23,9 +23,9 @@ from fuzzyctl.cli.common import (
     use_color,
 )
 from fuzzyctl.cli.streams import say, write_json
-from fuzzyctl.errors import DiagnosticError
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+from fuzzyctl.diagnostics.terminal import for_terminal
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.terminal import for_terminal
 
 #: Width of the text where it does not go to a terminal.
 WIDTH = 120
@@ -93,7 +93,7 @@ def _systems(file: str, settings: tuple[str, ...], name: str | None, profile: st
     Raises:
         DiagnosticError: With all errors of the file, or of the settings.
     """
-    from fuzzyctl.loading import choose, examine_all
+    from fuzzyctl.loading.load import choose, examine_all
 
     source = source_of(file)
     systems, diagnostics = examine_all(source, folder=Path(file).parent)

@@ -11,7 +11,7 @@ from typing import Any, Final
 
 import click
 
-from fuzzyctl.terminal import SPELT, printable
+from fuzzyctl.diagnostics.terminal import SPELT, printable
 
 #: Characters that JSON may hold as they are, and that a terminal acts on or UTF-8 lacks.
 _ESCAPED: Final = re.compile("[\\x7f-\\x9f\\u202a-\\u202e\\u2066-\\u2069\\ud800-\\udfff]")

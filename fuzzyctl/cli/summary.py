@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any, Final
 
-from fuzzyctl.errors import DiagnosticError
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.expr import ExprError, to_text
 from fuzzyctl.formats.fz import (
     activation_text,
@@ -157,8 +157,8 @@ def _held_at_first(system: FuzzySystem, v: Output) -> float | str | None:
 def _proved(system: FuzzySystem) -> dict[str, dict[str, Any]]:
     """Return bounds and coverage of each output, as far as this version can prove them."""
     from fuzzyctl.analysis.bounds import output_bounds
-    from fuzzyctl.analysis.coverage import uncovered
-    from fuzzyctl.analysis.holes import Hole
+    from fuzzyctl.analysis.coverage.box_search import Hole
+    from fuzzyctl.analysis.coverage.coverage import uncovered
 
     try:
         bounds, verdicts = output_bounds(system), uncovered(system)

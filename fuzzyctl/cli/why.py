@@ -25,7 +25,7 @@ from fuzzyctl.cli.common import (
 from fuzzyctl.cli.streams import say, write_json
 
 if TYPE_CHECKING:
-    from fuzzyctl.kernels.tracing import Contribution, Trace
+    from fuzzyctl.explain.trace import Contribution, Trace
     from fuzzyctl.model.system import FuzzySystem
 
 
@@ -58,7 +58,7 @@ def why(
     fuzzyctl why rules/ais_reaction.fz sigma=0.01 dsigma=0.3
     fuzzyctl why rules/tipper.fz service=7 food=8 -o why.svg
     """
-    from fuzzyctl.kernels.tracing import trace
+    from fuzzyctl.explain.trace import trace
 
     system = load_checked(file, settings, name, profile)
     given = point_of(system, values, "why")

@@ -6,9 +6,9 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from fuzzyctl.codegen.c_layout import CLayout
 from fuzzyctl.codegen.c_text import INDENT, CText, bare
-from fuzzyctl.codegen.notes import argument_notes, broken, folded, result_notes, table_notes, value_notes
+from fuzzyctl.codegen.comments import argument_notes, broken, folded, result_notes, table_notes, value_notes
 from fuzzyctl.codegen.unit import Unit, described, printable
-from fuzzyctl.kernels.program import Program, Refuse
+from fuzzyctl.kernels.program.program import Program, Refuse
 
 
 def header(unit: Unit) -> str:

@@ -9,10 +9,10 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from fuzzyctl.codegen.errors import CodegenError
-from fuzzyctl.codegen.lean import FALSE, TRUE, read, reads
+from fuzzyctl.codegen.simplify import FALSE, TRUE, read, reads
 from fuzzyctl.codegen.unit import Precision
 from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where
-from fuzzyctl.kernels.program import (
+from fuzzyctl.kernels.program.program import (
     STATE,
     Accumulate,
     Assign,

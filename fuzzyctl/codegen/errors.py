@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fuzzyctl.errors import FuzzyctlError
+from fuzzyctl.diagnostics.diagnostic import FuzzyctlError
 
 
 class CodegenError(FuzzyctlError):

@@ -12,8 +12,8 @@ from fuzzyctl.codegen.c_layout import CLayout
 from fuzzyctl.codegen.fixed import Fixed
 from fuzzyctl.codegen.unit import Unit
 from fuzzyctl.codegen.vectors import in_parts
-from fuzzyctl.errors import Diagnostic, DiagnosticError
-from fuzzyctl.files import write_together
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.support.writing import write_together
 
 #: Longest name of a file, in bytes, with room for that of a temporary one beside it.
 LONGEST: Final = 200

@@ -15,14 +15,14 @@ from fractions import Fraction
 from itertools import islice, pairwise, product
 from typing import Final
 
-from fuzzyctl.codegen.digits import at_most
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.fixed_error import proved
+from fuzzyctl.codegen.rounding_text import at_most
 from fuzzyctl.codegen.table import USEFUL, tabulated
 from fuzzyctl.codegen.unit import Unit
-from fuzzyctl.kernels.algorithm import Algorithm
-from fuzzyctl.kernels.grid import Grid, Table, grid_of
-from fuzzyctl.kernels.plan import Plan
+from fuzzyctl.kernels.algorithms.grid import Grid, Table, grid_of
+from fuzzyctl.kernels.algorithms.select import Algorithm
+from fuzzyctl.kernels.plan.build import Plan
 
 #: Most entries of a table.
 MOST_ENTRIES: Final = 1 << 16

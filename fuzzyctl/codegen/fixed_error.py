@@ -9,7 +9,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 from fuzzyctl.codegen.unit import Unit
-from fuzzyctl.kernels.grid import Grid, Table
+from fuzzyctl.kernels.algorithms.grid import Grid, Table
 
 if TYPE_CHECKING:
     from fuzzyctl.codegen.fixed import Axis, Entries, Format

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from typing import Final
 
 from fuzzyctl.codegen.c_library import LIBRARY, LINKED
-from fuzzyctl.spelling import in_ascii
+from fuzzyctl.diagnostics.transliterate import in_ascii
 
 
 def _words(text: str) -> frozenset[str]:

@@ -7,12 +7,12 @@ from dataclasses import replace
 from typing import Final
 
 from fuzzyctl.codegen.errors import CodegenError
-from fuzzyctl.codegen.lean import functions, renamed
 from fuzzyctl.codegen.names import PYTHON_FUNCTION_RESERVED, PYTHON_RESERVED, Names
+from fuzzyctl.codegen.simplify import functions, renamed
 from fuzzyctl.codegen.unit import Unit, described
-from fuzzyctl.kernels import inference
-from fuzzyctl.kernels.printer import IEEE_SCALAR, INDENT, INTERPRETED, Dialect, block, index_text, text
-from fuzzyctl.kernels.program import STATE, Locate, Place, Program
+from fuzzyctl.kernels.inference import inference
+from fuzzyctl.kernels.program.printer import IEEE_SCALAR, INDENT, INTERPRETED, Dialect, block, index_text, text
+from fuzzyctl.kernels.program.program import STATE, Locate, Place, Program
 
 #: What programs may call: the names each needs besides itself, and its text.
 _HELPERS: Final[Mapping[str, tuple[tuple[str, ...], str]]] = {

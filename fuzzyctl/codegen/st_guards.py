@@ -7,7 +7,7 @@ from collections.abc import Collection, Sequence
 from typing import Final
 
 from fuzzyctl.expr import ZERO, Binary, Call, Compare, Expr, Name, Number, Where, children, walk
-from fuzzyctl.kernels.program import NAN
+from fuzzyctl.kernels.program.program import NAN
 
 #: Functions without a value, or with an infinite one, somewhere.
 PARTIAL: Final = frozenset(["divide", "power", "sqrt", "log", "sin", "cos", "tan"])

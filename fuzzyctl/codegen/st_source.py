@@ -9,15 +9,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 
+from fuzzyctl.codegen.comments import argument_notes, broken, folded, result_notes, table_notes, value_notes
 from fuzzyctl.codegen.errors import CodegenError
-from fuzzyctl.codegen.lean import functions, mapped, with_prefix
 from fuzzyctl.codegen.names import ST_RESERVED, Names
-from fuzzyctl.codegen.notes import argument_notes, broken, folded, result_notes, table_notes, value_notes
+from fuzzyctl.codegen.simplify import functions, mapped, with_prefix
 from fuzzyctl.codegen.st_guards import PARTIAL
 from fuzzyctl.codegen.st_text import INDENT, STText
 from fuzzyctl.codegen.unit import Unit, described, printable
 from fuzzyctl.expr import Binary, Call, Expr, Number
-from fuzzyctl.kernels.program import Refuse
+from fuzzyctl.kernels.program.program import Refuse
 
 
 def block_name(unit: Unit) -> str:

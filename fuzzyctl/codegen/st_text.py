@@ -13,7 +13,7 @@ from typing import Final
 
 from fuzzyctl.codegen.c_text import single_text
 from fuzzyctl.codegen.errors import CodegenError
-from fuzzyctl.codegen.lean import FALSE, TRUE, folding, read
+from fuzzyctl.codegen.simplify import FALSE, TRUE, folding, read
 from fuzzyctl.codegen.st_guards import (
     TESTED,
     function_of,
@@ -26,7 +26,18 @@ from fuzzyctl.codegen.st_guards import (
 )
 from fuzzyctl.codegen.unit import Precision
 from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where, children, replace, walk
-from fuzzyctl.kernels.program import STATE, Accumulate, Assign, Fold, Item, Locate, Offset, Place, Refuse, Statement
+from fuzzyctl.kernels.program.program import (
+    STATE,
+    Accumulate,
+    Assign,
+    Fold,
+    Item,
+    Locate,
+    Offset,
+    Place,
+    Refuse,
+    Statement,
+)
 
 INDENT: Final = "  "
 #: Standard functions of IEC 61131-3 for those of programs.

@@ -8,15 +8,15 @@ from dataclasses import dataclass
 from itertools import pairwise, product
 from typing import TYPE_CHECKING, Any, Final
 
-from fuzzyctl.analysis.coverage import uncovered_of
-from fuzzyctl.codegen.digits import at_most
+from fuzzyctl.analysis.coverage.coverage import uncovered_of
 from fuzzyctl.codegen.errors import CodegenError
+from fuzzyctl.codegen.rounding_text import at_most
 from fuzzyctl.codegen.table_error import enclosed
-from fuzzyctl.errors import NoRuleFiresError
-from fuzzyctl.kernels import python_backend
-from fuzzyctl.kernels.algorithm import Algorithm
-from fuzzyctl.kernels.grid import STEEPEST, Grid, Table
-from fuzzyctl.kernels.plan import Plan
+from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
+from fuzzyctl.kernels.algorithms.grid import STEEPEST, Grid, Table
+from fuzzyctl.kernels.algorithms.select import Algorithm
+from fuzzyctl.kernels.backends.python import backend as python_backend
+from fuzzyctl.kernels.plan.build import Plan
 
 if TYPE_CHECKING:
     import numpy as np

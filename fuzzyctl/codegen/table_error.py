@@ -16,14 +16,14 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from fuzzyctl.analysis.enclosures import Array, boxes, constant
-from fuzzyctl.analysis.interpreter import Interpreter
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.expr import walk
-from fuzzyctl.kernels import inference
-from fuzzyctl.kernels.grid import Grid
-from fuzzyctl.kernels.plan import Plan
-from fuzzyctl.kernels.program import Accumulate, Assign, Program
+from fuzzyctl.kernels.algorithms.grid import Grid
+from fuzzyctl.kernels.inference import inference
+from fuzzyctl.kernels.interval.program import Interpreter
+from fuzzyctl.kernels.interval.vector import Array, boxes, constant
+from fuzzyctl.kernels.plan.build import Plan
+from fuzzyctl.kernels.program.program import Accumulate, Assign, Program
 
 #: Most operations for all boxes, a few seconds.
 MOST_OPERATIONS: Final = 40_000_000

@@ -12,15 +12,15 @@ from typing import Final, Literal
 from fuzzyctl import __version__
 from fuzzyctl.analysis.bounds import OutputBound, output_bounds
 from fuzzyctl.analysis.verdicts import Proved, Undecided, Verdict
-from fuzzyctl.codegen.digits import at_most
-from fuzzyctl.codegen.lean import lean
-from fuzzyctl.codegen.notes import folded
+from fuzzyctl.codegen.comments import folded
+from fuzzyctl.codegen.rounding_text import at_most
+from fuzzyctl.codegen.simplify import lean
 from fuzzyctl.codegen.table import Tabulated, tabulated
 from fuzzyctl.formats.fz import semantics_text
-from fuzzyctl.kernels import inference
-from fuzzyctl.kernels.algorithm import Algorithm, algorithm_of
-from fuzzyctl.kernels.plan import Plan, plan
-from fuzzyctl.kernels.program import Program, Refuse
+from fuzzyctl.kernels.algorithms.select import Algorithm, algorithm_of
+from fuzzyctl.kernels.inference import inference
+from fuzzyctl.kernels.plan.build import Plan, plan
+from fuzzyctl.kernels.program.program import Program, Refuse
 from fuzzyctl.model.system import FuzzySystem
 
 Precision = Literal["float", "double"]

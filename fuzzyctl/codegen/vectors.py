@@ -14,12 +14,13 @@ import numpy as np
 from fuzzyctl.analysis.degrees import breakpoints
 from fuzzyctl.codegen.c_text import single
 from fuzzyctl.codegen.errors import CodegenError
-from fuzzyctl.codegen.lean import mapped
-from fuzzyctl.codegen.single import LANES, Numbers, Roundings, nearest
+from fuzzyctl.codegen.simplify import mapped
+from fuzzyctl.codegen.single_precision import LANES, Numbers, Roundings, nearest
 from fuzzyctl.codegen.unit import Unit
-from fuzzyctl.errors import NoRuleFiresError
+from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
 from fuzzyctl.expr import Compare, Expr, Number
-from fuzzyctl.kernels import inference, python_backend
+from fuzzyctl.kernels.backends.python import backend as python_backend
+from fuzzyctl.kernels.inference import inference
 
 #: Most corners, and random points.
 CORNERS: Final = 100

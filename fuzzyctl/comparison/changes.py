@@ -7,12 +7,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from fuzzyctl import arguments
 from fuzzyctl.comparison.names import Matches, matches
 from fuzzyctl.comparison.order import order_changed
 from fuzzyctl.comparison.rule_pairs import RulePair, rule_pairs
 from fuzzyctl.comparison.rules import flat_rules, with_blocks
 from fuzzyctl.comparison.settings import defuzzifier_settings, otherwise_text, plain_text, settings
+from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import ExprError, to_text
 from fuzzyctl.formats.fz import block_text, defuzzifier_text, guarantee_text, membership_text
 from fuzzyctl.model.guarantee import Hedge
@@ -21,7 +21,7 @@ from fuzzyctl.model.node import Node
 from fuzzyctl.model.semantics import Semantics
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, LinguisticVariable, Output, Term
-from fuzzyctl.source import Span
+from fuzzyctl.support import arguments
 
 Kind = Literal["added", "removed", "changed", "renamed", "rewritten"]
 

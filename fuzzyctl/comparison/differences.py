@@ -7,12 +7,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from fuzzyctl import arguments
 from fuzzyctl.comparison.points import common_points
-from fuzzyctl.errors import ArgumentError
+from fuzzyctl.diagnostics.diagnostic import ArgumentError
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.kernel import Kernel
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.support import arguments
 
 if TYPE_CHECKING:
     import numpy as np

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 from fuzzyctl.comparison.differences import Difference, Place, Progress, at_point, at_points, pairing
 from fuzzyctl.comparison.parts import Part, parts
 from fuzzyctl.comparison.points import common_points
-from fuzzyctl.errors import FuzzyctlError
+from fuzzyctl.diagnostics.diagnostic import FuzzyctlError
 from fuzzyctl.expr import ExprError
 from fuzzyctl.model.system import FuzzySystem
 

@@ -6,10 +6,10 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from fuzzyctl.comparison.changes import Change, Kind
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.formats.registry import format_of
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.parser import parse
-from fuzzyctl.source import SourceText
 
 
 @dataclass(frozen=True)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import dataclasses
 from typing import Final
 
-from fuzzyctl.errors import Diagnostic
-from fuzzyctl.formats.held import counts
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.formats.common.clamped_inputs import counts
 from fuzzyctl.formats.registry import Format
-from fuzzyctl.model.checks import check_model, in_order
+from fuzzyctl.model.checks.checks import check_model, in_order
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.source import SourceText
 
 #: Errors of rule files that are warnings in files of other tools, where the system still has a meaning.
 LENIENT: Final = frozenset({"FZ210"})

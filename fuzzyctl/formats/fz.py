@@ -8,10 +8,9 @@ import unicodedata
 from collections.abc import Iterable, Iterator
 from typing import Final
 
-from fuzzyctl import arguments
-from fuzzyctl.errors import ValueOutOfBoundsError
+from fuzzyctl.diagnostics.diagnostic import ValueOutOfBoundsError
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.expr import ONE, Expr, Number, number_text, to_text
-from fuzzyctl.files import written_whole
 from fuzzyctl.lang.formatter import format_source
 from fuzzyctl.lang.syntax import MAX_NAME
 from fuzzyctl.model.guarantee import Guarantee
@@ -21,7 +20,8 @@ from fuzzyctl.model.rule import And, Antecedent, Cell, Is, Not, Or, Rule, RuleBl
 from fuzzyctl.model.semantics import KNOBS, Semantics
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Fallback, Hold, LinguisticVariable, Membership, Output
-from fuzzyctl.source import SourceText
+from fuzzyctl.support import arguments
+from fuzzyctl.support.writing import written_whole
 
 #: Characters that no string of a rule file can hold.
 _UNWRITABLE: Final = re.compile('["\\n\\r\\0\\ud800-\\udfff]')

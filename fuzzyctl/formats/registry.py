@@ -18,10 +18,10 @@ from importlib import import_module
 from pathlib import PurePath
 from typing import Any, Final
 
-from fuzzyctl.errors import Diagnostic
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.formats.losses import Loss
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.source import SourceText
 
 Read = tuple[tuple[FuzzySystem, ...], list[Diagnostic]]
 

@@ -9,13 +9,13 @@ from functools import cache
 from numbers import Real
 from typing import TYPE_CHECKING, Any, Final
 
-from fuzzyctl.errors import ArgumentError, BackendUnavailableError, UnknownNameError
-from fuzzyctl.kernels import inference
-from fuzzyctl.kernels.algorithm import ALGORITHMS, algorithm_of
-from fuzzyctl.kernels.arguments import float_array, stacked
-from fuzzyctl.kernels.effort import MOST_OPERATIONS, operations
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, BackendUnavailableError, UnknownNameError
+from fuzzyctl.kernels.algorithms.select import ALGORITHMS, algorithm_of
+from fuzzyctl.kernels.backends.arguments import float_array, stacked
+from fuzzyctl.kernels.backends.numba.compile_cost import MOST_OPERATIONS, operations
+from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.kernel import Kernel
-from fuzzyctl.kernels.plan import Plan, plan, planned_set
+from fuzzyctl.kernels.plan.build import Plan, plan, planned_set
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import LinguisticVariable, Term
 
@@ -87,7 +87,7 @@ def _resolve(backend: str) -> str:
 def numba_is_missing() -> str | None:
     """Return why numba cannot be used, None where it can."""
     try:
-        import fuzzyctl.kernels.numba_backend  # noqa: F401 - whether it can be imported is the question
+        import fuzzyctl.kernels.backends.numba.source  # noqa: F401 - whether it can be imported is the question
     except Exception as error:  # noqa: BLE001 - a broken installation may raise anything; what it raised is told
         return f"{type(error).__name__}: {error}" if not isinstance(error, ImportError) else str(error)
     return None
@@ -116,7 +116,7 @@ def degrees(system: FuzzySystem, variable: LinguisticVariable, term: Term, x: An
     """
     import numpy as np
 
-    from fuzzyctl.kernels import numpy_backend
+    from fuzzyctl.kernels.backends.numpy import backend as numpy_backend
 
     found = planned_set(system, variable, term)
     if found is None:

@@ -6,20 +6,16 @@ from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final
 
-from fuzzyctl.errors import ArgumentError, FuzzyctlError, NoRuleFiresError, UnknownNameError
-from fuzzyctl.kernels import inference, python_backend, quick, sequence
-from fuzzyctl.kernels.algorithm import algorithm_of
-from fuzzyctl.kernels.arguments import (
-    argument_error,
-    float_array,
-    in_order,
-    overflows,
-    too_large,
-    writable,
-)
-from fuzzyctl.kernels.batches import NO_STATE, Batches
-from fuzzyctl.kernels.plan import Plan
-from fuzzyctl.kernels.program import Program, Refuse
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, FuzzyctlError, NoRuleFiresError, UnknownNameError
+from fuzzyctl.kernels import fast_call as quick
+from fuzzyctl.kernels.algorithms.select import algorithm_of
+from fuzzyctl.kernels.backends import sequence
+from fuzzyctl.kernels.backends.arguments import argument_error, float_array, in_order, overflows, too_large, writable
+from fuzzyctl.kernels.backends.python import backend as python_backend
+from fuzzyctl.kernels.batch import NO_STATE, Batches
+from fuzzyctl.kernels.inference import inference
+from fuzzyctl.kernels.plan.build import Plan
+from fuzzyctl.kernels.program.program import Program, Refuse
 
 if TYPE_CHECKING:
     import numpy as np
@@ -157,7 +153,7 @@ class Kernel(Batches):
         """
         if self.backend != "numba":
             return self.jit
-        from fuzzyctl.kernels import native
+        from fuzzyctl.kernels.backends.numba import native
 
         return native.value(self._program, self)
 
@@ -167,7 +163,7 @@ class Kernel(Batches):
         self._require_adaptive()
         if self.backend != "numba":
             return self.jit_rates
-        from fuzzyctl.kernels import native
+        from fuzzyctl.kernels.backends.numba import native
 
         return native.rates_value(inference.rates(self.plan), self)
 
@@ -190,7 +186,7 @@ class Kernel(Batches):
     def source(self) -> str:
         """The text of the function as this backend prints it."""
         if self.backend == "numba":
-            from fuzzyctl.kernels import numba_backend
+            from fuzzyctl.kernels.backends.numba import source as numba_backend
 
             return numba_backend.evaluation_source(self._program)
         return python_backend.evaluation_source(self._program)
@@ -209,7 +205,7 @@ class Kernel(Batches):
         the length of the state.
         """
         if self.backend == "numba":
-            from fuzzyctl.kernels import numba_backend
+            from fuzzyctl.kernels.backends.numba import source as numba_backend
 
             return numba_backend.compile_source(numba_backend.evaluation_source(self._program))
         source = python_backend.evaluation_source(self._program)
@@ -221,13 +217,13 @@ class Kernel(Batches):
         return self.jit
 
     def _native(self, *, single: bool) -> Any:
-        from fuzzyctl.kernels import native
+        from fuzzyctl.kernels.backends.numba import native
 
         return native.Point(self._program) if single else native.call(self._program)
 
     def _storing(self, program: Program) -> Any:
         if self.backend == "numba":
-            from fuzzyctl.kernels import numba_backend
+            from fuzzyctl.kernels.backends.numba import source as numba_backend
 
             return numba_backend.compile_source(numba_backend.storing_source(program))
         return python_backend.compile_source(python_backend.storing_source(program), program, self.input_names)

@@ -9,10 +9,10 @@ from typing import Any, Final, TypeVar
 from lark import Token, Transformer, v_args
 
 from fuzzyctl import expr as ex
-from fuzzyctl.errors import Diagnostic
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.lines import LogicalLine
-from fuzzyctl.source import SourceText, Span
 
 #: What a name may be made of.
 NAME_RULE: Final = "a name begins with a letter or '_' and goes on with letters, digits and '_'"

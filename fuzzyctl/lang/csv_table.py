@@ -7,13 +7,13 @@ import re
 from collections.abc import Iterator
 from typing import Any, Final, Literal
 
-from fuzzyctl.errors import Diagnostic
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.diagnostics.source import SourceText, Span
+from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.lang import syntax as sx
+from fuzzyctl.lang.fast_path_expressions import NAME
 from fuzzyctl.lang.lines import LogicalLine
 from fuzzyctl.lang.parser import MAX_MISTAKES, parse_line
-from fuzzyctl.lang.plain_expr import NAME
-from fuzzyctl.misspelt import counted
-from fuzzyctl.source import SourceText, Span
 
 #: What a CSV file must look like: the help of one that does not.
 CSV_FORM: Final = (

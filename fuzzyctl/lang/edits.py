@@ -10,8 +10,8 @@ from functools import cached_property
 from itertools import islice
 from typing import Final
 
-from fuzzyctl.errors import Diagnostic
-from fuzzyctl.source import SourceText, Span
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.diagnostics.source import SourceText, Span
 
 #: A line that needs more edits of one kind holds no slip.
 _MOST: Final = 40

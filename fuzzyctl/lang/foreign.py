@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from typing import Any, Final
 
-from fuzzyctl.errors import Diagnostic
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.other_tools import known_kind, known_setting

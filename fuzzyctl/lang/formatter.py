@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from itertools import groupby
 from typing import Final
 
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.lang.lines import LogicalLine, split
 from fuzzyctl.lang.syntax import NAME
-from fuzzyctl.source import SourceText
 
 _NUMBER: Final = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
 #: An output of another system is one token, except in rows, where a point is a cell.

@@ -10,11 +10,11 @@ from typing import Any
 from lark import Lark
 from lark.exceptions import UnexpectedInput
 
-from fuzzyctl.errors import Diagnostic
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.lang.builder import Builder
 from fuzzyctl.lang.lines import LineKind, LogicalLine
 from fuzzyctl.lang.mistakes import describe
-from fuzzyctl.source import SourceText
 
 # Lark calls the builder while it parses, and the builder must know where the line stands; one parse at a time.
 _LOCK = threading.Lock()

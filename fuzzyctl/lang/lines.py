@@ -11,11 +11,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final, Literal
 
-from fuzzyctl.errors import Diagnostic
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.lang.syntax import NAME, STATEMENT_KEYWORDS
 from fuzzyctl.records import record
-from fuzzyctl.source import SourceText, Span
 
 #: Which start symbol of the grammar a line is parsed with; "unknown" is a mistake, "blank" has no code.
 #: "label" and "cell" are fields of a CSV file.

@@ -6,12 +6,12 @@ import re
 import unicodedata
 from typing import TYPE_CHECKING, Any, Final
 
-from fuzzyctl.errors import Diagnostic
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.diagnostics.source import SourceText, Span
+from fuzzyctl.diagnostics.suggestions import closest, look_alikes
+from fuzzyctl.lang.common_errors import NO_RULE, SPELLINGS, corner, repair
 from fuzzyctl.lang.lines import LogicalLine
-from fuzzyctl.lang.slips import NO_RULE, SPELLINGS, corner, repair
 from fuzzyctl.lang.syntax import NAME, STATEMENT_KEYWORDS
-from fuzzyctl.misspelt import closest, look_alikes
-from fuzzyctl.source import SourceText, Span
 
 if TYPE_CHECKING:
     from lark.exceptions import UnexpectedInput, UnexpectedToken

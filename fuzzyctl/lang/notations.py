@@ -7,12 +7,12 @@ import unicodedata
 from collections.abc import Callable, Iterator
 from typing import Final
 
+from fuzzyctl.diagnostics.other_tools_words import PEER_WORDS
+from fuzzyctl.diagnostics.suggestions import closest, look_alikes
+from fuzzyctl.lang.common_errors import SPELLINGS
 from fuzzyctl.lang.edits import Edit, Repair, Surroundings
 from fuzzyctl.lang.other_tools import known_setting, remark
-from fuzzyctl.lang.slips import SPELLINGS
 from fuzzyctl.lang.syntax import NAME, STATEMENT_KEYWORDS
-from fuzzyctl.misspelt import closest, look_alikes
-from fuzzyctl.peer_words import PEER_WORDS
 
 NUMBER: Final = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 

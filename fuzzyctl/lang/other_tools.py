@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
+from fuzzyctl.diagnostics.other_tools_words import PEER_REMARKS, PEER_WORDS
 from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, DISJUNCTIONS, IMPLICATIONS, MEMBERSHIP
-from fuzzyctl.peer_words import PEER_REMARKS, PEER_WORDS
 
 _DEFUZZIFIERS: Final = (
     "centroid",

@@ -7,11 +7,13 @@ import re
 from itertools import chain, pairwise
 from typing import Any, Final
 
-from fuzzyctl.errors import Diagnostic
-from fuzzyctl.lang import plain
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.diagnostics.source import SourceText, Span
+from fuzzyctl.lang import fast_path as plain
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.foreign import foreign
-from fuzzyctl.lang.heads import (
+from fuzzyctl.lang.lines import LineKind, LogicalLine, split
+from fuzzyctl.lang.missing_keywords import (
     Headless,
     describe_barless,
     describe_headless,
@@ -21,9 +23,7 @@ from fuzzyctl.lang.heads import (
     looks_like_term,
     looks_like_variable,
 )
-from fuzzyctl.lang.lines import LineKind, LogicalLine, split
 from fuzzyctl.lang.mistakes import describe_unknown_line, meant_keyword, orphan
-from fuzzyctl.source import SourceText, Span
 
 #: So many lines that cannot be read are reported.
 MAX_MISTAKES: Final = 500

@@ -14,7 +14,8 @@ from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from itertools import takewhile
 from typing import Final
 
-from fuzzyctl.errors import Diagnostic
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.edits import Declared, Draft, Edit, Repair, RepairedText, Surroundings, in_original
 from fuzzyctl.lang.lines import LineKind, LogicalLine, split
@@ -22,7 +23,6 @@ from fuzzyctl.lang.notations import CHARACTERS, COMMENT, SPELLING, STATEMENTS
 from fuzzyctl.lang.rule_repairs import RULES
 from fuzzyctl.lang.syntax import STATEMENT_KEYWORDS
 from fuzzyctl.lang.term_repairs import TERMS
-from fuzzyctl.source import SourceText, Span
 
 #: Largest number of rounds of reading a file again; each round reveals what the repairs of the previous one uncovered.
 _ROUNDS: Final = 4

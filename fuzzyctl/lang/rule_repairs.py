@@ -6,10 +6,10 @@ import re
 from collections.abc import Iterator
 from typing import Final
 
+from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.lang.edits import Edit, Repair, Surroundings
 from fuzzyctl.lang.notations import NUMBER, by_pattern, head
 from fuzzyctl.lang.syntax import NAME
-from fuzzyctl.misspelt import closest
 
 _RULE_WORDS: Final = "is|and|or|not|then|weight"
 _WORD: Final = rf"(?!(?:{_RULE_WORDS})\b){NAME}"

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Final
 
+from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.expr import Expr
 from fuzzyctl.records import record
-from fuzzyctl.source import SourceText, Span
 
 #: Words that begin a statement.
 STATEMENT_KEYWORDS: Final = (

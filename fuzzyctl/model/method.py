@@ -8,10 +8,10 @@ from typing import Final, Literal
 
 from pydantic import Field, InstanceOf
 
+from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Expr
 from fuzzyctl.model.node import Node
 from fuzzyctl.model.semantics import Semantics
-from fuzzyctl.source import Span
 
 #: Defuzzifiers over rules: each rule counts with the middle of the core of its consequent term, weighted by its
 #: activation; implication and aggregation then have no effect. `center_average` is the name Mamdani systems use,

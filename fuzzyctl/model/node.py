@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, InstanceOf
 
-from fuzzyctl.source import Span
+from fuzzyctl.diagnostics.source import Span
 
 
 class Node(BaseModel):

@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterable, Sequence
 
 from fuzzyctl import expr as ex
+from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import CONSTANTS, ExprError, evaluate, names_in
 from fuzzyctl.model.guarantee import Param
-from fuzzyctl.source import Span
 
 
 class ParamCycleError(ExprError):

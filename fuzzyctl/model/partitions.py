@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
 
-from fuzzyctl.errors import Diagnostic
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.expr import Expr, Negate, Number, to_text
 from fuzzyctl.formulas import MEMBERSHIP, Vertex
-from fuzzyctl.model.numbers import Numbers
+from fuzzyctl.model.checks.evaluated import Numbers
 from fuzzyctl.model.variable import Input, Term
 
 #: What a sum of degrees may differ from 1 by rounding of its terms' corners.

@@ -10,9 +10,9 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any, Final, Literal
 
-from fuzzyctl.errors import Diagnostic, DiagnosticError, UnknownNameError
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, UnknownNameError
 from fuzzyctl.expr import ZERO, Expr
-from fuzzyctl.model.checks import check_model
+from fuzzyctl.model.checks.checks import check_model
 from fuzzyctl.model.method import MAXIMA, Defuzzifier, Grid, Method, Rule
 from fuzzyctl.model.semantics import Semantics
 from fuzzyctl.model.system import FuzzySystem

@@ -11,7 +11,8 @@ from typing import Any, Self, TypeVar
 
 from pydantic import Field, InstanceOf, model_validator
 
-from fuzzyctl.errors import ArgumentError, UnknownNameError, ValueOutOfBoundsError
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError, ValueOutOfBoundsError
+from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Expr, Number, evaluate
 from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
 from fuzzyctl.model.method import Method, RuleMethod
@@ -19,7 +20,6 @@ from fuzzyctl.model.node import Node
 from fuzzyctl.model.params import ParamValues
 from fuzzyctl.model.rule import Rule, RuleBlock, RuleTable, rule_count, rules_of
 from fuzzyctl.model.variable import Input, Output
-from fuzzyctl.source import Span
 
 
 class FuzzySystem(Node):
@@ -118,7 +118,7 @@ class FuzzySystem(Node):
     @cached_property
     def reads(self) -> tuple[tuple[str, dict[str, Span | None]], ...]:
         """For each consequent of each rule its output, and the outputs that its rule waits for; see `model.reads`."""
-        from fuzzyctl.model.reads import reads_of
+        from fuzzyctl.model.dependencies import reads_of
 
         return tuple(reads_of(self))
 
@@ -202,7 +202,7 @@ class FuzzySystem(Node):
         compared = tuple(self._followed(c, values) for c in self.compared)
         fields = {k: getattr(self, k) for k in type(self).model_fields}
         changed = FuzzySystem(**fields | {"params": params, "compared": compared})
-        from fuzzyctl.model.checks import require_well_formed
+        from fuzzyctl.model.checks.checks import require_well_formed
 
         require_well_formed(changed)
         return changed

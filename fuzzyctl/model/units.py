@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from fuzzyctl.errors import Diagnostic
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.expr import COMPARISONS, Binary, Call, Compare, Expr, Logic, Name, Negate, children, span_of, to_text
-from fuzzyctl.model.dimensions import are_same, surely_differ
+from fuzzyctl.model.checks.dimensions import are_same, surely_differ
 from fuzzyctl.model.system import FuzzySystem
 
 #: Functions whose value is measured in the unit of their arguments.

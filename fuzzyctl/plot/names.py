@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Final
 
-from fuzzyctl.formats.identifiers import identifier
+from fuzzyctl.formats.common.identifiers import identifier
 
 #: Most bytes of one name in the name of a file; file systems take 255 for the whole.
 LONGEST: Final = 100

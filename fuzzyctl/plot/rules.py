@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from fuzzyctl.kernels.implied import ImpliedSets, antecedent_set
-from fuzzyctl.kernels.plan import plan
-from fuzzyctl.kernels.sampling import sampled_degrees
-from fuzzyctl.kernels.tracing import Contribution, FiredRule, Trace
+from fuzzyctl.explain.implied_sets import ImpliedSets, antecedent_set
+from fuzzyctl.explain.trace import Contribution, FiredRule, Trace
+from fuzzyctl.kernels.inference.defuzzify.sampling import sampled_degrees
+from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.model.rule import literals
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, LinguisticVariable

@@ -34,7 +34,7 @@ def saved(target: Path) -> Iterator[Any]:
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
-    from fuzzyctl.files import written_whole
+    from fuzzyctl.support.writing import written_whole
 
     with mpl.rc_context(STYLE):
         # A Figure of its own, not pyplot's: no window system, no process-wide state.

@@ -9,9 +9,9 @@ from collections.abc import Mapping
 from typing import Final
 
 from fuzzyctl import expr as ex
-from fuzzyctl.misspelt import counted, did_you_mean
+from fuzzyctl.diagnostics.source import Span
+from fuzzyctl.diagnostics.suggestions import counted, did_you_mean
 from fuzzyctl.resolve.context import Context
-from fuzzyctl.source import Span
 
 #: What a guarantee may say of an output: the forms, and whether the word is a truth value by itself.
 FORMS: Final[dict[str, tuple[str, bool]]] = {

@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 from typing import Any, Final
 
 from fuzzyctl import expr as ex
-from fuzzyctl.errors import Diagnostic, Note
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
+from fuzzyctl.diagnostics.source import Span
+from fuzzyctl.diagnostics.suggestions import closest, counted, listed, look_alikes
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.misspelt import closest, counted, listed, look_alikes
 from fuzzyctl.model.profiles import PROFILES, Profile
-from fuzzyctl.source import Span
 
 #: Misspelt names of a system for which the closest known one is looked for.
 MAX_SUGGESTIONS: Final = 500

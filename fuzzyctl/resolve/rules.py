@@ -7,10 +7,10 @@ from itertools import pairwise
 from typing import Final
 
 from fuzzyctl import expr as ex
+from fuzzyctl.diagnostics.suggestions import closest, counted, listed, look_alikes
 from fuzzyctl.formulas import HEDGES
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.mistakes import FORMS, RULE_WORDS, capital_keyword
-from fuzzyctl.misspelt import closest, counted, listed, look_alikes
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Not, Or, Rule
 from fuzzyctl.model.variable import Membership

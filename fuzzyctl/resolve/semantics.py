@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 from typing import Any, Final, get_args
 
+from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.misspelt import closest
 from fuzzyctl.model.profiles import PROFILES
 from fuzzyctl.model.semantics import KNOBS, Semantics
 from fuzzyctl.resolve.context import Context

@@ -6,9 +6,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final, TypeVar
 
 from fuzzyctl import expr as ex
+from fuzzyctl.diagnostics.suggestions import did_you_mean
 from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, DISJUNCTIONS, IMPLICATIONS
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.misspelt import did_you_mean
 from fuzzyctl.model.method import ACTIVATIONS, DEFUZZIFIERS, Activation, Defuzzifier, Method
 from fuzzyctl.model.profiles import UNSET
 from fuzzyctl.model.rule import Rule, RuleBlock, RuleTable

@@ -7,11 +7,12 @@ from collections import ChainMap
 from collections.abc import Sequence
 from typing import Any, Final
 
-from fuzzyctl.errors import CODES, WARNINGS, Diagnostic
+from fuzzyctl.diagnostics.diagnostic import CODES, WARNINGS, Diagnostic
+from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Call, names_in, walk
 from fuzzyctl.formulas import HEDGES
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.model.checks import check_values, in_order
+from fuzzyctl.model.checks.checks import check_values, in_order
 from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
 from fuzzyctl.model.rule import literals
 from fuzzyctl.model.system import FuzzySystem
@@ -22,7 +23,6 @@ from fuzzyctl.resolve.rules import MAX_OUTPUTS, MAX_RULES, resolve_require
 from fuzzyctl.resolve.semantics import resolve_semantics
 from fuzzyctl.resolve.settings import find_idle_settings, resolve_method
 from fuzzyctl.resolve.variables import resolve_param, resolve_variable
-from fuzzyctl.source import Span
 
 #: Most inputs and outputs of a system together, those shared with other systems included.
 MAX_VARIABLES: Final = 2000

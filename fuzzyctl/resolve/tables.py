@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fuzzyctl import expr as ex
+from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.csv_table import CSV_FORM
 from fuzzyctl.lang.edits import rewritten
-from fuzzyctl.misspelt import counted
 from fuzzyctl.model.rule import Cell, RuleTable
 from fuzzyctl.model.variable import Membership
 from fuzzyctl.resolve.context import Context

@@ -10,9 +10,9 @@ from collections.abc import Sequence
 from typing import Any, Final
 
 from fuzzyctl import expr as ex
+from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.formulas import MEMBERSHIP, MembershipFormula
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.misspelt import closest
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.variable import Fallback, Hold, Input, Membership, Output, Term
 from fuzzyctl.resolve.context import Context

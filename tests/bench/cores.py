@@ -16,11 +16,10 @@ from typing import Any
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parent.parent))
-
-from bench.workloads import WORKLOADS, Workload
+sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import fuzzyctl
+from tests.bench.workloads import WORKLOADS, Workload
 
 POINTS = (20_000, 50_000, 100_000, 200_000, 500_000, 1_000_000)
 ROUNDS = 40

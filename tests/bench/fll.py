@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bench.workloads import LINES, SEVEN
+from tests.bench.workloads import LINES, SEVEN
 
 FIVE = "NB NS ZO PS PB".split()
 TABLE = ("NB NM NM NS NS", "NM NS ZO PS ZO", "ZO PS PM PS ZO", "ZO PS ZO NS NM", "NS NS NM NM NB")

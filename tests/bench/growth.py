@@ -19,7 +19,7 @@ import numpy as np
 
 import fuzzyctl
 
-sys.path.insert(0, str(Path(__file__).parent.parent))
+sys.path.insert(0, str(Path(__file__).parents[2]))
 
 POINTS, ROUNDS = 100_000, 5
 

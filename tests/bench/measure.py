@@ -12,10 +12,10 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from bench import fll, peers
-from bench.workloads import WORKLOADS, Workload
 
 import fuzzyctl
+from tests.bench import fll, peers
+from tests.bench.workloads import WORKLOADS, Workload
 
 HERE = Path(__file__).parent
 FLAGS = ("-O3", "-march=native", "-fno-math-errno", "-fno-trapping-math")

@@ -15,15 +15,15 @@ from typing import Any
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parent.parent))
-
-from bench.measure import _loop
-from bench.workloads import WORKLOADS, Workload
+sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import fuzzyctl
-from fuzzyctl.kernels import entry, numba_backend
-from fuzzyctl.kernels.sharing import Loop
-from fuzzyctl.kernels.table import Numbers
+from fuzzyctl.kernels.backends.numba import source as numba_backend
+from fuzzyctl.kernels.backends.numba import vectorcall as entry
+from fuzzyctl.kernels.backends.numba.parameters import Numbers
+from fuzzyctl.kernels.backends.numba.threads import Loop
+from tests.bench.measure import _loop
+from tests.bench.workloads import WORKLOADS, Workload
 
 COUNT, ROUNDS = 200_000, 30
 #: A result as numba's modules have it.

@@ -12,11 +12,10 @@ import tempfile
 from pathlib import Path
 from time import perf_counter
 
-sys.path.insert(0, str(Path(__file__).parent.parent))
-
-from bench.workloads import RULES
+sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import fuzzyctl
+from tests.bench.workloads import RULES
 
 #: Rule files, a param of each, and values of it.
 SWEPT = (("fcafsmc.fz", "half_width", (0.35, 0.36, 0.37, 0.38, 0.39)), ("fcafsmc.fz", "gamma", (2, 3, 4, 5, 6)))

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from fuzzyctl import loads, prove
 from fuzzyctl.analysis.extremes import _BySubdivision
-from fuzzyctl.kernels.plan import plan
-from fuzzyctl.loading import load
+from fuzzyctl.kernels.plan.build import plan
+from fuzzyctl.loading.load import load
 
 RULES = Path(__file__).resolve().parents[2] / "rules"
 NAMES = ["NB", "NM", "NS", "ZO", "PS", "PM", "PB"]

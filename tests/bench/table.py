@@ -14,11 +14,11 @@ import json
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parent.parent))
+sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from bench.measure import everything
-from bench.peers import PEERS
-from bench.workloads import WORKLOADS
+from tests.bench.measure import everything
+from tests.bench.peers import PEERS
+from tests.bench.workloads import WORKLOADS
 
 #: Rows, and the row that each is set against.
 ROWS = {

@@ -18,13 +18,13 @@ import pytest
 
 import fuzzyctl
 
-sys.path.insert(0, str(Path(__file__).parent.parent))
+sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from bench.measure import build_limits, limit
-from bench.nan import without_test
-from bench.peers import PEERS
-from bench.table import ROWS, rendered
-from bench.workloads import WORKLOADS, Workload
+from tests.bench.measure import build_limits, limit
+from tests.bench.nan import without_test
+from tests.bench.peers import PEERS
+from tests.bench.table import ROWS, rendered
+from tests.bench.workloads import WORKLOADS, Workload
 
 EACH = pytest.mark.parametrize("workload", WORKLOADS, ids=lambda w: w.name)
 

@@ -17,12 +17,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from dwmr import simulate
-from dwmr.compiled import COMPILED
-from dwmr.disturbances import DISTURBANCE
-from dwmr.fuzzy_gains import Rules
-from dwmr.robot import ROBOT
-from dwmr.scenario_file import find, read
+from dwmr.control.fuzzy_gains import Rules
+from dwmr.core.jit import COMPILED
+from dwmr.plant.disturbances import DISTURBANCE
+from dwmr.plant.robot import ROBOT
+from dwmr.scenario.file import find, read
+from dwmr.simulation import simulate
 
 SOURCE = Path(__file__).with_name("formation.c")
 FLAGS = ["-O3", "-march=native", "-fno-math-errno", "-fno-trapping-math", "-shared", "-fPIC"]

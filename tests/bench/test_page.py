@@ -9,14 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent.parent))
-
-from bench import fll, peers
-from bench.growth import STUDIES
-from bench.table import PEER_ROWS, ROWS, rendered
-from bench.workloads import WORKLOADS
+sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import fuzzyctl
+from tests.bench import fll, peers
+from tests.bench.growth import STUDIES
+from tests.bench.table import PEER_ROWS, ROWS, rendered
+from tests.bench.workloads import WORKLOADS
 
 FOLDER = Path(__file__).parent.parent.parent / "docs" / "reference" / "performance"
 

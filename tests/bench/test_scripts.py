@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent.parent))
+sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from bench import cores, nan, params
-from bench.workloads import WORKLOADS
+from tests.bench import cores, nan, params
+from tests.bench.workloads import WORKLOADS
 
 NUMBA = pytest.importorskip("numba")
 

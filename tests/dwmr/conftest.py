@@ -9,11 +9,11 @@ from typing import Any
 
 import pytest
 
-from dwmr import simulate
 from dwmr.cli.main import main
-from dwmr.fuzzy_gains import Rules
-from dwmr.metrics import measure
-from dwmr.scenario_file import ScenarioFile, find, read
+from dwmr.control.fuzzy_gains import Rules
+from dwmr.results.metrics import measure
+from dwmr.scenario.file import ScenarioFile, find, read
+from dwmr.simulation import simulate
 
 
 @cache

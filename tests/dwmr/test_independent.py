@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from dwmr.scenario_file import find, read
+from dwmr.scenario.file import find, read
 
 #: Tables 2, 6 and 7: peaks of σ*, of its rate, and of the term in each cell.
 SIGMA = [-0.030, -0.015, 0.0, 0.015, 0.030]

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from dwmr import simulate
 from dwmr.calibration import parameters
-from dwmr.fuzzy_gains import Rules
-from dwmr.metrics import TABLE_12, TABLE_13, measure
-from dwmr.scenario_file import find, read
+from dwmr.control.fuzzy_gains import Rules
+from dwmr.results.metrics import TABLE_12, TABLE_13, measure
+from dwmr.scenario.file import find, read
+from dwmr.simulation import simulate
 
 EXPLANATION = Path(__file__).resolve().parents[2] / "docs" / "explanation"
 RESULTS = EXPLANATION / "reproduction"

@@ -11,13 +11,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dwmr import compiled, controllers, simulate
 from dwmr.cli.main import main
-from dwmr.folder import results
-from dwmr.fuzzy_gains import Rules
-from dwmr.scenario_file import find, read
-from fuzzyctl.errors import DiagnosticError
-from fuzzyctl.shipped import rules_folder
+from dwmr.control import laws as controllers
+from dwmr.control.fuzzy_gains import Rules
+from dwmr.core import jit as compiled
+from dwmr.output.folder import results
+from dwmr.scenario.file import find, read
+from dwmr.simulation import simulate
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+from fuzzyctl.support.shipped import rules_folder
 from tests.dwmr.process import LONG, dwmr, here
 
 PAPER = find("paper")
@@ -235,7 +237,7 @@ class TestLawFile:
     def test_that_cannot_be_imported_is_named(self, tmp_path, monkeypatch, text, words):
         (tmp_path / "broken.py").write_text(text, encoding="utf-8")
         monkeypatch.setattr(controllers, "__path__", [*controllers.__path__, str(tmp_path)])
-        monkeypatch.delitem(sys.modules, "dwmr.controllers.broken", raising=False)
+        monkeypatch.delitem(sys.modules, "dwmr.control.laws.broken", raising=False)
         file = read(PAPER, ["robot.controllers.broken.k=1"])
         with pytest.raises(DiagnosticError, match="broken") as caught:
             simulate.prepare(file, "broken", Rules(file.scenario.rules, (), file.places))
@@ -263,7 +265,7 @@ def test_without_a_home_functions_are_compiled_for_one_process(monkeypatch):
 )
 def test_a_damaged_cache_is_compiled_anew(tmp_path, suffix, length):
     code = (
-        "from dwmr.compiled import compiled\n"
+        "from dwmr.core.jit import compiled\n"
         "import sys\n"
         "@compiled\ndef f(x):\n    return 2.0 * x\n"
         "print(f(21.0), f._cache_hits)\n"
@@ -318,7 +320,7 @@ class TestInterruption:
 
     @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
     def test_while_files_are_written_waits(self, tmp_path, monkeypatch, number):
-        from dwmr import outputs
+        from dwmr.output import outputs
 
         write = outputs.write_trajectories
 

@@ -4,9 +4,9 @@ import os
 
 import pytest
 
-from dwmr.scenario_file import read
+from dwmr.scenario.file import read
 from dwmr.sweep.journal import journal, require_own
-from fuzzyctl.errors import DiagnosticError
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from tests.dwmr.process import dwmr, here
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the platform has no named pipes")

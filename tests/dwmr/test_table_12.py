@@ -5,9 +5,9 @@ import io
 import pytest
 from rich.console import Console
 
-from dwmr.paper_run import beside, differences
-from dwmr.report import print_report
-from dwmr.scenario_file import find, read
+from dwmr.output.report import print_report
+from dwmr.results.paper_run import beside, differences
+from dwmr.scenario.file import find, read
 
 
 def paper(*overrides):

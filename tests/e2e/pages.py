@@ -31,11 +31,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fuzzyctl import errors
-from fuzzyctl.checking import check_source
+from fuzzyctl.analysis.check import check_source
+from fuzzyctl.diagnostics import diagnostic as errors
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.lang import syntax
 from fuzzyctl.lang.parser import parse
-from fuzzyctl.source import SourceText
 from tests import sizes
 from tests.e2e.commands import run_here
 

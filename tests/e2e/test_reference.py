@@ -13,14 +13,16 @@ from pydantic import BaseModel
 
 import fuzzyctl
 from dwmr.cli.main import main as dwmr_commands
-from dwmr.scenario import Scenario
-from fuzzyctl import build, errors, expr, formulas
-from fuzzyctl.assembly import MAX_FILES
+from dwmr.scenario.model import Scenario
+from fuzzyctl import expr, formulas
+from fuzzyctl.building import build
 from fuzzyctl.cli.main import main as fuzzyctl_commands
+from fuzzyctl.diagnostics import diagnostic as errors
 from fuzzyctl.kernels.compile import ALGORITHMS, BACKENDS
 from fuzzyctl.lang import syntax
 from fuzzyctl.lang.grammar import grammar_text
 from fuzzyctl.lang.syntax import MAX_NAME
+from fuzzyctl.loading.assembly import MAX_FILES
 from fuzzyctl.model.method import ACTIVATIONS, DEFUZZIFIERS, Grid
 from fuzzyctl.model.profiles import PROFILES
 from fuzzyctl.model.variable import Fallback

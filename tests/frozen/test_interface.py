@@ -7,7 +7,7 @@ import pytest
 from click.testing import CliRunner
 
 import fuzzyctl
-from fuzzyctl.errors import CODES
+from fuzzyctl.diagnostics.diagnostic import CODES
 from tests.frozen.kept import check_kept
 
 COMMANDS = {"fuzzyctl": "fuzzyctl.cli.main", "dwmr": "dwmr.cli.main"}

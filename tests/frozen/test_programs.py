@@ -3,11 +3,14 @@
 import pytest
 
 from fuzzyctl import loads
-from fuzzyctl.errors import ArgumentError
-from fuzzyctl.kernels import inference, numba_backend, numpy_backend, python_backend
-from fuzzyctl.kernels.algorithm import ALGORITHMS, algorithm_of
-from fuzzyctl.kernels.plan import plan
-from fuzzyctl.kernels.table import Numbers
+from fuzzyctl.diagnostics.diagnostic import ArgumentError
+from fuzzyctl.kernels.algorithms.select import ALGORITHMS, algorithm_of
+from fuzzyctl.kernels.backends.numba import source as numba_backend
+from fuzzyctl.kernels.backends.numba.parameters import Numbers
+from fuzzyctl.kernels.backends.numpy import backend as numpy_backend
+from fuzzyctl.kernels.backends.python import backend as python_backend
+from fuzzyctl.kernels.inference import inference
+from fuzzyctl.kernels.plan.build import plan
 from tests.frozen.kept import check_kept
 from tests.frozen.systems import SYSTEMS
 

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dwmr import simulate
-from dwmr.fuzzy_gains import Rules
-from dwmr.scenario_file import find, read, shipped_names
+from dwmr.control.fuzzy_gains import Rules
+from dwmr.scenario.file import find, read, shipped_names
+from dwmr.simulation import simulate
 
 HERE = Path(__file__).parent / "trajectories"
 LAWS = (

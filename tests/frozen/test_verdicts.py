@@ -10,7 +10,7 @@ from random import Random
 import pytest
 
 from fuzzyctl import check, dumps, load, loads, output_bounds, prove
-from fuzzyctl.errors import DiagnosticError
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from tests.frozen.kept import check_kept
 from tests.frozen.systems import SYSTEMS
 from tests.peers.drawing import Abilities, Draw

@@ -11,8 +11,8 @@ import atheris
 with atheris.instrument_imports(include=["fuzzyctl"]):
     from fuzz_language import one
 
-    from fuzzyctl.errors import DiagnosticError
-    from fuzzyctl.reading import decode
+    from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+    from fuzzyctl.support.reading import decode
 
 
 def try_one(data):

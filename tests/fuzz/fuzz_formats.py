@@ -17,11 +17,11 @@ from pathlib import Path
 
 from mutating import mutated
 
-from fuzzyctl.errors import DiagnosticError, render_all
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError, render_all
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.formats.foreign import examine_foreign
 from fuzzyctl.formats.registry import FORMATS
-from fuzzyctl.reading import decode
-from fuzzyctl.source import SourceText
+from fuzzyctl.support.reading import decode
 
 SAMPLES = Path(__file__).parent.parent / "fuzzyctl" / "formats"
 TOKEN = re.compile(r"[\d.]+(?:[eE][+-]?\d+)?|[^\W\d]\w*|\n *|.", re.DOTALL)

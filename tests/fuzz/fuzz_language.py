@@ -16,15 +16,15 @@ from pathlib import Path
 
 from mutating import mutated
 
-from fuzzyctl.errors import DiagnosticError, render_all
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError, render_all
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.formats.fz import dumps
 from fuzzyctl.formulas import HEDGES, MEMBERSHIP
 from fuzzyctl.lang.formatter import format_source
 from fuzzyctl.lang.syntax import STATEMENT_KEYWORDS
-from fuzzyctl.loading import examine_all, loads
-from fuzzyctl.reading import decode
-from fuzzyctl.shipped import rules_folder
-from fuzzyctl.source import SourceText
+from fuzzyctl.loading.load import examine_all, loads
+from fuzzyctl.support.reading import decode
+from fuzzyctl.support.shipped import rules_folder
 
 TOKEN = re.compile(r'"[^"\n]*"|[\d.]+(?:[eE][+-]?\d+)?|[^\W\d]\w*|<=|>=|==|!=|\n *|[^\s]')
 WORDS = [*STATEMENT_KEYWORDS, *MEMBERSHIP, *HEDGES, *"a b u x NB ZO PB 0 1 -1 0.5 1e-3 1e999 inf pi nan error".split()]

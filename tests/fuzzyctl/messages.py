@@ -1,8 +1,8 @@
 """What is said of a sound system that has been changed a bit."""
 
-from fuzzyctl.checking import check_source
-from fuzzyctl.errors import WARNINGS
-from fuzzyctl.source import SourceText
+from fuzzyctl.analysis.check import check_source
+from fuzzyctl.diagnostics.diagnostic import WARNINGS
+from fuzzyctl.diagnostics.source import SourceText
 
 BASE = """\
 system s

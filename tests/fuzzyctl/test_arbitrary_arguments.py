@@ -11,13 +11,14 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 import fuzzyctl
-from fuzzyctl import arguments, build
-from fuzzyctl.analysis.coverage import uncovered
+from fuzzyctl.analysis.coverage.coverage import uncovered
 from fuzzyctl.analysis.extremes import extents
-from fuzzyctl.errors import FuzzyctlError, ValueOutOfBoundsError
-from fuzzyctl.kernels.tracing import trace
+from fuzzyctl.building import build
+from fuzzyctl.diagnostics.diagnostic import FuzzyctlError, ValueOutOfBoundsError
+from fuzzyctl.explain.trace import trace
 from fuzzyctl.model.method import Activation, Defuzzifier
 from fuzzyctl.model.rule import RuleTable
+from fuzzyctl.support import arguments
 from tests.sizes import examples
 
 X = build.input_variable("x", 0, 1, build.partition("L H"))

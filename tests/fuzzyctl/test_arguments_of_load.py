@@ -1,8 +1,8 @@
 import pytest
 
 from fuzzyctl import check, load, load_all, loads
-from fuzzyctl.errors import ArgumentError, DiagnosticError
-from fuzzyctl.shipped import rules_folder
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, DiagnosticError
+from fuzzyctl.support.shipped import rules_folder
 
 GAP = """
 system s

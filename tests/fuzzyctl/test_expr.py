@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fuzzyctl import expr as ex
-from fuzzyctl.loading import loads
+from fuzzyctl.loading.load import loads
 
 NAMES = {"a": 2.0, "b": -3.0}
 
@@ -122,8 +122,8 @@ class TestToText:
             f"system s\nparam a = 2\nparam b = 3\nparam c = {ex.to_text(expression)}\ninput x in [0, 1]\n"
             "  terms A B\noutput u in [0, 1]\n  terms A B\ntable u = x\n  A B\n | A B\n"
         )
+        from fuzzyctl.diagnostics.source import SourceText
         from fuzzyctl.lang.parser import parse
-        from fuzzyctl.source import SourceText
 
         tree, diagnostics = parse(SourceText("t", text))
         assert diagnostics == []

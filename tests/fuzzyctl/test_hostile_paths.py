@@ -6,9 +6,9 @@ import sys
 
 import pytest
 
-from fuzzyctl.loading import examine_all
-from fuzzyctl.reading import read_source
-from fuzzyctl.source import SourceText
+from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.loading.load import examine_all
+from fuzzyctl.support.reading import read_source
 
 SYSTEM = """
 system s
@@ -90,7 +90,7 @@ def test_a_missing_file_in_a_folder_that_cannot_be_listed_is_a_diagnostic(tmp_pa
         raise PermissionError
 
     monkeypatch.setattr(os, "listdir", refuse)
-    from fuzzyctl.errors import DiagnosticError
+    from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 
     with pytest.raises(DiagnosticError, match="no such file"):
         read_source(tmp_path / "missing.fz")

@@ -2,9 +2,9 @@
 
 import pytest
 
-from fuzzyctl.checking import check_source
-from fuzzyctl.errors import CODES, WARNINGS
-from fuzzyctl.source import SourceText
+from fuzzyctl.analysis.check import check_source
+from fuzzyctl.diagnostics.diagnostic import CODES, WARNINGS
+from fuzzyctl.diagnostics.source import SourceText
 from tests.fuzzyctl.messages import BASE, only, places, said
 
 

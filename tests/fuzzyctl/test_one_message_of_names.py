@@ -4,8 +4,8 @@ import re
 
 import pytest
 
-from fuzzyctl.checking import check_source
-from fuzzyctl.source import SourceText
+from fuzzyctl.analysis.check import check_source
+from fuzzyctl.diagnostics.source import SourceText
 from tests.fuzzyctl.messages import BASE, only, places, said
 
 

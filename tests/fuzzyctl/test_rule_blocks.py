@@ -8,24 +8,25 @@ import pytest
 from click.testing import CliRunner
 
 import fuzzyctl
-from fuzzyctl import DiagnosticError, build, dumps, loads
+from fuzzyctl import DiagnosticError, dumps, loads
 from fuzzyctl.analysis.bounds import output_bounds
-from fuzzyctl.analysis.coverage import uncovered
-from fuzzyctl.analysis.holes import Hole
+from fuzzyctl.analysis.check import check_source
+from fuzzyctl.analysis.coverage.box_search import Hole
+from fuzzyctl.analysis.coverage.coverage import uncovered
 from fuzzyctl.analysis.verdicts import Refuted, Undecided
-from fuzzyctl.checking import check_source
+from fuzzyctl.building import build
 from fuzzyctl.cli.main import main
 from fuzzyctl.comparison.changes import changes
-from fuzzyctl.document.markdown import page
-from fuzzyctl.document.python import module_text
-from fuzzyctl.errors import ArgumentError
-from fuzzyctl.kernels.algorithm import algorithm_of
-from fuzzyctl.kernels.plan import plan
-from fuzzyctl.kernels.tracing import trace
-from fuzzyctl.loading import examine
+from fuzzyctl.convert.markdown import page
+from fuzzyctl.convert.python_module import module_text
+from fuzzyctl.diagnostics.diagnostic import ArgumentError
+from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.explain.trace import trace
+from fuzzyctl.kernels.algorithms.select import algorithm_of
+from fuzzyctl.kernels.plan.build import plan
+from fuzzyctl.loading.load import examine
 from fuzzyctl.model.rule import RuleBlock
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.source import SourceText
 
 HEAD = """
 system s

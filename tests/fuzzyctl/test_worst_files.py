@@ -9,26 +9,26 @@ from unittest.mock import Mock
 import pytest
 from click.testing import CliRunner
 
-from fuzzyctl import loading
 from fuzzyctl.analysis import effects
-from fuzzyctl.analysis.coverage import uncovered_of
+from fuzzyctl.analysis.check import check_source
+from fuzzyctl.analysis.coverage.box_search import BUDGET, Search
+from fuzzyctl.analysis.coverage.coverage import uncovered_of
 from fuzzyctl.analysis.degrees import Truths
-from fuzzyctl.analysis.holes import BUDGET, Search
 from fuzzyctl.analysis.work import COVERAGE, SpentError, Work
-from fuzzyctl.assembly import MAX_FILES
-from fuzzyctl.checking import check_source
 from fuzzyctl.cli.main import main
-from fuzzyctl.kernels.plan import degree_name, plan
+from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.kernels.plan.build import degree_name, plan
 from fuzzyctl.lang.csv_table import parse_csv_table
 from fuzzyctl.lang.lines import LogicalLine, split
 from fuzzyctl.lang.parser import MAX_OPERATORS, parse
-from fuzzyctl.loading import load, loads
+from fuzzyctl.loading import load as loading
+from fuzzyctl.loading.assembly import MAX_FILES
+from fuzzyctl.loading.load import load, loads
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.params import ParamValues
 from fuzzyctl.resolve.context import Context
 from fuzzyctl.resolve.rules import resolve_antecedent
 from fuzzyctl.resolve.system import MAX_VARIABLES
-from fuzzyctl.source import SourceText
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "fuzz"))
 from worst_files import CASES, HEAD  # its folder is no package
@@ -247,7 +247,7 @@ def test_samples_are_not_computed_where_no_work_is_left(monkeypatch):
     concluded = ", ".join(f"y{k} is small" for k in range(20))
     head = f"system s\ndefuzzifier centroid(resolution=1000)\ninput x in [0, 1]\n  terms low high\n{outputs}"
     flat = plan(loads(f"{head}if x is low then {concluded}\n"))
-    calls = counted_calls(monkeypatch, "fuzzyctl.analysis.holes.seen_points")
+    calls = counted_calls(monkeypatch, "fuzzyctl.analysis.coverage.box_search.seen_points")
     uncovered_of(flat, Work(0))
     assert not calls
 
@@ -346,7 +346,7 @@ class TestWork:
 
 class TestSystems:
     def test_more_than_the_limit_are_refused_with_a_repair(self):
-        from fuzzyctl.errors import DiagnosticError
+        from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 
         text = "".join(f"system s{k}\n" for k in range(loading.MAX_SYSTEMS + 1))
         with pytest.raises(DiagnosticError, match="holds 201 systems, more than 200"):

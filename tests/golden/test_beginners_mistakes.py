@@ -12,9 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from fuzzyctl.checking import check_source
-from fuzzyctl.errors import render_all
-from fuzzyctl.source import SourceText
+from fuzzyctl.analysis.check import check_source
+from fuzzyctl.diagnostics.diagnostic import render_all
+from fuzzyctl.diagnostics.source import SourceText
 
 FOLDER = Path(__file__).parent
 TABLE = FOLDER / "beginners_mistakes.txt"

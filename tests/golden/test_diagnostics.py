@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from fuzzyctl.checking import check_source
-from fuzzyctl.errors import CODES, render_all
-from fuzzyctl.loading import decode
+from fuzzyctl.analysis.check import check_source
+from fuzzyctl.diagnostics.diagnostic import CODES, render_all
+from fuzzyctl.loading.load import decode
 
 FOLDER = Path(__file__).parent / "diagnostics"
 FILES = sorted(FOLDER.glob("*.fz"))

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from fuzzyctl.checking import check_source
-from fuzzyctl.errors import CODES, render_all
-from fuzzyctl.shipped import explanations_folder
-from fuzzyctl.source import SourceText
+from fuzzyctl.analysis.check import check_source
+from fuzzyctl.diagnostics.diagnostic import CODES, render_all
+from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.support.shipped import explanations_folder
 
 ROOT = Path(__file__).parent.parent.parent
 FOLDER = ROOT / "docs" / "reference" / "diagnostics"

@@ -10,10 +10,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from peers import fis, fll, plain
-from peers.drawing import CONJUNCTIONS, CURVED, DISJUNCTIONS, MONOTONE, STRAIGHT, Abilities
-
 from fuzzyctl.model.system import FuzzySystem
+from tests.peers import fis, fll, plain
+from tests.peers.drawing import CONJUNCTIONS, CURVED, DISJUNCTIONS, MONOTONE, STRAIGHT, Abilities
 
 DRIVERS = Path(__file__).parent / "drivers"
 INF = float("inf")

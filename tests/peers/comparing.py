@@ -12,13 +12,13 @@ from pathlib import Path
 from random import Random
 
 import numpy as np
-from peers.catalogue import Peer
-from peers.literal import literal_norms
 
 import fuzzyctl
-from fuzzyctl.kernels.tracing import trace
+from fuzzyctl.explain.trace import trace
 from fuzzyctl.model.method import MAXIMA
 from fuzzyctl.model.system import FuzzySystem
+from tests.peers.catalogue import Peer
+from tests.peers.literal import literal_norms
 
 #: Largest difference that counts as agreement, relative to the larger of the value and the width of the output's range.
 AGREEMENT = 1e-9

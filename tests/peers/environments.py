@@ -16,9 +16,9 @@ import sys
 import venv
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parent.parent))
+sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from peers.catalogue import DRIVERS, PEERS, Peer, folder
+from tests.peers.catalogue import DRIVERS, PEERS, Peer, folder
 
 
 def main() -> int:

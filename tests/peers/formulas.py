@@ -13,15 +13,15 @@ import sys
 from pathlib import Path
 from random import Random
 
-sys.path.insert(0, str(Path(__file__).parent.parent))
+sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import numpy as np
-from peers.catalogue import PEERS, Peer
-from peers.comparing import Case, outputs_of_peer
 
 import fuzzyctl
-from fuzzyctl.loading import examine
-from fuzzyctl.source import SourceText
+from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.loading.load import examine
+from tests.peers.catalogue import PEERS, Peer
+from tests.peers.comparing import Case, outputs_of_peer
 
 VECTORS = Path(__file__).parent / "vectors"
 #: Numbers halfway between whole ones, whole ones, others, and 0.

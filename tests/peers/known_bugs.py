@@ -11,14 +11,14 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parent.parent))
+sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import numpy as np
-from peers.catalogue import PEERS
-from peers.comparing import SKIPPED, Case, outputs_of_peer
 
 import fuzzyctl
 from fuzzyctl.model.system import FuzzySystem
+from tests.peers.catalogue import PEERS
+from tests.peers.comparing import SKIPPED, Case, outputs_of_peer
 
 
 @dataclass(frozen=True)

@@ -16,12 +16,13 @@ from collections import Counter
 from pathlib import Path
 from random import Random
 
-sys.path.insert(0, str(Path(__file__).parent.parent))
+sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import numpy as np
-from peers.catalogue import PEERS, Peer
-from peers.comparing import Case, Tally, compare, outputs_of_peer, report
-from peers.drawing import Draw
+
+from tests.peers.catalogue import PEERS, Peer
+from tests.peers.comparing import Case, Tally, compare, outputs_of_peer, report
+from tests.peers.drawing import Draw
 
 
 def main() -> int:

@@ -12,14 +12,15 @@ import sys
 from pathlib import Path
 from random import Random
 
-sys.path.insert(0, str(Path(__file__).parent.parent))
+sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import numpy as np
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from peers.catalogue import PEERS, Peer
-from peers.comparing import Case, Tally, compare, outputs_of_peer
-from peers.drawing import Draw
+
+from tests.peers.catalogue import PEERS, Peer
+from tests.peers.comparing import Case, Tally, compare, outputs_of_peer
+from tests.peers.drawing import Draw
 
 
 def main() -> int:

@@ -14,16 +14,16 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parent.parent))
+sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import numpy as np
-from peers.catalogue import PEERS, Peer
-from peers.comparing import AGREEMENT, SKIPPED, Case, differences, evaluated, outputs_of_peer, widths_of
-from peers.run import drawn
 
 from fuzzyctl import dumps
 from fuzzyctl.model.rule import literals
 from fuzzyctl.model.system import FuzzySystem
+from tests.peers.catalogue import PEERS, Peer
+from tests.peers.comparing import AGREEMENT, SKIPPED, Case, differences, evaluated, outputs_of_peer, widths_of
+from tests.peers.run import drawn
 
 VECTORS = Path(__file__).parent / "vectors"
 #: Points of each stored system.

@@ -7,12 +7,11 @@ from pathlib import Path
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent.parent))
-
-from peers.catalogue import PEERS
-from peers.known_bugs import BUGS
+sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from fuzzyctl.model.profiles import PROFILES
+from tests.peers.catalogue import PEERS
+from tests.peers.known_bugs import BUGS
 
 
 @pytest.mark.parametrize("bug", BUGS, ids=lambda b: f"{b.peer}: {b.says}")

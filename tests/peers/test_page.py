@@ -6,9 +6,9 @@ import json
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parent.parent))
+sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from peers.run import rendered
+from tests.peers.run import rendered
 
 PAGE = Path(__file__).parent.parent.parent / "docs" / "explanation" / "peers.md"
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 import fuzzyctl
-from fuzzyctl.loading import examine
+from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.loading.load import examine
 from fuzzyctl.model.profiles import as_profile
-from fuzzyctl.source import SourceText
 from tests.tipper import POINTS, TIPS
 
 SAMPLES = Path(__file__).parent.parent / "fuzzyctl" / "formats" / "samples"

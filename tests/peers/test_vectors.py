@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 import fuzzyctl
-from fuzzyctl.loading import examine
+from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.loading.load import examine
 from fuzzyctl.model.profiles import as_profile
-from fuzzyctl.source import SourceText
 
 VECTORS = Path(__file__).parent / "vectors"
 CASES = [

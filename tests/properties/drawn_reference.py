@@ -5,10 +5,10 @@ from functools import reduce
 from itertools import accumulate, pairwise
 from random import Random
 
-from fuzzyctl.errors import NoRuleFiresError
+from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
 from fuzzyctl.expr import Name, evaluate
 from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, DISJUNCTIONS, HEDGES, MEMBERSHIP, inverse_hedge
-from fuzzyctl.kernels.python_backend import scalar_function
+from fuzzyctl.kernels.backends.python.backend import scalar_function
 from fuzzyctl.model.rule import And, Is, Not, RuleBlock
 from fuzzyctl.model.variable import Hold, Output
 

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import HealthCheck, Phase, settings
 
 from fuzzyctl.analysis.bounds import output_bounds
-from fuzzyctl.errors import NoRuleFiresError
+from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
 from fuzzyctl.kernels.compile import compile as compile_system
 from tests.sizes import examples
 

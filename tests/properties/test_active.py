@@ -8,11 +8,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from fuzzyctl import loads, output_bounds
-from fuzzyctl.errors import ArgumentError, NoRuleFiresError
-from fuzzyctl.kernels import active
-from fuzzyctl.kernels.algorithm import algorithm_of
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError
+from fuzzyctl.kernels.algorithms import rule_cells as active
+from fuzzyctl.kernels.algorithms.select import algorithm_of
 from fuzzyctl.kernels.compile import compile as compile_system
-from fuzzyctl.kernels.plan import plan
+from fuzzyctl.kernels.plan.build import plan
 from tests.properties.around import points_around
 from tests.sizes import examples
 

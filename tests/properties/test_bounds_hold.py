@@ -14,11 +14,11 @@ from hypothesis import given, note
 
 from fuzzyctl import loads
 from fuzzyctl.analysis.degrees import breakpoints
-from fuzzyctl.analysis.exact import surface_of
 from fuzzyctl.analysis.extremes import extents
-from fuzzyctl.errors import FuzzyctlError
+from fuzzyctl.analysis.multilinear.surface import surface_of
+from fuzzyctl.diagnostics.diagnostic import FuzzyctlError
 from fuzzyctl.kernels.compile import compile as compile_system
-from fuzzyctl.kernels.plan import plan
+from fuzzyctl.kernels.plan.build import plan
 from tests.properties.drawn_systems import systems as drawn_systems
 from tests.properties.drawn_tables import systems as drawn_tables
 from tests.properties.plain_systems import systems as plain_systems

@@ -8,11 +8,11 @@ import numpy as np
 from hypothesis import given, note
 
 from fuzzyctl import loads
-from fuzzyctl.analysis.coverage import uncovered
-from fuzzyctl.analysis.holes import Search
+from fuzzyctl.analysis.coverage.box_search import Search
+from fuzzyctl.analysis.coverage.coverage import uncovered
 from fuzzyctl.formulas import CONJUNCTIONS
 from fuzzyctl.kernels.compile import compile as compile_system
-from fuzzyctl.kernels.plan import plan
+from fuzzyctl.kernels.plan.build import plan
 from tests.properties.running import quick
 
 HEDGES = ("", "", "", "very ", "somewhat ", "not ", "extremely ", "any ", "seldom ")

@@ -6,12 +6,12 @@ import hypothesis.strategies as st
 import numpy as np
 from hypothesis import given, note
 
-from fuzzyctl.analysis.coverage import uncovered_of
+from fuzzyctl.analysis.coverage.coverage import uncovered_of
 from fuzzyctl.analysis.effects import diagnostics
 from fuzzyctl.analysis.jumps import largest_jump
 from fuzzyctl.formats.fz import antecedent_text
 from fuzzyctl.kernels.compile import compile as compile_system
-from fuzzyctl.kernels.plan import plan
+from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.model.rule import RuleBlock, RuleTable
 from tests.properties.drawn_systems import systems as drawn_systems
 from tests.properties.plain_systems import systems as plain_systems

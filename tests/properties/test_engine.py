@@ -6,8 +6,8 @@ import hypothesis.strategies as st
 import pytest
 from hypothesis import given, note
 
-from fuzzyctl.analysis.coverage import uncovered
-from fuzzyctl.analysis.holes import Hole
+from fuzzyctl.analysis.coverage.box_search import Hole
+from fuzzyctl.analysis.coverage.coverage import uncovered
 from fuzzyctl.expr import Number
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.model.method import Defuzzifier, Method

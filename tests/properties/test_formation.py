@@ -11,12 +11,12 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from dwmr import simulate
-from dwmr.formation import follower_error, follower_position, trajectory_error
-from dwmr.fuzzy_gains import Rules
-from dwmr.metrics import errors
-from dwmr.scenario import Obstacle
-from dwmr.scenario_file import find, read
+from dwmr.control.formation import follower_error, follower_position, trajectory_error
+from dwmr.control.fuzzy_gains import Rules
+from dwmr.results.metrics import errors
+from dwmr.scenario.file import find, read
+from dwmr.scenario.model import Obstacle
+from dwmr.simulation import simulate
 from dwmr.sweep.variables import literal
 from tests.sizes import examples
 

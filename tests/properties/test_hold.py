@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fuzzyctl import dumps, loads
-from fuzzyctl.errors import NoRuleFiresError
+from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
 from fuzzyctl.kernels.compile import compile as compile_system
 from tests.sizes import examples
 

@@ -9,15 +9,16 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from fuzzyctl import loads, output_bounds
-from fuzzyctl.errors import ArgumentError
+from fuzzyctl.diagnostics.diagnostic import ArgumentError
 from fuzzyctl.expr import Name
-from fuzzyctl.kernels import interpolation, numba_backend
-from fuzzyctl.kernels.algorithm import algorithm_of
+from fuzzyctl.kernels.algorithms import interpolation
+from fuzzyctl.kernels.algorithms.select import algorithm_of
+from fuzzyctl.kernels.backends.numba import source as numba_backend
+from fuzzyctl.kernels.backends.numba.compile_cost import operations
+from fuzzyctl.kernels.backends.numba.parameters import Numbers
 from fuzzyctl.kernels.compile import compile as compile_system
-from fuzzyctl.kernels.effort import operations
-from fuzzyctl.kernels.plan import plan
-from fuzzyctl.kernels.program import Between
-from fuzzyctl.kernels.table import Numbers
+from fuzzyctl.kernels.plan.build import plan
+from fuzzyctl.kernels.program.program import Between
 from tests.properties.around import points_around
 from tests.properties.drawn_tables import systems
 from tests.sizes import examples

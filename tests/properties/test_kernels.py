@@ -11,12 +11,12 @@ import pytest
 from hypothesis import assume, given, note
 
 from fuzzyctl.analysis.bounds import output_bounds
-from fuzzyctl.analysis.coverage import uncovered
+from fuzzyctl.analysis.coverage.box_search import Hole
+from fuzzyctl.analysis.coverage.coverage import uncovered
 from fuzzyctl.analysis.degrees import breakpoints
-from fuzzyctl.analysis.holes import Hole
 from fuzzyctl.expr import Number
 from fuzzyctl.kernels.compile import compile as compile_system
-from fuzzyctl.kernels.plan import plan
+from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.model.method import Method
 from fuzzyctl.model.rule import Consequent, Is, Rule
 from fuzzyctl.model.system import FuzzySystem

@@ -3,9 +3,9 @@
 import re
 from itertools import islice
 
-from fuzzyctl.loading import examine_all
-from fuzzyctl.shipped import rules_folder
-from fuzzyctl.source import SourceText
+from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.loading.load import examine_all
+from fuzzyctl.support.shipped import rules_folder
 from tests import sizes
 
 TOKEN = re.compile(r'"[^"\n]*"|(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?|[^\W\d]\w*|<=|>=|==|!=|[^\s]')

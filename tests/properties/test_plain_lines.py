@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fuzzyctl.lang import plain
+from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.lang import fast_path as plain
 from fuzzyctl.lang.lines import LogicalLine, split
 from fuzzyctl.lang.parser import parse_by_grammar
 from fuzzyctl.lang.syntax import NAME, STATEMENT_KEYWORDS
-from fuzzyctl.shipped import rules_folder
-from fuzzyctl.source import SourceText
+from fuzzyctl.support.shipped import rules_folder
 from tests.sizes import examples
 
 NAMES = "NB Z x inf pi _a1 linear not and or then σ".split()

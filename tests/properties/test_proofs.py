@@ -12,12 +12,12 @@ import numpy as np
 from hypothesis import given, note
 
 from fuzzyctl import Proved, Refuted, loads, prove
-from fuzzyctl.analysis.boxes import System
-from fuzzyctl.analysis.exact import surface_of
-from fuzzyctl.analysis.subdivision import start_of
-from fuzzyctl.errors import FuzzyctlError, NoRuleFiresError
+from fuzzyctl.analysis.branch_and_bound.queue import System
+from fuzzyctl.analysis.branch_and_bound.search import start_of
+from fuzzyctl.analysis.multilinear.surface import surface_of
+from fuzzyctl.diagnostics.diagnostic import FuzzyctlError, NoRuleFiresError
 from fuzzyctl.kernels.compile import compile as compile_system
-from fuzzyctl.kernels.plan import plan
+from fuzzyctl.kernels.plan.build import plan
 from tests.properties.around import points_around
 from tests.properties.drawn_systems import systems as drawn_systems
 from tests.properties.drawn_tables import systems as drawn_tables

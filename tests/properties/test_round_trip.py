@@ -7,18 +7,18 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from fuzzyctl import expr as ex
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.formats.fz import dumps
 from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, DISJUNCTIONS, HEDGES, IMPLICATIONS, MEMBERSHIP
 from fuzzyctl.lang.formatter import format_source
 from fuzzyctl.lang.syntax import RESERVED
-from fuzzyctl.loading import loads
+from fuzzyctl.loading.load import loads
 from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
 from fuzzyctl.model.method import Activation, Defuzzifier, Method
 from fuzzyctl.model.rule import And, Cell, Consequent, Is, Not, Or, Rule, RuleBlock, RuleTable
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Input, Membership, Output, Term
 from fuzzyctl.resolve.context import CLAIM_FUNCTIONS
-from fuzzyctl.source import SourceText
 from tests.sizes import examples
 
 TAKEN = RESERVED | set(ex.FUNCTIONS) | set(CLAIM_FUNCTIONS) | set(HEDGES) | {"hold", "midpoint", "nan", "error"}
@@ -246,7 +246,7 @@ def _rule_blocks(draw, param, rule, table):
 
 
 def well_formed(system):
-    from fuzzyctl.model.checks import check_model
+    from fuzzyctl.model.checks.checks import check_model
 
     return not any(d.severity == "error" for d in check_model(system))
 

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import fuzzyctl
-from fuzzyctl.analysis.coverage import uncovered
-from fuzzyctl.analysis.holes import Hole
+from fuzzyctl.analysis.coverage.box_search import Hole
+from fuzzyctl.analysis.coverage.coverage import uncovered
 from fuzzyctl.resolve.semantics import CHOICES
 from tests.properties.reference import Reference
 from tests.sizes import examples

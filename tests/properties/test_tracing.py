@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fuzzyctl.errors import DiagnosticError, NoRuleFiresError
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError, NoRuleFiresError
+from fuzzyctl.explain.trace import trace
 from fuzzyctl.kernels.compile import compile as compile_system
-from fuzzyctl.kernels.tracing import trace
 from fuzzyctl.model.profiles import PROFILES, as_profile
 from tests.properties.drawn_systems import points, systems
 from tests.properties.plain_systems import systems as plain_systems

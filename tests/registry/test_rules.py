@@ -6,7 +6,7 @@ from click.testing import CliRunner
 
 import fuzzyctl
 from fuzzyctl.cli.main import main
-from fuzzyctl.shipped import rules_folder
+from fuzzyctl.support.shipped import rules_folder
 
 FILES = sorted(rules_folder().glob("*.fz"))
 IDS = [p.name for p in FILES]

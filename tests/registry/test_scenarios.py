@@ -5,10 +5,11 @@ from functools import cache
 import numpy as np
 import pytest
 
-from dwmr import checks, simulate
-from dwmr.fuzzy_gains import Rules
-from dwmr.metrics import measure
-from dwmr.scenario_file import find, read, shipped_names
+from dwmr.control.fuzzy_gains import Rules
+from dwmr.results.metrics import measure
+from dwmr.scenario.file import find, read, shipped_names
+from dwmr.simulation import preflight as checks
+from dwmr.simulation import simulate
 
 CLOSE = ("aifqsmc", "fcafsmc")
 

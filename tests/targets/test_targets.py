@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent.parent))
+sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from targets import run
+from tests.targets import run
 
 FIXED = run.Case("ais_reaction", ("--fixed", "Q3.12"))
 

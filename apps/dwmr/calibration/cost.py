@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from dwmr import simulate
-from dwmr.fuzzy_gains import Known, Rules
-from dwmr.metrics import TABLE_12, distances, errors, printed_frame, rmse
-from dwmr.scenario_file import ScenarioFile, read
-from dwmr.simulate import Trajectory
+from dwmr.control.fuzzy_gains import Known, Rules
+from dwmr.results.metrics import TABLE_12, distances, errors, printed_frame, rmse
+from dwmr.scenario.file import ScenarioFile, read
+from dwmr.simulation import simulate
+from dwmr.simulation.simulate import Trajectory
 
 LAWS = ("aifqsmc", "fcafsmc", "smc")
 ERRORS = ("x_e", "y_e", "theta_e")

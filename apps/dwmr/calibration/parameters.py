@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from dwmr.places import Places
-from dwmr.scenario import Scenario
-from fuzzyctl.errors import DiagnosticError
+from dwmr.config.locations import Places
+from dwmr.scenario.model import Scenario
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 
 
 class Parameter(NamedTuple):

@@ -11,7 +11,7 @@ from rich.table import Table
 from dwmr.calibration.cost import ENTRIES
 from dwmr.calibration.parameters import PARAMETERS
 from dwmr.calibration.search import Found
-from dwmr.metrics import TABLE_12
+from dwmr.results.metrics import TABLE_12
 
 
 def as_data(found: Found) -> dict[str, Any]:

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from dwmr.calibration.parameters import keys
-from dwmr.layers import SHIPPED
-from dwmr.overrides import override
-from dwmr.scenario_file import ScenarioFile
+from dwmr.config.layers import SHIPPED
+from dwmr.config.overrides import override
+from dwmr.scenario.file import ScenarioFile
 
 
 def scenario_text(file: ScenarioFile, values: Mapping[str, float], path: Path, head: str) -> str:

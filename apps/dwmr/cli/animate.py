@@ -15,8 +15,8 @@ from dwmr.cli.common import mistakes_as_diagnostics, progress, terminated_as_int
 from fuzzyctl.cli.streams import say
 
 if TYPE_CHECKING:
-    from dwmr.scenario import Scenario
-    from dwmr.simulate import Trajectory
+    from dwmr.scenario.model import Scenario
+    from dwmr.simulation.simulate import Trajectory
 
 #: More pictures than these are refused: an hour of film at 20 pictures a second has 72,000.
 MOST_PICTURES = 20_000
@@ -95,7 +95,7 @@ def _check_film(path: Path, fps: int) -> None:
 
 def _film(task: running.Task, law: str, path: Path, speed: float, fps: int) -> bool:
     """Run, draw and write; return whether the run came to its end."""
-    from dwmr.folder import one_file
+    from dwmr.output.folder import one_file
 
     running.check(task, (law,))
     with one_file(path) as files:

@@ -11,11 +11,11 @@ import click
 from dwmr.cli import running
 from dwmr.cli.common import interrupts_wait, mistakes_as_diagnostics, progress, terminated_as_interrupted
 from fuzzyctl.cli.streams import say, write_json
-from fuzzyctl.cores import cores
+from fuzzyctl.kernels.backends.numba.cores import cores
 
 if TYPE_CHECKING:
     from dwmr.calibration.search import Found
-    from dwmr.scenario import Scenario
+    from dwmr.scenario.model import Scenario
 
 
 @click.command(context_settings={"show_default": True}, short_help="Fit what the paper does not print to its Table 12.")
@@ -80,7 +80,7 @@ def calibrate(
 
 def _parameters(names: str | None) -> tuple[str, ...]:
     from dwmr.calibration.parameters import PARAMETERS, USUAL
-    from fuzzyctl.misspelt import did_you_mean
+    from fuzzyctl.diagnostics.suggestions import did_you_mean
 
     if names is None:
         return USUAL
@@ -97,11 +97,11 @@ def _parameters(names: str | None) -> tuple[str, ...]:
 
 def _start(task: running.Task, names: tuple[str, ...], path: Path, force: bool) -> dict[str, float]:
     """Refuse what cannot be calibrated, or whose result could not be written, before the search begins."""
-    from dwmr import new_scenario
     from dwmr.calibration.cost import LAWS
     from dwmr.calibration.parameters import present
-    from dwmr.metrics import TABLE_12
-    from fuzzyctl.errors import Diagnostic, DiagnosticError
+    from dwmr.results.metrics import TABLE_12
+    from dwmr.scenario import template as new_scenario
+    from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
     file = task.file
     running.check(task, LAWS)
@@ -121,7 +121,7 @@ def _start(task: running.Task, names: tuple[str, ...], path: Path, force: bool) 
 
 def _warn_of_another_run(scenario: Scenario) -> None:
     """Warn of a scenario that differs from what is printed of the run behind Table 12."""
-    from dwmr.paper_run import differences, said
+    from dwmr.results.paper_run import differences, said
 
     if found := differences(scenario, fitted=True):
         say(f"warning: {said(found)}: Table 12 speaks of another run", err=True)
@@ -136,9 +136,10 @@ def _search(task: running.Task, start: dict[str, float], evaluations: int, seed:
 
 def _report(task: running.Task, found: Found, path: Path, style: str) -> None:
     """Write the scenario and print what was found."""
-    from dwmr import new_scenario, outputs, report
     from dwmr.calibration import table
     from dwmr.calibration.writing import scenario_text
+    from dwmr.output import outputs, report
+    from dwmr.scenario import template as new_scenario
 
     head = (
         f"{task.file.scenario.name} with values fitted to Table 12 by `dwmr calibrate`, cost {found.outcome.cost:.2f}."

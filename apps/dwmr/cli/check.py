@@ -15,7 +15,7 @@ from fuzzyctl.cli.streams import say
 
 if TYPE_CHECKING:
     from dwmr.cli.running import Task
-    from fuzzyctl.errors import Diagnostic
+    from fuzzyctl.diagnostics.diagnostic import Diagnostic
 
 
 @click.command(
@@ -44,7 +44,7 @@ def check(scenarios: tuple[str, ...], rules_folder: Path | None, overrides: tupl
 
 def _check(scenario: str, rules_folder: Path | None, overrides: Sequence[str]) -> tuple[list[Diagnostic], str]:
     """Return the diagnostics of one scenario, and what to say of it if it has no errors."""
-    from fuzzyctl.errors import DiagnosticError
+    from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 
     try:
         task = running.read(scenario, rules_folder, overrides)
@@ -52,7 +52,7 @@ def _check(scenario: str, rules_folder: Path | None, overrides: Sequence[str]) -
         return list(error.diagnostics), ""
     warnings, laws = [*task.file.warnings], _laws(task)
     try:
-        from dwmr import checks
+        from dwmr.simulation import preflight as checks
 
         checks.check(task.file, laws, task.rules)
     except DiagnosticError as error:
@@ -67,7 +67,7 @@ def _check(scenario: str, rules_folder: Path | None, overrides: Sequence[str]) -
 
 def _laws(task: Task) -> tuple[str, ...]:
     """Return the laws to check: those that some robot has gains for, and the scenario's own choice."""
-    from dwmr.facts import laws_of
+    from dwmr.scenario.overview import laws_of
 
     scenario = task.file.scenario
     return tuple(dict.fromkeys([*laws_of(scenario.robots.values()), scenario.run.controller]))

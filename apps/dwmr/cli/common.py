@@ -15,14 +15,14 @@ from fuzzyctl.cli.streams import say, write_json
 if TYPE_CHECKING:
     from rich.progress import Progress, ProgressColumn
 
-    from dwmr.scenario_file import ScenarioFile
-    from fuzzyctl.errors import Diagnostic
+    from dwmr.scenario.file import ScenarioFile
+    from fuzzyctl.diagnostics.diagnostic import Diagnostic
 
 
 def read_scenario(scenario: str, overrides: Sequence[str]) -> ScenarioFile:
     """Read a scenario given as a shipped name or a path; an unknown name or a malformed override is wrong usage."""
-    from dwmr import overrides as values
-    from dwmr import scenario_file
+    from dwmr.config import overrides as values
+    from dwmr.scenario import file as scenario_file
 
     try:
         return scenario_file.read(scenario_file.find(scenario), overrides)
@@ -146,7 +146,7 @@ def _time_left() -> ProgressColumn:
 @contextmanager
 def mistakes_as_diagnostics(style: str) -> Iterator[None]:
     """Print diagnostics instead of a traceback and leave with status 1."""
-    from fuzzyctl.errors import DiagnosticError
+    from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 
     try:
         yield

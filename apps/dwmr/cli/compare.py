@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from dwmr import controllers
 from dwmr.cli import computing, running
 from dwmr.cli import formats as data_formats
 from dwmr.cli.common import mistakes_as_diagnostics, terminated_as_interrupted
+from dwmr.control import laws as controllers
 from fuzzyctl.cli.streams import say, write_json
 
 if TYPE_CHECKING:
@@ -127,8 +127,8 @@ def _plan(
     overrides: Sequence[str],
 ) -> Plan:
     """Lay out and check the runs of one scenario; unknown names are wrong usage."""
-    from dwmr.overrides import OverrideError
-    from dwmr.scenario_file import UnknownScenarioError, find
+    from dwmr.config.overrides import OverrideError
+    from dwmr.scenario.file import UnknownScenarioError, find
     from dwmr.sweep import comparison
 
     try:
@@ -159,7 +159,7 @@ def _compute(plans: Sequence[Plan], rules_folder: Path | None, who: tuple[int | 
 
 
 def _write(path: Path, found: Sequence[Entry]) -> None:
-    from dwmr.folder import one_file
+    from dwmr.output.folder import one_file
     from dwmr.sweep.results import write_csv
 
     columns = {f.name: [getattr(one, f.name) for one in found] for f in dataclasses.fields(found[0])}
@@ -167,8 +167,8 @@ def _write(path: Path, found: Sequence[Entry]) -> None:
         if path.suffix.lower() == ".csv":
             files.write(path.name, lambda part: write_csv(part, columns))
         else:
-            from dwmr.data import parquet_file
-            from dwmr.summary import versions
+            from dwmr.output.data import parquet_file
+            from dwmr.output.summary import versions
 
             files.write(path.name, lambda part: parquet_file.write_table(part, columns, {"versions": versions()}))
         files.publish()
@@ -176,11 +176,11 @@ def _write(path: Path, found: Sequence[Entry]) -> None:
 
 def _print(found: Sequence[Entry], style: str, runs: int) -> None:
     if style == "json":
-        from dwmr.outputs import finite
+        from dwmr.output.outputs import finite
 
         write_json(finite({"runs": runs, "entries": [dataclasses.asdict(one) for one in found]}))
         return
-    from dwmr import report
+    from dwmr.output import report
     from dwmr.sweep.tables import print_comparison
 
     print_comparison(report.console(), found, runs)

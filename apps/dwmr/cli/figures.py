@@ -15,9 +15,9 @@ from fuzzyctl.cli.streams import say
 
 if TYPE_CHECKING:
     from dwmr.figures.paper import PaperFigure
-    from dwmr.folder import Results
-    from dwmr.scenario import Scenario
-    from dwmr.simulate import Trajectory
+    from dwmr.output.folder import Results
+    from dwmr.scenario.model import Scenario
+    from dwmr.simulation.simulate import Trajectory
 
 INDEX = "index.md"
 
@@ -79,7 +79,7 @@ def _draw(
 ) -> bool:
     """Run the laws that the figures show, draw and write; return whether all came to their end."""
     from dwmr.figures.index import index
-    from dwmr.folder import results
+    from dwmr.output.folder import results
 
     scenario = task.file.scenario
     laws = tuple(dict.fromkeys(f.law for f in wanted))

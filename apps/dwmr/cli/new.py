@@ -37,8 +37,9 @@ def new(name: str, base: str, extends: bool, path: Path | None, force: bool) -> 
 
     A CSV file that the shipped scenario reads is written beside it.
     """
-    from dwmr import layers, new_scenario
-    from dwmr.scenario_file import UnknownScenarioError
+    from dwmr.config import layers
+    from dwmr.scenario import template as new_scenario
+    from dwmr.scenario.file import UnknownScenarioError
 
     if not NAME.fullmatch(name):
         raise click.BadParameter(

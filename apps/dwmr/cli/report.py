@@ -36,7 +36,7 @@ def report(
 
 def _report(task: running.Task, names: tuple[str, ...], path: Path) -> bool:
     """Check, run and write; return whether every run came to its end."""
-    from dwmr.folder import one_file
+    from dwmr.output.folder import one_file
 
     running.check(task, names)
     _require_plotly()
@@ -45,9 +45,9 @@ def _report(task: running.Task, names: tuple[str, ...], path: Path) -> bool:
         if len(trajectories) < len(names) or any(t.stop and t.stop.reason == "interrupted" for t in trajectories):
             raise KeyboardInterrupt
         with interrupts_wait():
-            from dwmr.metrics import measure
+            from dwmr.output.summary import describe
             from dwmr.page.document import page
-            from dwmr.summary import describe
+            from dwmr.results.metrics import measure
 
             summary = describe(task.file, task.rules, task.overrides)
             summary["controllers"] = {t.controller: measure(t, task.file.scenario) for t in trajectories}

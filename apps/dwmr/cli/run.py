@@ -16,8 +16,8 @@ from dwmr.cli.common import Begin, interrupts_wait, mistakes_as_diagnostics, sta
 from fuzzyctl.cli.streams import say, write_json
 
 if TYPE_CHECKING:
-    from dwmr.folder import Results
-    from dwmr.simulate import Trajectory
+    from dwmr.output.folder import Results
+    from dwmr.simulation.simulate import Trajectory
 
 
 @click.command(context_settings={"show_default": True}, short_help="Run a scenario and write the results to a folder.")
@@ -52,7 +52,7 @@ def run(
             _say(task, summary, names, folder, written)
     finished = [run["stopped"] is None for run in summary["controllers"].values()]
     if style == "json":
-        from dwmr.outputs import finite
+        from dwmr.output.outputs import finite
 
         write_json(finite(summary))
     if not all(finished) or len(finished) < len(names):
@@ -63,8 +63,8 @@ def _run(
     task: running.Task, names: Sequence[str], folder: Path, formats: Sequence[str], begin: Begin
 ) -> tuple[dict[str, Any], list[str]]:
     """Check, run and write; return the summary and the names of the files."""
-    from dwmr.folder import results
-    from dwmr.outputs import NAMES
+    from dwmr.output.folder import results
+    from dwmr.output.outputs import NAMES
 
     begin("proving", 0)
     running.check(task, names)
@@ -77,8 +77,8 @@ def _run(
 
 
 def _measure(task: running.Task, trajectories: Sequence[Trajectory], begin: Begin) -> dict[str, Any]:
-    from dwmr.metrics import measure
-    from dwmr.summary import describe
+    from dwmr.output.summary import describe
+    from dwmr.results.metrics import measure
 
     move = begin("measuring", len(trajectories))
     summary: dict[str, Any] = {**describe(task.file, task.rules, task.overrides), "controllers": {}}
@@ -92,8 +92,8 @@ def _say(
     task: running.Task, summary: Mapping[str, Any], names: Sequence[str], folder: Path, written: Sequence[str]
 ) -> None:
     """Print what was found, and where it is."""
-    from dwmr import report
-    from dwmr.paper_run import beside
+    from dwmr.output import report
+    from dwmr.results.paper_run import beside
 
     for name in names[len(summary["controllers"]) :]:
         say(f"warning: {name} was not run: interrupted", err=True)
@@ -113,8 +113,9 @@ def _write(
 ) -> None:
     """Write all files of a run; a picture that cannot be drawn is left out with a warning, and costs nothing else."""
     move = begin("drawing", 3)
-    from dwmr import figures, outputs
-    from dwmr.summary import texts
+    from dwmr import figures
+    from dwmr.output import outputs
+    from dwmr.output.summary import texts
 
     move(1)  # matplotlib is there
     scenario = task.file.scenario

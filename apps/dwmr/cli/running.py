@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, TypeVar
 
 import click
 
-from dwmr import controllers
 from dwmr.cli.common import Begin, read_scenario, stages, warn
+from dwmr.control import laws as controllers
 from fuzzyctl.cli.streams import say
 
 if TYPE_CHECKING:
-    from dwmr.fuzzy_gains import Rules
-    from dwmr.scenario_file import ScenarioFile
-    from dwmr.simulate import Simulation, Trajectory
+    from dwmr.control.fuzzy_gains import Rules
+    from dwmr.scenario.file import ScenarioFile
+    from dwmr.simulation.simulate import Simulation, Trajectory
 
 Command = TypeVar("Command", bound=Callable[..., object])
 
@@ -86,7 +86,7 @@ def read(scenario: str, rules_folder: Path | None, overrides: Sequence[str]) -> 
     Raises:
         DiagnosticError: With every mistake in the scenario file.
     """
-    from dwmr.fuzzy_gains import Rules
+    from dwmr.control.fuzzy_gains import Rules
 
     file = read_scenario(scenario, overrides)
     rules = Rules(file.scenario.rules, (*([rules_folder] if rules_folder else []), *file.folders), file.places)
@@ -117,7 +117,7 @@ def check(task: Task, names: Sequence[str]) -> None:
     Raises:
         DiagnosticError: With every mistake.
     """
-    from dwmr import checks
+    from dwmr.simulation import preflight as checks
 
     checks.check(task.file, names, task.rules)
     warn([*task.file.warnings, *task.rules.warnings])
@@ -153,14 +153,14 @@ def simulate(task: Task, names: Sequence[str], begin: Begin | None = None) -> li
 def _simulate(task: Task, names: Sequence[str], begin: Begin) -> list[Trajectory]:
     # the compiler comes only now, when nothing stands in the way of the run
     shown = _Shown(begin)
-    from dwmr import compiled
+    from dwmr.core import jit as compiled
 
     if not compiled.COMPILED:
         say("numba is not installed: the run is computed in plain Python, about a hundred times slower", err=True)
     trajectories: list[Trajectory] = []
     try:
         with compiled.watched(partial(shown.report, "compiling", 100)):
-            from dwmr import simulate
+            from dwmr.simulation import simulate
 
             simulations = [simulate.prepare(task.file, name, task.rules) for name in names]
             simulate.require_memory(simulations, task.file.places)
@@ -177,7 +177,7 @@ def _simulate(task: Task, names: Sequence[str], begin: Begin) -> list[Trajectory
 
 
 def _run(one: Simulation, shown: _Shown) -> Trajectory:
-    from dwmr import simulate
+    from dwmr.simulation import simulate
 
     return simulate.run(one, partial(shown.report, f"simulating {one.name}", one.scenario.run.steps + 1))
 

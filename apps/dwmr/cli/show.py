@@ -39,7 +39,7 @@ def show(scenario: str | None, rules_folder: Path | None, overrides: tuple[str, 
         task = running.read(scenario, rules_folder, overrides)
         found = _facts(task)
     if style == "json":
-        from dwmr.outputs import finite
+        from dwmr.output.outputs import finite
 
         write_json(finite(found))
         return
@@ -48,7 +48,7 @@ def show(scenario: str | None, rules_folder: Path | None, overrides: tuple[str, 
 
 
 def _facts(task: Task) -> dict[str, Any]:
-    from dwmr.facts import facts
+    from dwmr.scenario.overview import facts
 
     return facts(task.file, task.rules)
 
@@ -56,7 +56,7 @@ def _facts(task: Task) -> dict[str, Any]:
 def _list(style: str) -> None:
     """Print the shipped scenarios with the first sentence of each file."""
 
-    from dwmr.layers import SHIPPED, shipped_names
+    from dwmr.config.layers import SHIPPED, shipped_names
 
     first = {name: _first_sentence(SHIPPED / f"{name}.toml") for name in shipped_names()}
     if style == "json":
@@ -162,7 +162,7 @@ def _disturbance(one: Mapping[str, Any]) -> str:
 
 
 def _controllers(laws: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> Iterator[str]:
-    from dwmr.facts import common
+    from dwmr.scenario.overview import common
 
     for law, tables in laws.items():
         shared = common(tables, list(tables))

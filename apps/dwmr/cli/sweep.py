@@ -59,7 +59,7 @@ def sweep(
 
 def _plan(spec: Path, rules_folder: Path | None, overrides: Sequence[str]) -> tuple[SpecFile, Plan]:
     """Read the SPEC, lay out its runs and check them."""
-    from dwmr.overrides import OverrideError
+    from dwmr.config.overrides import OverrideError
     from dwmr.sweep import plan, spec_file
 
     if not spec.exists():
@@ -84,7 +84,7 @@ def _sweep(
     resume: bool,
 ) -> dict[str, Any]:
     """Compute what is not done yet, write the results, and return what there is to say."""
-    from dwmr.folder import results
+    from dwmr.output.folder import results
     from dwmr.sweep import about, journal
     from dwmr.sweep.results import NAMES, write
     from dwmr.sweep.work import Setup

@@ -12,11 +12,11 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
-from dwmr import derived
-from dwmr.contracts import FloatArray
+from dwmr.core.interfaces import FloatArray
 from dwmr.figures.style import COLOURS, STYLE, TITLES
-from dwmr.scenario import Robot, Scenario
-from dwmr.simulate import Trajectory
+from dwmr.results import derived
+from dwmr.scenario.model import Robot, Scenario
+from dwmr.simulation.simulate import Trajectory
 
 #: A picture's longer side [pixels]; both sides are even, as video formats ask for.
 SIZE = 720

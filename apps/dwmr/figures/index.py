@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 
 from dwmr.figures.paper import FIGURES
 from dwmr.figures.style import TITLES
-from dwmr.scenario import Scenario
+from dwmr.scenario.model import Scenario
 
 
 def index(made: Collection[int], left_out: Mapping[int, str], suffix: str, scenario: Scenario) -> str:

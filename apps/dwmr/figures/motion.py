@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from dwmr import derived
-from dwmr.bodies import obstacle_gaps
-from dwmr.contracts import FloatArray
-from dwmr.envelope import thin
+from dwmr.core.geometry import wrap_array
+from dwmr.core.interfaces import FloatArray
 from dwmr.figures import panels
 from dwmr.figures.style import COLOURS
-from dwmr.geometry import wrap_array
-from dwmr.metrics import distances
-from dwmr.obstacles import constant_radius
-from dwmr.scenario import Scenario
-from dwmr.simulate import Trajectory
+from dwmr.plant.bodies import obstacle_gaps
+from dwmr.plant.obstacles import constant_radius
+from dwmr.results import derived
+from dwmr.results.decimation import thin
+from dwmr.results.metrics import distances
+from dwmr.scenario.model import Scenario
+from dwmr.simulation.simulate import Trajectory
 
 #: Symbol and unit of the two channels: velocity, acceleration.
 VELOCITY = {"v": ("v", "m/s"), "omega": (r"\omega", "rad/s")}

@@ -11,13 +11,13 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from dwmr.bodies import meetings
-from dwmr.contracts import FloatArray
+from dwmr.core.interfaces import FloatArray
 from dwmr.figures.style import COLOURS, DASHES, STYLE, TITLES
-from dwmr.metrics import errors, printed_frame
-from dwmr.obstacles import constant_radius
-from dwmr.scenario import Scenario
-from dwmr.simulate import Trajectory
+from dwmr.plant.bodies import meetings
+from dwmr.plant.obstacles import constant_radius
+from dwmr.results.metrics import errors, printed_frame
+from dwmr.scenario.model import Scenario
+from dwmr.simulation.simulate import Trajectory
 
 #: A panel whose robots need more than so many times the size of the scene has a scale of its own,
 FAR = 2.0

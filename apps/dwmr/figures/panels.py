@@ -11,13 +11,13 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from dwmr.contracts import FloatArray
-from dwmr.derived import windows
-from dwmr.envelope import kept, thin
+from dwmr.core.interfaces import FloatArray
 from dwmr.figures.style import COLOURS, DASHES
-from dwmr.obstacles import constant_radius
-from dwmr.scenario import Scenario
-from dwmr.simulate import Trajectory
+from dwmr.plant.obstacles import constant_radius
+from dwmr.results.decimation import kept, thin
+from dwmr.results.derived import windows
+from dwmr.scenario.model import Scenario
+from dwmr.simulation.simulate import Trajectory
 
 #: Stretches of time into which a signal is divided: more than a page has columns of ink.
 BUCKETS = 1200

@@ -10,11 +10,11 @@ from pathlib import Path
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from dwmr import derived
 from dwmr.figures import motion, surfaces
 from dwmr.figures.style import STYLE, TITLES
-from dwmr.scenario import Scenario
-from dwmr.simulate import Trajectory
+from dwmr.results import derived
+from dwmr.scenario.model import Scenario
+from dwmr.simulation.simulate import Trajectory
 
 Draw = Callable[[Trajectory, Scenario], Figure]
 

@@ -7,12 +7,12 @@ from collections.abc import Mapping
 import numpy as np
 from matplotlib.figure import Figure
 
-from dwmr import derived, lyapunov
-from dwmr.contracts import FloatArray
-from dwmr.envelope import thin
+from dwmr.core.interfaces import FloatArray
 from dwmr.figures import panels
-from dwmr.scenario import Scenario
-from dwmr.simulate import Trajectory
+from dwmr.results import derived, lyapunov
+from dwmr.results.decimation import thin
+from dwmr.scenario.model import Scenario
+from dwmr.simulation.simulate import Trajectory
 
 #: Symbol and unit of σ in the two channels.
 SIGMA = {"v": ("v", "m"), "omega": (r"\omega", "rad")}

@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Any
 
-from dwmr import report
+from dwmr.output import report
 from dwmr.page import plots, settings, tables
-from dwmr.paper_run import beside
-from dwmr.scenario import Scenario
-from dwmr.simulate import Trajectory
+from dwmr.results.paper_run import beside
+from dwmr.scenario.model import Scenario
+from dwmr.simulation.simulate import Trajectory
 
 #: The browser itself is told to load nothing from anywhere.
 POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"

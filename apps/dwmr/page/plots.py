@@ -9,13 +9,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from dwmr import derived, lyapunov
-from dwmr.contracts import FloatArray
-from dwmr.envelope import kept, thin
-from dwmr.metrics import errors, printed_frame
-from dwmr.obstacles import constant_radius
-from dwmr.scenario import Scenario
-from dwmr.simulate import Trajectory
+from dwmr.core.interfaces import FloatArray
+from dwmr.plant.obstacles import constant_radius
+from dwmr.results import derived, lyapunov
+from dwmr.results.decimation import kept, thin
+from dwmr.results.metrics import errors, printed_frame
+from dwmr.scenario.model import Scenario
+from dwmr.simulation.simulate import Trajectory
 
 #: Okabe and Ito's colours and plotly's names of dashes, as in the other pictures.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")

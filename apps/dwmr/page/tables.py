@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from typing import Any
 
-from dwmr.report import hits, printed_errors
+from dwmr.output.report import hits, printed_errors
 
 _ERRORS = (("x_e", "x_e [m]"), ("y_e", "y_e [m]"), ("theta_e", "θ_e [rad]"))
 _SECTIONS = (

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from dwmr import controllers
-from dwmr.summary import texts, versions
+from dwmr.control import laws as controllers
+from dwmr.output.summary import texts, versions
 from dwmr.sweep.plan import Plan
 from dwmr.sweep.spec_file import SpecFile
 

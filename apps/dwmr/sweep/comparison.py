@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from dwmr import scenario_file
+from dwmr.scenario import file as scenario_file
 from dwmr.sweep import plan, spec_file
 from dwmr.sweep.intervals import mean_interval, share_interval
 from dwmr.sweep.plan import Plan, Run

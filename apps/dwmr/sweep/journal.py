@@ -12,8 +12,8 @@ from typing import Any, BinaryIO
 
 from dwmr.sweep.about import differences
 from dwmr.sweep.work import Outcome
-from fuzzyctl.errors import Diagnostic, DiagnosticError
-from fuzzyctl.reading import is_special
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.support.reading import is_special
 
 NAME = "journal.jsonl"
 #: What the results of a finished sweep rest on.

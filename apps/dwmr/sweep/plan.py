@@ -10,14 +10,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from dwmr import checks, controllers, scenario_file
-from dwmr.fuzzy_gains import Known, Rules
-from dwmr.overrides import OverrideError, split_key
-from dwmr.scenario_file import ScenarioFile
+from dwmr.config.overrides import OverrideError, split_key
+from dwmr.control import laws as controllers
+from dwmr.control.fuzzy_gains import Known, Rules
+from dwmr.scenario import file as scenario_file
+from dwmr.scenario.file import ScenarioFile
+from dwmr.simulation import preflight as checks
 from dwmr.sweep.spec_file import SpecFile
 from dwmr.sweep.variables import Variable, expand, generator, literal
-from fuzzyctl.errors import Diagnostic, DiagnosticError
-from fuzzyctl.misspelt import did_you_mean
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.diagnostics.suggestions import did_you_mean
 
 #: More runs than this are refused: their results are kept in memory until the end.
 MOST_RUNS = 1_000_000

@@ -13,7 +13,7 @@ from itertools import islice
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 
-from dwmr.processes import interrupts_blocked
+from dwmr.core.processes import interrupts_blocked
 from dwmr.sweep.plan import Run
 from dwmr.sweep.work import Outcome, Setup, work
 

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from dwmr.folder import Results
+from dwmr.output.folder import Results
 from dwmr.sweep.journal import ABOUT
 from dwmr.sweep.plan import Run
 from dwmr.sweep.variables import literal
@@ -73,7 +73,7 @@ def write(
         if one == "csv":
             files.write("results.csv", lambda path: write_csv(path, found))
         else:
-            from dwmr.data import parquet_file
+            from dwmr.output.data import parquet_file
 
             files.write("results.parquet", lambda path: parquet_file.write_table(path, found, whole))
     times: Table = {"run": [r.number for r in runs], "wall_s": [done[r.number].wall_s for r in runs]}

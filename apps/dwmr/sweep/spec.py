@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, Strict, field_validator, model_validator
 
-from dwmr.quantities import Section, quantity
+from dwmr.config.quantities import Section, quantity
 
 #: Groups of measures that a sweep can keep, as summary.json names them.
 Measure = Literal[

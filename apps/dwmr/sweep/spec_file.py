@@ -12,15 +12,15 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from dwmr.layers import LARGEST_FILE, read_bytes
-from dwmr.overrides import join_key, split_key
-from dwmr.scenario_file import UnknownScenarioError, find
-from dwmr.scenario_mistakes import length, requirement, show
+from dwmr.config.layers import LARGEST_FILE, read_bytes
+from dwmr.config.overrides import join_key, split_key
+from dwmr.config.toml_locations import key_places
+from dwmr.scenario.file import UnknownScenarioError, find
+from dwmr.scenario.mistakes import length, requirement, show
 from dwmr.sweep.spec import Distribution, Spec
-from dwmr.toml_places import key_places
-from fuzzyctl.errors import Diagnostic, DiagnosticError
-from fuzzyctl.misspelt import did_you_mean
-from fuzzyctl.source import SourceText, Span
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.diagnostics.source import SourceText, Span
+from fuzzyctl.diagnostics.suggestions import did_you_mean
 
 #: Tables whose keys are those of a scenario.
 TABLES = ("set", "grid", "random")

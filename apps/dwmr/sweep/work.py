@@ -8,10 +8,10 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from dwmr import scenario_file
-from dwmr.fuzzy_gains import Known, Rules
+from dwmr.control.fuzzy_gains import Known, Rules
+from dwmr.scenario import file as scenario_file
 from dwmr.sweep.plan import Run, folders
-from fuzzyctl.errors import DiagnosticError
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 
 
 @dataclass(frozen=True)
@@ -49,8 +49,8 @@ class Outcome:
 def work(setup: Setup, run: Run) -> Outcome:
     """Compute a run."""
     # the compiler is loaded in the workers only
-    from dwmr import simulate
-    from dwmr.metrics import measure
+    from dwmr.results.metrics import measure
+    from dwmr.simulation import simulate
 
     try:
         file = scenario_file.read(run.path, run.overrides)

@@ -13,10 +13,10 @@ from typing import TypeVar
 
 import numpy as np
 
-from dwmr import simulate
-from dwmr.fuzzy_gains import Rules
-from dwmr.scenario import Obstacle
-from dwmr.scenario_file import ScenarioFile, read
+from dwmr.control.fuzzy_gains import Rules
+from dwmr.scenario.file import ScenarioFile, read
+from dwmr.scenario.model import Obstacle
+from dwmr.simulation import simulate
 
 T = TypeVar("T", float, np.ndarray)
 Starts = Mapping[str, tuple[float, float, float]]

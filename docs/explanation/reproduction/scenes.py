@@ -21,11 +21,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from dwmr import simulate
-from dwmr.fuzzy_gains import Rules
-from dwmr.metrics import distances
-from dwmr.scenario import Obstacle
-from dwmr.scenario_file import find, read
+from dwmr.control.fuzzy_gains import Rules
+from dwmr.results.metrics import distances
+from dwmr.scenario.file import find, read
+from dwmr.scenario.model import Obstacle
+from dwmr.simulation import simulate
 
 #: Radius of every obstacle [m].
 RADIUS = 0.5

@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from dwmr import simulate
-from dwmr.fuzzy_gains import Rules
-from dwmr.metrics import TABLE_12, errors, printed_frame
-from dwmr.scenario_file import find, read
+from dwmr.control.fuzzy_gains import Rules
+from dwmr.results.metrics import TABLE_12, errors, printed_frame
+from dwmr.scenario.file import find, read
+from dwmr.simulation import simulate
 
 TRIES = Path(__file__).with_name("tries.toml")
 IDEAL = "nearly ideal inner loop, no limits"

@@ -12,10 +12,10 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from dwmr import simulate
-from dwmr.fuzzy_gains import Rules
-from dwmr.metrics import TABLE_12, errors, printed_frame, rmse
-from dwmr.scenario_file import find, read
+from dwmr.control.fuzzy_gains import Rules
+from dwmr.results.metrics import TABLE_12, errors, printed_frame, rmse
+from dwmr.scenario.file import find, read
+from dwmr.simulation import simulate
 
 HERE = Path(__file__).parent
 NAMES = ("x_e", "y_e", "theta_e")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from fuzzyctl.errors import Diagnostic
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.expr import Expr
 from fuzzyctl.formats.fcl.cursor import MAX_DEPTH, Cursor, Slip
 from fuzzyctl.formats.fcl.syntax import Clause, Condition, Joined, Negated, RuleLine, Word

@@ -6,13 +6,13 @@ import math
 from collections.abc import Collection
 from typing import Final
 
-from fuzzyctl.errors import Diagnostic
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.diagnostics.source import SourceText, Span
+from fuzzyctl.diagnostics.suggestions import did_you_mean, listed
 from fuzzyctl.expr import Expr, Name, Number
 from fuzzyctl.formats.fcl.syntax import Word
 from fuzzyctl.formats.fcl.tokens import Token, tokenize
-from fuzzyctl.misspelt import did_you_mean, listed
-from fuzzyctl.numerals import TOO_LARGE
-from fuzzyctl.source import SourceText, Span
+from fuzzyctl.support.numerals import TOO_LARGE
 
 #: Deepest nesting of parentheses.
 MAX_DEPTH: Final = 100

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Final, cast
 
-from fuzzyctl.errors import Diagnostic
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Binary, BinaryOp, Call, Expr, Negate, Number, span_of
 from fuzzyctl.formats.fcl.cursor import MAX_DEPTH, Cursor, Slip
-from fuzzyctl.source import Span
 
 #: Longest chain of terms, so that no expression is deeper than any reader of it can go.
 _MOST_OPERATORS: Final = 80

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Final
 
-from fuzzyctl.errors import Note
-from fuzzyctl.formats.blocks import Combined, FoundBlock, combined
+from fuzzyctl.diagnostics.diagnostic import Note
+from fuzzyctl.formats.common.blocks import Combined, FoundBlock, combined
 from fuzzyctl.formats.fcl import syntax as sx
 from fuzzyctl.formats.fcl.rules import RuleResolver, Vocabulary, same_either_way
 from fuzzyctl.formats.fcl.scope import Scope

@@ -6,7 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-from fuzzyctl.errors import Diagnostic
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.expr import Expr
 from fuzzyctl.formats.fcl.conditions import RULE_STARTS, rule
 from fuzzyctl.formats.fcl.cursor import Cursor, Slip
@@ -25,7 +26,6 @@ from fuzzyctl.formats.fcl.syntax import (
     VariableBlock,
     Word,
 )
-from fuzzyctl.source import SourceText
 
 _VARIABLES: Final = ("VAR_INPUT", "VAR_OUTPUT", "VAR", "VAR_IN_OUT")
 _FUZZY: Final = ("FUZZIFY", "DEFUZZIFY")

@@ -6,7 +6,8 @@ import re
 from collections.abc import Iterator, Sequence
 from pathlib import PurePath
 
-from fuzzyctl.errors import Diagnostic, Note
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
+from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.formats.fcl import syntax as sx
 from fuzzyctl.formats.fcl.dialect import Dialect, dialect_of
 from fuzzyctl.formats.fcl.method import BlockRules, method_of
@@ -17,7 +18,6 @@ from fuzzyctl.formats.fcl.variables import OutputDraft, VariableResolver
 from fuzzyctl.model.rule import Rule
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input
-from fuzzyctl.source import SourceText, Span
 
 
 def read_all(source: SourceText) -> tuple[tuple[FuzzySystem, ...], list[Diagnostic]]:

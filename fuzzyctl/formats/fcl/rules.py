@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
+from fuzzyctl.diagnostics.suggestions import did_you_mean, listed
 from fuzzyctl.expr import ONE, Expr
 from fuzzyctl.formats.fcl import syntax as sx
 from fuzzyctl.formats.fcl.scope import Scope
 from fuzzyctl.formulas import HEDGES
-from fuzzyctl.misspelt import did_you_mean, listed
 from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Not, Or, Rule
 
 _AND: Final = "AND"

@@ -7,15 +7,15 @@ from collections.abc import Collection
 from dataclasses import dataclass, field
 from typing import Final
 
-from fuzzyctl.errors import Diagnostic, Severity
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, Severity
+from fuzzyctl.diagnostics.source import Span
+from fuzzyctl.diagnostics.suggestions import did_you_mean, listed
 from fuzzyctl.expr import CONSTANTS, FUNCTIONS, Binary, Call, Expr, ExprError, Name, Negate, Number, evaluate, span_of
 from fuzzyctl.formats.fcl.dialect import Dialect
 from fuzzyctl.formats.fcl.syntax import Word
-from fuzzyctl.formats.functions import ARGUMENTS, expanded
-from fuzzyctl.misspelt import did_you_mean, listed
+from fuzzyctl.formats.fuzzylite.functions import ARGUMENTS, expanded
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.params import ParamValues
-from fuzzyctl.source import Span
 
 #: Functions of both tools under other names, by what they are here.
 _SAME: Final = {"ln": "log", "fabs": "abs"}

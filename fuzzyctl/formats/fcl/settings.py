@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from fuzzyctl.errors import Note
+from fuzzyctl.diagnostics.diagnostic import Note
+from fuzzyctl.diagnostics.source import Span
+from fuzzyctl.diagnostics.suggestions import counted, did_you_mean, listed
 from fuzzyctl.formats.fcl.names import (
     ACCUMULATION_WORDS,
     CONJUNCTION_WORDS,
@@ -15,8 +17,6 @@ from fuzzyctl.formats.fcl.names import (
 )
 from fuzzyctl.formats.fcl.scope import Scope
 from fuzzyctl.formats.fcl.syntax import RuleBlock, Setting, Word
-from fuzzyctl.misspelt import counted, did_you_mean, listed
-from fuzzyctl.source import Span
 
 
 @dataclass(frozen=True)

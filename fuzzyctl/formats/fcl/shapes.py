@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from fuzzyctl.diagnostics.suggestions import counted, did_you_mean, listed
 from fuzzyctl.expr import ONE, ZERO, Binary, Expr, Name, Number
 from fuzzyctl.formats.fcl.names import (
     FUZZYLITE_SHAPES,
@@ -14,9 +15,8 @@ from fuzzyctl.formats.fcl.names import (
 )
 from fuzzyctl.formats.fcl.scope import Scope
 from fuzzyctl.formats.fcl.syntax import Shape, TermLine
-from fuzzyctl.formats.fll.words import TERM_WORDS
-from fuzzyctl.formats.odd_terms import NOT_BEYOND, membership_as_computed, step_to_itself, with_places
-from fuzzyctl.misspelt import counted, did_you_mean, listed
+from fuzzyctl.formats.fll.vocabulary import TERM_WORDS
+from fuzzyctl.formats.fuzzylite.degenerate_terms import NOT_BEYOND, membership_as_computed, step_to_itself, with_places
 from fuzzyctl.model.variable import Membership
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Expr
-from fuzzyctl.source import Span
 
 
 @dataclass(frozen=True)

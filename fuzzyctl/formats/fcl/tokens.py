@@ -6,8 +6,8 @@ import re
 from dataclasses import dataclass
 from typing import Final, Literal
 
-from fuzzyctl.errors import Diagnostic
-from fuzzyctl.source import SourceText, Span
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.diagnostics.source import SourceText, Span
 
 Kind = Literal["name", "number", "symbol", "end"]
 

@@ -6,23 +6,23 @@ import math
 from dataclasses import dataclass
 from typing import Final, Literal
 
-from fuzzyctl.errors import Note
+from fuzzyctl.diagnostics.diagnostic import Note
+from fuzzyctl.diagnostics.source import Span
+from fuzzyctl.diagnostics.suggestions import did_you_mean, listed
 from fuzzyctl.expr import Expr, Number
-from fuzzyctl.formats.beyond import warn_of_degrees_beyond
+from fuzzyctl.formats.common.degree_range import warn_of_degrees_beyond
+from fuzzyctl.formats.common.report import Names
 from fuzzyctl.formats.fcl import ranges
 from fuzzyctl.formats.fcl import syntax as sx
 from fuzzyctl.formats.fcl.names import METHOD_WORDS
 from fuzzyctl.formats.fcl.scope import Scope
 from fuzzyctl.formats.fcl.settings import accumulation_of, norm_of, require_enabled
 from fuzzyctl.formats.fcl.shapes import membership
-from fuzzyctl.formats.findings import Names
-from fuzzyctl.formats.weighted import KINDS, weighted_kinds
+from fuzzyctl.formats.fuzzylite.weighted import KINDS, weighted_kinds
 from fuzzyctl.formulas import is_monotone
-from fuzzyctl.misspelt import did_you_mean, listed
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.params import ParamValues
 from fuzzyctl.model.variable import Fallback, Hold, Input, Term
-from fuzzyctl.source import Span
 
 #: Kinds of terms that are numbers or functions, not sets.
 SHARP: Final = frozenset({"singleton", "constant", "linear", "function"})

@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.expr import Expr, Name, Number, number_text, replace_names
-from fuzzyctl.formats import numerics
-from fuzzyctl.formats.blocks import BlockPart, block_parts
-from fuzzyctl.formats.conditions import up_to_any
+from fuzzyctl.formats.common import numerics
+from fuzzyctl.formats.common.anonymous_terms import unnamed_terms
+from fuzzyctl.formats.common.blocks import BlockPart, block_parts
+from fuzzyctl.formats.common.clamped_inputs import with_shoulders
+from fuzzyctl.formats.common.report import Names
 from fuzzyctl.formats.fcl.dialect import USUAL_NUMERICS, DialectName
 from fuzzyctl.formats.fcl.names import (
     ACCUMULATION_WORDS,
@@ -26,17 +29,14 @@ from fuzzyctl.formats.fcl.written_shapes import (
     needs_jfuzzylogic,
     shape_text,
 )
-from fuzzyctl.formats.findings import Names
-from fuzzyctl.formats.held import with_shoulders
+from fuzzyctl.formats.fuzzylite.conditions import up_to_any
+from fuzzyctl.formats.fuzzylite.weighted import as_inverted_there, inferred_otherwise
 from fuzzyctl.formats.losses import Loss
-from fuzzyctl.formats.unnamed import unnamed_terms
-from fuzzyctl.formats.weighted import as_inverted_there, inferred_otherwise
 from fuzzyctl.formulas import HEDGES
 from fuzzyctl.model.method import TSUKAMOTO
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, is_joined_by, literals
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Input, Membership, Output
-from fuzzyctl.source import SourceText
 
 _TITLES: Final[dict[DialectName, str]] = {
     "standard": "Fuzzy Control Language of IEC 61131-7",

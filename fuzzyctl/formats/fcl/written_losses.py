@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from fuzzyctl.expr import Expr
-from fuzzyctl.formats.blocks import BlockPart
+from fuzzyctl.formats.common.blocks import BlockPart
+from fuzzyctl.formats.common.clamped_inputs import holding_matters
+from fuzzyctl.formats.common.numerics import other_knobs
 from fuzzyctl.formats.fcl.dialect import DialectName
 from fuzzyctl.formats.fcl.written_names import WrittenNames
 from fuzzyctl.formats.fcl.written_shapes import counts_as_number, says_otherwise, unknown_functions
 from fuzzyctl.formats.fz import defuzzifier_text
-from fuzzyctl.formats.held import holding_matters
 from fuzzyctl.formats.losses import Loss
-from fuzzyctl.formats.numerics import other_knobs
 from fuzzyctl.formulas import HEDGES
 from fuzzyctl.model.method import OVER_RULES, Defuzzifier
 from fuzzyctl.model.rule import And, Not, Or, RuleTable, is_joined_by, literals, parts_of

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from typing import Final
 
+from fuzzyctl.diagnostics.transliterate import in_ascii
 from fuzzyctl.formats.fcl.names import (
     ACCUMULATION_WORDS,
     CONJUNCTION_WORDS,
@@ -14,7 +15,6 @@ from fuzzyctl.formats.fcl.names import (
 from fuzzyctl.formats.losses import Loss
 from fuzzyctl.formulas import HEDGES
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.spelling import in_ascii
 
 #: Words that are no names in FCL; jFuzzyLogic takes none of them for one, wherever it stands.
 RESERVED: Final = frozenset(

@@ -23,7 +23,7 @@ from fuzzyctl.expr import (
 from fuzzyctl.formats.fcl.dialect import DialectName
 from fuzzyctl.formats.fcl.names import FUZZYLITE_SHAPES
 from fuzzyctl.formats.fll.formulas import formula
-from fuzzyctl.formats.jumps import as_written
+from fuzzyctl.formats.fuzzylite.discontinuities import as_written
 from fuzzyctl.formulas import MEMBERSHIP, Parameters, piecewise_linear
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Membership, Output

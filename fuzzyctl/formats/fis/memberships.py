@@ -7,9 +7,9 @@ from collections.abc import Callable, Sequence
 from typing import Final
 
 from fuzzyctl.expr import Number, number_text
-from fuzzyctl.formats.fis.words import OF_FUZZYLITE
-from fuzzyctl.formats.held import simplest
-from fuzzyctl.formats.jumps import as_written
+from fuzzyctl.formats.common.clamped_inputs import simplest
+from fuzzyctl.formats.fis.vocabulary import OF_FUZZYLITE
+from fuzzyctl.formats.fuzzylite.discontinuities import as_written
 from fuzzyctl.model.variable import Membership
 
 Values = Sequence[float]

@@ -8,24 +8,24 @@ from collections.abc import Sequence
 from pathlib import PurePath
 from typing import Final
 
-from fuzzyctl.errors import Diagnostic, Note
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
+from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.expr import Expr, Number
-from fuzzyctl.formats.findings import Findings, Reading
+from fuzzyctl.formats.common.report import Findings, Reading
 from fuzzyctl.formats.fis import values
 from fuzzyctl.formats.fis.rules import RuleReader, raw_rules
 from fuzzyctl.formats.fis.sections import Section, Sections, split
 from fuzzyctl.formats.fis.settings import Settings, dialect_of, fuzzylite_version, profile_of, read_settings
 from fuzzyctl.formats.fis.variables import Variable, VariableReader, is_empty
-from fuzzyctl.formats.fis.words import Dialect
+from fuzzyctl.formats.fis.vocabulary import Dialect
 from fuzzyctl.formats.fll.variables import corners, finite_range
-from fuzzyctl.formats.versions import profile_of_version
-from fuzzyctl.formats.weighted import KINDS, weighted_kinds
+from fuzzyctl.formats.fuzzylite.versions import profile_of_version
+from fuzzyctl.formats.fuzzylite.weighted import KINDS, weighted_kinds
 from fuzzyctl.model.method import Defuzzifier, Method
 from fuzzyctl.model.profiles import Profile, profile
 from fuzzyctl.model.rule import Rule
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Fallback, Hold, Input, Membership, Output
-from fuzzyctl.source import SourceText, Span
 
 #: A line that only FisPro's files have; they share the suffix and nothing else.
 _FISPRO: Final = re.compile(r"^Ninputs[ \t]*=", re.MULTILINE)

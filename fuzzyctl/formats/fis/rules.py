@@ -8,16 +8,16 @@ from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 from typing import Final
 
+from fuzzyctl.diagnostics.source import Span
+from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import ONE, Binary, Expr, Name, Number
-from fuzzyctl.formats.findings import Findings, Reading
+from fuzzyctl.formats.common.report import Findings, Reading
 from fuzzyctl.formats.fis.sections import Entry, Section
 from fuzzyctl.formats.fis.variables import Variable
-from fuzzyctl.formats.fis.words import Dialect
-from fuzzyctl.misspelt import counted
+from fuzzyctl.formats.fis.vocabulary import Dialect
 from fuzzyctl.model.guarantee import Hedge
 from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Or, Rule
-from fuzzyctl.numerals import to_number
-from fuzzyctl.source import Span
+from fuzzyctl.support.numerals import to_number
 
 #: Antecedent numbers, consequent numbers, weight and connective.
 _FORM: Final = "a rule is written: 1 2, 1 (1) : 1"

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Final
 
-from fuzzyctl.formats.findings import Findings
-from fuzzyctl.source import SourceText, Span
+from fuzzyctl.diagnostics.source import SourceText, Span
+from fuzzyctl.formats.common.report import Findings
 
 #: What opens and closes a string; word processors make the curly ones.
 QUOTES: Final = {"'": "'", '"': '"', "\u2018": "\u2019", "\u201c": "\u201d"}

@@ -7,12 +7,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from fuzzyctl.errors import Note
-from fuzzyctl.formats.findings import Findings, meant
-from fuzzyctl.formats.fis import values, words
+from fuzzyctl.diagnostics.diagnostic import Note
+from fuzzyctl.formats.common.report import Findings, meant
+from fuzzyctl.formats.fis import values
+from fuzzyctl.formats.fis import vocabulary as words
 from fuzzyctl.formats.fis.sections import Entry, Section, Sections
-from fuzzyctl.formats.fis.words import Dialect
-from fuzzyctl.formats.versions import version_said
+from fuzzyctl.formats.fis.vocabulary import Dialect
+from fuzzyctl.formats.fuzzylite.versions import version_said
 
 _KEYS: Final = (
     "Name", "Type", "Version", "NumInputs", "NumOutputs", "NumRules",

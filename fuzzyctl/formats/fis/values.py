@@ -6,11 +6,11 @@ import re
 from dataclasses import dataclass
 from typing import Final
 
+from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Number
-from fuzzyctl.formats.findings import Findings
+from fuzzyctl.formats.common.report import Findings
+from fuzzyctl.formats.common.vectors import VectorError, read_vector
 from fuzzyctl.formats.fis.sections import QUOTES, Entry, trimmed
-from fuzzyctl.formats.vectors import VectorError, read_vector
-from fuzzyctl.source import Span
 
 _COUNT: Final = re.compile(r"(\d{1,9})(?:\.0*)? *[;,]?$", re.ASCII)
 

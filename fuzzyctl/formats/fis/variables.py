@@ -8,20 +8,20 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-from fuzzyctl.errors import Note
+from fuzzyctl.diagnostics.diagnostic import Note
+from fuzzyctl.diagnostics.source import Span
+from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import Name, Number, replace_names
-from fuzzyctl.formats.beyond import warn_of_degrees_beyond
-from fuzzyctl.formats.findings import Findings, Names, meant
+from fuzzyctl.formats.common.degree_range import warn_of_degrees_beyond
+from fuzzyctl.formats.common.report import Findings, Names, meant
 from fuzzyctl.formats.fis import values
 from fuzzyctl.formats.fis.sections import Entry, Section
 from fuzzyctl.formats.fis.values import RawTerm, Text
-from fuzzyctl.formats.fis.words import MEMBERSHIP_WORDS, Dialect, MembershipWord, Shape, Values
+from fuzzyctl.formats.fis.vocabulary import MEMBERSHIP_WORDS, Dialect, MembershipWord, Shape, Values
 from fuzzyctl.formats.fll.functions import FormulaError, read_formula
-from fuzzyctl.formats.fll.words import TERM_WORDS
-from fuzzyctl.formats.odd_terms import NOT_BEYOND, membership_as_computed, step_to_itself
-from fuzzyctl.misspelt import counted
+from fuzzyctl.formats.fll.vocabulary import TERM_WORDS
+from fuzzyctl.formats.fuzzylite.degenerate_terms import NOT_BEYOND, membership_as_computed, step_to_itself
 from fuzzyctl.model.variable import Membership, Term
-from fuzzyctl.source import Span
 
 #: The key of a membership function: its number, and U or L of interval type-2 sets.
 _NUMBERED: Final = re.compile(r"mf *([0-9]{1,6}) *([ul]?)$", re.IGNORECASE)

@@ -6,27 +6,27 @@ import math
 from collections.abc import Iterator
 from typing import Final
 
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.expr import Expr, Number
-from fuzzyctl.formats import numerics
-from fuzzyctl.formats.blocks import flattened
-from fuzzyctl.formats.findings import Findings
-from fuzzyctl.formats.fis import words
+from fuzzyctl.formats.common import numerics
+from fuzzyctl.formats.common.blocks import flattened
+from fuzzyctl.formats.common.clamped_inputs import holding_matters, with_shoulders
+from fuzzyctl.formats.common.report import Findings
+from fuzzyctl.formats.fis import vocabulary as words
 from fuzzyctl.formats.fis.memberships import as_matlab_has_it, is_of_matlab, number, vector, written
 from fuzzyctl.formats.fis.sections import split
 from fuzzyctl.formats.fis.settings import dialect_of, family
-from fuzzyctl.formats.fis.words import Dialect
+from fuzzyctl.formats.fis.vocabulary import Dialect
 from fuzzyctl.formats.fis.written_rules import WrittenRules
 from fuzzyctl.formats.fll.formulas import formula
-from fuzzyctl.formats.held import holding_matters, with_shoulders
+from fuzzyctl.formats.fuzzylite.weighted import as_inverted_there, inferred_otherwise
 from fuzzyctl.formats.losses import Loss
-from fuzzyctl.formats.weighted import as_inverted_there, inferred_otherwise
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.model.method import MAXIMA, Defuzzifier
 from fuzzyctl.model.profiles import Profile, profile
 from fuzzyctl.model.rule import literals
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Input, LinguisticVariable, Membership, Output, Term
-from fuzzyctl.source import SourceText
 
 _DEFUZZIFIERS: Final = {
     "centroid": "centroid",

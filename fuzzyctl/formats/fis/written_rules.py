@@ -7,9 +7,9 @@ from decimal import Decimal
 from typing import Final
 
 from fuzzyctl.expr import Binary, Expr, Name, Number
-from fuzzyctl.formats import numerics
+from fuzzyctl.formats.common import numerics
 from fuzzyctl.formats.fis.memberships import number
-from fuzzyctl.formats.fis.words import Dialect
+from fuzzyctl.formats.fis.vocabulary import Dialect
 from fuzzyctl.formats.losses import Loss
 from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Not, Or, Rule
 from fuzzyctl.model.system import FuzzySystem

@@ -7,12 +7,12 @@ import re
 from collections.abc import Callable, Collection
 from typing import Final
 
+from fuzzyctl.diagnostics.source import Span
+from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import Binary, BinaryOp, Call, Expr, Name, Negate, Number
-from fuzzyctl.formats.findings import Reading
-from fuzzyctl.formats.functions import ARGUMENTS, expanded, is_too_large, is_truth, negation, truth
-from fuzzyctl.misspelt import counted
-from fuzzyctl.numerals import TOO_LARGE
-from fuzzyctl.source import Span
+from fuzzyctl.formats.common.report import Reading
+from fuzzyctl.formats.fuzzylite.functions import ARGUMENTS, expanded, is_too_large, is_truth, negation, truth
+from fuzzyctl.support.numerals import TOO_LARGE
 
 #: Deepest nesting of parentheses and signs.
 _DEEPEST: Final = 50

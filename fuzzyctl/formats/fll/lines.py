@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Final
 
-from fuzzyctl.errors import Note
-from fuzzyctl.formats.findings import Findings, meant
-from fuzzyctl.source import SourceText, Span
+from fuzzyctl.diagnostics.diagnostic import Note
+from fuzzyctl.diagnostics.source import SourceText, Span
+from fuzzyctl.formats.common.report import Findings, meant
 
 #: Keys that begin a block, each with the keys of its lines; those behind the dash are of fuzzylite 4 and 5.
 BLOCKS: Final[dict[str, tuple[str, ...]]] = {

@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from typing import Final, Literal, cast
 
+from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Number
-from fuzzyctl.formats.findings import Findings, meant
+from fuzzyctl.formats.common.report import Findings, meant
 from fuzzyctl.formats.fll.lines import Line
 from fuzzyctl.formats.fll.terms import number, words
 from fuzzyctl.formats.fll.variables import Variable
-from fuzzyctl.formats.fll.words import ACTIVATION_WORDS, OF_SETS, S_NORMS, T_NORMS, WEIGHTED
-from fuzzyctl.formats.weighted import INVERTED_THERE, KINDS, WeightedType, weighted_kinds
+from fuzzyctl.formats.fll.vocabulary import ACTIVATION_WORDS, OF_SETS, S_NORMS, T_NORMS, WEIGHTED
+from fuzzyctl.formats.fuzzylite.weighted import INVERTED_THERE, KINDS, WeightedType, weighted_kinds
 from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, DISJUNCTIONS
 from fuzzyctl.model.method import Activation, Defuzzifier
 from fuzzyctl.model.profiles import Profile
-from fuzzyctl.source import Span
 
 _TYPES: Final = ("Automatic", "TakagiSugeno", "Tsukamoto")
 

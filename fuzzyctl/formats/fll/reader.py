@@ -8,10 +8,11 @@ from collections.abc import Sequence
 from pathlib import PurePath
 from typing import Final
 
-from fuzzyctl.errors import Diagnostic, Note
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.expr import Number
-from fuzzyctl.formats.blocks import combined
-from fuzzyctl.formats.findings import Findings
+from fuzzyctl.formats.common.blocks import combined
+from fuzzyctl.formats.common.report import Findings
 from fuzzyctl.formats.fll.lines import SPELT, Block, split
 from fuzzyctl.formats.fll.methods import defuzzifier, is_none, norm
 from fuzzyctl.formats.fll.rule_blocks import (
@@ -33,13 +34,12 @@ from fuzzyctl.formats.fll.variables import (
     reached,
     read_variable,
 )
-from fuzzyctl.formats.fll.words import T_NORMS
-from fuzzyctl.formats.versions import profile_of_version, version_said
+from fuzzyctl.formats.fll.vocabulary import T_NORMS
+from fuzzyctl.formats.fuzzylite.versions import profile_of_version, version_said
 from fuzzyctl.model.method import Defuzzifier, Method
 from fuzzyctl.model.profiles import Profile, profile
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, Output
-from fuzzyctl.source import SourceText
 
 #: What fuzzyctl writes into files whose numerics are not those of the newest fuzzylite.
 _SAID: Final = re.compile(r"^# numerics of (fuzzylite|fuzzylite_6|pyfuzzylite)\r?$", re.MULTILINE)

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from fuzzyctl.formats.blocks import FoundBlock
-from fuzzyctl.formats.findings import Findings
+from fuzzyctl.diagnostics.suggestions import counted
+from fuzzyctl.formats.common.blocks import FoundBlock
+from fuzzyctl.formats.common.report import Findings
 from fuzzyctl.formats.fll.lines import Block
 from fuzzyctl.formats.fll.methods import activation, is_none, norm
 from fuzzyctl.formats.fll.rules import Read, RuleReader
 from fuzzyctl.formats.fll.variables import flag
-from fuzzyctl.formats.fll.words import T_NORMS
-from fuzzyctl.misspelt import counted
+from fuzzyctl.formats.fll.vocabulary import T_NORMS
 from fuzzyctl.model.method import Activation
 
 

@@ -8,13 +8,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
+from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import ONE, Number
-from fuzzyctl.formats.findings import Findings, meant
-from fuzzyctl.formats.fll.words import HEDGE_WORDS
-from fuzzyctl.formats.odd_terms import NOT_BEYOND
+from fuzzyctl.formats.common.report import Findings, meant
+from fuzzyctl.formats.fll.vocabulary import HEDGE_WORDS
+from fuzzyctl.formats.fuzzylite.degenerate_terms import NOT_BEYOND
 from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Or, Rule
-from fuzzyctl.numerals import to_number
-from fuzzyctl.source import Span
+from fuzzyctl.support.numerals import to_number
 
 _TOKEN: Final = re.compile(r"[()]|[^\s()]+")
 

@@ -7,16 +7,16 @@ import re
 from dataclasses import dataclass
 from typing import Final
 
+from fuzzyctl.diagnostics.source import Span
+from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import ONE, Expr, Name, Number, names_in, replace_names
-from fuzzyctl.formats.findings import Findings, Names, meant
+from fuzzyctl.formats.common.report import Findings, Names, meant
 from fuzzyctl.formats.fll.functions import FormulaError, read_formula
 from fuzzyctl.formats.fll.lines import Line
-from fuzzyctl.formats.fll.words import TERM_WORDS, TERMS, TermWord
-from fuzzyctl.formats.odd_terms import NOT_BEYOND, membership_as_computed, step_to_itself, with_places
-from fuzzyctl.misspelt import counted
+from fuzzyctl.formats.fll.vocabulary import TERM_WORDS, TERMS, TermWord
+from fuzzyctl.formats.fuzzylite.degenerate_terms import NOT_BEYOND, membership_as_computed, step_to_itself, with_places
 from fuzzyctl.model.variable import Membership, Term
-from fuzzyctl.numerals import TOO_LARGE, to_number
-from fuzzyctl.source import Span
+from fuzzyctl.support.numerals import TOO_LARGE, to_number
 
 _WORD: Final = re.compile(r"\S+")
 

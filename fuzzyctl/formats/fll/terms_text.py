@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from typing import Final
 
 from fuzzyctl.expr import number_text
-from fuzzyctl.formats.fll.words import TERM_WORDS
-from fuzzyctl.formats.jumps import as_written
+from fuzzyctl.formats.fll.vocabulary import TERM_WORDS
+from fuzzyctl.formats.fuzzylite.discontinuities import as_written
 
 #: Terms by kind of the model; a rectangle that never ends is fuzzylite's Binary.
 _NAMES: Final[dict[str, str]] = {

@@ -7,14 +7,14 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from fuzzyctl.errors import Note
+from fuzzyctl.diagnostics.diagnostic import Note
+from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Expr, Number
-from fuzzyctl.formats.beyond import warn_of_degrees_beyond
-from fuzzyctl.formats.findings import Findings
+from fuzzyctl.formats.common.degree_range import warn_of_degrees_beyond
+from fuzzyctl.formats.common.report import Findings
 from fuzzyctl.formats.fll.lines import Block, Line
 from fuzzyctl.formats.fll.terms import Place, TermReader, number, words
 from fuzzyctl.model.variable import Fallback, Hold, Membership, Term
-from fuzzyctl.source import Span
 
 
 @dataclass(frozen=True)

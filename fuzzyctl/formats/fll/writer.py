@@ -6,12 +6,12 @@ from collections.abc import Iterator, Sequence
 from typing import Final
 
 from fuzzyctl.expr import Expr, Name, Number, number_text, replace_names
-from fuzzyctl.formats import numerics
-from fuzzyctl.formats.blocks import BlockPart, block_parts
-from fuzzyctl.formats.conditions import up_to_any
+from fuzzyctl.formats.common import numerics
+from fuzzyctl.formats.common.blocks import BlockPart, block_parts
+from fuzzyctl.formats.common.identifiers import with_identifiers
 from fuzzyctl.formats.fll.formulas import formula
 from fuzzyctl.formats.fll.terms_text import written
-from fuzzyctl.formats.fll.words import (
+from fuzzyctl.formats.fll.vocabulary import (
     ACTIVATION_WORDS,
     FUNCTION_WORDS,
     HEDGE_WORDS,
@@ -20,9 +20,9 @@ from fuzzyctl.formats.fll.words import (
     S_NORMS,
     T_NORMS,
 )
-from fuzzyctl.formats.identifiers import with_identifiers
+from fuzzyctl.formats.fuzzylite.conditions import up_to_any
+from fuzzyctl.formats.fuzzylite.weighted import as_inverted_there
 from fuzzyctl.formats.losses import Loss
-from fuzzyctl.formats.weighted import as_inverted_there
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.model.method import Activation, Defuzzifier
 from fuzzyctl.model.profiles import Profile, profile

@@ -9,8 +9,8 @@ from functools import cached_property
 from typing import Any, Final
 from xml.parsers import expat
 
-from fuzzyctl.errors import Diagnostic
-from fuzzyctl.source import SourceText, Span
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.diagnostics.source import SourceText, Span
 
 #: Deepest nesting of elements.
 MAX_DEPTH: Final = 100

@@ -7,8 +7,9 @@ from collections.abc import Iterator
 from pathlib import PurePath
 from typing import Final
 
-from fuzzyctl.errors import Diagnostic
-from fuzzyctl.formats.blocks import combined
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.formats.common.blocks import combined
 from fuzzyctl.formats.fml.document import Element, parse_document
 from fuzzyctl.formats.fml.names import POINT_SETS, SHAPES
 from fuzzyctl.formats.fml.rules import RuleReader
@@ -18,7 +19,6 @@ from fuzzyctl.model.method import Method
 from fuzzyctl.model.semantics import Semantics
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Output
-from fuzzyctl.source import SourceText
 
 _ROOTS: Final = ("fuzzysystem", "fuzzycontroller")
 #: What fuzzyctl calls the rule bases of rules that stand in no block.

@@ -6,9 +6,10 @@ from collections.abc import Collection
 from dataclasses import replace
 from typing import Final, Literal
 
+from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import ONE, Number
-from fuzzyctl.formats.blocks import FoundBlock
-from fuzzyctl.formats.findings import Names
+from fuzzyctl.formats.common.blocks import FoundBlock
+from fuzzyctl.formats.common.report import Names
 from fuzzyctl.formats.fml.document import MAX_DEPTH, Element
 from fuzzyctl.formats.fml.hedges import NEED_ONE, OWN_HEDGES, reaches_one, up_to
 from fuzzyctl.formats.fml.names import CONJUNCTION_WORDS, DISJUNCTION_WORDS, MODIFIERS
@@ -18,7 +19,6 @@ from fuzzyctl.model.guarantee import Hedge
 from fuzzyctl.model.method import Activation
 from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Not, Or, Rule
 from fuzzyctl.model.variable import Input, Output, Term
-from fuzzyctl.source import Span
 
 _RULES: Final = ("rule", "tskrule")
 _METHODS: Final = ("andmethod", "ormethod")

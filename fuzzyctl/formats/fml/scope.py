@@ -7,12 +7,12 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
-from fuzzyctl.errors import Diagnostic
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.diagnostics.source import Span
+from fuzzyctl.diagnostics.suggestions import did_you_mean, listed
 from fuzzyctl.expr import Number
 from fuzzyctl.formats.fml.document import Element
-from fuzzyctl.misspelt import did_you_mean, listed
-from fuzzyctl.numerals import to_number
-from fuzzyctl.source import Span
+from fuzzyctl.support.numerals import to_number
 
 #: Attributes that any element may have.
 _EVERYWHERE: Final = frozenset({"networkaddress", "ip"})

@@ -6,12 +6,12 @@ import math
 from collections.abc import Callable
 from typing import Final
 
+from fuzzyctl.diagnostics.suggestions import did_you_mean, listed
 from fuzzyctl.expr import Expr, Number
 from fuzzyctl.formats.fml.document import Element
 from fuzzyctl.formats.fml.names import POINT_SETS, SHAPE_TAGS, SHAPES
 from fuzzyctl.formats.fml.scope import Scope
 from fuzzyctl.formulas import MEMBERSHIP, piecewise_linear
-from fuzzyctl.misspelt import did_you_mean, listed
 from fuzzyctl.model.variable import Membership
 
 Ends = tuple[float, float]

@@ -7,14 +7,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
+from fuzzyctl.diagnostics.suggestions import did_you_mean, listed
 from fuzzyctl.expr import Expr, Number
+from fuzzyctl.formats.common.report import Names
 from fuzzyctl.formats.fcl import ranges
-from fuzzyctl.formats.findings import Names
 from fuzzyctl.formats.fml.document import Element
 from fuzzyctl.formats.fml.names import ACCUMULATION_WORDS, DEFUZZIFIER_WORDS, SHAPES
 from fuzzyctl.formats.fml.scope import Scope
 from fuzzyctl.formats.fml.shapes import complement, shape_of
-from fuzzyctl.misspelt import did_you_mean, listed
 from fuzzyctl.model.method import Defuzzifier
 from fuzzyctl.model.variable import Input, Membership, Output, Term
 

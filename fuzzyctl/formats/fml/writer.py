@@ -7,7 +7,7 @@ from typing import Final
 from xml.sax.saxutils import quoteattr
 
 from fuzzyctl.expr import ONE, Expr, number_text
-from fuzzyctl.formats import numerics
+from fuzzyctl.formats.common import numerics
 from fuzzyctl.formats.fml.names import CONJUNCTION_WORDS, DEFUZZIFIER_WORDS, DISJUNCTION_WORDS
 from fuzzyctl.formats.fml.written_losses import impossible, losses_of
 from fuzzyctl.formats.fml.written_rules import WrittenRules, takes_numbers

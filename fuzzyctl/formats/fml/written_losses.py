@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from fuzzyctl.formats.common.clamped_inputs import holding_matters
+from fuzzyctl.formats.common.numerics import other_numerics
 from fuzzyctl.formats.fml.names import CONJUNCTION_WORDS, DISJUNCTION_WORDS
 from fuzzyctl.formats.fml.written_rules import WrittenRules
-from fuzzyctl.formats.held import holding_matters
 from fuzzyctl.formats.losses import Loss
-from fuzzyctl.formats.numerics import other_numerics
 from fuzzyctl.model.method import OVER_RULES, TSUKAMOTO
 from fuzzyctl.model.rule import And, Or, RuleTable, is_joined_by
 from fuzzyctl.model.semantics import Semantics

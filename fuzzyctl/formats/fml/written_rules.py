@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from typing import Final
 from xml.sax.saxutils import escape, quoteattr
 
-from fuzzyctl.formats.findings import Names
+from fuzzyctl.formats.common.anonymous_terms import unnamed_terms
+from fuzzyctl.formats.common.report import Names
 from fuzzyctl.formats.fml.hedges import own_modifier
 from fuzzyctl.formats.fml.names import CONJUNCTION_WORDS, DISJUNCTION_WORDS
 from fuzzyctl.formats.losses import Loss
-from fuzzyctl.formats.unnamed import unnamed_terms
 from fuzzyctl.model.method import OVER_RULES, RuleMethod
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, literals
 from fuzzyctl.model.system import FuzzySystem

@@ -5,8 +5,8 @@ import pytest
 
 from fuzzyctl import loads
 from fuzzyctl.analysis.bounds import output_bounds
-from fuzzyctl.checking import check_source
-from fuzzyctl.source import SourceText
+from fuzzyctl.analysis.check import check_source
+from fuzzyctl.diagnostics.source import SourceText
 
 
 class TestAverages:

@@ -4,7 +4,7 @@ import pytest
 
 from fuzzyctl import loads
 from fuzzyctl.analysis.effects import diagnostics
-from fuzzyctl.kernels.plan import plan
+from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.model.node import Node
 
 HEAD = """system s

@@ -5,8 +5,8 @@ import math
 import pytest
 
 from fuzzyctl.analysis.bounds import output_bounds
-from fuzzyctl.analysis.coverage import uncovered
-from fuzzyctl.analysis.holes import Hole, Undecided
+from fuzzyctl.analysis.coverage.box_search import Hole, Undecided
+from fuzzyctl.analysis.coverage.coverage import uncovered
 from fuzzyctl.expr import Binary, Call, Name, Number
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.model.method import Activation, Defuzzifier, Method

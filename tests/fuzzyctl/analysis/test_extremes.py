@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from fuzzyctl import loads
-from fuzzyctl.analysis.boxes import System
+from fuzzyctl.analysis.branch_and_bound.minimum import _Least
+from fuzzyctl.analysis.branch_and_bound.queue import System
 from fuzzyctl.analysis.extremes import extents
-from fuzzyctl.analysis.optimum import _Least
-from fuzzyctl.kernels.plan import plan
+from fuzzyctl.kernels.plan.build import plan
 
 PD = """
 system pd

@@ -5,11 +5,11 @@ import math
 import pytest
 
 from fuzzyctl import check, loads
-from fuzzyctl.analysis.coverage import uncovered_of
+from fuzzyctl.analysis.check import check_source
+from fuzzyctl.analysis.coverage.coverage import uncovered_of
 from fuzzyctl.analysis.jumps import largest_jump
-from fuzzyctl.checking import check_source
-from fuzzyctl.kernels.plan import plan
-from fuzzyctl.source import SourceText
+from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.kernels.plan.build import plan
 
 SWITCH = """system s
 param p = 6

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from fuzzyctl import Proved, Refuted, Undecided, load, loads, prove
+from fuzzyctl.analysis.branch_and_bound.search import Search
 from fuzzyctl.analysis.extremes import extents
 from fuzzyctl.analysis.prove import Prover
-from fuzzyctl.analysis.subdivision import Search
 from tests.effort import at_most
 from tests.fuzzyctl.analysis.proving import CHAIN, CURVED, LINE, MAMDANI, SAMPLED, WEIGHTED, verdicts, words
 

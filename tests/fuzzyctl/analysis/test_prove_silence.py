@@ -3,9 +3,9 @@
 import pytest
 
 from fuzzyctl import Proved, Refuted, Undecided, compile, loads, prove
-from fuzzyctl.analysis import holes
 from fuzzyctl.analysis.bounds import output_bounds
-from fuzzyctl.analysis.coverage import diagnostics, uncovered
+from fuzzyctl.analysis.coverage import box_search as holes
+from fuzzyctl.analysis.coverage.coverage import diagnostics, uncovered
 from fuzzyctl.analysis.extremes import extents
 from tests.fuzzyctl.analysis.proving import CHAIN, CURVED, LINE, MAMDANI, verdicts, words
 

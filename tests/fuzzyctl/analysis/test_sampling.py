@@ -4,9 +4,9 @@ import pytest
 
 import fuzzyctl
 from fuzzyctl.analysis import sampling
+from fuzzyctl.analysis.check import check_source
 from fuzzyctl.analysis.prove import diagnostics
-from fuzzyctl.checking import check_source
-from fuzzyctl.source import SourceText
+from fuzzyctl.diagnostics.source import SourceText
 from tests.effort import at_most
 
 TEXT = """

@@ -5,9 +5,9 @@ import pytest
 from fuzzyctl import loads
 from fuzzyctl.analysis.slices import needed
 from fuzzyctl.expr import Binary, Name, Number
-from fuzzyctl.kernels.inference import evaluation
-from fuzzyctl.kernels.plan import plan
-from fuzzyctl.kernels.program import Accumulate, Assign, Item, Program, Refuse
+from fuzzyctl.kernels.inference.inference import evaluation
+from fuzzyctl.kernels.plan.build import plan
+from fuzzyctl.kernels.program.program import Accumulate, Assign, Item, Program, Refuse
 
 
 def assigned(name, *names):

@@ -7,7 +7,7 @@ from click.testing import CliRunner
 
 from fuzzyctl import load
 from fuzzyctl.cli.main import main
-from fuzzyctl.shipped import rules_folder
+from fuzzyctl.support.shipped import rules_folder
 
 RULES = rules_folder()
 

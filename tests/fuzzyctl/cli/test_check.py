@@ -182,7 +182,7 @@ class TestUndecidedCoverage:
 
     @pytest.fixture(autouse=True)
     def _without_work(self, monkeypatch, tmp_path):
-        monkeypatch.setattr("fuzzyctl.analysis.coverage.COVERAGE", 10)
+        monkeypatch.setattr("fuzzyctl.analysis.coverage.coverage.COVERAGE", 10)
         monkeypatch.chdir(tmp_path)
 
     def test_ends_with_exit_code_3(self, run, write):

@@ -8,7 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 from fuzzyctl.cli.main import main
-from fuzzyctl.shipped import rules_folder
+from fuzzyctl.support.shipped import rules_folder
 
 RULES = Path(__file__).resolve().parents[3] / "rules"
 AIS = RULES / "ais_reaction.fz"

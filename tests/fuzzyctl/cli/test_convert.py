@@ -146,7 +146,7 @@ def test_json_reports_the_same(source, tmp_path):
 
 def test_a_file_of_other_numbers_is_not_written_even_if_the_writer_knows_of_no_reason(source, tmp_path, monkeypatch):
     other = fuzzyctl.dumps(fuzzyctl.load(source)).replace("triangle(-1, 0, 1)", "triangle(-1, 0.5, 1)")
-    monkeypatch.setattr("fuzzyctl.conversion.written", lambda system, target: (other, []))
+    monkeypatch.setattr("fuzzyctl.convert.convert.written", lambda system, target: (other, []))
     result = run(source, tmp_path / "copy.fz", "--points", "200")
     assert result.exit_code == 1
     assert "output 'u': its numbers: they differ by" in result.stderr

@@ -10,8 +10,8 @@ from click.testing import CliRunner
 from fuzzyctl.cli import doctor as module
 from fuzzyctl.cli.main import main
 from fuzzyctl.cli.show import show_system
-from fuzzyctl.kernels.algorithm import ALGORITHMS
-from fuzzyctl.shipped import rules_folder
+from fuzzyctl.kernels.algorithms.select import ALGORITHMS
+from fuzzyctl.support.shipped import rules_folder
 
 
 @pytest.fixture
@@ -136,7 +136,7 @@ class TestCache:
 
         for name in ("FUZZYCTL_CACHE_DIR", "XDG_CACHE_HOME"):
             monkeypatch.delenv(name, raising=False)
-        monkeypatch.setattr("fuzzyctl.kernels.cache.Path.home", none)
+        monkeypatch.setattr("fuzzyctl.kernels.backends.numba.cache.Path.home", none)
         assert "cache: none, as there is no home" in run("doctor").output
         assert "every process compiles anew" in run("doctor", "--clear-cache").output
 

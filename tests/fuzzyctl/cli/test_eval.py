@@ -7,7 +7,7 @@ import pytest
 from click.testing import CliRunner
 
 from fuzzyctl.cli.main import main
-from fuzzyctl.shipped import rules_folder
+from fuzzyctl.support.shipped import rules_folder
 
 AIS = str(rules_folder() / "ais_reaction.fz")
 TIPPER = str(rules_folder() / "tipper.fz")
@@ -109,7 +109,7 @@ class TestPoints:
         path = tmp_path / "in.csv"
         path.write_text("sigma,dsigma\n" + "".join(f"{s},{d}\n" for s, d in points))
         rows = list(csv.DictReader(io.StringIO(run(AIS, "--points", path).stdout)))
-        from fuzzyctl.loading import load
+        from fuzzyctl.loading.load import load
 
         system = load(AIS)
         assert len(rows) == len(points)

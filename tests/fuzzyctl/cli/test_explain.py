@@ -5,7 +5,7 @@ from click.testing import CliRunner
 
 from fuzzyctl.cli import pages
 from fuzzyctl.cli.main import main
-from fuzzyctl.errors import CODES
+from fuzzyctl.diagnostics.diagnostic import CODES
 
 
 def run(*arguments):

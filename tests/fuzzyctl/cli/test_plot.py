@@ -3,7 +3,7 @@ from click.testing import CliRunner
 
 from fuzzyctl.cli.main import main
 from fuzzyctl.cli.plot import _axes
-from fuzzyctl.shipped import rules_folder
+from fuzzyctl.support.shipped import rules_folder
 
 TIPPER = str(rules_folder() / "tipper.fz")
 

@@ -6,8 +6,8 @@ from urllib.parse import unquote
 import pytest
 
 from fuzzyctl.cli.reports import as_github, as_sarif
-from fuzzyctl.errors import CODES, Diagnostic, Note
-from fuzzyctl.source import SourceText, Span
+from fuzzyctl.diagnostics.diagnostic import CODES, Diagnostic, Note
+from fuzzyctl.diagnostics.source import SourceText, Span
 
 TEXT = "first\n  𝜎 = bad, and more\nlast\n"
 

@@ -8,7 +8,7 @@ from fuzzyctl.cli.layout import laid_out
 from fuzzyctl.cli.main import main
 from fuzzyctl.cli.summary import summary
 from fuzzyctl.model.method import Method
-from fuzzyctl.shipped import rules_folder
+from fuzzyctl.support.shipped import rules_folder
 
 EVERYTHING = """\
 system one "A title that is so long that it must be broken somewhere on a narrow terminal"

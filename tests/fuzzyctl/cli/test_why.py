@@ -6,9 +6,9 @@ from click.testing import CliRunner
 
 from fuzzyctl import load, loads
 from fuzzyctl.cli.main import main
-from fuzzyctl.errors import ArgumentError, NoRuleFiresError, UnknownNameError
-from fuzzyctl.kernels.tracing import trace
-from fuzzyctl.shipped import rules_folder
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError, UnknownNameError
+from fuzzyctl.explain.trace import trace
+from fuzzyctl.support.shipped import rules_folder
 
 RULES = rules_folder()
 

@@ -9,10 +9,10 @@ import pytest
 
 from fuzzyctl import loads
 from fuzzyctl.codegen import table_error
-from fuzzyctl.codegen.digits import at_most
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.files import generate
 from fuzzyctl.codegen.fixed import Format, fixed_point, to_format
+from fuzzyctl.codegen.rounding_text import at_most
 from fuzzyctl.codegen.unit import prepare
 from fuzzyctl.kernels.compile import compile as compile_system
 

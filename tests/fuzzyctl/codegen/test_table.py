@@ -13,11 +13,11 @@ from fuzzyctl.codegen import table_error
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.unit import prepare
 from fuzzyctl.codegen.vectors import Reference, points
-from fuzzyctl.kernels.algorithm import Algorithm
+from fuzzyctl.kernels.algorithms.select import Algorithm
 from fuzzyctl.kernels.compile import compile as compile_system
-from fuzzyctl.kernels.inference import evaluation
-from fuzzyctl.kernels.plan import plan
-from fuzzyctl.kernels.program import Accumulate
+from fuzzyctl.kernels.inference.inference import evaluation
+from fuzzyctl.kernels.plan.build import plan
+from fuzzyctl.kernels.program.program import Accumulate
 from tests.fuzzyctl.codegen.structured_text import differences
 
 

@@ -9,10 +9,10 @@ import pytest
 from fuzzyctl import loads
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.files import generate
-from fuzzyctl.codegen.single import LANES, Roundings, nearest
+from fuzzyctl.codegen.single_precision import LANES, Roundings, nearest
 from fuzzyctl.codegen.unit import prepare
 from fuzzyctl.codegen.vectors import Reference, in_parts, vectors
-from fuzzyctl.kernels.program import Accumulate, Fold
+from fuzzyctl.kernels.program.program import Accumulate, Fold
 
 HEAD = "system s\nand {conjunct}\ndefuzzifier {method}\n{more}input x in [0, 1]\n{x}\ninput y in [0, 1]\n{y}\n"
 
@@ -144,6 +144,6 @@ class TestRoundings:
         assert any(isinstance(s, Accumulate | Fold) for s in program.body)
         points = nearest(np.random.default_rng(3).uniform(-1, 10, (9, 2)))
         whole, _ = Roundings(program).run(points)
-        monkeypatch.setattr("fuzzyctl.codegen.single._AT_ONCE", 1)
+        monkeypatch.setattr("fuzzyctl.codegen.single_precision._AT_ONCE", 1)
         parts, _ = Roundings(program).run(points)
         assert np.array_equal(whole[0][:, 0], parts[0][:, 0], equal_nan=True)

@@ -4,8 +4,8 @@ import pytest
 
 import fuzzyctl
 from fuzzyctl.comparison.changes import changes
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.formats.registry import FORMATS
-from fuzzyctl.source import SourceText
 
 
 @pytest.fixture

@@ -5,8 +5,8 @@ from itertools import pairwise
 
 from hypothesis import strategies as st
 
-from fuzzyctl.errors import DiagnosticError
-from fuzzyctl.kernels.plan import plan
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.model.rule import RuleBlock
 
 

@@ -6,12 +6,12 @@ from pathlib import Path
 import pytest
 
 import fuzzyctl
-from fuzzyctl.errors import DiagnosticError
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.formats.foreign import examine_foreign
 from fuzzyctl.formats.registry import FORMATS, SUFFIXES, format_of
-from fuzzyctl.loading import decode, examine_all, load, load_all, loads
-from fuzzyctl.reading import FOREIGN, MAX_BYTES
-from fuzzyctl.source import SourceText
+from fuzzyctl.loading.load import decode, examine_all, load, load_all, loads
+from fuzzyctl.support.reading import FOREIGN, MAX_BYTES
 
 TIPPER = (Path(__file__).parent / "samples" / "tipper.fis").read_text(encoding="utf-8")
 

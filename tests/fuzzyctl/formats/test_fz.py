@@ -1,10 +1,10 @@
 import pytest
 
-from fuzzyctl.errors import ValueOutOfBoundsError
+from fuzzyctl.diagnostics.diagnostic import ValueOutOfBoundsError
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.formats.fz import dump, dumps
-from fuzzyctl.loading import load, loads
-from fuzzyctl.shipped import rules_folder
-from fuzzyctl.source import SourceText
+from fuzzyctl.loading.load import load, loads
+from fuzzyctl.support.shipped import rules_folder
 
 
 class TestDumps:

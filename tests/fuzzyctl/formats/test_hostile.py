@@ -11,10 +11,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fuzzyctl.errors import render_all
+from fuzzyctl.diagnostics.diagnostic import render_all
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.formats.foreign import examine_foreign
 from fuzzyctl.formats.registry import format_of
-from fuzzyctl.source import SourceText
 from tests.effort import at_most
 from tests.fuzz.mutating import mutated
 from tests.sizes import examples

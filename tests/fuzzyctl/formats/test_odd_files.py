@@ -3,9 +3,9 @@
 import pytest
 
 from fuzzyctl import dumps
-from fuzzyctl.checking import check_source
-from fuzzyctl.loading import loads
-from fuzzyctl.source import SourceText
+from fuzzyctl.analysis.check import check_source
+from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.loading.load import loads
 
 
 def read(name, text):

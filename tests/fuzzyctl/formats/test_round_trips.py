@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, given, settings
 
-from fuzzyctl.errors import DiagnosticError, render_all
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError, render_all
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.formats.registry import FORMATS, format_of
-from fuzzyctl.loading import loads
+from fuzzyctl.loading.load import loads
 from fuzzyctl.model.profiles import profile
-from fuzzyctl.source import SourceText
 from tests.fuzzyctl.formats.drawn_engines import fuzzylite_systems, matlab_systems
 from tests.sizes import examples
 

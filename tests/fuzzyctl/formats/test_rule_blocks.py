@@ -3,11 +3,11 @@
 import pytest
 from hypothesis import HealthCheck, given, settings
 
-from fuzzyctl.errors import render_all
+from fuzzyctl.diagnostics.diagnostic import render_all
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.formats.fcl.names import DUAL_OF
 from fuzzyctl.formats.registry import FORMATS
-from fuzzyctl.loading import loads
-from fuzzyctl.source import SourceText
+from fuzzyctl.loading.load import loads
 from tests.fuzzyctl.formats.blocked import blocked, keeps_blocks
 from tests.fuzzyctl.formats.drawn_engines import ACTIVATIONS, NORMS, fuzzylite_systems
 from tests.fuzzyctl.formats.drawn_fcl import CONJUNCTIONS

@@ -14,8 +14,8 @@ from fuzzyctl.formulas import (
     is_monotone,
     piecewise_linear,
 )
-from fuzzyctl.kernels.numpy_backend import array_function
-from fuzzyctl.kernels.python_backend import scalar_function
+from fuzzyctl.kernels.backends.numpy.backend import array_function
+from fuzzyctl.kernels.backends.python.backend import scalar_function
 
 #: Other processes may slow a test down at any time.
 QUICK = settings(max_examples=60, deadline=None)

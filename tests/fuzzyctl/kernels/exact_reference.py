@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 from fuzzyctl.expr import Name
 from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, MEMBERSHIP
-from fuzzyctl.kernels.numpy_backend import array_function
+from fuzzyctl.kernels.backends.numpy.backend import array_function
 
 
 class Straight:

@@ -7,18 +7,18 @@ import pytest
 
 import fuzzyctl.kernels.compile as compile_module
 from fuzzyctl import loads
-from fuzzyctl.errors import (
+from fuzzyctl.diagnostics.diagnostic import (
     ArgumentError,
     BackendUnavailableError,
     DiagnosticError,
     NoRuleFiresError,
     UnknownNameError,
 )
-from fuzzyctl.kernels.algorithm import algorithm_of
+from fuzzyctl.kernels.algorithms.select import algorithm_of
+from fuzzyctl.kernels.backends.numba.compile_cost import operations
 from fuzzyctl.kernels.compile import call_by_name
 from fuzzyctl.kernels.compile import compile as compile_system
-from fuzzyctl.kernels.effort import operations
-from fuzzyctl.kernels.plan import plan
+from fuzzyctl.kernels.plan.build import plan
 
 BACKENDS = ("python", "numpy", "numba")
 
@@ -103,7 +103,7 @@ class TestCompile:
         assert kernels[0](0.0, 0.0) == pytest.approx(0.18)
 
     def test_exact_maxima_refuse_curved_terms_without_a_closed_form(self):
-        from fuzzyctl.kernels.plan import plan
+        from fuzzyctl.kernels.plan.build import plan
         from fuzzyctl.model.method import Defuzzifier
 
         curved = loads(

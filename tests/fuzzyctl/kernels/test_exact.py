@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 
 from fuzzyctl import loads
-from fuzzyctl.errors import DiagnosticError
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.formulas import CONJUNCTIONS, MEMBERSHIP
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.compile import degrees as degrees_of

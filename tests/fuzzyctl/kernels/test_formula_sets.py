@@ -6,7 +6,8 @@ import re
 import numpy as np
 import pytest
 
-from fuzzyctl import DiagnosticError, as_profile, build, compile, dumps, loads, output_bounds
+from fuzzyctl import DiagnosticError, as_profile, compile, dumps, loads, output_bounds
+from fuzzyctl.building import build
 from fuzzyctl.codegen.python_source import module
 from fuzzyctl.codegen.unit import prepare
 from fuzzyctl.formats.registry import FORMATS

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from fuzzyctl import loads
-from fuzzyctl.analysis.coverage import uncovered
-from fuzzyctl.errors import DiagnosticError
+from fuzzyctl.analysis.coverage.coverage import uncovered
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.expr import Binary, Name, Number
 from fuzzyctl.kernels.compile import compile as compile_system
-from fuzzyctl.kernels.program import Assign, Builder, depth
+from fuzzyctl.kernels.program.program import Assign, Builder, depth
 from fuzzyctl.model.rule import And, Is, Not
 from tests.sizes import examples
 

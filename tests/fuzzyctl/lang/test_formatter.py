@@ -2,10 +2,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.lang.formatter import format_source
 from fuzzyctl.lang.parser import parse
-from fuzzyctl.shipped import rules_folder
-from fuzzyctl.source import SourceText
+from fuzzyctl.support.shipped import rules_folder
 
 
 def formatted(text):

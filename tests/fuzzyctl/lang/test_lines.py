@@ -1,5 +1,5 @@
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.lang.lines import split
-from fuzzyctl.source import SourceText
 
 
 def kinds(text):

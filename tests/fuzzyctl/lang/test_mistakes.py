@@ -1,9 +1,9 @@
 import pytest
 
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.lang.mistakes import FORMS
 from fuzzyctl.lang.parser import parse
 from fuzzyctl.lang.syntax import STATEMENT_KEYWORDS
-from fuzzyctl.source import SourceText
 
 
 def diagnose(text):

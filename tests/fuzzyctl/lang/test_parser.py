@@ -1,9 +1,9 @@
 import pytest
 
 from fuzzyctl import expr as ex
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.parser import parse
-from fuzzyctl.source import SourceText
 
 
 def statements(text):

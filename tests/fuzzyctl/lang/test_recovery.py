@@ -3,10 +3,10 @@
 import pytest
 
 from fuzzyctl import loads
-from fuzzyctl.checking import check_source
+from fuzzyctl.analysis.check import check_source
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.lang.parser import parse
-from fuzzyctl.shipped import rules_folder
-from fuzzyctl.source import SourceText
+from fuzzyctl.support.shipped import rules_folder
 from tests.fuzzyctl.messages import BASE, said
 
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from fuzzyctl.loading import examine
-from fuzzyctl.source import SourceText
+from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.loading.load import examine
 
 TERMS = [
     "A = triangle(-inf, 0, 2)",

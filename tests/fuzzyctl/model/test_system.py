@@ -4,9 +4,15 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from fuzzyctl.errors import ArgumentError, DiagnosticError, NoRuleFiresError, UnknownNameError, ValueOutOfBoundsError
-from fuzzyctl.loading import load, loads
-from fuzzyctl.shipped import rules_folder
+from fuzzyctl.diagnostics.diagnostic import (
+    ArgumentError,
+    DiagnosticError,
+    NoRuleFiresError,
+    UnknownNameError,
+    ValueOutOfBoundsError,
+)
+from fuzzyctl.loading.load import load, loads
+from fuzzyctl.support.shipped import rules_folder
 
 
 @pytest.fixture(scope="module")

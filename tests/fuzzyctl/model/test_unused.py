@@ -2,9 +2,9 @@
 
 import pytest
 
-from fuzzyctl.checking import check_source
-from fuzzyctl.loading import examine, loads
-from fuzzyctl.source import SourceText
+from fuzzyctl.analysis.check import check_source
+from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.loading.load import examine, loads
 
 READS = """system pdc
 defuzzifier weighted_average

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from fuzzyctl.loading import load, loads
+from fuzzyctl.loading.load import load, loads
 from fuzzyctl.plot.surface import draw_surface, sample
-from fuzzyctl.shipped import rules_folder
+from fuzzyctl.support.shipped import rules_folder
 
 
 class TestSample:

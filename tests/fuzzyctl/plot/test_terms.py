@@ -1,9 +1,9 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from fuzzyctl.loading import load, loads
+from fuzzyctl.loading.load import load, loads
 from fuzzyctl.plot.terms import draw_terms, draw_variable
-from fuzzyctl.shipped import rules_folder
+from fuzzyctl.support.shipped import rules_folder
 
 
 class TestDrawVariable:

@@ -3,11 +3,11 @@
 import pytest
 
 from fuzzyctl import DiagnosticError, dumps, loads
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.lang.formatter import format_source
-from fuzzyctl.loading import examine
+from fuzzyctl.loading.load import examine
 from fuzzyctl.model.method import Activation
 from fuzzyctl.model.rule import RuleTable
-from fuzzyctl.source import SourceText
 
 HEAD = """
 system s

@@ -1,8 +1,8 @@
 import pytest
 
-from fuzzyctl.errors import DiagnosticError
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.expr import Number
-from fuzzyctl.loading import loads
+from fuzzyctl.loading.load import loads
 from fuzzyctl.model.rule import And, Is, Not, Or
 
 

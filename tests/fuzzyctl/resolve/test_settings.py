@@ -1,13 +1,13 @@
 import pytest
 
-from fuzzyctl.errors import DiagnosticError
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.expr import Name, Number
 from fuzzyctl.formats.fz import dumps
-from fuzzyctl.loading import examine, loads
+from fuzzyctl.loading.load import examine, loads
 from fuzzyctl.model.method import Activation, Defuzzifier
 from fuzzyctl.model.profiles import PROFILES
 from fuzzyctl.model.variable import Hold
-from fuzzyctl.source import SourceText
 
 
 def errors(text):

@@ -1,8 +1,8 @@
 import pytest
 
-from fuzzyctl.errors import DiagnosticError
-from fuzzyctl.loading import examine, loads
-from fuzzyctl.source import SourceText
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.loading.load import examine, loads
 
 
 def errors(text):

@@ -2,9 +2,9 @@ import math
 
 import pytest
 
-from fuzzyctl.errors import DiagnosticError
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.formats.fz import dumps
-from fuzzyctl.loading import loads
+from fuzzyctl.loading.load import loads
 
 
 def errors(text):

@@ -2,10 +2,10 @@
 
 import pytest
 
-from fuzzyctl.errors import render_all
+from fuzzyctl.diagnostics.diagnostic import render_all
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.formats.fcl import read, write
-from fuzzyctl.loading import loads
-from fuzzyctl.source import SourceText
+from fuzzyctl.loading.load import loads
 
 TWO = """\
 system two

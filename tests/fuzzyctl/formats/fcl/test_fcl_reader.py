@@ -5,12 +5,12 @@ import math
 import pytest
 
 from fuzzyctl import DiagnosticError, loads
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.expr import Number
 from fuzzyctl.formats.fcl import read, read_all
 from fuzzyctl.model.method import Defuzzifier
 from fuzzyctl.model.rule import And, Is, Not, Or
 from fuzzyctl.model.variable import Hold
-from fuzzyctl.source import SourceText
 
 
 def source(text):

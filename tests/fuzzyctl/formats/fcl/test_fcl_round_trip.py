@@ -7,16 +7,16 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from fuzzyctl import as_profile, loads
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.expr import ONE, Binary, Call, Name, Number
 from fuzzyctl.formats.fcl import read_all, write
 from fuzzyctl.kernels.compile import compile as compiled
-from fuzzyctl.model.checks import check_model
+from fuzzyctl.model.checks.checks import check_model
 from fuzzyctl.model.method import Method
 from fuzzyctl.model.profiles import PROFILES
 from fuzzyctl.model.rule import Consequent, Is, Rule
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, Membership, Output, Term
-from fuzzyctl.source import SourceText
 from tests.effort import at_most
 from tests.fuzzyctl.formats.drawn_fcl import systems
 from tests.fuzzyctl.formats.drawn_parts import number

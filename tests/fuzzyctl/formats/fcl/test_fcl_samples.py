@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from fuzzyctl import load, load_all
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.formats.fcl import read_all, write
-from fuzzyctl.source import SourceText
 
 HERE = Path(__file__).parent
 

@@ -3,7 +3,7 @@
 import pytest
 
 from fuzzyctl.formats.fis import write
-from fuzzyctl.loading import loads
+from fuzzyctl.loading.load import loads
 
 HYBRID = """\
 system hybrid

@@ -5,18 +5,18 @@ from pathlib import Path
 
 import pytest
 
-from fuzzyctl.errors import render_all
+from fuzzyctl.diagnostics.diagnostic import render_all
+from fuzzyctl.diagnostics.source import SourceText, Span
+from fuzzyctl.explain.trace import trace
 from fuzzyctl.expr import Number
+from fuzzyctl.formats.common.vectors import VectorError, read_vector
 from fuzzyctl.formats.fis import read
 from fuzzyctl.formats.fis.memberships import written
-from fuzzyctl.formats.vectors import VectorError, read_vector
-from fuzzyctl.kernels.tracing import trace
-from fuzzyctl.loading import load
+from fuzzyctl.loading.load import load
 from fuzzyctl.model.method import Defuzzifier
 from fuzzyctl.model.profiles import profile
 from fuzzyctl.model.rule import And, Is, Or
 from fuzzyctl.model.variable import Hold
-from fuzzyctl.source import SourceText, Span
 
 SAMPLES = Path(__file__).parent.parent / "samples"
 TIPPER = (SAMPLES / "tipper.fis").read_text(encoding="utf-8")

@@ -6,10 +6,10 @@ import re
 import pytest
 
 from fuzzyctl import as_profile
-from fuzzyctl.errors import DiagnosticError, render_all
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError, render_all
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.formats.fis import read, write
-from fuzzyctl.loading import loads
-from fuzzyctl.source import SourceText
+from fuzzyctl.loading.load import loads
 
 TWO = """\
 system two

@@ -1,8 +1,8 @@
 """A small file of fuzzylite that tests vary, and what is said of it."""
 
-from fuzzyctl.errors import render_all
+from fuzzyctl.diagnostics.diagnostic import render_all
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.formats.fll import read
-from fuzzyctl.source import SourceText
 
 SMALL = """\
 Engine: small

@@ -5,15 +5,15 @@ from pathlib import Path
 
 import pytest
 
+from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.expr import ONE, Number, evaluate
 from fuzzyctl.formats.fll import read
 from fuzzyctl.formats.fll.functions import FormulaError, read_formula
-from fuzzyctl.loading import load
+from fuzzyctl.loading.load import load
 from fuzzyctl.model.method import Activation, Defuzzifier
 from fuzzyctl.model.profiles import profile
 from fuzzyctl.model.rule import And, Is, Or
 from fuzzyctl.model.variable import Hold
-from fuzzyctl.source import SourceText, Span
 from tests.fuzzyctl.formats.fll.small import SMALL, changed, rule, said, system
 
 #: What a rule block may say itself.

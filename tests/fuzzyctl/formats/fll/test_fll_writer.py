@@ -3,11 +3,11 @@
 import pytest
 
 from fuzzyctl import as_profile
-from fuzzyctl.conversion import convert
-from fuzzyctl.errors import DiagnosticError, render_all
+from fuzzyctl.convert.convert import convert
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError, render_all
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.formats.fll import read, write
-from fuzzyctl.loading import loads
-from fuzzyctl.source import SourceText
+from fuzzyctl.loading.load import loads
 
 TWO = """\
 system two

@@ -5,12 +5,12 @@ import math
 import pytest
 
 from fuzzyctl import loads
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.expr import Number
 from fuzzyctl.formats.fml import read
-from fuzzyctl.model.checks import check_model
+from fuzzyctl.model.checks.checks import check_model
 from fuzzyctl.model.method import Defuzzifier
 from fuzzyctl.model.rule import And, Is, Not, Or
-from fuzzyctl.source import SourceText
 from tests.effort import at_most
 
 FOOD = """<fuzzyVariable name="food" scale="" domainleft="0.0" domainright="10.0" type="input">

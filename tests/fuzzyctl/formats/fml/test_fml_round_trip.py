@@ -6,19 +6,19 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from fuzzyctl.errors import DiagnosticError
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.expr import ONE, Binary, Call, Name, Number
 from fuzzyctl.formats.fml import read, write
 from fuzzyctl.formats.fml.hedges import OWN_HEDGES
 from fuzzyctl.kernels.compile import compile as compile_system
-from fuzzyctl.model.checks import check_model
+from fuzzyctl.model.checks.checks import check_model
 from fuzzyctl.model.guarantee import Hedge
 from fuzzyctl.model.method import Defuzzifier, Method
 from fuzzyctl.model.rule import And, Consequent, Is, Rule
 from fuzzyctl.model.semantics import Semantics
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Input, Membership, Output, Term
-from fuzzyctl.source import SourceText
 from tests.effort import at_most
 from tests.fuzzyctl.formats.drawn_fml import systems
 from tests.fuzzyctl.formats.drawn_parts import number

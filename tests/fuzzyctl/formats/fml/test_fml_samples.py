@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from fuzzyctl import load
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.formats.fml import read, write
 from fuzzyctl.model.rule import Is, Or
-from fuzzyctl.source import SourceText
 
 HERE = Path(__file__).parent
 

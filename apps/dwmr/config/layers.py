@@ -1,0 +1,207 @@
+"""The files a scenario is made of: its own and those it extends, read and laid over one another."""
+
+from __future__ import annotations
+
+import stat
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from dwmr.config.locations import EXTENDS, Places
+from dwmr.config.toml_locations import Path as Key
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.diagnostics.source import SourceText, Span
+from fuzzyctl.diagnostics.suggestions import did_you_mean
+
+#: Scenario files are small; a larger one is refused before it is read.
+LARGEST_FILE = 1 << 20
+#: A scenario that extends one that extends one and so on; nobody needs more.
+MOST_LAYERS = 10
+
+SHIPPED = Path(__file__).parents[1] / "scenarios"
+
+
+@dataclass(frozen=True)
+class Layer:
+    """One file of a scenario."""
+
+    path: Path
+    source: SourceText
+    content: bytes
+    data: dict[str, Any]
+
+
+def shipped_names() -> tuple[str, ...]:
+    """Return the names of the scenarios that come with dwmr."""
+    return tuple(sorted(p.stem for p in SHIPPED.glob("*.toml")))
+
+
+def read_layers(path: Path) -> tuple[Layer, ...]:
+    """Read a scenario file and those it extends, the file itself first.
+
+    Raises:
+        DiagnosticError: When one of them cannot be read, is no TOML, or extends itself.
+    """
+    layers: list[Layer] = []
+    following: Path | None = path
+    while following is not None:
+        content = read_bytes(following, LARGEST_FILE, "a scenario file holds a few kilobytes of TOML")
+        source = SourceText(str(following), _text(following, content))
+        layers.append(Layer(following, source, content, _parse(source)))
+        following = _extended(layers)
+    return tuple(layers)
+
+
+def _extended(layers: Sequence[Layer]) -> Path | None:
+    """Return the file that the last layer extends, and take the key away."""
+    last = layers[-1]
+    if EXTENDS not in last.data:
+        return None
+    name = last.data.pop(EXTENDS)
+    places = Places(last.source)
+    if not isinstance(name, str) or not name:
+        raise DiagnosticError(
+            [places.diagnostic("FZ904", EXTENDS, f"{EXTENDS} must be the name of a scenario in quotes")]
+        )
+    found = _find(name, last.path.parent)
+    if found is None:
+        facts = (f"it is neither a file beside {last.path.name} nor one of the shipped {', '.join(shipped_names())}",)
+        message = f"{EXTENDS} = {name[:200]!r} names a scenario that does not exist"
+        hint = did_you_mean(name, shipped_names())
+        raise DiagnosticError([places.diagnostic("FZ904", EXTENDS, message, facts=facts, help=hint)])
+    way = [one.path for one in layers]
+    if any(found.samefile(one) for one in way):
+        shown = " -> ".join(p.name for p in (*way, found))
+        raise DiagnosticError([places.diagnostic("FZ904", EXTENDS, f"{EXTENDS} leads in a circle: {shown}")])
+    if len(layers) >= MOST_LAYERS:
+        message = f"{EXTENDS}: more than {MOST_LAYERS} scenarios upon each other"
+        raise DiagnosticError([places.diagnostic("FZ904", EXTENDS, message)])
+    return found
+
+
+def _find(name: str, folder: Path) -> Path | None:
+    """Return a scenario by its shipped name or by its path from a folder."""
+    if name in shipped_names():
+        return SHIPPED / f"{name}.toml"
+    path = folder / name
+    try:
+        return path if path.exists() else None
+    except (OSError, ValueError):  # a name longer than the file system allows, or one with a null character
+        return None
+
+
+def merge(layers: Sequence[Layer], overrides: Mapping[str, str]) -> tuple[dict[str, Any], Places]:
+    """Lay the files of a scenario over one another, the first on top.
+
+    Tables are merged key by key; lists and other values replace those below, and so does a table of another `kind`.
+
+    Args:
+        layers: From `read_layers`.
+        overrides: Keys given on the command line, for the places.
+    """
+    data: dict[str, Any] = {}
+    places: Places | None = None
+    for layer in reversed(layers):
+        hidden = frozenset(replaced(data, layer.data))
+        data = overlay(data, layer.data)
+        top = layer is layers[0]
+        places = Places(layer.source, overrides if top else {}, places, hidden)
+    assert places is not None
+    return data, places
+
+
+def overlay(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a table laid over another one; neither is changed, nor shared where it could be."""
+    merged = {k: _copy(v) for k, v in below.items()}
+    for key, value in above.items():
+        under = merged.get(key)
+        merged[key] = overlay(under or {}, value) if _mergeable(under, value) else _copy(value)
+    return merged
+
+
+def _mergeable(under: Any, value: Any) -> bool:
+    both = isinstance(under, dict) and isinstance(value, dict)
+    return both and value.get("kind", under.get("kind")) == under.get("kind")
+
+
+def replaced(below: Mapping[str, Any], above: Mapping[str, Any], prefix: Key = ()) -> Iterator[Key]:
+    """Yield the keys below which nothing of the lower table is left."""
+    for key, value in above.items():
+        under = below.get(key)
+        if _mergeable(under, value):
+            yield from replaced(below[key], value, (*prefix, key))
+        elif under is not None:
+            yield (*prefix, key)
+
+
+def _copy(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {k: _copy(v) for k, v in value.items()}
+    return [_copy(v) for v in value] if isinstance(value, list) else value
+
+
+def read_bytes(path: Path, largest: int, help_text: str) -> bytes:
+    """Read a regular file of limited size.
+
+    Raises:
+        DiagnosticError: When it is none, or cannot be read.
+    """
+
+    def refuse(code: str, message: str, help: str = "") -> DiagnosticError:
+        return DiagnosticError([Diagnostic(code, message, file=str(path), help=help)])
+
+    if path.is_dir():
+        raise refuse("FZ001", f"{path} is a folder, not a file")
+    try:
+        about = path.stat()
+        if not stat.S_ISREG(about.st_mode):
+            raise refuse("FZ001", f"{path} is no regular file")
+        with path.open("rb") as file:
+            content = file.read(largest + 1)
+    except OSError as error:
+        raise refuse("FZ001", f"{path} cannot be read: {error.strerror}") from error
+    if len(content) > largest:
+        size = max(len(content), about.st_size)
+        raise refuse("FZ003", f"{path} has {size:,} bytes; at most {largest:,} are read", help_text)
+    return content
+
+
+def _text(path: Path, content: bytes) -> str:
+    try:
+        text = content.decode("utf-8")
+    except UnicodeDecodeError as error:
+        message = f"{path} is not UTF-8 text: byte {error.start} is 0x{content[error.start]:02x}"
+        raise DiagnosticError([Diagnostic("FZ002", message, file=str(path))]) from error
+    if not text.strip():
+        help_text = "begin one with 'dwmr new NAME'"
+        raise DiagnosticError([Diagnostic("FZ901", f"{path} is empty", file=str(path), help=help_text)])
+    return text.removeprefix("\ufeff")
+
+
+def _parse(source: SourceText) -> dict[str, Any]:
+    try:
+        return tomllib.loads(source.text)
+    except (ValueError, RecursionError) as error:  # a plain ValueError is a whole number of thousands of digits
+        span = _toml_error_place(str(error), source)
+        message = "nesting is too deep" if isinstance(error, RecursionError) else str(error).split(" (at ")[0]
+        if not isinstance(error, RecursionError | tomllib.TOMLDecodeError):
+            message = "a whole number has too many digits"
+        raise DiagnosticError(
+            [Diagnostic("FZ901", f"not valid TOML: {message}", span=span, file=source.name)]
+        ) from error
+
+
+def _toml_error_place(message: str, source: SourceText) -> Span | None:
+    """Find the place in `... (at line 3, column 7)`; Python 3.14 has attributes for it, 3.11 has not."""
+    if message.endswith("(at end of document)"):
+        end = len(source.text.rstrip())
+        return Span(source, max(0, end - 1), end)
+    head, _, tail = message.partition("(at line ")
+    if not head or not tail:
+        return None
+    line, _, column = tail.rstrip(")").partition(", column ")
+    start = sum(len(s) for s in source.text.splitlines(keepends=True)[: int(line) - 1]) + int(column) - 1
+    start = min(start, max(0, len(source.text) - 1))
+    return Span(source, start, start + 1)

@@ -1,0 +1,78 @@
+"""Where the keys of a scenario stand: a line of its file, or an argument of the command line."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from dwmr.config.overrides import split_key
+from dwmr.config.toml_locations import key_places
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.diagnostics.source import SourceText, Span
+
+#: Table whose values every robot takes over unless it has its own.
+COMMON = "robot"
+#: Key by which a scenario names the one it changes.
+EXTENDS = "extends"
+
+
+@dataclass(frozen=True)
+class Places:
+    """Where the keys of a scenario stand: a line of one of its files, or an argument of the command line.
+
+    Args:
+        source: The scenario's own file.
+        overrides: Arguments of the command line, by key.
+        base: Places of the scenario that it extends.
+        hidden: Keys whose values replace those of the base whole.
+    """
+
+    source: SourceText
+    overrides: Mapping[str, str] = field(default_factory=dict)
+    base: Places | None = None
+    hidden: frozenset[tuple[str, ...]] = frozenset()
+
+    @cached_property
+    def _keys(self) -> Mapping[tuple[str, ...], tuple[int, int]]:
+        return key_places(self.source.text)
+
+    def _exact(self, path: tuple[str, ...]) -> Span | None:
+        if found := self._keys.get(path):
+            return Span(self.source, *found)
+        if self.base is None or any(path[:k] in self.hidden for k in range(1, len(path) + 1)):
+            return None
+        return self.base._exact(path)
+
+    def _argument(self, path: tuple[str, ...]) -> str:
+        """Return the argument of the command line that gave a key, or a whole table with it."""
+        heads = (".".join(path[:k]) for k in range(len(path), 0, -1))
+        return next((self.overrides[head] for head in heads if head in self.overrides), "")
+
+    def given(self, *path: str) -> bool:
+        """Return whether an argument of the command line gave a key, or a whole table with it."""
+        return bool(self._argument(path))
+
+    def resolve(self, path: tuple[str, ...]) -> tuple[str, Span | None, str]:
+        """Return the key as its author wrote it, its place in the file, and its argument of the command line.
+
+        A key that a robot takes over from the common [robot] table is found there. A key that stands nowhere has the
+        place of its nearest parent.
+        """
+        common = (COMMON, *path[2:]) if path[:1] == ("robots",) and len(path) > 2 else None
+        for candidate in (path, common):
+            if candidate and (argument := self._argument(candidate)):
+                return ".".join(candidate), None, argument
+            if candidate and (span := self._exact(candidate)):
+                return ".".join(candidate), span, ""
+        for length in range(len(path) - 1, 0, -1):
+            for candidate in (path[:length], (COMMON, *path[2:length]) if common and length >= 2 else None):
+                if candidate and (span := self._exact(candidate)):
+                    return ".".join(path), span, ""
+        return ".".join(path), None, ""
+
+    def diagnostic(self, code: str, key: str, message: str, *, facts: Sequence[str] = (), help: str = "") -> Diagnostic:
+        """Return a diagnostic about a key; its message stays as given."""
+        _, span, argument = self.resolve(tuple(split_key(key)))
+        file = f"--set {argument}" if argument else self.source.name
+        return Diagnostic(code, message, span=span, facts=tuple(facts), help=help, file=file)

@@ -1,0 +1,1 @@
+"""Sliding variables, fuzzy gains and control laws: everything between posture error and velocity command."""

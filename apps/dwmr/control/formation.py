@@ -1,0 +1,134 @@
+"""Separation-bearing formation: where a follower should be, and how far it is from there."""
+
+from __future__ import annotations
+
+import math
+
+from dwmr.core.geometry import to_body, wrap
+from dwmr.core.interfaces import TrackingError
+from dwmr.core.jit import compiled
+
+
+@compiled
+def trajectory_error(
+    x: float, y: float, theta: float, x_r: float, y_r: float, theta_r: float, theta_star: float, v_r: float, d: float
+) -> TrackingError:
+    """Return the tracking error of a robot that follows a reference trajectory.
+
+    Args:
+        x, y, theta: Posture of the robot's reference point [m, m, rad].
+        x_r, y_r, theta_r: Reference posture [m, m, rad].
+        theta_star: Auxiliary reference orientation θ*_r [rad].
+        v_r: Reference linear velocity [m/s].
+        d: Distance of the reference point ahead of the wheel axis [m].
+
+    Source:
+        Goto, Bertol, Martins, Eqs. (4), (6); Eq. (3), first two rows, for the reference's motion seen from the robot.
+    """
+    x_e, y_e = to_body(x_r - x, y_r - y, theta)
+    theta_e = theta_r - theta
+    omega_star = trajectory_auxiliary_rate(theta_r, theta_star, v_r, d)
+    return TrackingError(
+        x_e, y_e, wrap(theta_star - theta), v_r * math.cos(theta_e), v_r * math.sin(theta_e), omega_star, d
+    )
+
+
+@compiled
+def trajectory_auxiliary_rate(theta_r: float, theta_star: float, v_r: float, d: float) -> float:
+    """Return ω*_ar, the turning rate with which a point d ahead of the axle follows the reference direction [rad/s].
+
+    Source:
+        Goto, Bertol, Martins, Eq. (5), second row; Eq. (72) during avoidance.
+    """
+    return -v_r / d * math.sin(theta_star - theta_r)
+
+
+@compiled
+def separation_and_bearing(
+    x_i: float, y_i: float, theta_i: float, d_i: float, x_j: float, y_j: float
+) -> tuple[float, float]:
+    """Return how far and in which direction a follower's front is from its leader's axle.
+
+    Args:
+        x_i, y_i, theta_i: Posture of the leader's reference point [m, m, rad].
+        d_i: Distance of that point ahead of the leader's wheel axis [m].
+        x_j, y_j: Position of the follower's reference point [m].
+
+    Returns:
+        L_ij [m] and Ψ_ij in (−π, π] [rad].
+
+    Source:
+        Goto, Bertol, Martins, Eqs. (44), (45), with atan2 for arctan.
+    """
+    l_x = x_i - d_i * math.cos(theta_i) - x_j
+    l_y = y_i - d_i * math.sin(theta_i) - y_j
+    return math.hypot(l_x, l_y), wrap(math.atan2(l_y, l_x) - theta_i + math.pi)
+
+
+@compiled
+def follower_position(
+    x_i: float, y_i: float, theta_i: float, d_i: float, separation: float, bearing: float
+) -> tuple[float, float]:
+    """Return the place of a follower at a separation and bearing from its leader [m].
+
+    Source:
+        Goto, Bertol, Martins, Eq. (47), first two rows.
+    """
+    angle = bearing + theta_i
+    x = x_i - d_i * math.cos(theta_i) + separation * math.cos(angle)
+    y = y_i - d_i * math.sin(theta_i) + separation * math.sin(angle)
+    return x, y
+
+
+@compiled
+def follower_error(
+    x_i: float,
+    y_i: float,
+    theta_i: float,
+    v_i: float,
+    omega_i: float,
+    d_i: float,
+    x_j: float,
+    y_j: float,
+    theta_j: float,
+    theta_star: float,
+    d_j: float,
+    separation: float,
+    bearing: float,
+) -> TrackingError:
+    """Return the tracking error of a follower.
+
+    Args:
+        x_i, y_i, theta_i: Posture of the leader [m, m, rad].
+        v_i, omega_i: Velocities of the leader [m/s, rad/s].
+        d_i, d_j: Reference points ahead of the wheel axes [m].
+        x_j, y_j, theta_j: Posture of the follower [m, m, rad].
+        theta_star: The follower's auxiliary reference orientation θ*_jr [rad].
+        separation, bearing: Desired L_ijd [m] and Ψ_ijd [rad].
+
+    Source:
+        Goto, Bertol, Martins, Eqs. (49), (51); the second row of A_0 carries +ω_ai L_d cos(·), which differentiating
+        Eq. (47) gives and ω*_ajr confirms, where the print has a minus.
+    """
+    theta_ij = theta_i - theta_j
+    measured, measured_bearing = separation_and_bearing(x_i, y_i, theta_i, d_i, x_j, y_j)
+    desired_angle, measured_angle = bearing + theta_ij, measured_bearing + theta_ij
+    x_e = separation * math.cos(desired_angle) - measured * math.cos(measured_angle)
+    y_e = separation * math.sin(desired_angle) - measured * math.sin(measured_angle)
+    drift_x = v_i * math.cos(theta_ij) - omega_i * separation * math.sin(desired_angle)
+    drift_y = v_i * math.sin(theta_ij) + omega_i * separation * math.cos(desired_angle)
+    omega_star = follower_auxiliary_rate(theta_i, v_i, omega_i, theta_star, d_j, separation, bearing)
+    return TrackingError(x_e, y_e, wrap(theta_star - theta_j), drift_x, drift_y, omega_star, d_j)
+
+
+@compiled
+def follower_auxiliary_rate(
+    theta_i: float, v_i: float, omega_i: float, theta_star: float, d_j: float, separation: float, bearing: float
+) -> float:
+    """Return ω*_ajr, the turning rate with which a follower moves without slipping while the formation turns [rad/s].
+
+    Source:
+        Goto, Bertol, Martins, the unnumbered equation before Eq. (51).
+    """
+    turn = theta_i - theta_star
+    return (v_i * math.sin(turn) + separation * omega_i * math.cos(bearing + turn)) / d_j

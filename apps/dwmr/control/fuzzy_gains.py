@@ -1,0 +1,301 @@
+"""Rule files as gain kernels: load, check that a file fits its role, prove what the law relies on, compile.
+
+The only control module that imports fuzzyctl's engine. Everything but compiling works without the compiler, so that a
+broken rule file is answered at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import fuzzyctl
+from dwmr.control.gain_floor import ROLE, Channel, not_positive, prove_floor
+from dwmr.control.roles import ROLES, check_role
+from dwmr.control.rule_files import RuleFiles, Used, read_whole
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, UnknownNameError, ValueOutOfBoundsError
+from fuzzyctl.expr import names_in
+
+if TYPE_CHECKING:
+    from dwmr.config.locations import Places
+    from dwmr.core.interfaces import FloatArray
+    from dwmr.scenario.model import RuleFile
+    from fuzzyctl.analysis.verdicts import Verdict
+
+#: Identity of a fuzzy system: its file and the values of its params.
+Key = tuple[Path, tuple[tuple[str, float], ...]]
+
+
+class Known:
+    """What has been read, proved and compiled; scenarios that differ in params share it.
+
+    Attributes:
+        systems: By file: the system, the checksums of all that it reads, and the warnings of its checks.
+        changed: Systems with other params.
+        sound: Systems that give a number everywhere.
+        bounds: Proved bounds of outputs.
+        verdicts: On the guarantees of a file, by its checksum and the values of its params.
+        kernels: Compiled kernels.
+    """
+
+    def __init__(self) -> None:
+        self.systems: dict[Path, tuple[Any, Used, tuple[Diagnostic, ...]]] = {}
+        self.changed: dict[Key, Any] = {}
+        self.sound: set[Key] = set()
+        self.bounds: dict[Key, Any] = {}
+        self.verdicts: dict[tuple[str, tuple[tuple[str, float], ...]], tuple[Verdict, ...]] = {}
+        self.kernels: dict[Key, Any] = {}
+
+
+class Rules:
+    """The rule files of a run.
+
+    Args:
+        named: File and params by role, as the scenario gives them.
+        folders: Where to look for a file, first match wins; the shipped rules come last.
+        places: Where the scenario's keys stand, for diagnostics.
+        known: Of other scenarios, to share.
+
+    Attributes:
+        files: Where they are.
+        used: The files read so far, by role.
+        warnings: What the checks of those files warn of.
+    """
+
+    def __init__(
+        self, named: Mapping[str, RuleFile], folders: tuple[Path, ...], places: Places, known: Known | None = None
+    ) -> None:
+        self.files = RuleFiles(named, folders, places)
+        self.used: dict[str, Used] = {}
+        self.warnings: list[Diagnostic] = []
+        self.known = Known() if known is None else known
+
+    def prove_reaction(self, robot: str, channel: str, k_h_min: float | None, k_s: float | None) -> Any:
+        """Prove k̄_h − k_s sup f >= G_min > 0, and what else the rule file requires, for one channel of a robot.
+
+        Args:
+            robot: Name of the robot.
+            channel: "v" or "omega".
+            k_h_min, k_s: The robot's own gains, or None for those of the rule file's params.
+
+        Returns:
+            The fuzzy system f(σ*, dσ*/dt) with these gains as its params.
+
+        Raises:
+            DiagnosticError: When the guarantee does not follow from the rule file.
+
+        Source:
+            Goto, Bertol, Martins, section 7, choice of f_max.
+        """
+        own = {name: value for name, value in (("k_h_min", k_h_min), ("k_s", k_s)) if value is not None}
+        asked = Channel(robot, channel, own)
+        given = {**self.files.params(ROLE), **own}
+        for name in ("k_h_min", "k_s"):
+            if not given.get(name, 1.0) > 0.0:
+                raise DiagnosticError([not_positive(asked, name, given[name], self.files)])
+        missing = [name for name in ("k_h_min", "k_s", "G_min") if name not in self.system(ROLE, {}).values]
+        if missing:
+            message = f"{self.files.path(ROLE).name} declares no param {', '.join(missing)}"
+            facts = (f"{ROLE} needs the params k_h_min, k_s and G_min",)
+            raise DiagnosticError([Diagnostic("FZ905", message, facts=facts, file=str(self.files.path(ROLE)))])
+        system = self.system(ROLE, own)
+        for name in ("k_h_min", "k_s"):
+            if not system.values[name] > 0.0:
+                raise DiagnosticError([self._not_positive(asked, name, system.values[name])])
+        prove_floor(system, self._bounds(ROLE, system)["f"], asked)
+        self._prove_guarantees(ROLE, system, f"robot {robot}, channel {channel}")
+        return system
+
+    def prove_boundary_layer(self) -> Any:
+        """Prove β > 0, and what else the rule file requires, and return the fuzzy system β(|σ*|).
+
+        Raises:
+            DiagnosticError: When β > 0 does not follow from the rule file, or a guarantee is not proved.
+        """
+        system = self.system("boundary_layer", {})
+        bound = self._bounds("boundary_layer", system)["beta"]
+        if bound.lo > 0.0:
+            self._prove_guarantees("boundary_layer", system)
+            return system
+        message = f"the boundary layer is not guaranteed to be positive: β comes down to {bound.lo:.6g}"
+        facts = ("Eq. (19) divides by β, so every value β can take must be > 0",)
+        help_text = "raise the peak of this term above 0"
+        path = str(self.files.path("boundary_layer"))
+        raise DiagnosticError(
+            [Diagnostic("FZ907", message, span=bound.lo_span, facts=facts, help=help_text, file=path)]
+        )
+
+    def reaction(self, robot: str, channel: str, k_h_min: float | None, k_s: float | None) -> tuple[Any, float, float]:
+        """Return the proved and compiled f(σ*, dσ*/dt) of one channel of a robot, with k̄_h and k_s.
+
+        Source:
+            Goto, Bertol, Martins, Eq. (18), which the rule file's `center_average` is.
+        """
+        system = self.prove_reaction(robot, channel, k_h_min, k_s)
+        return self.kernel(ROLE, system).value, system.values["k_h_min"], system.values["k_s"]
+
+    def boundary_layer(self) -> Any:
+        """Return the proved and compiled β(|σ*|)."""
+        return self.kernel("boundary_layer", self.prove_boundary_layer()).value
+
+    def prove_adaptive_gain(self) -> Any:
+        """Prove what the rule file requires and return the fuzzy system F(σ*).
+
+        Raises:
+            DiagnosticError: When a guarantee is not proved.
+        """
+        system = self.system("fcafsmc", {})
+        self._prove_guarantees("fcafsmc", system)
+        return system
+
+    def adaptive_gain(self) -> tuple[Any, Any, FloatArray, float, float]:
+        """Return F = C·ξ(σ*), the rates of C, C(0), and the bounds every consequent is kept in."""
+        system = self.prove_adaptive_gain()
+        bound = self._bounds("fcafsmc", system)["F"]
+        kernel = self.kernel("fcafsmc", system)
+        return kernel.value, kernel.rates_value, kernel.initial_state(), bound.lo, bound.hi
+
+    def proved(self, role: str) -> tuple[str, int, dict[str, float], float, float]:
+        """Return what is proved of a rule file: output, number of rules, params, and least and greatest value.
+
+        Raises:
+            DiagnosticError: When the file has mistakes or does not fit the role.
+        """
+        system, output = self.system(role, {}), ROLES[role].output
+        bound = self._bounds(role, system)[output]
+        return output, len(system.rules), dict(system.values), bound.lo, bound.hi
+
+    def system(self, role: str, own: Mapping[str, float]) -> Any:
+        """Return the fuzzy system of a role with the scenario's params and a robot's own ones.
+
+        Raises:
+            DiagnosticError: When the file has mistakes, does not fit the role, or has no such param.
+        """
+        system, params = self._load(role), self.files.params(role)
+        unknown = sorted(set(params) - set(system.values))
+        if unknown:
+            raise DiagnosticError([self.files.unknown_param(role, name, tuple(system.values)) for name in unknown])
+        given = [p for p in system.params if p.name in params]
+        sources = {p.name: dict.fromkeys(n.name for n in names_in(p.expression)) for p in given}
+        derived = [self.files.computed_param(role, name, tuple(names)) for name, names in sources.items() if names]
+        if derived:
+            raise DiagnosticError(derived)
+        changes = {**params, **own}
+        if not changes:
+            self._require_coverage(role, system)
+            return system
+        key = (self.used[role].path, tuple(sorted(changes.items())))
+        if key not in self.known.changed:
+            try:
+                self.known.changed[key] = system.with_params(**changes)
+            except (UnknownNameError, ValueOutOfBoundsError) as error:
+                raise DiagnosticError([Diagnostic("FZ905", str(error), file=str(self.used[role].path))]) from error
+        changed = self.known.changed[key]
+        self._require_coverage(role, changed)
+        return changed
+
+    def _load(self, role: str) -> Any:
+        """Read and check the file of a role once, and remember its warnings."""
+        path = self.used[role].path if role in self.used else self.files.path(role)
+        if path not in self.known.systems:
+            # Guarantees are proved at the values of each robot, see `_prove_guarantees`.
+            system, told = fuzzyctl.check(path, guarantees=False)
+            diagnostics = [d for d in told if d.severity != "hint"]
+            if system is None:
+                raise DiagnosticError(diagnostics)
+            self.known.systems[path] = (system, read_whole(path), tuple(diagnostics))
+        system, used, found = self.known.systems[path]
+        if role not in self.used:
+            check_role(system, role, path)
+            self.used[role] = used
+            self.warnings += [d for d in found if d not in self.warnings]
+        return system
+
+    def _key(self, role: str, system: Any) -> Key:
+        return self.used[role].path, tuple(sorted(system.values.items()))
+
+    def _bounds(self, role: str, system: Any) -> Any:
+        """Return the proved bounds of a system's outputs; equal params are proved once."""
+        key = self._key(role, system)
+        if key not in self.known.bounds:
+            self.known.bounds[key] = fuzzyctl.output_bounds(system)
+        return self.known.bounds[key]
+
+    def _prove_guarantees(self, role: str, system: Any, where: str = "") -> None:
+        """Refuse a system unless every `require` line of its file is proved at its params; equal ones are proved once.
+
+        Args:
+            role: Which file it came from.
+            system: The system.
+            where: The robot and the channel whose gains are its params.
+
+        Raises:
+            DiagnosticError: With each guarantee that is refuted, or that cannot be decided in time.
+        """
+        key = self.used[role].sha256, tuple(sorted(system.values.items()))
+        if key not in self.known.verdicts:
+            self.known.verdicts[key] = fuzzyctl.prove(system)
+        broken = [v for v in self.known.verdicts[key] if not isinstance(v, fuzzyctl.Proved)]
+        if broken:
+            raise DiagnosticError([_unproved(v, str(self.used[role].path), where) for v in broken])
+
+    def _require_coverage(self, role: str, system: Any) -> None:
+        """Refuse a system that is not proved to have a number as its output everywhere; params may have opened a hole.
+
+        A hole whose `else` is a number is none: the number counts in the bounds.
+        """
+        from fuzzyctl.analysis.coverage import coverage
+
+        key = self._key(role, system)
+        if key in self.known.sound:
+            return
+        found = [d for d in coverage.diagnostics(system) if d.severity == "error"]
+        if found:
+            raise DiagnosticError(found)
+        (output,) = system.outputs
+        verdict = coverage.uncovered(system)[output.name]
+        if verdict is not None and output.otherwise in (None, "nan", "error"):
+            raise DiagnosticError([_not_covered(output, verdict, str(self.used[role].path))])
+        self.known.sound.add(key)
+
+    def _not_positive(self, asked: Channel, name: str, value: float) -> Diagnostic:
+        declared = next(p for p in self._load(ROLE).params if p.name == name)
+        return not_positive(asked, name, value, self.files, (declared.span, self.used[ROLE].path))
+
+    def kernel(self, role: str, system: Any) -> Any:
+        """Return the compiled kernel of a system; equal params are compiled once."""
+        key = self._key(role, system)
+        if key not in self.known.kernels:
+            self.known.kernels[key] = fuzzyctl.compile(system)
+        return self.known.kernels[key]
+
+
+def _not_covered(output: Any, verdict: Any, path: str) -> Diagnostic:
+    """Describe an output that has no number where no rule fires, or for which it is not decided whether one does."""
+    from fuzzyctl.analysis.coverage.box_search import Hole
+
+    needed = "a control law needs a number everywhere"
+    if isinstance(verdict, Hole):
+        without = f"'else {output.otherwise}' is no number"
+        message = f"no rule fires for output '{output.name}' where {verdict}, and {without}"
+        help_text = "let a term of the inputs reach there, or say 'else' with a number"
+        return Diagnostic("FZ401", message, output.span, facts=(needed,), help=help_text, file=path)
+    message, facts = (
+        f"it is not proved that some rule always fires for output '{output.name}'",
+        (verdict.reason, needed),
+    )
+    return Diagnostic("FZ407", message, output.span, facts=facts, help="say 'else' with a number", file=path)
+
+
+def _unproved(verdict: Verdict, path: str, where: str) -> Diagnostic:
+    """Describe a guarantee of a rule file that is refuted or open."""
+    if isinstance(verdict, fuzzyctl.Refuted):
+        message, reason = f"the guarantee '{verdict.claim}' does not hold", str(verdict.witness)
+        help_text = "change the rules or the gains, or claim what holds"
+    else:
+        assert isinstance(verdict, fuzzyctl.Undecided)
+        message, reason = f"the guarantee '{verdict.claim}' is not proved", verdict.reason
+        help_text = "a run needs it proved; 'fuzzyctl prove --timeout' takes more time"
+    facts = (where, reason) if where else (reason,)
+    return Diagnostic("FZ402", message, verdict.span, facts=facts, help=help_text, file=path)

@@ -1,0 +1,99 @@
+"""The floor of the switching gain, G_AIS = k̄_h − k_s sup f >= G_min > 0: what it asks of the gains of a channel."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from dwmr.control.rule_files import RuleFiles
+    from fuzzyctl.diagnostics.source import Span
+
+#: The role of the rule file whose gains these are.
+ROLE = "ais_reaction"
+#: Rulings of the constraint G_AIS >= G_min: the claim is checked within this much [m/s or rad/s].
+TOLERANCE = 1e-12
+
+
+class Channel(NamedTuple):
+    """One channel of a robot whose gains are checked.
+
+    Attributes:
+        robot: Name of the robot.
+        channel: "v" or "omega".
+        own: The gains the robot sets itself, by name.
+    """
+
+    robot: str
+    channel: str
+    own: Mapping[str, float]
+
+
+def not_positive(
+    asked: Channel, name: str, value: float, files: RuleFiles, place: tuple[Span | None, Path] | None = None
+) -> Diagnostic:
+    """Describe a gain without which k̄_h − k_s sup f is no bound of G_AIS, at the place that gives it.
+
+    Args:
+        asked: Whose gain it is.
+        name: Name of the gain.
+        value: Its value [m/s or rad/s].
+        files: The rule files, with the params that the scenario sets.
+        place: Where the rule file declares the param; not looked at where the robot or the scenario sets it.
+    """
+    unit = "m/s" if asked.channel == "v" else "rad/s"
+    bad = f"must be > 0 {unit}, got {value:g}"
+    facts = ("G_AIS = k_h - k_s f is least where f is greatest, and k_h >= k_h_min > 0, only for such gains",)
+    if name in asked.own:
+        key = f"robots.{asked.robot}.controllers.aifqsmc.{name}_{asked.channel}"
+        return files.places.diagnostic("FZ904", key, f"{key} {bad}", facts=facts)
+    if name in files.params(ROLE) or place is None:
+        key = f"rules.{ROLE}.{name}"
+        return files.places.diagnostic("FZ904", key, f"{key} {bad}", facts=facts)
+    span, path = place
+    return Diagnostic("FZ906", f"param {name} {bad}", span, facts=facts, file=str(path))
+
+
+def prove_floor(system: Any, bound: Any, asked: Channel) -> None:
+    """Refuse a run unless k̄_h − k_s sup f >= G_min > 0 follows from the bounds of f.
+
+    Args:
+        system: The fuzzy system f(σ*, dσ*/dt) with the gains of the channel as its params.
+        bound: Proved bounds of f.
+        asked: Whose gains they are.
+
+    Raises:
+        DiagnosticError: At the term whose peak is too high.
+
+    Source:
+        Goto, Bertol, Martins, section 7, choice of f_max.
+    """
+    k_h_min, k_s, g_min = (system.values[name] for name in ("k_h_min", "k_s", "G_min"))
+    smallest = k_h_min - k_s * bound.hi
+    if g_min > TOLERANCE and smallest >= g_min - TOLERANCE:
+        return
+    facts = [
+        f"robot {asked.robot}, channel {asked.channel}: "
+        f"k_h_min - k_s * sup f = {k_h_min:.6g} - {k_s:.6g} * {bound.hi:.6g} = {smallest:.6g}, "
+        f"which must be >= G_min = {g_min:.6g}"
+    ]
+    if g_min <= TOLERANCE:
+        facts.append(f"G_min must be > {TOLERANCE:g}, or nothing keeps the switching gain positive")
+    highest = (k_h_min - g_min) / k_s
+    help_text = f"lower this peak to f_max = (k_h_min - G_min) / k_s = {highest:.6g} or less, or lower k_s"
+    raise DiagnosticError(
+        [
+            Diagnostic(
+                "FZ906",
+                f"G_AIS > 0 is not guaranteed: f reaches {bound.hi:.6g}",
+                span=bound.hi_span,
+                facts=tuple(facts),
+                help=help_text,
+                file=str(system.path),
+            )
+        ]
+    )

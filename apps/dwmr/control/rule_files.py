@@ -1,0 +1,132 @@
+"""Where the rule files of a scenario are, and what they hold."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.diagnostics.suggestions import closest, did_you_mean
+from fuzzyctl.loading.assembly import files_read
+from fuzzyctl.support.reading import is_special
+from fuzzyctl.support.shipped import rules_folder
+
+if TYPE_CHECKING:
+    from dwmr.config.locations import Places
+    from dwmr.scenario.model import RuleFile
+
+
+class Used(NamedTuple):
+    """A rule file that serves in a role: where it is and what it holds.
+
+    Attributes:
+        path: The file.
+        sha256: Of the file and, after one another, of all files that it brings in.
+        files: Checksum of each of these files by name, as seen from the folder of the first.
+    """
+
+    path: Path
+    sha256: str
+    files: Mapping[str, str]
+
+
+def read_whole(path: Path) -> Used:
+    """Return a rule file with the checksums of all that it reads."""
+    names = {path.name: path} | {str(p.relative_to(path.parent)): p for p in files_read(path)}
+    contents = {name: one.read_bytes() for name, one in names.items()}
+    files = {name: hashlib.sha256(content).hexdigest() for name, content in contents.items()}
+    return Used(path, hashlib.sha256(b"".join(contents.values())).hexdigest(), files)
+
+
+class RuleFiles:
+    """The rule files that a scenario names.
+
+    Args:
+        named: File and params by role, as the scenario gives them.
+        folders: Where to look for a file, first match wins; the shipped rules come last.
+        places: Where the scenario's keys stand, for diagnostics.
+    """
+
+    def __init__(self, named: Mapping[str, RuleFile], folders: tuple[Path, ...], places: Places) -> None:
+        self.named, self.folders, self.places = named, folders, places
+
+    def params(self, role: str) -> Mapping[str, float]:
+        """Return the params that the scenario sets in the file of a role; none where it names no such file."""
+        return self.named[role].params if role in self.named else {}
+
+    def path(self, role: str) -> Path:
+        """Return the file that serves in a role.
+
+        Raises:
+            DiagnosticError: When the scenario names none, or none is found.
+        """
+        if role not in self.named:
+            raise DiagnosticError([self.places.diagnostic("FZ903", f"rules.{role}", f"rules.{role}.file is missing")])
+        name = self.named[role].file
+        folders = (*self.folders, rules_folder())
+        for folder in folders:
+            if _exists(folder / name):
+                return self._regular(role, folder / name)
+        places = ", ".join(str(f) for f in folders)
+        key = f"rules.{role}.file"
+        message = f"{key} = {name!r} names a rule file that does not exist"
+        raise DiagnosticError([self.places.diagnostic("FZ904", key, message, facts=(f"looked in {places}",))])
+
+    def _regular(self, role: str, path: Path) -> Path:
+        if is_special(path):  # reading could block for ever
+            key = f"rules.{role}.file"
+            raise DiagnosticError([self.places.diagnostic("FZ904", key, f"{key}: {path} is not a regular file")])
+        return path
+
+    def require_use_of(self, folder: Path) -> None:
+        """Refuse a folder of rule files that holds none of the files the scenario names.
+
+        Raises:
+            DiagnosticError: Naming the files that were looked for.
+        """
+        wanted = [rule.file for rule in self.named.values()]
+        if not wanted or any(_exists(folder / name) for name in wanted):
+            return
+        present = sorted(p.name for p in folder.glob("*.fz"))
+        near = next((n for n in (closest(p, wanted) for p in present) if n is not None), None)
+        facts = [f"looked for {', '.join(wanted)}"]
+        facts.append(f"the folder holds {', '.join(present)}" if present else "the folder holds no rule files")
+        help_text = f"did you mean '{near}'?" if near else "copy the files to change from the folder rules"
+        message = f"--rules {folder} holds no rule file of this scenario"
+        raise DiagnosticError([Diagnostic("FZ905", message, facts=tuple(facts), help=help_text, file=str(folder))])
+
+    def near_misses(self, folder: Path) -> list[Diagnostic]:
+        """Warn of rule files in a folder that are named almost like one that the scenario takes from elsewhere."""
+        wanted = [rule.file for rule in self.named.values()]
+        missing = [name for name in wanted if not _exists(folder / name)]
+        found = []
+        for path in sorted(folder.glob("*.fz")):
+            near = closest(path.name, missing) if path.name not in wanted else None
+            if near is not None:
+                message = f"{path.name} is not used: the scenario names no such file"
+                found.append(
+                    Diagnostic("FZ905", message, severity="warning", help=f"did you mean '{near}'?", file=str(path))
+                )
+        return found
+
+    def unknown_param(self, role: str, name: str, known: tuple[str, ...]) -> Diagnostic:
+        """Describe a param that the scenario sets and the file of a role does not declare."""
+        key = f"rules.{role}.{name}"
+        message = f"{key}: {self.path(role).name} has no param {name!r}"
+        facts = (f"its params are {', '.join(known)}",) if known else ("it has no params",)
+        return self.places.diagnostic("FZ902", key, message, facts=facts, help=did_you_mean(name, known))
+
+    def computed_param(self, role: str, name: str, sources: Sequence[str]) -> Diagnostic:
+        """Describe a param that the scenario sets and the file of a role computes from others."""
+        key = f"rules.{role}.{name}"
+        message = f"{key} cannot be set: {self.path(role).name} computes {name} from {', '.join(sources)}"
+        return self.places.diagnostic("FZ904", key, message, help=f"set {', '.join(sources)} instead")
+
+
+def _exists(path: Path) -> bool:
+    try:
+        return path.exists()
+    except OSError:  # such as a name longer than the file system allows
+        return False

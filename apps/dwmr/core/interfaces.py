@@ -1,0 +1,94 @@
+"""The two contracts of the loop: what a reference trajectory and a control law take and give.
+
+Whatever keeps them can be added in a file of its own; the loop and its compiled code stay as they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dwmr.core.jit import compiled_as, function_type
+from dwmr.reference.curves import Reference
+
+FloatArray = NDArray[np.float64]
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+class TrackingError(NamedTuple):
+    """What a control law sees of its robot at one instant: the error of Eq. (6) or (51) and its drift.
+
+    Attributes:
+        x_e: Longitudinal error in the robot's frame [m].
+        y_e: Lateral error in the robot's frame [m].
+        theta_e_star: Wrapped error of the auxiliary orientation, θ*_r − θ [rad].
+        drift_x: First row of A_0 [m/s].
+        drift_y: Second row of A_0 [m/s].
+        drift_theta: Third row of A_0, the auxiliary angular velocity [rad/s].
+        d: Distance of the reference point ahead of the wheel axis [m].
+    """
+
+    x_e: float
+    y_e: float
+    theta_e_star: float
+    drift_x: float
+    drift_y: float
+    drift_theta: float
+    d: float
+
+
+class Signal(NamedTuple):
+    """Name a recorded signal and its unit."""
+
+    name: str
+    unit: str
+    doc: str
+
+
+class Law(NamedTuple):
+    """A control law made ready for one robot.
+
+    Attributes:
+        gains: Flat constants that `step` reads, shape (g,).
+        state: Flat initial state, shape (s,).
+        kernels: Compiled gain kernels, as many and of such signatures as `control_law` was told.
+    """
+
+    gains: FloatArray
+    state: FloatArray
+    kernels: tuple[Any, ...]
+
+
+def control_law(*kernels: str) -> Callable[[Function], Function]:
+    """Compile a control law to the one signature the loop calls.
+
+    Args:
+        kernels: Signatures of the gain kernels the law wants, in order, such as "float64(float64, float64)".
+
+    Returns:
+        A decorator for `step(error, dt, gains, state, kernels, next_state, signals) -> (v_c, omega_c, fault)`: the
+        velocities asked for [m/s, rad/s] and 0 or a key of the module's FAULTS. It writes the state after the period
+        into `next_state` and what shall be recorded into `signals`, and nothing else.
+    """
+
+    def signature(types: Any) -> Any:
+        array = types.float64[::1]
+        error = types.NamedUniTuple(types.float64, len(TrackingError._fields), TrackingError)
+        wanted = types.Tuple(tuple(function_type(k) for k in kernels))
+        command = types.Tuple((types.float64, types.float64, types.int64))
+        return command(error, types.float64, array, array, wanted, array, array)
+
+    return compiled_as(signature)
+
+
+def reference_path(function: Function) -> Function:
+    """Compile a reference trajectory `path(t, shape) -> Reference`; shape is a flat array of its constants."""
+
+    def signature(types: Any) -> Any:
+        posture = types.NamedUniTuple(types.float64, len(Reference._fields), Reference)
+        return posture(types.float64, types.float64[::1])
+
+    return compiled_as(signature)(function)

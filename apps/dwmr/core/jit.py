@@ -1,0 +1,189 @@
+"""Compile what runs inside the loop with numba; where numba is missing, the same source runs as plain Python.
+
+The only module of dwmr that knows numba. Compiled code is cached on disk between processes, in a folder named after the
+sources of this package: numba looks only at the file of a function, so a change in robot.py would leave the loop
+as it was.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import os
+import sys
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar
+
+try:
+    import numba
+
+    from fuzzyctl.kernels.backends.numba.disk_cache import kept
+    from fuzzyctl.support.private_folders import is_private
+except ImportError:  # a platform without a wheel: about a hundred times slower, and `dwmr run` says so
+    numba = None
+else:
+    if numba.config.DISABLE_JIT:  # as debuggers and tools that count lines ask for
+        numba = None
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+COMPILED: bool = numba is not None
+
+#: Parts of the package that compiled code never reaches: they come after a run, or before it.
+NEVER_COMPILED = ("cli", "figures", "page", "data", "sweep")
+
+
+@contextmanager
+def first_class_functions() -> Iterator[None]:
+    """Silence numba's note that functions as values are experimental, and nothing else."""
+    with warnings.catch_warnings():
+        if numba is not None:
+            warnings.simplefilter("ignore", numba.core.errors.NumbaExperimentalFeatureWarning)
+        yield
+
+
+def compiled(function: Function) -> Function:
+    """Compile a function for use inside the loop, at its first call."""
+    return function if numba is None else _jit(function)
+
+
+def compiled_as(signature: Callable[[Any], Any]) -> Callable[[Function], Function]:
+    """Compile a function at once and to one signature, so that it can be handed to the loop as a value.
+
+    Args:
+        signature: Makes the signature out of `numba.types`; not called without numba.
+    """
+
+    def decorate(function: Function) -> Function:
+        if numba is None:
+            return function
+        with first_class_functions():
+            return _jit(function, signature(numba.types))
+
+    return decorate
+
+
+#: All functions that are compiled, or will be.
+_FUNCTIONS: list[Any] = []
+
+
+@contextmanager
+def watched(report: Callable[[float], None]) -> Iterator[None]:
+    """Report what share of all functions is compiled, in percent, whenever one is; those on disk are there at once."""
+    if numba is None:
+        yield
+        return
+    from numba.core import event
+
+    importlib.import_module("dwmr.simulation.loop")  # so that its functions count from the beginning
+
+    class Listener(event.Listener):  # type: ignore[misc]  # numba has no types
+        def on_start(self, event: Any) -> None:
+            pass
+
+        def on_end(self, event: Any) -> None:
+            report(100.0 * sum(bool(one.overloads) for one in _FUNCTIONS) / len(_FUNCTIONS))
+
+    with event.install_listener("numba:compile", Listener()):
+        yield
+
+
+def _jit(function: Function, *signatures: Any) -> Function:
+    # divisions by zero give infinities, which the loop reports as divergence; a call with the dozens of arguments that
+    # the loop's tuples and arrays are takes longer than what is called, so all but functions as values are inlined
+    options = {"error_model": "numpy", "forceinline": not signatures}
+    result = numba.njit(**options)(function)
+    _FUNCTIONS.append(result)
+    before = numba.config.CACHE_DIR
+    try:
+        numba.config.CACHE_DIR = str(_cache_folder())
+        if is_private(_cache_root(), *_cache_folder().relative_to(_cache_root()).parts):
+            kept(result)
+    except (RuntimeError, OSError):  # no home, or no folder for the cache: compile for this process only
+        pass
+    finally:
+        numba.config.CACHE_DIR = before
+    for signature in signatures:
+        result.compile(signature)
+    if signatures:
+        result.disable_compile()
+    compiled_function: Function = result
+    return compiled_function
+
+
+@cache
+def _cache_folder() -> Path:
+    """Return the folder for compiled code of exactly these sources."""
+    digest, package = hashlib.sha256(), Path(__file__).parents[1]
+    for source in sorted(package.rglob("*.py")):
+        if source.relative_to(package).parts[0] not in NEVER_COMPILED:
+            digest.update(source.read_bytes())
+    return _cache_root() / "dwmr" / digest.hexdigest()[:16]
+
+
+def _cache_root() -> Path:
+    """Return $FUZZYCTL_CACHE_DIR, or the folder for caches that is usual on the platform."""
+    if named := os.environ.get("FUZZYCTL_CACHE_DIR") or numba.config.CACHE_DIR:
+        return Path(named)
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local") / "fuzzyctl" / "Cache"
+    if sys.platform == "darwin":
+        return Path.home() / "Library" / "Caches" / "fuzzyctl"
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "fuzzyctl"
+
+
+@contextmanager
+def collected_errors() -> Iterator[list[BaseException]]:
+    """Collect the first error of compiled functions that are called as values: their callers never see it.
+
+    Numba gives such an error to `sys.unraisablehook`, and the call returns zeros.
+    """
+    errors: list[BaseException] = []
+    before = sys.unraisablehook
+
+    def keep(raised: Any) -> None:
+        if "numba" not in str(raised.object) or raised.exc_value is None:
+            before(raised)
+        elif not errors:
+            errors.append(raised.exc_value)
+
+    sys.unraisablehook = keep
+    try:
+        yield errors
+    finally:
+        sys.unraisablehook = before
+
+
+def reason(error: BaseException) -> str:
+    """Return the line of an error that says what is wrong; numba puts the step in which it failed before it."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    told = [line for line in lines if not line.startswith("Failed in ")]
+    return next(iter(told or lines), "no reason given")
+
+
+def function_type(signature: str) -> Any:
+    """Return the type of a compiled function that is handed over as a value.
+
+    Args:
+        signature: As numba writes it, such as "float64(float64, float64)".
+    """
+    arguments, returned = numba.core.sigutils.normalize_signature(signature)
+    return numba.types.FunctionType(returned(*arguments))
+
+
+def first_class(function: Any) -> Any:
+    """Return a function as a value the loop can be given: typed by its signature, not by its identity.
+
+    The loop therefore stays the same machine code, whichever rule file or control law it is called with.
+
+    Args:
+        function: A dispatcher with exactly one eager signature, or a plain function.
+    """
+    if not hasattr(function, "overloads"):
+        return function
+    (overload,) = function.overloads.values()
+    return numba.types.CompileResultWAP(overload)

@@ -1,8 +1,0 @@
-"""The signals of runs as files, and back: npz, CSV, MATLAB's .mat and Parquet; `load` reads each of them."""
-
-from __future__ import annotations
-
-from dwmr.data.files import FORMATS, UnreadableDataError, load, suffix
-from dwmr.data.signals import Data
-
-__all__ = ["FORMATS", "Data", "UnreadableDataError", "load", "suffix"]

@@ -1,0 +1,1 @@
+"""Files and tables of a run: summaries, reports and data formats."""

@@ -1,0 +1,271 @@
+"""What a run says on the terminal: the tables beside the paper's and the warnings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from dwmr.results.metrics import TABLES
+from fuzzyctl.diagnostics.terminal import printable
+
+_COLUMNS = (("x_e", "m"), ("y_e", "m"), ("theta_e", "rad"))
+_SYMBOLS = {"x_e": "x_e", "y_e": "y_e", "theta_e": "θ_e"}
+_BY_UNIT = (("x_e", "y_e"), ("theta_e",))
+
+#: What the columns of the tables mean.
+_ERRORS = "x_e, y_e: of a robot on the reference along x and y, of a follower along and across it."
+_RATIO = " ratio: ours / paper's."
+_SAFETY = (
+    "centre: least distance of the reference point from an obstacle's centre. gap: least distance of the body from an "
+    "obstacle and from another robot's body, negative where they overlap. hit: how many it touched."
+)
+_EFFORT = (
+    "|dv_c|, |dω_c|: mean change of the commands in a second, the chattering. limit: share of time at the largest "
+    "velocity, turning rate, torque. took: computing time of the loop."
+)
+_STABILITY = (
+    "% of: share of time with dV/dt > 0, by Eqs. (14) and (26). k_h: adaptive gain, its largest value, the last one, "
+    "and its growth per second in the last quarter."
+)
+
+#: Least width of the tables; text for a pipe or a file is not squeezed further.
+_WIDTH = 80
+#: A longer name of a law would squeeze the numbers beside it.
+_LONGEST_NAME = 10
+
+
+def console() -> Console:
+    """Return a console on standard output that is never too narrow for the tables."""
+    found = Console()
+    return found if found.width >= _WIDTH else Console(width=_WIDTH)
+
+
+def print_report(
+    out: Console, summary: Mapping[str, Any], printed: int | None, why_not: str = "", picture: str = ""
+) -> None:
+    """Print tracking errors, safety, effort, stability, warnings and one sentence of every control law.
+
+    Args:
+        out: Where to.
+        summary: Content of summary.json.
+        printed: Number of the paper's table to show beside the errors, None for none.
+        why_not: Why it is not shown, where a reader may expect it.
+        picture: File that the sentence points to.
+    """
+    runs = summary["controllers"]
+    _print_table(out, _errors_title(printed), _errors(runs, printed), _ERRORS + _RATIO * (printed is not None))
+    _print_table(out, "Safety", _safety(runs), _SAFETY)
+    _print_table(out, "Effort", _effort(runs), _EFFORT)
+    if any(run.get("lyapunov") for run in runs.values()):
+        _print_table(out, "Stability", _stability(runs), _STABILITY)
+    for line in ([why_not] if why_not else []) + warnings(runs):
+        out.print("[yellow]warning:[/] ", escape(printable(line)), sep="", highlight=False)
+    for law, run in runs.items():
+        out.print(escape(printable(sentence(law, run, printed, picture))), style="bold", highlight=False)
+
+
+def _print_table(out: Console, title: str, table: Table, about: str) -> None:
+    """Print a table with its title above and what its columns mean below; a title of its own would be as narrow."""
+    out.print(title, style="bold", highlight=False)
+    out.print(table)
+    out.print(about, style="dim", highlight=False)
+    out.print()
+
+
+def sentence(law: str, run: Mapping[str, Any], printed: int | None, picture: str = "") -> str:
+    """Return what became of a run in one sentence: how it ended, its errors, its collisions.
+
+    Args:
+        law: Name of the control law.
+        run: Its measures.
+        printed: Number of the paper's table beside the errors, None for none.
+        picture: File to point to.
+    """
+    parts = [_largest_errors(law, run, printed), _collisions(run)]
+    if run["stopped"]:
+        parts.insert(0, f"stopped at t = {run['stopped']['t']:.3f} s")
+    return f"{law}: {', '.join(parts)}" + (f"; see {picture}" if picture else "")
+
+
+def _largest_errors(law: str, run: Mapping[str, Any], printed: int | None) -> str:
+    pairs = [
+        (run["rmse"][robot][name], value)
+        for robot, row in printed_errors(law, run, printed).items()
+        if robot in run["rmse"]
+        for name, value in row.items()
+    ]
+    if pairs:
+        worst = max(abs(value / wanted - 1.0) for value, wanted in pairs)
+        return f"errors within {math.ceil(100.0 * worst)} % of Table {printed}"
+    far, turned = (max(row[name] for row in run["rmse"].values() for name in names) for names in _BY_UNIT)
+    return f"root mean square errors up to {_number(far, 3)} m and {_number(turned, 3)} rad"
+
+
+def _collisions(run: Mapping[str, Any]) -> str:
+    counts = [(run["obstacles_hit"], "with obstacles"), (run["robots_hit"], "between robots")]
+    said = [f"{len(hits)} {where}" for hits, where in counts if hits]
+    if said:
+        return f"collisions: {' and '.join(said)}"
+    gaps = [run[kind][robot] for kind in ("obstacle_gap", "robot_gap") for robot in run["rmse"]]
+    least = min((gap for gap in gaps if gap is not None), default=None)
+    return "no collision" + ("" if least is None else f" (least gap {_number(least, 2)} m)")
+
+
+def printed_errors(law: str, run: Mapping[str, Any], printed: int | None) -> Mapping[str, Mapping[str, float]]:
+    """Return the errors of a table of the paper by robot; those of a run that ended early have no counterpart."""
+    return TABLES[printed].get(law, {}) if printed is not None and run["stopped"] is None else {}
+
+
+def _errors_title(printed: int | None) -> str:
+    return "Root mean square errors" + ("" if printed is None else f" beside Table {printed} of the paper")
+
+
+def _errors(runs: Mapping[str, Any], printed: int | None) -> Table:
+    table = _table()
+    for name, unit in _COLUMNS:
+        table.add_column(f"{_SYMBOLS[name]}\n{unit}", justify="right")
+        if printed is not None:
+            table.add_column(f"Table\n{printed}", justify="right", style="dim")
+            table.add_column("\nratio", justify="right")
+    for controller, run in runs.items():
+        beside = printed_errors(controller, run, printed)
+        for k, (robot, values) in enumerate(run["rmse"].items()):
+            wanted = beside.get(robot, {})
+            cells = [c for name, _ in _COLUMNS for c in _cells(values[name], wanted.get(name), printed is not None)]
+            table.add_row(
+                _name(controller, k, len(run["rmse"])), escape(robot), *cells, end_section=k == len(run["rmse"]) - 1
+            )
+    return table
+
+
+def _cells(value: float, printed: float | None, compare: bool) -> list[str]:
+    shown = _number(value, 4)
+    if not compare:
+        return [shown]
+    return [shown, "" if printed is None else f"{printed:.4f}", "" if printed is None else f"{value / printed:.2f}"]
+
+
+def _number(value: float, digits: int, sign: str = "") -> str:
+    """Return a number with some digits behind the point, a large one by its power of ten."""
+    return f"{value:{sign}.{digits}f}" if abs(value) < 1e6 else f"{value:{sign}.3e}"
+
+
+def _safety(runs: Mapping[str, Any]) -> Table:
+    table = _table()
+    for name in ("centre\nm", "obstacle\ngap m", "robot\ngap m", "obstacles\nhit", "robots\nhit", "avoids\ns"):
+        table.add_column(name, justify="right")
+    for controller, run in runs.items():
+        for k, robot in enumerate(run["rmse"]):
+            distances = [run[kind][robot] for kind in ("centre_distance", "obstacle_gap", "robot_gap")]
+            table.add_row(
+                _name(controller, k, len(run["rmse"])),
+                escape(robot),
+                *("" if one is None else _number(one, 2) for one in distances),
+                *map(str, hits(run, robot)),
+                f"{run['avoidance_s'][robot]:.1f}",
+                end_section=k == len(run["rmse"]) - 1,
+            )
+    return table
+
+
+def hits(run: Mapping[str, Any], robot: str) -> tuple[int, int]:
+    """Return how many obstacles and how many other robots the body of a robot touched."""
+    obstacles = sum(hit["robot"] == robot for hit in run["obstacles_hit"])
+    return obstacles, sum(robot in hit["robots"] for hit in run["robots_hit"])
+
+
+def _effort(runs: Mapping[str, Any]) -> Table:
+    table = _table()
+    for name in ("|dv_c|\nm/s²", "|dω_c|\nrad/s²", "% at limit of\nv    ω    τ", "least\nG_AIS", "took\ns"):
+        table.add_column(name, justify="right")
+    for controller, run in runs.items():
+        for k, robot in enumerate(run["rmse"]):
+            first, chattering, limits = k == 0, run["chattering"][robot], run["saturation"][robot]
+            g_ais = run.get("g_ais_min")
+            table.add_row(
+                _name(controller, k, len(run["rmse"])),
+                escape(robot),
+                _number(chattering["v"], 3),
+                _number(chattering["omega"], 3),
+                " ".join(f"{100 * limits[name]:4.1f}" for name in ("v", "omega", "torque")),
+                f"{g_ais:.4f}" if first and g_ais is not None else "",
+                f"{run['wall_s']:.3f}" if first else "",
+                end_section=k == len(run["rmse"]) - 1,
+            )
+    return table
+
+
+def _stability(runs: Mapping[str, Any]) -> Table:
+    """Return the table of Lyapunov functions and of the adaptive gains' drift; empty cells where a law has none."""
+    table = _table()
+    gains = [head for channel in "vω" for head in (f"k_h,{channel}\nlargest", "\nfinal", "\ngrowth")]
+    for name in ("% of\n(14)", "% of\n(26)", *gains):
+        table.add_column(name, justify="right")
+    for controller, run in runs.items():
+        for k, robot in enumerate(run["rmse"]):
+            shares, drifts = run.get("lyapunov", {}).get(robot, {}), run.get("drift", {}).get(robot, {})
+            table.add_row(
+                _name(controller, k, len(run["rmse"])),
+                escape(robot),
+                *(_percent(shares.get(f"V_dot_{number}_positive")) for number in (10, 23)),
+                *(cell for name in ("k_h_v", "k_h_omega") for cell in _drift(drifts.get(name))),
+                end_section=k == len(run["rmse"]) - 1,
+            )
+    return table
+
+
+def _name(law: str, row: int, rows: int) -> str:
+    """Return the name of a law in one of its rows, a long one word by word down the rows."""
+    words = [law] if len(law) <= _LONGEST_NAME else law.split("_")
+    return "\n".join(words[row:]) if row == rows - 1 else "".join(words[row : row + 1])
+
+
+def _percent(share: float | None) -> str:
+    return "" if share is None else f"{100 * share:.1f}"
+
+
+def _drift(gain: Mapping[str, float] | None) -> tuple[str, str, str]:
+    if gain is None:
+        return "", "", ""
+    growth = round(gain["growth"], 4) + 0.0  # no -0.0000
+    return _number(gain["largest"], 3), _number(gain["final"], 3), _number(growth, 4, "+")
+
+
+def _table() -> Table:
+    table = Table(header_style="bold dim", box=None, pad_edge=False, collapse_padding=True)
+    table.add_column("\nlaw")
+    table.add_column("\nrobot")
+    return table
+
+
+def warnings(runs: Mapping[str, Any]) -> list[str]:
+    """Return what a reader must know about the runs, one line each."""
+    lines = []
+    for controller, run in runs.items():
+        if run["stopped"]:
+            stop = run["stopped"]
+            where = f", robot {stop['robot']}" if stop["robot"] else ""
+            lines.append(f"{controller}: stopped at t = {stop['t']:.3f} s{where}: {stop['reason']}")
+        lines += [f"{controller}: {line}" for line in contacts(run)]
+        shares = {robot: share for robot, share in run["condition_violated"].items() if share > 0}
+        if shares:
+            shown = ", ".join(f"{robot} {100 * share:.1f} %" for robot, share in shares.items())
+            lines.append(
+                f"{controller}: λ2/λ3 <= 1/(|d + x_e| + 1), after Eq. (13), fails for part of the time: {shown}"
+            )
+    return lines
+
+
+def contacts(run: Mapping[str, Any]) -> list[str]:
+    """Return which bodies touched, one line each; an obstacle is named by its key, as `--set` takes it."""
+    met = [(f"{hit['robot']} hits obstacles.{hit['obstacle']}", hit) for hit in run["obstacles_hit"]]
+    met += [(f"{' and '.join(hit['robots'])} hit each other", hit) for hit in run["robots_hit"]]
+    return [
+        f"{what} at t = {hit['t']:.2f} s; in contact for {hit['lasted']:.2f} s, overlap {hit['depth']:.2f} m at most"
+        for what, hit in met
+    ]

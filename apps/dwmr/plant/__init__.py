@@ -1,0 +1,1 @@
+"""The robots and their surroundings: dynamics, bodies, disturbances and obstacles."""

@@ -1,0 +1,1 @@
+"""Reference trajectories: curves, splines and path files."""

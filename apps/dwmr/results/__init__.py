@@ -1,0 +1,1 @@
+"""Results computed from a trajectory: metrics, Lyapunov functions and derived signals."""

@@ -1,0 +1,1 @@
+"""Scenarios: their model, file format and checks."""

@@ -1,0 +1,175 @@
+"""What several values of a scenario must hold together: a flat list of small checks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from itertools import islice
+from pathlib import Path
+
+from dwmr.config.locations import Places
+from dwmr.config.overrides import split_key
+from dwmr.control import laws as controllers
+from dwmr.control.roles import ROLES
+from dwmr.scenario.mistakes import unknown_role
+from dwmr.scenario.model import Scenario
+from dwmr.scenario.remarks import MOST_OF_A_KIND, overlaps
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.diagnostics.suggestions import did_you_mean
+
+#: A run keeps every sample in memory; more than this many samples of all robots are refused.
+MOST_SAMPLES = 5_000_000
+#: Longest stable step of the classical Runge-Kutta method, in time constants: the real z < 0 at which
+#: |1 + z + z²/2 + z³/6 + z⁴/24| = 1.
+STABLE_STEP = 2.785
+
+
+def cross_checks(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
+    """Check what concerns several keys at once; of mistakes of one kind the first ones are given."""
+    for check in (_laws, _roles, _obstacles, _starts, _formation, _disturbed, _length, _steps):
+        yield from islice(dict.fromkeys(check(scenario, places)), MOST_OF_A_KIND)
+
+
+def _laws(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
+    laws, folder = controllers.names(), Path(places.source.name).parent
+    if not controllers.exists(scenario.run.controller, folder):
+        yield _unknown(places, "run.controller", scenario.run.controller, "controller", laws)
+    for name, robot in scenario.robots.items():
+        for law in robot.controllers.__pydantic_extra__ or {}:
+            if not controllers.exists(law, folder):
+                yield _unknown(places, f"robots.{name}.controllers.{law}", law, "controller", laws)
+
+
+def _roles(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
+    for role in scenario.rules:
+        if role not in ROLES:
+            yield unknown_role(places, role)
+
+
+def _obstacles(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
+    reach = scenario.avoidance.largest_radius
+    for a, obstacle in enumerate(scenario.obstacles):
+        if reach <= obstacle.radius:
+            message = (
+                f"avoidance.largest_radius = {reach:g} m does not exceed obstacles.{a}.radius = {obstacle.radius:g} m: "
+                "no robot would ever avoid it"
+            )
+            yield places.diagnostic("FZ904", "avoidance.largest_radius", message)
+    circles = [(one.x, one.y, one.radius) for one in scenario.obstacles]
+    for a, b, gap in overlaps(circles):
+        message = (
+            f"obstacles.{b} overlaps obstacles.{a}: their centres are {gap:.4g} m apart, their radii make "
+            f"{circles[a][2] + circles[b][2]:.4g} m"
+        )
+        yield places.diagnostic("FZ904", f"obstacles.{b}", message, help="put one larger obstacle in their place")
+
+
+def _starts(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
+    for name, robot in scenario.robots.items():
+        for a, obstacle in enumerate(scenario.obstacles):
+            gap = math.hypot(obstacle.x - robot.x_0, obstacle.y - robot.y_0)
+            if gap <= obstacle.radius:
+                message = (
+                    f"robots.{name} starts inside obstacles.{a}: ({robot.x_0:g}, {robot.y_0:g}) is {gap:.4g} m from "
+                    f"its centre, its radius is {obstacle.radius:g} m"
+                )
+                yield places.diagnostic("FZ904", f"robots.{name}.x_0", message)
+
+
+def _formation(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
+    names = tuple(scenario.robots)
+    for name, robot in scenario.robots.items():
+        if robot.formation is None:
+            continue
+        key, leader = f"robots.{name}.formation.leader", robot.formation.leader
+        if leader not in names:
+            yield _unknown(places, key, leader, "robot", names)
+        elif leader == name:
+            yield places.diagnostic("FZ904", key, f"{key} = {leader!r}: a robot cannot follow itself")
+        elif circle := _circle(scenario, name):
+            message = f"{key} leads back to {name}: {' -> '.join(circle)}; some robot must follow the reference"
+            yield places.diagnostic("FZ904", key, message)
+        elif robot.avoids_obstacles:
+            key = f"robots.{name}.avoids_obstacles"
+            message = f"{key} = true, but {name} follows {leader}: only a robot on the reference avoids"
+            yield places.diagnostic("FZ904", key, message)
+        if robot.delay != 0.0:
+            key = f"robots.{name}.delay"
+            message = (
+                f"{key} = {robot.delay:g} s, but {name} follows {leader}: only a robot on the reference has a delay"
+            )
+            yield places.diagnostic("FZ904", key, message)
+
+
+def _circle(scenario: Scenario, name: str) -> tuple[str, ...]:
+    """Return the way from a robot over its leaders back to itself, or nothing."""
+    way = [name]
+    formation = scenario.robots[name].formation
+    while formation is not None and formation.leader in scenario.robots:
+        if formation.leader in way:
+            return (*way, name) if formation.leader == name else ()
+        way.append(formation.leader)
+        formation = scenario.robots[formation.leader].formation
+    return ()
+
+
+def _disturbed(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
+    names = tuple(scenario.robots)
+    for k, one in enumerate(scenario.disturbances):
+        for robot_name in one.robots or ():
+            if robot_name not in names:
+                yield _unknown(places, f"disturbances.{k}.robots", robot_name, "robot", names)
+
+
+def _length(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
+    samples = scenario.run.steps * len(scenario.robots)
+    if samples > MOST_SAMPLES:
+        message = (
+            f"run.horizon = {scenario.run.horizon:g} s makes {samples:,} samples; at most {MOST_SAMPLES:,} are kept"
+        )
+        yield places.diagnostic("FZ904", "run.horizon", message, help="shorten run.horizon or lengthen run.dt")
+
+
+def _steps(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
+    """Refuse integration steps under which a rate of the plant grows instead of declining."""
+    for name, robot in scenario.robots.items():
+        mass = robot.mass * min(1.0, scenario.load.mass_factor)
+        inertia = robot.inertia * min(1.0, scenario.load.inertia_factor)
+        for key, lag, what in (
+            ("actuator.lag", robot.actuator.lag, "the lag of the torques"),
+            ("friction.viscous_force", _ratio(mass, robot.friction.viscous_force), "the decline of the velocity"),
+            ("friction.viscous_torque", _ratio(inertia, robot.friction.viscous_torque), "the decline of turning"),
+        ):
+            step = scenario.run.dt / scenario.run.substeps
+            if step > STABLE_STEP * lag:
+                yield _unstable(scenario, places, f"robots.{name}.{key}", lag, what)
+
+
+def _ratio(mass: float, friction: float) -> float:
+    """Return the time constant of viscous friction [s]."""
+    return mass / friction if friction > 0.0 else math.inf
+
+
+def _unstable(scenario: Scenario, places: Places, key: str, lag: float, what: str) -> Diagnostic:
+    run = scenario.run
+    step, longest = run.dt / run.substeps, STABLE_STEP * lag
+    needed = math.ceil(run.dt / longest) if run.dt < 1000.0 * longest else math.inf
+    message = (
+        f"run.dt / run.substeps = {step:.4g} s is too long an integration step for {what} of {lag:.4g} s: beyond "
+        f"{longest:.4g} s numbers grow that should decline"
+    )
+    more = needed <= 1000
+    facts = (f"a step of the Runge-Kutta method is stable up to {STABLE_STEP:g} time constants",)
+    help_text = (
+        f"set run.substeps to {needed} or more" if more else f"shorten run.dt to {1000.0 * longest:.3g} s or less"
+    )
+    resolved, _, _ = places.resolve(tuple(split_key(key)))
+    where = "run.substeps" if places.given("run", "substeps") else "run.dt" if places.given("run", "dt") else key
+    return places.diagnostic("FZ904", where, f"{resolved}: {message}", facts=facts, help=help_text)
+
+
+def _unknown(places: Places, key: str, name: str, kind: str, known: tuple[str, ...]) -> Diagnostic:
+    message = f"{key} names an unknown {kind} {name!r}"
+    return places.diagnostic(
+        "FZ904", key, message, facts=(f"there are {', '.join(known)}",), help=did_you_mean(name, known)
+    )

@@ -1,0 +1,185 @@
+"""Scenario files: find and read them, with every mistake at its line."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from dwmr.config.layers import LARGEST_FILE, SHIPPED, merge, read_bytes, read_layers, shipped_names
+from dwmr.config.locations import COMMON, EXTENDS, Places
+from dwmr.config.overrides import OverrideError, override, shorten
+from dwmr.reference.path_files import LARGEST_PATH, PathRows, read_rows
+from dwmr.reference.prepared import Shape, shape_of
+from dwmr.scenario import shared_robot as common_values
+from dwmr.scenario.checks import cross_checks
+from dwmr.scenario.mistakes import diagnose, diagnose_unused
+from dwmr.scenario.model import Robot, Scenario
+from dwmr.scenario.remarks import remarks
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.diagnostics.suggestions import did_you_mean
+
+__all__ = [
+    "LARGEST_FILE",
+    "SHIPPED",
+    "ScenarioFile",
+    "UnknownScenarioError",
+    "find",
+    "read",
+    "shipped_names",
+]
+
+
+class UnknownScenarioError(Exception):
+    """Raised when a scenario is neither a shipped name nor a path to a file."""
+
+
+@dataclass(frozen=True)
+class ScenarioFile:
+    """A scenario together with where it came from.
+
+    Args:
+        scenario: Its values.
+        path: Its file.
+        places: Where its keys stand.
+        sha256: Of its file and, where there are any, of the files it extends and of its path's CSV.
+        shape: The reference, ready for the loop.
+        warnings: What a run does otherwise than its author may think.
+        folders: Where files that it names are looked for: beside it, then beside the scenarios it extends.
+        files: Its file and those of the scenarios it extends.
+    """
+
+    scenario: Scenario
+    path: Path
+    places: Places
+    sha256: str
+    shape: Shape = field(repr=False, compare=False)
+    warnings: tuple[Diagnostic, ...] = ()
+    folders: tuple[Path, ...] = ()
+    files: tuple[Path, ...] = ()
+
+
+def find(name: str) -> Path:
+    """Return the file of a scenario given as a shipped name or a path.
+
+    Raises:
+        UnknownScenarioError: When it is neither.
+    """
+    if name in shipped_names():
+        return SHIPPED / f"{name}.toml"
+    path = Path(name)
+    if _exists(path):
+        return path
+    hint = did_you_mean(name, shipped_names())
+    known = ", ".join(shipped_names())
+    shown = name if len(name) <= 200 else f"{name[:197]}..."
+    raise UnknownScenarioError(
+        f"no scenario {shown!r}: it is neither a file nor one of the shipped scenarios: {known}"
+        + (f"; {hint}" if hint else "")
+    )
+
+
+def read(path: Path, overrides: Iterable[str] = ()) -> ScenarioFile:
+    """Read a scenario file.
+
+    Args:
+        path: A TOML file.
+        overrides: Arguments `key=value` with dotted keys that replace or add values.
+
+    Raises:
+        DiagnosticError: With every mistake in the file.
+        OverrideError: When an override is malformed.
+    """
+    layers = read_layers(path)
+    written: dict[str, str] = {}
+    try:
+        data, places = merge(layers, written)
+        known, unused = tuple(_tables(data, "robots")), common_values.unused(data)
+    except RecursionError:
+        raise _too_deep(path) from None
+    if "name" not in layers[0].data and len(layers) > 1:  # what changes a scenario is not that scenario
+        data["name"] = path.stem
+    for argument in overrides:
+        key, given = override(data, argument)
+        if key in written:
+            raise OverrideError(f"--set {shorten(argument)}: {key} is given twice")
+        if key == EXTENDS or key.startswith(f"{EXTENDS}."):
+            raise OverrideError(f"--set {shorten(argument)}: {EXTENDS} cannot be set, only written in a scenario file")
+        written[key] = given
+    try:
+        scenario = _validate(data, places, known)
+        idle = [key for key in common_values.unused(data) if places.given(COMMON, *key)]
+    except RecursionError:
+        raise _too_deep(path) from None
+    files = tuple(layer.path for layer in layers)
+    folders = tuple(dict.fromkeys(one.parent for one in files))
+    digest = hashlib.sha256(b"".join(layer.content for layer in layers))
+    mistakes = list(common_values.without_effect(idle, scenario.robots, places))
+    mistakes += dict.fromkeys(cross_checks(scenario, places))
+    try:
+        shape = shape_of(scenario.reference, _reader(folders, places, digest.update), places)
+    except DiagnosticError as error:
+        raise DiagnosticError([*mistakes, *error.diagnostics]) from None
+    if mistakes:
+        raise DiagnosticError(mistakes)
+    # what an extending scenario or --set gives each robot of its own is no slip of the table below
+    own = frozenset(common_values.leaves(_tables(layers[0].data, COMMON)))
+    idle = [key for key in unused if key in own and not places.given(COMMON, *key)]
+    warned = common_values.without_effect(idle, scenario.robots, places)
+    warnings = (*remarks(scenario, places), *(dataclasses.replace(one, severity="warning") for one in warned))
+    return ScenarioFile(scenario, path, places, digest.hexdigest(), shape, warnings, folders, files)
+
+
+def _too_deep(path: Path) -> DiagnosticError:
+    return DiagnosticError([Diagnostic("FZ901", "tables are nested too deeply", file=str(path))])
+
+
+def _reader(folders: Sequence[Path], places: Places, note: Callable[[bytes], object]) -> Callable[[str], PathRows]:
+    """Return a function that reads a path's CSV file, looked for in some folders; `note` is told its content."""
+
+    def rows(name: str) -> PathRows:
+        for folder in folders:
+            if _exists(folder / name):
+                content = read_bytes(folder / name, LARGEST_PATH, "a path needs a row every few seconds")
+                note(content)
+                return read_rows(str(folder / name), content)
+        message = f"reference.file = {name[:200]!r} names a file that does not exist"
+        facts = (f"looked in {', '.join(str(f) for f in folders)}",)
+        raise DiagnosticError([places.diagnostic("FZ904", "reference.file", message, facts=facts)])
+
+    return rows
+
+
+def _exists(path: Path) -> bool:
+    try:
+        return path.exists()
+    except (OSError, ValueError):  # a name longer than the file system allows, or one with a null character
+        return False
+
+
+def _tables(data: Mapping[str, Any], key: str) -> Mapping[str, Any]:
+    table = data.get(key)
+    return table if isinstance(table, dict) else {}
+
+
+def _validate(data: Mapping[str, Any], places: Places, known: Sequence[str]) -> Scenario:
+    """Return the scenario of some data; `known` are the robots that its files name."""
+    whole = common_values.give(data, places)
+    mistakes: list[Diagnostic] = []
+    scenario = None
+    try:
+        scenario = Scenario.model_validate(whole)
+    except ValidationError as error:
+        mistakes += diagnose(error, places, robots=len(_tables(whole, "robots")), known=known)
+    try:
+        Robot.model_validate(_tables(data, COMMON))
+    except ValidationError as error:
+        mistakes += diagnose_unused(error, places, common_values.unused(data))
+    if scenario is None or mistakes:
+        raise DiagnosticError(mistakes)
+    return scenario

@@ -1,0 +1,271 @@
+"""Mistakes in single values of a scenario, as pydantic finds them, as diagnostics."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Iterable, Sequence
+from types import UnionType
+from typing import Any, Union, get_args, get_origin
+
+from pydantic import BaseModel, ValidationError
+
+from dwmr.config.locations import COMMON, EXTENDS, Places
+from dwmr.control.roles import ROLES
+from dwmr.scenario.model import FULL_TURN, Scenario
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.diagnostics.suggestions import did_you_mean
+
+#: Mistakes of the elements of one list that are reported; a list with more of them is another list.
+MOST_OF_A_LIST = 10
+
+
+def diagnose(
+    error: ValidationError,
+    places: Places,
+    prefix: tuple[str, ...] = (),
+    robots: int = 0,
+    known: Sequence[str] = (),
+) -> list[Diagnostic]:
+    """Turn pydantic's errors into diagnostics in the order of their places.
+
+    Args:
+        error: What pydantic found.
+        places: Where the keys stand.
+        prefix: Key of the table that was validated.
+        robots: How many robots there are; what all of them lack is missing in the common table.
+        known: The robots that files name; an incomplete one that only the command line names is a slip of its name.
+    """
+    # a mistake in the common table shows once, not once per robot
+    errors = _few_of_each_list([e for e in error.errors(include_url=False) if not _miscounted(e, error)])
+    misspelt = dict.fromkeys(e["loc"][1] for e in errors if known and _lacks(e) and e["loc"][1] not in known)
+    errors = [e for e in errors if e["loc"][:1] != ("robots",) or e["loc"][1:2] == () or e["loc"][1] not in misspelt]
+    found = dict.fromkeys(_unknown_robot(places, str(name), known) for name in misspelt)
+    found |= dict.fromkeys(_diagnose(e, places, prefix) for e in _once(errors, robots - len(misspelt)))
+    return sorted(found, key=lambda d: d.span.start if d.span else -1)
+
+
+def diagnose_unused(
+    error: ValidationError, places: Places, unused: Collection[tuple[str, ...]]
+) -> Iterable[Diagnostic]:
+    """Turn pydantic's errors about the common table into diagnostics, where no robot takes the value.
+
+    Args:
+        error: What pydantic found in the common table alone, which need not be complete.
+        places: Where the keys stand.
+        unused: Keys of the common table that no robot takes; the others are seen at the robots.
+    """
+    for one in error.errors(include_url=False):
+        loc = tuple(str(p) for p in one["loc"])
+        if one["type"] != "missing" and any(loc[:k] in unused for k in range(1, len(loc) + 1)):
+            yield _diagnose(one, places, (COMMON,))
+
+
+def _unknown_robot(places: Places, name: str, known: Sequence[str]) -> Diagnostic:
+    key = next((k for k in places.overrides if f"{k}.".startswith(f"robots.{name}.")), f"robots.{name}")
+    facts = (f"there are {', '.join(known)}",)
+    hint = did_you_mean(name, known)
+    return places.diagnostic("FZ902", key, f"there is no robot {name!r}", facts=facts, help=hint)
+
+
+def _miscounted(one: Any, error: ValidationError) -> bool:
+    """Return whether a list counts as too short only because some of its elements are wrong."""
+    depth = len(one["loc"])
+    return one["type"] == "too_short" and any(
+        e["loc"][:depth] == one["loc"] for e in error.errors() if e["loc"][depth:]
+    )
+
+
+def _few_of_each_list(errors: Sequence[Any]) -> list[Any]:
+    """Leave out what goes beyond `MOST_OF_A_LIST` mistakes of the elements of one list."""
+    counts: Counter[Any] = Counter()
+    kept = []
+    for one in errors:
+        depth = next((k for k, part in enumerate(one["loc"]) if isinstance(part, int)), None)
+        head = None if depth is None else one["loc"][:depth]
+        counts[head] += 1
+        if head is None or counts[head] <= MOST_OF_A_LIST:
+            kept.append(one)
+    return kept
+
+
+def _once(errors: Sequence[Any], robots: int) -> Iterable[Any]:
+    """Give what every robot lacks once, as a key of the common table."""
+    lacking = Counter(e["loc"][2:] for e in errors if _lacks(e))
+    shown: set[Any] = set()
+    for one in errors:
+        tail = one["loc"][2:]
+        if not _lacks(one) or lacking[tail] < max(robots, 2):
+            yield one
+        elif tail not in shown:
+            shown.add(tail)
+            yield {**one, "common": True}
+
+
+def _lacks(error: Any) -> bool:
+    return error["type"] == "missing" and error["loc"][:1] == ("robots",) and len(error["loc"]) > 2
+
+
+def _diagnose(error: Any, places: Places, prefix: tuple[str, ...]) -> Diagnostic:
+    """Turn one of pydantic's errors into a diagnostic with key, value, bound and unit."""
+    typed = (*prefix, *(str(p) for p in error["loc"]))
+    path = _as_written(typed)
+    if error["type"] in ("union_tag_invalid", "union_tag_not_found"):
+        path = (*path, "kind")
+    key, span, argument = places.resolve((COMMON, *path[2:]) if error.get("common") else path)
+    file = f"--set {argument}" if argument else places.source.name
+    info = _field(typed)
+    unit = f" {info.json_schema_extra['unit']}" if info and isinstance(info.json_schema_extra, dict) else ""
+    unit = "" if unit == " -" else unit
+    meaning: tuple[str, ...] = ()
+    if info and info.description and info.description != path[-1]:
+        meaning = (f"{path[-1]} is: {info.description}{f' [{unit.strip()}]' if unit else ''}",)
+    match error["type"]:
+        case "extra_forbidden":
+            known = _known_keys(typed[:-1])
+            parent = key.rpartition(".")[0] or "a scenario"
+            facts = (f"{parent} has the keys {', '.join(known)}",)
+            hint = _elsewhere(path[-1]) if len(typed) == 1 else ""
+            hint = hint or did_you_mean(path[-1], known)
+            return Diagnostic("FZ902", f"unknown key {key}", span, facts=facts, help=hint, file=file)
+        case "missing" if len(path) > 1 and path[0] == "rules" and path[1] not in ROLES:
+            return unknown_role(places, path[1])
+        case "missing" | "union_tag_not_found":
+            return Diagnostic("FZ903", f"{key} is missing", span, facts=meaning, file=file)
+        case "union_tag_invalid":
+            kinds = error["ctx"]["expected_tags"]
+            message = f"{key} must be one of {kinds}, got {show(error['ctx']['tag'])}"
+            hint = did_you_mean(str(error["ctx"]["tag"]), tuple(k.strip(" '") for k in kinds.split(",")))
+            return Diagnostic("FZ904", message, span, help=hint, file=file)
+        case "too_short" | "too_long" | "string_too_short":
+            return Diagnostic("FZ904", f"{key} {length(error)}", span, facts=meaning, file=file)
+        case "value_error":
+            message = str(error["ctx"]["error"])
+            return Diagnostic("FZ904", f"{key}: {message}", span, file=file)
+    must = requirement(error) + (unit if error["type"] in _BOUNDS else "")
+    return Diagnostic("FZ904", f"{key} must be {must}, got {show(error['input'])}", span, facts=meaning, file=file)
+
+
+_BOUNDS = {
+    "greater_than": ("gt", ">"),
+    "greater_than_equal": ("ge", ">="),
+    "less_than": ("lt", "<"),
+    "less_than_equal": ("le", "<="),
+}
+_KINDS = {
+    "float_type": "a number",
+    "int_type": "a whole number",
+    "int_from_float": "a whole number",
+    "string_type": "text in quotes",
+    "bool_type": "true or false",
+    "finite_number": "a finite number",
+    "tuple_type": "a list",
+    "dict_type": "a table",
+    "model_type": "a table",
+    "model_attributes_type": "a table",
+}
+
+
+def length(error: Any) -> str:
+    """Return what is wrong with the number of elements of a list, or of characters of a text."""
+    if error["type"] == "string_too_short":
+        return "must not be empty"
+    few = error["type"] == "too_short"
+    number = error["ctx"]["min_length" if few else "max_length"]
+    words = f"must have at {'least' if few else 'most'} {number} element{'s' if number != 1 else ''}"
+    return f"{words}, has {error['ctx']['actual_length'] or 'none'}"
+
+
+def requirement(error: Any) -> str:
+    """Return what a value must be."""
+    kind, about = error["type"], error.get("ctx", {})
+    if kind in _BOUNDS:
+        name, symbol = _BOUNDS[kind]
+        bound = about[name]
+        return f"{symbol} {'-' * (bound < 0)}2π" if abs(bound) == FULL_TURN else f"{symbol} {bound:g}"
+    if kind in _KINDS:
+        return _KINDS[kind]
+    if kind == "literal_error":
+        return str(about["expected"])
+    return f"right ({error['msg']})"
+
+
+def show(value: Any) -> str:
+    """Return a value of a scenario as a short text."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, dict):
+        return "a table"
+    if isinstance(value, list):
+        return "a list"
+    try:
+        text = repr(value)
+    except ValueError:
+        return "a whole number of thousands of digits"
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def _field(path: tuple[str, ...]) -> Any:
+    """Return pydantic's description of the field at a path of a scenario, or None."""
+    owner = _type_at(path[:-1])
+    return owner.model_fields.get(path[-1]) if owner is not None and path else None
+
+
+def _known_keys(path: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the keys that the table at a path may have."""
+    owner = _type_at(path)
+    keys = tuple(owner.model_fields) if owner is not None else ()
+    return keys if path else (EXTENDS, COMMON, *keys)
+
+
+def _elsewhere(key: str) -> str:
+    """Name the table of a scenario that has a key which was given outside of any table, if just one has."""
+    owners = [table for table in _known_keys(()) if key in _known_keys((table,))]
+    return f"did you mean '{owners[0]}.{key}'?" if len(owners) == 1 else ""
+
+
+def _as_written(path: tuple[str, ...]) -> tuple[str, ...]:
+    """Take out the kind of a reference, which pydantic names in between."""
+    return (path[0], *path[2:]) if path[:1] == ("reference",) and len(path) > 1 and path[1] in _KINDS_OF_PATHS else path
+
+
+def _type_at(path: tuple[str, ...]) -> type[BaseModel] | None:
+    """Return the model of the table at a path of a scenario."""
+    current: Any = Scenario
+    if path[:1] == (COMMON,):  # as every robot
+        path = ("robots", *path)
+    for part in path:
+        if isinstance(current, _Kinds):
+            current = next((m for m in current.models if _kind(m) == part), None)
+        elif _is_model(current):
+            field_there = current.model_fields.get(part)
+            current = field_there.annotation if field_there else None
+        else:
+            current = next((a for a in reversed(get_args(current)) if a is not Ellipsis), None)
+        if get_origin(current) in (Union, UnionType):
+            options = [a for a in get_args(current) if a is not type(None)]
+            current = options[0] if len(options) == 1 else _Kinds(options)
+    return current if _is_model(current) else None
+
+
+class _Kinds:
+    """Sections that `kind` chooses from."""
+
+    def __init__(self, models: Sequence[Any]) -> None:
+        self.models = models
+
+
+def _kind(model: Any) -> str:
+    return str(get_args(model.model_fields["kind"].annotation)[0])
+
+
+_KINDS_OF_PATHS = tuple(_kind(m) for m in get_args(Scenario.model_fields["reference"].annotation))
+
+
+def _is_model(kind: Any) -> bool:
+    return isinstance(kind, type) and issubclass(kind, BaseModel)
+
+
+def unknown_role(places: Places, role: str) -> Diagnostic:
+    """Describe a table of [rules] that no control law asks for."""
+    key, facts = f"rules.{role}", (f"the roles are {', '.join(ROLES)}",)
+    return places.diagnostic("FZ902", key, f"unknown key {key}", facts=facts, help=did_you_mean(role, ROLES))

@@ -1,0 +1,225 @@
+"""A scenario: every number of a run, with its unit, frozen."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, ConfigDict, Field, Strict, model_validator
+
+from dwmr.config.quantities import FARTHEST, Section, place, quantity
+from dwmr.control.laws.settings import AifqsmcSettings, FcafsmcSettings, SmcSettings
+from dwmr.reference.settings import ReferenceSettings
+
+#: Elements that a list of a scenario may have.
+LONGEST_LIST = 1000
+#: From −2π to 2π, with the digits of those who round up [rad].
+FULL_TURN = 6.2832
+
+
+def _printable(text: str) -> str:
+    if not text.isprintable():
+        where = next(k for k, one in enumerate(text) if not one.isprintable())
+        raise ValueError(f"character {where + 1} of {text[:40]!a} cannot be printed")
+    return text
+
+
+Printable = Annotated[str, AfterValidator(_printable)]
+
+
+class Run(Section):
+    """Length and resolution of the run."""
+
+    controller: str = Field(description="control law of the run when the command line names none")
+    horizon: float = quantity("duration", "s", gt=0, le=100_000)
+    dt: float = quantity("control period", "s", ge=1e-6, le=1)
+    substeps: int = quantity("integration steps in one control period", "-", ge=1, le=1000)
+    save_every: int = quantity("control periods between two saved samples", "-", ge=1, le=1_000_000)
+    seed: int = quantity("first number of the measurement noise", "-", ge=0, le=2**63 - 1, default=0)
+
+    @property
+    def steps(self) -> int:
+        """Number of control periods."""
+        return max(1, round(self.horizon / self.dt))
+
+
+class Body(Section):
+    """Outline of a robot seen from above, a rectangle."""
+
+    front: float = quantity("from the axle to the front", "m", ge=0, le=FARTHEST)
+    rear: float = quantity("from the axle to the rear", "m", ge=0, le=FARTHEST)
+    width: float = quantity("width", "m", gt=0, le=FARTHEST)
+
+
+class Friction(Section):
+    """Friction the controllers do not know of."""
+
+    coulomb_force: float = quantity("Coulomb friction along the robot", "N", ge=0)
+    coulomb_torque: float = quantity("Coulomb friction of turning", "N m", ge=0)
+    viscous_force: float = quantity("viscous friction along the robot", "N s/m", ge=0)
+    viscous_torque: float = quantity("viscous friction of turning", "N m s/rad", ge=0)
+    stick_v: float = quantity("velocity over which Coulomb friction changes sign", "m/s", gt=0)
+    stick_omega: float = quantity("angular velocity over which Coulomb friction changes sign", "rad/s", gt=0)
+
+
+class Actuator(Section):
+    """What the drives can do."""
+
+    lag: float = quantity("time constant of the torques", "s", ge=0.001)
+    torque_limit: float = quantity("largest torque of one wheel", "N m", gt=0)
+    v_limit: float = quantity("largest linear velocity asked of the inner loop", "m/s", gt=0)
+    omega_limit: float = quantity("largest angular velocity asked of the inner loop", "rad/s", gt=0)
+
+
+class InnerLoop(Section):
+    """PD velocity loop, Eq. (75)."""
+
+    torque_reading: Literal["acceleration", "force"] = Field(
+        description="unit of the PD output: accelerations, multiplied by mass and inertia, or forces"
+    )
+    k_p_v: float = quantity("proportional gain, linear", "1/s or N s/m", ge=0)
+    k_p_omega: float = quantity("proportional gain, angular", "1/s or N m s/rad", ge=0)
+    k_d_v: float = quantity("derivative gain, linear", "1 or kg", ge=0)
+    k_d_omega: float = quantity("derivative gain, angular", "1 or kg m²", ge=0)
+    n_v: float = quantity("derivative filter, linear", "1/s", gt=0)
+    n_omega: float = quantity("derivative filter, angular", "1/s", gt=0)
+
+
+class Formation(Section):
+    """Place of a follower in the formation."""
+
+    leader: str = Field(description="name of the robot it follows")
+    separation: float = quantity("desired distance L_ijd from the leader's axle", "m", gt=0, le=FARTHEST)
+    bearing: float = quantity("desired bearing Ψ_ijd", "rad", ge=-FULL_TURN, le=FULL_TURN)
+
+
+class Noise(Section):
+    """Standard deviations of what a robot measures of itself, drawn anew every control period."""
+
+    x: float = quantity("position, x", "m", ge=0, le=FARTHEST, default=0.0)
+    y: float = quantity("position, y", "m", ge=0, le=FARTHEST, default=0.0)
+    theta: float = quantity("orientation", "rad", ge=0, le=FARTHEST, default=0.0)
+    v: float = quantity("linear velocity from the wheels", "m/s", ge=0, le=FARTHEST, default=0.0)
+    omega: float = quantity("angular velocity from the wheels", "rad/s", ge=0, le=FARTHEST, default=0.0)
+
+
+class Controllers(Section):
+    """Gains by control law; a law of one's own finds its table among the extra ones."""
+
+    model_config = ConfigDict(frozen=True, extra="allow", allow_inf_nan=False, strict=True)
+
+    smc: SmcSettings | None = None
+    aifqsmc: AifqsmcSettings | None = None
+    fcafsmc: FcafsmcSettings | None = None
+
+
+class Robot(Section):
+    """One robot: body, start, drives, inner loop, gains and its place in the formation."""
+
+    mass: float = quantity("mass", "kg", gt=0)
+    inertia: float = quantity("moment of inertia about the axle centre", "kg m²", gt=0)
+    com_offset: float = quantity("centre of mass ahead of the axle, negative behind", "m")
+    half_track: float = quantity("half the distance between the wheels b", "m", gt=0)
+    wheel_radius: float = quantity("wheel radius r", "m", gt=0)
+    radius: float = quantity("radius R_R that encloses the robot", "m", gt=0)
+    d: float = quantity("reference point of the control law ahead of the axle", "m", gt=0)
+    x_0: float = place("start, x of the reference point")
+    y_0: float = place("start, y of the reference point")
+    theta_0: float = place("start, orientation", "rad")
+    avoids_obstacles: bool = Field(description="whether it avoids obstacles")
+    body: Body | None = Field(default=None, description="outline; absent, the circle of R_R about the axle's middle")
+    friction: Friction
+    actuator: Actuator
+    inner_loop: InnerLoop
+    formation: Formation | None = Field(default=None, description="absent for a robot that follows the reference")
+    delay: float = quantity(
+        "time by which a robot on the reference is behind it, negative ahead", "s", ge=-1e6, le=1e6, default=0.0
+    )
+    noise: Noise | None = Field(default=None, description="of what it measures of itself; none when absent")
+    controllers: Controllers
+
+
+class Obstacle(Section):
+    """One round obstacle."""
+
+    x: float = place("centre, x")
+    y: float = place("centre, y")
+    radius: float = quantity("radius r_a", "m", gt=0, le=FARTHEST)
+
+
+class AvoidanceSettings(Section):
+    """Variable avoidance radius and slowdown, Eqs. (57)-(63), (71)."""
+
+    margin: float = quantity("safety margin δ_Rd beyond obstacle and robot", "m", ge=0)
+    largest_radius: float = quantity("bound R̄_b of the avoidance radius", "m", gt=0)
+    kappa: float = quantity("gain κ of the expansion", "s", ge=0)
+    gamma: float = quantity("divisor γ of the expansion", "-", gt=0)
+    rho: float = quantity("decline ϱ of the expansion with distance", "1/m", ge=0)
+    slowdown: float = quantity("share ρ_v of the reference velocity kept", "-", gt=0, le=1)
+
+
+class Window(Section):
+    """A window of time, its begin included, its end not."""
+
+    start: float = quantity("begin", "s", ge=0)
+    stop: float = quantity("end", "s", ge=0)
+
+    @model_validator(mode="after")
+    def _order(self) -> Window:
+        if self.stop < self.start:
+            raise ValueError(f"stop = {self.stop:g} s lies before start = {self.start:g} s")
+        return self
+
+
+class DisturbanceSettings(Window):
+    """One disturbance in one window of time."""
+
+    kind: Literal["sinusoid", "constant"]
+    angular_frequency: float = quantity("of a sinusoid", "rad/s", gt=0, default=1.0)
+    v: float = quantity("velocity-equivalent amplitude, linear", "m/s")
+    omega: float = quantity("velocity-equivalent amplitude, angular", "rad/s")
+    force: float = quantity("force amplitude", "N")
+    torque: float = quantity("torque amplitude", "N m")
+    robots: Annotated[tuple[str, ...], Strict(False), Field(max_length=LONGEST_LIST)] | None = Field(
+        default=None, description="all when absent"
+    )
+
+    @model_validator(mode="after")
+    def _frequency_of_a_sinusoid(self) -> DisturbanceSettings:
+        if self.kind == "constant" and "angular_frequency" in self.model_fields_set:
+            raise ValueError("angular_frequency has no effect on a constant disturbance; leave it out")
+        return self
+
+
+class LoadSettings(Window):
+    """Change of mass and inertia in a window of time."""
+
+    mass_factor: float = quantity("loaded over nominal mass", "-", gt=0)
+    inertia_factor: float = quantity("loaded over nominal inertia", "-", gt=0)
+
+
+class RuleFile(Section):
+    """A rule file and values for its params."""
+
+    model_config = ConfigDict(frozen=True, extra="allow", allow_inf_nan=False, strict=True)
+    __pydantic_extra__: dict[str, float] = Field(init=False)
+
+    file: str = Field(description="name of the rule file", min_length=1)
+
+    @property
+    def params(self) -> dict[str, float]:
+        """Values for params of the file, by name."""
+        return {name: float(value) for name, value in (self.__pydantic_extra__ or {}).items()}
+
+
+class Scenario(Section):
+    """Everything a run depends on, rule files aside."""
+
+    name: Printable
+    run: Run
+    reference: ReferenceSettings
+    robots: dict[Printable, Robot] = Field(min_length=1, max_length=1000)
+    obstacles: Annotated[tuple[Obstacle, ...], Strict(False), Field(max_length=LONGEST_LIST)] = ()
+    avoidance: AvoidanceSettings
+    disturbances: Annotated[tuple[DisturbanceSettings, ...], Strict(False), Field(max_length=LONGEST_LIST)] = ()
+    load: LoadSettings
+    rules: dict[str, RuleFile]

@@ -1,0 +1,138 @@
+"""What a run does otherwise than its author may think: a flat list of remarks."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterable, Sequence
+from itertools import combinations, islice
+
+import numpy as np
+
+from dwmr.config.locations import Places
+from dwmr.plant.bodies import gap_between, gap_to_point, outline, start
+from dwmr.scenario.model import Scenario, Window
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
+
+#: Remarks, or mistakes, of one kind that are given; more of them say nothing new.
+MOST_OF_A_KIND = 10
+
+
+def remarks(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
+    """Warn of what a run does otherwise than its author may think."""
+    for remark in (_rounded, _together, _starts, _margin, _windows, _spared, _fast):
+        found = dict.fromkeys(remark(scenario, places))
+        yield from (dataclasses.replace(one, severity="warning") for one in islice(found, MOST_OF_A_KIND))
+
+
+def overlaps(circles: Sequence[tuple[float, float, float]]) -> Iterable[tuple[int, int, float]]:
+    """Give every circle that overlaps one before it: the number of the other, its own, and how far apart they are.
+
+    Args:
+        circles: Centres and radii [m].
+    """
+    for b, (x, y, radius) in enumerate(circles):
+        for a in range(b):
+            gap = math.hypot(circles[a][0] - x, circles[a][1] - y)
+            if gap < circles[a][2] + radius:
+                yield a, b, gap
+                break
+
+
+def _rounded(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
+    run = scenario.run
+    reached = run.steps * run.dt
+    if abs(reached - run.horizon) > 1e-9 * run.horizon:
+        message = (
+            f"run.horizon = {run.horizon:g} s is no multiple of run.dt = {run.dt:g} s: the run ends at {reached:.6g} s"
+        )
+        yield places.diagnostic("FZ904", "run.horizon", message)
+
+
+def _together(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
+    """Find robots that are sent to one place."""
+    taken: dict[object, str] = {}
+    for name, robot in scenario.robots.items():
+        formation = robot.formation
+        goal = formation or robot.delay
+        if goal in taken:
+            where = f"the same place behind {formation.leader}" if formation else "the same place of the reference"
+            message = f"robots.{name} and robots.{taken[goal]} are sent to {where}"
+            help_text = "give one another separation or bearing" if formation else "give one a delay, or a leader"
+            key = f"robots.{name}.formation" if formation else f"robots.{name}"
+            yield places.diagnostic("FZ904", key, message, help=help_text)
+        taken.setdefault(goal, name)
+
+
+def _starts(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
+    """Find bodies that begin inside one another, or inside an obstacle."""
+    found = {name: (start(robot), outline(robot)) for name, robot in scenario.robots.items()}
+    circles = {name: (float(pose[0, 0]), float(pose[1, 0]), one.reach) for name, (pose, one) in found.items()}
+    for a, b in combinations(found, 2):
+        (x_a, y_a, reach_a), (x_b, y_b, reach_b) = circles[a], circles[b]
+        if math.hypot(x_a - x_b, y_a - y_b) < reach_a + reach_b:
+            depth = -float(gap_between(*found[a], *found[b])[0])
+            if depth > 0.0:
+                message = f"robots.{b} starts inside robots.{a}: their bodies overlap by {depth:.2g} m"
+                yield places.diagnostic("FZ904", f"robots.{b}.x_0", message, help="robots do not see one another")
+    x, y, radius = (np.array([getattr(one, key) for one in scenario.obstacles]) for key in ("x", "y", "radius"))
+    for name, robot in scenario.robots.items():
+        depths = radius - gap_to_point(*found[name], x, y)
+        # where the reference point is inside as well, that is a mistake
+        for k in np.flatnonzero((depths > 0.0) & (np.hypot(x - robot.x_0, y - robot.y_0) > radius)):
+            message = f"the body of robots.{name} starts inside obstacles.{k}: they overlap by {depths[k]:.2g} m"
+            yield places.diagnostic("FZ904", f"robots.{name}.x_0", message)
+
+
+def _margin(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
+    """Find robots for which the bound of the avoidance radius takes the safety margin away."""
+    settings = scenario.avoidance
+    largest = max((one.radius for one in scenario.obstacles), default=0.0)
+    for name, robot in scenario.robots.items():
+        wanted = largest + robot.radius + settings.margin
+        if robot.avoids_obstacles and scenario.obstacles and settings.largest_radius < wanted:
+            message = (
+                f"avoidance.largest_radius = {settings.largest_radius:g} m cuts the safety margin: obstacle "
+                f"{largest:g} m, robots.{name}.radius = {robot.radius:g} m and avoidance.margin = "
+                f"{settings.margin:g} m make {wanted:g} m"
+            )
+            yield places.diagnostic("FZ904", "avoidance.largest_radius", message)
+
+
+def _windows(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
+    """Find disturbances, and a load, that begin only when the run is over."""
+    end = scenario.run.steps * scenario.run.dt
+    if places.given("run", "horizon"):  # a run cut short on the command line is cut short on purpose
+        return
+    windows: list[tuple[str, Window]] = [(f"disturbances.{k}", one) for k, one in enumerate(scenario.disturbances)]
+    changed = (scenario.load.mass_factor, scenario.load.inertia_factor) != (1.0, 1.0)
+    for key, window in [*windows, *([("load", scenario.load)] if changed else [])]:
+        _, span, argument = places.resolve(tuple(f"{key}.start".split(".")))
+        # windows taken over from another scenario are no slip of one that runs shorter
+        if window.start > end and (argument or (span is not None and span.source is places.source)):
+            message = f"{key}.start = {window.start:g} s comes after the end of the run at {end:g} s: it never acts"
+            yield places.diagnostic("FZ904", f"{key}.start", message)
+
+
+def _spared(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
+    """Find lists of robots that name none, or one twice."""
+    for k, one in enumerate(scenario.disturbances):
+        key = f"disturbances.{k}.robots"
+        if one.robots == ():
+            message = f"{key} = [] names no robot: the disturbance never acts"
+            yield places.diagnostic("FZ904", key, message, help="leave the key out for all robots")
+        for name in dict.fromkeys(n for n in one.robots or () if (one.robots or ()).count(n) > 1):
+            yield places.diagnostic("FZ904", key, f"{key} names {name} twice; it acts on it once")
+
+
+def _fast(scenario: Scenario, places: Places) -> Iterable[Diagnostic]:
+    """Find sinusoids that the steps of the integration cannot follow."""
+    step = scenario.run.dt / scenario.run.substeps
+    for k, one in enumerate(scenario.disturbances):
+        if one.kind == "sinusoid" and one.angular_frequency * step > math.pi:
+            key = f"disturbances.{k}.angular_frequency"
+            message = (
+                f"{key} = {one.angular_frequency:g} rad/s is beyond π/h = {math.pi / step:.4g} rad/s of integration "
+                f"steps of h = {step:g} s: the run sees a slower one"
+            )
+            yield places.diagnostic("FZ904", key, message, help="raise run.substeps or shorten run.dt")

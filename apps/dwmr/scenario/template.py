@@ -1,0 +1,98 @@
+"""Scenarios to start from: the files of a shipped one under a name of one's own."""
+
+from __future__ import annotations
+
+import os
+import re
+import tempfile
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from dwmr.config.layers import SHIPPED, shipped_names
+from dwmr.scenario.file import UnknownScenarioError, read
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.diagnostics.suggestions import did_you_mean
+
+
+def files(name: str, base: str, path: Path, extends: bool) -> dict[Path, bytes]:
+    """Return what is to be written, by path: the scenario first, then the CSV file that it reads.
+
+    Args:
+        name: The scenario's name.
+        base: Name of the shipped scenario to start from.
+        path: Where the scenario goes.
+        extends: Whether it extends the shipped one instead of copying it.
+
+    Raises:
+        UnknownScenarioError: When there is no such shipped scenario.
+    """
+    if base not in shipped_names():
+        hint = did_you_mean(base, shipped_names())
+        message = f"no shipped scenario {base[:200]!r}; there are {', '.join(shipped_names())}"
+        raise UnknownScenarioError(message + (f"; {hint}" if hint else ""))
+    if extends:
+        return {path: _EXTENDING.format(base=base, name=name).encode()}
+    text = (SHIPPED / f"{base}.toml").read_text(encoding="utf-8")
+    renamed = re.sub(r'^name = ".*"$', f'name = "{name}"', text, count=1, flags=re.MULTILINE)
+    beside = getattr(read(SHIPPED / f"{base}.toml").scenario.reference, "file", None)
+    if beside is not None:
+        renamed = renamed.replace(beside, f"{path.stem}.csv")
+    head = f"# Made by `dwmr new` from {base}; `dwmr check {path.name}` finds mistakes.\n#\n"
+    found = {path: (head + renamed).encode()}
+    if beside is not None:
+        found[path.with_suffix(".csv")] = (SHIPPED / beside).read_bytes()
+    return found
+
+
+_EXTENDING = """\
+# {name}: {base} with other values.
+#
+# What stands here replaces the value of {base}, key by key; lists such as obstacles are replaced whole. `dwmr show
+# {base}` prints what it says.
+
+extends = "{base}"
+name = "{name}"
+
+[run]
+# horizon = 60.0                    # s
+"""
+
+
+def refuse_present(paths: Iterable[Path], force: bool) -> None:
+    """Refuse to replace files.
+
+    Raises:
+        DiagnosticError: When one of them exists and `force` is not given.
+    """
+    present = [path for path in paths if path.exists() or path.is_symlink()]
+    if present and not force:
+        help_text = "name another file with -o FILE, or replace it with --force"
+        raise DiagnosticError([Diagnostic("FZ005", f"{p} exists", help=help_text, file=str(p)) for p in present])
+
+
+def write(contents: Mapping[Path, bytes], force: bool) -> None:
+    """Write files whole, each by a temporary one beside it that is then renamed.
+
+    Raises:
+        DiagnosticError: When one of them exists and `force` is not given, or cannot be written.
+    """
+    refuse_present(contents, force)
+    for path, content in contents.items():
+        try:
+            _write(path, content)
+        except OSError as error:
+            message = f"{path} cannot be written: {error.strerror or error}"
+            raise DiagnosticError([Diagnostic("FZ005", message, file=str(path))]) from error
+
+
+def _write(path: Path, content: bytes) -> None:
+    number, part = tempfile.mkstemp(dir=path.parent, prefix=".dwmr-")
+    try:
+        with os.fdopen(number, "wb") as file:
+            file.write(content)
+        mask = os.umask(0)
+        os.umask(mask)
+        Path(part).chmod(0o666 & ~mask)  # as an ordinary file; mkstemp makes private ones
+        Path(part).replace(path)
+    finally:
+        Path(part).unlink(missing_ok=True)

@@ -1,0 +1,1 @@
+"""The simulation: preflight checks, the compiled loop and its noise."""

@@ -1,0 +1,323 @@
+"""The compiled loop: references, avoidance, control law, inner loop and plant of all robots, period after period."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from dwmr.control.formation import follower_error, follower_position, trajectory_error
+from dwmr.core.geometry import clamp
+from dwmr.core.interfaces import FloatArray, Signal, TrackingError
+from dwmr.core.jit import compiled
+from dwmr.plant.disturbances import Disturbance, Load, disturbance
+from dwmr.plant.obstacles import Avoidance, avoid
+from dwmr.plant.robot import State, advance, pd_torques, velocity
+
+#: What is recorded of every robot at every sample, in the order of the columns that `_record` fills.
+SIGNALS = (
+    Signal("x", "m", "reference point"),
+    Signal("y", "m", "reference point"),
+    Signal("theta", "rad", "orientation, not wrapped"),
+    Signal("v", "m/s", "linear velocity from the wheels"),
+    Signal("omega", "rad/s", "angular velocity from the wheels"),
+    Signal("x_r", "m", "reference position"),
+    Signal("y_r", "m", "reference position"),
+    Signal("theta_r", "rad", "reference orientation, as modified in avoidance"),
+    Signal("v_r", "m/s", "reference linear velocity, as modified in avoidance"),
+    Signal("theta_r_star", "rad", "auxiliary reference orientation"),
+    Signal("x_e", "m", "longitudinal error in the robot's frame"),
+    Signal("y_e", "m", "lateral error in the robot's frame"),
+    Signal("v_c", "m/s", "linear velocity asked for, before its limit"),
+    Signal("omega_c", "rad/s", "angular velocity asked for, before its limit"),
+    Signal("torque_right", "N m", "torque asked of the right wheel"),
+    Signal("torque_left", "N m", "torque asked of the left wheel"),
+    Signal("d_v", "m/s", "velocity-equivalent disturbance"),
+    Signal("d_omega", "rad/s", "velocity-equivalent disturbance"),
+    Signal("obstacle", "-", "index of the obstacle being avoided, -1 for none"),
+    Signal("avoidance_radius", "m", "variable radius R_d of that obstacle, 0 for none"),
+)
+COLUMNS = {signal.name: k for k, signal in enumerate(SIGNALS)}
+
+#: Fault number of a run in which a number became infinite or undefined; a law's own faults are positive.
+NOT_FINITE = -1
+#: Fault number of a run in which a number grew beyond `LARGEST`.
+TOO_LARGE = -2
+
+#: A place beyond this is the run's, not its scenario's, whose places lie within a tenth of it [m].
+FARTHEST_RUN = 1e10
+#: A velocity beyond this is no robot's; the fastest reference has a tenth of it [m/s, rad/s].
+FASTEST_RUN = 1e7
+#: A command beyond this is no mere consequence of the way to go, with which commands grow [m/s, rad/s].
+LARGEST_COMMAND = 1e12
+#: Beyond this in magnitude a signal says that the run diverged.
+LARGEST = {
+    "x": FARTHEST_RUN,
+    "y": FARTHEST_RUN,
+    "v": FASTEST_RUN,
+    "omega": FASTEST_RUN,
+    "v_c": LARGEST_COMMAND,
+    "omega_c": LARGEST_COMMAND,
+}
+
+
+class World(NamedTuple):
+    """What stays as it is during a run.
+
+    Attributes:
+        dt: Control period [s].
+        substeps: Integration steps in one period.
+        shape: Constants of the reference trajectory, shape (c,).
+        robots: Records of dtype `ROBOT`, shape (n,).
+        acting: Disturbances, records of dtype `DISTURBANCE`, shape (n, m).
+        load: Change of mass and inertia.
+        obstacles: Centre and radius of each, shape (a, 3) [m].
+        avoidance: Parameters of the avoidance.
+        gains: Constants of the control law, shape (n, g).
+    """
+
+    dt: float
+    substeps: int
+    shape: FloatArray
+    robots: Any
+    acting: Any
+    load: Load
+    obstacles: FloatArray
+    avoidance: Avoidance
+    gains: FloatArray
+
+
+class Memory(NamedTuple):
+    """What one period leaves to the next; the loop writes it.
+
+    Attributes:
+        plant: Fields of `State`, shape (n, 7).
+        seen: The same as the robots measure it; without noise it is the array `plant` itself.
+        theta_star: Auxiliary orientations θ*_r, shape (n,) [rad].
+        filters: States of the derivative filters, shape (n, 2) [m/s, rad/s].
+        sides: Latched sides of avoidance, shape (n, a).
+        law: States of the control law, shape (n, s).
+        next_law: The same after the period.
+        torques: Torques asked of the right and left wheel, shape (n, 2) [N m].
+    """
+
+    plant: FloatArray
+    seen: FloatArray
+    theta_star: FloatArray
+    filters: FloatArray
+    sides: FloatArray
+    law: FloatArray
+    next_law: FloatArray
+    torques: FloatArray
+
+
+class Target(NamedTuple):
+    """Where a robot should be and how it should move, with the obstacle that changes this, if any."""
+
+    x: float
+    y: float
+    theta: float
+    v: float
+    obstacle: float
+    avoidance_radius: float
+
+
+@compiled
+def run_periods(
+    first: int,
+    last: int,
+    path: Any,
+    step: Any,
+    kernels: Any,
+    world: World,
+    memory: Memory,
+    noise: FloatArray,
+    record: FloatArray,
+    law_record: FloatArray,
+) -> tuple[int, int, int]:
+    """Run the control periods from `first` up to but not including `last`.
+
+    Args:
+        first, last: Numbers of control periods; time is number · dt.
+        path: Reference trajectory, see `contracts.reference_path`.
+        step: Control law, see `contracts.control_law`.
+        kernels: Gain kernels of the law, one tuple per robot.
+        world: Constants.
+        memory: Read and written.
+        noise: Added to what the robots measure of x, y, theta, v, omega, shape (last - first, n, 5) [m, m, rad, m/s,
+            rad/s]; shape (0, n, 5) where all measure exactly.
+        record: Written, shape (periods, n, len(SIGNALS)).
+        law_record: Written, shape (periods, n, signals of the law).
+
+    Returns:
+        Number of the period reached, robot and fault: 0 for none, a key of the law's FAULTS, `NOT_FINITE` or
+            `TOO_LARGE`.
+    """
+    n = world.robots.shape[0]
+    for k in range(first, last):
+        t = k * world.dt
+        faulty, first_fault = -1, 0
+        if noise.shape[0] > 0:
+            _measure(noise[k - first], memory)
+        # all robots decide before any of them moves
+        for i in range(n):
+            state = _state(memory.plant, i)
+            target = _aim(t, i, path, world, memory)
+            seen = error = _error(t, i, target, memory.plant, world, memory)
+            if noise.shape[0] > 0:
+                seen = _error(t, i, target, memory.seen, world, memory)
+            v_c, omega_c, fault = step(
+                seen, world.dt, world.gains[i], memory.law[i], kernels[i], memory.next_law[i], law_record[k, i]
+            )
+            now = disturbance(t, world.acting[i])
+            _inner_loop(i, v_c, omega_c, world, memory)
+            _record(record[k, i], state, target, error, v_c, omega_c, now, memory, i)
+            memory.theta_star[i] += world.dt * seen.drift_theta
+            fault = _fault(fault, state, v_c, omega_c)
+            if fault != 0 and first_fault == 0:
+                faulty, first_fault = i, fault
+        if first_fault != 0:  # only now, so that the last row is whole
+            return k, faulty, first_fault
+        for i in range(n):
+            _move(t, i, world, memory)
+    return last, -1, 0
+
+
+@compiled
+def _fault(fault: int, state: State, v_c: float, omega_c: float) -> int:
+    """Return what ends the run: numbers first, nothing can be said about the gain of a run whose numbers are gone."""
+    if not (math.isfinite(v_c) and math.isfinite(omega_c) and _is_finite(state)):
+        return NOT_FINITE
+    return TOO_LARGE if _is_too_large(state, v_c, omega_c) else fault
+
+
+@compiled
+def _state(plant: FloatArray, i: int) -> State:
+    p = plant
+    return State(p[i, 0], p[i, 1], p[i, 2], p[i, 3], p[i, 4], p[i, 5], p[i, 6])
+
+
+@compiled
+def _measure(noise: FloatArray, memory: Memory) -> None:
+    """Write what the robots see of themselves: the plant's state and this period's noise."""
+    for i in range(noise.shape[0]):
+        for k in range(noise.shape[1]):
+            memory.seen[i, k] = memory.plant[i, k] + noise[i, k]
+
+
+@compiled
+def _is_finite(s: State) -> bool:
+    return (
+        math.isfinite(s.x)
+        and math.isfinite(s.y)
+        and math.isfinite(s.theta)
+        and math.isfinite(s.v)
+        and math.isfinite(s.omega)
+    )
+
+
+@compiled
+def _is_too_large(s: State, v_c: float, omega_c: float) -> bool:
+    """Return whether a number is beyond `LARGEST`."""
+    return (
+        max(abs(s.x), abs(s.y)) > FARTHEST_RUN
+        or max(abs(s.v), abs(s.omega)) > FASTEST_RUN
+        or max(abs(v_c), abs(omega_c)) > LARGEST_COMMAND
+    )
+
+
+@compiled
+def _aim(t: float, i: int, path: Any, world: World, memory: Memory) -> Target:
+    """Return the target of one robot; a robot on the reference avoids obstacles by what it sees of itself.
+
+    Source:
+        Goto, Bertol, Martins, Eqs. (70), (71) for a robot on the reference; Eq. (47) for a follower.
+    """
+    robot = world.robots[i]
+    if robot.leader >= 0:
+        lead = _state(memory.plant, robot.leader)
+        d_i = world.robots[robot.leader].d
+        x_r, y_r = follower_position(lead.x, lead.y, lead.theta, d_i, robot.separation, robot.bearing)
+        v_i, _ = velocity(lead, disturbance(t, world.acting[robot.leader]))
+        # theta_jr = theta_i of Eq. (47) cannot be kept in a turn; the auxiliary orientation takes its place
+        return Target(x_r, y_r, memory.theta_star[i], v_i, -1.0, 0.0)
+    reference = path(t - robot.delay, world.shape)
+    theta_r, v_r, obstacle, reach = reference.theta, reference.v, -1, 0.0
+    if robot.avoids != 0:
+        s = _state(memory.seen, i)
+        obstacle, direction, reach = avoid(
+            s.x, s.y, s.theta, s.v, robot.radius, world.obstacles, memory.sides[i], world.avoidance
+        )
+        if obstacle >= 0:
+            theta_r, v_r = direction, world.avoidance.slowdown * v_r
+    return Target(reference.x, reference.y, theta_r, v_r, float(obstacle), reach)
+
+
+@compiled
+def _error(t: float, i: int, target: Target, plant: FloatArray, world: World, memory: Memory) -> TrackingError:
+    """Return the tracking error of one robot.
+
+    Args:
+        t: Time [s].
+        i: Number of the robot.
+        target: Where it should be; a follower's place is computed anew from its leader's state.
+        plant: States of all robots as they are or as they are seen, shape (n, 7).
+        world, memory: As for `run_periods`.
+
+    Source:
+        Goto, Bertol, Martins, Eqs. (4)-(6), (72) for a robot on the reference; Eqs. (47)-(51) for a follower.
+    """
+    robot, theta_star, s = world.robots[i], memory.theta_star[i], _state(plant, i)
+    j = robot.leader
+    if j < 0:
+        return trajectory_error(s.x, s.y, s.theta, target.x, target.y, target.theta, theta_star, target.v, robot.d)
+    lead, d_i = _state(plant, j), world.robots[j].d
+    v_i, omega_i = velocity(lead, disturbance(t, world.acting[j]))
+    return follower_error(
+        lead.x, lead.y, lead.theta, v_i, omega_i, d_i, s.x, s.y, s.theta, theta_star, robot.d,
+        robot.separation, robot.bearing,
+    )  # fmt: skip
+
+
+@compiled
+def _inner_loop(i: int, v_c: float, omega_c: float, world: World, memory: Memory) -> None:
+    """Turn the limited velocity command and the velocities seen at the wheels into torque commands."""
+    robot = world.robots[i]
+    e_v = clamp(v_c, robot.v_limit) - memory.seen[i, 3]
+    e_omega = clamp(omega_c, robot.omega_limit) - memory.seen[i, 4]
+    right, left, filter_v, filter_omega = pd_torques(
+        e_v, e_omega, memory.filters[i, 0], memory.filters[i, 1], robot, world.dt
+    )
+    memory.torques[i, 0], memory.torques[i, 1] = right, left
+    memory.filters[i, 0], memory.filters[i, 1] = filter_v, filter_omega
+
+
+@compiled
+def _move(t: float, i: int, world: World, memory: Memory) -> None:
+    """Advance plant and control law of one robot by one period."""
+    s = advance(
+        t, _state(memory.plant, i), memory.torques[i, 0], memory.torques[i, 1], world.robots[i], world.acting[i],
+        world.load, world.dt, world.substeps,
+    )  # fmt: skip
+    p = memory.plant
+    p[i, 0], p[i, 1], p[i, 2], p[i, 3], p[i, 4], p[i, 5], p[i, 6] = s
+    for k in range(memory.law.shape[1]):  # a quarter of the compiling time of an assignment of slices
+        memory.law[i, k] = memory.next_law[i, k]
+
+
+@compiled
+def _record(
+    row: FloatArray,
+    s: State,
+    target: Target,
+    error: TrackingError,
+    v_c: float,
+    omega_c: float,
+    now: Disturbance,
+    memory: Memory,
+    i: int,
+) -> None:
+    row[0], row[1], row[2], row[3], row[4] = s.x, s.y, s.theta, s.v, s.omega
+    row[5], row[6], row[7], row[8] = target.x, target.y, target.theta, target.v
+    row[9], row[10], row[11] = memory.theta_star[i], error.x_e, error.y_e
+    row[12], row[13], row[14], row[15] = v_c, omega_c, memory.torques[i, 0], memory.torques[i, 1]
+    row[16], row[17], row[18], row[19] = now.v, now.omega, target.obstacle, target.avoidance_radius

@@ -1,0 +1,148 @@
+"""Bounds by subdivision: the boxes that may hold the least value are halved until it is known well enough."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Final
+
+import numpy as np
+
+from fuzzyctl.analysis import clock
+from fuzzyctl.analysis.branch_and_bound.queue import System
+from fuzzyctl.analysis.branch_and_bound.search import Search, middles, signed_points, start_of
+from fuzzyctl.kernels.interval.vector import Array, negative
+
+#: Boxes of a step that are evaluated by the kernel.
+_TRIED: Final = 4
+#: A slope is known well enough when its bound exceeds what two points show by this part.
+_SLOPE_GAP: Final = 0.05
+
+
+def least(
+    system: System, output: int, sign: int, gap: float, value: Callable[[list[float]], float], deadline: float
+) -> tuple[float, list[float] | None]:
+    """Bound sign · output from below.
+
+    Args:
+        system: The system.
+        output: Position of the output.
+        sign: 1 or -1.
+        gap: How far the bound may be below an attained value.
+        value: What a kernel gives for sign · output at a point; NaN for none.
+        deadline: When to stop, by `clock.now`.
+
+    Returns:
+        The bound, and a point that comes near it, None if none was found.
+    """
+    cells = system.cells([])
+    if cells is None:
+        return -math.inf, None
+    with np.errstate(all="ignore"):
+        return _Least(system, output, sign, value).run(*cells, gap, deadline)
+
+
+class _Least:
+    def __init__(self, system: System, output: int, sign: int, value: Callable[[list[float]], float]) -> None:
+        self.system, self.output, self.sign, self.value = system, output, sign, value
+        self.best = math.inf
+        self.point: list[float] | None = None
+
+    def run(self, lo: Array, hi: Array, gap: float, deadline: float) -> tuple[float, list[float] | None]:
+        search = Search(self.system, lo, hi, deadline, None)
+        bounds = np.full(lo.shape[1], -np.inf)
+        settled = math.inf
+        while search.lo.shape[1] and not search.is_over:
+            # The lowest bounds stand last, where the next batch is taken from.
+            order = np.argsort(-bounds, kind="stable")
+            search.lo, search.hi, bounds = search.lo[:, order], search.hi[:, order], bounds[order]
+            count = min(self.system.batch, len(bounds))
+            if bounds[-1] >= self.best - gap:
+                break
+            bounds = bounds[: len(bounds) - count]
+            box_lo, box_hi = search.take()
+            own, steepness, points = self._lower(box_lo, box_hi)
+            self._try(points, box_lo, box_hi, own)
+            keep = own < self.best - gap
+            settled = min(settled, float(own[~keep].min(initial=math.inf)))
+            halved = search.put_halves(box_lo[:, keep], box_hi[:, keep], steepness[:, keep])
+            settled = min(settled, float(own[keep][~halved].min(initial=math.inf)))
+            bounds = np.concatenate([bounds, own[keep][halved], own[keep][halved]])
+        return min(settled, float(bounds.min(initial=math.inf)), self.best), self.point
+
+    def _lower(self, lo: Array, hi: Array) -> tuple[Array, Array, Array]:
+        """Return lower bounds over boxes, slopes, and points where the value is low."""
+        system, count = self.system, lo.shape[1]
+        (found,), void = system.evaluate(list(system.inputs_of(lo, hi, sloped=True).values()), [self.output])
+        e = found if self.sign > 0 else negative(found)
+        natural = np.broadcast_to(e.lo, count)
+        void = np.broadcast_to(void, count)
+        if e.slopes is None:
+            return np.where(void, math.inf, natural), np.zeros_like(lo), middles(lo, hi)
+        down, up = (np.broadcast_to(s, lo.shape) for s in e.slopes)
+        start, slack = start_of(lo, hi, down, up)
+        (there,), _ = system.evaluate(list(system.inputs_of(start, start, sloped=False).values()), [self.output])
+        low = there.lo if self.sign > 0 else -there.hi
+        straight = low - slack * (1.0 + 1e-12) - e.error
+        straight = straight - np.abs(straight) * 1e-15
+        bound = np.where(void, math.inf, np.fmax(natural, straight))
+        return bound, np.maximum(np.abs(down), np.abs(up)), start
+
+    def _try(self, points: Array, lo: Array, hi: Array, bounds: Array) -> None:
+        for k in np.argsort(bounds)[:_TRIED]:
+            for point in signed_points(points[:, k], lo[:, k], hi[:, k]):
+                value = self.value(point)
+                if value < self.best:
+                    self.best, self.point = value, point
+
+
+def steepest(system: System, output: int, position: int, deadline: float) -> float:
+    """Bound the slope of an output along an input; infinite where it may jump."""
+    cells = system.cells([])
+    if cells is None or not system.is_continuous(output):
+        return math.inf
+    lo, hi = cells
+    whole = (lo < hi).all(axis=0)
+    with np.errstate(all="ignore"):
+        return _steepest(system, output, position, Search(system, lo[:, whole], hi[:, whole], deadline, None), deadline)
+
+
+def _steepest(system: System, output: int, position: int, search: Search, deadline: float) -> float:
+    bounds, shown, settled = np.full(search.lo.shape[1], np.inf), 0.0, 0.0
+    while search.lo.shape[1]:
+        order = np.argsort(bounds, kind="stable")
+        search.lo, search.hi, bounds = search.lo[:, order], search.hi[:, order], bounds[order]
+        if bounds[-1] <= shown * (1.0 + _SLOPE_GAP) or clock.now() > deadline:
+            break
+        count = min(system.batch, len(bounds))
+        bounds = bounds[: len(bounds) - count]
+        lo, hi = search.take()
+        own = _slopes(system, output, position, lo, hi)
+        middle = middles(lo, hi)
+        shown = max(shown, float(_least_slopes(system, output, position, middle).max(initial=0.0)))
+        keep = own > shown * (1.0 + _SLOPE_GAP)
+        settled = max(settled, float(own[~keep].max(initial=0.0)))
+        halved = search.put_halves(lo[:, keep], hi[:, keep], np.zeros_like(lo[:, keep]))
+        settled = max(settled, float(own[keep][~halved].max(initial=0.0)))
+        bounds = np.concatenate([bounds, own[keep][halved], own[keep][halved]])
+    return max(settled, float(bounds.max(initial=0.0)))
+
+
+def _slopes(system: System, output: int, position: int, lo: Array, hi: Array) -> Array:
+    """Return upper bounds of the magnitude of slopes over boxes."""
+    (e,), _ = system.evaluate(list(system.inputs_of(lo, hi, sloped=True).values()), [output])
+    if e.slopes is None:
+        return np.zeros(lo.shape[1])
+    down, up = (np.broadcast_to(s, lo.shape)[position] for s in e.slopes)
+    found: Array = np.maximum(np.abs(down), np.abs(up))
+    return found
+
+
+def _least_slopes(system: System, output: int, position: int, points: Array) -> Array:
+    """Return what the magnitude of the slope is at least at some points."""
+    (e,), _ = system.evaluate(list(system.inputs_of(points, points, sloped=True).values()), [output])
+    if e.slopes is None:
+        return np.zeros(points.shape[1])
+    down, up = (np.broadcast_to(s, points.shape)[position] for s in e.slopes)
+    found: Array = np.maximum(np.maximum(down, -up), 0.0)
+    return found

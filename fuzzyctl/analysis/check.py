@@ -1,0 +1,178 @@
+"""All checks of a rule file at once: those of its structure and those that need a proof."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.loading.load import choose, chosen_name, look_through
+from fuzzyctl.model.checks.checks import check_model
+from fuzzyctl.model.checks.profile_limits import kept
+from fuzzyctl.model.profiles import as_profile
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.support import arguments
+from fuzzyctl.support.reading import MAX_BYTES, read_source
+
+if TYPE_CHECKING:
+    from fuzzyctl.analysis.verdicts import Verdict
+    from fuzzyctl.analysis.work import Work
+
+
+@dataclass(frozen=True)
+class Checked:
+    """One system of a source, and what is found of it.
+
+    Args:
+        system: None when there are errors.
+        verdicts: What quick methods say of its guarantees.
+        diagnostics: All of them, in the order of their places.
+    """
+
+    system: FuzzySystem | None
+    verdicts: tuple[Verdict, ...]
+    diagnostics: list[Diagnostic]
+
+
+def check(
+    path: str | os.PathLike[str] | FuzzySystem,
+    *,
+    system: str | None = None,
+    max_bytes: int = MAX_BYTES,
+    guarantees: bool = True,
+) -> tuple[FuzzySystem | None, list[Diagnostic]]:
+    """Read and check a rule file, or check a system, such as one built in Python or one with other params.
+
+    Args:
+        path: The `.fz` file, or the system.
+        system: Name of the system, where the file holds several.
+        max_bytes: Largest size that is read.
+        guarantees: Whether to look for guarantees that are quickly refuted, as the command does. They hold or not for
+            given params; who sets params afterwards may leave it out here and prove them then.
+
+    Returns:
+        The system, None when there are errors, and all diagnostics in the order of their places.
+
+    Raises:
+        DiagnosticError: When the file cannot be read as text at all.
+        ArgumentError: For what is neither a path nor a system.
+    """
+    guarantees = arguments.flag("'guarantees'", guarantees)
+    system, max_bytes = chosen_name(system), arguments.bytes_allowed(max_bytes)
+    if isinstance(path, FuzzySystem):
+        diagnostics = check_model(path)
+        if not _has_errors(diagnostics):
+            diagnostics = [*diagnostics, *_analysed(path, guarantees=guarantees)[1]]
+        return (None if _has_errors(diagnostics) else path), diagnostics
+    path = arguments.path(path, "; 'loads' takes texts")
+    source = read_source(path, max_bytes=max_bytes)
+    return choose(source, *check_source(source, folder=Path(path).parent, guarantees=guarantees), system)
+
+
+def check_source(
+    source: SourceText, *, folder: Path | None = None, guarantees: bool = True, profile: str | None = None
+) -> tuple[tuple[FuzzySystem, ...], list[Diagnostic]]:
+    """Check all systems of a source text.
+
+    Args:
+        source: The text.
+        folder: Where the files stand that it uses; None for a text that may use none.
+        guarantees: Whether to look for guarantees that are quickly refuted.
+        profile: The profile by whose numerics the systems are analysed; None for what the file says. Its structure is
+            checked as the file is.
+
+    Returns:
+        The systems without errors, and all diagnostics in the order of their places.
+    """
+    from fuzzyctl.analysis.work import Work
+
+    examined = look_through(source, folder=folder)
+    diagnostics, sound, work = examined.diagnostics, [], Work()
+    for system in examined.systems:
+        system, found = _under(system, profile, source)
+        found = found if _has_errors(found) else [*found, *_analysed(system, work, guarantees=guarantees)[1]]
+        diagnostics = [*diagnostics, *found]
+        if not _has_errors(found):
+            sound.append(system)
+    return tuple(sound), examined.told(diagnostics)
+
+
+def check_changed(
+    source: SourceText,
+    change: Callable[[FuzzySystem], FuzzySystem],
+    *,
+    folder: Path | None = None,
+    system: str | None = None,
+) -> Checked:
+    """Check one system of a source as it is after a change, such as with other params or under another profile.
+
+    Args:
+        source: The text.
+        change: Returns the system that is analysed.
+        folder: Where the files stand that it uses; None for a text that may use none.
+        system: Name of the system, where the file holds several.
+
+    Raises:
+        DiagnosticError: What the change raises.
+    """
+    examined = look_through(source, folder=folder)
+    chosen, diagnostics = choose(source, examined.systems, examined.told(examined.diagnostics), system)
+    if chosen is None:
+        return Checked(None, (), diagnostics)
+    changed = change(chosen)
+    verdicts, found = _analysed(changed, guarantees=True)
+    diagnostics = examined.told([*examined.diagnostics, *found])
+    return Checked(None if _has_errors(diagnostics) else changed, tuple(verdicts), diagnostics)
+
+
+def _under(system: FuzzySystem, profile: str | None, source: SourceText) -> tuple[FuzzySystem, list[Diagnostic]]:
+    """Return a system under a profile, and what is to be said of that: why it cannot be, or what stays as it is."""
+    if profile is None:
+        return system, []
+    try:
+        return as_profile(system, profile), kept(system, profile)
+    except DiagnosticError as error:
+        return system, [replace(d, file=d.file or source.name) for d in error.diagnostics]
+
+
+def _has_errors(diagnostics: list[Diagnostic]) -> bool:
+    return any(d.severity == "error" for d in diagnostics)
+
+
+def _analysed(
+    system: FuzzySystem, work: Work | None = None, *, guarantees: bool
+) -> tuple[list[Verdict], list[Diagnostic]]:
+    """Return verdicts of guarantees, and what only the analysis of a system without structural errors finds."""
+    from fuzzyctl.analysis import accuracy, bounds, effects, jumps
+    from fuzzyctl.analysis.coverage import coverage
+    from fuzzyctl.analysis.work import Work
+    from fuzzyctl.kernels.plan.build import plan
+
+    try:
+        flat = plan(system)
+    except DiagnosticError as error:
+        return [], list(error.diagnostics)
+    work = Work() if work is None else work
+    imprecise = accuracy.diagnostics(system, flat, work)
+    uncovered = coverage.uncovered_of(flat, work)
+    found = coverage.diagnostics_of(system, flat, uncovered, work)
+    idle = effects.diagnostics(system, flat, work)
+    if _has_errors(found):
+        return [], [*found, *idle]
+    found = [
+        *found,
+        *idle,
+        *jumps.diagnostics(system, flat, uncovered, work),
+        *bounds.diagnostics(system, flat, uncovered),
+        *imprecise,
+    ]
+    if guarantees and system.guarantees:
+        from fuzzyctl.analysis import prove
+
+        verdicts, refuted = prove.quickly(system, work)
+        return verdicts, [*found, *refuted]
+    return [], found

@@ -1,0 +1,1 @@
+"""Coverage: whether some rule fires at every point of the input space."""

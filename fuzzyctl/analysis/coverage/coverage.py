@@ -1,0 +1,209 @@
+"""Coverage: does some rule fire everywhere, and if not, where does none?"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Final
+
+from fuzzyctl.analysis.coverage.box_search import Hole, Search, Undecided, Verdict, counts
+from fuzzyctl.analysis.coverage.fires import Silence, at, unclear_at
+from fuzzyctl.analysis.coverage.pattern_search import silent_point
+from fuzzyctl.analysis.degrees import CERTAIN, Truths, degree_in
+from fuzzyctl.analysis.empty_cells import empty_cells
+from fuzzyctl.analysis.work import COVERAGE, SEARCH, SPENT, SpentError, Work
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
+from fuzzyctl.formulas import EXACT_IMPLICATIONS
+from fuzzyctl.kernels.plan.build import OutputPlan, Plan, degree_name, plan
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import Output
+from fuzzyctl.support import arguments
+
+#: What other tools make of an output that no rule moves, for a rule base whose paper does not say it.
+ELSEWHERE: Final = (
+    "there MATLAB computes with 'else midpoint', fuzzylite and Octave with 'else nan', "
+    "jFuzzyLogic with 'else hold', simpful with 'else 0', scikit-fuzzy with 'else error'"
+)
+
+
+def uncovered(system: FuzzySystem) -> dict[str, Verdict]:
+    """Find for each output a region where no rule fires.
+
+    Returns:
+        By name of the output None (proved: some rule always fires), a `Hole`, or `Undecided`. What is proved holds for
+        the floats that kernels compute.
+
+    Raises:
+        ArgumentError: For what is no system.
+    """
+    arguments.instance("the system", FuzzySystem, "a FuzzySystem", system)
+    return uncovered_of(plan(system))
+
+
+def uncovered_of(flat: Plan, work: Work | None = None) -> dict[str, Verdict]:
+    """Do the same for a plan; `work` is what may be computed for all outputs."""
+    whole = Work(len(flat.outputs) * COVERAGE) if work is None else work
+    verdicts: dict[int, Verdict] = {}
+    for position in flat.order:
+        verdicts[position] = _verdict(flat, flat.outputs[position], verdicts, whole.part(COVERAGE))
+    return {output.name: verdicts[k] for k, output in enumerate(flat.outputs)}
+
+
+def _verdict(flat: Plan, output: OutputPlan, earlier: Mapping[int, Verdict], work: Work) -> Verdict:
+    found = Search(flat, output, True, work.part(0.5 * work.left) if output.reads else work).verdict()
+    if found is not None and output.reads:
+        # No output need ever have the value at which no rule fires; a hole is one for all their values.
+        found = Search(flat, output, False, work).verdict()
+    if isinstance(found, Hole) and output.total != "activations":
+        return Undecided("the average divides by more than the activations of its own rules")
+    if found is not None:
+        return found
+    if not _some_rule_acts(flat, output):
+        return Undecided(f"activation {_comparing(flat, output)} may leave out the rules that fire for it")
+    for k in output.reads:
+        read = flat.outputs[k]
+        has_value = read.otherwise is not None and read.otherwise == read.otherwise
+        if not has_value and earlier[k] is not None:
+            return Undecided(f"it reads '{read.name}', which may have no value")
+    return None
+
+
+def _some_rule_acts(flat: Plan, output: OutputPlan) -> bool:
+    """Return whether, where some rule has an activation, one that moves this output acts."""
+    groups = {flat.rules[entry.rule].group for entry in output.implied}
+    comparing = [g for g in groups if flat.activations[g].compares]
+    if not comparing:
+        return True
+    if flat.least or any(entry.change is not None for entry in output.implied):
+        return False
+    return all(_some_of_group_acts(flat, output, g) for g in comparing)
+
+
+def _some_of_group_acts(flat: Plan, output: OutputPlan, group: int) -> bool:
+    """Return the same for the rules of one group, whose activation method compares them."""
+    method = flat.activations[group]
+    if method.kind == "proportional":
+        return output.over_rules or _is_exact(output)
+    own = {entry.rule for entry in output.implied if counts(output, output.terms[entry.term])}
+    members = [(r, rule.weight) for r, rule in enumerate(flat.rules) if rule.group == group]
+    if not all(r in own or weight == 0.0 for r, weight in members):
+        return False
+    # The rule chosen may be one of the smallest activations there are, whose area is 0.
+    strict = _is_exact(output) and (method.kind == "highest" or method.threshold >= CERTAIN)
+    return output.over_rules or strict
+
+
+def _is_exact(output: OutputPlan) -> bool:
+    return all(output.implication_of(output.terms[e.term]) in EXACT_IMPLICATIONS for e in output.implied)
+
+
+def _comparing(flat: Plan, output: OutputPlan) -> str:
+    """Return the names of the activation methods that compare the rules of an output."""
+    return " and ".join(f"'{m.kind}'" for m in flat.activations_of(output) if m.compares)
+
+
+def diagnostics(system: FuzzySystem) -> list[Diagnostic]:
+    """Report each output without `else` for which some rule is not proved to fire always."""
+    flat = plan(system)
+    return diagnostics_of(system, flat, uncovered_of(flat))
+
+
+def diagnostics_of(
+    system: FuzzySystem, flat: Plan, verdicts: Mapping[str, Verdict], work: Work | None = None
+) -> list[Diagnostic]:
+    """Do the same for a system whose plan and verdicts are known; `work` is what may be computed for all outputs."""
+    work = Work() if work is None else work
+    found: list[Diagnostic] = []
+    silence: Silence | None = None
+    for position, output in enumerate(system.outputs):
+        verdict = verdicts[output.name]
+        named = any(c.output == output.name for rule in system.rules for c in rule.consequents)
+        # An output without rules has a diagnostic of its own.
+        if verdict is None or output.otherwise is not None or not named:
+            continue
+        part = work.part(SEARCH)
+        silence = Silence(flat, output.name, part) if silence is None else silence.of(output.name, part)
+        try:
+            if isinstance(verdict, Hole) and not silence.confirms(verdict):
+                verdict = Undecided(unclear_at(verdict))
+        except SpentError:
+            verdict = Undecided(SPENT, spent=True)
+        if isinstance(verdict, Hole):
+            hole = _at_hole(flat, output, flat.outputs[position], verdict)
+            # Where rules fire and something stops them, cells are not what is missing.
+            stopped = _stopped(flat, flat.outputs[position], verdict.witness)
+            cells = () if stopped else empty_cells(system, output.name, verdict.witness)
+            found.append(_with_cells(hole, output, cells))
+        else:
+            found.append(_undecided(flat, output, flat.outputs[position], verdict, silence))
+    return found
+
+
+def _at_hole(flat: Plan, output: Output, planned: OutputPlan, hole: Hole) -> Diagnostic:
+    witness = ", ".join(f"{n} = {v:.6g}" for n, v in hole.witness.items())
+    is_point = all(side.lower == side.upper for side in hole.region.values())
+    example = () if is_point else (f"for example at {witness}",)
+    return _silent(output, f"where {hole}", _stopped(flat, planned, hole.witness), before=example)
+
+
+def _with_cells(hole: Diagnostic, output: Output, cells: tuple[Note, ...]) -> Diagnostic:
+    """Name the empty cells of tables where no rule fires: they are what is to be filled."""
+    if not cells:
+        return hole
+    which = "the empty cell" if len(cells) == 1 else "the empty cells"
+    help_text = f"fill {which}, or say 'output {output.name} ... else VALUE'"
+    return dataclasses.replace(hole, notes=cells, help=help_text)
+
+
+def _undecided(flat: Plan, output: Output, planned: OutputPlan, verdict: Undecided, silence: Silence) -> Diagnostic:
+    """Report an output of which it is not known whether some rule always fires, with a point where none does."""
+    point = silent_point(flat, silence)
+    if point is not None:
+        stopped = _stopped(flat, planned, dict(zip([i.name for i in flat.inputs], point, strict=True)))
+        region = f"it is not known how far around it none does: {verdict.reason}"
+        return _silent(output, f"at {at(flat, point)}", stopped, after=(region,))
+    message = f"it cannot be decided whether some rule always fires for output '{output.name}'"
+    help_text = f"say what holds where none does: 'output {output.name} ... else VALUE'"
+    facts = (verdict.reason, ELSEWHERE)
+    if verdict.spent:
+        return Diagnostic("FZ407", message, output.span, "warning", facts, help_text)
+    return Diagnostic("FZ401", message, output.span, facts=facts, help=help_text)
+
+
+def _silent(
+    output: Output, place: str, stopped: str, before: tuple[str, ...] = (), after: tuple[str, ...] = ()
+) -> Diagnostic:
+    """Report a place where no rule moves an output, with what stops those that fire there, if any does."""
+    message = f"no rule {'moves' if stopped else 'fires for'} output '{output.name}' {place}"
+    facts = (*before, stopped or "without 'else' some rule must fire everywhere", ELSEWHERE, *after)
+    change = "let a rule move it there" if stopped else "let a term of the inputs reach there"
+    help_text = f"{change}, or say 'output {output.name} ... else VALUE'"
+    return Diagnostic("FZ401", message, output.span, facts=facts, help=help_text)
+
+
+def _stopped(flat: Plan, output: OutputPlan, at: Mapping[str, float]) -> str:
+    """Return what keeps rules that fire at a point from moving an output, an empty text where none fires."""
+    box = {}
+    for i, d in enumerate(flat.degrees):
+        if d.variable >= len(flat.inputs):
+            return ""
+        x = at[flat.inputs[d.variable].name]
+        box[degree_name(i)] = degree_in(d.set, (x, x))
+    truths = Truths(flat, box)
+    fired = {e.rule: truths.strength(flat.strengths[flat.rules[e.rule].strength])[0] for e in output.implied}
+    firing = [e for e in output.implied if fired[e.rule] > 0.0]
+    weighty = [e for e in firing if flat.rules[e.rule].weight > 0.0]
+    if not firing:
+        return ""
+    if not weighty:
+        return "rules fire there, but their weight is 0"
+    if not any(counts(output, output.terms[e.term]) for e in weighty):
+        seen = f"at the {output.resolution} samples" if output.resolution is not None else "within the range"
+        return f"a rule fires there, but its consequent has no area {seen}"
+    leaving = [m.kind for m in flat.activations_of(output) if m.kind not in ("general", "proportional")]
+    if leaving:
+        return f"rules fire there, but 'activation {leaving[0]}' leaves them out"
+    lost = [output.implication_of(output.terms[e.term]) for e in weighty if fired[e.rule] >= CERTAIN]
+    if output.over_rules or not lost:
+        return ""
+    return f"rules fire there, but 'implication {lost[0]}' leaves nothing of them"

@@ -1,0 +1,1 @@
+"""Exact analysis of systems that interpolate multilinearly, in rational arithmetic."""

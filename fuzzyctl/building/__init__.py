@@ -1,0 +1,1 @@
+"""Systems built by Python calls."""

@@ -1,0 +1,380 @@
+"""Builds systems in Python: the same model, the same checks, without a file.
+
+```python
+from math import inf
+from fuzzyctl import build
+
+service = build.input_variable("service", 0, 10, build.partition("poor good excellent"))
+tip = build.output_variable("tip", 0, 30, {"low": 0, "fair": 15, "high": 30}, unit="%")
+table = build.rule_table("tip", "service", {"poor": "low", "good": "fair", "excellent": "high"})
+system = build.system("tip", [service, tip], [table], defuzzifier="weighted_average")
+```
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, Literal
+
+from fuzzyctl.building import fragments, values
+from fuzzyctl.building.cells import cell, row
+from fuzzyctl.building.fragments import rule
+from fuzzyctl.building.partition import Partition, partition
+from fuzzyctl.building.validate import require_as_file
+from fuzzyctl.building.values import TermSpec, Value
+from fuzzyctl.diagnostics.diagnostic import ArgumentError
+from fuzzyctl.expr import Expr
+from fuzzyctl.model import variable as model
+from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
+from fuzzyctl.model.method import Activation, Defuzzifier, Method
+from fuzzyctl.model.profiles import PROFILES, Profile
+from fuzzyctl.model.rule import Rule, RuleBlock, RuleTable
+from fuzzyctl.model.semantics import Semantics
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import Fallback, Input, Membership, Output, Term, as_set
+from fuzzyctl.support import arguments
+
+__all__ = [
+    "Hold",
+    "expression",
+    "input_variable",
+    "membership",
+    "output_variable",
+    "partition",
+    "rule",
+    "rule_block",
+    "rule_table",
+    "system",
+]
+
+_TERMS = "terms by name or a partition"
+
+
+def expression(value: Value) -> Expr:
+    """Return an expression from a number, a text such as `"(k - 1) / 2"`, or an expression.
+
+    Raises:
+        DiagnosticError: For a text that is no expression.
+        ArgumentError: For anything else.
+        ValueOutOfBoundsError: For NaN, which no number of a system can be, and numbers beyond the range of floats.
+    """
+    return values.expression("the value", value)
+
+
+def Hold(start: Value | None = None) -> model.Hold:  # noqa: N802 - it reads as what it makes
+    """Return what `otherwise` takes where an output keeps its previous value, as `else hold(START)` does in a file.
+
+    Args:
+        start: What it is before any rule has fired; None for the middle of the range.
+    """
+    return model.Hold(start=None if start is None else values.expression("'start'", start))
+
+
+def membership(kind: str, *parameters: Value, height: Value = 1) -> Membership:
+    """Return a membership function, such as `membership("triangle", -inf, 0, 1)`.
+
+    Args:
+        kind: Its name, as a file writes it.
+        parameters: In the order of the file.
+        height: Largest degree.
+    """
+    given = tuple(values.expression("a parameter", p) for p in parameters)
+    return Membership(
+        kind=arguments.text("'kind'", kind), arguments=given, height=values.expression("'height'", height)
+    )
+
+
+def input_variable(
+    name: str,
+    lower: Value,
+    upper: Value,
+    terms: Mapping[str, TermSpec] | Partition,
+    *,
+    label: str = "",
+    unit: str = "",
+    extrapolate: bool = False,
+) -> Input:
+    """Return an input.
+
+    Args:
+        name: An identifier.
+        lower: Lower end of the range.
+        upper: Upper end of the range.
+        terms: Terms by name, or a `partition`.
+        label: What plots write.
+        unit: Its unit.
+        extrapolate: Whether values outside the range go through the formulas instead of being clamped.
+    """
+    fields = _variable(name, lower, upper, terms, label, unit)
+    return Input(**fields, extrapolate=arguments.flag("'extrapolate'", extrapolate))
+
+
+def output_variable(
+    name: str,
+    lower: Value,
+    upper: Value,
+    terms: Mapping[str, TermSpec] | Partition,
+    *,
+    label: str = "",
+    unit: str = "",
+    otherwise: Value | Fallback | Literal["hold"] | model.Hold | None = None,
+    adaptive: Value | None = None,
+    clamp: bool = False,
+    implication: str | None = None,
+    aggregation: str | None = None,
+    defuzzifier: str | Defuzzifier | None = None,
+) -> Output:
+    """Return an output; the arguments are those of `input_variable`.
+
+    Args:
+        name: An identifier.
+        lower: Lower end of the range.
+        upper: Upper end of the range.
+        terms: Terms by name, or a `partition`.
+        label: What plots write.
+        unit: Its unit.
+        otherwise: What it is where no rule fires: a value, "midpoint", "nan", "error", "hold", "hold(0.5)"
+            or `Hold(0.5)`.
+        adaptive: The rate of adaptive consequents.
+        clamp: Whether its value is held within its range.
+        implication: Its own implication, None for the system's.
+        aggregation: Its own aggregation, None for the system's.
+        defuzzifier: Its own defuzzifier, None for the system's.
+    """
+    fields = _variable(name, lower, upper, terms, label, unit, is_output=True)
+    own = None if defuzzifier is None else _defuzzifier(defuzzifier)
+    norms = {"implication": implication, "aggregation": aggregation}
+    fields |= {"defuzzifier": own, "clamped": arguments.flag("'clamp'", clamp)} | _texts(
+        **{n: v for n, v in norms.items() if v is not None}
+    )
+    if otherwise is not None:
+        fields["otherwise"] = _otherwise(otherwise)
+    if adaptive is not None:
+        fields["adaptive"] = values.expression("'adaptive'", adaptive)
+    return Output(**fields)
+
+
+def _otherwise(given: object) -> Expr | model.Hold | str:
+    """Return what a file writes behind `else`; expressions may go without their parentheses."""
+    if isinstance(given, model.Hold):
+        return given
+    if isinstance(given, str) and given.strip() in ("midpoint", "nan", "error"):
+        return given.strip()
+    if isinstance(given, str) and (held := fragments.hold(given)) is not None:
+        return held
+    return values.expression("'otherwise'", given)
+
+
+def _defuzzifier(given: object, profile: Profile = PROFILES["exact"]) -> Defuzzifier:
+    """Return a defuzzifier; whether there is one of that name is for the checks, which find all mistakes at once."""
+    if isinstance(given, Defuzzifier):
+        return given
+    name = arguments.instance("'defuzzifier'", str, "the text of a defuzzifier, or a Defuzzifier", given)
+    return fragments.defuzzifier(name, profile) if "(" in name else profile.defuzzifier(name)
+
+
+def _method(semantics: object, defuzzifier: object, activation: object, norms: Mapping[str, str | None]) -> Method:
+    """Return a method: what is given, and what the profile in force has for the rest."""
+    knobs = semantics
+    if not isinstance(knobs, Semantics):
+        knobs = fragments.semantics(
+            arguments.instance("'semantics'", str, "the text of a profile, or a Semantics", knobs)
+        )
+    profile = PROFILES[knobs.profile]
+    own = profile.defuzzifier("centroid") if defuzzifier is None else _defuzzifier(defuzzifier, profile)
+    given = _texts(**{name: norm for name, norm in norms.items() if norm is not None})
+    update = {**given, "semantics": knobs, "defuzzifier": own, "activation": _activation(activation)}
+    return profile.method.model_copy(update=update)
+
+
+def _activation(given: object) -> Activation:
+    if given is None or isinstance(given, Activation):
+        return given or Activation()
+    due = "the text of an activation method, or an Activation"
+    return fragments.activation(arguments.instance("'activation'", str, due, given))
+
+
+def _variable(
+    name: object, lower: object, upper: object, terms: object, label: object, unit: object, *, is_output: bool = False
+) -> dict[str, Any]:
+    ends = {"lower": values.expression("'lower'", lower), "upper": values.expression("'upper'", upper)}
+    if isinstance(terms, Partition):
+        named = terms.terms(lower, upper)
+    else:
+        given = arguments.mapping("'terms'", _TERMS, terms)
+        named = [(n, values.membership(f"term {n!r}", t)) for n, t in given.items()]
+    made = tuple(Term(name=n, membership=as_set(str(name), m) if is_output else m) for n, m in named)
+    return {**_texts(name=name, label=label, unit=unit), **ends, "terms": made}
+
+
+def _texts(**given: object) -> dict[str, Any]:
+    return {name: arguments.text(f"{name!r}", value) for name, value in given.items()}
+
+
+def rule_table(
+    outputs: str | Sequence[str],
+    rows: str,
+    cells: Mapping[str, Any],
+    columns: str | None = None,
+    *,
+    headers: str | Sequence[str] = (),
+    condition: str | None = None,
+) -> RuleTable:
+    """Return a rule table.
+
+    Args:
+        outputs: The output that the cells name, or several.
+        rows: The input whose terms lead the rows; of a one-way table the only input.
+        cells: For a two-way table the cells of each row, by its term, as a text or a sequence; for a one-way table the
+            cell of each term. A cell is what it is in a file, such as `"NB"`, `"."`, `"NB*0.5"`, `"linear(1, 2, 3)"`,
+            `"(2 * k)"` or, for several outputs, `"NB/PB"`; or a number, a `membership`, or None for no rule.
+        columns: The input whose terms head the columns, None for a one-way table.
+        headers: For a two-way table the terms of the columns, as a text or a sequence.
+        condition: For a slice what stands behind `with` in a file, such as `"mode is slow"`.
+
+    Raises:
+        ArgumentError: For rows and cells of the wrong length.
+        DiagnosticError: For a text that is no cell or no condition.
+    """
+    names = (outputs,) if isinstance(outputs, str) else arguments.names("'outputs'", outputs)
+    given = arguments.mapping("'cells'", "cells by the terms of the rows", cells)
+    arguments.text("'rows'", rows)
+    head = arguments.names("'headers'", headers)
+    if columns is None:
+        if head:
+            raise ArgumentError("'headers' are the terms of 'columns', and none are given")
+        head, body = tuple(given), [tuple(cell(f"cell {n!r}", c, names) for n, c in given.items())]
+    else:
+        arguments.text("'columns'", columns)
+        body = [row(label, own, names, len(head)) for label, own in given.items()]
+    return RuleTable(
+        outputs=names,
+        rows=None if columns is None else rows,
+        columns=rows if columns is None else columns,
+        row_terms=() if columns is None else tuple(given),
+        column_terms=head,
+        cells=tuple(body),
+        condition=None if condition is None else fragments.antecedent(condition),
+    )
+
+
+def rule_block(
+    name: str,
+    rules: Iterable[Rule | RuleTable | str],
+    *,
+    conjunction: str | None = None,
+    disjunction: str | None = None,
+    implication: str | None = None,
+    activation: str | Activation | None = None,
+) -> RuleBlock:
+    """Return a rule block: rules that are joined, implied and chosen by methods of their own.
+
+    Args:
+        name: An identifier; each block of a system has another one.
+        rules: Rules, tables and texts of rules, in order; at least one.
+        conjunction, disjunction, implication: Norms; None for those of the system, or the implication of the output.
+        activation: What stands behind `activation` in a file, or an `Activation`; None for that of the system. A method
+            that compares rules compares those of the block.
+
+    Raises:
+        ArgumentError: For no rules at all, and for arguments of a type that they cannot have.
+        DiagnosticError: For a text that is no rule or no activation method.
+    """
+    due = "a list of rules, tables and texts of rules"
+    found = arguments.items_of("'rules'", (Rule, RuleTable, str), due, rules)
+    if not found:
+        raise ArgumentError("a rule block needs a rule")
+    norms = {"conjunction": conjunction, "disjunction": disjunction, "implication": implication}
+    return RuleBlock(
+        **_texts(name=name, **{n: norm for n, norm in norms.items() if norm is not None}),
+        activation=None if activation is None else _activation(activation),
+        rules=tuple(rule(r) if isinstance(r, str) else r for r in found),
+    )
+
+
+def system(
+    name: str,
+    variables: Iterable[Input | Output],
+    rules: Iterable[Rule | RuleTable | RuleBlock | str],
+    *,
+    params: Mapping[str, Value | tuple[Value, str]] | None = None,
+    hedges: Mapping[str, str] | None = None,
+    title: str = "",
+    citation: str = "",
+    semantics: str | Semantics = "exact",
+    defuzzifier: str | Defuzzifier | None = None,
+    activation: str | Activation | None = None,
+    guarantees: Iterable[Guarantee | str] = (),
+    conjunction: str | None = None,
+    disjunction: str | None = None,
+    implication: str | None = None,
+    aggregation: str | None = None,
+) -> FuzzySystem:
+    """Build and check a system.
+
+    Args:
+        name: An identifier.
+        variables: Inputs and outputs, in the order of a kernel's arguments and results.
+        rules: Rules, tables and texts of rules, in order; then rule blocks.
+        params: Named constants, each a value, or a value and its unit.
+        hedges: Own hedges, each an expression over `x`, such as `{"fairly": "x ^ 0.7"}`.
+        title: What it is, for people.
+        citation: Where it comes from.
+        semantics: What stands behind `semantics` in a file, such as `"matlab"`, or a `Semantics`.
+        defuzzifier: What stands behind `defuzzifier` in a file, or a `Defuzzifier`; None for the centroid.
+        activation: What stands behind `activation` in a file, such as `"highest(count=1)"`, or an `Activation`.
+        guarantees: What stands behind `require` in a file.
+        conjunction, disjunction, implication, aggregation: Norms; None for those of the semantics.
+
+    Raises:
+        DiagnosticError: With all mistakes, as for a file but without places.
+        ArgumentError: For an argument of a type that it cannot have.
+    """
+    given = arguments.items_of("'variables'", (Input, Output), "a list of inputs and outputs", variables)
+    norms = {"conjunction": conjunction, "disjunction": disjunction}
+    norms |= {"implication": implication, "aggregation": aggregation}
+    built = FuzzySystem(
+        **_texts(name=name, title=title, citation=citation),
+        params=_params({} if params is None else params),
+        hedges=_hedges({} if hedges is None else hedges),
+        method=_method(semantics, defuzzifier, activation, norms),
+        inputs=tuple(v for v in given if isinstance(v, Input)),
+        outputs=tuple(v for v in given if isinstance(v, Output)),
+        blocks=_blocks(rules),
+        guarantees=_guarantees(guarantees),
+    )
+    require_as_file(built)
+    return built
+
+
+def _blocks(given: object) -> tuple[Rule | RuleTable | RuleBlock, ...]:
+    due = "a list of rules, tables, rule blocks and texts of rules"
+    found = arguments.items_of("'rules'", (Rule, RuleTable, RuleBlock, str), due, given)
+    kinds = [isinstance(r, RuleBlock) for r in found]
+    if kinds != sorted(kinds):
+        raise ArgumentError("rules and tables of no rule block come before all rule blocks")
+    return tuple(rule(r) if isinstance(r, str) else r for r in found)
+
+
+def _guarantees(given: object) -> tuple[Guarantee, ...]:
+    due = "a list of guarantees and texts of guarantees"
+    found = arguments.items_of("'guarantees'", (Guarantee, str), due, given)
+    return tuple(fragments.guarantee(g) if isinstance(g, str) else g for g in found)
+
+
+def _hedges(given: object) -> tuple[Hedge, ...]:
+    texts = arguments.mapping("'hedges'", "expressions over x by name", given)
+    return tuple(fragments.hedge(n, arguments.text(f"hedge {n!r}", t)) for n, t in texts.items())
+
+
+def _params(given: object) -> tuple[Param, ...]:
+    named = arguments.mapping("'params'", "values by name", given)
+    return tuple(_param(n, v) for n, v in named.items())
+
+
+def _param(name: str, given: object) -> Param:
+    what = f"param {name!r}"
+    if isinstance(given, tuple) and len(given) != 2:
+        raise ArgumentError(f"{what} must be a value, or a value and its unit, got {len(given)} of them")
+    value, unit = given if isinstance(given, tuple) else (given, "")
+    return Param(name=name, expression=values.expression(what, value), unit=arguments.text(f"the unit of {what}", unit))

@@ -1,0 +1,161 @@
+"""From one format to another, with a report: what was left out, and how far the numbers are apart."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Final
+
+from fuzzyctl.comparison.differences import POINTS, Difference, Progress, differences
+from fuzzyctl.comparison.explanation import Explanation, explanation
+from fuzzyctl.convert.python_module import module_text
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, UnknownNameError
+from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.formats.common.identifiers import with_identifiers
+from fuzzyctl.formats.common.numerics import cannot
+from fuzzyctl.formats.common.repeated_outputs import without_repeated_outputs
+from fuzzyctl.formats.fz import dumps
+from fuzzyctl.formats.losses import Loss
+from fuzzyctl.formats.registry import FORMATS
+from fuzzyctl.loading.load import examine
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.support import arguments
+
+#: What a system can be written as, besides the formats of other tools; Markdown and Python are not read back.
+OWN: Final = {"fz": ".fz", "python": ".py", "markdown": ".md"}
+
+#: Part of an output's range by which rounding may change its numbers.
+TOLERANCE: Final = 1e-9
+
+#: All targets with their usual suffixes.
+TARGETS: Final[dict[str, tuple[str, ...]]] = {
+    **{name: (suffix,) for name, suffix in OWN.items()},
+    **{name: f.suffixes for name, f in FORMATS.items()},
+}
+
+
+@dataclass(frozen=True)
+class Conversion:
+    """A system in another format, and what became of it.
+
+    Args:
+        target: The format, a key of `TARGETS`.
+        text: The file.
+        losses: What the format cannot express; `Loss.exact` for what does not change a number.
+        read_back: The system that the text is read as; None for formats that are not read back.
+        differences: Between the original and what is read back, one for each output; empty for formats that are not.
+        explanations: What explains each of them.
+    """
+
+    target: str
+    text: str
+    losses: tuple[Loss, ...]
+    read_back: FuzzySystem | None
+    differences: tuple[Difference, ...]
+    explanations: tuple[Explanation, ...]
+
+    @property
+    def lossy(self) -> tuple[Loss, ...]:
+        """What changes the numbers."""
+        return tuple(loss for loss in self.losses if not loss.exact)
+
+
+def convert(system: FuzzySystem, target: str, *, points: int = POINTS, progress: Progress | None = None) -> Conversion:
+    """Write a system in another format, read it back, and compare the numbers of both.
+
+    Args:
+        system: The system.
+        target: A key of `TARGETS`: fz, fll, fis, fcl, fml, python or markdown.
+        points: How many points to compare.
+        progress: Called now and then during a long comparison.
+
+    Raises:
+        UnknownNameError: For no such format.
+        DiagnosticError: For a system that the format cannot hold at all.
+        ArgumentError: For what is no system.
+    """
+    arguments.instance("the system", FuzzySystem, "a FuzzySystem", system)
+    if target not in TARGETS:
+        raise UnknownNameError("format", target, list(TARGETS))
+    text, losses = written(system, target)
+    if target in ("python", "markdown"):
+        return Conversion(target, text, tuple(losses), None, (), ())
+    back = _read_back(system, text, target)
+    found = _compared(system, back, target, points, progress)
+    if not any(not loss.exact for loss in losses):
+        losses = [*losses, *_unexplained(system, found)]
+    explained = tuple(explanation(system, back, d, progress=progress) for d in found)
+    return Conversion(target, text, tuple(losses), back, found, explained)
+
+
+def _compared(
+    system: FuzzySystem, back: FuzzySystem, target: str, points: int, progress: Progress | None
+) -> tuple[Difference, ...]:
+    """Return the differences to what was read back.
+
+    Raises:
+        DiagnosticError: For what is not computed as the format has it, as where that has no samples for maxima.
+    """
+    try:
+        return differences(system, back, points=points, progress=progress)
+    except DiagnosticError as error:
+        if any(d.place.startswith(back.path) for d in error.diagnostics):
+            raise _refused_there(system, target, error.diagnostics) from None
+        raise
+
+
+def left_out(diagnostics: Iterable[Diagnostic]) -> tuple[Loss, ...]:
+    """Return what reading a file left out because it is switched off there, so that no format can get it."""
+    found = [d for d in diagnostics if d.code == "FZ611"]
+    return tuple(
+        Loss(f"line {d.span.line}" if d.span else "the file", "left out", d.message, exact=True) for d in found
+    )
+
+
+def _unexplained(system: FuzzySystem, found: tuple[Difference, ...]) -> list[Loss]:
+    """Return what changed although the writer knows of nothing that would: no file is to be other than it says."""
+    losses = []
+    for d in found:
+        output = system.output(d.output)
+        span = abs(system.number(output.upper) - system.number(output.lower))
+        if d.gap is not None:
+            why = f"only one of both has a value at {d.one_sided:,} of {d.points:,} points, see below"
+            losses.append(Loss(f"output '{d.output}'", "whether it has a value", why))
+        if d.valued and (math.isinf(d.largest) or d.largest > TOLERANCE * max(span, abs(d.first))):
+            losses.append(Loss(f"output '{d.output}'", "its numbers", f"they differ by {d.largest:.3g}, see below"))
+    return losses
+
+
+def written(system: FuzzySystem, target: str) -> tuple[str, list[Loss]]:
+    """Return a system as a text, with what the text does not say."""
+    if target in FORMATS:
+        return FORMATS[target].write(system)
+    if target == "markdown":
+        from fuzzyctl.convert.markdown import page
+
+        return page(system, {}), []
+    named, losses = with_identifiers(without_repeated_outputs(system))
+    if target != "python":
+        return dumps(named), losses
+    try:
+        return module_text(named), losses
+    except DiagnosticError as error:
+        raise _refused_there(system, target, error.diagnostics) from None
+
+
+def _refused_there(system: FuzzySystem, target: str, found: Iterable[Diagnostic]) -> DiagnosticError:
+    """Return the error for a system that would be a mistake there, at its own place: nobody has the other text."""
+    return cannot(system, TARGETS[target][0], [d.message for d in found if d.severity == "error"])
+
+
+def _read_back(system: FuzzySystem, text: str, target: str) -> FuzzySystem:
+    """Return what a written text is read as.
+
+    Raises:
+        DiagnosticError: For one that cannot be read, as where the format wants a rule for each output.
+    """
+    back, diagnostics = examine(SourceText(f"converted{TARGETS[target][0]}", text))
+    if back is None:
+        raise _refused_there(system, target, diagnostics)
+    return back

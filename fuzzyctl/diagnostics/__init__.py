@@ -1,0 +1,1 @@
+"""Diagnostics: source texts with locations, codes, suggestions and their rendering."""

@@ -1,0 +1,1 @@
+"""The explanation of one evaluation: degrees, activations and implied sets."""

@@ -1,0 +1,101 @@
+"""The sets that rules leave in an output at a point, as pictures show them."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Sequence
+from functools import reduce
+
+from fuzzyctl.expr import Name
+from fuzzyctl.formulas import aggregation, conjunction
+from fuzzyctl.kernels.backends.python.backend import scalar_function
+from fuzzyctl.kernels.inference.defuzzify.sampling import sampled_degrees
+from fuzzyctl.kernels.plan.build import OutputPlan, SetPlan, planned_set
+from fuzzyctl.kernels.plan.consequents import hedge_change
+from fuzzyctl.model.rule import Is
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import LinguisticVariable
+
+#: Degrees at the points of a picture.
+Curve = tuple[float, ...]
+
+
+def antecedent_set(system: FuzzySystem, variable: LinguisticVariable, part: Is) -> SetPlan | None:
+    """Return the set that a part of an antecedent asks for, its hedges included; None for a function of the inputs."""
+    term = variable.term(part.term)
+    found = None if term is None else planned_set(system, variable, term)
+    if found is None:
+        return None
+    changes = tuple(hedge_change(system, hedge, undone=False) for hedge in reversed(part.hedges))
+    return dataclasses.replace(found, changes=changes)
+
+
+class ImpliedSets:
+    """What rules leave of their consequents in one output, over some of its values.
+
+    Args:
+        output: The output, whose defuzzifier looks at a set.
+        points: Values of the output.
+    """
+
+    def __init__(self, output: OutputPlan, points: Sequence[float]) -> None:
+        self.output, self.points = output, points
+        self._join = scalar_function(aggregation(output.aggregation, output.equal)(Name("a"), Name("b")))
+
+    def _term(self, rule: int, nth: int) -> SetPlan:
+        return self.output.terms[[e for e in self.output.implied if e.rule == rule][nth].term]
+
+    def consequent(self, rule: int, nth: int = 0) -> Curve | None:
+        """Return the set that a rule names for the output, as its hedges leave it; None for what is no set.
+
+        Args:
+            rule: Position of the rule.
+            nth: Which of its consequents for this output, from 0 on; rules of some formats name an output twice.
+        """
+        term = self._term(rule, nth)
+        return None if term.reads_inputs else sampled_degrees(term, self.points)
+
+    def implied(self, rule: int, felt: float, nth: int = 0) -> Curve | None:
+        """Return what a rule leaves of this set, cut at how far the output feels the rule."""
+        own = self.consequent(rule, nth)
+        if own is None:
+            return None
+        norm = conjunction(self.output.implication_of(self._term(rule, nth)), self.output.equal)
+        imply = scalar_function(norm(Name("a"), Name("b")))
+        return tuple(imply(felt, degree) for degree in own)
+
+    def together(self, rules: Iterable[tuple[int, float, int]]) -> Curve:
+        """Return the union of what rules leave, each given with how far the output feels it, and which consequent."""
+        curves = [curve for rule, felt, nth in rules if (curve := self.implied(rule, felt, nth)) is not None]
+        return tuple(reduce(self._join, degrees) for degrees in zip(*curves, strict=True)) if curves else ()
+
+    @property
+    def has_places(self) -> bool:
+        """Whether rules leave a place each in the output, as by Tsukamoto's method, and no set."""
+        return self.output.inverts or self.output.takes_degrees
+
+    def places(self, rules: Iterable[tuple[int, float, int]]) -> list[tuple[float, float]]:
+        """Return the places that rules leave, and how far the output feels each; arguments as for `together`.
+
+        A function of the inputs has none.
+        """
+        felt: dict[object, tuple[SetPlan, float]] = {}
+        for rule, own, nth in rules:
+            term = self._term(rule, nth)
+            if term.expression is not None:
+                continue
+            # Where the sum runs over terms, rules of one term leave one place together.
+            key: object = term if self.output.merge != "rules" else (rule, nth)
+            felt[key] = (term, self._join(felt[key][1], own) if key in felt else own)
+        return [(self._place(term, strength), strength) for term, strength in felt.values()]
+
+    def _place(self, term: SetPlan, strength: float) -> float:
+        output = self.output
+        if output.inverts:
+            # As kernels do: see `defuzzify`.
+            limited = output.places == "clamped" and (term.height != 1.0 or output.merge != "rules")
+            share = scalar_function(term.share(Name("w"), limited=limited))(strength)
+            place = float(scalar_function(term.inverse(Name("w")))(share))
+        else:
+            place = float(scalar_function(term.degree(Name("w")))(strength))
+        return min(max(place, output.lower), output.upper) if output.places == "clamped" else place

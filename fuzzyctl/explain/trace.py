@@ -1,0 +1,288 @@
+"""Why a system gives what it gives at a point: degrees, rules that act, what each contributes, slopes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final, Self
+
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError, UnknownNameError
+from fuzzyctl.expr import Expr, names_in
+from fuzzyctl.formats.fz import membership_text, rule_text
+from fuzzyctl.kernels.backends.python import backend as python_backend
+from fuzzyctl.kernels.inference import inference
+from fuzzyctl.kernels.inference.defuzzify.defuzzify import consequent_hull
+from fuzzyctl.kernels.plan.build import OutputPlan, Plan, SetPlan, chain_name, degree_name, plan, step_name
+from fuzzyctl.model.method import TSUKAMOTO
+from fuzzyctl.model.rule import Consequent
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.support import arguments
+
+#: Slopes are differences over this part of an input's range.
+STEP: Final = 1e-6
+#: By so much, as a part of the largest value, an output may differ from the mean of the values that its rules pull to:
+#: far more than by rounding, and less than what is printed.
+_SAME: Final = 1e-9
+
+
+@dataclass(frozen=True)
+class Contribution:
+    """What a rule does to one output.
+
+    Args:
+        output: The output.
+        term: The consequent's name with its hedges, or its text for one without a name.
+        value: What it is in an average over rules, None for a fuzzy set or where it changes with the activation.
+        felt: How far the output feels the rule: its activation, or what hedges of the consequent make of that.
+        share: The rule's part of all activations that move the output, from 0 to 1.
+        pull: What it adds to the output compared with the average of the others, share · (value - output); None as for
+            `value`, and where the output is not the mean of the values by their shares: a sum, held within its range,
+            of rules that are joined first, or divided by something else.
+    """
+
+    output: str
+    term: str
+    value: float | None
+    felt: float
+    share: float
+    pull: float | None
+
+
+@dataclass(frozen=True)
+class FiredRule:
+    """A rule that acts.
+
+    Args:
+        number: Its number, from 1 on, in the order written.
+        text: The rule as `.fz` text; a cell of a table as the rule it stands for.
+        activation: Weight times firing strength, as the activation method lets it act.
+        contributions: One for each consequent, in the order of the outputs; of one output in the order written.
+        block: Name of its rule block, nothing for a rule of none.
+    """
+
+    number: int
+    text: str
+    activation: float
+    contributions: tuple[Contribution, ...]
+    block: str = ""
+
+
+@dataclass(frozen=True)
+class Trace:
+    """An evaluation taken apart.
+
+    Args:
+        inputs: The point.
+        outputs: The outputs there.
+        degrees: The degrees that rules read, by variable and term; NaN where the variable has no value.
+        rules: Those that act, by activation, the highest first; none that reads a variable without a value.
+        silent: Number of rules that do not.
+        slopes: Change of each output per unit of each input, to the left and to the right of the point; they differ
+            where the surface has an edge.
+    """
+
+    inputs: dict[str, float]
+    outputs: dict[str, float]
+    degrees: dict[str, dict[str, float]]
+    rules: tuple[FiredRule, ...]
+    silent: int
+    slopes: dict[str, dict[str, tuple[float, float]]]
+
+
+def trace(system: FuzzySystem, values: Mapping[str, float]) -> Trace:
+    """Take an evaluation apart.
+
+    Args:
+        system: A well-formed system; adaptive outputs have their initial consequents, held ones their first values.
+        values: A number for every input.
+
+    Raises:
+        UnknownNameError: For a name that is no input.
+        ArgumentError: When an input is missing or no number.
+        NoRuleFiresError: Where no rule fires for an output that says `else error`.
+    """
+    arguments.instance("the system", FuzzySystem, "a FuzzySystem", system)
+    values = arguments.mapping("'values'", "numbers by name of the input", values)
+    flat = plan(system)
+    names = [i.name for i in flat.inputs]
+    for name in values:
+        if name not in names:
+            raise UnknownNameError("input", name, names)
+    missing = [n for n in names if n not in values]
+    if missing:
+        raise ArgumentError(f"a value is missing for: {', '.join(missing)}")
+    point = [python_backend.as_number(values[n]) for n in names]
+    program = inference.trace(flat)
+    found = _Traced(flat, python_backend.compile_source(python_backend.evaluation_source(program), program, names))
+    results = found.at(point)
+    count, width = len(flat.degrees), len(flat.outputs)
+    activations, outputs = results[count : count + len(flat.rules)], results[-width:]
+    without_value = {k for k, value in enumerate((*point, *outputs)) if math.isnan(value)}
+    mute = _mute(flat, without_value)
+    felt = _felt(flat, results[count + len(flat.rules) : -width], mute)
+    active = {r for r, a in enumerate(activations) if a > 0.0} - mute
+    for output, effects in zip(flat.outputs, felt, strict=True):
+        active |= {e.rule for e, effect in zip(output.implied, effects, strict=True) if effect > 0.0}
+    acting = sorted(active, key=lambda r: (-activations[r], r))
+    known = dict(zip(names, point, strict=True)) | dict(zip((o.name for o in flat.outputs), outputs, strict=True))
+    own = [_Contributions.of(flat, o, felt[k], outputs[k], known, active) for k, o in enumerate(flat.outputs)]
+    return Trace(
+        inputs=dict(zip(names, point, strict=True)),
+        outputs=dict(zip((o.name for o in flat.outputs), outputs, strict=True)),
+        degrees=_degrees(flat, results[:count], without_value),
+        rules=tuple(_fired(system, r, activations[r], own) for r in acting),
+        silent=len(flat.rules) - len(acting),
+        slopes=_slopes(flat, found, point),
+    )
+
+
+def _mute(flat: Plan, missing: set[int]) -> set[int]:
+    """Return the rules that read a variable without a value, or how far such rules have activated a term."""
+    if not missing:
+        return set()
+    lost = {degree_name(k) for k, d in enumerate(flat.degrees) if d.variable in missing}
+    mute: set[int] = set()
+
+    def reads(expr: Expr) -> bool:
+        return any(n.name in lost for n in names_in(expr))
+
+    while True:
+        for k, step in enumerate(flat.steps):
+            if reads(step):
+                lost.add(step_name(k))
+        more = {r for r, rule in enumerate(flat.rules) if reads(flat.strengths[rule.strength])} - mute
+        if not more:
+            return mute
+        mute |= more
+        for k, chain in enumerate(flat.chains):
+            if any(flat.outputs[chain.output].implied[e].rule in mute for e in chain.entries):
+                lost.add(chain_name(k))
+
+
+def _felt(flat: Plan, effects: tuple[float, ...], mute: set[int]) -> list[list[float]]:
+    """Return for each output how far it feels each consequent that names it; nothing of a rule that is mute."""
+    rest = iter(effects)
+    every = [[(entry.rule, next(rest)) for entry in output.implied] for output in flat.outputs]
+    return [[0.0 if rule in mute else effect for rule, effect in own] for own in every]
+
+
+class _Traced:
+    """The compiled trace of a plan, called with its initial state."""
+
+    def __init__(self, flat: Plan, function: Any) -> None:
+        self.function = function
+        self.state = (flat.initial_state,) if flat.initial_state else ()
+
+    def at(self, point: list[float]) -> tuple[float, ...]:
+        results = self.function(*point, *self.state)
+        return results if isinstance(results, tuple) else (results,)
+
+
+def _degrees(flat: Plan, degrees: tuple[float, ...], missing: set[int]) -> dict[str, dict[str, float]]:
+    found: dict[str, dict[str, float]] = {}
+    for d, value in zip(flat.degrees, degrees, strict=True):
+        found.setdefault(flat.variable(d.variable).name, {})[d.term] = math.nan if d.variable in missing else value
+    return found
+
+
+@dataclass(frozen=True)
+class _Contributions:
+    """What the consequents of an output do to it.
+
+    Args:
+        output: The output.
+        effects: How far it feels each of its consequents.
+        values: What each is in an average; None for a set, for what changes with the activation, and of silent rules.
+        whole: What shares are parts of.
+        mean: The output, where it is the mean of the values by their shares, else None.
+    """
+
+    output: OutputPlan
+    effects: list[float]
+    values: list[float | None]
+    whole: float
+    mean: float | None
+
+    @classmethod
+    def of(
+        cls,
+        flat: Plan,
+        output: OutputPlan,
+        effects: list[float],
+        result: float,
+        known: dict[str, float],
+        active: set[int],
+    ) -> Self:
+        """Take an output apart."""
+        values = [
+            _value(flat, output, output.terms[e.term], known) if e.rule in active else None for e in output.implied
+        ]
+        whole = sum(effects)
+        pairs = [(felt / whole, v) for felt, v in zip(effects, values, strict=True) if felt and v is not None]
+        off = abs(sum(share * v for share, v in pairs) - result)
+        # No comparison holds where something is NaN.
+        is_mean = not output.sums and off <= _SAME * max((abs(v) for _, v in pairs), default=0.0)
+        return cls(output, effects, values, whole, result if is_mean else None)
+
+    def by(self, rule: int, consequents: Sequence[Consequent]) -> list[Contribution]:
+        """Return the contributions of a rule whose consequents are given."""
+        entries = [k for k, e in enumerate(self.output.implied) if e.rule == rule]
+        # A rule may set an output several times; its entries stand in the order of its consequents.
+        named = [c for c in consequents if c.output == self.output.name]
+        parts = []
+        for k, consequent in zip(entries, named, strict=True):
+            effect, value = self.effects[k], self.values[k]
+            share = effect / self.whole if self.whole else 0.0
+            pull = None if value is None or self.mean is None else share * (value - self.mean)
+            parts.append(Contribution(self.output.name, _named(consequent), value, effect, share, pull))
+        return parts
+
+
+def _fired(system: FuzzySystem, position: int, activation: float, outputs: Sequence[_Contributions]) -> FiredRule:
+    rule = system.rules[position]
+    parts = tuple(c for own in outputs for c in own.by(position, rule.consequents))
+    block = system.rule_methods[position].block
+    name = system.rule_blocks[block].name if block >= 0 else ""
+    return FiredRule(position + 1, rule_text(rule), activation, parts, name)
+
+
+def _value(flat: Plan, output: OutputPlan, term: SetPlan, known: dict[str, float]) -> float | None:
+    """Return what a consequent is in an average, None for a set and for what changes with the activation."""
+    if not output.over_rules or output.kind in TSUKAMOTO:
+        return None
+    if term.expression is None:
+        return term.peak if output.rate is not None else consequent_hull(output, [output.terms.index(term)])[0]
+    held = {i.name: known[i.name] if i.extrapolate else min(max(known[i.name], i.lower), i.upper) for i in flat.inputs}
+    held |= {o.name: known[o.name] for o in flat.outputs}
+    function = python_backend.scalar_function(term.expression)
+    return float(function(**{n: held[n] for n in held if n in function.__code__.co_varnames}))
+
+
+def _named(consequent: Consequent) -> str:
+    term = consequent.term if isinstance(consequent.term, str) else membership_text(consequent.term)
+    return " ".join((*consequent.hedges, term))
+
+
+def _slopes(flat: Plan, found: _Traced, point: list[float]) -> dict[str, dict[str, tuple[float, float]]]:
+    width = len(flat.outputs)
+
+    def outputs(changed: list[float]) -> tuple[float, ...]:
+        try:
+            return found.at(changed)[-width:]
+        except NoRuleFiresError:
+            return (math.nan,) * width
+
+    here = outputs(point)
+    slopes: dict[str, dict[str, tuple[float, float]]] = {o.name: {} for o in flat.outputs}
+    for k, variable in enumerate(flat.inputs):
+        x, step = point[k], STEP * (variable.upper - variable.lower)
+        if math.isfinite(x):
+            step = max(step, math.ulp(x))
+        # Far from 0 the neighbours are rounded, and so is how far they are.
+        places = [(x - step, x - (x - step)), (x + step, (x + step) - x)] if math.isfinite(x) else [(x, step)] * 2
+        left, right = (outputs([*point[:k], place, *point[k + 1 :]]) for place, _ in places)
+        (_, before), (_, after) = places
+        for o, output in enumerate(flat.outputs):
+            slopes[output.name][variable.name] = ((here[o] - left[o]) / before, (right[o] - here[o]) / after)
+    return slopes

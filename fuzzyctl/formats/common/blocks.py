@@ -1,0 +1,197 @@
+"""Rule blocks of other tools' files: what the system says for all of them, and what each says itself."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from fuzzyctl.diagnostics.source import Span
+from fuzzyctl.formats.common.report import Names
+from fuzzyctl.formats.losses import Loss
+from fuzzyctl.model.method import Activation, RuleMethod
+from fuzzyctl.model.rule import And, Or, Rule, RuleBlock, parts_of
+from fuzzyctl.model.system import FuzzySystem
+
+
+@dataclass(frozen=True)
+class FoundBlock:
+    """A rule block of a file.
+
+    Args:
+        name: Its name, empty for none; the first of several that has none is no block then.
+        rules: Its rules.
+        conjunction: How they join by `and`, None where none does.
+        disjunction: How they join by `or`, None where none does.
+        implication: What activations make of the sets that they conclude, None where they conclude none.
+        activation: Which of them act.
+        span: Where it begins.
+    """
+
+    name: str
+    rules: tuple[Rule, ...]
+    conjunction: str | None
+    disjunction: str | None
+    implication: str | None
+    activation: Activation
+    span: Span | None = None
+
+    @property
+    def outputs(self) -> set[str]:
+        """The outputs that its rules set."""
+        return {c.output for rule in self.rules for c in rule.consequents}
+
+
+@dataclass(frozen=True)
+class Combined:
+    """All rules of a file.
+
+    Args:
+        blocks: The rules, or rule blocks.
+        method: What the system says: the fields `conjunction`, `disjunction`, `implication`, `activation` of its
+            method, without those that no rule needs.
+        implications: Implications that outputs say themselves, since no block does.
+    """
+
+    blocks: tuple[Rule | RuleBlock, ...]
+    method: dict[str, Any] = field(default_factory=dict)
+    implications: dict[str, str] = field(default_factory=dict)
+
+
+#: What rule blocks may say, as fields of a block and of a method.
+_FIELDS = ("conjunction", "disjunction", "implication", "activation")
+
+
+def combined(found: Sequence[FoundBlock], sets: Collection[str], *, keep: bool) -> Combined:
+    """Return the rules of a file, in blocks only where these have a meaning.
+
+    Args:
+        found: The blocks, each with some rule.
+        sets: The outputs whose defuzzifiers look at sets; implication matters to no others.
+        keep: Whether several blocks stay blocks though they differ in nothing.
+    """
+    own = [_without_idle(block, sets) for block in found]
+    method = {name: first for name in _FIELDS if (first := _first(own, name)) is not None}
+    by_output = {o: dict.fromkeys(b.implication for b in own if b.implication and o in b.outputs) for o in sets}
+    same = all(len({getattr(b, n) for b in own} - {None}) < 2 for n in ("conjunction", "disjunction", "activation"))
+    told_by_outputs = all(len(implications) < 2 for implications in by_output.values())
+    compares = len(own) > 1 and any(b.activation.compares for b in own)
+    if len(own) < 2 or (same and told_by_outputs and not compares and not keep):
+        said = {o: next(iter(i)) for o, i in by_output.items() if i}
+        return Combined(tuple(r for b in own for r in b.rules), method, said)
+    # The first block has the methods of the system, so that without a name it need be none.
+    loose = own[0].rules if not own[0].name else ()
+    names = Names(b.name for b in own)
+    used: set[str] = set()
+    made: list[RuleBlock] = []
+    for k, block in enumerate(own[1:] if loose else own, 2 if loose else 1):
+        name = block.name if block.name and block.name not in used else names.take(block.name or f"block{k}")
+        used.add(name)
+        made.append(_block(block, name, method))
+    return Combined((*loose, *made), method)
+
+
+def _without_idle(block: FoundBlock, sets: Collection[str]) -> FoundBlock:
+    """Return a block without an implication that no output of its rules heeds."""
+    if any(o in sets for o in block.outputs):
+        return block
+    return replace(block, implication=None)
+
+
+def _first(blocks: Iterable[FoundBlock], name: str) -> Any:
+    return next((value for b in blocks if (value := getattr(b, name)) is not None), None)
+
+
+def _block(block: FoundBlock, name: str, method: dict[str, Any]) -> RuleBlock:
+    """Return a block that says only what the system does not say."""
+    own = {n: getattr(block, n) for n in _FIELDS}
+    said = {n: None if v == method.get(n) else v for n, v in own.items()}
+    return RuleBlock(name=name, rules=block.rules, span=block.span, **said)
+
+
+@dataclass(frozen=True)
+class BlockPart:
+    """A rule block as formats have it that know one implication for all that it concludes.
+
+    Args:
+        block: Position of the rule block of the system, -1 for the rules of none.
+        number: Its number among the parts of one block, from 1 on.
+        method: What its rules have.
+        implication: What activations make of the sets that its rules conclude.
+        rules: Its rules with their positions in the system, each with the consequents that have this implication.
+    """
+
+    block: int
+    number: int
+    method: RuleMethod
+    implication: str
+    rules: tuple[tuple[int, Rule], ...]
+
+
+def block_parts(system: FuzzySystem) -> list[BlockPart]:
+    """Return the rules of a system in blocks of one implication; consequents of averages stay with the first."""
+    found: list[BlockPart] = []
+    for block in sorted({m.block for m in system.rule_methods}):
+        positions = [r for r, m in enumerate(system.rule_methods) if m.block == block]
+        method = system.rule_methods[positions[0]]
+        for number, (implication, outputs) in enumerate(by_implication(system, positions).items(), 1):
+            rules = []
+            for r in positions:
+                consequents = tuple(c for c in system.rules[r].consequents if c.output in outputs)
+                if consequents:
+                    rules.append((r, system.rules[r].model_copy(update={"consequents": consequents})))
+            found.append(BlockPart(block, number, method, implication, tuple(rules)))
+    return found
+
+
+def by_implication(system: FuzzySystem, rules: Sequence[int]) -> dict[str, list[str]]:
+    """Return the outputs that rules of one block set by their implication; outputs over rules go with the first."""
+    concluded = {c.output for r in rules for c in system.rules[r].consequents}
+    found: dict[str, list[str]] = {}
+    over_rules: list[str] = []
+    for output in (o for o in system.outputs if o.name in concluded):
+        if (output.defuzzifier or system.method.defuzzifier).over_rules:
+            over_rules.append(output.name)
+        else:
+            found.setdefault(system.implication_of(rules[0], output), []).append(output.name)
+    if not found:
+        return {system.rule_methods[rules[0]].implication or system.method.implication: over_rules}
+    next(iter(found.values())).extend(over_rules)
+    return found
+
+
+def flattened(system: FuzzySystem) -> tuple[FuzzySystem, list[Loss]]:
+    """Return a system whose rules all have the methods of the first one, and what is lost; for formats without blocks.
+
+    An implication that a block says is said by the outputs that its rules set, as far as they agree.
+    """
+    if not system.rule_blocks:
+        return system, []
+    first = system.rule_methods[0]
+    method = system.method.model_copy(
+        update={n: getattr(first, n) for n in ("conjunction", "disjunction", "activation")}
+    )
+    outputs = tuple(o.model_copy(update={"implication": system.implications_of(o)[0]}) for o in system.outputs)
+    flat = system.model_copy(update={"blocks": system.rules, "method": method, "outputs": outputs})
+    return flat, list(dict.fromkeys(_changed(system, flat)))
+
+
+def _changed(system: FuzzySystem, flat: FuzzySystem) -> Iterator[Loss]:
+    """Yield the rule blocks, which change no numbers by themselves, and methods that are others without them."""
+    for block in system.rule_blocks:
+        yield Loss(f"rule block '{block.name}'", "the block", "the format has none; its rules stand alone", exact=True)
+    for r, (rule, own, there) in enumerate(zip(system.rules, system.rule_methods, flat.rule_methods, strict=True)):
+        where = f"rule block '{system.rule_blocks[own.block].name}'" if own.block >= 0 else f"system '{system.name}'"
+        joins = {type(part) for part in parts_of(rule.antecedent)}
+        if And in joins and own.conjunction != there.conjunction:
+            yield Loss(where, f"and {own.conjunction}", f"the format has one for all rules: '{there.conjunction}'")
+        if Or in joins and own.disjunction != there.disjunction:
+            yield Loss(where, f"or {own.disjunction}", f"the format has one for all rules: '{there.disjunction}'")
+        if own.activation != there.activation or (
+            own.activation.compares and own.block != system.rule_methods[0].block
+        ):
+            yield Loss(where, f"activation {own.activation.kind}", "the format has one for all rules")
+        for output in (flat.output(c.output) for c in rule.consequents):
+            said, kept = system.implication_of(r, system.output(output.name)), flat.implication_of(r, output)
+            if said != kept and not (output.defuzzifier or system.method.defuzzifier).over_rules:
+                yield Loss(where, f"implication {said}", f"the format has one for an output: '{kept}'")

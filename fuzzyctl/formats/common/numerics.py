@@ -1,0 +1,240 @@
+"""What a written file does not say of a system: numerics that its tool has in another way, and words for people."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from typing import Final
+
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.expr import Expr, Number, names_in
+from fuzzyctl.formats.common.clamped_inputs import ENDLESS
+from fuzzyctl.formats.common.report import Names
+from fuzzyctl.formats.fz import defuzzifier_text
+from fuzzyctl.formats.losses import Loss
+from fuzzyctl.formulas import MEMBERSHIP
+from fuzzyctl.model.method import MAXIMA, Defuzzifier
+from fuzzyctl.model.rule import literals
+from fuzzyctl.model.semantics import KNOBS, Semantics
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import Membership, Output, Term
+
+#: Norms that ask whether a degree equals 0 or 1, or a sum of two 1.
+_ASK_EQUALITY: Final = ("drastic", "nilpotent", "hamacher")
+
+#: Weights and heights below which a tool that leaves out activations of 1e-6 leaves out much of a term.
+_SMALL: Final = 1e-3
+
+
+def cannot(system: FuzzySystem, format: str, reasons: Sequence[str]) -> DiagnosticError:
+    """Return the error for a system that a format cannot hold at all."""
+    found = dict.fromkeys(reasons)
+    message = f"a {format} file cannot express '{system.name}'"
+    return DiagnosticError([Diagnostic("FZ608", message, system.span, facts=tuple(found), file=system.path)])
+
+
+def value(system: FuzzySystem, expr: Expr) -> float:
+    """Return the value of an expression over the params of a well-formed system."""
+    return expr.value if isinstance(expr, Number) else system.number(expr)
+
+
+def defuzzifier_of(system: FuzzySystem, output: Output) -> Defuzzifier:
+    """Return the defuzzifier of an output: its own or the system's."""
+    return output.defuzzifier or system.method.defuzzifier
+
+
+def other_numerics(
+    system: FuzzySystem, there: Semantics, defuzzifier: Callable[[Output], Defuzzifier]
+) -> Iterator[Loss]:
+    """Yield what the tool of a format computes in another way.
+
+    Args:
+        system: The system.
+        there: The knobs of the tool.
+        defuzzifier: What the defuzzifier of an output becomes.
+    """
+    yield from other_knobs(system, there)
+    for output in system.outputs:
+        before, after = defuzzifier_of(system, output), defuzzifier(output)
+        same = (before.averages and after.averages) or (before.over_rules and before.kind == after.kind)
+        if before != after and not same:
+            yield Loss(f"output '{output.name}'", f"defuzzifier {_text(before)}", f"becomes {_text(after)}")
+
+
+def other_knobs(system: FuzzySystem, there: Semantics) -> Iterator[Loss]:
+    """Yield the knobs that are others in the tool of a format, and change numbers of a system."""
+    own = system.method.semantics
+    for knob in KNOBS:
+        if getattr(own, knob) != getattr(there, knob) and _matters(system, knob, there):
+            why = f"{there.text(knob)} under '{there.profile}'"
+            yield Loss(f"system '{system.name}'", f"{knob} {own.text(knob)}", why)
+
+
+def _text(defuzzifier: Defuzzifier) -> str:
+    exact = defuzzifier.resolution is None and not defuzzifier.over_rules
+    return f"{defuzzifier_text(defuzzifier)} without samples" if exact else defuzzifier_text(defuzzifier)
+
+
+def _matters(system: FuzzySystem, knob: str, there: Semantics) -> bool:
+    """Whether a system would compute other numbers with the value of a knob that it has there."""
+    methods = [defuzzifier_of(system, o) for o in system.outputs]
+    norms = {system.method.conjunction, system.method.disjunction, system.method.implication, system.method.aggregation}
+    norms |= {n for o in system.outputs for n in (o.implication, o.aggregation) if n is not None}
+    norms |= {n for b in system.rule_blocks for n in (b.conjunction, b.disjunction, b.implication) if n is not None}
+    hedges = {h for r in system.rules for i in literals(r.antecedent) for h in i.hedges}
+    consequent_hedges = {h for r in system.rules for c in r.consequents for h in c.hedges}
+    kinds = {t.membership.kind for v in (*system.inputs, *system.outputs) for t in v.terms}
+    weighted = any(value(system, r.weight) != 1 for r in system.rules)
+    outputs = {o.name for o in system.outputs}
+    relevant = {
+        "weight": weighted and any(not m.over_rules for m in methods) and norms != {"product"},
+        # Where rules stand by themselves a file says so: it adds them up.
+        "merge": system.method.semantics.merge != "rules"
+        and _merges(system)
+        and any(shares_terms(system, o) for o in system.outputs),
+        "total": any(m.averages for m in methods) and (weighted or len(system.outputs) > 1),
+        "least": bool(consequent_hedges) or _least_decides(system, there),
+        "equal": any(n.startswith(_ASK_EQUALITY) for n in norms),
+        "chained": any(i.variable in outputs for r in system.rules for i in literals(r.antecedent)),
+        "consequent_hedges": bool(consequent_hedges),
+        "extremely": "extremely" in hedges | consequent_hedges,
+        "sigmoid_difference": "sigmoid_difference" in kinds,
+        "places": any(_places_leave(system, o) for o in system.outputs),
+        "none_active": any(m.kind in MAXIMA for m in methods),
+        "fallback": _has_functions(system) or any("tsukamoto" in m.kind for m in methods),
+    }
+    return relevant[knob]
+
+
+def _least_decides(system: FuzzySystem, there: Semantics) -> bool:
+    """Whether activations that one of two tools leaves out may be all there are at more than a sliver of a range.
+
+    Beside larger ones they do not matter. Straight sides, and smooth ones that end, leave them only within about the
+    root of the bound of where they end; tails of curved terms, functions and small weights leave them anywhere.
+    """
+    if max(system.method.semantics.least or 0.0, there.least or 0.0) == 0.0:
+        return False
+    if any(value(system, r.weight) < _SMALL for r in system.rules):
+        return True
+    used = {(i.variable, i.term) for r in system.rules for i in literals(r.antecedent)}
+    terms = [t.membership for v in system.inputs for t in v.terms if (v.name, t.name) in used]
+    small = any(value(system, m.height) < _SMALL for m in terms)
+    return small or any(m.kind in ENDLESS or (m.kind == "function" and names_in(m.arguments[0])) for m in terms)
+
+
+def _places_leave(system: FuzzySystem, output: Output) -> bool:
+    """Whether places that Tsukamoto's method finds may lie outside the range of an output."""
+    kind = defuzzifier_of(system, output).kind
+    if "tsukamoto" not in kind:
+        return False
+    low, high = value(system, output.lower), value(system, output.upper)
+    if kind.startswith("inverse"):
+        return not (low <= 0.0 and high >= 1.0)
+    # Beyond its height a term has a degree nowhere, and rules of one term may add up to more than 1.
+    if shares_terms(system, output) or any(value(system, t.membership.height) != 1 for t in output.terms):
+        return True
+    return not all(low <= end <= high for t in output.terms for end in _ends(system, t.membership))
+
+
+def _ends(system: FuzzySystem, membership: Membership) -> tuple[float, float]:
+    """Return where a monotone term has the degrees 0 and 1; infinite for what is none and for endless tails."""
+    if membership.kind in ENDLESS or membership.kind not in MEMBERSHIP:
+        return -math.inf, math.inf
+    formula = MEMBERSHIP[membership.kind]
+    p = tuple(value(system, a) for a in membership.arguments)
+    if not formula.monotone(p):
+        return -math.inf, math.inf
+    bends = [x for x in formula.pieces(p) if math.isfinite(x)]
+    return min(bends), max(bends)
+
+
+def _merges(system: FuzzySystem) -> bool:
+    """Whether an output that sums over rules joins those of one term otherwise than by adding them."""
+    usual = system.method.aggregation
+    return any(defuzzifier_of(system, o).over_rules and (o.aggregation or usual) != "sum" for o in system.outputs)
+
+
+def _has_functions(system: FuzzySystem) -> bool:
+    """Whether a term is a function that may have no value somewhere."""
+    terms = [t.membership for v in (*system.inputs, *system.outputs) for t in v.terms]
+    return any(m.kind == "function" and names_in(m.arguments[0]) for m in terms)
+
+
+def shares_terms(system: FuzzySystem, output: Output) -> bool:
+    """Whether two rules name one term of an output."""
+    named = [c.term for r in system.rules for c in r.consequents if c.output == output.name]
+    return len(set(named)) < len(named)
+
+
+def unsaid_words(system: FuzzySystem, *, labels: bool, title: bool) -> Iterator[Loss]:
+    """Yield what says nothing to a kernel and has no place in a file.
+
+    Args:
+        system: The system.
+        labels: Whether the format has labels of variables.
+        title: Whether it has a title.
+    """
+    where = f"system '{system.name}'"
+    if system.title and not title:
+        yield Loss(where, "the title", "the format has none", exact=True)
+    if system.citation:
+        yield Loss(where, "the source", "the format has none", exact=True)
+    variables = (*system.inputs, *system.outputs)
+    if not labels and any(v.label for v in variables):
+        yield Loss(where, "labels of variables", "the format has none", exact=True)
+    if any(v.unit for v in variables) or any(p.unit for p in system.params):
+        yield Loss(where, "units", "the format has none", exact=True)
+    if system.params:
+        names = ", ".join(p.name for p in system.params)
+        yield Loss(where, f"params {names}", "written as their values", exact=True)
+    if system.guarantees:
+        yield Loss(where, "guarantees", "the format has none", exact=True)
+
+
+def impossible(system: FuzzySystem) -> Iterator[str]:
+    """Yield what no format of another tool has."""
+    for output in system.outputs:
+        if output.adaptive is not None:
+            yield f"output '{output.name}' is adaptive"
+    for rule in system.rules:
+        for c in rule.consequents:
+            if isinstance(c.term, Membership) and c.term.kind == "function":
+                yield f"a rule sets '{c.output}' to a formula without a name"
+
+
+def formula_sets(system: FuzzySystem) -> Iterator[str]:
+    """Yield terms of outputs that are sets written as formulas, which only FLL has."""
+    for output in system.outputs:
+        for term in output.terms:
+            if term.membership.kind == "formula":
+                yield f"term '{term.name}' of '{output.name}' is a set that is a formula"
+
+
+def named_consequents(system: FuzzySystem) -> FuzzySystem:
+    """Return a system in which every consequent is a term: numbers written in rules and cells become terms."""
+    if not any(isinstance(c.term, Membership) for r in system.rules for c in r.consequents):
+        return system
+    outputs = {o.name: list(o.terms) for o in system.outputs}
+    names: dict[tuple[str, Membership], str] = {}
+    rules = []
+    for rule in system.rules:
+        consequents = []
+        for c in rule.consequents:
+            if isinstance(c.term, Membership):
+                name = _named(c.output, c.term, outputs, names)
+                c = c.model_copy(update={"term": name})
+            consequents.append(c)
+        rules.append(rule.model_copy(update={"consequents": tuple(consequents)}))
+    made = tuple(o.model_copy(update={"terms": tuple(outputs[o.name])}) for o in system.outputs)
+    return system.with_rules(rules).model_copy(update={"outputs": made})
+
+
+def _named(
+    output: str, membership: Membership, outputs: dict[str, list[Term]], names: dict[tuple[str, Membership], str]
+) -> str:
+    key = (output, membership)
+    if key not in names:
+        terms = outputs[output]
+        names[key] = Names(t.name for t in terms).take(f"mf{len(terms) + 1}")
+        terms.append(Term(name=names[key], membership=membership))
+    return names[key]

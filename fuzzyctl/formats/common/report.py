@@ -1,0 +1,120 @@
+"""What a reader finds wrong, collected while it reads on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Final
+
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
+from fuzzyctl.diagnostics.source import SourceText, Span
+from fuzzyctl.diagnostics.suggestions import closest
+
+#: Files with more lines than this, comments and blank lines left out, are not read; nor lists with more numbers.
+MOST_LINES: Final = 20_000
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What two tools read differently.
+
+    Args:
+        message: How it is read here.
+        other: How the other tool reads it.
+        way_out: What both read alike.
+        span: Where it stands.
+    """
+
+    message: str
+    other: str
+    way_out: str
+    span: Span
+
+
+class Findings:
+    """Collect the diagnostics of one file.
+
+    Args:
+        source: The file.
+    """
+
+    def __init__(self, source: SourceText) -> None:
+        self.source = source
+        self.diagnostics: list[Diagnostic] = []
+
+    @property
+    def failed(self) -> bool:
+        """Whether there is an error."""
+        return any(d.severity == "error" for d in self.diagnostics)
+
+    def error(
+        self,
+        code: str,
+        message: str,
+        span: Span | None,
+        *,
+        help: str = "",
+        facts: Iterable[str] = (),
+        note: Note | None = None,
+    ) -> None:
+        """Add an error."""
+        notes = (note,) if note is not None else ()
+        found = Diagnostic(code, message, span, facts=tuple(facts), help=help, notes=notes, file=self.source.name)
+        self.diagnostics.append(found)
+
+    def warning(
+        self,
+        code: str,
+        message: str,
+        span: Span | None,
+        *,
+        help: str = "",
+        facts: Iterable[str] = (),
+        note: Note | None = None,
+    ) -> None:
+        """Add a warning."""
+        self.error(code, message, span, help=help, facts=facts, note=note)
+        self.diagnostics[-1] = replace(self.diagnostics[-1], severity="warning")
+
+    def differs(self, reading: Reading) -> None:
+        """Add a warning of what tools read differently."""
+        self.warning("FZ609", reading.message, reading.span, help=reading.way_out, facts=(reading.other,))
+
+    def too_many(self, count: int, span: Span) -> bool:
+        """Whether there are too many lines; it is reported where the count is just above the most."""
+        if count == MOST_LINES + 1:
+            message = f"the file has more than {MOST_LINES:,} lines"
+            self.error("FZ112", message, span, help="the rest is not read")
+        return count > MOST_LINES
+
+    def in_order(self) -> list[Diagnostic]:
+        """Return what was found in the order of the places."""
+        return sorted(self.diagnostics, key=lambda d: d.span.start if d.span is not None else -1)
+
+
+def meant(name: str, known: Iterable[str]) -> str:
+    """Return a help that names the known word a misspelt one is like, or nothing."""
+    near = closest(name, list(known))
+    return f"did you mean '{near}'?" if near else ""
+
+
+class Names:
+    """Give out names, each once: a name that is taken gets the first free number behind it.
+
+    Args:
+        taken: Names that are not to be given out.
+    """
+
+    def __init__(self, taken: Iterable[str] = ()) -> None:
+        self._taken = set(taken)
+        self._last: dict[str, int] = {}
+
+    def take(self, name: str) -> str:
+        """Return a name that was not given out yet, and give it out."""
+        found, number = name, self._last.get(name, 1)
+        while found in self._taken:
+            number += 1
+            found = f"{name}_{number}"
+        self._last[name] = number
+        self._taken.add(found)
+        return found

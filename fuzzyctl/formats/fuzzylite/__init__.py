@@ -1,0 +1,1 @@
+"""Properties of fuzzylite that its formats share: versions, functions and degenerate terms."""

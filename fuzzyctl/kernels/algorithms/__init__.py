@@ -1,0 +1,1 @@
+"""Algorithms that evaluate a plan, and the choice among them."""

@@ -1,0 +1,155 @@
+"""The choice of an algorithm: all of them compute the same function, and a system has one that is fastest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Final
+
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError
+from fuzzyctl.kernels.algorithms import interpolation
+from fuzzyctl.kernels.algorithms import rule_cells as active
+from fuzzyctl.kernels.algorithms.diagonal import Diagonals, diagonals_of, window
+from fuzzyctl.kernels.algorithms.grid import Grid, grid_of
+from fuzzyctl.kernels.algorithms.rule_cells import Active
+from fuzzyctl.kernels.inference import inference
+from fuzzyctl.kernels.plan.build import Plan
+from fuzzyctl.kernels.program.passes.factor import factored
+from fuzzyctl.kernels.program.passes.guard import skipping
+from fuzzyctl.kernels.program.passes.inline import inlined
+from fuzzyctl.kernels.program.program import Program
+
+#: `rules` evaluates every rule; `interpolation` looks up what the rules say in the cell of the inputs; `diagonals`
+#: integrates around the rules that act, `active` averages over them; `auto` takes the fastest that the system allows.
+ALGORITHMS: Final = ("auto", "interpolation", "diagonals", "active", "rules")
+
+#: So many pairs of lines an exact centroid may have that is written out, where that is compiled (a second for some
+#: hundreds), and where it is interpreted; beyond, integrals are faster than waiting for the compiler.
+COMPILED: Final = 1000
+INTERPRETED: Final = 10_000
+
+
+@dataclass(frozen=True)
+class Algorithm:
+    """An algorithm for a plan.
+
+    Args:
+        plan: The plan.
+        grid: Its values at the knots, for interpolation, else None.
+        reason: Why it is not interpolation, or what is interpolated.
+        diagonals: What its tables hold, for integration around the rules that act, else None.
+        active: What its rules say in each cell, for averages over the rules that act, else None.
+        is_forced: Whether it was asked for, so that it is used even where another one is faster.
+        most_coefficients: Of all cells that are interpolated in; beyond, values at their corners are stored.
+    """
+
+    plan: Plan
+    grid: Grid | None
+    reason: str
+    diagonals: Diagonals | None = None
+    active: Active | None = None
+    is_forced: bool = False
+    most_coefficients: int = interpolation.MOST_COEFFICIENTS
+
+    @property
+    def name(self) -> str:
+        """One of `ALGORITHMS` but `auto`."""
+        if self.grid is not None:
+            return "interpolation"
+        if self.active is not None:
+            return "active"
+        return "rules" if self.diagonals is None else "diagonals"
+
+    @property
+    def is_defined(self) -> bool:
+        """Whether it is seen from it that some rule fires wherever the inputs are."""
+        return self.grid is not None or self.diagonals is not None
+
+    @cached_property
+    def point(self) -> Program:
+        """The program for one point."""
+        if self.diagonals is not None:
+            return window(self.plan, self.diagonals)
+        if self.grid is not None:
+            return interpolation.lookup(self.plan, self.grid, self.most_coefficients)
+        if self.active is not None:
+            return active.lookup(self.plan, self.active)
+        return inference.evaluation(self.plan, most_pairs=COMPILED)
+
+    @cached_property
+    def printed(self) -> Program:
+        """The program for one point in another language, which has no integrals and no loops over corners."""
+        if self.grid is not None:
+            return interpolation.written_out(self.plan, self.grid, self.most_coefficients)
+        return self.point if self.name != "rules" else inference.evaluation(self.plan)
+
+    @cached_property
+    def interpreted(self) -> Program:
+        """The program for one point in generated Python."""
+        if self.grid is not None:
+            return interpolation.interpreted(self.plan, self.grid)
+        if self._gains(active.LEAST_GAIN_INTERPRETED):
+            return self.point
+        if self.diagonals is not None:
+            return inlined(window(self.plan, self.diagonals, branches=True))
+        return inlined(factored(skipping(inference.evaluation(self.plan, branches=True, most_pairs=INTERPRETED))))
+
+    @cached_property
+    def many(self) -> Program:
+        """The program for loops over many points, of which compilers make vector instructions."""
+        if self.grid is not None:
+            return interpolation.batch(self.plan, self.grid)
+        if self.diagonals is not None or self._gains(active.LEAST_GAIN_MANY):
+            return self.point
+        return inference.evaluation(self.plan, many=True, most_pairs=COMPILED)
+
+    @property
+    def arrays(self) -> Program:
+        """The program for arrays that numpy takes operation by operation; looking up is fast there."""
+        if self.grid is not None:
+            return interpolation.arrays(self.plan, self.grid)
+        return self.point if self._gains(active.LEAST_GAIN_INTERPRETED) else self.many
+
+    def _gains(self, least: float) -> bool:
+        """Whether rules are looked up: so many for each that can act, or because that was asked for."""
+        return self.active is not None and (self.is_forced or self.active.gain >= least)
+
+
+def algorithm_of(plan: Plan, wanted: str = "auto") -> Algorithm:
+    """Choose the algorithm for a plan.
+
+    Args:
+        plan: The plan.
+        wanted: One of `ALGORITHMS`.
+
+    Raises:
+        UnknownNameError: For another one.
+        ArgumentError: For an algorithm that the system does not allow.
+    """
+    if wanted not in ALGORITHMS:
+        raise UnknownNameError("algorithm", wanted, ALGORITHMS)
+    if wanted == "rules":
+        return Algorithm(plan, None, "it was asked for")
+    found = diagonals_of(plan) if wanted in ("auto", "diagonals") else ""
+    if isinstance(found, Diagonals):
+        pieces = " x ".join(str(len(a.knots)) for a in found.axes)
+        return Algorithm(plan, None, f"the table of {pieces} terms holds diagonals", found)
+    if wanted == "diagonals":
+        raise ArgumentError(f"the system has no table of diagonals: {found}")
+    grid = grid_of(plan)
+    if wanted == "auto" and isinstance(grid, Grid) and interpolation.is_sparse(plan, grid):
+        grid = f"{len(plan.rules)} rules are less work than the corners of a cell"
+    if wanted != "active" and isinstance(grid, Grid):
+        knots = " x ".join(str(len(k)) for k in grid.knots)
+        quotient = " of two sums" if any(t.weight for t in grid.outputs) else ""
+        return Algorithm(plan, grid, f"the output{quotient} at {knots} knots of the inputs")
+    if wanted == "interpolation":
+        raise ArgumentError(f"the system does not interpolate: {grid}")
+    reason = grid if isinstance(grid, str) else "it was asked for"
+    table = active.active_of(plan, least_gain=0.0 if wanted == "active" else active.LEAST_GAIN)
+    if isinstance(table, Active):
+        together = f"{1 << len(table.axes)} of {len(plan.rules)} rules at a time"
+        return Algorithm(plan, None, f"{together}; {reason}", active=table, is_forced=wanted == "active")
+    if wanted == "active":
+        raise ArgumentError(f"rules that can act are not looked up: {table}")
+    return Algorithm(plan, None, reason)

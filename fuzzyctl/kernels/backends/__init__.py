@@ -1,0 +1,1 @@
+"""Backends: a program printed and compiled for Python, numpy or numba."""

@@ -1,0 +1,159 @@
+"""What callers may hand to a kernel: anything that is real numbers, and nothing else."""
+
+from __future__ import annotations
+
+import unicodedata
+from collections.abc import Mapping, Sequence
+from numbers import Real
+from typing import TYPE_CHECKING, Any
+
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError, ValueOutOfBoundsError
+from fuzzyctl.kernels.backends.columns import column_names, columns_by_name, require_same_index
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    FloatArray = npt.NDArray[np.float64]
+
+
+def in_order(names: Sequence[str], arguments: tuple[Any, ...], named: Mapping[str, Any]) -> tuple[Any, ...]:
+    """Return all arguments of a call by position.
+
+    Args:
+        names: Of the arguments, in their order.
+        arguments: Those without a name.
+        named: The others; Python writes µ and some other letters in another form (NFKC).
+
+    Raises:
+        UnknownNameError: For a name that is no input.
+        ArgumentError: For an argument that is missing or given twice.
+    """
+    known = [unicodedata.normalize("NFKC", name) for name in names]
+    for name in named:
+        if name not in known:
+            raise UnknownNameError("input", name, names)
+        if name in known[: len(arguments)]:
+            raise ArgumentError(f"{name!r} is given by position and by name")
+    rest = known[len(arguments) :]
+    missing = [name for name in rest if name not in named]
+    if missing:
+        raise ArgumentError(f"a value is missing for: {', '.join(missing)}")
+    return (*arguments, *(named[name] for name in rest))
+
+
+def argument_error(names: Sequence[str], states: int, arguments: tuple[Any, ...], error: Exception) -> ArgumentError:
+    """Return what is wrong with the arguments of a call.
+
+    Args:
+        names: Of the arguments, in their order.
+        states: Length of the state, which is the last one; 0 for none.
+        arguments: What was given.
+        error: What the function said of it.
+    """
+    if isinstance(error, ArgumentError):
+        return error
+    if len(arguments) != len(names):
+        return ArgumentError(f"the kernel takes {len(names)} arguments ({', '.join(names)}), got {len(arguments)}")
+    kinds = ", ".join(f"{n}: {type(a).__name__}" for n, a in zip(names, arguments, strict=True))
+    state = f", and the state {states} of them" if states else ""
+    return ArgumentError(f"each input must be a real number{state}; got {kinds}; kernel.batch takes arrays")
+
+
+def too_large(names: Sequence[str], arguments: Sequence[Any]) -> ValueOutOfBoundsError:
+    """Name the input that is too large for a float."""
+    for name, value in zip(names, arguments, strict=False):
+        if overflows(value):
+            return ValueOutOfBoundsError(f"input {name!r}", type(value), "within the range of floats")
+    return ValueOutOfBoundsError("an input", type(arguments), "within the range of floats")
+
+
+def overflows(value: Any) -> bool:
+    """Return whether a number is too large for a float."""
+    try:
+        if isinstance(value, Real):
+            float(value)
+    except OverflowError:
+        return True
+    return False
+
+
+def writable(array: FloatArray) -> FloatArray:
+    """Return an array as compiled code takes it: it declares arrays that could be written to, though it only reads.
+
+    Such an array is contiguous and aligned, and of no class derived from numpy's.
+    """
+    import numpy as np
+
+    return np.require(array, requirements=["C", "W", "A"])
+
+
+def point_array(names: Sequence[str], points: Any) -> Any:
+    """Return points as an array of shape (..., inputs); columns with names are put in the order of the inputs.
+
+    Raises:
+        ArgumentError: For columns that are not those of the inputs, and for what is no array of real numbers.
+    """
+    import numpy as np
+
+    plain = type(points) is np.ndarray and points.dtype.names is None  # the usual case, without a search
+    columns = None if plain else columns_by_name(names, points)
+    return number_array(points, "points") if columns is None else stacked(names, columns)
+
+
+def stacked(names: Sequence[str], columns: Sequence[Any]) -> FloatArray:
+    """Return the values of each input, which broadcast, as points of shape (..., inputs).
+
+    Raises:
+        ArgumentError: For values that are no real numbers or do not broadcast, and for Series with other row labels.
+    """
+    import numpy as np
+
+    require_same_index(names, columns)
+    arrays = [float_array(c, f"input {n!r}") for n, c in zip(names, columns, strict=True)]
+    try:
+        return np.stack(np.broadcast_arrays(*arrays), axis=-1)
+    except ValueError as error:
+        raise ArgumentError(f"the inputs do not broadcast: {error}") from None
+
+
+def number_array(values: Any, what: str) -> Any:
+    """Return an array of numbers of any type, as it is: what is large is converted block by block.
+
+    Raises:
+        ArgumentError: For what is no array of real numbers.
+    """
+    import numpy as np
+
+    if isinstance(values, np.ndarray) and values.dtype.kind in "biuf" and not isinstance(values, np.ma.MaskedArray):
+        return np.asarray(values)
+    return float_array(values, what)
+
+
+def float_array(values: Any, what: str) -> FloatArray:
+    """Return an array of floats.
+
+    Raises:
+        ArgumentError: For what is no array of real numbers.
+        ValueOutOfBoundsError: For numbers beyond the range of floats.
+    """
+    import numpy as np
+
+    try:
+        if isinstance(values, np.ma.MaskedArray) and np.ma.is_masked(values):
+            raise ArgumentError(f"{what} has masked entries; fill them first")
+        array = np.asarray(values)
+        if array.ndim > 1 and not isinstance(values, list | tuple) and (named := column_names(values)) is not None:
+            raise ArgumentError(f"{what} must be an array, got a table with the columns {', '.join(map(str, named))}")
+        if array.dtype.kind not in "biuf":
+            # Texts, complex numbers and None would be turned into floats without a word; Fractions may be.
+            kinds = all(isinstance(v, Real) for v in array.flat) if array.dtype.kind == "O" else False
+            if not kinds:
+                raise ArgumentError(f"{what} must be an array of real numbers, got {array.dtype}")
+        return np.asarray(array, dtype=np.float64)
+    except OverflowError:
+        raise ValueOutOfBoundsError(what, type(values), "within the range of floats") from None
+    except ArgumentError:
+        raise
+    except (TypeError, ValueError) as error:
+        raise ArgumentError(f"{what} must be an array of real numbers: {error}") from None

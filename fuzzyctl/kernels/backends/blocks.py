@@ -1,0 +1,201 @@
+"""Many points: in blocks that need no memory to speak of, on all cores where that pays."""
+
+from __future__ import annotations
+
+import math
+import os
+import signal
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, wait
+from functools import cache, partial
+from time import sleep
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fuzzyctl.diagnostics.diagnostic import ArgumentError
+from fuzzyctl.kernels.backends.arguments import float_array, writable
+from fuzzyctl.kernels.backends.numba.cores import cores
+
+if TYPE_CHECKING:
+    from concurrent.futures import ThreadPoolExecutor
+
+    import numpy.typing as npt
+
+    FloatArray = npt.NDArray[np.float64]
+    #: Writes the results of some points: (points (n, inputs), states (n, states) or None, results (n, outputs)).
+    Fill = Callable[[FloatArray, FloatArray | None, FloatArray], None]
+
+#: Points that are converted at a time where an array is not as compiled code takes it, at most.
+BLOCK: Final = 8192
+#: What blocks that are converted may take, those of all threads together, and what arrays may that compute [bytes].
+CONVERTED: Final = 90_000
+COMPUTED: Final = 860_000
+#: With fewer points waking a thread, and waiting for one whose core is busy, costs more than it saves.
+ENOUGH: Final = 100_000
+#: Points of the smallest share that a thread takes at a time: few enough that none waits long for the last one.
+LEAST: Final = 1 << 13
+#: Seconds between looks whether interrupted threads are done.
+_NAP: Final = 1e-4
+_MASKS: Final = hasattr(signal, "pthread_sigmask")
+
+
+def run(fill: Fill, points: Any, states: FloatArray | None, results: FloatArray, *, parallel: bool) -> None:
+    """Fill the results block by block.
+
+    Args:
+        fill: Computes a block.
+        points: n points, shape (..., inputs), of any type of numbers and any layout.
+        states: Shape (n, states), perhaps one row repeated; None without a state.
+        results: Shape (n, outputs), contiguous.
+        parallel: Whether several threads may share the work.
+    """
+    count = len(results)
+    workers = min(cores(), 2 * count // ENOUGH) if parallel and count >= ENOUGH else 1
+    numbers = points.shape[-1] + (0 if states is None else states.shape[-1])
+    block_size = max(min(BLOCK, CONVERTED // (8 * max(numbers, 1) * workers)), 1)
+    ready = is_plain(points) and points.flags.writeable and states is None
+
+    def work(first: int, last: int) -> None:
+        step = last - first if ready else block_size
+        for start in range(first, last, max(step, 1)):
+            part = slice(start, min(start + step, last))
+            block = points[part] if ready else writable(float_array(listed(points, part.start, part.stop), "points"))
+            fill(block, None if states is None else writable(states[part]), results[part])
+
+    if workers == 1:
+        work(0, count)
+    else:
+        _share(work, count, workers)
+
+
+def is_plain(array: npt.NDArray[Any]) -> bool:
+    """Return whether compiled code can read an array as it is."""
+    return array.ndim == 2 and array.dtype == np.float64 and array.flags.c_contiguous and array.flags.aligned
+
+
+def listed(points: npt.NDArray[Any], first: int, last: int) -> npt.NDArray[Any]:
+    """Return the points from one index to before another of an array of shape (..., inputs), in the order of indices.
+
+    They are copied where the array does not hold them as a list, and no others.
+    """
+    if points.ndim == 2:
+        return points[first:last]
+    if points.ndim == 1:
+        return points[np.newaxis, :][first:last]
+    inner = max(math.prod(points.shape[1:-1]), 1)
+    begin, end = -(-first // inner), last // inner
+    if begin > end:  # all within one
+        return listed(points[end], first - end * inner, last - end * inner)
+    parts = [points[begin:end].reshape(-1, points.shape[-1])]
+    if first < begin * inner:
+        parts.insert(0, listed(points[begin - 1], first - (begin - 1) * inner, inner))
+    if last > end * inner:
+        parts.append(listed(points[end], 0, last - end * inner))
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)
+
+
+def _share(work: Callable[[int, int], None], count: int, workers: int) -> None:
+    """Let several threads, this one among them, take one share after the other.
+
+    A core that is busy with something else takes fewer shares.
+    """
+    left = deque(_shares(count, workers))
+    begun: list[None] = []
+    ended: list[None] = []
+    failed: list[tuple[int, Exception]] = []
+
+    def take() -> None:
+        while not failed:
+            try:
+                first, last = left.popleft()
+            except IndexError:  # another thread took the last one
+                return
+            try:
+                work(first, last)
+            except Exception as error:  # noqa: BLE001 - raised below, in the thread of the caller
+                failed.append((first, error))
+
+    def help_out() -> None:
+        begun.append(None)
+        try:
+            take()
+        finally:
+            ended.append(None)
+
+    try:
+        helping = list(_begun(help_out, workers - 1))
+        take()
+        wait([help for help in helping if not help.cancel()])
+    finally:
+        left.clear()
+        _wait_until(lambda: len(begun) == len(ended))
+    if failed:  # shares are taken in order, so that the first point that fails is among these
+        raise min(failed, key=lambda f: f[0])[1]
+
+
+def _begun(work: Callable[[], None], count: int) -> Iterator[Future[None]]:
+    """Have so many threads do some work, or as many as can be begun."""
+    try:
+        for _ in range(count):
+            yield _pool(os.getpid()).submit(work)
+    except RuntimeError:  # the interpreter is about to end, or there are too many
+        return
+
+
+def _wait_until(done: Callable[[], bool]) -> None:
+    """Wait, through interrupts, which are raised in the end."""
+    try:
+        while not done():
+            sleep(_NAP)
+    except BaseException:
+        _wait_until(done)
+        raise
+
+
+def _shares(count: int, workers: int) -> Iterator[tuple[int, int]]:
+    """Yield what to take at a time: half of what is left, shared out, until that is little."""
+    first = 0
+    while first < count:
+        last = min(first + max((count - first) // (2 * workers), LEAST), count)
+        yield first, last
+        first = last
+
+
+@cache
+def _pool(_process: int) -> ThreadPoolExecutor:
+    """Return the threads that help, one pool for each process, since a fork copies none."""
+    # Its module cannot be loaded any more once the interpreter is about to end.
+    from concurrent.futures import ThreadPoolExecutor
+
+    # Signals are for threads that know of them.
+    begin = partial(signal.pthread_sigmask, signal.SIG_SETMASK, signal.valid_signals()) if _MASKS else None
+    return ThreadPoolExecutor(max(cores() - 1, 1), thread_name_prefix="fuzzyctl", initializer=begin)
+
+
+def results_for(out: Any, shape: tuple[int, ...], *read: FloatArray | None) -> FloatArray:
+    """Return the array to write to: a new one, or the caller's.
+
+    Args:
+        out: The caller's, None for a new one.
+        shape: What it must be.
+        read: Arrays that are read while it is written.
+
+    Raises:
+        ArgumentError: For an array of another shape or type, one that is not contiguous, cannot be written to, or
+            shares memory with one that is read.
+    """
+    if out is None:
+        return np.empty(shape)
+    if not isinstance(out, np.ndarray) or isinstance(out, np.ma.MaskedArray) or out.dtype != np.float64:
+        plain = isinstance(out, np.ndarray) and not isinstance(out, np.ma.MaskedArray)
+        found = out.dtype if plain else type(out).__name__
+        raise ArgumentError(f"out must be an array of float64, got {found}")
+    if out.shape != shape:
+        raise ArgumentError(f"out must have the shape {shape}, got {out.shape}")
+    if not out.flags.carray:
+        raise ArgumentError("out must be contiguous, aligned and writable")
+    if any(a is not None and np.shares_memory(out, a) for a in read):
+        raise ArgumentError("out must not share memory with what is read while it is written")
+    return out

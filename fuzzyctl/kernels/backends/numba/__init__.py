@@ -1,0 +1,1 @@
+"""The numba backend: source text, machine code, threads and caches."""

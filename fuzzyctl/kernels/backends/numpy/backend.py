@@ -1,0 +1,235 @@
+"""Programs as numpy functions over blocks of points: for arrays where no compiler is at hand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
+from fuzzyctl.expr import Expr, names_in, walk
+from fuzzyctl.kernels.backends import blocks as batching
+from fuzzyctl.kernels.backends.numpy import quadrature as array_quadrature
+from fuzzyctl.kernels.backends.python.backend import point_text
+from fuzzyctl.kernels.program.passes.rows import with_rows
+from fuzzyctl.kernels.program.passes.schedule import late
+from fuzzyctl.kernels.program.printer import ARRAYS, INDENT, block, set_function, text
+from fuzzyctl.kernels.program.program import (
+    STATE,
+    Accumulate,
+    Assign,
+    Between,
+    Fold,
+    Item,
+    Locate,
+    Offset,
+    Place,
+    Program,
+    Quadrature,
+    Refuse,
+    Row,
+    Statement,
+)
+
+FloatArray = npt.NDArray[np.float64]
+
+#: Points of a block: its temporaries stay in the processor's cache, which is 1.3 to 3 times faster than whole arrays.
+BLOCK: Final = 16384
+#: Arrays that one statement needs besides those that have names.
+SPARE: Final = 4
+#: Copies of places that are made where marks are sorted in among them.
+_SORTED: Final = 4
+
+
+class _QuietError(Exception):
+    """Carries the first point of a block where no rule fires."""
+
+    def __init__(self, index: int, output: str) -> None:
+        super().__init__()
+        self.index, self.output = index, output
+
+
+def block_source(program: Program) -> str:
+    """Return the text of the function `block(x0, ..., C, result)` over arrays; `result` is (n, results).
+
+    What is not needed any more is let go at once, so that a block stays in the cache.
+    """
+    arguments = [*program.arguments, *([STATE] if program.state else []), "result"]
+    lines = [f"def block({', '.join(arguments)}):"]
+    for statement, dead in zip(program.body, _last_uses(program), strict=True):
+        lines += block((statement,), ARRAYS, lambda condition, output: [f"refuse({condition}, {output!r})"])
+        if dead:
+            lines.append(f"{INDENT}del {', '.join(sorted(dead))}")
+    lines += [f"{INDENT}result[:, {k}] = {text(r, ARRAYS)}" for k, r in enumerate(program.results)]
+    return "\n".join(lines) + "\n"
+
+
+def _last_uses(program: Program) -> list[set[str]]:
+    """Return for each statement the names that nothing after it needs."""
+    needed = {n for r in program.results for n in _needs(r)} | set(program.arguments)
+    dead: list[set[str]] = []
+    for statement in reversed(program.body):
+        named = _names(statement)
+        dead.append(named - needed)
+        needed |= named
+    return dead[::-1]
+
+
+def _names(statement: Statement) -> set[str]:
+    """Return the names that a statement gives or needs."""
+    match statement:
+        case Assign(name=name, value=value):
+            return {name} | _needs(value)
+        case Locate(name=name, rest=rest, x=x):
+            return {name, rest} | _needs(x)
+        case Offset(name=name, parts=parts):
+            return {name, *(part for part, _ in parts)}
+        case Row(names=names, place=place):
+            return {*names, place}
+        case Accumulate(counter=counter, body=body, sums=sums):
+            own = {counter, *(s.name for s in body)}
+            return {n for s in (*body, *sums) for n in _names(s)} - own
+        case Fold(counter=counter, first=first, body=body, then=then):
+            own = {counter, *(s.name for s in body)}
+            return {n for s in (*first, *body, *then) for n in _names(s)} - own
+        case Between(name=name, side=side, share=share, body=body, value=value):
+            # What is named inside, too: it takes memory up to the end.
+            return {name, side, *(n for s in body for n in _names(s))} | _needs(share) | _needs(value)
+        case Quadrature(found=found, area=area, given=given, marks=marks):
+            return {found, area, *given, *(n for m in marks for n in _needs(m))}
+        case Refuse(condition=condition):
+            return _needs(condition)
+    raise TypeError(f"arrays have no {type(statement).__name__}")
+
+
+def _needs(value: Expr) -> set[str]:
+    indices = (i.index for i in walk(value) if isinstance(i, Item))
+    return {n.name for n in names_in(value)} | {i.name for i in indices if isinstance(i, Place)}
+
+
+def _most_alive(program: Program) -> int:
+    """Return how many arrays are needed at the same time."""
+    alive, most = set(program.arguments), 0
+    for statement, dead in zip(program.body, _last_uses(program), strict=True):
+        alive |= _names(statement)
+        inner = len(statement.body) + len(statement.sums) if isinstance(statement, Accumulate) else 0
+        if isinstance(statement, Fold):  # what is carried on stands beside what it is computed from
+            inner = 3 * (len(statement.first) + len(statement.body) + len(statement.then))
+        most = max(most, len(alive) + inner)
+        alive -= dead
+    return most
+
+
+def _of_integrals(program: Program, tables: Mapping[str, FloatArray]) -> int:
+    """Return how many more numbers of each point integrals need: what they depend on, and places with marks."""
+    found = [s for s in program.body if isinstance(s, Quadrature)]
+    sizes = [len(s.given) + _SORTED * (len(tables[s.places]) + len(s.marks) if s.marks else 0) for s in found]
+    return max(sizes, default=0)
+
+
+def compile_batch(program: Program, input_names: Sequence[str]) -> Callable[..., None]:
+    """Return the function that fills results (n, outputs) from points (n, inputs) and states (n, states) or None."""
+    program, rows = with_rows(late(program))
+    tables = {name: np.array(values) for name, values in rows.items()}
+    namespace: dict[str, Any] = {**_RUNTIME, **tables, **_sets(program, tables)}
+    exec(compile(block_source(program), "<fuzzyctl kernel>", "exec"), namespace)  # noqa: S102 - printed from a plan
+    of_block: Callable[..., None] = namespace["block"]
+    numbers, integrals = _most_alive(program) + SPARE, _of_integrals(program, tables)
+    # The stretches of integrals need four times as much as the block.
+    memory = batching.COMPUTED // 5 if integrals else batching.COMPUTED
+    size = max(min(BLOCK, memory // (8 * (numbers + integrals))), 1)
+
+    def fill(points: FloatArray, states: FloatArray | None, results: FloatArray) -> None:
+        with np.errstate(all="ignore"):
+            for start in range(0, len(points), size):
+                part = points[start : start + size]
+                arguments = [*np.ascontiguousarray(part.T)]
+                if states is not None:
+                    arguments.append(states[start : start + size].T)
+                try:
+                    of_block(*arguments, results[start : start + size])
+                except _QuietError as quiet:
+                    raise NoRuleFiresError(quiet.output, point_text(input_names, part[quiet.index])) from None
+
+    return fill
+
+
+def _sets(program: Program, tables: Mapping[str, FloatArray]) -> dict[str, Any]:
+    """Return the functions of arrays that are integrated."""
+    found: dict[str, Any] = {}
+    for statement in program.body:
+        if isinstance(statement, Quadrature):
+            namespace: dict[str, Any] = {**_RUNTIME, **tables}
+            source = "\n".join(set_function(statement, ARRAYS)) + "\n"
+            exec(compile(source, "<fuzzyctl set>", "exec"), namespace)  # noqa: S102 - printed from a plan
+            function = namespace[statement.function]
+            found[statement.function] = array_quadrature.SetFunction(function, len(statement.body))
+    return found
+
+
+def array_function(expr: Expr) -> Callable[..., FloatArray]:
+    """Return the function of arrays that an expression is, its names in order of appearance as arguments."""
+    names = ", ".join(dict.fromkeys(n.name for n in names_in(expr)))
+    namespace: dict[str, Any] = dict(_RUNTIME)
+    source = f"def function({names}):\n{INDENT}return {text(expr, ARRAYS)}\n"
+    exec(compile(source, "<fuzzyctl expression>", "exec"), namespace)  # noqa: S102 - printed from a formula
+    function: Callable[..., FloatArray] = namespace["function"]
+
+    def quietly(*arrays: FloatArray) -> FloatArray:
+        with np.errstate(all="ignore"):
+            return function(*arrays)
+
+    return quietly
+
+
+def _refuse(condition: Any, output: str) -> None:
+    if np.any(condition):
+        raise _QuietError(int(np.argmax(np.atleast_1d(condition))), output)
+
+
+def _locate(x: FloatArray, knots: FloatArray, stride: int) -> tuple[Any, FloatArray]:
+    """Return the position of the knot at or below each value times a stride, and how far the value lies beyond it."""
+    held = np.clip(x, float(knots[0]), float(knots[-1]))
+    if len(knots) > 16:
+        position = np.searchsorted(knots[1:], held, side="right")
+        position[np.isnan(held)] = 0
+    else:
+        counted = np.zeros(len(held), dtype=np.uint8)
+        for knot in knots[1:].tolist():
+            np.add(counted, (held >= knot).view(np.uint8), out=counted)
+        position = counted.astype(np.intp)
+    rest: FloatArray = np.subtract(held, knots.take(position), out=held)
+    return position * stride if stride != 1 else position, rest
+
+
+_RUNTIME: Final[dict[str, Any]] = {
+    "__builtins__": {"range": range, "abs": abs},
+    "nan": np.nan,
+    "inf": np.inf,
+    "refuse": _refuse,
+    "locate": _locate,
+    "moments": array_quadrature.moments,
+    "half": array_quadrature.half,
+    "marked": array_quadrature.marked,
+    "where": np.where,
+    "logical_not": np.logical_not,
+    "divide": np.divide,
+    "clip": np.clip,
+    "minimum": np.minimum,
+    "maximum": np.maximum,
+    "smaller": lambda a, b: np.where(a < b, a, b),
+    "larger": lambda a, b: np.where(a > b, a, b),
+    "held": lambda x: np.where(x > 0.0, np.where(x < 1.0, x, 1.0), 0.0),
+    "power": np.power,
+    "sqrt": np.sqrt,
+    "exp": np.exp,
+    "log": np.log,
+    "sin": np.sin,
+    "cos": np.cos,
+    "tan": np.tan,
+    "atan2": np.arctan2,
+    "floor": np.floor,
+    "fmod": np.fmod,
+}

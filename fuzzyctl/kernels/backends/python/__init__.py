@@ -1,0 +1,1 @@
+"""The Python backend: source text for single points."""

@@ -1,0 +1,1 @@
+"""Fuzzy inference as a program: activation, implication, aggregation and defuzzification."""

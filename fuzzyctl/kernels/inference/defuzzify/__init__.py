@@ -1,0 +1,1 @@
+"""Defuzzifiers as programs."""

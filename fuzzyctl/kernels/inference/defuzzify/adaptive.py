@@ -1,0 +1,124 @@
+"""Centroid and bisector of any set: what the program integrates, and between which places."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Final
+
+from fuzzyctl.expr import ONE, ZERO, Compare, Expr, Logic, Name, Number, Where, names_in
+from fuzzyctl.kernels.inference.defuzzify.alpha_cuts import ends_of, has_cuts
+from fuzzyctl.kernels.inference.defuzzify.centroid import Height, in_units, unit_of
+from fuzzyctl.kernels.inference.defuzzify.sampling import joined
+from fuzzyctl.kernels.inference.defuzzify.turning_points import turning_points
+from fuzzyctl.kernels.inference.degrees.tabulated import degree_of
+from fuzzyctl.kernels.plan.build import OutputPlan, SetPlan
+from fuzzyctl.kernels.program.program import Assign, Builder, Locate, Quadrature, clip, minus, plus, times
+from fuzzyctl.kernels.program.quadrature import NODES
+
+#: Where the slopes of curved terms change much, in multiples of their widths: bell-shaped ones that vanish fast, those
+#: that vanish as an exponential does, and those that vanish as a power does.
+_FAST: Final = (1.5, 4.0, 10.0, 20.0, 39.0)
+_EXPONENTIAL: Final = (2.0, 8.0, 30.0, 100.0, 300.0, 750.0)
+_POWER: Final = tuple(0.5 * 3.0**k for k in range(40))
+#: Implications that bend where a degree is the activation, and those that bend or jump where both together are 1.
+_AT_ACTIVATION: Final = ("min",)
+_AT_REST: Final = ("bounded_difference", "nilpotent_minimum")
+#: Places nearer to another one than this part of their distance from the middle of their term are left out.
+_NEAR: Final = 0.3
+
+
+def adaptive(builder: Builder, output: OutputPlan, heights: Sequence[Height]) -> tuple[Expr, Expr]:
+    """Write the integrals of an aggregated set.
+
+    Returns:
+        For a centroid the moment about the middle of the range, for a bisector its place counted from there; and the
+        area. All are in the unit of the output (`unit_of`).
+    """
+    if not heights:
+        return ZERO, ZERO
+    middle = 0.5 * output.lower + 0.5 * output.upper
+    inner, x = builder.inner(), builder.fresh()
+    unit = unit_of(output)
+    place = inner.let(plus(times(Name(x), Number(unit)), Number(middle)))
+    parts = [(h, inner.let(degree_of(inner, output.terms[t], place)), output.terms[t]) for t, h, _ in heights]
+    value = inner.let(joined(output, inner, parts))
+    body = tuple(s for s in inner.statements if isinstance(s, Assign | Locate))
+    own = {x, *(s.name for s in body), *(s.rest for s in body if isinstance(s, Locate))}
+    values = [s.x if isinstance(s, Locate) else s.value for s in body]
+    read = [n.name for e in (*values, value) for n in names_in(e)]
+    given = tuple(dict.fromkeys(n for n in read if n not in own))
+    table = builder.table((p - middle) / unit for p in places_of(output, [output.terms[t] for t, _, _ in heights]))
+    found, area = builder.fresh(), builder.fresh()
+    kind = "half" if output.kind == "bisector" else "moments"
+    marks = [m for t, h, _ in heights for m in _marks(builder, output, output.terms[t], h)]
+    own_marks = tuple(builder.let(in_units(m, unit)) for m in marks)
+    builder.statements.append(Quadrature(found, area, kind, x, body, value, given, table, own_marks))
+    return Name(found), Name(area)
+
+
+def _marks(builder: Builder, output: OutputPlan, term: SetPlan, activation: Expr) -> list[Expr]:
+    """Return where an implied set bends or jumps: where its term reaches the activation, or for some norms the rest.
+
+    Terms whose places have no closed form have none; there stretches are halved until they are short.
+    """
+    implication = output.implication_of(term)
+    if implication not in (*_AT_ACTIVATION, *_AT_REST) or not has_cuts(term):
+        return []
+    level = activation if implication in _AT_ACTIVATION else builder.let(minus(ONE, activation))
+    share = builder.let(term.share(level))
+    inside = Logic("and", (Compare(">", share, ZERO), Compare("<=", share, ONE)))
+    found = ends_of(term.kind, builder.let(Where(inside, share, ONE)), term.parameters)
+    assert found is not None
+    middle = 0.5 * output.lower + 0.5 * output.upper
+    ends = [builder.let(clip(builder.let(e), output.lower, output.upper)) for e in found]
+    # Without a value, as of inputs that have none, nothing could be sorted.
+    known = [builder.let(Where(Compare("==", e, e), e, Number(output.lower))) for e in ends]
+    return [builder.let(minus(e, Number(middle))) for e in dict.fromkeys(known) if not isinstance(e, Number)]
+
+
+def places_of(output: OutputPlan, terms: Sequence[SetPlan]) -> list[float]:
+    """Return places between which terms are smooth, from end to end of the range."""
+    lower, upper = output.lower, output.upper
+    found = {lower, upper} | {x for t in terms for x in t.pieces if lower < x < upper}
+    found |= {x for t in terms for x in turning_points(t, lower, upper)}
+    for term in terms:
+        for center, width, multiples in _scales(term):
+            for multiple in multiples:
+                for x in (center - multiple * width, center + multiple * width):
+                    if lower < x < upper and all(abs(x - p) > _NEAR * multiple * width for p in found):
+                        found.add(x)
+    return sorted(found)
+
+
+def _scales(term: SetPlan) -> list[tuple[float, float, tuple[float, ...]]]:
+    """Return around which places a curved term changes, over which width."""
+    p = term.parameters
+    match term.kind.split()[0]:
+        case "gaussian":
+            return [(p[0], p[1], _FAST)]
+        case "gaussian2":
+            return [(p[0], p[1], _FAST), (p[2], p[3], _FAST)]
+        case "bell":
+            return [(p[0], p[1], _POWER)]
+        case "concave":
+            return [(p[1], abs(p[1] - p[0]), _POWER)]
+        case "spike":
+            return [(p[0], 0.1 * p[1], _EXPONENTIAL)]
+        case "sigmoid":
+            return [(p[0], abs(1.0 / p[1]), _EXPONENTIAL)]
+        case "sigmoid_difference" | "sigmoid_product":
+            return [(p[0], abs(1.0 / p[1]), _EXPONENTIAL), (p[3], abs(1.0 / p[2]), _EXPONENTIAL)]
+    return []
+
+
+def nodes_of(output: OutputPlan, term: SetPlan) -> list[float]:
+    """Return where the adaptive integral of a set of one term looks at it first.
+
+    Other terms only cut the stretches shorter, so that its core is looked at more closely.
+    """
+    found: list[float] = []
+    for a, b in pairwise(places_of(output, [term])):
+        center, half = 0.5 * a + 0.5 * b, 0.5 * (b - a)
+        found += [center, *(center + side * half * node for node in NODES for side in (-1.0, 1.0))]
+    return found

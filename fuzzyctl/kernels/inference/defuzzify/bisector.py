@@ -1,0 +1,241 @@
+"""Bisectors of sampled sets: where the area to the left is half of all, by each of the rules that tools have."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, Expr, Logic, Name, Number, Where
+from fuzzyctl.kernels.inference.defuzzify.sampling import HALF, Carried, Samples, total
+from fuzzyctl.kernels.program.program import Assign, Builder, Fold, clip, minus, plus, times
+
+#: Parts of the area that are taken for rounding: where half of it ends up to this, a gap may follow.
+SLACK: Final = 1e-13
+
+
+def sampled_bisector(samples: Samples, middle: float) -> tuple[Expr, Expr]:
+    """Write the bisector of samples by the rule of the output.
+
+    Returns:
+        Its place, counted from the middle, and what is above 0 where there is one; the place is not computed yet, so
+        that it may be left out where there is none.
+    """
+    match samples.output.rule:
+        case "first":
+            return _first(samples, middle)
+        case "nearest":
+            return _nearest(samples, middle)
+        case "walk":
+            return _walk(samples, middle)
+        case "two_sided":
+            return _two_sided(samples, middle)
+        case "between":
+            return _between(samples, middle)
+    return _interpolated(samples, middle)
+
+
+def _first(samples: Samples, middle: float) -> tuple[Expr, Expr]:
+    """Take the first sample up to which the sum is half or more."""
+    whole = total(samples)
+    half = samples.builder.let(times(HALF, whole))
+
+    def step(b: Builder, v: Expr, items: Sequence[Expr], c: Mapping[str, Expr]) -> Carried:
+        own = b.let(plus(c["sum"], v))
+        hit = Logic("and", (Compare("<", c["sum"], half), Compare(">=", own, half)))
+        return {"sum": own, "place": Where(hit, items[0], c["place"])}
+
+    points = [p - middle for p in samples.points]
+    return samples.scan({"sum": ZERO, "place": ZERO}, step, [points])["place"], whole
+
+
+def _nearest(samples: Samples, middle: float) -> tuple[Expr, Expr]:
+    """Take the mean of all samples up to which the sum is nearest to half, as numbers, however close others come."""
+    builder = samples.builder
+    whole = total(samples)
+    unit = builder.let(Where(Compare(">", whole, ZERO), whole, ONE))
+
+    def step(b: Builder, v: Expr, items: Sequence[Expr], c: Mapping[str, Expr]) -> Carried:
+        own = b.let(plus(c["sum"], v))
+        away = b.let(Call("abs", (Binary("-", Binary("/", own, unit), HALF),)))
+        nearer, same = Compare("<", away, c["away"]), Compare("==", away, c["away"])
+        return {
+            "sum": own,
+            "away": Where(nearer, away, c["away"]),
+            "total": Where(nearer, items[0], Where(same, plus(c["total"], items[0]), c["total"])),
+            "count": Where(nearer, ONE, Where(same, plus(c["count"], ONE), c["count"])),
+        }
+
+    start = {"sum": ZERO, "away": Number(math.inf), "total": ZERO, "count": ZERO}
+    points = [p - middle for p in samples.points]
+    found = samples.scan(start, step, [points], gaps=True)
+    return Binary("/", found["total"], found["count"]), whole
+
+
+def _walk(samples: Samples, middle: float) -> tuple[Expr, Expr]:
+    """Go from the left by trapezoids while the left part is the smaller one; take the nearer end of the last one."""
+    builder, points = samples.builder, [p - middle for p in samples.points]
+    ends = plus(samples.at(0), samples.at(len(points) - 1))
+    whole = builder.let(times(HALF, minus(times(Number(2.0), total(samples)), builder.let(ends))))
+
+    def step(b: Builder, v: Expr, items: Sequence[Expr], c: Mapping[str, Expr]) -> Carried:
+        goes_on = Compare("<", c["left"], c["right"])
+        area = b.let(times(HALF, plus(c["last"], v)))
+        left, right = b.let(plus(c["left"], area)), b.let(minus(c["right"], area))
+        place = Where(Compare(">=", area, minus(left, right)), items[1], items[0])
+        return {
+            "left": Where(goes_on, left, c["left"]),
+            "right": Where(goes_on, right, c["right"]),
+            "place": Where(goes_on, place, c["place"]),
+            "last": v,
+        }
+
+    start = {"left": ZERO, "right": whole, "place": Number(points[0]), "last": samples.at(0)}
+    before = [points[0], *points[:-1]]
+    return samples.scan(start, step, [before, points], first=1, gaps=True)["place"], whole
+
+
+def _two_sided(samples: Samples, middle: float) -> tuple[Expr, Expr]:
+    """Go from both ends, always on the side whose sum is less, until both meet; the outermost samples do not count.
+
+    Which sample is next depends on the sums, so that degrees are computed from its place.
+    """
+    builder, points = samples.builder, samples.points
+    if len(points) == 1:
+        return Number(points[0] - middle), samples.at(0)
+    inner, counter = builder.inner(), builder.fresh()
+    step = (points[-1] - points[0]) / (len(points) - 1)
+    low, high, below, above = (builder.fresh() for _ in range(4))
+    names = {n: Name(n) for n in (low, high, below, above)}
+    from_left = Compare("<=", names[below], names[above])
+    lower, upper = inner.let(plus(names[low], ONE)), inner.let(minus(names[high], ONE))
+    x = inner.let(plus(Number(points[0]), times(Number(step), inner.let(Where(from_left, lower, upper)))))
+    degrees = {k: samples.output.terms[t].degree(x) for k, (t, _, _) in enumerate(samples.heights)}
+    value = inner.let(samples.join(inner, degrees))
+    new = {
+        low: Where(from_left, lower, names[low]),
+        high: Where(from_left, names[high], upper),
+        below: Where(from_left, plus(names[below], value), names[below]),
+        above: Where(from_left, names[above], plus(names[above], value)),
+    }
+    then = tuple(Assign(n, inner.let(v)) for n, v in new.items())
+    first = tuple(Assign(n, Number(v)) for n, v in zip(new, (0.0, len(points) - 1.0, 0.0, 0.0), strict=True))
+    body = tuple(s for s in inner.statements if isinstance(s, Assign))
+    builder.statements.append(Fold(len(points) - 1, counter, first, body, then))
+    return plus(Number(points[0] - middle), times(Number(step), names[low])), names[below]
+
+
+def _between(samples: Samples, middle: float) -> tuple[Expr, Expr]:
+    """Go from both ends, always on the side whose sum is less, until all samples are taken.
+
+    The place is between the last ones taken on both sides, nearer to that of the larger sum of the other side; a side
+    on which none was taken ends at the end of the range.
+    """
+    builder, output, points = samples.builder, samples.output, samples.points
+    inner, counter = builder.inner(), builder.fresh()
+    step = (points[-1] - points[0]) / max(len(points) - 1, 1)
+    low, high, below, above, left, right = (builder.fresh() for _ in range(6))
+    names = {n: Name(n) for n in (low, high, below, above, left, right)}
+    from_left: Expr = Compare("<=", names[below], names[above])
+    if output.tolerance:
+        from_left = Logic("or", (from_left, Compare("<", minus(names[below], names[above]), Number(output.tolerance))))
+    is_left = Compare(">", inner.let(Where(from_left, ONE, ZERO)), ZERO)
+    place = inner.let(plus(Number(points[0]), times(Number(step), inner.let(Where(is_left, names[low], names[high])))))
+    value = inner.let(
+        samples.join(inner, {k: output.terms[t].degree(place) for k, (t, _, _) in enumerate(samples.heights)})
+    )
+    new = {
+        low: Where(is_left, plus(names[low], ONE), names[low]),
+        high: Where(is_left, names[high], minus(names[high], ONE)),
+        below: Where(is_left, plus(names[below], value), names[below]),
+        above: Where(is_left, names[above], plus(names[above], value)),
+        left: Where(is_left, place, names[left]),
+        right: Where(is_left, names[right], place),
+    }
+    then = tuple(Assign(n, inner.let(v)) for n, v in new.items())
+    starts = (0.0, len(points) - 1.0, 0.0, 0.0, output.lower, output.upper)
+    first = tuple(Assign(n, Number(v)) for n, v in zip(new, starts, strict=True))
+    body = tuple(s for s in inner.statements if isinstance(s, Assign))
+    builder.statements.append(Fold(len(points), counter, first, body, then))
+    whole = builder.let(plus(names[below], names[above]))
+    ends = [builder.let(minus(names[n], Number(middle))) for n in (right, left)]
+    moment = plus(times(names[below], ends[0]), times(names[above], ends[1]))
+    return Binary("/", builder.let(moment), whole), whole
+
+
+def _interpolated(samples: Samples, middle: float) -> tuple[Expr, Expr]:
+    """Take the place inside a cell up to which the area is half; where a gap follows, the middle of the gap.
+
+    Samples at the middles or left ends of cells are the degrees of the cells; between end points the set is straight.
+    """
+    builder, points = samples.builder, samples.points
+    straight = samples.output.grid == "endpoints"
+    width = (samples.output.upper - samples.output.lower) / (len(points) - (1 if straight else 0))
+    if straight:
+        starts = [p - middle for p in (points[0], *points[:-1])]
+    else:
+        starts = [p - middle - (0.5 * width if samples.output.grid == "midpoint" else 0.0) for p in points]
+    whole = total(samples)
+    if straight:
+        ends = builder.let(plus(samples.at(0), samples.at(len(points) - 1)))
+        whole = builder.let(minus(whole, times(HALF, ends)))
+    half = builder.let(times(HALF, whole))
+    under, over = builder.let(times(Number(1.0 - SLACK), half)), builder.let(times(Number(1.0 + SLACK), half))
+
+    def step(b: Builder, v: Expr, items: Sequence[Expr], c: Mapping[str, Expr]) -> Carried:
+        left = c["last"] if straight else v
+        own = b.let(plus(c["sum"], times(HALF, plus(left, v)) if straight else v))
+        hit = b.let(Where(Logic("and", (Compare("<", c["sum"], under), Compare(">=", own, under))), ONE, ZERO))
+        after = Logic("and", (Compare("<=", c["sum"], over), Compare(">", own, over)))
+        is_hit = Compare(">", hit, ZERO)
+        return {
+            "sum": own,
+            "before": Where(is_hit, c["sum"], c["before"]),
+            "start": Where(is_hit, items[0], c["start"]),
+            "left": Where(is_hit, left, c["left"]),
+            "right": Where(is_hit, v, c["right"]),
+            "after": Where(after, items[0], c["after"]),
+            **({"last": v} if straight else {}),
+        }
+
+    start: dict[str, Expr] = dict.fromkeys(("sum", "before", "start", "left", "right", "after"), ZERO)
+    if straight:
+        start["last"] = samples.at(0)
+    found = samples.scan(start, step, [starts], first=1 if straight else 0, gaps=straight)
+    rest = builder.let(minus(half, found["before"]))
+    share = builder.let(share_of(builder, found["left"], found["right"], rest))
+    place = builder.let(plus(found["start"], times(Number(width), share)))
+    end = builder.let(plus(found["start"], Number(width)))
+    # Ends that meet may differ by rounding.
+    after = builder.let(Where(Compare(">", found["after"], plus(end, Number(1e-9 * width))), found["after"], end))
+    return builder.let(past_gap(place, end, after)), whole
+
+
+def past_gap(place: Expr, end: Expr, after: Expr) -> Expr:
+    """Return the place found in a stretch, or the middle of a gap behind the stretch.
+
+    At the end of a stretch where the set vanishes the place has lost its digits, while the end is known.
+
+    Args:
+        place: Up to where the area is half.
+        end: Where its stretch ends.
+        after: Where the stretch begins in which the area comes to be more than half.
+    """
+    return Where(Compare(">", after, end), times(HALF, plus(end, after)), place)
+
+
+def share_of(builder: Builder, left: Expr, right: Expr, area: Expr) -> Expr:
+    """Return up to which part of a stretch of length 1 a straight line from one degree to another has some area.
+
+    From left s + (right - left) s² / 2 = a follows s = 2 a / (left + √(left² + 2 (right - left) a)), in which nothing
+    cancels.
+
+    Args:
+        builder: The program to write into.
+        left, right, area: Atoms.
+    """
+    square = plus(times(left, left), times(times(Number(2.0), minus(right, left)), area))
+    root = Call("sqrt", (builder.let(Call("max", (ZERO, builder.let(square)))),))
+    below = builder.let(plus(left, root))
+    share = Where(Compare(">", below, ZERO), Binary("/", times(Number(2.0), area), below), ZERO)
+    return clip(builder.let(share), 0.0, 1.0)

@@ -1,0 +1,347 @@
+"""Defuzzifiers: from the activations of the rules to one number, written as assignments of a program."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final
+
+from fuzzyctl.expr import ZERO, Binary, Compare, Expr, Logic, Name, Number, Where, replace_names
+from fuzzyctl.formulas import FINITE, Vertex, exact_norms
+from fuzzyctl.kernels.backends.python.backend import scalar_function
+from fuzzyctl.kernels.inference.defuzzify.adaptive import adaptive
+from fuzzyctl.kernels.inference.defuzzify.alpha_cuts import has_cuts, maximum_of_union
+from fuzzyctl.kernels.inference.defuzzify.bisector import sampled_bisector
+from fuzzyctl.kernels.inference.defuzzify.centroid import Height, exact_centroid, has_many_pieces, unit_of
+from fuzzyctl.kernels.inference.defuzzify.envelope import size_of
+from fuzzyctl.kernels.inference.defuzzify.maxima import sampled_maximum
+from fuzzyctl.kernels.inference.defuzzify.piecewise_linear import straight_bisector, straight_maximum
+from fuzzyctl.kernels.inference.defuzzify.sampling import Samples, sample_points, sampled_degrees, sampled_moments
+from fuzzyctl.kernels.plan.build import OutputPlan, SetPlan
+from fuzzyctl.kernels.program.program import NAN, STATE, Builder, Item, clip, times
+from fuzzyctl.model.method import MAXIMA
+
+#: Larger outlines cost more than an adaptive integral.
+LARGEST: Final = 20_000
+
+
+@dataclass(frozen=True)
+class Activation:
+    """How far one rule is active in one output.
+
+    Args:
+        strength: Its activation as an atom of the program.
+        term: Position of its consequent term.
+        state: Position of its adaptive consequent, None for a fixed one.
+        weight: The largest activation it can have.
+        acts: Conditions besides an activation above 0 under which it acts; None for a rule that always does.
+    """
+
+    strength: Expr
+    term: int
+    state: int | None
+    weight: float
+    acts: tuple[Expr, ...] | None = ()
+
+
+Hull = tuple[float | Expr, float | Expr]
+
+
+def defuzzify(
+    builder: Builder,
+    output: OutputPlan,
+    active: Sequence[Activation],
+    inputs: Mapping[str, Expr],
+    previous: Expr | None,
+    total: Expr | None = None,
+) -> tuple[Expr, Expr]:
+    """Write the assignments for one output.
+
+    Args:
+        builder: The program to write into.
+        output: The output.
+        active: The rules that name it, without those of activation 0.
+        inputs: The clamped inputs by name, for consequents that are functions of them.
+        previous: The previous value of an output that holds it where no rule fires, else None.
+        total: What an average divides by, None for the sum of the activations.
+
+    Returns:
+        Its value as an atom, and the condition that some rule fires.
+    """
+    otherwise = previous or _otherwise(output)
+    hull: Hull
+    if output.over_rules:
+        numerator, denominator, hull = _over_rules(builder, output, active, inputs)
+        if total is not None:
+            denominator, hull = total, with_zero(builder, hull)
+        fires = Compare(">", denominator, ZERO)
+        if output.sums:
+            return _defined(builder, output, builder.let(Where(fires, numerator, otherwise)), fires, otherwise)
+        quotient: Expr = Binary("/", numerator, denominator)
+    else:
+        place, measure = _of_set(builder, output, active)
+        hull = support_hull(output, [a.term for a in active])
+        fires = Compare(">" if output.kind not in MAXIMA or output.none_active == "otherwise" else ">=", measure, ZERO)
+        quotient = place if middle(output) == 0.0 else Binary("+", Number(middle(output)), place)
+    return _held(builder, output, quotient, fires, hull, otherwise)
+
+
+def average(builder: Builder, output: OutputPlan, above: Expr, below: Expr, hull: Hull) -> tuple[Expr, Expr]:
+    """Write an average over rules as the quotient of two sums.
+
+    Args:
+        builder: The program to write into.
+        output: The output, which does not hold its value.
+        above: Σ activation · consequent.
+        below: Σ activation, as an atom.
+        hull: What the consequents lie within.
+
+    Returns:
+        Its value as an atom, and the condition that some rule fires.
+    """
+    fires = Compare(">", below, ZERO)
+    return _held(builder, output, Binary("/", above, below), fires, hull, _otherwise(output))
+
+
+def _held(
+    builder: Builder, output: OutputPlan, quotient: Expr, fires: Expr, hull: Hull, otherwise: Expr
+) -> tuple[Expr, Expr]:
+    """Hold a value within a hull where some rule fires.
+
+    Quotients of rounded (or denormal) sums may leave the hull of what is averaged, and proved bounds are bounds of the
+    numbers returned. NaN stays NaN.
+    """
+    value = builder.let(clip(builder.let(Where(fires, quotient, otherwise)), *hull))
+    if not _passes(hull, otherwise):
+        value = builder.let(Where(fires, value, otherwise))
+    return _defined(builder, output, value, fires, otherwise)
+
+
+def _defined(builder: Builder, output: OutputPlan, value: Expr, fires: Expr, otherwise: Expr) -> tuple[Expr, Expr]:
+    """Return a value and whether there is one; where NaN is none, what the output is otherwise takes its place."""
+    if output.fallback == "unfired":
+        return value, fires
+    there = Compare("==", value, value)
+    return builder.let(Where(there, value, otherwise)), Logic("and", (fires, there))
+
+
+def _of_set(builder: Builder, output: OutputPlan, active: Sequence[Activation]) -> tuple[Expr, Expr]:
+    """Write what is made of the aggregated set: its place, counted from the middle, and what is above 0 with it."""
+    heights = _heights(builder, output, active)
+    if output.resolution is None:
+        return _exact(builder, output, heights)
+    samples = Samples.of(builder, output, heights)
+    if output.kind in MAXIMA:
+        return sampled_maximum(samples, middle(output))
+    if output.kind == "bisector":
+        return sampled_bisector(samples, middle(output))
+    moment, area = sampled_moments(samples, middle(output))
+    return Binary("/", moment, area), area
+
+
+def _exact(builder: Builder, output: OutputPlan, heights: Sequence[Height]) -> tuple[Expr, Expr]:
+    """Write the same without samples: in closed form where there is one, else by adaptive integrals."""
+    form = closed_form(output, [output.terms[t] for t, _, _ in heights])
+    match output.kind, form:
+        case "centroid", True if not has_many_pieces(output, heights, builder.most_pairs):
+            return exact_centroid(builder, output, heights)
+        case "bisector", True if size_of(output, heights) <= LARGEST:
+            return straight_bisector(builder, output, heights)
+        case "centroid", _:
+            moment, area = adaptive(builder, output, heights)
+            return times(Number(unit_of(output)), Binary("/", moment, area)), area
+        case "bisector", _:
+            place, area = adaptive(builder, output, heights)
+            return times(Number(unit_of(output)), place), area
+    if output.aggregation == "max" and all(has_cuts(output.terms[t]) for t, _, _ in heights):
+        return maximum_of_union(builder, output, heights)
+    return straight_maximum(builder, output, heights)
+
+
+def closed_form(output: OutputPlan, terms: Sequence[SetPlan]) -> bool:
+    """Return whether an exact defuzzifier of some terms has a closed form, a finite number of operations."""
+    one = not output.mixes_implications
+    return one and exact_norms(output.implication, output.aggregation) and all(t.vertices for t in terms)
+
+
+def _otherwise(output: OutputPlan) -> Number:
+    return Number(output.otherwise) if isinstance(output.otherwise, float) else NAN
+
+
+def with_zero(builder: Builder, hull: Hull) -> Hull:
+    """Return what quotients lie within whose parts are divided by more than their sum."""
+    low, high = hull
+    if isinstance(low, float) and isinstance(high, float):
+        return min(low, 0.0), max(high, 0.0)
+    ends = [Number(end) if isinstance(end, float) else end for end in hull]
+    return builder.smallest([ends[0], ZERO]), builder.largest([ends[1], ZERO])
+
+
+def _passes(hull: Hull, otherwise: Expr) -> bool:
+    """Return whether a value is what it was once it is held within the hull."""
+    if not isinstance(otherwise, Number):
+        return False
+    low, high = hull
+    inside = isinstance(low, float) and isinstance(high, float) and low <= otherwise.value <= high
+    return inside or math.isnan(otherwise.value)
+
+
+def middle(output: OutputPlan) -> float:
+    """Return the point that moments are taken about: the middle of the range, so that errors scale with the range."""
+    return 0.5 * output.lower + 0.5 * output.upper
+
+
+def consequent_hull(output: OutputPlan, terms: Sequence[int]) -> tuple[float, float]:
+    """Return the least and the largest value that an average over these terms, fixed or adaptive, can have."""
+    if output.rate is not None:
+        return output.lower, output.upper
+    ends = [end for t in terms for end in _values(output, output.terms[t])] or [0.0]
+    return min(ends), max(ends)
+
+
+def _values(output: OutputPlan, term: SetPlan) -> tuple[float, float]:
+    """Return the ends of what a rule with this consequent can contribute; a function of the inputs is bounded later."""
+    if term.expression is not None:
+        return term.reach or (-math.inf, math.inf)
+    if output.takes_degrees:
+        ends = [0.0, term.height]
+    elif output.inverts and output.places == "free":
+        return -math.inf, math.inf
+    elif output.inverts:
+        value = scalar_function(term.inverse(Name("w")))
+        ends = sorted(value(w) for w in (0.0, 1.0))
+    else:
+        return term.peak, term.peak
+    if output.places == "clamped":
+        ends = [min(max(end, output.lower), output.upper) for end in ends]
+    return ends[0], ends[1]
+
+
+def support_hull(output: OutputPlan, terms: Sequence[int]) -> tuple[float, float]:
+    """Return the ends of the part of the range where centroid, bisector and maxima of these terms can lie."""
+    whole = output.lower, output.upper
+    if output.kind in MAXIMA and output.none_active == "range":
+        return whole
+    if output.resolution is None:
+        inside = [end for t in terms for end in support(output, output.terms[t])]
+        return (min(inside), max(inside)) if inside else whole
+    points = sample_points(output)
+    degrees = [sampled_degrees(output.terms[t], points) for t in set(terms)]
+    inside = [x for i, x in enumerate(points) if any(d[i] > 0.0 for d in degrees)]
+    if not inside or output.rule in ("nearest", "two_sided", "between", "running"):
+        return whole
+    # What lies between samples may be a step away from those above 0.
+    beyond = (output.upper - output.lower) / max(len(points) - 1, 1) if output.kind == "bisector" else 0.0
+    return max(min(inside) - beyond, output.lower), min(max(inside) + beyond, output.upper)
+
+
+def support(output: OutputPlan, term: SetPlan) -> tuple[float, ...]:
+    """Return the ends of the support of a term within the output range, nothing where it has none."""
+    ends: list[float] = []
+    for x0, x1 in _stretches(output, term):
+        left, right = max(x0, output.lower), min(x1, output.upper)
+        if left < right:
+            ends += [left, right]
+    return (min(ends), max(ends)) if ends else ()
+
+
+def _stretches(output: OutputPlan, term: SetPlan) -> list[tuple[float, float]]:
+    """Return the stretches between corners where a term is above 0; of a curved term those where its formula is."""
+    if term.vertices:
+        return [(x0, x1) for (x0, y0), (x1, y1) in pairwise(_whole(term.vertices)) if max(y0, y1) > 0.0]
+    places = sorted({output.lower, *term.pieces, output.upper})
+    degree = scalar_function(term.degree(Name("x")))
+    # A formula is above 0 all over a stretch, or nowhere but for what rounds to 0 far from its middle.
+    always = term.kind not in FINITE or bool(term.changes)
+    return [(a, b) for a, b in pairwise(places) if always or degree(0.5 * a + 0.5 * b) > 0.0]
+
+
+def _whole(vertices: tuple[Vertex, ...]) -> tuple[Vertex, ...]:
+    """Return corners with the stretches beyond the outer ones."""
+    return ((-math.inf, vertices[0][1]), *vertices, (math.inf, vertices[-1][1]))
+
+
+def _over_rules(
+    builder: Builder, output: OutputPlan, active: Sequence[Activation], inputs: Mapping[str, Expr]
+) -> tuple[Expr, Expr, Hull]:
+    """Sum activation · consequent, and activation, over rules; rules of equal consequents are summed first."""
+    if output.rate is not None:
+        numerator = builder.total(times(a.strength, Item(STATE, a.state or 0)) for a in active)
+        return numerator, builder.total(a.strength for a in active), consequent_hull(output, ())
+    by_value: dict[Expr, list[Expr]] = {}
+    values = [_consequent(builder, output, output.terms[a.term], a.strength, inputs) for a in active]
+    for a, value in zip(active, values, strict=True):
+        by_value.setdefault(value, []).append(a.strength)
+    sums = {value: builder.total(parts) for value, parts in by_value.items()}
+    may_be_infinite = output.inverts and output.places == "free"
+    if not may_be_infinite and all(
+        output.terms[a.term].expression is None or output.terms[a.term].reach for a in active
+    ):
+        numerator = builder.total(times(s, value) for value, s in sums.items() if value != ZERO)
+        return numerator, builder.total(sums.values()), consequent_hull(output, [a.term for a in active])
+    numerator = builder.total(
+        _part(builder, s, value, _acting(active, values, value)) for value, s in sums.items() if value != ZERO
+    )
+    denominator = builder.total(sums.values())
+    least = builder.smallest(_if_firing(builder, s, value, math.inf) for value, s in sums.items())
+    most = builder.largest(_if_firing(builder, s, value, -math.inf) for value, s in sums.items())
+    return numerator, denominator, (least, most)
+
+
+def _consequent(
+    builder: Builder, output: OutputPlan, term: SetPlan, strength: Expr, inputs: Mapping[str, Expr]
+) -> Expr:
+    """Return the value of a rule's consequent as an atom."""
+    if term.expression is not None:
+        return builder.let(replace_names(term.expression, inputs))
+    if output.inverts:
+        # Beyond its height a term has the degree nowhere; other tools go on with the formula of the inverse.
+        limited = output.places == "clamped" and (term.height != 1.0 or output.merge != "rules")
+        place = builder.let(term.inverse(builder.let(term.share(strength, limited=limited))))
+    elif output.takes_degrees:
+        place = builder.let(term.degree(strength))
+    else:
+        return Number(term.peak)
+    return builder.let(clip(place, output.lower, output.upper)) if output.places == "clamped" else place
+
+
+def _acting(active: Sequence[Activation], values: Sequence[Expr], value: Expr) -> tuple[Expr, ...] | None:
+    """Return conditions under which some rule of a consequent acts besides that it fires; None if one always does."""
+    own = [a.acts for a, v in zip(active, values, strict=True) if v == value]
+    return None if None in own else tuple(c for conditions in own for c in conditions or ())
+
+
+def _part(builder: Builder, strength: Expr, value: Expr, acts: tuple[Expr, ...] | None) -> Expr:
+    """Return activation · consequent; a function without a value, or an infinite one, counts only if its rule acts."""
+    product = times(strength, value)
+    if isinstance(value, Number) or acts is None:
+        return product
+    fires = Compare(">", strength, ZERO)
+    return builder.let(Where(Logic("or", (fires, *acts)) if acts else fires, product, ZERO))
+
+
+def _if_firing(builder: Builder, strength: Expr, value: Expr, otherwise: float) -> Expr:
+    return builder.let(Where(Compare(">", strength, ZERO), value, Number(otherwise)))
+
+
+def _heights(builder: Builder, output: OutputPlan, active: Sequence[Activation]) -> list[Height]:
+    """Return (term, activation, largest activation) with rules merged where the aggregation allows it.
+
+    Under `max`, and under `sum` of scaled sets, rules of one term act as one rule.
+    """
+    if output.aggregation not in ("max", "sum"):
+        return [(a.term, a.strength, a.weight) for a in active]
+    merged: list[Height] = [(a.term, a.strength, a.weight) for a in active if not _merges(output, output.terms[a.term])]
+    for term in dict.fromkeys(a.term for a in active if _merges(output, output.terms[a.term])):
+        own = [a for a in active if a.term == term]
+        if output.aggregation == "max":
+            merged.append((term, builder.largest(a.strength for a in own), max(a.weight for a in own)))
+        else:
+            merged.append((term, builder.total(a.strength for a in own), sum(a.weight for a in own)))
+    return merged
+
+
+def _merges(output: OutputPlan, term: SetPlan) -> bool:
+    return output.aggregation == "max" or (output.aggregation, output.implication_of(term)) == ("sum", "product")

@@ -1,0 +1,231 @@
+"""Outlines of aggregated sets with straight sides: the points between which the set is a straight line.
+
+The range is cut at the corners of the terms. Inside a piece the set still bends where a term is clipped and where two
+terms cross, which depends on the activations: such places are computed, held within the piece, and sorted by a network
+of minima and maxima, so that the program has no branches.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import combinations, pairwise
+
+from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, Expr, Logic, Number, Where
+from fuzzyctl.kernels.inference.defuzzify.centroid import Height, Line, Piece, is_handover, line_ends, pieces, uncrossed
+from fuzzyctl.kernels.plan.build import OutputPlan
+from fuzzyctl.kernels.program.program import Builder, clip, minus, plus, times
+
+
+@dataclass(frozen=True)
+class Knot:
+    """A point of the outline, as atoms: its place, counted from the middle of the range, and the degree there."""
+
+    x: Expr
+    y: Expr
+
+
+def outline(builder: Builder, output: OutputPlan, heights: Sequence[Height]) -> list[list[Knot]]:
+    """Write the outline of an aggregated set.
+
+    Args:
+        builder: The program to write into.
+        output: Piecewise-linear terms, implication `min` or `product`, aggregation `max` or `sum`.
+        heights: Activations, merged by term as far as the aggregation allows.
+
+    Returns:
+        For each piece of the range where the set is not 0, from left to right, its knots from left to right. The set
+        may jump between pieces.
+    """
+    clipped, largest = output.implication == "min", output.aggregation == "max"
+    found: list[list[Knot]] = []
+    for piece in pieces(output, heights):
+        if clipped and largest and is_handover(piece):
+            found.append(_knots(builder, output, piece, _handover_places(builder, piece)))
+            continue
+        for part in uncrossed(piece) if clipped and largest else [piece]:
+            places = _levels(builder, part, union=largest) if clipped else _crossings(builder, part) if largest else []
+            found.append(_knots(builder, output, part, [ZERO, *_sorted(builder, places), ONE]))
+    return found
+
+
+def size_of(output: OutputPlan, heights: Sequence[Height]) -> int:
+    """Return about how many statements an outline takes."""
+    clipped, largest = output.implication == "min", output.aggregation == "max"
+    count = 0
+    for piece in pieces(output, heights):
+        for part in uncrossed(piece) if clipped and largest else [piece]:
+            lines = len(part.lines)
+            own = 2 * lines if clipped else lines * (lines - 1) // 2 if largest else 0
+            count += (own + 2) * (2 * lines + 8) + own * own // 4
+    return count
+
+
+def joints(builder: Builder, output: OutputPlan, heights: Sequence[Height]) -> list[Knot]:
+    """Write the degree at the corners where some term jumps: there the larger degree of each term holds."""
+    own = pieces(output, heights)
+    middle = Fraction(0.5 * output.lower + 0.5 * output.upper)
+    shapes = [output.terms[t].vertices for t, _, _ in heights]
+    found: list[Knot] = []
+    for place in sorted({p.start for p in own} | {p.end for p in own}):
+        limits = [_limits(shape, own, place, middle) for shape in shapes]
+        if all(a == b for a, b in limits):
+            continue
+        parts = [(h, Number(float(max(own)))) for (_, h, _), own in zip(heights, limits, strict=True) if max(own) > 0]
+        implied = [Call("min", (h, d)) if output.implication == "min" else times(h, d) for h, d in parts]
+        found.append(Knot(Number(float(place)), _joined(builder, output, [builder.let(y) for y in implied])))
+    return found
+
+
+def _limits(
+    shape: tuple[tuple[float, float], ...], own: Sequence[Piece], place: Fraction, middle: Fraction
+) -> tuple[Fraction, Fraction]:
+    """Return the limits of a term from both sides of a corner, 0 beyond the range."""
+    zero = Fraction(0)
+    left = next((line_ends(shape, p.start + middle, p.end + middle)[1] for p in own if p.end == place), zero)
+    right = next((line_ends(shape, p.start + middle, p.end + middle)[0] for p in own if p.start == place), zero)
+    return left, right
+
+
+def _knots(builder: Builder, output: OutputPlan, piece: Piece, places: Sequence[Expr]) -> list[Knot]:
+    length = piece.end - piece.start
+    found = []
+    for t in places:
+        if t in (ZERO, ONE):
+            x: Expr = Number(float(piece.start if t == ZERO else piece.end))
+        else:
+            x = builder.let(plus(Number(float(piece.start)), times(Number(float(length)), t)))
+        cut = _clipped if output.implication == "min" else _times_height
+        implied = [cut(builder, line, t) for line in piece.lines]
+        found.append(Knot(x, _joined(builder, output, [y for y in implied if y != ZERO])))
+    return found
+
+
+def _times_height(builder: Builder, line: Line, t: Expr) -> Expr:
+    degree = _degree(builder, line, t)
+    return ZERO if degree == ZERO else builder.let(times(line.height, degree))
+
+
+def _clipped(builder: Builder, line: Line, t: Expr) -> Expr:
+    """Return a term clipped at its activation, which it has exactly from where it reaches it on.
+
+    Near its foot the degree of a line has lost its digits; a tiny activation has not.
+    """
+    low, high = min(line.left, line.right), max(line.left, line.right)
+    level = builder.let(Call("min", (line.height, Number(float(high)))))
+    if low == high or t == (ONE if line.rise > 0 else ZERO):
+        return level
+    if t in (ZERO, ONE):
+        return ZERO if low == 0 else builder.let(Call("min", (line.height, Number(float(low)))))
+    place = _reaching(builder, line, line.height)
+    reached = Compare(">=" if line.rise > 0 else "<=", t, place)
+    return builder.let(Where(reached, level, _degree(builder, line, t)))
+
+
+def _degree(builder: Builder, line: Line, t: Expr) -> Expr:
+    """Return the degree of a term at a part of a piece."""
+    if t in (ZERO, ONE) or line.rise == 0:
+        return Number(float(line.right if t == ONE else line.left))
+    return builder.let(plus(Number(float(line.left)), times(Number(float(line.rise)), t)))
+
+
+def _joined(builder: Builder, output: OutputPlan, implied: Sequence[Expr]) -> Expr:
+    if output.aggregation == "sum":
+        return builder.total(implied)
+    return builder.largest(implied)
+
+
+def _levels(builder: Builder, piece: Piece, *, union: bool) -> list[Expr]:
+    """Return where lines reach the levels at which they are clipped; a union also bends where one takes over.
+
+    Lines that do not cross have an order. In a union each counts from the level on that those above it reach up to.
+    """
+    lines = sorted(piece.lines, key=lambda line: -(line.left + line.right)) if union else list(piece.lines)
+    found: list[Expr] = []
+    above: Expr = ZERO
+    for line in lines:
+        level = line.height if above == ZERO else builder.let(Call("max", (above, line.height)))
+        for own in dict.fromkeys((above, level) if union else (line.height,)):
+            if own != ZERO and line.rise != 0:
+                found.append(_reaching(builder, line, own))
+        above = level
+    return found
+
+
+def _reaching(builder: Builder, line: Line, level: Expr) -> Expr:
+    """Return up to which part of a piece a line has not reached a level, or from which on it has."""
+    away = minus(level, Number(float(line.left)))
+    return builder.let(clip(builder.let(Binary("/", away, Number(float(line.rise)))), 0.0, 1.0))
+
+
+def _crossings(builder: Builder, piece: Piece) -> list[Expr]:
+    """Return where scaled lines cross; the beginning of the piece for those that do not."""
+    found: list[Expr] = []
+    for a, b in combinations(piece.lines, 2):
+        before, after = (
+            builder.let(minus(_scaled(a.height, p), _scaled(b.height, q)))
+            for p, q in ((a.left, b.left), (a.right, b.right))
+        )
+        falls = Logic("and", (Compare(">", before, ZERO), Compare("<", after, ZERO)))
+        rises = Logic("and", (Compare("<", before, ZERO), Compare(">", after, ZERO)))
+        crossing = Binary("/", before, Binary("-", before, after))
+        found.append(builder.let(clip(builder.let(Where(Logic("or", (falls, rises)), crossing, ZERO)), 0.0, 1.0)))
+    return found
+
+
+def _scaled(height: Expr, degree: Fraction) -> Expr:
+    return ZERO if degree == 0 else times(height, Number(float(degree)))
+
+
+def _handover_places(builder: Builder, piece: Piece) -> list[Expr]:
+    """Return the knots of max(min(a, 1 - t), min(b, t)), the usual piece of a partition, which need no sorting.
+
+    The first set is flat until it falls, or until the second one rises above it; likewise from the other end.
+    """
+    falling = next(line for line in piece.lines if line.left == 1)
+    rising = next(line for line in piece.lines if line.left == 0)
+    a, b = (builder.let(Call("min", (line.height, ONE))) for line in (falling, rising))
+    half = Number(0.5)
+    a_falls = Logic("or", (Compare(">=", a, b), Compare(">", a, half)))
+    b_rises = Logic("or", (Compare(">=", b, a), Compare(">", b, half)))
+    first = builder.let(Where(a_falls, Binary("-", ONE, a), a))
+    last = builder.let(Where(b_rises, b, Binary("-", ONE, b)))
+    return [ZERO, first, builder.let(clip(half, first, last)), last, ONE]
+
+
+def _sorted(builder: Builder, values: Sequence[Expr]) -> list[Expr]:
+    """Return some atoms in rising order."""
+    return sorted_atoms(builder, list(dict.fromkeys(values)))
+
+
+def sorted_atoms(builder: Builder, values: Sequence[Expr]) -> list[Expr]:
+    """Write atoms in rising order, by the merge exchange of Batcher (Knuth, volume 3, 5.2.2, algorithm M)."""
+    found = list(values)
+    for i, j in _exchanges(len(found)):
+        low, high = (builder.let(Call(f, (found[i], found[j]))) for f in ("min", "max"))
+        found[i], found[j] = low, high
+    return found
+
+
+def _exchanges(count: int) -> Iterator[tuple[int, int]]:
+    top = 1 << max(0, (count - 1).bit_length() - 1)
+    p = top if count > 1 else 0
+    while p > 0:
+        q, r, d = top, 0, p
+        while True:
+            yield from ((i, i + d) for i in range(count - d) if i & p == r)
+            if q == p:
+                break
+            d, q, r = q - p, q // 2, p
+        p //= 2
+
+
+def segments(knots: Sequence[Sequence[Knot]]) -> list[tuple[Knot, Knot]]:
+    """Return the straight parts of an outline, from left to right."""
+    return [pair for own in knots for pair in pairwise(own)]
+
+
+def largest_of(builder: Builder, knots: Sequence[Knot]) -> Expr:
+    """Write the largest degree."""
+    return builder.largest(k.y for k in knots)

@@ -1,0 +1,197 @@
+"""Maxima: the smallest, the largest and the mean of the places where a set is largest, of samples and of intervals."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, CompareOp, Expr, Logic, Number, Where
+from fuzzyctl.kernels.inference.defuzzify.centroid import in_units, unit_of
+from fuzzyctl.kernels.inference.defuzzify.sampling import HALF, Carried, Samples, Step, largest
+from fuzzyctl.kernels.plan.build import OutputPlan
+from fuzzyctl.kernels.program.program import Builder, clip, minus, plus, times
+
+#: Degrees that fall short of the largest by less than this part of it count as largest, unless a file says otherwise.
+TOLERANCE: Final = 1e-9
+#: Places closer to each other than this part of the range are one place, and shorter intervals are points.
+_SAME: Final = 1e-12
+
+
+def tolerance(output: OutputPlan) -> float:
+    """Return the part of the largest degree by which others may fall short."""
+    return TOLERANCE if output.tolerance is None else output.tolerance
+
+
+def sampled_maximum(samples: Samples, middle: float) -> tuple[Expr, Expr]:
+    """Write the place of the maximum that the output asks for.
+
+    Returns:
+        Its place, counted from the middle, and the largest degree; the place is not computed yet, so that it may be
+        left out where the set is empty.
+    """
+    most = largest(samples)
+    if samples.output.rule == "running":
+        return _running(samples, middle), most
+    bound = samples.builder.let(times(Number(1.0 - tolerance(samples.output)), most))
+    # Where the set is empty all samples are maxima, for those who look at them.
+    gaps = samples.output.none_active == "range"
+    places = [p - middle for p in samples.points]
+    if samples.output.kind == "mom":
+        return _mean(samples, bound, places, gaps=gaps), most
+    if samples.output.by == "magnitude":
+        return _by_magnitude(samples, bound, places, gaps=gaps), most
+    largest_place = samples.output.kind == "lom"
+    join, neutral = ("max", -math.inf) if largest_place else ("min", math.inf)
+
+    def step(b: Builder, v: Expr, items: Sequence[Expr], c: Mapping[str, Expr]) -> Carried:
+        own = b.let(Where(Compare(">=", v, bound), items[0], Number(neutral)))
+        return {"place": Call(join, (c["place"], own))}
+
+    return samples.scan({"place": Number(neutral)}, step, [places], gaps=gaps)["place"], most
+
+
+def _mean(samples: Samples, bound: Expr, places: Sequence[float], *, gaps: bool) -> Expr:
+    def step(b: Builder, v: Expr, items: Sequence[Expr], c: Mapping[str, Expr]) -> Carried:
+        hit = b.let(Where(Compare(">=", v, bound), ONE, ZERO))
+        return {"total": plus(c["total"], times(hit, items[0])), "count": plus(c["count"], hit)}
+
+    found = samples.scan({"total": ZERO, "count": ZERO}, step, [places], gaps=gaps)
+    return Binary("/", found["total"], found["count"])
+
+
+def _by_magnitude(samples: Samples, bound: Expr, places: Sequence[float], *, gaps: bool) -> Expr:
+    """Return the place of smallest or largest magnitude; of two that are equally far from 0 the lower one."""
+    op: CompareOp = "<" if samples.output.kind == "som" else ">"
+    worst = math.inf if samples.output.kind == "som" else -1.0
+
+    def step(b: Builder, v: Expr, items: Sequence[Expr], c: Mapping[str, Expr]) -> Carried:
+        better = Logic("and", (Compare(">=", v, bound), Compare(op, items[1], c["away"])))
+        hit = b.let(Where(better, ONE, ZERO))
+        is_hit = Compare(">", hit, ZERO)
+        return {"place": Where(is_hit, items[0], c["place"]), "away": Where(is_hit, items[1], c["away"])}
+
+    start = {"place": ZERO, "away": Number(worst)}
+    magnitudes = [abs(p) for p in samples.points]
+    return samples.scan(start, step, [places, magnitudes], gaps=gaps)["place"]
+
+
+def _running(samples: Samples, middle: float) -> Expr:
+    """Return the place that a largest degree so far leads to, from left to right.
+
+    Degrees that differ from it by less than the tolerance are equal to it. The smallest place is where it was exceeded
+    last, the largest where it was reached or exceeded last, and from then on that degree is the largest so far; the
+    mean is the middle of the samples in a row, from the smallest place on, that are equal to it.
+    """
+    same = samples.output.tolerance or 0.0
+    places = [p - middle for p in samples.points]
+    step = {"som": _exceeding, "lom": _reaching, "mom": _staying}[samples.output.kind](same)
+    start: Carried = {"most": Number(-1.0), "place": Number(places[0])}
+    if samples.output.kind == "mom":
+        start = {**start, "end": Number(places[0]), "stays": ZERO}
+    found = samples.scan(start, step, [places], gaps=True)
+    return times(HALF, plus(found["place"], found["end"])) if samples.output.kind == "mom" else found["place"]
+
+
+def _exceeds(degree: Expr, most: Expr, same: float) -> Expr:
+    above = Compare(">", degree, most)
+    return Logic("and", (above, Compare(">=", minus(degree, most), Number(same)))) if same else above
+
+
+def _exceeding(same: float) -> Step:
+    def step(b: Builder, v: Expr, items: Sequence[Expr], c: Mapping[str, Expr]) -> Carried:
+        hit = Compare(">", b.let(Where(_exceeds(v, c["most"], same), ONE, ZERO)), ZERO)
+        return {"most": Where(hit, v, c["most"]), "place": Where(hit, items[0], c["place"])}
+
+    return step
+
+
+def _reaching(same: float) -> Step:
+    def step(b: Builder, v: Expr, items: Sequence[Expr], c: Mapping[str, Expr]) -> Carried:
+        reached: Expr = Compare(">=", v, c["most"])
+        if same:
+            reached = Logic("or", (reached, Compare("<", minus(c["most"], v), Number(same))))
+        hit = Compare(">", b.let(Where(reached, ONE, ZERO)), ZERO)
+        return {"most": Where(hit, v, c["most"]), "place": Where(hit, items[0], c["place"])}
+
+    return step
+
+
+def _staying(same: float) -> Step:
+    def step(b: Builder, v: Expr, items: Sequence[Expr], c: Mapping[str, Expr]) -> Carried:
+        hit = Compare(">", b.let(Where(_exceeds(v, c["most"], same), ONE, ZERO)), ZERO)
+        falls = Compare(">", b.let(Where(_exceeds(c["most"], v, same), ONE, ZERO)), ZERO)
+        stays = b.let(Where(hit, ONE, Where(falls, ZERO, c["stays"])))
+        return {
+            "most": Where(hit, v, c["most"]),
+            "place": Where(hit, items[0], c["place"]),
+            "end": Where(Compare(">", stays, ZERO), items[0], c["end"]),
+            "stays": stays,
+        }
+
+    return step
+
+
+@dataclass(frozen=True)
+class Hits:
+    """Where a set may be largest, each with an atom that is 1 if it is largest there, else 0.
+
+    Args:
+        intervals: (hit, left end, right end), from left to right, of which no two overlap.
+        points: (hit, place) from left to right; they include the ends of the intervals.
+    """
+
+    intervals: tuple[tuple[Expr, Expr, Expr], ...]
+    points: tuple[tuple[Expr, Expr], ...]
+
+
+def place_of(builder: Builder, output: OutputPlan, hits: Hits) -> Expr:
+    """Return the place that the output asks for, counted from the middle of the range as all places here are."""
+    if output.kind == "mom":
+        return _middle_of(builder, output, hits)
+    if output.by == "magnitude":
+        return _nearest_or_farthest(builder, output, hits)
+    join, neutral = ("max", -math.inf) if output.kind == "lom" else ("min", math.inf)
+    found: Expr = Number(neutral)
+    for hit, x in hits.points:
+        own = builder.let(Where(Compare(">", hit, ZERO), x, Number(neutral)))
+        found = builder.let(Call(join, (found, own)))
+    return found
+
+
+def _nearest_or_farthest(builder: Builder, output: OutputPlan, hits: Hits) -> Expr:
+    """Return the place of smallest or largest magnitude; of two that are equally far from 0 the lower one."""
+    middle = 0.5 * output.lower + 0.5 * output.upper
+    op: CompareOp = "<" if output.kind == "som" else ">"
+    candidates = list(hits.points)
+    if output.kind == "som":  # 0 itself, if it lies within an interval
+        candidates += [(h, builder.let(clip(Number(0.0 - middle), a, b))) for h, a, b in hits.intervals]
+    place: Expr = ZERO
+    away: Expr = Number(math.inf if output.kind == "som" else -1.0)
+    for hit, x in candidates:
+        own = builder.let(Call("abs", (builder.let(plus(x, Number(middle))),)))
+        better = Logic("and", (Compare(">", hit, ZERO), Compare(op, own, away)))
+        place, away = builder.let(Where(better, x, place)), builder.let(Where(better, own, away))
+    return place
+
+
+def _middle_of(builder: Builder, output: OutputPlan, hits: Hits) -> Expr:
+    """Return the middle of all intervals together; the mean of the points where there are only points."""
+    unit = unit_of(output)
+    least, same = (Number(_SAME * ((output.upper - output.lower) / u)) for u in (1.0, unit))
+    lengths, moments = [], []
+    for hit, a, b in hits.intervals:
+        length = builder.let(times(hit, in_units(minus(b, a), unit)))
+        lengths.append(length)
+        moments.append(times(length, times(Number(0.5), plus(a, b))))
+    length, moment = builder.total(lengths), builder.total(moments)
+    total: Expr = ZERO
+    count: Expr = ZERO
+    last: Expr = Number(-math.inf)
+    for hit, x in hits.points:
+        is_new = Logic("and", (Compare(">", hit, ZERO), Compare(">", minus(x, last), least)))
+        own = builder.let(Where(is_new, ONE, ZERO))
+        total, count = builder.let(plus(total, times(own, x))), builder.let(plus(count, own))
+        last = builder.let(Where(is_new, x, last))
+    return Where(Compare(">", length, same), Binary("/", moment, length), Binary("/", total, count))

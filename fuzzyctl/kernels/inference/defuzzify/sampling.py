@@ -1,0 +1,191 @@
+"""Sampled sets: degrees at the points of a grid, and loops over them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import reduce
+from itertools import groupby
+from typing import Final
+
+from fuzzyctl.expr import ZERO, Binary, Call, Expr, Name, Number
+from fuzzyctl.formulas import aggregation, conjunction
+from fuzzyctl.kernels.backends.python.backend import scalar_function
+from fuzzyctl.kernels.plan.build import OutputPlan, SetPlan
+from fuzzyctl.kernels.program.program import Accumulate, Assign, Builder, Fold, Item, times
+
+#: (term, its activation as an atom, the largest value the activation can have)
+Height = tuple[int, Expr, float]
+#: Values that are carried from sample to sample, by what they are.
+Carried = Mapping[str, Expr]
+#: From a builder for the loop, the value of the sample, its item of each table and what is carried: what is carried on.
+Step = Callable[[Builder, Expr, Sequence[Expr], Mapping[str, Expr]], Carried]
+
+HALF: Final = Number(0.5)
+
+
+def sample_points(output: OutputPlan) -> tuple[float, ...]:
+    """Return the grid: middles or left ends of equal cells, or equal steps from end to end."""
+    count = output.resolution or 0
+    width = output.upper - output.lower
+    if output.grid == "midpoint":
+        return tuple(output.lower + (i + 0.5) * width / count for i in range(count))
+    if output.grid == "left":
+        return tuple(output.lower + i * width / count for i in range(count))
+    return tuple(output.lower + i * width / (count - 1) for i in range(count)) if count > 1 else (output.lower,)
+
+
+def seen_points(output: OutputPlan) -> tuple[float, ...]:
+    """Return the points of the grid where a set must be above 0 to count: the bisector from both ends skips one."""
+    points = sample_points(output)
+    return points[1:] if output.rule == "two_sided" else points
+
+
+def sampled_degrees(term: SetPlan, points: Sequence[float]) -> tuple[float, ...]:
+    """Return the degrees of a term at some points."""
+    degree = scalar_function(term.degree(Name("x")))
+    return tuple(degree(x) for x in points)
+
+
+#: The activation of a set, its own degree, and the term.
+Part = tuple[Expr, Expr, SetPlan]
+
+
+def joined(output: OutputPlan, builder: Builder, parts: Sequence[Part]) -> Expr:
+    """Return the aggregated degree of an output from the activation of each set and its own degree."""
+    implied = [
+        builder.let(conjunction(output.implication_of(term), output.equal)(h, builder.let(d))) for h, d, term in parts
+    ]
+    join = aggregation(output.aggregation, output.equal)
+    return reduce(lambda a, b: builder.let(join(a, b)), implied) if implied else ZERO
+
+
+@dataclass(frozen=True)
+class Samples:
+    """An aggregated set at the points of a grid, in a program.
+
+    Args:
+        builder: The program to write into.
+        output: The output.
+        heights: Activations, merged by term as far as the aggregation allows.
+        points: The grid.
+        degrees: Of each height's term at the points.
+    """
+
+    builder: Builder
+    output: OutputPlan
+    heights: tuple[Height, ...]
+    points: tuple[float, ...]
+    degrees: tuple[tuple[float, ...], ...]
+
+    @classmethod
+    def of(cls, builder: Builder, output: OutputPlan, heights: Sequence[Height]) -> Samples:
+        """Sample the terms of an output."""
+        points = sample_points(output)
+        degrees = tuple(sampled_degrees(output.terms[t], points) for t, _, _ in heights)
+        return cls(builder, output, tuple(heights), points, degrees)
+
+    def join(self, builder: Builder, degrees: Mapping[int, Expr]) -> Expr:
+        """Return the aggregated degree from the degrees of some sets, by the positions of their heights."""
+        own = {k: self.heights[k] for k in degrees}
+        return joined(self.output, builder, [(h, degrees[k], self.output.terms[t]) for k, (t, h, _) in own.items()])
+
+    def at(self, position: int) -> Expr:
+        """Return the aggregated degree at one point as an atom."""
+        found = {k: Number(d[position]) for k, d in enumerate(self.degrees)}
+        return self.builder.let(self.join(self.builder, {k: d for k, d in found.items() if d != ZERO}))
+
+    def stretches(self, first: int = 0, last: int | None = None) -> Iterator[tuple[tuple[int, ...], int, int]]:
+        """Cut the grid into stretches where the same sets are above 0; the others cost nothing there.
+
+        Yields:
+            The sets, and the first and the last position, the last one excluded.
+        """
+        stop = len(self.points) if last is None else last
+        present = [tuple(k for k, d in enumerate(self.degrees) if d[i] > 0.0) for i in range(first, stop)]
+        begin = first
+        for own, stretch in groupby(present):
+            end = begin + len(list(stretch))
+            yield own, begin, end
+            begin = end
+
+    def joined(self, inner: Builder, own: Sequence[int], begin: int, end: int, counter: str) -> Expr:
+        """Return the aggregated degree at the sample that a loop over a stretch is at."""
+        return self.join(inner, {k: Item(self.builder.table(self.degrees[k][begin:end]), counter) for k in own})
+
+    def scan(
+        self,
+        start: Carried,
+        step: Step,
+        tables: Sequence[Sequence[float]] = (),
+        *,
+        first: int = 0,
+        gaps: bool = False,
+    ) -> Carried:
+        """Carry values along the samples.
+
+        Args:
+            start: What is carried at first.
+            step: What is carried on from each sample.
+            tables: Numbers for each sample.
+            first: The first sample that counts.
+            gaps: Whether samples count where no set is above 0.
+        """
+        carried = dict(start)
+        for own, begin, end in self.stretches(first):
+            if not own and not gaps:
+                continue
+            counter, inner = self.builder.fresh(), self.builder.inner()
+            names = {what: Name(self.builder.fresh()) for what in carried}
+            value = self.joined(inner, own, begin, end, counter)
+            items = [inner.let(Item(self.builder.table(t[begin:end]), counter)) for t in tables]
+            new = {what: inner.let(v) for what, v in step(inner, inner.let(value), items, names).items()}
+            body = tuple(s for s in inner.statements if isinstance(s, Assign))
+            before = tuple(Assign(names[what].name, carried[what]) for what in names)
+            self.builder.statements.append(
+                Fold(end - begin, counter, before, body, tuple(Assign(names[what].name, new[what]) for what in names))
+            )
+            carried = dict(names)
+        return carried
+
+
+def sampled_moments(samples: Samples, middle: float) -> tuple[Expr, Expr]:
+    """Write Σ x μ(x) and Σ μ(x) over the grid, x counted from the middle; the trapezoid rule halves both ends."""
+    last = len(samples.points)
+    areas: list[Expr] = []
+    moments: list[Expr] = []
+    ends = (0, last - 1) if samples.output.rule == "trapezoid" and last > 1 else ()
+    for own, begin, end in samples.stretches(*((1, last - 1) if ends else ())):
+        if own:
+            area, moment = _sums(samples, own, begin, end, middle)
+            areas.append(area)
+            moments.append(moment)
+    for position in ends:
+        half = samples.builder.let(times(HALF, samples.at(position)))
+        areas.append(half)
+        moments.append(samples.builder.let(times(Number(samples.points[position] - middle), half)))
+    return samples.builder.total(moments), samples.builder.total(areas)
+
+
+def _sums(samples: Samples, own: Sequence[int], begin: int, end: int, middle: float) -> tuple[Expr, Expr]:
+    """Add up area and moment over some samples."""
+    builder = samples.builder
+    counter, inner = builder.fresh(), builder.inner()
+    # The last step of the join stays an expression: `area` and `moment` both name it.
+    joined = samples.joined(inner, own, begin, end, counter)
+    x = Item(builder.table(p - middle for p in samples.points[begin:end]), counter)
+    area, moment = inner.fresh(), inner.fresh()
+    body = tuple(s for s in inner.statements if isinstance(s, Assign))
+    sums = (Assign(area, joined), Assign(moment, times(x, joined)))
+    builder.statements.append(Accumulate(end - begin, counter, body, sums))
+    return Name(area), Name(moment)
+
+
+def total(samples: Samples) -> Expr:
+    """Write the sum of all samples, added up from left to right."""
+    return samples.scan({"sum": ZERO}, lambda b, v, _, c: {"sum": Binary("+", c["sum"], v)})["sum"]
+
+
+def largest(samples: Samples) -> Expr:
+    """Write the largest sample."""
+    return samples.scan({"most": ZERO}, lambda b, v, _, c: {"most": Call("max", (c["most"], v))})["most"]

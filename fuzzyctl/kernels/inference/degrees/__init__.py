@@ -1,0 +1,1 @@
+"""Membership degrees as programs, by table or by branches."""

@@ -1,0 +1,394 @@
+"""From a plan to programs: degrees, firing strengths, activations, outputs."""
+
+from __future__ import annotations
+
+from functools import reduce
+
+from fuzzyctl.expr import (
+    ZERO,
+    Binary,
+    Call,
+    Compare,
+    Expr,
+    Logic,
+    Name,
+    Number,
+    Where,
+    names_in,
+    replace_names,
+    walk,
+)
+from fuzzyctl.formulas import aggregation
+from fuzzyctl.kernels.inference.activation import acting
+from fuzzyctl.kernels.inference.defuzzify.defuzzify import Activation, defuzzify
+from fuzzyctl.kernels.inference.degrees.branched import branched
+from fuzzyctl.kernels.inference.degrees.tabulated import degree_of
+from fuzzyctl.kernels.inference.merging import merged
+from fuzzyctl.kernels.plan.build import (
+    ITSELF,
+    ImpliedPlan,
+    InputPlan,
+    OutputPlan,
+    Plan,
+    SetPlan,
+    chain_name,
+    degree_name,
+    step_name,
+)
+from fuzzyctl.kernels.program.program import NAN, STATE, Builder, Item, Program, Refuse, any_nan, clip, times
+
+
+def evaluation(plan: Plan, *, many: bool = False, branches: bool = False, most_pairs: int | None = None) -> Program:
+    """Write the program that computes all outputs.
+
+    Args:
+        plan: What to compute.
+        many: Whether it is for loops over points, which are to have no choices.
+        branches: Whether it is for generated Python, where a branch costs less than a term that is 0.
+        most_pairs: See `Builder`: how large exact centroids may be, in a program that may have tables and integrals.
+
+    Its results are NaN where an input is NaN, and where an output is NaN that they depend on.
+    """
+    front = _Front(plan, many=many, branches=branches, most_pairs=most_pairs)
+    for position in plan.order:
+        front.write_output(position)
+    builder = front.builder
+    results: list[Expr] = []
+    for position in range(len(plan.outputs)):
+        value = builder.let(front.outputs[position])
+        results.append(Where(front.nan(position), NAN, value))
+    return _program(plan, builder, results)
+
+
+def strengths(plan: Plan) -> Program:
+    """Write the program that computes the normalised activation ξ_k of each entry of the adaptive state."""
+    front = _adaptive_front(plan)
+    normalised = _normalised(plan, front)
+    results: list[Expr] = [Where(front.nan(o), NAN, xi) for (o, _), xi in zip(plan.states, normalised, strict=True)]
+    return _program(plan, front.builder, results, with_state=bool(plan.held))
+
+
+def rates(plan: Plan) -> Program:
+    """Write the program that computes dC_k/dt = rate · ξ_k, zero where C_k would leave the range of its output.
+
+    The rate takes the raw inputs, ξ the clamped ones.
+    """
+    front = _adaptive_front(plan)
+    builder = front.builder
+    raw = {i.name: x for i, x in zip(plan.inputs, front.raw, strict=True)}
+    results: list[Expr] = []
+    for s, ((o, _), xi) in enumerate(zip(plan.states, _normalised(plan, front), strict=True)):
+        output = plan.outputs[o]
+        assert output.rate is not None
+        rate = builder.let(replace_names(output.rate, dict(raw)))
+        # An infinite input times a rule that does not fire would be NaN.
+        change = builder.let(Where(Compare(">", xi, ZERO), times(rate, xi), ZERO))
+        results.append(Where(front.nan(o), NAN, Where(_leaves(output, Item(STATE, s), change), ZERO, change)))
+    return _program(plan, builder, results)
+
+
+def trace(plan: Plan) -> Program:
+    """Write the program of what an evaluation goes through.
+
+    Its results are, one after the other, all degrees, how far each rule acts, how far each consequent feels it, output
+    by output, and all outputs.
+    """
+    front = _Front(plan)
+    for position in plan.order:
+        front.write_output(position)
+    builder = front.builder
+    degrees = [front.degree(i) for i in range(len(plan.degrees))]
+    activations = [builder.let(front.activations[r]) for r in range(len(plan.rules))]
+    effects = [front.effect(entry) for output in plan.outputs for entry in output.implied]
+    outputs = [builder.let(Where(front.nan(o), NAN, front.outputs[o])) for o in range(len(plan.outputs))]
+    return _program(plan, builder, [*degrees, *activations, *effects, *outputs])
+
+
+def largest_activations(plan: Plan) -> Program:
+    """Write the program that computes for each output the largest activation among its rules."""
+    front = _Front(plan)
+    read = {k for output in plan.outputs for k in output.reads}
+    for position in plan.order:
+        if position in read:
+            front.write_output(position)
+    builder = front.builder
+    # Where an output has no value, others may still be asked for.
+    builder.statements = [s for s in builder.statements if not isinstance(s, Refuse)]
+    results: list[Expr] = []
+    for position, output in enumerate(plan.outputs):
+        own: Expr = ZERO
+        for entry in output.implied:
+            own = builder.let(Call("max", (own, front.activations[entry.rule])))
+        results.append(Where(front.nan(position), NAN, own))
+    return _program(plan, builder, results)
+
+
+def term_degree(term: SetPlan) -> Program:
+    """Write the program that computes the degree of one term."""
+    builder = Builder()
+    x = Name(_raw_name(0))
+    value = builder.let(term.degree(x))
+    return Program(
+        (x.name,), 0, tuple(builder.tables.items()), tuple(builder.statements), (Where(any_nan([x]), NAN, value),)
+    )
+
+
+def _leaves(output: OutputPlan, state: Expr, change: Expr) -> Expr:
+    up = Logic("and", (Compare(">=", state, Number(output.upper)), Compare(">", change, ZERO)))
+    down = Logic("and", (Compare("<=", state, Number(output.lower)), Compare("<", change, ZERO)))
+    return Logic("or", (up, down))
+
+
+def _program(plan: Plan, builder: Builder, results: list[Expr], *, with_state: bool = True) -> Program:
+    return Program(
+        arguments=tuple(_raw_name(i) for i in range(len(plan.inputs))),
+        state=len(plan.initial_state) if with_state else 0,
+        tables=tuple(builder.tables.items()),
+        body=tuple(builder.statements),
+        results=tuple(results),
+    )
+
+
+def raw_names(plan: Plan) -> tuple[Name, ...]:
+    """Return the names of the raw inputs, the arguments of every program."""
+    return tuple(Name(_raw_name(i)) for i in range(len(plan.inputs)))
+
+
+def _raw_name(position: int) -> str:
+    return f"x{position}"
+
+
+def _clamped(builder: Builder, variable: InputPlan, x: Expr) -> Expr:
+    return x if variable.extrapolate else builder.let(clip(x, variable.lower, variable.upper))
+
+
+def _jumps(plan: Plan) -> bool:
+    """Return whether a rounding error may decide if a rule acts, as with complements, thresholds and drastic norms."""
+    return (
+        not plan.all_act
+        or plan.least != 0.0
+        or bool(plan.chains)
+        or any(e.change is not None for o in plan.outputs for e in o.implied)
+        or any(o.implication not in ("min", "product") or o.mixes_implications for o in plan.outputs)
+        or any(not _only_joins(e) for e in (*plan.steps, *plan.strengths))
+    )
+
+
+def _only_joins(strength: Expr) -> bool:
+    """Return whether a firing strength is made of minima, maxima and products only."""
+    return all(
+        isinstance(e, Name | Number)
+        or (isinstance(e, Binary) and e.op == "*")
+        or (isinstance(e, Call) and e.function in ("min", "max"))
+        for e in walk(strength)
+    )
+
+
+class _Front:
+    """What all programs of a plan begin with: raw inputs and the activation of each rule.
+
+    Rules that read an output are written once that output is.
+    """
+
+    def __init__(
+        self, plan: Plan, *, many: bool = False, branches: bool = False, most_pairs: int | None = None
+    ) -> None:
+        self.plan, self.builder, self.many, self.branches = plan, Builder(most_pairs=most_pairs), many, branches
+        self._exact = _jumps(plan)
+        self.raw = raw_names(plan)
+        self.clamped = [_clamped(self.builder, i, x) for i, x in zip(plan.inputs, self.raw, strict=True)]
+        self.outputs: dict[int, Expr] = {}
+        self.activations: dict[int, Expr] = {}
+        self._own: dict[int, Expr] = {}
+        self._known: dict[str, Expr] = {}
+        self._fired: dict[int, Expr] = {}
+        for i, x in enumerate(self.clamped):
+            self._write_degrees(i, x)
+        self._write_rules()
+
+    def nan(self, position: int) -> Expr:
+        """Return whether an output has no value because what it depends on has none."""
+        return any_nan([*self.raw, *(self.outputs[k] for k in self.plan.outputs[position].reads)])
+
+    def degree(self, position: int) -> Expr:
+        """Return a degree of the plan as an atom."""
+        return self._known[degree_name(position)]
+
+    def write_output(self, position: int) -> None:
+        """Write an output, and the rules that read it."""
+        output = self.plan.outputs[position]
+        value = self._output(position)
+        self.outputs[position] = value
+        variable = len(self.plan.inputs) + position
+        if any(d.variable == variable for d in self.plan.degrees):
+            self._write_degrees(variable, self.builder.let(clip(value, output.lower, output.upper)))
+            self._write_rules()
+
+    def _write_degrees(self, variable: int, x: Expr) -> None:
+        own = {degree_name(i): d.set for i, d in enumerate(self.plan.degrees) if d.variable == variable}
+        if self.branches and len(own) > 2 and all(d.has_sides for d in own.values()):
+            names = tuple(self.builder.fresh() for _ in own)
+            self.builder.statements.append(branched(names, x, list(own.values())))
+            self._known |= {n: Name(v) for n, v in zip(own, names, strict=True)}
+            return
+        for i, d in enumerate(self.plan.degrees):
+            if d.variable == variable:
+                sides = self.many and d.set.has_sides
+                degree = d.set.degree_for_many(x, exact=self._exact) if sides else degree_of(self.builder, d.set, x)
+                self._known[degree_name(i)] = self.builder.let(degree)
+
+    def _write_rules(self) -> None:
+        """Write the steps, strengths and activations that can be computed by now."""
+        for i, step in enumerate(self.plan.steps):
+            if step_name(i) not in self._known and self._computable(step):
+                self._known[step_name(i)] = self.builder.let(replace_names(step, self._known))
+        for i, strength in enumerate(self.plan.strengths):
+            if i not in self._fired and self._computable(strength):
+                self._fired[i] = self.builder.let(replace_names(strength, self._known))
+        for group in range(len(self.plan.activations)):
+            self._write_group(group)
+        if self._write_chains():
+            self._write_rules()
+
+    def _write_group(self, group: int) -> None:
+        """Write the activations of one group of rules; a method that compares them waits for all of them."""
+        method = self.plan.activations[group]
+        waiting = [r for r, rule in enumerate(self.plan.rules) if rule.group == group and r not in self.activations]
+        rules = [r for r in waiting if self.plan.rules[r].strength in self._fired]
+        if method.compares and len(rules) < len(waiting):
+            return
+        written = [self._activation(r) for r in rules]
+        self._own |= dict(zip(rules, written, strict=True))
+        # What is too little to act does not count among the first, the last, the highest or the lowest either.
+        counted = method.kind in ("first", "last", "highest", "lowest")
+        ready = [self._gated(a) for a in written] if counted else written
+        chosen = [self._gated(a) for a in acting(self.builder, method, ready)]
+        self.activations |= dict(zip(rules, chosen, strict=True))
+
+    def _gated(self, activation: Expr) -> Expr:
+        """Return an activation, or 0 where it is not above what a rule must exceed to act.
+
+        How far rules before have activated a term may add up to more than 1, and what is `not` that is below 0.
+        """
+        least = self.plan.least or 0.0
+        if activation == ZERO or (least == 0.0 and not self.plan.chains):
+            return activation
+        return self.builder.let(Where(Compare(">", activation, Number(least)), activation, ZERO))
+
+    def _write_chains(self) -> bool:
+        """Write how far terms of outputs have been activated by the rules before; return whether there is news."""
+        news = False
+        for i, chain in enumerate(self.plan.chains):
+            output = self.plan.outputs[chain.output]
+            entries = [output.implied[k] for k in chain.entries]
+            if chain_name(i) in self._known or any(e.rule not in self.activations for e in entries):
+                continue
+            join = aggregation(output.aggregation, output.equal)
+            parts = [self.effect(e) for e in entries]
+            self._known[chain_name(i)] = reduce(lambda a, b: self.builder.let(join(a, b)), parts)
+            news = True
+        return news
+
+    def effect(self, entry: ImpliedPlan) -> Expr:
+        """Return the activation of a rule as one of its consequents feels it, an atom."""
+        activation = self.activations[entry.rule]
+        if entry.change is not None:
+            changed = self.builder.let(replace_names(entry.change, {ITSELF: activation}))
+            acts = self._acts(entry.rule)
+            activation = changed if acts is None else self.builder.let(Where(acts, changed, ZERO))
+        return ZERO if activation == ZERO else self.builder.let(times(activation, Number(entry.factor)))
+
+    def _acts(self, rule: int) -> Expr | None:
+        """Return whether a rule acts, so that hedges in its consequents count; None for one that always does."""
+        method = self.plan.activation_of(rule)
+        if self.plan.least is None and method.kind == "general":
+            return None
+        if self.plan.least is None and method.kind == "threshold":
+            return Compare(method.comparison, self._own[rule], Number(method.threshold))
+        return Compare(">", self.activations[rule], ZERO)
+
+    def _besides(self, entry: ImpliedPlan) -> tuple[Expr, ...] | None:
+        """Return conditions under which a rule acts though a consequent feels nothing of it; None if it always acts."""
+        chosen = self.plan.least is None and not self.plan.activation_of(entry.rule).compares
+        if entry.change is None and not chosen:
+            return ()
+        acts = self._acts(entry.rule)
+        return None if acts is None else (acts,)
+
+    def _computable(self, expr: Expr) -> bool:
+        return all(n.name in self._known for n in names_in(expr))
+
+    def _activation(self, position: int) -> Expr:
+        rule = self.plan.rules[position]
+        if rule.weight == 0.0:
+            return ZERO
+        return self.builder.let(times(self._fired[rule.strength], Number(rule.weight)))
+
+    def _output(self, position: int) -> Expr:
+        plan, output = self.plan, self.plan.outputs[position]
+        states = {k: s for s, (o, k) in enumerate(plan.states) if o == position}
+        active = [
+            Activation(self.effect(entry), entry.term, states.get(k), _most(plan, entry), self._besides(entry))
+            for k, entry in enumerate(output.implied)
+        ]
+        inputs = {i.name: x for i, x in zip(plan.inputs, self.clamped, strict=True)}
+        inputs |= {plan.outputs[k].name: self.outputs[k] for k in output.reads if k in self.outputs}
+        firing = [a for a in active if a.strength != ZERO]
+        total = self._total(output)
+        if output.over_rules:
+            firing = merged(self.builder, output, firing, inputs)
+        previous = Item(STATE, len(plan.states) + plan.held.index(position)) if position in plan.held else None
+        value, fires = defuzzify(self.builder, output, firing, inputs, previous, total)
+        if output.clamped:
+            value = self.builder.let(clip(value, output.lower, output.upper))
+        if output.otherwise == "error":
+            quiet = Logic("and", (Logic("not", (fires,)), Logic("not", (self.nan(position),))))
+            self.builder.statements.append(Refuse(quiet, output.name))
+        return value
+
+    def _total(self, output: OutputPlan) -> Expr | None:
+        """Return what an average divides by, None for the sum of the activations of its rules."""
+        match output.total:
+            case "strengths":
+                rules = [self.plan.rules[e.rule] for e in output.implied]
+                return self.builder.total(self._fired[rule.strength] for rule in rules)
+            case "all_rules":
+                rest = [self._weighted(r) for r in range(len(self.plan.rules))]
+                return self.builder.total(rest)
+        return None
+
+    def _weighted(self, rule: int) -> Expr:
+        """Return the activation of a rule with its weight, wherever that counts."""
+        entries = [e for o in self.plan.outputs for e in o.implied if e.rule == rule]
+        factor = entries[0].factor if entries else 1.0
+        return times(self.activations[rule], Number(factor))
+
+
+def _most(plan: Plan, entry: ImpliedPlan) -> float:
+    """Return the largest activation that a rule can have in one of its consequents."""
+    shared = plan.activation_of(entry.rule).kind == "proportional"
+    most = 1.0 if shared or entry.change else plan.rules[entry.rule].weight
+    return most * entry.factor
+
+
+def _adaptive_front(plan: Plan) -> _Front:
+    """Write what adaptive outputs need: the outputs that they read."""
+    front = _Front(plan)
+    needed = {r for o, _ in plan.states for r in plan.outputs[o].reads}
+    for position in plan.order:
+        if position in needed:
+            front.write_output(position)
+    return front
+
+
+def _normalised(plan: Plan, front: _Front) -> list[Expr]:
+    """Return ξ of each state entry: activation over the sum of the activations of its output, 0 where none fires."""
+    builder = front.builder
+    normalised: list[Expr] = []
+    activations = {o: [front.activations[e.rule] for e in plan.outputs[o].implied] for o, _ in plan.states}
+    totals = {o: builder.total(own) for o, own in activations.items()}
+    for o, k in plan.states:
+        own, total = activations[o], totals[o]
+        share = Where(Compare(">", total, ZERO), Binary("/", own[k], total), ZERO)
+        normalised.append(builder.let(share) if own[k] != ZERO else ZERO)
+    return normalised

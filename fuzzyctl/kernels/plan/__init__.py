@@ -1,0 +1,1 @@
+"""The plan: a system without names and expressions, flat and hashable."""

@@ -1,0 +1,229 @@
+"""From the model to a plan: the same system without names to look up, expressions to compute, or places in a text."""
+
+from __future__ import annotations
+
+import math
+from typing import cast
+
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.expr import (
+    CompareOp,
+)
+from fuzzyctl.formulas import (
+    MEMBERSHIP,
+)
+from fuzzyctl.kernels.plan.antecedents import Antecedents, term_of_input
+from fuzzyctl.kernels.plan.compatibility import require_suited
+from fuzzyctl.kernels.plan.consequents import Conclusions, term_of_output
+from fuzzyctl.kernels.plan.expressions import guarded, number_of, over_inputs
+from fuzzyctl.kernels.plan.plan import (
+    ActivationPlan,
+    ChainPlan,
+    DegreePlan,
+    HeldPlan,
+    ImpliedPlan,
+    InputPlan,
+    Otherwise,
+    OutputCycleError,
+    OutputPlan,
+    Plan,
+    RulePlan,
+    chain_name,
+    degree_name,
+    step_name,
+)
+from fuzzyctl.kernels.plan.sets import ITSELF, SetPlan
+from fuzzyctl.model.checks.semantics import misfitting_semantics
+from fuzzyctl.model.dependencies import comparisons_that_wait
+from fuzzyctl.model.method import AVERAGES, Activation
+from fuzzyctl.model.rule import Rule
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import Hold, Input, LinguisticVariable, Output, Term
+
+__all__ = [
+    "ITSELF",
+    "ActivationPlan",
+    "ChainPlan",
+    "DegreePlan",
+    "HeldPlan",
+    "ImpliedPlan",
+    "InputPlan",
+    "Otherwise",
+    "OutputCycleError",
+    "OutputPlan",
+    "Plan",
+    "RulePlan",
+    "SetPlan",
+    "chain_name",
+    "degree_name",
+    "guarded",
+    "plan",
+    "planned_set",
+    "step_name",
+]
+
+
+def plan(system: FuzzySystem) -> Plan:
+    """Flatten a well-formed system.
+
+    Raises:
+        DiagnosticError: For terms that do not suit the defuzzifier, such as an exact centroid of curved terms, and for
+            activation methods that compare rules of which some read an output of the same evaluation.
+        OutputCycleError: For outputs that read each other in a circle.
+        UnknownNameError: For an antecedent or consequent that names what is not declared.
+        ExprError: For an expression without a value; a loaded system has none such.
+    """
+    mistakes = list(misfitting_semantics(system))
+    if mistakes:
+        raise DiagnosticError(mistakes)
+    antecedents = Antecedents(system)
+    activations, groups = _activations(system)
+    rules = tuple(
+        RulePlan(antecedents.strength(rule.antecedent, r), _first_weight(system, rule), group)
+        for r, (rule, group) in enumerate(zip(system.rules, groups, strict=True))
+    )
+    order, reads = _order(system)
+    if system.method.semantics.total == "all_rules" and any(reads):
+        message = "'total=all_rules' divides by the activations of all rules, and some of them read an output"
+        raise DiagnosticError([Diagnostic("FZ214", message, system.method.semantics.span)])
+    return Plan(
+        inputs=tuple(_input(system, i) for i in system.inputs),
+        degrees=tuple(antecedents.degrees),
+        steps=tuple(antecedents.steps),
+        strengths=tuple(antecedents.strengths),
+        rules=rules,
+        activations=activations,
+        outputs=tuple(_output(system, output, r) for output, r in zip(system.outputs, reads, strict=True)),
+        order=order,
+        chains=tuple(antecedents.chains),
+        least=system.method.semantics.least,
+    )
+
+
+def _first_weight(system: FuzzySystem, rule: Rule) -> float:
+    """Return the weight that counts before implication; a rule of weight 0 never acts."""
+    weight = number_of(system, rule.weight)
+    return 1.0 if system.method.semantics.weight == "after" and weight != 0.0 else weight
+
+
+def _input(system: FuzzySystem, variable: Input) -> InputPlan:
+    return InputPlan(
+        variable.name, number_of(system, variable.lower), number_of(system, variable.upper), variable.extrapolate
+    )
+
+
+def planned_set(system: FuzzySystem, variable: LinguisticVariable, term: Term) -> SetPlan | None:
+    """Return a term as a fuzzy set with numbers, None for a consequent that is a function of the inputs."""
+    if isinstance(variable, Input):
+        return term_of_input(system, variable.name, term)
+    if term.membership.kind not in (*MEMBERSHIP, "formula"):
+        return None
+    return term_of_output(system, variable.name, term.membership)
+
+
+def _order(system: FuzzySystem) -> tuple[tuple[int, ...], list[tuple[int, ...]]]:
+    """Return the outputs each after those it reads, and for each all it depends on."""
+    names = [o.name for o in system.outputs]
+    direct: dict[str, set[str]] = {name: set() for name in names}
+    for output, read in system.reads:
+        direct.get(output, set()).update(read)
+    reads: dict[str, set[str]] = {}
+    order: list[str] = []
+    while len(order) < len(names):
+        ready = [n for n in names if n not in reads and direct[n] <= set(order)]
+        if not ready:
+            raise OutputCycleError(_cycle(direct, [n for n in names if n not in reads]))
+        for name in ready:
+            reads[name] = direct[name].union(*(reads[n] for n in direct[name]))
+            order.append(name)
+    return tuple(names.index(n) for n in order), [tuple(sorted(names.index(r) for r in reads[n])) for n in names]
+
+
+def _cycle(direct: dict[str, set[str]], left: list[str]) -> list[str]:
+    """Return outputs that read each other in a circle, the first one again at the end."""
+    path = [left[0]]
+    while path[-1] not in path[:-1]:
+        path.append(min(direct[path[-1]] & set(left)))
+    return path[path.index(path[-1]) :]
+
+
+def _activations(system: FuzzySystem) -> tuple[tuple[ActivationPlan, ...], list[int]]:
+    """Return the activation methods, and for each rule which of them it has.
+
+    Methods that look at each rule by itself are one for all rule blocks that have them; others have each its block.
+    """
+    mistake = next(comparisons_that_wait(system), None)
+    if mistake is not None:
+        raise DiagnosticError([mistake])
+    found: dict[tuple[ActivationPlan, int], int] = {}
+    groups: dict[int, int] = {}
+    for method in {m.block: m for m in system.rule_methods}.values():
+        own = _activation(system, method.activation)
+        groups[method.block] = found.setdefault((own, method.block if own.compares else -1), len(found))
+    return tuple(activation for activation, _ in found), [groups[m.block] for m in system.rule_methods]
+
+
+def _activation(system: FuzzySystem, method: Activation) -> ActivationPlan:
+    return ActivationPlan(
+        kind=method.kind,
+        count=1 if method.count is None else method.count,
+        threshold=0.0 if method.threshold is None else number_of(system, method.threshold),
+        comparison=cast("CompareOp", method.comparison or ">="),  # what reads an activation lets nothing else pass
+    )
+
+
+def _output(system: FuzzySystem, output: Output, reads: tuple[int, ...]) -> OutputPlan:
+    method = system.method
+    defuzzifier = output.defuzzifier or method.defuzzifier
+    conclusions = Conclusions(system, output)
+    for r, k in system.conclusions.get(output.name, ()):
+        conclusions.add(r, system.rules[r], k)
+    semantics = method.semantics
+    aggregation = output.aggregation or method.aggregation
+    # Of constants it does not matter whether those of one term are added up first.
+    joins = defuzzifier.over_rules and (aggregation != "sum" or defuzzifier.kind not in (*AVERAGES, "weighted_sum"))
+    lower, upper = number_of(system, output.lower), number_of(system, output.upper)
+    planned = OutputPlan(
+        name=output.name,
+        lower=lower,
+        upper=upper,
+        kind=defuzzifier.kind,
+        resolution=defuzzifier.resolution,
+        grid=defuzzifier.grid,
+        implication=conclusions.implication,
+        aggregation=aggregation,
+        terms=tuple(conclusions.terms),
+        implied=tuple(conclusions.implied),
+        otherwise=_otherwise(system, output, lower, upper),
+        rate=None if output.adaptive is None else over_inputs(system, output.adaptive),
+        reads=reads,
+        rule=defuzzifier.rule,
+        tolerance=defuzzifier.tolerance,
+        by=defuzzifier.by,
+        places=semantics.places,
+        none_active=semantics.none_active,
+        fallback=semantics.fallback,
+        merge=semantics.merge if joins else "rules",
+        total=semantics.total if defuzzifier.averages else "activations",
+        equal=semantics.equal,
+        clamped=output.clamped,
+    )
+    require_suited(output, planned)
+    return planned
+
+
+def _otherwise(system: FuzzySystem, output: Output, lower: float, upper: float) -> Otherwise:
+    match output.otherwise:
+        case None:
+            return None
+        case "midpoint":
+            return 0.5 * lower + 0.5 * upper
+        case "nan":
+            return math.nan
+        case "error":
+            return "error"
+        case Hold(start=start):
+            if start == "nan":
+                return HeldPlan(math.nan)
+            return HeldPlan(0.5 * lower + 0.5 * upper if start is None else number_of(system, start))
+    return number_of(system, output.otherwise)

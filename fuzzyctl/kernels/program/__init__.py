@@ -1,0 +1,1 @@
+"""The intermediate language: programs of assignments, and their primitives."""

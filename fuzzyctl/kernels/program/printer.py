@@ -1,0 +1,321 @@
+"""Text of programs: one way to write each node for scalar Python (and numba) and one for numpy arrays."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where
+from fuzzyctl.kernels.program.program import (
+    Accumulate,
+    Assign,
+    Between,
+    Branches,
+    Fold,
+    Guarded,
+    Item,
+    Locate,
+    Offset,
+    Place,
+    Quadrature,
+    Refuse,
+    Row,
+    Statement,
+)
+
+INDENT = "    "
+
+#: More knots than this are searched by compiled code, which costs as much at eight and a third at 64 of them.
+MOST_COUNTED = 8
+#: So it is in loops over many points, where comparisons become vector instructions: as much at some fifty.
+MOST_COUNTED_MANY = 48
+
+
+def index_text(index: int | str | Place) -> str:
+    """Return a position within an array."""
+    if isinstance(index, Place):
+        return f"{index.name} + {index.steps}" if index.steps else index.name
+    return str(index)
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """How a target writes what targets write differently.
+
+    Args:
+        where: Text of a choice, from the texts of condition, value and other value.
+        smaller: Text of the smaller of two atoms.
+        larger: Text of the larger of two atoms.
+        clip: Text of an atom held between two atoms; NaN stays NaN.
+        logic: Texts of `and`, `or`, `not`.
+        locate: Lines that find a knot.
+        nested: Whether functions are defined where they are used.
+        integral: Text of a call that integrates, from the texts of what the set depends on and of its marks.
+        decay: Name of the exponential function where its argument is not positive, so that it cannot overflow.
+        item: Text of an array item.
+        divide: Text of a quotient.
+        row: Text of a row of a table, from its name and that of the place.
+        constant: Text of a number.
+    """
+
+    where: Callable[[str, str, str], str]
+    smaller: Callable[[str, str], str]
+    larger: Callable[[str, str], str]
+    clip: Callable[[str, str, str], str]
+    logic: tuple[str, str, str]
+    locate: Callable[[Locate, str], list[str]]
+    item: Callable[[str, int | str | Place], str] = lambda array, index: f"{array}[{index_text(index)}]"
+    divide: Callable[[str, str], str] = lambda a, b: f"({a} / {b})"
+    decay: str = "exp"
+    row: Callable[[str, str], str] = lambda table, place: f"{table}[{place}]"
+    nested: bool = False
+    integral: Callable[[Quadrature, str, str], str] = lambda s, given, marks: (
+        f"{s.kind}({s.function}, marked({s.places}, {marks}), {given})"
+    )
+    constant: Callable[[float], str] = lambda value: number(value)
+
+
+def counted(statement: Locate, x: str, constants: Sequence[str] = (), item: str = "") -> list[str]:
+    """Return lines without branches: each knot but the first counts if it is not beyond the value.
+
+    Args:
+        statement: What is found.
+        x: Text of the value.
+        constants: Texts of the knots; empty for the numbers themselves.
+        item: Text of the knot found; empty for an item of the table.
+    """
+    name, rest = statement.name, statement.rest
+    knots = constants or [number(k) for k in statement.knots]
+    first, last = knots[0], knots[-1]
+    held = f"{rest} = ({first} if {x} < {first} else ({last} if {x} > {last} else {x}))"
+    count = " + ".join(["0", *(f"({rest} >= {k})" for k in knots[1:])])
+    lines = [held, f"{name} = {count}", f"{rest} = {rest} - {item or f'{statement.table}[{name}]'}"]
+    return lines if statement.stride == 1 else [*lines, f"{name} = {statement.stride} * {name}"]
+
+
+def searched(statement: Locate, x: str, table: str = "", first: int = 0) -> list[str]:
+    """Return lines that call `search`, which halves the knots without branches, as often as a compiler knows.
+
+    Args:
+        statement: What is found.
+        x: Text of the value.
+        table: Name of the array in which the knots stand; empty for their own.
+        first: Where they begin in it.
+    """
+    name, rest, count = statement.name, statement.rest, len(statement.knots)
+    array = table or statement.table
+    low, high = f"{array}[{first}]", f"{array}[{first + count - 1}]"
+    lines = [
+        f"{rest} = ({low} if {x} < {low} else ({high} if {x} > {high} else {x}))",
+        f"{name} = search({array}, {first}, {count}, {rest})",
+        f"{rest} = {rest} - {array}[{first} + {name}]",
+    ]
+    return lines if statement.stride == 1 else [*lines, f"{name} = {statement.stride} * {name}"]
+
+
+def counted_or_searched(statement: Locate, x: str, most: int = MOST_COUNTED) -> list[str]:
+    """Return lines for compilers: comparisons with all knots where these are at most so many."""
+    return counted(statement, x) if len(statement.knots) <= most else searched(statement, x)
+
+
+def decided(statement: Locate, x: str) -> list[str]:
+    """Return lines that halve the knots until one is left: what costs least where each line is interpreted."""
+    name, rest, knots = statement.name, statement.rest, statement.knots
+
+    def halved(first: int, last: int) -> list[str]:
+        if first < last:
+            middle = (first + last + 1) // 2
+            upper, lower = halved(middle, last), halved(first, middle - 1)
+            test = f"if {x} >= {number(knots[middle])}:"
+            return [test, *(INDENT + line for line in upper), "else:", *(INDENT + line for line in lower)]
+        beyond = f"{x} - {number(knots[first])}" if knots[first] else x
+        if first == len(knots) - 1:
+            beyond = "0.0" if first else f"({x} - {x} if {x} != {x} else 0.0)"
+        elif first == 0:
+            beyond = f"0.0 if {x} < {number(knots[0])} else {beyond}"
+        place = f"{name} = {first * statement.stride}"
+        return [place, f"{rest} = {beyond}"] if statement.wants_rest else [place]
+
+    return halved(0, len(knots) - 1)
+
+
+SCALAR = Dialect(
+    where=lambda c, a, b: f"({a} if {c} else {b})",
+    smaller=lambda a, b: f"({a} if {a} < {b} else {b})",
+    larger=lambda a, b: f"({a} if {a} > {b} else {b})",
+    clip=lambda x, a, b: f"({a} if {x} < {a} else ({b} if {x} > {b} else {x}))",
+    logic=(" and ", " or ", "not "),
+    locate=counted_or_searched,
+)
+
+#: Scalar Python as it is interpreted, not compiled.
+INTERPRETED = replace(SCALAR, locate=decided, decay="decay", nested=True)
+
+#: Plain Python where a quotient may be 0/0 or 1/0, which Python refuses and IEEE 754 (so numpy, numba) does not.
+IEEE_SCALAR = replace(INTERPRETED, divide=lambda a, b: f"divide({a}, {b})")
+
+
+def _array_item(array: str, index: int | str | Place) -> str:
+    """Return items at many positions; a constant step is cheaper to take off the array than to add to each position."""
+    if not isinstance(index, Place):
+        return f"{array}[{index}]"
+    return f"{array}[{index.steps}:].take({index.name})" if index.steps else f"{array}.take({index.name})"
+
+
+ARRAYS = Dialect(
+    where=lambda c, a, b: f"where({c}, {a}, {b})",
+    smaller=lambda a, b: f"minimum({a}, {b})",
+    larger=lambda a, b: f"maximum({a}, {b})",
+    clip=lambda x, a, b: f"clip({x}, {a}, {b})",
+    logic=(" & ", " | ", "logical_not"),
+    locate=lambda s, x: [f"{s.name}, {s.rest} = locate({x}, {s.table}, {s.stride})"],
+    item=_array_item,
+    row=lambda table, place: f"{table}.take({place}, 0).T",
+    # Constants stay plain Python numbers, and Python refuses to divide those by zero.
+    divide=lambda a, b: f"divide({a}, {b})",
+)
+
+
+def text(expr: Expr, dialect: Dialect) -> str:
+    """Return an expression as source text; everything compound stands in parentheses."""
+    return _Writer(dialect).text(expr)
+
+
+@dataclass(frozen=True)
+class _Writer:
+    dialect: Dialect
+
+    def text(self, expr: Expr) -> str:
+        match expr:
+            case Number(value=value):
+                return self.dialect.constant(value)
+            case Name(name=name):
+                return name
+            case Item(array=array, index=index):
+                return self.dialect.item(array, index)
+            case Negate(operand=operand):
+                return f"(-{self.text(operand)})"
+            case (
+                Binary(op="-", left=kept, right=Number(value=0.0)) | Binary(op="*", left=Number(value=1.0), right=kept)
+            ):
+                return self.text(kept)
+            case Binary(op="/", left=left, right=right):
+                return self.dialect.divide(self.text(left), self.text(right))
+            case Binary(op="^", left=left, right=Number(value=value)):
+                return f"power({self.text(left)}, {number(value)})"
+            case Binary(op="^", left=left, right=right):
+                return f"power({self.text(left)}, {self.text(right)})"
+            case Binary(op=op, left=left, right=right) | Compare(op=op, left=left, right=right):
+                return f"({self.text(left)} {op} {self.text(right)})"
+            case Logic(op="not", operands=(operand,)):
+                return f"({self.dialect.logic[2]}({self.text(operand)}))"
+            case Logic(op=logic, operands=operands):
+                return f"({self.dialect.logic[logic == 'or'].join(self.text(o) for o in operands)})"
+            case Where(condition=condition, then=then, otherwise=otherwise):
+                return self.dialect.where(self.text(condition), self.text(then), self.text(otherwise))
+            case Call(function="min", arguments=(a, b)):
+                return self.dialect.smaller(self.text(a), self.text(b))
+            case Call(function="max", arguments=(a, b)):
+                return self.dialect.larger(self.text(a), self.text(b))
+            case Call(function="clip", arguments=(a, b, c)):
+                return self.dialect.clip(self.text(a), self.text(b), self.text(c))
+            case Call(function="exp", arguments=(Binary(op="*", left=Number(value=factor), right=square),)) if (
+                factor <= 0.0 and isinstance(square, Binary) and square.op == "*" and square.left == square.right
+            ):
+                return f"{self.dialect.decay}({self.text(Binary('*', Number(factor), square))})"
+            case Call(function=function, arguments=arguments):
+                return f"{function}({', '.join(self.text(a) for a in arguments)})"
+        raise TypeError(f"{type(expr).__name__} has no text in a program")
+
+
+def _branches(statement: Branches, dialect: Dialect) -> list[str]:
+    x = text(statement.x, dialect)
+
+    def halved(first: int, last: int) -> list[str]:
+        if first == last:
+            values = (text(v, dialect) for v in statement.values[first])
+            return [f"{n} = {v}" for n, v in zip(statement.names, values, strict=True)]
+        middle = (first + last + 1) // 2
+        upper, lower = halved(middle, last), halved(first, middle - 1)
+        test = f"if {x} >= {number(statement.cuts[middle - 1])}:"
+        return [test, *(INDENT + line for line in upper), "else:", *(INDENT + line for line in lower)]
+
+    return halved(0, len(statement.cuts))
+
+
+def _tuple(texts: Sequence[str]) -> str:
+    return f"({', '.join(texts)},)" if texts else "()"
+
+
+def set_function(statement: Quadrature, dialect: Dialect) -> Iterator[str]:
+    """Yield the lines of the function that a quadrature integrates."""
+    yield f"def {statement.function}({statement.x}, given):"
+    if statement.given:
+        yield f"{INDENT}{', '.join(statement.given)}, = given"
+    yield from block(statement.body, dialect, lambda condition, output: [])
+    yield f"{INDENT}return {text(statement.value, dialect)}"
+
+
+def _offset(parts: Sequence[tuple[str, int]]) -> str:
+    return " + ".join(name if stride == 1 else f"{stride} * {name}" for name, stride in parts)
+
+
+def number(value: float) -> str:
+    """Return a number that reads back bit for bit."""
+    if math.isnan(value):
+        return "nan"
+    if math.isinf(value):
+        return "inf" if value > 0 else "(-inf)"
+    return repr(value) if value >= 0 else f"({value!r})"
+
+
+def block(
+    statements: tuple[Statement, ...], dialect: Dialect, refuse: Callable[[str, str], list[str]], depth: int = 1
+) -> Iterator[str]:
+    """Yield the lines of some statements.
+
+    Args:
+        statements: What to print.
+        dialect: For which target.
+        refuse: Lines of a refusal, from the text of its condition and the output's name.
+        depth: Levels of indentation.
+    """
+    pad = INDENT * depth
+    for statement in statements:
+        match statement:
+            case Assign(name=name, value=value):
+                yield f"{pad}{name} = {text(value, dialect)}"
+            case Locate(x=x):
+                yield from (pad + line for line in dialect.locate(statement, text(x, dialect)))
+            case Offset(name=name, parts=parts):
+                yield f"{pad}{name} = {_offset(parts)}"
+            case Branches():
+                yield from (pad + line for line in _branches(statement, dialect))
+            case Guarded(name=name, body=body):
+                yield f"{pad}if {name}:"
+                yield from block(body, dialect, refuse, depth + 1)
+            case Row(names=names, table=table, place=place):
+                yield f"{pad}{', '.join(names)} = {dialect.row(table, place)}"
+            case Accumulate(count=count, counter=counter, body=body, sums=sums):
+                yield from (f"{pad}{s.name} = 0.0" for s in sums)
+                yield f"{pad}for {counter} in range({count}):"
+                yield from block(body, dialect, refuse, depth + 1)
+                yield from (f"{pad}{INDENT}{s.name} = {s.name} + {text(s.value, dialect)}" for s in sums)
+            case Fold(count=count, counter=counter, first=first, body=body, then=then):
+                yield from block(first, dialect, refuse, depth)
+                yield f"{pad}for {counter} in range({count}):"
+                yield from block((*body, *then), dialect, refuse, depth + 1)
+            case Between(name=name, side=side, share=share, body=body, value=value):
+                own, other = text(share, dialect), text(value, dialect)
+                yield f"{pad}{name} = 0.0"
+                yield f"{pad}for {side} in range(2):"
+                yield from block(body, dialect, refuse, depth + 1)
+                yield f"{pad}{INDENT}{name} = ({name} + {own} * ({other} - {name}) if {side} else {other})"
+            case Quadrature(found=found, area=area, given=given):
+                if dialect.nested:
+                    yield from (pad + line for line in set_function(statement, dialect))
+                read, marks = (_tuple(t) for t in (given, [text(m, dialect) for m in statement.marks]))
+                yield f"{pad}{found}, {area} = {dialect.integral(statement, read, marks)}"
+            case Refuse(condition=condition, output=output):
+                yield from (pad + line for line in refuse(text(condition, dialect), output))

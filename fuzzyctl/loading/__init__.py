@@ -1,0 +1,1 @@
+"""Loading: from a path to a checked system."""

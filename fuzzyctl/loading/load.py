@@ -1,0 +1,341 @@
+"""From a file to fuzzy systems, read like a table of contents: read → parse → assemble → resolve → check."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from collections.abc import Collection, Iterable, Sequence
+from pathlib import Path
+from typing import Final
+
+from fuzzyctl.diagnostics.diagnostic import CODES, ArgumentError, Diagnostic, DiagnosticError, Note
+from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.diagnostics.suggestions import closest
+from fuzzyctl.formats.foreign import examine_foreign
+from fuzzyctl.formats.registry import format_of
+from fuzzyctl.lang import syntax as sx
+from fuzzyctl.lang.edits import in_original
+from fuzzyctl.lang.parser import parse
+from fuzzyctl.loading.assembly import Part, bring_in, split
+from fuzzyctl.loading.linking import link
+from fuzzyctl.model.checks.checks import check_model
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.resolve import resolve
+from fuzzyctl.support import arguments
+from fuzzyctl.support.reading import MAX_BYTES, decode, read_source
+
+#: Most systems of a file, and most statements that they share, counted once for each system.
+MAX_SYSTEMS: Final = 200
+MAX_SHARED: Final = 20_000
+
+#: By file its systems.
+Opened = dict[Path, tuple[FuzzySystem, ...]]
+
+__all__ = ["MAX_BYTES", "decode", "examine", "examine_all", "load", "load_all", "loads", "read_source"]
+
+
+def load(path: str | os.PathLike[str], *, system: str | None = None, max_bytes: int = MAX_BYTES) -> FuzzySystem:
+    """Read a fuzzy system from a rule file, or from a file of another tool.
+
+    The structure of the file is checked. Gaps between the rules, guarantees and warnings are not: `fuzzyctl.check`
+    reports them.
+
+    Args:
+        path: The file; its suffix gives the format: `.fll`, `.fis`, `.fcl`, `.fml` and `.xml` are files of other tools,
+            every other suffix is a rule file, usually `.fz`.
+        system: Name of the system; required if the file holds several.
+        max_bytes: Largest size that is read [bytes].
+
+    Returns:
+        The system.
+
+    Raises:
+        DiagnosticError: With all errors of the file, each with line, column and help; for a file that cannot be read;
+            for several systems without a chosen name.
+        ArgumentError: For an argument of another type.
+        ValueOutOfBoundsError: For `max_bytes` out of its bounds.
+    """
+    path, system = arguments.path(path, "; 'loads' takes texts"), chosen_name(system)
+    source = read_source(path, max_bytes=arguments.bytes_allowed(max_bytes))
+    return _required(examine(source, folder=Path(path).parent, system=system, hints=False))
+
+
+def load_all(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES) -> tuple[FuzzySystem, ...]:
+    """Read all fuzzy systems of a rule file, in the order written.
+
+    Args:
+        path: The file, as for `load`.
+        max_bytes: Largest size that is read [bytes].
+
+    Raises:
+        DiagnosticError: With all errors of the file.
+        ArgumentError: For an argument of another type.
+        ValueOutOfBoundsError: For `max_bytes` out of its bounds.
+    """
+    path = arguments.path(path, "; 'loads' takes texts")
+    source = read_source(path, max_bytes=arguments.bytes_allowed(max_bytes))
+    systems, diagnostics = examine_all(source, folder=Path(path).parent, hints=False)
+    errors = [d for d in diagnostics if d.severity == "error"]
+    if errors:
+        raise DiagnosticError(errors)
+    return systems
+
+
+def loads(text: str, name: str = "<text>", *, system: str | None = None) -> FuzzySystem:
+    """Read a fuzzy system from a text.
+
+    Args:
+        text: What a rule file holds; it can use no other files.
+        name: Shown in diagnostics; its suffix gives the format, as for `load`.
+        system: Name of the system; required if the text holds several.
+
+    Raises:
+        DiagnosticError: With all errors of the text; for characters that no text file can hold.
+        ArgumentError: For an argument of another type.
+    """
+    if not isinstance(text, str):
+        raise ArgumentError(f"the text of a rule file is due, got {type(text).__name__}; 'load' takes paths")
+    source = SourceText(arguments.text("'name'", name), text)
+    _require_characters(source)
+    return _required(examine(source, system=chosen_name(system), hints=False))
+
+
+def chosen_name(system: object) -> str | None:
+    """Return the name of the system that is chosen among several.
+
+    Raises:
+        ArgumentError: For what is no name.
+    """
+    return None if system is None else arguments.instance("'system'", str, "the name of a system, or None", system)
+
+
+def _require_characters(source: SourceText) -> None:
+    """Refuse what no text file can hold, so that what can be read can be written.
+
+    Raises:
+        DiagnosticError: For NUL and for halves of surrogate pairs.
+    """
+    at = arguments.no_character(source.text)
+    if at is not None:  # shown by its number only, since half a pair cannot be printed
+        message = f"the text cannot be that of a file: U+{ord(source.text[at]):04X} in line {source.line_of(at)}"
+        raise DiagnosticError([Diagnostic("FZ002", message, file=source.name, help="remove it")])
+
+
+def examine(
+    source: SourceText, *, folder: Path | None = None, system: str | None = None, hints: bool = True
+) -> tuple[FuzzySystem | None, list[Diagnostic]]:
+    """Parse, assemble, resolve and check a source that holds one system, or several of which one is named.
+
+    Args:
+        source: The text.
+        folder: Where the files stand that it uses; None for a text that may use none.
+        system: Name of the system, where there are several.
+        hints: Whether to look for what can only be a warning; without it a file is read faster.
+
+    Returns:
+        The system, None when there are errors, and all diagnostics, warnings included, in the order of their places.
+    """
+    return choose(source, *examine_all(source, folder=folder, hints=hints), system)
+
+
+def choose(
+    source: SourceText, systems: Sequence[FuzzySystem], diagnostics: list[Diagnostic], system: str | None
+) -> tuple[FuzzySystem | None, list[Diagnostic]]:
+    """Pick the one system of a file, or the one named; None when there are errors."""
+    if any(d.severity == "error" for d in diagnostics):
+        return None, diagnostics
+    names = [s.name for s in systems]
+    if system is None and len(systems) == 1:
+        return systems[0], diagnostics
+    if system in names:
+        return systems[names.index(system)], diagnostics
+    if system is None:
+        message, help_text = "the file holds several systems, and none is chosen", f"name one, such as '{names[0]}'"
+    else:
+        near = closest(system, names)
+        message, help_text = f"the file holds no system '{system}'", f"did you mean '{near}'?" if near else ""
+    facts = (f"systems: {', '.join(names)}",)
+    return None, [*diagnostics, Diagnostic("FZ502", message, facts=facts, help=help_text, file=source.name)]
+
+
+def examine_all(
+    source: SourceText, *, folder: Path | None = None, hints: bool = True
+) -> tuple[tuple[FuzzySystem, ...], list[Diagnostic]]:
+    """Do the same for all systems of a source; those with errors are left out.
+
+    The suffix of the source's name says the format; whatever is no format of another tool is a rule file.
+    """
+    found = look_through(source, folder=folder, hints=hints)
+    return found.systems, found.told(found.diagnostics)
+
+
+@dataclasses.dataclass(frozen=True)
+class Examined:
+    """What a source holds.
+
+    Args:
+        source: The text.
+        systems: Those without errors.
+        diagnostics: All of them, whatever the file allows or denies.
+        policy: The lines that say what it does.
+    """
+
+    source: SourceText
+    systems: tuple[FuzzySystem, ...]
+    diagnostics: list[Diagnostic]
+    policy: tuple[sx.Allow, ...] = ()
+
+    def told(self, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
+        """Return diagnostics in order, as the lines of the file want them."""
+        return apply_policy(in_order(self.source, diagnostics), self.policy)
+
+
+def look_through(
+    source: SourceText, *, folder: Path | None = None, hints: bool = True, opened: Opened | None = None
+) -> Examined:
+    """Examine all systems of a source; what it allows and denies is left to whoever knows all diagnostics.
+
+    Args:
+        source: The text.
+        folder: Where the files stand that it uses.
+        hints: Whether to look for what can only be a warning.
+        opened: The systems of files that have been read for this check already.
+    """
+    foreign = format_of(source.name)
+    if foreign is not None:
+        return Examined(source, *examine_foreign(foreign, source))
+    tree, mistakes = parse(source)
+    tree, more = bring_in(tree, folder)
+    diagnostics = [*mistakes, *more]
+    broken = bool(more) or (bool(mistakes) and not tree.repaired)
+    systems: list[FuzzySystem] = []
+    policy = [s for s in tree.statements if isinstance(s, sx.Allow)]
+    hints = hints or any(line.keyword.text == "deny" for line in policy)
+    parts = split(tree)
+    crowd = _crowded(source, parts)
+    if crowd is not None:
+        return Examined(source, (), [*diagnostics, crowd], tuple(policy))
+    for part in parts:
+        system, found = _examine_part(part, broken, hints)
+        # Warnings are of the file as it is, not of what its repair would be.
+        diagnostics.extend(d for d in found if d.severity == "error" or not tree.repaired)
+        systems.extend([system] if system is not None else [])
+    diagnostics.extend(_same_names(systems))
+    used = _Used(tree, folder, {} if opened is None else opened)
+    linked, more = link(systems, used.system, broken=any(d.severity == "error" for d in diagnostics))
+    # What was read after repairs is no system of the file, but its mistakes are those of the file.
+    found = [in_original(d) for d in (*diagnostics, *more, *used.mistakes)]
+    return Examined(source, () if mistakes else linked, found, tuple(policy))
+
+
+def _crowded(source: SourceText, parts: Sequence[Part]) -> Diagnostic | None:
+    """Report a file with more systems than are read, or with too much that is read for each of them."""
+    place = next((s.name.span for s in parts[-1].tree.statements if isinstance(s, sx.System)), None)
+    if len(parts) > MAX_SYSTEMS:
+        message = f"the file holds {len(parts)} systems, more than {MAX_SYSTEMS}"
+        return Diagnostic("FZ112", message, place, help="spread them over several files")
+    shared = len(parts) * len(parts[0].shared)
+    if len(parts) > 1 and shared > MAX_SHARED:
+        message = (
+            f"{len(parts)} systems share {len(parts[0].shared)} statements, {shared} in all, more than {MAX_SHARED}"
+        )
+        return Diagnostic("FZ112", message, place, help="spread the systems over several files")
+    return None
+
+
+class _Used:
+    """The systems of the files that a file uses, read when one of them is named.
+
+    Attributes:
+        mistakes: Those of the files read.
+    """
+
+    def __init__(self, tree: sx.SyntaxTree, folder: Path | None, opened: Opened) -> None:
+        self.opened = opened
+        names = dict.fromkeys(s.path for s in tree.statements if isinstance(s, sx.Use))
+        self.paths = [folder / name for name in names] if folder is not None else []
+        self.systems: dict[str, FuzzySystem] = {}
+        self.mistakes: list[Diagnostic] = []
+
+    def system(self, name: str) -> FuzzySystem | None:
+        """Return the system of that name in the first file that holds one."""
+        while name not in self.systems and self.paths:
+            path = self.paths.pop(0)
+            self.systems = {s.name: s for s in self._opened(path)} | self.systems
+        return self.systems.get(name)
+
+    def _opened(self, path: Path) -> tuple[FuzzySystem, ...]:
+        """Return the systems of a file, read once however many ways lead to it."""
+        key = path.resolve()
+        if key not in self.opened:
+            self.opened[key] = ()
+            found = look_through(read_source(path), folder=path.parent, hints=False, opened=self.opened)
+            self.mistakes.extend(d for d in found.told(found.diagnostics) if d.severity == "error")
+            self.opened[key] = found.systems
+        return self.opened[key]
+
+
+def _examine_part(part: Part, broken: bool, hints: bool) -> tuple[FuzzySystem | None, list[Diagnostic]]:
+    system, diagnostics = resolve(part.tree, part.shared, broken)
+    if system is not None:
+        diagnostics = [*diagnostics, *check_model(system, hints=hints)]
+        # What is written once for several systems need not be used by each.
+        diagnostics = [d for d in diagnostics if not (d.code in ("FZ208", "FZ216", "FZ219") and part.is_shared(d.span))]
+    return (None if any(d.severity == "error" for d in diagnostics) else system), diagnostics
+
+
+def _same_names(systems: list[FuzzySystem]) -> list[Diagnostic]:
+    first: dict[str, FuzzySystem] = {}
+    found = []
+    for s in systems:
+        earlier = first.setdefault(s.name, s)
+        if earlier is not s:
+            note = (Note(earlier.span, "first declared here"),) if earlier.span is not None else ()
+            message = f"system '{s.name}' is declared twice"
+            found.append(Diagnostic("FZ201", message, s.span, help="rename one of them", notes=note))
+    return found
+
+
+def in_order(source: SourceText, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
+    """Sort by place, those of used files last, and drop what shared lines give once for each system."""
+
+    def place(d: Diagnostic) -> tuple[bool, str, int]:
+        if d.span is None:
+            return (False, "", -1)
+        return (d.span.source.name != source.name, d.span.source.name, d.span.start)
+
+    unique = {(d.code, d.message, place(d)): d for d in diagnostics}
+    return sorted(unique.values(), key=place)
+
+
+def apply_policy(diagnostics: list[Diagnostic], lines: Iterable[sx.Allow]) -> list[Diagnostic]:
+    """Drop warnings and hints that the file allows, and turn those that it denies into errors."""
+    allowed: set[str] = set()
+    denied: set[str] = set()
+    found: list[Diagnostic] = []
+    for line in lines:
+        for word in line.codes:
+            if word.text not in CODES:
+                near = closest(word.text, CODES)
+                help_text = f"did you mean '{near}'?" if near else "'fuzzyctl explain' lists the codes"
+                found.append(Diagnostic("FZ213", f"no diagnostic code '{word.text}'", word.span, help=help_text))
+            (allowed if line.keyword.text == "allow" else denied).add(word.text)
+    return [*found, *enforce(diagnostics, allowed, denied)]
+
+
+def enforce(diagnostics: Iterable[Diagnostic], allowed: Collection[str], denied: Collection[str]) -> list[Diagnostic]:
+    """Drop allowed warnings, and turn denied ones into errors; a code that is both is denied."""
+    found = []
+    for d in diagnostics:
+        if d.severity != "error" and d.code in denied:
+            found.append(dataclasses.replace(d, severity="error"))
+        elif d.severity == "error" or d.code not in allowed:
+            found.append(d)
+    return found
+
+
+def _required(examined: tuple[FuzzySystem | None, list[Diagnostic]]) -> FuzzySystem:
+    system, diagnostics = examined
+    if system is None:
+        raise DiagnosticError([d for d in diagnostics if d.severity == "error"])
+    return system

@@ -1,0 +1,1 @@
+"""Checks of a system that need no proof."""

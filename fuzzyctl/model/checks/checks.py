@@ -1,0 +1,298 @@
+"""Checks of a model: flat lists of small ones, each a function from a system or its numbers to diagnostics."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from typing import Final
+
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, Note
+from fuzzyctl.diagnostics.source import Span
+from fuzzyctl.expr import Expr, Number, names_in
+from fuzzyctl.formulas import MEMBERSHIP
+from fuzzyctl.model.checks.evaluated import Numbers
+from fuzzyctl.model.checks.parameters import VALUE_CHECKS, computed_numbers
+from fuzzyctl.model.checks.rule_tables import jumping_tables
+from fuzzyctl.model.checks.semantics import misfitting_semantics
+from fuzzyctl.model.checks.symmetry import odd_cells
+from fuzzyctl.model.checks.terms import SHAPE_CHECKS, SHAPE_HINTS
+from fuzzyctl.model.dependencies import comparisons_that_wait
+from fuzzyctl.model.partitions import by_line, removal
+from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, literals
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.units import unlike_units
+from fuzzyctl.model.variable import LinguisticVariable, Membership, Output
+
+Check = Callable[[FuzzySystem], Iterator[Diagnostic]]
+
+
+def check_model(system: FuzzySystem, *, hints: bool = True) -> list[Diagnostic]:
+    """Return all diagnostics of a system, in the order of their places.
+
+    A number that cannot be computed, or a shape with bad parameters, costs only the checks that would look at it.
+
+    Args:
+        system: The system.
+        hints: Whether to run the checks that give nothing but warnings.
+    """
+    numbers = Numbers(system)
+    found = [d for check in (*CHECKS, *(HINTS if hints else ())) for d in check(system)]
+    number_checks = (*VALUE_CHECKS, *SHAPE_CHECKS, *(SHAPE_HINTS if hints else ()))
+    found += [d for number_check in number_checks for d in number_check(numbers)]
+    return in_order(found)
+
+
+def check_values(system: FuzzySystem) -> list[Diagnostic]:
+    """Return the diagnostics of single numbers of a system of which parts could not be read or resolved."""
+    numbers = Numbers(system, partial=True)
+    return in_order(d for check in VALUE_CHECKS for d in check(numbers))
+
+
+def in_order(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
+    """Sort by place."""
+    return sorted(diagnostics, key=lambda d: d.span.start if d.span is not None else -1)
+
+
+def require_well_formed(system: FuzzySystem) -> None:
+    """Raise `DiagnosticError` when a system has errors; warnings pass."""
+    errors = [d for d in check_model(system, hints=False) if d.severity == "error"]
+    if errors:
+        raise DiagnosticError(errors)
+
+
+def circular_outputs(system: FuzzySystem) -> Iterator[Diagnostic]:
+    """Find outputs whose values depend on themselves through antecedents and functions."""
+    names = {o.name for o in system.outputs}
+    needs: dict[str, dict[str, Span | None]] = {name: {} for name in names}
+    for output, read in system.reads:
+        needs[output].update(read)
+    for declared in system.outputs:
+        path = _circle(declared.name, needs)
+        if path and declared.name == min(path):
+            span = needs[path[0]][path[1]] or declared.span
+            message = f"outputs depend on each other in a circle: {' → '.join(path)}"
+            yield Diagnostic("FZ217", message, span, help="let one of these rules read inputs only")
+
+
+def _circle(start: str, needs: dict[str, dict[str, Span | None]]) -> list[str]:
+    """Return a way from an output back to itself, or nothing."""
+    ways = [[start]]
+    seen: set[str] = set()
+    while ways:
+        way = ways.pop()
+        for name in needs[way[-1]]:
+            if name == start:
+                return [*way, name]
+            if name not in seen:
+                seen.add(name)
+                ways.append([*way, name])
+    return []
+
+
+def misfitting_activation(system: FuzzySystem) -> Iterator[Diagnostic]:
+    """Find activation methods that compare rules where some of them wait for an output."""
+    yield from comparisons_that_wait(system)
+
+
+def functions_read(system: FuzzySystem) -> Iterator[Diagnostic]:
+    """Find antecedents that name a term of an output that is no fuzzy set."""
+    if system.method.semantics.chained == "degree":
+        return  # how far a function has been activated is as good a degree as any
+    if all(t.membership.kind in MEMBERSHIP for o in system.outputs for t in o.terms):
+        return
+    outputs = {o.name: o for o in system.outputs}
+    seen: set[tuple[str, str]] = set()
+    for rule in system.rules:
+        for i in literals(rule.antecedent):
+            output = outputs.get(i.variable)
+            term = output.term(i.term) if output is not None else None
+            if term is None or term.membership.kind in (*MEMBERSHIP, "formula") or (i.variable, i.term) in seen:
+                continue
+            seen.add((i.variable, i.term))
+            message = f"term '{i.term}' of output '{i.variable}' is a function of the inputs, so nothing can be it"
+            note = (Note(term.span, "declared here"),) if term.span is not None else ()
+            yield Diagnostic("FZ214", message, i.span, help="give the output fuzzy sets as terms", notes=note)
+
+
+def inputs_without_degree(system: FuzzySystem) -> Iterator[Diagnostic]:
+    """Find linear consequents among the terms of inputs: sums over all inputs, which are no degrees."""
+    for variable in system.inputs:
+        for term in variable.terms:
+            if term.membership.kind == "linear":
+                message = f"term '{term.name}' of input '{variable.name}' is linear, a consequent, and no fuzzy set"
+                help_text = "give the input fuzzy sets as terms, or a function of the input alone"
+                yield Diagnostic("FZ214", message, term.membership.span or term.span, help=help_text)
+
+
+def unused_hedges(system: FuzzySystem) -> Iterator[Diagnostic]:
+    """Find hedges of the system's own that no rule uses."""
+    used = {h for rule in system.rules for i in literals(rule.antecedent) for h in i.hedges}
+    used |= {h for rule in system.rules for c in rule.consequents for h in c.hedges}
+    for hedge in system.hedges:
+        if hedge.name not in used:
+            message = f"no rule uses hedge '{hedge.name}'"
+            yield Diagnostic("FZ219", message, hedge.span, "warning", help="remove it, or use it in a rule")
+
+
+def several_adaptive_outputs(system: FuzzySystem) -> Iterator[Diagnostic]:
+    """Find systems that mix an adaptive output with other outputs: a state belongs to one output."""
+    adaptive = [o for o in system.outputs if o.adaptive is not None]
+    if adaptive and len(system.outputs) > 1:
+        yield Diagnostic(
+            "FZ214",
+            f"'{adaptive[0].name}' is adaptive, so it must be the only output",
+            adaptive[0].span,
+            help="put the other outputs into a system of their own",
+        )
+
+
+def outputs_without_rules(system: FuzzySystem) -> Iterator[Diagnostic]:
+    """Find outputs that no rule sets."""
+    set_by_rules = {c.output for rule in system.rules for c in rule.consequents}
+    for output in system.outputs:
+        if output.name not in set_by_rules:
+            yield Diagnostic("FZ210", f"no rule sets output '{output.name}'", output.span, help="add a table or rules")
+
+
+def contradictory_rules(system: FuzzySystem) -> Iterator[Diagnostic]:
+    """Find rules with the same antecedent for the same output."""
+    first: dict[tuple[object, str], tuple[Rule, str | Membership]] = {}
+    for rule in system.rules:
+        key = _canonical(rule.antecedent)
+        for c in rule.consequents:
+            earlier = first.setdefault((key, c.output), (rule, c.term))
+            if earlier[0] is rule:
+                continue
+            again = "the same" if earlier[1] == c.term else f"{_named(earlier[1])} there, {_named(c.term)} here"
+            note = (Note(earlier[0].span, "first given here"),) if earlier[0].span is not None else ()
+            yield Diagnostic(
+                "FZ209",
+                f"a second rule for '{c.output}' has the same antecedent ({again})",
+                c.span or rule.span,
+                "warning",
+                help="both count; remove one unless that is meant",
+                notes=note,
+            )
+
+
+def _named(term: str | Membership) -> str:
+    return f"'{term}'" if isinstance(term, str) else f"a '{term.kind}' consequent"
+
+
+def _canonical(antecedent: Antecedent) -> object:
+    """Return a key that does not depend on the order of operands."""
+    match antecedent:
+        case Is(variable=variable, term=term, hedges=hedges):
+            return (variable, hedges, term)
+        case Not(operand=operand):
+            return ("not", _canonical(operand))
+        case And(operands=operands) | Or(operands=operands):
+            return (type(antecedent).__name__, frozenset(_canonical(o) for o in operands))
+    raise TypeError(type(antecedent).__name__)
+
+
+def unused_inputs(system: FuzzySystem) -> Iterator[Diagnostic]:
+    """Find inputs that neither an antecedent, a consequent nor an adaptive law reads."""
+    used = {i.variable for rule in system.rules for i in literals(rule.antecedent)}
+    used |= {n.name for o in system.outputs if o.adaptive is not None for n in names_in(o.adaptive)}
+    used |= {name for membership in _functions_of_rules(system) for name in _inputs_in(system, membership)}
+    for variable in system.inputs:
+        if variable.name not in used:
+            message = f"no rule reads input '{variable.name}'"
+            yield Diagnostic("FZ211", message, variable.span, "warning", help="remove it, or use it in a rule")
+
+
+def _functions_of_rules(system: FuzzySystem) -> Iterator[Membership]:
+    """Yield the consequents of all rules that are functions of the inputs, each named term once."""
+    named = {(o.name, t.name): t.membership for o in system.outputs for t in o.terms}
+    consequents = {(c.output, c.term): c.term for rule in system.rules for c in rule.consequents}
+    for (output, _), term in consequents.items():
+        membership = term if isinstance(term, Membership) else named.get((output, term))
+        if membership is not None and membership.kind in ("linear", "function"):
+            yield membership
+
+
+def _inputs_in(system: FuzzySystem, membership: Membership) -> Iterator[str]:
+    """Yield the inputs that a consequent reads; a coefficient that is the number 0 reads none."""
+    if membership.kind == "function":
+        yield from (n.name for n in names_in(membership.arguments[0]))
+        return
+    for variable, coefficient in zip(system.inputs, membership.arguments, strict=False):
+        if coefficient != Number(0.0):
+            yield variable.name
+
+
+def unused_terms(system: FuzzySystem) -> Iterator[Diagnostic]:
+    """Find terms that no rule names, of variables that some rule names."""
+    read = {(i.variable, i.term) for rule in system.rules for i in literals(rule.antecedent)}
+    written = {(c.output, c.term) for rule in system.rules for c in rule.consequents if isinstance(c.term, str)}
+    used = read | written
+    in_antecedents, touched = {name for name, _ in read}, {name for name, _ in used}
+    for variable in (*system.inputs, *system.outputs):
+        if variable.name not in touched:
+            continue
+        kept = by_line(t for t in variable.terms if (variable.name, t.name) in used)
+        only_peaks = variable.name not in in_antecedents and _takes_peaks(system, variable)
+        for term in variable.terms:
+            if (variable.name, term.name) not in used:
+                message = f"no rule uses term '{term.name}' of '{variable.name}'"
+                facts, help_text = removal(term, kept, only_peaks=only_peaks)
+                yield Diagnostic("FZ208", message, term.span, "warning", facts, help_text)
+
+
+def _takes_peaks(system: FuzzySystem, variable: LinguisticVariable) -> bool:
+    """Return whether a variable is an output whose defuzzifier takes nothing of its terms but their peaks."""
+    method = variable.defuzzifier or system.method.defuzzifier if isinstance(variable, Output) else None
+    return method is not None and (method.averages or method.kind == "weighted_sum")
+
+
+def unused_params(system: FuzzySystem) -> Iterator[Diagnostic]:
+    """Find params that nothing uses."""
+    used: set[str] = set()
+    for expr, _, _ in computed_numbers(system):
+        used.update(n.name for n in names_in(expr))
+    for function in _functions(system):
+        used.update(n.name for n in names_in(function))
+    for p in system.params:
+        used.update(n.name for n in names_in(p.expression))
+    for g in system.guarantees:
+        for claim in (g.claim, g.when):
+            if claim is not None:
+                used.update(n.name for n in names_in(claim))
+    for o in system.outputs:
+        if o.adaptive is not None:
+            used.update(n.name for n in names_in(o.adaptive))
+    for p in system.params:
+        if p.name not in used:
+            yield Diagnostic("FZ216", f"nothing uses param '{p.name}'", p.span, "warning", help="remove it, or use it")
+
+
+def _functions(system: FuzzySystem) -> Iterator[Expr]:
+    """Yield the expressions over variables: of hedges, and of terms and consequents that are functions."""
+    yield from (h.expression for h in system.hedges)
+    memberships = [t.membership for v in (*system.inputs, *system.outputs) for t in v.terms]
+    memberships += [c.term for r in system.rules for c in r.consequents if isinstance(c.term, Membership)]
+    yield from (m.arguments[0] for m in memberships if m.kind in ("function", "formula"))
+
+
+#: Checks that need no numbers.
+CHECKS: Final[tuple[Check, ...]] = (
+    circular_outputs,
+    misfitting_activation,
+    misfitting_semantics,
+    functions_read,
+    inputs_without_degree,
+    several_adaptive_outputs,
+    outputs_without_rules,
+    unlike_units,
+)
+
+#: Those of them that give nothing but warnings.
+HINTS: Final[tuple[Check, ...]] = (
+    contradictory_rules,
+    unused_inputs,
+    unused_terms,
+    unused_params,
+    unused_hedges,
+    jumping_tables,
+    odd_cells,
+)

@@ -1,0 +1,97 @@
+"""Checks of semantics: knobs that do not go together with what a system has."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.formulas import inverse_hedge
+from fuzzyctl.model.method import Defuzzifier
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import Output
+
+#: Implications under which a scaled set that is cut is a cut set that is scaled.
+SCALABLE = ("min", "product")
+
+
+def misfitting_semantics(system: FuzzySystem) -> Iterator[Diagnostic]:
+    """Find knobs under which parts of a system have no meaning."""
+    for output in system.outputs:
+        yield from _sampled(system, output)
+        yield from _adaptive(system, output)
+        yield from _weighted_after(system, output)
+        yield from _divided(system, output)
+    yield from _hedged(system)
+
+
+def _defuzzifier(system: FuzzySystem, output: Output) -> Defuzzifier:
+    return output.defuzzifier or system.method.defuzzifier
+
+
+def _sampled(system: FuzzySystem, output: Output) -> Iterator[Diagnostic]:
+    """Find options of a defuzzifier that exclude each other."""
+    own = _defuzzifier(system, output)
+    if own.rule == "running" and own.by == "magnitude":
+        message = f"output '{output.name}': 'rule=running' goes from left to right, and not by magnitude"
+        yield Diagnostic("FZ214", message, output.span, help="leave one of them out")
+    if own.kind == "bisector" and own.tolerance is not None and own.rule != "between":
+        message = f"output '{output.name}': a bisector has a tolerance with 'rule=between' only"
+        yield Diagnostic("FZ214", message, output.span, help="leave it out")
+
+
+def _adaptive(system: FuzzySystem, output: Output) -> Iterator[Diagnostic]:
+    """An adaptive output has a state for each rule, and its rates are shares of activations."""
+    semantics = system.method.semantics
+    usual = semantics.merge == "rules" and semantics.total == "activations"
+    if output.adaptive is not None and not usual:
+        message = f"output '{output.name}' is adaptive, which the semantics '{semantics.profile}' do not know"
+        help_text = "write: semantics exact, or merge=rules and total=activations behind the profile"
+        yield Diagnostic("FZ214", message, output.span, help=help_text)
+
+
+def _weighted_after(system: FuzzySystem, output: Output) -> Iterator[Diagnostic]:
+    """A weight after implication is computed as a scaled set, which some implications do not allow."""
+    if system.method.semantics.weight != "after" or _defuzzifier(system, output).over_rules:
+        return
+    other = next((i for i in system.implications_of(output) if i not in SCALABLE), None)
+    if other is not None:
+        message = f"output '{output.name}': 'weight=after' goes with the implications {' and '.join(SCALABLE)}"
+        yield Diagnostic("FZ214", message, output.span, facts=(f"its implication is '{other}'",))
+
+
+def _divided(system: FuzzySystem, output: Output) -> Iterator[Diagnostic]:
+    """An average that divides by something else than it sums over must not make its parts larger than that."""
+    semantics = system.method.semantics
+    if semantics.total == "activations" or not _defuzzifier(system, output).averages:
+        return
+    if semantics.merge != "rules":
+        message = f"output '{output.name}': 'total={semantics.total}' goes with 'merge=rules' only"
+        yield Diagnostic("FZ214", message, semantics.span or output.span, help="leave one of them out")
+    hedged = [c for rule in system.rules for c in rule.consequents if c.output == output.name and c.hedges]
+    if hedged:
+        message = f"'total={semantics.total}' does not know what hedges make of the activation of '{output.name}'"
+        yield Diagnostic("FZ214", message, hedged[0].span, help="leave the hedge out, or say 'total=activations'")
+
+
+def _hedged(system: FuzzySystem) -> Iterator[Diagnostic]:
+    """Find hedges in consequents that change nothing there is."""
+    how = system.method.semantics.consequent_hedges
+    outputs = {o.name: o for o in system.outputs}
+    own = {h.name for h in system.hedges}
+    for rule in system.rules:
+        for c in rule.consequents:
+            if not c.hedges or c.output not in outputs:
+                continue
+            kind = _defuzzifier(system, outputs[c.output]).kind
+            over_rules = _defuzzifier(system, outputs[c.output]).over_rules
+            if outputs[c.output].adaptive is not None:
+                yield Diagnostic("FZ214", f"output '{c.output}' is adaptive, so nothing hedges it", c.span)
+            elif over_rules and how == "set":
+                message = f"a hedge changes the set of a consequent, and '{kind}' of '{c.output}' looks at no set"
+                help_text = "leave the hedge out, or say what it changes: semantics exact(consequent_hedges=activation)"
+                yield Diagnostic("FZ214", message, c.span, help=help_text)
+            elif over_rules and how == "undone":
+                for name in c.hedges:
+                    if name in own or inverse_hedge(name) is None:
+                        message = f"hedge '{name}' of a consequent has no inverse, and '{kind}' needs it"
+                        yield Diagnostic("FZ214", message, c.span)

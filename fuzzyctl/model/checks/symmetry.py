@@ -1,0 +1,90 @@
+"""Symmetry of rule tables: the one cell that breaks it is mostly a slip of the typist."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import reduce
+from typing import Final
+
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
+from fuzzyctl.model.checks.rule_tables import Place, culprit, ranks_of
+from fuzzyctl.model.rule import RuleTable
+from fuzzyctl.model.system import FuzzySystem
+
+#: Pairs of cells that must follow a symmetry before one that does not is worth a word; in constant parts all do.
+_TELLING: Final = 4
+
+#: Where a cell of a table with some rows and columns has its counterpart.
+_Counterpart = Callable[[Place, int, int], Place]
+
+#: Ways to turn a table, in words, and whether it must be square.
+_TURNS: Final[tuple[tuple[str, _Counterpart, bool], ...]] = (
+    ("turned by 180 degrees", lambda p, n, m: (n - 1 - p[0], m - 1 - p[1]), False),
+    ("with rows and columns exchanged", lambda p, n, m: (p[1], p[0]), True),
+    ("mirrored at its other diagonal", lambda p, n, m: (m - 1 - p[1], n - 1 - p[0]), True),
+    ("read from the last row to the first", lambda p, n, m: (n - 1 - p[0], p[1]), False),
+    ("read from the last column to the first", lambda p, n, m: (p[0], m - 1 - p[1]), False),
+)
+
+
+@dataclass(frozen=True)
+class _Break:
+    """The one pair of cells that breaks a symmetry: one cell where it is its own counterpart."""
+
+    cells: frozenset[Place]
+    turn: str
+    opposite: bool
+
+
+def odd_cells(system: FuzzySystem) -> Iterator[Diagnostic]:
+    """Find the one cell that breaks the symmetry of a table which is otherwise symmetric or antisymmetric."""
+    for block in system.tables_and_rules:
+        if not isinstance(block, RuleTable) or block.rows is None or len(block.outputs) != 1:
+            continue
+        ranks = ranks_of(system, block)
+        # A cell that jumps has a message already.
+        if ranks is None or culprit(ranks) is not None:
+            continue
+        found = list(_breaks(ranks, len(system.output(block.outputs[0]).terms)))
+        if found:
+            cells = reduce(frozenset.intersection, (b.cells for b in found))
+            if cells:
+                yield _diagnostic(block, max(cells), found[0])
+
+
+def _breaks(ranks: list[list[int]], terms: int) -> Iterator[_Break]:
+    """Yield the symmetries that all cells follow but one pair."""
+    rows, columns = len(ranks), len(ranks[0])
+    usual = Counter(r for row in ranks for r in row).most_common(1)[0][0]
+    for turn, counterpart, square in _TURNS:
+        if square and rows != columns:
+            continue
+        cells = [(i, j) for i in range(rows) for j in range(columns)]
+        pairs = {frozenset({p, counterpart(p, rows, columns)}) for p in cells}
+        for opposite in (False, True):
+            broken, telling = [], 0
+            for pair in pairs:
+                a, b = (ranks[i][j] for i, j in (min(pair), max(pair)))
+                if b != (terms - 1 - a if opposite else a):
+                    broken.append(pair)
+                elif len(pair) == 2 and (a, b) != (usual, usual):
+                    telling += 1
+            if len(broken) == 1 and telling >= _TELLING:
+                yield _Break(broken[0], turn, opposite)
+
+
+def _diagnostic(table: RuleTable, place: Place, found: _Break) -> Diagnostic:
+    cell = table.cells[place[0]][place[1]]
+    (i, j) = min(found.cells - {place}, default=place)
+    other = table.cells[i][j]
+    kind = "its opposite" if found.opposite else "the same"
+    facts = [f"all other cells make {kind} table when it is {found.turn}"]
+    beside = f"its counterpart in row {table.row_terms[i]}, column {table.column_terms[j]} is '{other.terms[0]}'"
+    notes = (Note(other.span, beside),) if other is not cell and other.span is not None else ()
+    if other is not cell and not notes:
+        facts.append(beside)
+    message = f"the cell '{cell.terms[0]}' breaks the symmetry of the table"
+    help_text = "check the cell" if other is cell else "check the cell and its counterpart"
+    return Diagnostic("FZ311", message, cell.span, "warning", tuple(facts), help_text, notes)

@@ -1,0 +1,226 @@
+"""Checks of shapes: whether terms suit the defuzzifier, and where they lie; only sound terms are seen."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from itertools import pairwise
+from typing import Final
+
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.diagnostics.source import Span
+from fuzzyctl.expr import Expr, span_of
+from fuzzyctl.formulas import MEMBERSHIP, exact_maxima_possible, is_monotone
+from fuzzyctl.model.checks.evaluated import Numbers
+from fuzzyctl.model.checks.rule_tables import uncovered_ranges
+from fuzzyctl.model.method import MAXIMA, TSUKAMOTO, Defuzzifier
+from fuzzyctl.model.partitions import spoilt_partitions
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import Hold, Membership, Output
+
+
+def misfitting_defuzzifier(numbers: Numbers) -> Iterator[Diagnostic]:
+    """Find output terms that the defuzzifier cannot handle."""
+    system = numbers.system
+    for output in system.outputs:
+        method = output.defuzzifier or system.method.defuzzifier
+        if output.adaptive is not None and not method.averages:
+            yield Diagnostic(
+                "FZ214",
+                f"adaptive output '{output.name}' needs a defuzzifier over rules, not '{method.kind}'",
+                output.span,
+                help="write: defuzzifier weighted_average",
+            )
+        if output.adaptive is not None:
+            continue
+        if method.kind in ("tsukamoto", "tsukamoto_sum"):
+            yield from _not_monotone(numbers, output, method)
+        elif method.kind in TSUKAMOTO:
+            yield from _without_names(system, output, method)
+            yield from _without_sets(output, method)
+        elif method.over_rules:
+            yield from _without_peak(numbers, output, method)
+        else:
+            yield from _without_names(system, output, method)
+            yield from _without_centroid(system, output, method)
+
+
+_SAMPLED: Final = "defuzzifier centroid(resolution=1000)"
+
+
+def _without_peak(numbers: Numbers, output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:
+    """Find terms that no average can take, since they reach 1 nowhere."""
+    for term, parameters in numbers.shapes(output):
+        if any(map(math.isinf, MEMBERSHIP[term.membership.kind].core(parameters))):
+            message = f"term '{term.name}' of '{output.name}' has no peak that '{method.kind}' could take"
+            help_text = "use s_shape or ramp, or write: defuzzifier tsukamoto"
+            yield Diagnostic("FZ214", message, term.membership.span or term.span, help=help_text)
+    for term in output.terms:
+        if term.membership.kind == "formula":
+            message = (
+                f"term '{term.name}' of '{output.name}' is a formula, without a peak that '{method.kind}' could take"
+            )
+            help_text = f"a function of the inputs does not name '{output.name}'; of sets write: {_SAMPLED}"
+            yield Diagnostic("FZ214", message, term.membership.span or term.span, help=help_text)
+
+
+def _without_area(output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:
+    """Report once the terms of an output that are numbers or functions, which have no area."""
+    without = [t for t in output.terms if t.membership.kind in ("linear", "function", "constant", "singleton")]
+    if not without:
+        return
+    first, *others = without
+    what = "a number" if first.membership.kind in ("constant", "singleton") else "a function of the inputs"
+    message = f"term '{first.name}' of '{output.name}' is {what} and has no area, so it has no {method.kind}"
+    facts = (f"so have {', '.join(repr(t.name) for t in others)}",) if others else ()
+    place = first.membership.span or first.span
+    yield Diagnostic("FZ214", message, place, facts=facts, help="write: defuzzifier weighted_average")
+
+
+def _without_centroid(system: FuzzySystem, output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:
+    """Find terms without an area, and maxima without a closed form."""
+    implications = system.implications_of(output)
+    aggregation = output.aggregation or system.method.aggregation
+    sampled = f"write: defuzzifier {method.kind}(resolution=1000)"
+    for term in output.terms:
+        kind = term.membership.kind
+        if kind in ("linear", "function", "constant", "singleton"):
+            continue
+        if kind == "formula" and method.resolution is None:
+            message = f"'{method.kind}' of '{term.name}' of '{output.name}', which is a formula, has no closed form"
+            help_text = f"sample it: defuzzifier {method.kind}(resolution=1000)"
+        else:
+            continue
+        yield Diagnostic("FZ214", message, term.membership.span or term.span, help=help_text)
+    yield from _without_area(output, method)
+    kinds = [t.membership.kind for t in output.terms if t.membership.kind in MEMBERSHIP]
+    is_known = method.resolution is not None or exact_maxima_possible(kinds, implications, aggregation)
+    if method.kind in MAXIMA and not is_known:
+        norms = "', '".join(implications)
+        message = f"'{method.kind}' of its terms with '{norms}' and '{aggregation}' has no closed form"
+        yield Diagnostic("FZ214", f"output '{output.name}': {message}", output.span, help=sampled)
+
+
+def _without_sets(output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:
+    """Find terms without a degree at the activation."""
+    for term in output.terms:
+        kind = term.membership.kind
+        if kind not in MEMBERSHIP or not MEMBERSHIP[kind].fuzzy:
+            what = "is a formula" if kind == "formula" else "is no set"
+            message = f"term '{term.name}' of '{output.name}' {what}, and '{method.kind}' takes its degrees"
+            help_text = _BY_POINTS if kind == "formula" else "write: defuzzifier weighted_average"
+            yield Diagnostic("FZ214", message, term.membership.span or term.span, help=help_text)
+
+
+_BY_POINTS: Final = "approximate it by points of its curve: piecewise(x1, degree1, x2, degree2, ...)"
+
+
+def _not_monotone(numbers: Numbers, output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:
+    """Find consequents that Tsukamoto's method cannot invert."""
+    shapes = {t.name: p for t, p in numbers.shapes(output)}
+    for term in output.terms:
+        kind = term.membership.kind
+        help_text = "use ramp, sigmoid, s_shape, z_shape, concave, rising or falling points, or one infinite foot"
+        if kind == "formula":
+            reason, help_text = f"a formula, for which '{method.kind}' has no inverse", _BY_POINTS
+        elif kind not in MEMBERSHIP:
+            reason = f"no set, and '{method.kind}' inverts sets"
+        # One with bad parameters has a diagnostic of its own.
+        elif term.name in shapes and not is_monotone(kind, shapes[term.name]):
+            reason = f"not monotone, so '{method.kind}' cannot invert it"
+        else:
+            continue
+        message = f"term '{term.name}' of '{output.name}' is {reason}"
+        yield Diagnostic("FZ214", message, term.membership.span or term.span, help=help_text)
+    yield from _without_names(numbers.system, output, method)
+
+
+def _without_names(system: FuzzySystem, output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:
+    """Find consequents without a name where sets are due."""
+    for r, k in system.conclusions.get(output.name, ()):
+        c = system.rules[r].consequents[k]
+        if isinstance(c.term, Membership):
+            message = f"'{method.kind}' takes terms of '{output.name}', not numbers or functions"
+            yield Diagnostic("FZ214", message, c.term.span or c.span, help="write: defuzzifier weighted_average")
+
+
+def initial_consequents_outside(numbers: Numbers) -> Iterator[Diagnostic]:
+    """Find adaptive outputs whose consequents do not begin as numbers within the range."""
+    for output in numbers.system.outputs:
+        ends = numbers.range(output)
+        if output.adaptive is None or ends is None:
+            continue
+        low, high = ends
+        for term in output.terms:
+            if term.membership.kind not in MEMBERSHIP:
+                message = f"term '{term.name}' of adaptive output '{output.name}' must be a number"
+                yield Diagnostic("FZ214", message, term.span, help="write, for example: terms NB=0 ZO=0 PB=0")
+        for shape in numbers.shapes(output):
+            first = numbers.core(shape)
+            if not low <= first <= high:
+                message = f"the initial consequent {shape[0].name} = {first:.6g} lies outside [{low:.6g}, {high:.6g}]"
+                help_text = "adaptation is clipped to the range; start inside it"
+                yield Diagnostic("FZ302", message, shape[0].span, help=help_text)
+
+
+#: Kinds with one top in their middle; of the others the order says nothing.
+_PEAKED: Final = frozenset({"triangle", "trapezoid", "gaussian", "bell", "pi_shape", "cosine", "spike"})
+
+
+def terms_out_of_order(numbers: Numbers) -> Iterator[Diagnostic]:
+    """Find neighbouring terms whose cores are in descending order: mostly a slip in a number."""
+    for variable in numbers.system.inputs:
+        planned = [t for t in variable.terms if t.membership.kind in _PEAKED]
+        middles = [(s[0], numbers.core(s)) for s in numbers.shapes(variable) if s[0].membership.kind in _PEAKED]
+        if len(middles) < len(planned):
+            continue  # bad parameters have a diagnostic of their own
+        rising = sum(b[1] >= a[1] for a, b in pairwise(middles))
+        if rising * 2 < len(middles) - 1:
+            continue  # listed from high to low on purpose
+        for (left, a), (right, b) in pairwise(middles):
+            if b < a:
+                message = f"term '{right.name}' of '{variable.name}' lies left of '{left.name}' before it"
+                facts = (f"peak of '{left.name}': {a:.6g}, of '{right.name}': {b:.6g}",)
+                yield Diagnostic("FZ305", message, right.span, "warning", facts, help="check the numbers")
+
+
+def values_outside_range(numbers: Numbers) -> Iterator[Diagnostic]:
+    """Find peaks of outputs and values of `else` outside the range: nothing clips them to it."""
+    for output in numbers.system.outputs:
+        ends = numbers.range(output)
+        if ends is None:
+            continue
+        low, high = ends
+        # A peak computed like the end of the range may differ from it by rounding.
+        slack = 1e-9 * (high - low)
+        bounds = f"[{low:.6g}, {high:.6g}] of '{output.name}'"
+        for what, value, place in _lasting(numbers, output):
+            if math.isfinite(value) and not low - slack <= value <= high + slack:
+                message = f"the {what.format(f'{value:.6g}')} lies outside the range {bounds}"
+                thing = "peak" if what.startswith("peak") else "value"
+                yield Diagnostic("FZ306", message, place, "warning", help=f"widen the range, or move the {thing}")
+
+
+def _lasting(numbers: Numbers, output: Output) -> Iterator[tuple[str, float, Span | None]]:
+    """Yield what an output can become without being clipped: what it is, its value, and its place."""
+    for shape in numbers.shapes(output) if output.adaptive is None else ():
+        yield f"peak {{}} of '{shape[0].name}'", numbers.core(shape), shape[0].span
+    otherwise = output.otherwise.start if isinstance(output.otherwise, Hold) else output.otherwise
+    value = numbers.finite(otherwise) if isinstance(otherwise, Expr) else None
+    if isinstance(otherwise, Expr) and value is not None:
+        yield "'else' value {}", value, span_of(otherwise) or output.span
+
+
+#: Each needs whole variables and a known method, so they run where every statement has a meaning.
+SHAPE_CHECKS: Final[tuple[Callable[[Numbers], Iterator[Diagnostic]], ...]] = (
+    misfitting_defuzzifier,
+    initial_consequents_outside,
+)
+
+#: Checks of the same kind that give nothing but warnings.
+SHAPE_HINTS: Final[tuple[Callable[[Numbers], Iterator[Diagnostic]], ...]] = (
+    terms_out_of_order,
+    values_outside_range,
+    uncovered_ranges,
+    spoilt_partitions,
+)

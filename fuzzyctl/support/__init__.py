@@ -1,0 +1,1 @@
+"""Support for all other packages: arguments, files and terminals."""

@@ -1,0 +1,136 @@
+"""What callers may hand to functions: checks that name the argument, what is due and what was given."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from collections.abc import Iterable, Mapping
+from collections.abc import Set as AbstractSet
+from numbers import Real
+from typing import Any, Final, TypeVar
+
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, ValueOutOfBoundsError
+
+#: Largest `max_bytes`; so much is set aside before a file is read.
+MOST_BYTES: Final = 1 << 30
+
+_NO_CHARACTER: Final = re.compile("[\\0\\ud800-\\udfff]")
+
+_Kind = TypeVar("_Kind")
+
+
+def wrong(name: str, due: str, given: object) -> ArgumentError:
+    """Return the error for an argument of a type that it cannot have; what it prints as may be long."""
+    return ArgumentError(f"{name} must be {due}, got {_called(given)}")
+
+
+def _called(given: object) -> str:
+    return "None" if given is None else type(given).__name__
+
+
+def no_character(given: str) -> int | None:
+    """Return the place of a character that no text file can hold: NUL, or half of a surrogate pair."""
+    found = _NO_CHARACTER.search(given)
+    return None if found is None else found.start()
+
+
+def instance(name: str, kind: type[_Kind], due: str, given: object) -> _Kind:
+    """Return an argument of one type.
+
+    Raises:
+        ArgumentError: For one of another.
+    """
+    if not isinstance(given, kind):
+        raise wrong(name, due, given)
+    return given
+
+
+def text(name: str, given: object) -> str:
+    """Return a text."""
+    return instance(name, str, "a text", given)
+
+
+def flag(name: str, given: object) -> bool:
+    """Return True or False."""
+    return instance(name, bool, "True or False", given)
+
+
+def items(name: str, due: str, given: object) -> tuple[Any, ...]:
+    """Return the items of a list or of another iterable with an order; a text is one thing, and no list of letters."""
+    if isinstance(given, str | bytes | bytearray | memoryview | Mapping | AbstractSet) or not isinstance(
+        given, Iterable
+    ):
+        raise wrong(name, due, given)
+    try:
+        return tuple(given)
+    except TypeError:  # such as an array without a dimension
+        raise wrong(name, due, given) from None
+
+
+def items_of(name: str, kinds: tuple[type, ...], due: str, given: object) -> tuple[Any, ...]:
+    """Return items of certain types; one of these types is no list, though it may be iterable."""
+    if isinstance(given, kinds):
+        raise wrong(name, due, given)
+    found = items(name, due, given)
+    for item in found:
+        if not isinstance(item, kinds):
+            raise ArgumentError(f"{name} must be {due}, got one with {_called(item)} in it")
+    return found
+
+
+def names(name: str, given: object) -> tuple[str, ...]:
+    """Return names given as a text separated by blanks or as a list."""
+    due = "names in one text or in a list"
+    return tuple(given.split()) if isinstance(given, str) else items_of(name, (str,), due, given)
+
+
+def mapping(name: str, due: str, given: object) -> dict[str, Any]:
+    """Return what is given by name."""
+    if not isinstance(given, Mapping):
+        raise wrong(name, due, given)
+    found = dict(given)
+    for key in found:
+        if not isinstance(key, str):
+            raise ArgumentError(f"{name} must be {due}, got one with {_called(key)} for a name")
+    return found
+
+
+def path(given: object, hint: str = "") -> str:
+    """Return a path that a file system can have; `hint` is said of what is none."""
+    name = os.fspath(given) if isinstance(given, str | os.PathLike) else None
+    if not isinstance(name, str) or "\0" in name or not _encodable(name):
+        shown = repr(given) if isinstance(given, str | bytes) else _called(given)
+        raise ArgumentError(f"the path of a rule file is due, got {shown:.80}{hint}")
+    return name
+
+
+def _encodable(name: str) -> bool:
+    try:
+        os.fsencode(name)
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
+def seconds(name: str, given: object) -> float:
+    """Return a time that is not negative; infinity is one."""
+    if isinstance(given, bool) or not isinstance(given, Real):
+        raise wrong(name, "a number of seconds", given)
+    try:
+        value = float(given)
+    except OverflowError:  # a whole number that no float comes near
+        value = math.inf if abs(given) == given else -math.inf
+    if not value >= 0.0:
+        raise ValueOutOfBoundsError(name, value, ">= 0", "s")
+    return value
+
+
+def bytes_allowed(given: object) -> int:
+    """Return `max_bytes`."""
+    if isinstance(given, bool) or not isinstance(given, int):
+        raise wrong("'max_bytes'", "a whole number", given)
+    if not 1 <= given <= MOST_BYTES:
+        shown: object = given if abs(given) < 1 << 63 else int  # longer ones have no text
+        raise ValueOutOfBoundsError("'max_bytes'", shown, f"from 1 to {MOST_BYTES:,}")
+    return given

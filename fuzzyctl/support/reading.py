@@ -1,0 +1,140 @@
+"""Reads files as text: missing, unreadable, too large or binary ones give a diagnostic."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Collection
+from pathlib import Path
+from typing import BinaryIO, Final
+
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, DiagnosticError
+from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.diagnostics.suggestions import closest
+
+#: Largest file that is read, in bytes, unless the caller says otherwise.
+MAX_BYTES: Final = 1 << 20
+
+#: Suffixes of files of other tools, which often are not UTF-8.
+FOREIGN: Final = frozenset({".fll", ".fis", ".fcl", ".fml", ".xml"})
+
+
+def read_source(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES, only_regular: bool = False) -> SourceText:
+    """Read a file as text.
+
+    A byte order mark is dropped; lines may end with LF or CRLF. Files of other tools may be UTF-16 with such a mark, or
+    Windows-1252 in place of UTF-8, and lines may end with CR.
+
+    Args:
+        path: The file.
+        max_bytes: Largest size that is read.
+        only_regular: Whether pipes and devices are refused, which can block for ever: set for names that come from a
+            file. A user may name a pipe, such as `<(command)` of a shell.
+
+    Raises:
+        DiagnosticError: When the file is missing, a directory, unreadable, too large or not UTF-8 text.
+        ArgumentError: For what is no path.
+    """
+    data = read_file(path, max_bytes=max_bytes, only_regular=only_regular)
+    return decode(data, os.fspath(path))
+
+
+def read_file(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES, only_regular: bool = False) -> bytes:
+    """Read a file as `read_source` does, without decoding it."""
+    given: object = path  # whatever the annotation says, callers pass None and bytes
+    name = os.fspath(given) if isinstance(given, str | os.PathLike) else None
+    if not isinstance(name, str) or "\0" in name:
+        raise ArgumentError(f"the path of a rule file is due, got {path!r:.80}; 'loads' takes texts")
+    if only_regular and is_special(name):
+        raise DiagnosticError([Diagnostic("FZ001", "this is not a regular file", file=name)])
+    try:
+        with Path(name).open("rb") as file:
+            return read_bytes(file, name, max_bytes=max_bytes)
+    except OSError as error:
+        raise DiagnosticError([_unreadable(name, error)]) from None
+
+
+def read_stream(stream: BinaryIO, name: str, *, max_bytes: int = MAX_BYTES) -> SourceText:
+    """Read a stream as text, as `read_source` reads a file; `name` is shown in diagnostics."""
+    return decode(read_bytes(stream, name, max_bytes=max_bytes), name)
+
+
+def read_bytes(stream: BinaryIO, name: str, *, max_bytes: int = MAX_BYTES) -> bytes:
+    """Read a stream as `read_stream` does, without decoding it."""
+    data = stream.read(max_bytes + 1)
+    if len(data) > max_bytes:
+        message = f"the file is larger than {max_bytes:,} bytes"
+        raise DiagnosticError([Diagnostic("FZ003", message, file=name, help="a rule file has a few kilobytes")])
+    return data
+
+
+def is_special(path: str | os.PathLike[str]) -> bool:
+    """Return whether a path names a pipe, a device or a socket."""
+    return os.path.exists(path) and not os.path.isfile(path) and not os.path.isdir(path)
+
+
+def decode(data: bytes, name: str) -> SourceText:
+    """Return bytes as a source text; raises `DiagnosticError` when they are not UTF-8 text."""
+    if Path(name).suffix.lower() in FOREIGN:
+        return _decoded(data, name)
+    return _utf8(data, name)
+
+
+def _decoded(data: bytes, name: str) -> SourceText:
+    """Return the text of a file of another tool, whatever its encoding."""
+    source = None
+    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        try:
+            text = data.decode("utf-16")
+            if "\0" in text:  # the mark of UTF-32 begins with that of UTF-16
+                message = "the file is no UTF-16 text, as its mark says: a character of it is NUL"
+                raise DiagnosticError([Diagnostic("FZ002", message, file=name, help="save it as UTF-8")])
+            source = SourceText(name, text, "UTF-16")
+        except UnicodeDecodeError:
+            message = "the file is no text: its mark says UTF-16, and its bytes are none"
+            raise DiagnosticError([Diagnostic("FZ002", message, file=name, help="save it as UTF-8")]) from None
+    try:
+        source = source or _utf8(data, name)
+    except DiagnosticError:
+        if b"\x00" in data:
+            raise
+        source = SourceText(name, data.decode("cp1252", errors="replace"), "Windows-1252")
+    if "\r" in source.text and "\n" not in source.text:
+        return SourceText(name, source.text.replace("\r", "\n"), source.encoding)
+    return source
+
+
+def _utf8(data: bytes, name: str) -> SourceText:
+    nul = data.find(b"\x00")
+    try:
+        if nul >= 0:
+            message = f"the file is no text: byte {nul} is NUL"
+            raise DiagnosticError([Diagnostic("FZ002", message, file=name, help="give a text file in UTF-8")])
+        return SourceText(name, data.decode("utf-8-sig"))
+    except UnicodeDecodeError as error:
+        line = data[: error.start].count(b"\n") + 1
+        message = f"the file is not UTF-8: byte 0x{data[error.start]:02x} in line {line}"
+        raise DiagnosticError([Diagnostic("FZ002", message, file=name, help="save it as UTF-8")]) from None
+
+
+def _unreadable(name: str, error: OSError) -> Diagnostic:
+    if isinstance(error, FileNotFoundError):
+        return Diagnostic("FZ001", "there is no such file", file=name, help=_neighbours(name))
+    if isinstance(error, IsADirectoryError):
+        return Diagnostic("FZ001", "this is a directory, not a rule file", file=name, help="name the files in it")
+    return Diagnostic("FZ001", f"the file cannot be read: {error.strerror}", file=name)
+
+
+def _neighbours(name: str) -> str:
+    """Name the rule file that was most likely meant."""
+    folder = Path(name).parent
+    suffixes = FOREIGN | {".fz"} if Path(name).suffix.lower() in FOREIGN else {".fz"}
+    near = closest(Path(name).name, files_in(folder, suffixes))
+    return f"did you mean '{folder / near}'?" if near else ""
+
+
+def files_in(folder: Path, suffixes: Collection[str]) -> list[str]:
+    """Return the names in a folder that end with one of some suffixes, sorted; none where it cannot be listed."""
+    try:
+        return sorted(name for name in os.listdir(folder) if Path(name).suffix.lower() in suffixes)
+    except OSError:
+        return []

@@ -1,0 +1,130 @@
+"""Writes files whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
+
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+
+
+@contextmanager
+def written_whole(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """Give a temporary path beside the target and move it over the target when the block ends well.
+
+    Args:
+        path: The file to write.
+
+    Yields:
+        A path with the target's suffix to write to.
+
+    Raises:
+        DiagnosticError: When the folder does not exist or cannot be written to, or the target is no regular file.
+    """
+    target = _place(path)
+    refuse_what_is_no_file(target)
+    with _blaming(target), _beside(target) as temporary:
+        yield temporary
+        _permit(temporary, target)
+        temporary.replace(target)
+
+
+def write_together(texts: Mapping[Path, str]) -> None:
+    """Write a set of files, such as a header and its source: all of them, or none, so that old and new ones never mix.
+
+    Args:
+        texts: The text of each file, written as UTF-8.
+
+    Raises:
+        DiagnosticError: When one of them cannot be written; all are then as they were.
+    """
+    targets = [_place(path) for path in texts]
+    for target in targets:
+        refuse_what_is_no_file(target)
+    with ExitStack() as stack:
+        prepared = []
+        for target, text in zip(targets, texts.values(), strict=True):
+            with _blaming(target):
+                new = stack.enter_context(_beside(target))
+                new.write_text(text, encoding="utf-8", newline="\n")
+                _permit(new, target)
+                old = stack.enter_context(_beside(target)) if target.exists() else None
+                if old is not None:
+                    shutil.copy2(target, old)
+            prepared.append((target, new, old))
+        _exchange(prepared)
+
+
+def _exchange(prepared: Sequence[tuple[Path, Path, Path | None]]) -> None:
+    """Move new files over their targets; where that ends early, put the old ones back."""
+    done: list[tuple[Path, Path | None]] = []
+    try:
+        for target, new, old in prepared:
+            done.append((target, old))  # before it is moved: an interrupt may come at once
+            with _blaming(target):
+                new.replace(target)
+    except BaseException:
+        for target, old in done:
+            with suppress(OSError):  # what went wrong first is what is told
+                target.unlink(missing_ok=True) if old is None else old.replace(target)
+        raise
+
+
+def _place(path: str | os.PathLike[str]) -> Path:
+    # Through a link its target is written; replacing the link itself would leave the target as it was.
+    return Path(path).resolve() if os.path.islink(path) else Path(path)
+
+
+@contextmanager
+def _beside(target: Path) -> Iterator[Path]:
+    """Give a temporary file beside the target, which is removed if it is still there at the end."""
+    handle, name = tempfile.mkstemp(prefix=f".{target.stem}-", suffix=target.suffix, dir=target.parent)
+    os.close(handle)
+    try:
+        yield Path(name)
+    finally:
+        Path(name).unlink(missing_ok=True)
+
+
+def _permit(temporary: Path, target: Path) -> None:
+    # mkstemp makes files that only their owner may read; results are for everybody the umask allows.
+    temporary.chmod(target.stat().st_mode & 0o777 if target.exists() else 0o666 & ~_umask())
+
+
+@contextmanager
+def _blaming(target: Path) -> Iterator[None]:
+    """Tell what the system refuses as a diagnostic of the target."""
+    try:
+        yield
+    except OSError as error:
+        raise DiagnosticError([_unwritable(target, error)]) from None
+
+
+def refuse_what_is_no_file(target: Path) -> None:
+    """Refuse to replace a folder, pipe or device by a file.
+
+    Raises:
+        DiagnosticError: Where such a thing stands in the place of the target.
+    """
+    if os.path.isdir(target):
+        raise DiagnosticError([Diagnostic("FZ005", "this is a folder", file=str(target), help="name a file in it")])
+    if os.path.exists(target) and not os.path.isfile(target):
+        message, hint = "this is no regular file, and is not replaced by one", "name another file"
+        raise DiagnosticError([Diagnostic("FZ005", message, file=str(target), help=hint)])
+
+
+def _umask() -> int:
+    mask = os.umask(0o022)
+    os.umask(mask)
+    return mask
+
+
+def _unwritable(target: Path, error: OSError) -> Diagnostic:
+    if isinstance(error, FileNotFoundError) and not target.parent.is_dir():
+        message = f"there is no folder '{target.parent}'"
+        return Diagnostic("FZ005", message, file=str(target), help="make it, or name another file")
+    return Diagnostic("FZ005", f"the file cannot be written: {error.strerror}", file=str(target))

@@ -1,0 +1,196 @@
+"""`dwmr new`, `dwmr check` and `dwmr show`, as a user types them."""
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+from dwmr.scenario.file import find, read, shipped_names
+from fuzzyctl.support.shipped import rules_folder
+from tests.dwmr.process import LONG
+
+
+class TestNew:
+    @pytest.mark.parametrize("base", shipped_names())
+    def test_writes_a_scenario_that_is_clean_and_says_the_same(self, dwmr, tmp_path, base):
+        assert dwmr("new", "mine", "--from", base)[0] == 0
+        mine, shipped = read(tmp_path / "mine.toml"), read(find(base))
+        assert mine.scenario.name == "mine"
+        assert dwmr("check", "mine.toml")[0] == 0
+        skipped = {"name", "reference"}
+        assert mine.scenario.model_dump(exclude=skipped) == shipped.scenario.model_dump(exclude=skipped)
+        assert mine.shape.at(17.3) == shipped.shape.at(17.3)
+
+    def test_copies_the_csv_file_under_the_new_name(self, dwmr, tmp_path):
+        _, said, _ = dwmr("new", "mine", "--from", "csv-path", "-o", "hall.toml")
+        assert said == "wrote hall.toml\nwrote hall.csv\n"
+        assert read(tmp_path / "hall.toml").scenario.reference.file == "hall.csv"
+        assert (tmp_path / "hall.csv").read_bytes() == find("csv-path").with_name("csv-path.csv").read_bytes()
+
+    def test_writes_a_short_one_on_request(self, dwmr, tmp_path):
+        dwmr("new", "mine", "--from", "five-robots", "--extends")
+        assert (tmp_path / "mine.toml").read_text(encoding="utf-8").count("\n") < 15
+        assert list(read(tmp_path / "mine.toml").scenario.robots) == list(read(find("five-robots")).scenario.robots)
+
+    def test_replaces_nothing_unless_forced(self, dwmr, tmp_path):
+        (tmp_path / "mine.csv").write_text("mine")
+        status, _, said = dwmr("new", "mine", "--from", "csv-path")
+        assert (status, "mine.csv exists" in said, "--force" in said) == (1, True, True)
+        assert [p.name for p in tmp_path.iterdir()] == ["mine.csv"]
+        assert dwmr("new", "mine", "--from", "csv-path", "--force")[0] == 0
+        assert sorted(p.name for p in tmp_path.iterdir()) == ["mine.csv", "mine.toml"]
+
+    def test_files_are_readable_by_all_whom_the_mask_allows(self, dwmr, tmp_path):
+        before = os.umask(0o027)
+        try:
+            dwmr("new", "mine")
+        finally:
+            os.umask(before)
+        assert (tmp_path / "mine.toml").stat().st_mode & 0o777 == 0o640
+
+    def test_says_what_cannot_be_written(self, dwmr, tmp_path):
+        status, _, said = dwmr("new", "mine", "-o", tmp_path / "no" / "such" / "x.toml")
+        assert (status, "cannot be written" in said, "Traceback" in said) == (1, True, False)
+
+    @pytest.mark.parametrize(
+        ("arguments", "words"),
+        [
+            (["a/b"], "letters, digits"),
+            (['a"'], "letters, digits"),
+            (["x" * 101], "up to 100"),
+            (["paper"], "name of a shipped scenario"),
+            (["mine", "--from", "papr"], "did you mean 'paper'?"),
+            ([], "Missing argument"),
+        ],
+    )
+    def test_wrong_usage_is_answered(self, dwmr, tmp_path, arguments, words):
+        status, _, said = dwmr("new", *arguments)
+        assert status == 2
+        assert words in said
+        assert list(tmp_path.iterdir()) == []
+
+
+class TestCheck:
+    def test_finds_the_mistakes_of_all_files_at_once(self, dwmr, tmp_path):
+        for name, line in (("a", "[robot]\nmass = -1.0\n"), ("b", "[run]\ndt = 2.0\n")):
+            (tmp_path / f"{name}.toml").write_text(f'extends = "paper"\n{line}', encoding="utf-8")
+        status, said, complaints = dwmr("check", "a.toml", "paper", "b.toml")
+        assert status == 1
+        assert said == "paper: 3 robots on a reference of kind eight; smc, aifqsmc, fcafsmc: no errors\n"
+        assert "a.toml:3:1: error[FZ904]: robot.mass must be > 0 kg, got -1.0" in complaints
+        assert "b.toml:3:1: error[FZ904]: run.dt must be <= 1 s, got 2.0" in complaints
+
+    def test_reads_the_rule_files_of_every_law(self, dwmr, tmp_path):
+        rules = tmp_path / "my-rules"
+        rules.mkdir()
+        text = (rules_folder() / "boundary_layer.fz").read_text(encoding="utf-8")
+        (rules / "fcafsmc.fz").write_text(text, encoding="utf-8")
+        assert dwmr("run", "paper", "--rules", "my-rules", "--set", "run.horizon=0.1")[0] == 0
+        status, _, said = dwmr("check", "paper", "--rules", "my-rules")
+        assert status == 1
+        assert "fcafsmc.fz does not fit the role fcafsmc" in said
+
+    @pytest.mark.parametrize(
+        ("value", "code"),
+        [
+            ("rules.ais_reaction.file=tipper.fz", "FZ905"),
+            ("rules.ais_reaction.k_s=0.6", "FZ906"),
+            ("robots.leader.controllers.aifqsmc.k_s_v=0.9", "FZ906"),
+            ("robots.follower1.formation.leader=follower1", "FZ904"),
+            ("run.horizn=3", "FZ902"),
+        ],
+    )
+    def test_answers_machines_too(self, dwmr, value, code):
+        status, said, complaints = dwmr("check", "paper", "--set", value, "--format", "json")
+        assert (status, complaints) == (1, "")
+        assert json.loads(said)["diagnostics"][0]["code"] == code
+
+    @pytest.mark.parametrize("key", ["horizon", "lambda_2"])
+    def test_names_the_table_of_a_key_where_there_is_one(self, dwmr, key):
+        status, _, said = dwmr("check", "paper", "--set", f"{key}=20")
+        assert status == 1
+        assert f"unknown key {key}" in said
+        assert ("did you mean 'run.horizon'?" in said) == (key == "horizon")
+
+    def test_shows_warnings_and_goes_on(self, dwmr):
+        status, said, warnings = dwmr("check", "paper", "--set", "run.horizon=1.003")
+        assert (status, "no errors" in said, "warning[FZ904]" in warnings) == (0, True, True)
+
+    def test_finds_a_boundary_layer_that_is_not_positive(self, dwmr, tmp_path):
+        text = (rules_folder() / "boundary_layer.fz").read_text(encoding="utf-8")
+        edited = text.replace("triangle(1e-6, 0.0050,", "triangle(-1, 0,").replace("[0.005, 0.05]", "[0, 0.05]")
+        assert edited != text
+        (tmp_path / "boundary_layer.fz").write_text(edited, encoding="utf-8")
+        status, _, said = dwmr("check", "paper", "--rules", tmp_path)
+        assert status == 1
+        assert "error[FZ907]" in said
+
+    def test_knows_no_scenario_of_that_name(self, dwmr):
+        assert dwmr("check", "papr")[0] == 2
+        assert dwmr("check")[0] == 2
+
+
+class TestShow:
+    def test_lists_the_shipped_scenarios_with_a_sentence_each(self, dwmr):
+        _, said, _ = dwmr("show")
+        lines = said.splitlines()
+        assert [line.split()[0] for line in lines] == list(shipped_names())
+        assert all(line.endswith((".", "sin(2 w t).")) and len(line) < 140 for line in lines)
+        assert json.loads(dwmr("show", "--format", "json")[1])["scenarios"].keys() == set(shipped_names())
+
+    def test_draws_the_tree_of_the_formation(self, dwmr):
+        _, said, _ = dwmr("show", "five-robots")
+        tree = [line[:14] for line in said.split("Robots\n")[1].splitlines()[:5]]
+        assert [len(line) - len(line.lstrip()) for line in tree] == [2, 4, 6, 4, 6]
+        assert "5 m straight" not in said
+
+    def test_says_how_far_the_obstacles_are_and_when(self, dwmr):
+        found = json.loads(dwmr("show", "paper", "--format", "json")[1])
+        nearest = [(round(o["from_path"], 2), round(o["at"], 1)) for o in found["obstacles"]]
+        assert nearest == [(0.5, 50.0), (0.08, 109.0), (0.35, 172.5)]
+        assert found["reference"]["speed"] == pytest.approx([0.328, 1.054], abs=1e-3)
+        assert found["rules"]["ais_reaction"]["bounds"] == [-1.0, 0.18]
+        assert found["rules"]["ais_reaction"]["g_ais_min"] == pytest.approx(0.001)
+
+    def test_finds_the_nearest_place_of_the_path_between_its_samples(self, dwmr):
+        circle = 'reference={kind="circle",centre_x=0,centre_y=0,radius=5,period=60,direction="clockwise"}'
+        found = json.loads(dwmr("show", "paper", "--set", circle, "--format", "json")[1])
+        assert found["obstacles"][1]["from_path"] == pytest.approx((8.0**2 + 4.25**2) ** 0.5 - 5.0, abs=1e-9)
+        assert found["reference"]["length"] == pytest.approx(10.0 * 3.14159265, rel=1e-6)
+        assert found["reference"]["turn_rate"] == pytest.approx([-0.10472] * 2, abs=1e-5)
+
+    def test_orders_disturbances_by_time_and_shows_own_gains_of_a_robot(self, dwmr):
+        _, said, _ = dwmr(
+            "show", "paper", "--set", "robots.leader.controllers.smc.g_v=0.7", "--set", "robot.noise.x=0.01"
+        )
+        starts = [float(line.split()[0]) for line in said.split("Disturbances\n")[1].splitlines()[:5]]
+        assert starts == [3.0, 40.0, 50.0, 100.0, 150.0]
+        assert "leader: g_v 0.7" in said
+        assert "measures with noise x 0.01" in said
+
+    def test_says_where_an_open_path_goes_on_straight(self, dwmr):
+        way = 'reference={kind="waypoints",points=[[0,0],[9,1],[12,8]],duration=60}'
+        assert "straight on from 60 s" in dwmr("show", "paper", "--set", way)[1]
+        assert "straight on" not in dwmr("show", "paper", "--set", way, "--set", "run.horizon=30")[1]
+
+    def test_wrong_usage_and_mistakes_are_answered(self, dwmr):
+        assert dwmr("show", "papr")[0] == 2
+        assert dwmr("show", "--set", "run.horizon=3")[0] == 2
+        assert dwmr("show", "paper", "--set", "robot.mass=-1")[0] == 1
+
+
+@pytest.mark.parametrize(
+    "arguments", [["check", "paper", "csv-path"], ["show"], ["show", "csv-path"], ["new", "mine"], ["check", "--help"]]
+)
+def test_nothing_heavy_is_loaded(arguments, tmp_path):
+    code = (
+        "import sys\nfrom dwmr.cli.main import main\n"
+        "try:\n    main(sys.argv[1:])\nexcept SystemExit:\n    pass\n"
+        "print('HEAVY', sorted({'numba', 'matplotlib', 'scipy'} & set(sys.modules)))\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, *arguments], capture_output=True, text=True, timeout=LONG, check=True, cwd=tmp_path
+    )
+    assert done.stdout.splitlines()[-1] == "HEAVY []"

@@ -1,0 +1,150 @@
+"""A law of one's own, as the how-to page has it: run, compared and swept, each in a new process over one cache."""
+
+import json
+import re
+import shutil
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from dwmr.control import laws as controllers
+from tests.dwmr.process import dwmr
+
+PAGE = Path(__file__).parents[4] / "docs" / "how-to" / "add-a-controller.md"
+BLOCK = re.compile(r"<!-- file: (\S+) -->\n```\w+\n(.*?)```", re.DOTALL)
+SWEEP = 'scenario = "mine.toml"\nmeasures = ["rmse"]\n[grid]\n"robot.controllers.proportional.k_x" = [0.5, 0.6]\n'
+SHORT = ("--set", "run.horizon=1")
+ALONE = ("--jobs", "1")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """The files of the how-to page, after a first run, whose machine code is on disk."""
+    made = tmp_path_factory.mktemp("own")
+    for name, text in BLOCK.findall(PAGE.read_text(encoding="utf-8")):
+        (made / name).write_text(text, encoding="utf-8")
+    (made / "spec.toml").write_text(SWEEP, encoding="utf-8")
+    dwmr("run", "mine.toml", *SHORT, "-o", "first", cwd=made)
+    return made
+
+
+def results(folder):
+    """Return what a run says of its law, times aside."""
+    found = json.loads((folder / "summary.json").read_text(encoding="utf-8"))["controllers"]["proportional"]
+    return {name: value for name, value in found.items() if name != "wall_s"}
+
+
+def test_runs_again_from_the_cache(folder):
+    dwmr("run", "mine.toml", *SHORT, "-o", "second", cwd=folder)
+    assert results(folder / "second") == results(folder / "first")
+
+
+def test_is_loaded_from_the_cache_and_not_compiled_anew(folder):
+    code = (
+        "from pathlib import Path\nfrom dwmr import controllers\n"
+        "law = controllers.find('proportional', Path())\nprint(sum(law.step.stats.cache_hits.values()))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=folder, check=True)
+    assert done.stdout == "1\n"
+
+
+def test_is_compared(folder):
+    done = dwmr(
+        "compare", "mine.toml", "--controller", "proportional,smc", *SHORT, *ALONE, "--format", "json", cwd=folder
+    )
+    found = json.loads(done.stdout)["entries"]
+    (one,) = [e for e in found if (e["controller"], e["robot"], e["measure"]) == ("proportional", "leader", "rmse.x_e")]
+    assert one["mean"] == results(folder / "first")["rmse"]["leader"]["x_e"]
+
+
+def test_of_one_name_in_two_folders_is_each_its_own(folder):
+    other = folder / "other"
+    other.mkdir()
+    text = (folder / "proportional.py").read_text(encoding="utf-8")
+    (other / "proportional.py").write_text(text.replace("= gains[0] *", "= 2.0 * gains[0] *"), encoding="utf-8")
+    shutil.copy(folder / "mine.toml", other / "another.toml")
+    args = ("--controller", "proportional", *SHORT, *ALONE, "--format", "json")
+    for _ in range(2):
+        done = dwmr("compare", "mine.toml", "other/another.toml", *args, cwd=folder)
+        found = [e["mean"] for e in json.loads(done.stdout)["entries"] if e["measure"] == "rmse.x_e"]
+        assert found[0] == results(folder / "first")["rmse"]["leader"]["x_e"]
+        assert found[3] < found[0]
+
+
+def test_that_cannot_be_prepared_is_reported_with_its_error(folder):
+    broken = folder / "broken"
+    broken.mkdir()
+    text = (folder / "proportional.py").read_text(encoding="utf-8")
+    (broken / "proportional.py").write_text(text.replace("return Law(", "return 1 // 0, Law("), encoding="utf-8")
+    shutil.copy(folder / "mine.toml", broken)
+    done = dwmr("compare", "broken/mine.toml", "--controller", "proportional", *SHORT, *ALONE, cwd=folder, status=1)
+    assert "the control law proportional cannot be prepared" in done.stderr
+    assert "ZeroDivisionError" in done.stderr
+    assert "changed" not in done.stderr
+
+
+def test_is_swept(folder):
+    done = dwmr("sweep", "spec.toml", *SHORT, "-o", "swept", cwd=folder)
+    assert "2 runs, all to the end" in done.stdout
+
+
+#: Where a law raises: the text behind which, or for which, a line is put, and what cannot be done then.
+STAGES = {
+    "imported": ("import numpy as np\n", "import numpy as np\n\n{}\n"),
+    "checked": ("def init(", "    def prove(self, rules, robot):\n        {}\n\n\ndef init("),
+    "prepared": ("    return Law(", "    {}\n    return Law("),
+    "run": ("    signals[0] = effort\n", "    signals[0] = effort\n    {}\n"),
+}
+
+
+def raising(folder, name, stage, statement):
+    """Write the law and its scenario into a folder of their own, with a statement put into the law."""
+    made = folder / name
+    made.mkdir()
+    old, new = STAGES[stage]
+    text = (folder / "proportional.py").read_text(encoding="utf-8")
+    assert old in text
+    (made / "proportional.py").write_text(text.replace(old, new.format(statement)), encoding="utf-8")
+    shutil.copy(folder / "mine.toml", made)
+    return made
+
+
+@pytest.mark.parametrize("statement", ["raise SystemExit(3)", "raise KeyboardInterrupt", "1 // 0"])
+@pytest.mark.parametrize("stage", STAGES)
+def test_that_raises_is_reported_with_its_file_and_line(folder, stage, statement, monkeypatch):
+    if stage == "run":
+        monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")  # compiled code has no such exceptions
+    made = raising(folder, f"{stage}_{statement.split()[-1][:4]}", stage, statement)
+    done = dwmr("run", "mine.toml", "--set", "run.horizon=0.02", "-o", "out", cwd=made, status=1)
+    lines = (made / "proportional.py").read_text(encoding="utf-8").splitlines()
+    line = 1 + next(i for i, text in enumerate(lines) if text.strip() == statement)
+    kind = {"1": "ZeroDivisionError"}.get(statement[0], statement.removeprefix("raise ").partition("(")[0])
+    message = f"proportional.py:{line}: error[FZ001]: the control law proportional cannot be {stage}"
+    assert message in done.stderr
+    assert f"= {kind}: " in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_that_raises_in_compiled_code_is_reported_instead_of_computed_with_zeros(folder):
+    made = raising(folder, "compiled", "run", 'if dt > 0.0: raise ValueError("gone")')
+    done = dwmr("run", "mine.toml", *SHORT, "-o", "out", cwd=made, status=1)
+    assert "the control law proportional cannot be run" in done.stderr
+    assert done.stderr.count("ValueError: gone") == 1
+    assert not (made / "out" / "summary.json").exists()
+    swept = dwmr("compare", "mine.toml", "--controller", "proportional", *SHORT, cwd=made, status=1)
+    assert "mine.toml cannot be computed" in swept.stderr
+    assert "ValueError: gone" in swept.stderr
+
+
+def test_that_never_returns_is_reported(folder):
+    made = raising(folder, "never", "run", 'raise ValueError("gone")')
+    done = dwmr("run", "mine.toml", *SHORT, "-o", "out", cwd=made, status=1)
+    assert "the control law proportional cannot be run" in done.stderr
+
+
+def test_an_interruption_while_a_law_works_stays_one():
+    with pytest.raises(KeyboardInterrupt), controllers.reported("smc", Path(__file__), "run"):
+        signal.raise_signal(signal.SIGINT)

@@ -1,0 +1,310 @@
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from dwmr.control.fuzzy_gains import Rules
+from dwmr.scenario.file import find, read
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+from fuzzyctl.support.shipped import rules_folder
+from tests.sizes import examples
+
+PAPER = find("paper")
+
+
+def rules(*overrides, folder=None):
+    file = read(PAPER, overrides)
+    return Rules(file.scenario.rules, (folder,) if folder else (), file.places)
+
+
+def edited(folder, name, *replacements):
+    text = (rules_folder() / name).read_text(encoding="utf-8")
+    for old, new in replacements:
+        assert old in text
+        text = text.replace(old, new, 1)
+    (folder / name).write_text(text, encoding="utf-8")
+    return folder
+
+
+def refusal(call):
+    with pytest.raises(DiagnosticError) as caught:
+        call()
+    (one,) = caught.value.diagnostics
+    return one
+
+
+class TestReaction:
+    def test_gives_kernel_floor_and_suppression_gain(self):
+        f, k_h_min, k_s = rules().reaction("leader", "v", None, None)
+        assert (k_h_min, k_s) == (0.1, 0.55)
+        assert f(0.0, 0.0) == pytest.approx(0.18)
+        assert f(-0.05, -0.9) == pytest.approx(-1.0)
+
+    def test_is_refused_when_a_peak_breaks_the_guarantee(self, tmp_path):
+        folder = edited(
+            tmp_path, "ais_reaction.fz", ("0.09, 0.18, inf)", "0.09, 0.19, inf)"), ("[-1, f_max]", "[-1, 0.19]")
+        )
+        one = refusal(lambda: rules(folder=folder).prove_reaction("follower1", "omega", None, None))
+        assert one.code == "FZ906"
+        assert one.span.source.name == str(tmp_path / "ais_reaction.fz")
+        assert "PM = triangle(0.09, 0.19, inf)" in one.span.source.line_text(one.span.line)
+        assert "f reaches 0.19" in one.message
+        assert "robot follower1, channel omega" in one.facts[0]
+        assert "-0.0045" in one.facts[0]
+
+    def test_is_refused_for_one_channel_with_a_stronger_suppression(self):
+        checked = rules()
+        checked.prove_reaction("leader", "v", None, 0.5)
+        one = refusal(lambda: checked.prove_reaction("leader", "omega", None, 0.6))
+        assert "0.1 - 0.6 * 0.18 = -0.008" in one.facts[0]
+
+    def test_is_refused_when_nothing_is_asked_of_the_gain(self):
+        one = refusal(lambda: rules("rules.ais_reaction.G_min=0").prove_reaction("leader", "v", None, None))
+        assert "G_min must be > 1e-12" in one.facts[1]
+
+    ANY = rules()
+
+    @settings(max_examples=examples(100))
+    @given(st.floats(0.01, 1.0), st.floats(0.01, 2.0))
+    def test_is_accepted_exactly_when_the_constraint_holds(self, k_h_min, k_s):
+        holds = k_h_min - k_s * 0.18 >= 0.001
+        if abs(k_h_min - k_s * 0.18 - 0.001) < 1e-9:
+            return
+        try:
+            self.ANY.prove_reaction("leader", "v", k_h_min, k_s)
+            accepted = True
+        except DiagnosticError:
+            accepted = False
+        assert accepted == holds
+
+
+class TestBoundaryLayer:
+    def test_stays_within_the_printed_bounds(self):
+        beta = rules().boundary_layer()
+        assert beta(0.0) == pytest.approx(0.05)
+        assert beta(1.0) == pytest.approx(0.005)
+
+    def test_is_refused_when_it_may_vanish(self, tmp_path):
+        folder = edited(
+            tmp_path,
+            "boundary_layer.fz",
+            ("VS = triangle(1e-6, 0.0050", "VS = triangle(-1e-6, 0"),
+            ("[0.005, 0.05]", "[0, 0.05]"),
+        )
+        one = refusal(rules(folder=folder).prove_boundary_layer)
+        assert one.code == "FZ907"
+        assert "VS" in one.span.source.line_text(one.span.line)
+
+
+class TestAdaptiveGain:
+    def test_starts_at_zero_with_one_consequent_per_rule(self):
+        gain, rates, start, lowest, highest = rules().adaptive_gain()
+        assert start.tolist() == [0.0] * 7
+        assert (lowest, highest) == (-2.0, 2.0)
+        assert gain(0.1, start) == 0.0
+        out = start.copy()
+        rates(0.4, start, out)
+        assert out.tolist() == pytest.approx([0, 0, 0, 0, 0, 0, 0.4])
+
+
+class TestGuarantees:
+    """What a rule file requires is proved before a run, with the params of each robot and channel."""
+
+    def test_a_swapped_cell_is_refused_with_the_point_that_shows_it(self, tmp_path):
+        folder = edited(tmp_path, "ais_reaction.fz", ("NS |  NM  NS  ZO  PS  ZO", "NS |  NM  NS  ZO  ZO  PS"))
+        one = refusal(lambda: rules(folder=folder).prove_reaction("leader", "v", None, None))
+        assert one.code == "FZ402"
+        assert "f(-sigma, -dsigma) == f" in one.message
+        assert one.span.source.line_text(one.span.line).startswith("require f(-sigma")
+        assert one.facts[0] == "robot leader, channel v"
+        assert one.facts[1].startswith("at sigma = ")
+
+    def test_values_of_one_channel_count(self, tmp_path):
+        folder = edited(
+            tmp_path, "ais_reaction.fz", ("require f <= 0 within 1e-12 when", "require k_s <= 0.5 or f <= 0 when")
+        )
+        checked = rules(folder=folder)
+        checked.prove_reaction("leader", "v", None, 0.5)
+        checked.prove_reaction("leader", "omega", None, 0.55)
+        edited(tmp_path, "ais_reaction.fz", ("f <= 0 within 1e-12 when abs(sigma) >= 0.03", "k_s * f <= 0.095"))
+        checked = rules(folder=folder)
+        checked.prove_reaction("leader", "v", None, 0.5)
+        one = refusal(lambda: checked.prove_reaction("leader", "omega", None, 0.55))
+        assert one.facts[0] == "robot leader, channel omega"
+
+    def test_the_boundary_layer_must_not_grow(self, tmp_path):
+        folder = edited(tmp_path, "boundary_layer.fz", ("VB  B  M  S  VS", "VB  M  B  S  VS"))
+        one = refusal(rules(folder=folder).prove_boundary_layer)
+        assert (one.code, "decreasing(beta, abs_sigma)" in one.message) == ("FZ402", True)
+
+    def test_so_are_those_of_the_adaptive_gain(self, tmp_path):
+        folder = edited(tmp_path, "fcafsmc.fz", ("require F <= 2", "require F <= 1.5"))
+        one = refusal(rules(folder=folder).adaptive_gain)
+        assert one.code == "FZ402"
+
+    def test_what_is_left_open_is_refused_too(self, tmp_path):
+        folder = edited(tmp_path, "boundary_layer.fz", ("beta <= 0.05 within 1e-12", "sqrt(beta * beta) <= 0.05"))
+        one = refusal(rules(folder=folder).prove_boundary_layer)
+        assert "is not proved" in one.message
+
+    def test_equal_ones_are_proved_once(self, tmp_path, monkeypatch):
+        import fuzzyctl
+
+        asked = []
+        real = fuzzyctl.prove
+        monkeypatch.setattr(fuzzyctl, "prove", lambda system: asked.append(system.name) or real(system))
+        checked = rules()
+        for robot in ("leader", "follower1"):
+            checked.prove_reaction(robot, "v", None, 0.5)
+            checked.prove_reaction(robot, "omega", None, 0.55)
+            checked.prove_boundary_layer()
+        assert sorted(asked) == ["ais_reaction", "ais_reaction", "boundary_layer"]
+
+
+class TestRoles:
+    def test_refuse_a_file_with_other_inputs_or_outputs(self):
+        one = refusal(lambda: rules('rules.boundary_layer.file="tipper.fz"').prove_boundary_layer())
+        assert one.code == "FZ905"
+        assert "its inputs are service, food; boundary_layer needs abs_sigma in this order" in one.facts
+
+    def test_refuse_inputs_in_another_order(self, tmp_path):
+        text = (rules_folder() / "ais_reaction.fz").read_text(encoding="utf-8")
+        swapped = (
+            text.replace("input sigma", "input TMP")
+            .replace("input dsigma", "input sigma")
+            .replace("input TMP", "input dsigma")
+        )
+        (tmp_path / "ais_reaction.fz").write_text(swapped, encoding="utf-8")
+        one = refusal(lambda: rules(folder=tmp_path).prove_reaction("leader", "v", None, None))
+        assert "in this order" in one.facts[0]
+
+    def test_name_the_places_searched_for_a_missing_file(self):
+        one = refusal(lambda: rules("rules.ais_reaction.file=nope.fz").prove_reaction("leader", "v", None, None))
+        assert "does not exist" in one.message
+        assert str(rules_folder()) in one.facts[0]
+
+    def test_suggest_the_param_that_was_meant(self):
+        one = refusal(lambda: rules("rules.fcafsmc.gama=2").system("fcafsmc", {}))
+        assert one.help == "did you mean 'gamma'?"
+
+
+class TestOverlay:
+    def test_takes_a_file_of_the_same_name_and_leaves_the_others(self, tmp_path):
+        edited(tmp_path, "boundary_layer.fz")
+        overlaid = rules(folder=tmp_path)
+        assert overlaid.files.path("boundary_layer") == tmp_path / "boundary_layer.fz"
+        assert overlaid.files.path("ais_reaction") == rules_folder() / "ais_reaction.fz"
+
+
+class TestSuppressionGain:
+    """With k_s <= 0 the largest f no longer gives the smallest G_AIS, so the bound would prove nothing."""
+
+    @pytest.mark.parametrize("value", ["-0.5", "0", "-1e-300"])
+    def test_of_the_scenario_must_be_positive(self, value):
+        one = refusal(lambda: rules(f"rules.ais_reaction.k_s={value}").prove_reaction("leader", "v", None, None))
+        assert one.code == "FZ904"
+        assert one.message.startswith("rules.ais_reaction.k_s must be > 0 m/s, got ")
+        assert one.file == f"--set rules.ais_reaction.k_s={value}"
+
+    def test_of_the_rule_file_must_be_positive(self, tmp_path):
+        text = PAPER.read_text(encoding="utf-8")
+        line = next(one for one in text.splitlines() if one.startswith("k_s = "))
+        (tmp_path / "mine.toml").write_text(text.replace(line + "\n", ""), encoding="utf-8")
+        edited(tmp_path, "ais_reaction.fz", ("k_s     = 0.55", "k_s     = -0.55"), ("[-1, f_max]", "[-1, 0.18]"))
+        file = read(tmp_path / "mine.toml")
+        one = refusal(
+            lambda: Rules(file.scenario.rules, (tmp_path,), file.places).prove_reaction("leader", "v", None, None)
+        )
+        assert "k_s must be > 0 m/s, got -0.55" in one.message
+        assert one.span.source.line_text(one.span.line).startswith("param k_s")
+
+    @pytest.mark.parametrize("channel", ["v", "omega"])
+    def test_of_a_channel_must_be_positive(self, channel):
+        one = refusal(lambda: rules().prove_reaction("leader", channel, None, -0.5))
+        assert one.message.startswith(f"robots.leader.controllers.aifqsmc.k_s_{channel} must be > 0")
+
+    def test_needs_a_positive_floor_too(self):
+        one = refusal(lambda: rules("rules.ais_reaction.k_h_min=-0.1").prove_reaction("leader", "v", None, None))
+        assert one.message.startswith("rules.ais_reaction.k_h_min must be > 0")
+
+
+class TestCoverage:
+    HOLE = (("PS = triangle(0, 0.015, 0.030)", "PS = triangle(0.015, 0.016, 0.030)"),)
+
+    def test_a_hole_is_refused_at_its_line(self, tmp_path):
+        folder = edited(tmp_path, "ais_reaction.fz", *self.HOLE)
+        one = refusal(lambda: rules(folder=folder).prove_reaction("leader", "v", None, None))
+        assert one.code == "FZ401"
+        assert "output f" in one.span.source.line_text(one.span.line)
+
+    @pytest.mark.parametrize("word", ["nan", "error"])
+    def test_a_hole_filled_with_no_number_is_refused(self, tmp_path, word):
+        folder = edited(tmp_path, "ais_reaction.fz", *self.HOLE, ("[-1, f_max]", f"[-1, f_max] else {word}"))
+        one = refusal(lambda: rules(folder=folder).prove_reaction("leader", "v", None, None))
+        assert one.code == "FZ401"
+        assert f"'else {word}' is no number" in one.message
+
+    @pytest.mark.parametrize("word", ["", " else nan"])
+    def test_coverage_that_is_not_decided_is_refused(self, tmp_path, monkeypatch, word):
+        monkeypatch.setattr("fuzzyctl.analysis.coverage.coverage.COVERAGE", 10)
+        folder = edited(tmp_path, "boundary_layer.fz", ("[0.005, 0.05]", f"[0.005, 0.05]{word}"))
+        one = refusal(rules(folder=folder).prove_boundary_layer)
+        assert (one.code, one.severity) == ("FZ407", "error")
+        assert "output beta" in one.span.source.line_text(one.span.line)
+        assert one.facts == ("it takes more work than a check does", "a control law needs a number everywhere")
+
+    def test_an_else_with_a_number_replaces_the_decision(self, tmp_path, monkeypatch):
+        monkeypatch.setattr("fuzzyctl.analysis.coverage.coverage.COVERAGE", 10)
+        folder = edited(tmp_path, "boundary_layer.fz", ("[0.005, 0.05]", "[0.005, 0.05] else 0.005"))
+        rules(folder=folder).prove_boundary_layer()
+
+    def test_a_hole_filled_with_a_number_is_none(self, tmp_path):
+        # The hole lies on one side only, which the guarantee of symmetry would not allow.
+        edits = (
+            *self.HOLE,
+            ("[-1, f_max]", "[-1, f_max] else 0"),
+            ("require f(-sigma, -dsigma) == f", "require f <= 9"),
+        )
+        folder = edited(tmp_path, "ais_reaction.fz", *edits)
+        rules(folder=folder).prove_reaction("leader", "v", None, None)
+
+    def test_a_hole_that_a_param_opens_is_refused(self, tmp_path):
+        folder = edited(
+            tmp_path,
+            "boundary_layer.fz",
+            ("and         product", "and         product\nparam edge = 0.0162"),
+            ("VS = triangle(-inf, 0.0050, 0.0162)", "VS = triangle(-inf, 0.0050, edge)"),
+            ("S  = triangle(0.0050, 0.0162, 0.0275)", "S  = triangle(0.0100, 0.0162, 0.0275)"),
+        )
+        rules(folder=folder).prove_boundary_layer()
+        one = refusal(rules("rules.boundary_layer.edge=0.009", folder=folder).prove_boundary_layer)
+        assert one.code == "FZ401"
+
+    def test_warnings_are_kept_once(self, tmp_path):
+        folder = edited(tmp_path, "ais_reaction.fz", ("PM  PS  ZO\n", "PS  PS  ZO\n"))
+        checked = rules(folder=folder)
+        for robot in ("leader", "follower1"):
+            checked.prove_reaction(robot, "v", None, 0.5)
+        assert [d.code for d in checked.warnings] == ["FZ208"]
+
+
+class TestDerivedParams:
+    def test_cannot_be_parted_from_what_they_are_computed_from(self):
+        one = refusal(lambda: rules("rules.ais_reaction.f_max=0.1").system("ais_reaction", {}))
+        assert "computes f_max from k_h_min, G_min, k_s" in one.message
+
+
+class TestFolder:
+    def test_without_any_of_the_files_is_refused(self, tmp_path):
+        edited(tmp_path, "ais_reaction.fz")
+        (tmp_path / "ais_reaction.fz").rename(tmp_path / "ais_reactoin.fz")
+        one = refusal(lambda: rules().files.require_use_of(tmp_path))
+        assert "looked for ais_reaction.fz, boundary_layer.fz, fcafsmc.fz" in one.facts
+        assert one.help == "did you mean 'ais_reaction.fz'?"
+
+    def test_with_one_of_them_is_taken_and_near_misses_are_warned_of(self, tmp_path):
+        edited(tmp_path, "ais_reaction.fz")
+        edited(tmp_path, "boundary_layer.fz")
+        (tmp_path / "boundary_layer.fz").rename(tmp_path / "boundery_layer.fz")
+        rules().files.require_use_of(tmp_path)
+        (one,) = rules().files.near_misses(tmp_path)
+        assert one.help == "did you mean 'boundary_layer.fz'?"

@@ -1,0 +1,187 @@
+import shutil
+import stat
+import sys
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from dwmr.figures import animation, film
+from dwmr.scenario.file import find, read
+from tests.dwmr.process import dwmr, here
+
+SHORT = ("--set", "run.horizon=2")
+
+
+def program(folder, text):
+    """Put a program that plays ffmpeg into a folder."""
+    path = folder / "ffmpeg"
+    path.write_text(f"#!{sys.executable}\n{text}", encoding="utf-8")
+    path.chmod(path.stat().st_mode | stat.S_IXUSR)
+    return folder
+
+
+@pytest.fixture
+def made(run_paper):
+    """A film of ten seconds with an obstacle on the way."""
+    file, trajectory = run_paper("aifqsmc", "run.horizon=10", "obstacles=[{x=3.0, y=2.0, radius=0.5}]")
+    return animation.Film(trajectory, file.scenario), trajectory, file.scenario
+
+
+class TestMoments:
+    def test_are_as_far_apart_as_speed_and_rate_say(self, run_paper):
+        _, trajectory = run_paper("aifqsmc", "run.horizon=5")
+        assert animation.moments(trajectory, 10.0, 20.0) == list(range(0, 1001, 100))
+
+    def test_end_with_the_run(self, run_paper):
+        _, trajectory = run_paper("aifqsmc", "run.horizon=5")
+        assert animation.moments(trajectory, 15.0, 5.0) == [0, 600, 1000]
+        assert animation.moments(trajectory, 1000.0, 1.0) == [0, 1000]
+
+
+class TestBody:
+    def test_is_the_body_with_its_front_cut_to_a_nose(self):
+        robot = read(find("paper"), []).scenario.robots["follower1"]
+        outline = animation.body(robot, robot.d, 0.0, 0.0)
+        assert outline.min(axis=0) == pytest.approx((-0.542, -0.34))
+        assert outline.max(axis=0) == pytest.approx((0.369, 0.34))
+        assert outline[3] == pytest.approx((0.369, 0.0))
+
+    def test_points_where_the_robot_does_and_without_a_body_stays_in_its_circle(self):
+        robot = read(find("paper"), []).scenario.robots["follower1"].model_copy(update={"body": None})
+        outline = animation.body(robot, 2.0, 1.0, np.pi / 6)
+        ahead = np.array([np.sqrt(3.0) / 2.0, 0.5])
+        axle = np.array([2.0, 1.0]) - robot.d * ahead
+        assert np.hypot(*(outline - axle).T).max() == pytest.approx(robot.radius)
+        assert outline[3] == pytest.approx(axle + robot.radius * ahead)
+
+
+class TestFilm:
+    def test_robots_references_and_radii_are_where_they_were(self, made):
+        drawn, trajectory, _ = made
+        (k,) = [int(np.flatnonzero(trajectory["obstacle"][:, 0] >= 0)[10])]
+        next(drawn.pictures([k]))
+        trail, target = drawn._parts["trails"][1], drawn._parts["targets"][1]
+        assert (trail.get_xdata()[-1], trail.get_ydata()[-1]) == (trajectory["x"][k, 1], trajectory["y"][k, 1])
+        assert (trail.get_xdata()[0], trail.get_ydata()[0]) == (-3.5, 3.0)
+        assert (target.get_xdata()[0], target.get_ydata()[0]) == (trajectory["x_r"][k, 1], trajectory["y_r"][k, 1])
+        (circle,) = drawn._parts["circles"]
+        assert circle.get_radius() == pytest.approx(trajectory["avoidance_radius"][k, 0])
+        assert circle.get_linewidth() == 2.0
+        assert drawn._clock.get_text().split() == ["t", "=", f"{trajectory.t[k]:.1f}", "s"]
+
+    def test_says_what_disturbs(self, made):
+        drawn, _, _ = made
+        list(drawn.pictures([100]))
+        assert drawn._note.get_text() == ""
+        list(drawn.pictures([1000]))
+        assert drawn._note.get_text() == "disturbance: sinusoid"
+
+    def test_pictures_move_and_what_stays_stays(self, made):
+        drawn, _, _ = made
+        first, last = (picture.copy() for picture in drawn.pictures([0, 2000]))
+        assert first.shape == (drawn.size[1], drawn.size[0], 3)
+        assert all(side % 2 == 0 for side in drawn.size)
+        share = np.mean((first != last).any(axis=2))
+        assert 0.0005 < share < 0.2
+
+
+class TestGif:
+    def test_has_all_pictures_and_keeps_its_time(self, tmp_path):
+        pictures = [np.full((20, 30, 3), 4 * k, dtype=np.uint8) for k in range(61)]
+        film.write_gif(tmp_path / "a.gif", pictures, 30, [f"#{3 * f'{4 * k:02x}'}" for k in range(61)])
+        with Image.open(tmp_path / "a.gif") as gif:
+            assert (gif.size, gif.n_frames) == ((30, 20), 61)
+            delays = []
+            for k in range(61):
+                gif.seek(k)
+                delays.append(gif.info["duration"])
+        assert sum(delays) == 2030  # 61 pictures at 30 a second, to the hundredth of a second
+        assert set(delays) == {30, 40}
+
+    def test_colours_that_come_later_are_kept(self, tmp_path):
+        white, yellow = (np.full((8, 8, 3), c, dtype=np.uint8) for c in ((255, 255, 255), (240, 228, 66)))
+        film.write_gif(tmp_path / "a.gif", [white, yellow], 10, ["#f0e442"])
+        with Image.open(tmp_path / "a.gif") as gif:
+            gif.seek(1)
+            assert gif.convert("RGB").getpixel((3, 3)) == (240, 228, 66)
+
+
+class TestMp4:
+    def test_sends_every_picture_to_ffmpeg(self, tmp_path, monkeypatch):
+        program(tmp_path, "import sys\nopen(sys.argv[-1], 'wb').write(sys.stdin.buffer.read())\n")
+        monkeypatch.setenv("PATH", str(tmp_path))
+        pictures = [np.full((4, 6, 3), k, dtype=np.uint8) for k in range(5)]
+        film.write_mp4(tmp_path / "a.mp4", pictures, 20, (6, 4))
+        assert (tmp_path / "a.mp4").read_bytes() == b"".join(p.tobytes() for p in pictures)
+
+    def test_says_why_ffmpeg_fails(self, tmp_path, monkeypatch):
+        program(tmp_path, "import sys\nprint('hm', 'Unknown encoder', sep='\\n', file=sys.stderr)\nsys.exit(3)\n")
+        monkeypatch.setenv("PATH", str(tmp_path))
+        pictures = (np.zeros((400, 600, 3), dtype=np.uint8) for _ in range(20))
+        with pytest.raises(film.FilmError, match=r"^Unknown encoder$"):
+            film.write_mp4(tmp_path / "a.mp4", pictures, 20, (600, 400))
+
+    @pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="the program ffmpeg is not installed")
+    def test_is_a_film(self, tmp_path):
+        dwmr("animate", "paper", *SHORT, "-o", tmp_path / "run.mp4")
+        content = (tmp_path / "run.mp4").read_bytes()
+        assert content[4:8] == b"ftyp"
+
+
+class TestAnimate:
+    def test_writes_a_gif_and_nothing_else(self, tmp_path):
+        done = here(
+            "animate", "paper", *SHORT, "--controller", "smc", "--speed", 2, "--fps", 10, "-o", tmp_path / "a.gif"
+        )
+        assert done.stderr == ""
+        assert done.stdout == f"wrote {tmp_path / 'a.gif'}: 11 pictures, 1.1 s\n"
+        with Image.open(tmp_path / "a.gif") as gif:
+            assert gif.n_frames == 11
+            assert gif.info["duration"] == 100
+        assert [p.name for p in tmp_path.iterdir()] == ["a.gif"]
+
+    @pytest.mark.parametrize(
+        ("arguments", "status", "words"),
+        [
+            (["paper", "-o", "{}/run.avi"], 2, "a film is a .gif or an .mp4"),
+            (["paper", "-o", "{}/run.mp4"], 1, "write a GIF instead: -o "),
+            (["paper", "--speed", "0"], 2, "0.0 is not in the range"),
+            (["paper", "--speed", "nan"], 2, "nan is not a number"),
+            (["paper", "--fps", "61"], 2, "61 is not in the range"),
+            (["paper", "--fps", "60"], 2, "at most 50 pictures"),
+            (["paper", "--controller", "all"], 2, "a film shows one control law"),
+            (["paper", "--controller", "pid"], 2, "'pid' is not one of"),
+            (["paper", "--speed", "0.01"], 1, "400,000 pictures, more than 20,000"),
+            (["papper"], 2, "did you mean 'paper'?"),
+            (["paper", "--set", "robot.mass=-1"], 1, "must be > 0 kg"),
+            (["paper", *SHORT, "-o", "{}/file/run.gif"], 1, "cannot be written"),
+        ],
+    )
+    def test_refuses_mistakes_and_leaves_nothing(self, tmp_path, arguments, status, words):
+        (tmp_path / "file").write_text("x", encoding="utf-8")
+        done = here("animate", *(a.format(tmp_path) for a in arguments), PATH=str(tmp_path), status=status)
+        assert words in done.stderr
+        assert [p.name for p in tmp_path.iterdir()] == ["file"]
+
+    def test_a_failing_ffmpeg_is_a_message(self, tmp_path):
+        (tmp_path / "bin").mkdir()
+        program(tmp_path / "bin", "import sys\nprint('no room', file=sys.stderr)\nsys.exit(1)\n")
+        done = here(
+            "animate", "paper", *SHORT, "-o", tmp_path / "out" / "run.mp4", PATH=str(tmp_path / "bin"), status=1
+        )
+        assert "run.mp4: no room" in done.stderr
+        assert not (tmp_path / "out").exists()
+
+    def test_of_a_run_that_diverges_shows_how_far_it_went(self, tmp_path):
+        wild = ("--set", "disturbances.0.start=1", "--set", "disturbances.0.force=1e300", "--set", "run.horizon=5")
+        done = here("animate", "paper", *wild, "-o", tmp_path / "run.gif", status=1)
+        assert "warning: aifqsmc stopped at t = 1.005 s" in done.stderr
+        assert (tmp_path / "run.gif").exists()
+
+    def test_of_huge_numbers_says_nothing_else(self, tmp_path):
+        done = here("animate", "paper", "--set", "robots.leader.d=1e-300", "-o", tmp_path / "run.gif", status=1)
+        assert done.stderr.splitlines() == [
+            "warning: aifqsmc stopped at t = 0.005 s: v_c is beyond 1e+12 m/s, "
+            "omega_c is beyond 1e+12 rad/s: the run diverged"
+        ]

@@ -1,0 +1,175 @@
+import csv
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from dwmr.cli import compare
+from dwmr.output.data import parquet_file
+from dwmr.scenario.file import find
+from dwmr.sweep import comparison
+from dwmr.sweep.comparison import entries
+from dwmr.sweep.intervals import mean_interval, share_interval
+from dwmr.sweep.plan import Run
+from dwmr.sweep.work import Outcome
+from tests.dwmr.process import dwmr, here
+
+SHORT = ("--set", "run.horizon=2")
+ALONE = ("--jobs", "1")
+
+
+class TestIntervals:
+    def test_of_a_mean_is_that_of_students_t(self):
+        values = [1.0, 2.5, 2.0, 4.0]
+        expected = stats.t.interval(0.95, 3, np.mean(values), stats.sem(values))
+        assert mean_interval(values) == pytest.approx(expected)
+
+    def test_of_a_mean_holds_the_mean_as_often_as_it_says(self):
+        random = np.random.default_rng(1)
+        found = [mean_interval(random.normal(2.0, 3.0, 6).tolist()) for _ in range(2000)]
+        assert np.mean([low <= 2.0 <= high for low, high in found]) == pytest.approx(0.95, abs=0.02)
+
+    @pytest.mark.parametrize(("hits", "n"), [(0, 20), (3, 20), (20, 20), (1, 2)])
+    def test_of_a_share_is_wilsons(self, hits, n):
+        expected = stats.binomtest(hits, n).proportion_ci(0.95, method="wilson")
+        assert share_interval(hits, n) == pytest.approx((expected.low, expected.high))
+
+    def test_of_one_run_there_is_none(self):
+        assert mean_interval([1.0]) is None
+        assert share_interval(0, 1) is None
+
+
+def outcome(number, **row):
+    columns = {
+        "stopped": False, "rmse.a.x_e": 1.0, "rmse.a.y_e": 2.0, "rmse.a.theta_e": 3.0,
+        "centre_distance.a": None, "obstacle_gap.a": None, "robot_gap.a": -0.1, "obstacles_hit.a": 0, "robots_hit.a": 1,
+        "chattering.a.v": 4.0, "chattering.a.omega": 5.0,
+    }  # fmt: skip
+    return Outcome(number, columns | row, 0.1)
+
+
+class TestEntries:
+    def found(self, *outcomes):
+        runs = [Run(one.number, "here", find("paper"), "smc", 0, {}, ()) for one in outcomes]
+        return {one.measure: one for one in entries(runs, {one.number: one for one in outcomes})}
+
+    def test_average_the_runs(self):
+        found = self.found(outcome(0, **{"rmse.a.x_e": 1.0}), outcome(1, **{"rmse.a.x_e": 3.0}))
+        assert (found["rmse.x_e"].mean, found["rmse.x_e"].n, found["rmse.x_e"].unit) == (2.0, 2, "m")
+        assert found["rmse.x_e"].low == pytest.approx(2.0 - stats.t.ppf(0.975, 1))
+        assert (found["chattering.omega"].mean, found["chattering.omega"].unit) == (5.0, "rad/s²")
+
+    def test_leave_runs_that_stopped_out_of_means_but_not_of_hits(self):
+        bad = outcome(1, stopped=True, **{"rmse.a.x_e": 9.0, "obstacles_hit.a": 2})
+        found = self.found(outcome(0), bad)
+        assert (found["rmse.x_e"].mean, found["rmse.x_e"].n, found["rmse.x_e"].stopped) == (1.0, 1, 1)
+        assert (found["obstacles_hit"].mean, found["obstacles_hit"].n) == (0.5, 2)
+        assert (found["robots_hit"].mean, found["robots_hit"].n) == (1.0, 2)
+
+    def test_fake_no_interval(self):
+        found = self.found(outcome(0))
+        assert {(one.low, one.high) for one in found.values()} == {(None, None)}
+        assert found["centre_distance"].mean is None
+
+
+class TestVariation:
+    def test_a_single_run_is_the_scenario_as_it_is(self):
+        made = comparison.make(comparison.variation(None), find("paper"), ("smc",), 1, 0, None, ["run.horizon=1"])
+        assert [run.values for run in made.runs] == [{}]
+
+    def test_leaves_out_what_a_scenario_does_not_have(self):
+        made = comparison.make(
+            comparison.variation(None), find("undisturbed"), ("smc",), 2, 0, None, ["disturbances=[]"]
+        )  # fmt: skip
+        varied = {key.rpartition(".")[2] for key in made.runs[0].values}
+        assert varied == {"mass", "inertia", "x_0", "y_0", "theta_0", "seed"}
+
+
+class TestCommand:
+    def test_has_a_table_for_each_scenario(self):
+        done = here("compare", "paper", "undisturbed", "--controller", "smc,fcafsmc", *SHORT, *ALONE)
+        assert done.stderr == ""
+        for word in ("paper:", "undisturbed:", "fcafsmc", "smc", "follower2"):
+            assert word in done.stdout
+        assert "aifqsmc" not in done.stdout
+        assert "±" not in done.stdout
+        assert max(map(len, done.stdout.splitlines())) <= 80
+
+    def test_agrees_with_a_run(self, measured):
+        options = ("--controller", "aifqsmc", *SHORT, *ALONE, "--format", "json")
+        found = json.loads(here("compare", "paper", *options).stdout)
+        expected = measured("aifqsmc", "run.horizon=2")
+        (one,) = [e for e in found["entries"] if (e["robot"], e["measure"]) == ("follower1", "rmse.y_e")]
+        assert one["mean"] == expected["rmse"]["follower1"]["y_e"]
+        assert one["low"] is None
+
+    def test_shows_intervals_over_repetitions_and_writes_them(self, tmp_path):
+        arguments = ("compare", "paper", "--controller", "all", "--runs", "3", "--seed", "5", *SHORT)
+        done = dwmr(*arguments, "-o", tmp_path / "table.csv")
+        assert "±" in done.stdout
+        assert "3 runs each" in done.stdout
+        with (tmp_path / "table.csv").open(newline="", encoding="utf-8") as file:
+            rows = list(csv.DictReader(file))
+        assert len(rows) == 3 * 3 * 10
+        row = rows[0]
+        assert (row["controller"], row["robot"], row["measure"], row["n"]) == ("aifqsmc", "leader", "rmse.x_e", "3")
+        assert float(row["low"]) < float(row["mean"]) < float(row["high"])
+        here(*arguments, "-o", tmp_path / "table.parquet", *ALONE)
+        columns, _ = parquet_file.read_table(tmp_path / "table.parquet")
+        assert [repr(v) for v in columns["mean"]] == [r["mean"] for r in rows]
+
+    def test_takes_what_varies_from_a_spec(self, tmp_path):
+        path = tmp_path / "spec.toml"
+        path.write_text('scenario = "paper"\n[random]\n"robot.mass" = { uniform = [-2, -1] }\n', encoding="utf-8")
+        done = here("compare", "paper", "--vary", path, "--runs", "2", *SHORT, *ALONE, status=1)
+        assert f"{path}:3" in done.stderr
+        assert "run 0: robot.mass must be > 0 kg" in done.stderr
+
+    def test_a_run_that_stops_is_said(self):
+        done = here(
+            "compare", "paper", "--controller", "smc", "--set", "disturbances.0.start=1",
+            "--set", "disturbances.0.force=1e300",
+            *SHORT, *ALONE, status=1,
+        )  # fmt: skip
+        assert "warning: paper, smc: 1 of 1 stopped" in done.stdout
+
+    @pytest.mark.parametrize(
+        ("arguments", "status", "words"),
+        [
+            (["papper"], 2, "did you mean 'paper'?"),
+            (["paper", "--controller", "smc,pid"], 2, "'pid' is not one of"),
+            (["paper", "--runs", "0"], 2, "0 is not in the range"),
+            (["paper", "paper"], 2, "'paper' is given twice"),
+            (["paper", str(find("paper"))], 2, "paper.toml is given twice"),
+            (["paper", "--controller", "smc,aifqsmc, smc"], 2, "'smc' is given twice"),
+            (
+                ["paper", "--set", "run.horizon=0.1", *ALONE, "-o", "/dev/null/x.csv"],
+                1,
+                "name another file with -o FILE",
+            ),
+            (["paper", "--set", "run.horizon"], 2, "expected key=value"),
+            (["paper", "--set", "robot.mass=-1"], 1, "must be > 0 kg"),
+            (["paper", "-o", "table.xlsx"], 2, "neither in .csv nor in .parquet"),
+            (["paper", "--vary", "nowhere.toml"], 2, "does not exist"),
+        ],
+    )
+    def test_bad_input_gets_a_clear_answer(self, tmp_path, monkeypatch, arguments, status, words):
+        monkeypatch.chdir(tmp_path)
+        assert words in here("compare", *arguments, status=status).stderr
+        assert list(tmp_path.iterdir()) == []
+
+    def test_two_scenarios_of_one_name_are_refused(self, tmp_path):
+        (tmp_path / "other.toml").write_text('extends = "paper"\nname = "paper"\n', encoding="utf-8")
+        done = here("compare", "paper", tmp_path / "other.toml", *SHORT, status=2)
+        assert "two scenarios have the name 'paper'" in done.stderr
+        assert "other.toml" in done.stderr
+
+
+def test_no_terminal_acts_on_the_data(capfdbinary):
+    entry = comparison.Entry("here", "own", "a\x9b31m", "rmse.x_e", "m", 1, np.inf, None, None, 0)
+    compare._print([entry], "json", 1)
+    text = capfdbinary.readouterr().out.decode()
+    assert "a\\u009b31m" in text
+    assert json.loads(text)["entries"][0] == dataclasses.asdict(entry) | {"mean": None}

@@ -1,0 +1,420 @@
+import dataclasses
+import json
+import os
+import signal
+import time
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from dwmr.config.overrides import join_key, override, split_key
+from dwmr.scenario.file import read as read_scenario
+from dwmr.sweep import about, journal, plan, results, spec_file, work
+from dwmr.sweep.journal import NAME, Journal
+from dwmr.sweep.variables import Variable, expand, literal
+from dwmr.sweep.work import Outcome, Setup
+from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+
+SPEC = """
+scenario = "paper"
+controllers = ["smc", "aifqsmc"]
+runs = 3
+seed = 7
+
+[set]
+"run.horizon" = 1.0
+
+[grid]
+"rules.ais_reaction.k_s" = [0.4, 0.5]
+
+[random]
+"robots.*.mass" = { uniform = [100, 140] }
+"robots.leader.x_0" = { normal = [0.0, 0.1], relative = "offset" }
+"disturbances.*.v" = { uniform = [0.5, 2.0], relative = "factor" }
+"""
+
+
+def read(tmp_path, text=SPEC, name="spec.toml"):
+    path = tmp_path / name
+    path.write_text(text, encoding="utf-8")
+    return spec_file.read(path)
+
+
+def made(tmp_path, text=SPEC, overrides=()):
+    return plan.make(read(tmp_path, text), None, overrides)
+
+
+def mistakes(tmp_path, text, overrides=()):
+    with pytest.raises(DiagnosticError) as caught:
+        made(tmp_path, text, overrides)
+    return caught.value.diagnostics
+
+
+class TestIdle:
+    @pytest.mark.parametrize(
+        ("old", "new", "words"),
+        [
+            ('"aifqsmc"]', '"fcafsmc"]', "no run reads rule file ais_reaction"),
+            ('"rules.ais_reaction.k_s"', '"robot.controllers.fcafsmc.p_v"', "no run reads gains of fcafsmc"),
+            ('"robots.*.mass"', '"robots.*.controllers.fcafsmc.p_v"', "random.robots.*.controllers.fcafsmc.p_v varies"),
+        ],
+    )  # fmt: skip
+    def test_what_varies_without_effect_is_said(self, tmp_path, old, new, words):
+        (one,) = made(tmp_path, SPEC.replace(old, new).replace("[100, 140]", "[0.1, 0.2]")).warnings
+        assert words in one.message
+        assert one.severity == "warning"
+        assert one.span is not None
+
+    def test_what_some_law_reads_is_no_matter(self, tmp_path):
+        assert made(tmp_path).warnings == ()
+        text = SPEC.replace('"rules.ais_reaction.k_s"', '"robot.controllers.aifqsmc.p_v"')
+        assert made(tmp_path, text.replace('["smc", "aifqsmc"]', '["aifqsmc_without_layer"]')).warnings == ()
+
+
+class TestSpec:
+    def test_takes_keys_in_quotes_and_as_tables_alike(self, tmp_path):
+        tables = SPEC.replace('"rules.ais_reaction.k_s"', "rules.ais_reaction.k_s").replace(
+            '"run.horizon"', "run.horizon"
+        )
+        assert read(tmp_path, tables).spec == read(tmp_path).spec
+
+    @pytest.mark.parametrize(
+        ("old", "new", "line", "words"),
+        [
+            ("seed = 7", "sed = 7", 5, "unknown key sed"),
+            ("runs = 3", "runs = 0", 4, "runs must be >= 1, got 0"),
+            ('"paper"', '""', 2, "scenario must not be empty"),
+            ('["smc", "aifqsmc"]', "[]", 3, "controllers must have at least 1 element, has none"),
+            ('["smc", "aifqsmc"]', '["smc", "smc"]', 3, "controllers has smc 2 times"),
+            ("seed = 7", 'measures = ["rmse", "rmse"]', 5, "measures has rmse 2 times"),
+            ("[0.4, 0.5]", "[0.4, 0.5, 0.4]", 11, "grid.rules.ais_reaction.k_s has 0.4 2 times"),
+            ("[100, 140]", "[100, 120, 140]", 14, "uniform must have at most 2 elements, has 3"),
+            ("[random]", "[random]\nrobots.leader.x_0 = { choice = [1] }", 16, "robots.leader.x_0 is given twice"),
+            ("runs = 3", 'runs = "many"', 4, "runs must be a whole number, got 'many'"),
+            ("seed = 7", 'measures = ["rsme"]', 5, "'rsme'"),
+            ("uniform = [100, 140]", "unifrom = [100, 140]", 14, "unknown key random.robots.*.mass.unifrom"),
+            ("uniform = [100, 140]", "uniform = [140, 100]", 14, "140 is greater than 100"),
+            ("uniform = [100, 140]", "loguniform = [0, 1]", 14, "both values must be > 0"),
+            ("uniform = [100, 140]", "uniform = [1, 2], normal = [0, 1]", 14, "exactly one of"),
+            ("uniform = [100, 140]", "choice = []", 14, "nothing to choose from"),
+            ("normal = [0.0, 0.1]", "normal = [0.0, -0.1]", 15, "standard deviation"),
+            ("normal = [0.0, 0.1]", "normal = [0.0, nan]", 15, "must be a finite number"),
+            ("[0.4, 0.5]", "[]", 11, "grid.rules.ais_reaction.k_s must have at least 1 element, has none"),
+        ],
+    )
+    def test_answers_a_mistake_at_its_line(self, tmp_path, old, new, line, words):
+        assert old in SPEC
+        with pytest.raises(DiagnosticError) as caught:
+            read(tmp_path, SPEC.replace(old, new, 1))
+        found = caught.value.diagnostics
+        assert any(words in d.message and d.span is not None and d.span.line == line for d in found), found
+
+    def test_values_of_other_types_are_no_repetition(self, tmp_path):
+        read(tmp_path, SPEC.replace("[0.4, 0.5]", '[1, true, "1", 1.0]'))
+
+    def test_a_scenario_may_lie_beside_it(self, tmp_path):
+        (tmp_path / "mine.toml").write_text('extends = "paper"\nname = "mine"\n', encoding="utf-8")
+        found = made(tmp_path, SPEC.replace('"paper"', '"mine.toml"'))
+        assert {run.scenario for run in found.runs} == {"mine"}
+
+
+class TestKeys:
+    @given(
+        st.lists(st.text(st.characters(exclude_categories=["C", "Zl", "Zp"], exclude_characters="\"'\\"), min_size=1))
+    )
+    def test_parts_come_back(self, parts):
+        assert split_key(join_key(parts)) == (parts or [""])
+
+    @pytest.mark.parametrize("key", ['a."b', "a=b", "a.'b"])
+    def test_what_is_no_dotted_key_is_one_part(self, key):
+        assert split_key(key) == [key]
+
+
+class TestVariables:
+    def test_a_star_stands_for_every_robot_and_every_element(self, tmp_path):
+        file = read(tmp_path)
+        scenario = plan.make(file, None, ()).scenario.scenario
+        keys = [one.key for one in expand(file, scenario)]
+        assert keys == [
+            "robots.leader.mass", "robots.follower1.mass", "robots.follower2.mass", "robots.leader.x_0",
+            "disturbances.0.v", "disturbances.1.v", "disturbances.2.v", "disturbances.3.v",
+        ]  # fmt: skip
+
+    DOTTED = """
+extends = "paper"
+[robots."r.1"]
+x_0 = -3.0
+y_0 = -1.0
+theta_0 = 0.0
+d = 0.4
+formation = { leader = "leader", separation = 2.5, bearing = 3.0 }
+"""
+
+    @pytest.mark.parametrize("key", ["'robots.\"r.1\".x_0'", 'robots."r.1".x_0', "\"robots.'r.1'.x_0\""])
+    def test_a_name_with_a_dot_is_written_in_quotes(self, tmp_path, key):
+        (tmp_path / "dotted.toml").write_text(self.DOTTED, encoding="utf-8")
+        spec = f'scenario = "dotted.toml"\n[random]\n{key} = {{ uniform = [0.5, 0.6], relative = "offset" }}\n'
+        (run,) = made(tmp_path, spec).runs
+        assert list(run.values) == ['robots."r.1".x_0']
+        assert -2.5 <= run.values['robots."r.1".x_0'] <= -2.4
+        assert read_scenario(run.path, run.overrides).scenario.robots["r.1"].x_0 == run.values['robots."r.1".x_0']
+
+    def test_a_star_finds_names_with_dots(self, tmp_path):
+        (tmp_path / "dotted.toml").write_text(self.DOTTED, encoding="utf-8")
+        spec = 'scenario = "dotted.toml"\n[random]\n"robots.*.x_0" = { uniform = [-0.1, 0.1], relative = "offset" }\n'
+        (run,) = made(tmp_path, spec).runs
+        assert 'robots."r.1".x_0' in run.values
+        assert len(run.values) == 4
+
+    def test_a_mistake_about_a_name_with_a_dot_stands_at_its_line(self, tmp_path):
+        (tmp_path / "dotted.toml").write_text(self.DOTTED, encoding="utf-8")
+        (found,) = mistakes(tmp_path, 'scenario = "dotted.toml"\n[random]\nrobots."r.1".mass = { choice = [-1.0] }\n')
+        assert found.span.line == 3
+        assert "mass must be > 0 kg, got -1.0" in found.message
+
+    def test_a_draw_depends_on_seed_repetition_and_key_alone(self, tmp_path):
+        distribution = read(tmp_path).spec.random["robots.*.mass"]
+        one = Variable("robots.leader.mass", "robots.*.mass", distribution)
+        other = dataclasses.replace(one, key="robots.follower1.mass")
+        draws = {one.draw(1, 0), one.draw(1, 1), one.draw(2, 0), other.draw(1, 0)}
+        assert len(draws) == 4
+        assert one.draw(1, 0) == dataclasses.replace(one, written="robots.leader.mass").draw(1, 0)
+
+    @pytest.mark.parametrize(
+        ("distribution", "mean", "deviation"),
+        [
+            ("uniform = [2.0, 4.0]", 3.0, 2 / 12**0.5),
+            ("normal = [3.0, 0.5]", 3.0, 0.5),
+            ("choice = [1.0, 2.0, 6.0]", 3.0, (14 / 3) ** 0.5),
+            ("uniform = [2.0, 4.0], relative = 'factor'", 360.0, 240 / 12**0.5),
+            ("uniform = [2.0, 4.0], relative = 'offset'", 123.0, 2 / 12**0.5),
+        ],
+    )
+    def test_draws_have_the_distribution_that_is_named(self, tmp_path, distribution, mean, deviation):
+        file = read(tmp_path, SPEC.replace("uniform = [100, 140]", distribution))
+        one = expand(file, plan.make(read(tmp_path), None, ()).scenario.scenario)[0]
+        drawn = np.array([one.draw(3, k) for k in range(4000)])
+        assert drawn.mean() == pytest.approx(mean, abs=4 * deviation / 4000**0.5)
+        assert drawn.std() == pytest.approx(deviation, rel=0.05)
+
+    def test_loguniform_draws_are_even_in_the_logarithm(self, tmp_path):
+        file = read(tmp_path, SPEC.replace("uniform = [100, 140]", "loguniform = [1.0, 10000.0]"))
+        one = expand(file, plan.make(read(tmp_path), None, ()).scenario.scenario)[0]
+        below = np.mean([one.draw(3, k) < 100.0 for k in range(2000)])
+        assert below == pytest.approx(0.5, abs=0.05)
+
+    @pytest.mark.parametrize("value", [0.1, -1e-300, 1e22, 3, True, 'a"b\\c', [1, [2.5]], {"x": 1, "y z": "w"}])
+    def test_a_literal_reads_back_as_the_value(self, value):
+        data = {}
+        override(data, f"key={literal(value)}")
+        assert data["key"] == value
+        assert type(data["key"]) is type(value)
+
+
+class TestPlan:
+    def test_runs_every_law_at_every_point_and_repetition(self, tmp_path):
+        runs = made(tmp_path).runs
+        assert [run.number for run in runs] == list(range(12))
+        assert [(run.controller, run.repetition, run.values["rules.ais_reaction.k_s"]) for run in runs[:7:2]] == [
+            ("smc", 0, 0.4), ("smc", 1, 0.4), ("smc", 2, 0.4), ("smc", 0, 0.5)
+        ]  # fmt: skip
+
+    def test_laws_and_points_meet_the_same_draws(self, tmp_path):
+        masses = {}
+        for run in made(tmp_path).runs:
+            masses.setdefault(run.repetition, set()).add(run.values["robots.leader.mass"])
+        assert [len(found) for found in masses.values()] == [1, 1, 1]
+        assert len(set.union(*masses.values())) == 3
+
+    def test_another_key_leaves_the_draws_of_the_others(self, tmp_path):
+        more = SPEC.replace("[random]", '[random]\n"robot.inertia" = { uniform = [10, 14] }')
+        for one, other in zip(made(tmp_path).runs, made(tmp_path, more).runs, strict=True):
+            assert one.values.items() <= other.values.items()
+
+    def test_repetitions_have_noise_of_their_own_unless_it_is_given(self, tmp_path):
+        assert len({run.values["run.seed"] for run in made(tmp_path).runs}) == 3
+        assert all("run.seed" not in run.values for run in made(tmp_path, SPEC.replace("runs = 3", "")).runs)
+        assert all("run.seed" not in run.values for run in made(tmp_path, overrides=["run.seed=4"]).runs)
+
+    def test_a_draw_out_of_bounds_names_run_key_and_value(self, tmp_path):
+        found = mistakes(tmp_path, SPEC.replace("[100, 140]", "[-140, 140]"))
+        assert found[0].span.line == 14
+        assert "run " in found[0].message
+        assert "robots." in found[0].message
+        assert "must be > 0 kg, got -" in found[0].message
+
+    def test_a_gain_without_a_guarantee_names_run_and_value(self, tmp_path):
+        (found,) = mistakes(tmp_path, SPEC.replace("[0.4, 0.5]", "[0.4, 0.56]"))[:1]
+        assert "run 6: G_AIS > 0 is not guaranteed" in found.message
+        assert any("rules.ais_reaction.k_s = 0.56" in fact for fact in found.facts)
+
+    @pytest.mark.parametrize(
+        ("old", "new", "line", "words"),
+        [
+            ('"robots.leader.x_0"', '"robots.leadr.x_0"', 15, "no number in the scenario"),
+            ('"robots.*.mass"', '"robots.*.mas"', 14, "nothing in the scenario has this key"),
+            ('"robots.*.mass"', '"robot.mas"', 14, "unknown key robot.mas"),
+            ('"robots.*.mass"', '"robot.d"', 14, "robot.d is used by no robot"),
+            ('"rules.ais_reaction.k_s"', '"robot.d"', 11, "robot.d is used by no robot"),
+            ('"run.horizon" = 1.0', '"robot.d" = 0.3', 8, "robot.d is used by no robot"),
+            ('"run.horizon" = 1.0', '"extends" = "paper"', 8, "extends cannot be set"),
+            ('"robots.*.mass"', '"robots.leader.x_0.z"', 14, "is a value, not a table"),
+            ('"rules.ais_reaction.k_s"', '"rules.ais_reaction.k_t"', 11, "has no param 'k_t'"),
+            ('"robots.leader.x_0"', '"robots.leader.mass"', 15, "again"),
+            ('"run.horizon" = 1.0', '"run.horizon" = -1.0', 8, "must be > 0 s"),
+            ('"run.horizon" = 1.0', '"rules.ais_reaction.k_s" = 0.3', 11, "given by [set] already"),
+            ('["smc", "aifqsmc"]', '["smc", "pid"]', 3, "no control law 'pid'"),
+            ('"paper"', '"papper"', 2, "did you mean 'paper'"),
+            ("runs = 3", "runs = 1000000", 4, "at most 1,000,000"),
+        ],
+    )
+    def test_answers_a_mistake_at_its_line(self, tmp_path, old, new, line, words):
+        assert old in SPEC
+        found = mistakes(tmp_path, SPEC.replace(old, new, 1))
+        assert any(words in d.message and d.span is not None and d.span.line == line for d in found), found
+
+
+ABOUT = {"runs": 3, "scenario": {"sha256": "ab"}}
+
+
+class TestJournal:
+    def write(self, folder, count=2):
+        with journal.journal(folder, ABOUT, False) as one:
+            for k in range(count):
+                one.add(Outcome(k, {"rmse": 0.1 + k, "stop_reason": "σ", "none": None, "nan": float("nan")}, 0.5))
+        return (folder / NAME).read_bytes()
+
+    def resumed(self, folder, about=None) -> Journal:
+        with journal.journal(folder, about or ABOUT, True) as one:
+            return one
+
+    def test_gives_back_what_was_done(self, tmp_path):
+        self.write(tmp_path)
+        done = self.resumed(tmp_path).done
+        assert list(done) == [0, 1]
+        assert done[1].row["rmse"] == 1.1
+        assert (done[0].row["stop_reason"], done[0].row["none"], done[0].wall_s) == ("σ", None, 0.5)
+
+    def test_a_record_cut_anywhere_is_noticed_and_cut_off(self, tmp_path):
+        whole = self.write(tmp_path)
+        first_two = whole[: whole.rindex(b"\n", 0, len(whole) - 1) + 1]
+        for length in range(len(first_two), len(whole)):
+            (tmp_path / NAME).write_bytes(whole[:length])
+            assert list(self.resumed(tmp_path).done) == [0]
+            assert (tmp_path / NAME).read_bytes() == first_two
+
+    def test_a_damaged_record_is_done_again(self, tmp_path):
+        whole = self.write(tmp_path)
+        (tmp_path / NAME).write_bytes(whole.replace(b'"rmse": 1.1', b'"rmse": 1.2'))
+        assert list(self.resumed(tmp_path).done) == [0]
+
+    def test_a_torn_header_begins_anew(self, tmp_path):
+        whole = self.write(tmp_path, 1)
+        (tmp_path / NAME).write_bytes(whole[:40])
+        assert self.write(tmp_path, 1) == whole
+
+    def test_without_runs_there_is_nothing_to_keep(self, tmp_path):
+        with journal.journal(tmp_path, ABOUT, False):
+            header = (tmp_path / NAME).read_bytes()
+        assert not (tmp_path / NAME).exists()
+        (tmp_path / NAME).write_bytes(header)
+        with journal.journal(tmp_path, {"runs": 3}, False):
+            assert len((tmp_path / NAME).read_bytes()) < len(header)
+
+    def test_what_changed_is_named(self, tmp_path):
+        self.write(tmp_path)
+        with pytest.raises(DiagnosticError, match=r"changed: scenario\.sha256"):
+            self.resumed(tmp_path, {"runs": 3, "scenario": {"sha256": "cd"}})
+
+    def test_is_not_lost_without_asking(self, tmp_path):
+        self.write(tmp_path)
+        with pytest.raises(DiagnosticError, match="2 of 3 runs") as caught:
+            self.write(tmp_path)
+        assert "--resume" in str(caught.value)
+
+    def test_two_sweeps_cannot_write_into_it(self, tmp_path):
+        self.write(tmp_path)
+        with (
+            journal.journal(tmp_path, ABOUT, True),
+            pytest.raises(DiagnosticError, match="in use by another sweep"),
+        ):
+            self.resumed(tmp_path)
+
+
+class TestMeasures:
+    def test_that_bore_other_names_are_still_known(self, tmp_path):
+        text = SPEC.replace("seed = 7", 'measures = ["rmse", "clearance", "collisions"]')
+        assert read(tmp_path, text).spec.measures == ("rmse", "centre_distance", "obstacles_hit")
+
+
+class TestWork:
+    def setup_of(self, found):
+        return Setup(None, tuple(sorted(found.used.items())), ("rmse", "obstacles_hit"))
+
+    def test_keeps_the_measures_of_the_run(self, tmp_path, measured):
+        text = SPEC.replace("runs = 3", "").split("[grid]")[0]
+        found = made(tmp_path, text)
+        outcome = work.work(self.setup_of(found), found.runs[0])
+        expected = measured("smc", "run.horizon=1.0")
+        assert outcome.row["rmse.follower1.y_e"] == expected["rmse"]["follower1"]["y_e"]
+        assert (outcome.row["t_end"], outcome.row["stopped"], outcome.row["obstacles_hit.leader"]) == (1.0, False, 0)
+        assert "centre_distance.leader" not in outcome.row
+
+    def test_a_run_that_diverges_is_a_row(self, tmp_path):
+        found = made(tmp_path, SPEC, ["disturbances.0.start=0.5", "disturbances.0.force=1e300"])
+        outcome = work.work(self.setup_of(found), found.runs[0])
+        assert outcome.problem == ""
+        assert outcome.row["stopped"] is True
+        assert "not finite" in outcome.row["stop_reason"]
+
+    def test_a_scenario_that_changes_is_noticed(self, tmp_path):
+        path = tmp_path / "mine.toml"
+        path.write_text('extends = "paper"\nname = "mine"\n', encoding="utf-8")
+        found = made(tmp_path, SPEC.replace('"paper"', '"mine.toml"'))
+        path.write_text('extends = "paper"\nname = "mine"\nobstacles = []\n', encoding="utf-8")
+        assert "changed while the sweep ran" in work.work(self.setup_of(found), found.runs[0]).problem
+
+    def test_a_rule_file_that_changes_is_noticed(self, tmp_path):
+        found = made(tmp_path)
+        setup = Setup(None, tuple((name, "0" * 64) for name in found.used), ("rmse",))
+        aifqsmc = next(run for run in found.runs if run.controller == "aifqsmc")
+        assert "ais_reaction.fz changed" in work.work(setup, aifqsmc).problem
+
+
+class TestResults:
+    def test_have_one_type_a_column(self, tmp_path):
+        runs = made(tmp_path).runs[:3]
+        rows = [{"a": 1, "b": None, "c": "x"}, {"a": 2.5, "c": 1.5}, {"a": 3, "b": 0.5, "c": True}]
+        done = {run.number: Outcome(run.number, row, 0.0) for run, row in zip(runs, rows, strict=True)}
+        found = results.table(runs, done)
+        assert found["a"] == [1.0, 2.5, 3.0]
+        assert found["b"] == [None, None, 0.5]
+        assert found["c"] == ['"x"', "1.5", "true"]
+
+    def test_know_their_units(self):
+        units = {name: results.unit(name) for name in ("rmse.leader.theta_e", "chattering.f.v", "robot_gap.f", "run")}
+        assert units == {"rmse.leader.theta_e": "rad", "chattering.f.v": "m/s²", "robot_gap.f": "m", "run": ""}
+
+
+class TestAbout:
+    def test_tells_scenarios_rule_files_and_sources_apart(self, tmp_path):
+        file = read(tmp_path)
+        whole = about.describe(file, plan.make(file, None, ()), ())
+        other = about.describe(file, plan.make(file, None, ["robot.radius=0.6"]), ["robot.radius=0.6"])
+        assert list(about.differences(whole, other)) == ["overrides"]
+        assert len(whole["rules"]["ais_reaction/ais_reaction.fz"]) == 64
+        assert len(whole["versions"]["sources"]) == 64
+        assert 'name = "paper"' in whole["scenario"]["text"][0]["text"]
+        assert json.loads(json.dumps(whole)) == whole
+
+
+def test_a_sweep_that_is_terminated_while_it_checks_says_so(dwmr, tmp_path, monkeypatch):
+    def terminated(*arguments):
+        os.kill(os.getpid(), signal.SIGTERM)
+        time.sleep(600.0)  # until the signal arrives
+
+    (tmp_path / "spec.toml").write_text(SPEC, encoding="utf-8")
+    monkeypatch.setattr(plan, "make", terminated)
+    assert dwmr("sweep", tmp_path / "spec.toml") == (1, "", "interrupted\n")

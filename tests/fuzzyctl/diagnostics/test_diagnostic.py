@@ -1,0 +1,229 @@
+import json
+import re
+import unicodedata
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fuzzyctl.diagnostics.diagnostic import (
+    Diagnostic,
+    DiagnosticError,
+    Note,
+    UnknownNameError,
+    ValueOutOfBoundsError,
+    render,
+    render_all,
+    wrapped,
+)
+from fuzzyctl.diagnostics.other_tools_words import PEER_REMARKS, PEER_WORDS
+from fuzzyctl.diagnostics.source import SourceText, Span
+from fuzzyctl.diagnostics.suggestions import closest, did_you_mean, look_alikes
+from fuzzyctl.expr import FUNCTIONS
+from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, DISJUNCTIONS, MEMBERSHIP
+from fuzzyctl.lang.syntax import STATEMENT_KEYWORDS
+from fuzzyctl.model.method import ACTIVATIONS, DEFUZZIFIERS
+from fuzzyctl.resolve.context import CLAIM_FUNCTIONS
+from tests.effort import at_most
+
+SOURCE = SourceText("a.fz", "one\nNS |  NM  NG  ZO\nthree\n")
+PLACE = Span(SOURCE, 14, 16)
+
+
+class TestRender:
+    def test_the_caret_stands_under_the_place(self):
+        lines = render(Diagnostic("FZ203", "no term 'NG'", PLACE)).split("\n")
+        assert lines[0] == "a.fz:2:11: error[FZ203]: no term 'NG'"
+        assert lines[2] == "2 | NS |  NM  NG  ZO"
+        assert lines[3].index("^^") == lines[2].index("NG")
+
+    def test_facts_notes_and_help_follow(self):
+        diagnostic = Diagnostic("FZ203", "m", PLACE, facts=("a fact",), help="do it", notes=(Note(PLACE, "first"),))
+        assert render(diagnostic).split("\n")[4:] == ["  = a fact", "  = first (line 2)", "  = help: do it"]
+
+    def test_wide_characters_take_two_columns(self):
+        source = SourceText("a.fz", "語 x")
+        lines = render(Diagnostic("FZ102", "m", Span(source, 2, 3))).split("\n")
+        assert lines[3].endswith("|    ^")
+
+    def test_a_long_line_is_cut_to_the_place(self):
+        source = SourceText("a.fz", "x" * 5000 + "!" + "y" * 5000)
+        lines = render(Diagnostic("FZ102", "m", Span(source, 5000, 5001))).split("\n")
+        assert len(lines[2]) < 200
+        assert lines[2][lines[3].index("^")] == "!"
+
+    def test_control_characters_do_not_reach_the_terminal(self):
+        source = SourceText("a.fz", "\x1b[31mred\tx")
+        text = render(Diagnostic("FZ105", "m", Span(source, 0, 1)))
+        assert "\x1b" not in text
+
+    def test_colour_only_on_request(self):
+        assert "\x1b[" in render(Diagnostic("FZ203", "m", PLACE), color=True)
+
+
+LONG = "the defuzzifier of output 'tip' takes no sets whose membership functions have no closed form"
+
+
+class TestWidth:
+    """On a terminal lines are wrapped at its width; in a pipe they are not."""
+
+    def long(self, text=LONG, line=1):
+        source = SourceText("some_folder/a_file.fz", "\n" * (line - 1) + f"if service is poor then {'x' * 200} is low")
+        place = Span(source, line + 23, line + 223)
+        return Diagnostic("FZ203", text, place, facts=(text, "short"), help=text, notes=(Note(place, text),))
+
+    def test_in_a_pipe_each_message_fact_and_help_is_one_line(self):
+        lines = render(self.long()).split("\n")
+        assert len(lines) == 8
+        assert lines[0].endswith(LONG)
+
+    @pytest.mark.parametrize("color", [False, True])
+    @given(
+        width=st.integers(50, 200), line=st.sampled_from([1, 1000]), text=st.text("ab 語 '", min_size=1, max_size=300)
+    )
+    def test_no_line_is_wider_than_the_terminal_and_nothing_is_lost(self, color, width, line, text):
+        words = " ".join(word[:20] for word in text.split(" "))
+        diagnostic = self.long(words, line)
+        plain = re.sub(r"\x1b\[[\d;]*m", "", render(diagnostic, color=color, width=width))
+        lines = plain.split("\n")
+        assert [part for part in lines if columns(part.rstrip(" ")) > width] == []
+        shown = "".join(plain.split())
+        assert shown.count("".join(words.split())) >= 4
+
+    @pytest.mark.parametrize("width", [20, 40, 80, 300])
+    def test_the_caret_stands_under_its_place_at_every_width(self, width):
+        source = SourceText("a.fz", f"{'x ' * 300}語 fare {'y ' * 300}")
+        at = source.text.index("fare")
+        lines = render(Diagnostic("FZ203", "m", Span(source, at, at + 4)), width=width).split("\n")
+        *_, excerpt, carets = lines
+        assert columns(excerpt[: excerpt.index("fare")]) == carets.index("^^^^")
+        assert columns(excerpt) <= max(width, 24)
+
+    def test_a_word_longer_than_the_terminal_stays_whole(self):
+        assert wrapped("see /a/path/that/is/long here", 12, first=4, indent=2) == [
+            "see",
+            "/a/path/that/is/long",
+            "here",
+        ]
+
+    def test_a_text_that_fits_stays_on_its_line(self):
+        assert wrapped("a  b c", 10, first=4, indent=2) == ["a  b c"]
+        assert wrapped("a  b c", 9, first=4, indent=2) == ["a  b", "c"]
+
+
+def columns(text):
+    return sum(2 if unicodedata.east_asian_width(c) in "WF" else 1 for c in text)
+
+
+class TestRenderAll:
+    def test_of_very_many_only_the_first_are_shown(self):
+        text = render_all([Diagnostic("FZ203", f"no {i}", PLACE) for i in range(1000)])
+        assert text.count("error[FZ203]") == 200
+        assert text.endswith("... and 800 more")
+
+
+class TestDiagnostic:
+    def test_it_is_plain_data_for_json(self):
+        data = json.loads(json.dumps(Diagnostic("FZ203", "m", PLACE).as_dict()))
+        assert (data["file"], data["line"], data["column"], data["end_column"]) == ("a.fz", 2, 11, 13)
+
+    def test_an_unknown_code_is_refused(self):
+        with pytest.raises(KeyError):
+            Diagnostic("FZ999", "m")
+
+
+class TestClosest:
+    @pytest.mark.parametrize(("name", "best"), [("NG", "NB"), ("sytem", "system"), ("SYSTEM", "system"), ("qqq", None)])
+    def test_it_finds_what_was_meant(self, name, best):
+        assert closest(name, ["NB", "system", "table"]) == best
+
+
+class TestLookAlikes:
+    def test_letters_of_other_alphabets_are_named(self):
+        assert look_alikes("іnput") == (
+            "'і' in it is U+0456 (CYRILLIC SMALL LETTER BYELORUSSIAN-UKRAINIAN I), which looks like 'i'",
+        )
+        assert look_alikes("σ_ω") == ()
+
+    def test_what_they_look_like_is_what_was_meant(self):
+        assert closest("ＮＢ", ["PB", "NB"]) == "NB"
+        assert closest("ΝΒ", ["PB", "NB"]) == "NB"
+
+
+class TestExceptions:
+    def test_a_diagnostic_error_shows_all_diagnostics(self):
+        error = DiagnosticError([Diagnostic("FZ203", "first", PLACE), Diagnostic("FZ202", "second", PLACE)])
+        assert "first" in str(error)
+        assert "second" in str(error)
+
+    def test_its_text_begins_with_the_first_of_them(self):
+        first = Diagnostic("FZ203", "first", PLACE)
+        assert str(DiagnosticError([first])) == render(first)
+
+    def test_an_unknown_name_names_the_known_ones(self):
+        assert str(UnknownNameError("input", "sgma", ["sigma"])) == (
+            "no input 'sgma'; there are: sigma; did you mean 'sigma'?"
+        )
+
+    def test_a_bound_names_value_and_unit(self):
+        assert str(ValueOutOfBoundsError("mass", -1, "> 0", "kg")) == "mass must be > 0 kg, got -1"
+
+
+class TestManyNames:
+    names = tuple(f"term_{i}" for i in range(1000))
+
+    @pytest.mark.parametrize("slip", ["term_77x", "tem_777", "trem_777", "terM_777", "term_777"])
+    def test_among_a_thousand_names_one_slip_is_found(self, slip):
+        assert closest(slip, self.names) in {"term_777", "term_77"}
+
+    def test_two_slips_are_not(self):
+        assert closest("ter777", self.names) is None
+
+    def test_thousands_of_slips_take_no_seconds(self):
+        with at_most(1):
+            for i in range(3000):
+                closest(f"term_{i % 1000}q", self.names)
+
+
+class TestPeerWords:
+    @pytest.mark.parametrize(
+        ("word", "known", "ours"),
+        [
+            ("trapmf", MEMBERSHIP, "trapezoid"),
+            ("Binary", MEMBERSHIP, "rectangle"),
+            ("SShape", MEMBERSHIP, "s_shape"),
+            ("algebraic_product", CONJUNCTIONS, "product"),
+            ("AlgebraicSum", DISJUNCTIONS, "probabilistic_sum"),
+            ("lukasiewicz", DISJUNCTIONS, "bounded_sum"),
+            ("cog", DEFUZZIFIERS, "centroid"),
+            ("MeanOfMaximum", DEFUZZIFIERS, "mom"),
+            ("RM", DEFUZZIFIERS, "lom"),
+            ("best", ACTIVATIONS, "highest"),
+            ("height", DEFUZZIFIERS, "center_average"),
+            ("CenterOfSums", DEFUZZIFIERS, "centroid"),
+            ("coa", DEFUZZIFIERS, "centroid"),
+            ("trap", MEMBERSHIP, "trapezoid"),
+            ("mamdani", CONJUNCTIONS, "min"),
+            ("larsen", CONJUNCTIONS, "product"),
+            ("ln", FUNCTIONS, "log"),
+            ("cbrt", FUNCTIONS, None),
+            ("sqr", FUNCTIONS, None),
+        ],
+    )
+    def test_what_other_tools_call_it_comes_first(self, word, known, ours):
+        assert closest(word, known) == ours
+
+    def test_a_name_of_the_file_is_not_taken_for_one(self):
+        assert closest("cog", ["cof", "centroid"]) == "centroid"
+        assert closest("mom", ["mom", "mon"]) == "mom"
+        assert closest("height", ["heights", "width"]) == "heights"
+
+    def test_every_word_means_something_of_the_language(self):
+        words = {*MEMBERSHIP, *CONJUNCTIONS, *AGGREGATIONS, *DEFUZZIFIERS, *ACTIVATIONS, *STATEMENT_KEYWORDS}
+        words |= {*FUNCTIONS, *CLAIM_FUNCTIONS}
+        assert {w for meant in PEER_WORDS.values() for w in meant} <= words
+        assert all(word == word.casefold() and "_" not in word for word in PEER_WORDS)
+
+    def test_what_must_go_with_a_word_is_said(self):
+        assert "'aggregation sum'" in did_you_mean("center_of_sums", DEFUZZIFIERS)
+        assert all(PEER_WORDS[word] for word in PEER_REMARKS)

@@ -1,0 +1,144 @@
+"""Calls from Python straight into machine code: the same answers, whatever is handed over."""
+
+from __future__ import annotations
+
+import gc
+import math
+import sys
+import weakref
+from fractions import Fraction
+from types import BuiltinFunctionType
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import fuzzyctl
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, FuzzyctlError, ValueOutOfBoundsError
+from fuzzyctl.kernels import compile as compile_module
+from fuzzyctl.kernels.backends.numba import vectorcall as entry
+
+SUM = """system sum
+and product
+defuzzifier weighted_average
+input a in [-1, 1]
+  terms N P
+input b in [-1, 1]
+  terms N P
+output u in [-1, 1]
+  L = singleton(-1)
+  H = singleton(1)
+  M = singleton(0.25)
+table u = a x b
+      N P
+  N | L M
+  P | M H
+"""
+SYSTEM = fuzzyctl.loads(SUM)
+KERNEL = fuzzyctl.compile(SYSTEM, "numba")
+PLAIN = fuzzyctl.compile(SYSTEM, "python")
+
+
+def test_a_call_is_a_c_function() -> None:
+    assert isinstance(type(KERNEL).__dict__["__call__"], BuiltinFunctionType)
+    assert KERNEL.jit(0.5, 0.25) == KERNEL(0.5, 0.25) == pytest.approx(PLAIN(0.5, 0.25), rel=1e-15)
+
+
+@given(st.floats(), st.floats())
+def test_all_floats_give_what_python_gives(a: float, b: float) -> None:
+    assert KERNEL(a, b) == pytest.approx(PLAIN(a, b), rel=1e-13, nan_ok=True)
+
+
+@pytest.mark.parametrize("kind", [int, np.float64, np.float32, np.int8, Fraction, bool, np.array])
+def test_other_numbers_are_converted(kind: Any) -> None:
+    assert KERNEL(kind(1), 0.5) == KERNEL(0.5, kind(1)) == KERNEL(1.0, 0.5)
+
+
+@pytest.mark.parametrize("wrong", ["0.5", None, 1j, b"1", [0.5], np.zeros(1), object()])
+def test_what_is_no_number_is_refused(wrong: Any) -> None:
+    for arguments in ((wrong, 0.5), (0.5, wrong)):
+        with pytest.raises(ArgumentError, match="real number"):
+            KERNEL(*arguments)
+
+
+@pytest.mark.parametrize("arguments", [(), (0.5,), (0.5, 0.5, 0.5)])
+def test_a_wrong_number_of_arguments_is_refused(arguments: tuple[float, ...]) -> None:
+    with pytest.raises(ArgumentError, match=f"takes 2 arguments .*got {len(arguments)}"):
+        KERNEL(*arguments)
+
+
+def test_huge_integers_are_named() -> None:
+    with pytest.raises(ValueOutOfBoundsError, match="input 'b'"):
+        KERNEL(0.5, 10**400)
+
+
+def test_nan_gives_nan() -> None:
+    assert math.isnan(KERNEL(math.nan, 0.5))
+    assert math.isnan(KERNEL(0.5, math.nan))
+
+
+def test_no_reference_is_lost_or_kept() -> None:
+    value = 0.123
+    gc.collect()
+    before = sys.getrefcount(value), sys.getrefcount(None), sys.getrefcount(float)
+    for _ in range(1000):
+        KERNEL(value, value)
+        KERNEL(value, 1)
+        with pytest.raises(FuzzyctlError):
+            KERNEL(value, None)
+    gc.collect()
+    after = sys.getrefcount(value), sys.getrefcount(None), sys.getrefcount(float)
+    assert all(b - a < 100 for a, b in zip(before, after, strict=True))
+
+
+def test_a_call_outlives_its_kernel_and_a_kernel_goes_when_it_is_not_needed() -> None:
+    system = fuzzyctl.loads(SUM)
+    kernel = fuzzyctl.compile(system, "numba")
+    call, gone = kernel.__call__, weakref.ref(kernel)
+    del kernel, system
+    gc.collect()
+    assert call(0.5, 0.25) == KERNEL(0.5, 0.25)
+    assert call(1, 0.25) == KERNEL(1.0, 0.25)
+    del call
+    gc.collect()
+    assert gone() is None
+
+
+def test_without_the_layout_of_cpython_calls_go_through_python(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(entry, "_layout_is_known", lambda: False)
+    kernel = fuzzyctl.compile(SYSTEM, "numba")
+    assert not isinstance(type(kernel).__dict__["__call__"], BuiltinFunctionType)
+    assert kernel(0.5, 0.25) == KERNEL(0.5, 0.25)
+    with pytest.raises(ArgumentError, match="got 1"):
+        kernel(0.5)
+
+
+def test_further_kernels_need_no_further_code(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Three quarters of a megabyte each is what an engine of LLVM takes."""
+    monkeypatch.setattr(entry, "loaded", lambda *_: pytest.fail("code is made"))
+    for peak in (0.25, 0.375, 0.5):
+        kernel = fuzzyctl.compile(fuzzyctl.loads(SUM.replace("0.25", str(peak))), "numba")
+        assert isinstance(type(kernel).__dict__["__call__"], BuiltinFunctionType)
+        assert kernel(-1.0, 1.0) == peak
+
+
+@pytest.mark.parametrize(("what", "wrong"), [("_VALUE", 24), ("_ENTRY", 32), ("_BYTE", 40)])
+def test_another_layout_is_seen(monkeypatch: pytest.MonkeyPatch, what: str, wrong: int) -> None:
+    monkeypatch.setattr(entry, what, wrong)
+    entry._layout_is_known.cache_clear()
+    assert not entry._layout_is_known()
+    monkeypatch.undo()
+    entry._layout_is_known.cache_clear()
+    assert entry._layout_is_known()
+
+
+def test_once_compiled_calls_by_name_use_machine_code() -> None:
+    system = fuzzyctl.loads(SUM)
+    assert system(a=0.5, b=0.25) == PLAIN(0.5, 0.25)
+    forced = fuzzyctl.compile(system, "numba", algorithm="rules")
+    assert compile_module._called(system, "python") is not forced
+    kernel = fuzzyctl.compile(system, "numba")
+    assert compile_module._called(system, "python") is kernel
+    assert system(a=0.5, b=0.25) == kernel(0.5, 0.25)

@@ -1,0 +1,171 @@
+"""What generated Python does otherwise than compiled code: rows of tables, branches, calls without detours."""
+
+import math
+
+import numpy as np
+import pytest
+
+from fuzzyctl import loads
+from fuzzyctl.diagnostics.diagnostic import ArgumentError
+from fuzzyctl.kernels.compile import Kernel
+from fuzzyctl.kernels.compile import compile as compile_system
+
+MIN = """
+system s
+and {conjunction}
+defuzzifier weighted_average
+input x in [0, 10]
+  terms a b c d
+input y in [-1, 1]
+  low = trapezoid(-inf, -1, -0.5, 0.5)
+  mid = triangle(-0.5, 0.5, 0.75)
+  high = trapezoid(0.5, 0.75, 0.9, inf)
+output u in [0, 1] else 0.125
+  terms p q r
+if x is a and y is low then u is p
+if x is b and not y is mid then u is q
+if x is c or y is high then u is r
+if x is d and y is mid then u is p
+if x is a and y is mid then u is q
+if x is d and y is low then u is r
+"""
+
+
+@pytest.fixture(scope="module")
+def kernel():
+    return compile_system(loads(MIN.format(conjunction="min")), "python")
+
+
+def points():
+    corners = [0, 10 / 3, 20 / 3, 10, -1, -0.5, 0.5, 0.75, 0.9]
+    near = [f(c, s) for c in corners for f, s in ((math.nextafter, math.inf), (math.nextafter, -math.inf))]
+    values = np.array([*corners, *near, *np.linspace(-2, 12, 60), math.inf, -math.inf, 0.0, -0.0])
+    rng = np.random.default_rng(3)
+    return np.stack([rng.choice(values, 4000), rng.choice(values, 4000)], axis=1)
+
+
+class TestBranches:
+    def test_give_what_formulas_give(self, kernel):
+        plain = compile_system(loads(MIN.format(conjunction="min")), "numba").jit
+        assert "if v" in kernel.source
+        for x, y in points().tolist():
+            assert kernel(x, y) == pytest.approx(plain(x, y), rel=1e-14), (x, y)
+
+    def test_keep_nan(self, kernel):
+        assert math.isnan(kernel(math.nan, 0.0))
+        assert math.isnan(kernel(1.0, math.nan))
+
+
+class TestRows:
+    def test_take_all_numbers_of_a_cell_at_once(self):
+        table = "table u = x x y\n     low  mid  high\n  a | p q r\n  b | q r p\n  c | r p q\n  d | p r q\n"
+        system = loads(MIN.format(conjunction="product").partition("if ")[0] + table)
+        kernel = compile_system(system, "python")
+        assert kernel.algorithm.name == "interpolation"
+        lines = [line for line in kernel.source.splitlines() if "= T" in line]
+        assert lines
+        assert all(line.count("_") == line.count(",") + 1 for line in lines)
+        rules = compile_system(system, "python", algorithm="rules")
+        for x, y in points().tolist():
+            assert kernel(x, y) == pytest.approx(rules(x, y), abs=1e-13)
+
+
+class TestCalls:
+    @pytest.mark.parametrize("backend", ["python", "numba"])
+    @pytest.mark.parametrize("count", [1, 2, 3, 4])
+    def test_of_every_number_of_inputs(self, backend, count):
+        inputs = "\n".join(f"input x{i} in [0, 1]\n  terms a b" for i in range(count))
+        rules = "\n".join(f"if x{i} is a then u is lo\nif x{i} is b then u is hi" for i in range(count))
+        text = f"system s\ndefuzzifier weighted_average\n{inputs}\noutput u in [0, 1]\n  terms lo=0 hi=1\n{rules}\n"
+        kernel = compile_system(loads(text), backend)
+        assert isinstance(kernel, Kernel)
+        assert repr(kernel).startswith("Kernel(x0")
+        assert kernel(*[0.25] * count) == pytest.approx(0.25)
+        for wrong in (count - 1, count + 1):
+            with pytest.raises(ArgumentError, match=f"takes {count} arguments .*, got {wrong}"):
+                kernel(*[0.5] * wrong)
+        with pytest.raises(ArgumentError, match="real number"):
+            kernel(*["a"] * count)
+        assert math.isnan(kernel(*[math.nan] * count))
+
+    def test_take_every_kind_of_real_number(self, kernel):
+        from fractions import Fraction
+
+        expected = kernel(2.5, 0.5)
+        for x, y in ((Fraction(5, 2), 0.5), (np.float32(2.5), np.float64(0.5)), (np.array(2.5), np.array(0.5))):
+            assert kernel(x, y) == expected
+            assert type(kernel(x, y)) is float
+
+
+SQUARE = """
+system s
+and {conjunction}
+implication min
+aggregation {aggregation}
+defuzzifier centroid
+input x in [-1, 1]
+  terms a b c d
+input y in [-1, 1]
+  terms a b c d
+output u in [-1, 1]
+  terms p q r
+table u = x x y
+      a b c d
+  a | p p q r
+  b | p q r r
+  c | q q r p
+  d | r q q p
+"""
+
+
+class TestSkips:
+    @pytest.mark.parametrize("conjunction", ["min", "product"])
+    def test_strengths_that_are_0_change_nothing(self, conjunction):
+        system = loads(SQUARE.format(conjunction=conjunction, aggregation="max"))
+        skipping, plain = (compile_system(system, b, algorithm="rules") for b in ("python", "numba"))
+        tests = [line.strip() for line in skipping.source.splitlines() if line.strip().startswith("if v")]
+        assert sum(">=" not in t for t in tests) == 4  # one for each term of the first input
+        for x, y in points().tolist():
+            assert skipping(x, y) == pytest.approx(plain(x, y), rel=1e-12, abs=1e-13), (x, y)
+
+    def test_the_same_bits_come_out_as_without(self, monkeypatch):
+        system = loads(SQUARE.format(conjunction="min", aggregation="max"))
+        skipping = compile_system(system, "python")
+        monkeypatch.setattr("fuzzyctl.kernels.program.passes.guard.LEAST", 1000)
+        plain = compile_system(system, "python")
+        assert skipping.source != plain.source
+        assert [skipping(*p) for p in points().tolist()] == [plain(*p) for p in points().tolist()]
+
+    def test_what_is_used_elsewhere_is_computed(self):
+        again = (
+            "output w in [0, 1] defuzzifier weighted_average\n  terms p q r\ntable w = x x y\n      a b c d\n"
+            + "".join(f"  {t} | p p q r\n" for t in "abcd")
+        )
+        system = loads(SQUARE.format(conjunction="min", aggregation="max") + again)
+        # An average takes the same strengths, all of them.
+        skipping, plain = (compile_system(system, b, algorithm="rules") for b in ("python", "numba"))
+        for x, y in points().tolist()[:500]:
+            assert skipping(x, y) == pytest.approx(plain(x, y), rel=1e-12, abs=1e-13), (x, y)
+
+    def test_sums_are_left_alone(self):
+        kernel = compile_system(loads(SQUARE.format(conjunction="min", aggregation="bounded_sum")), "python")
+        assert all(">=" in line for line in kernel.source.splitlines() if line.strip().startswith("if v"))
+
+
+class TestInlining:
+    def test_numbers_needed_once_have_no_name(self, monkeypatch):
+        linear = "output u in [-9, 9]\n  p = linear(1, 2, 3)\n  q = linear(3, -1, 0.5)\n  r = linear(0, 1, -2)\n"
+        head, _, rest = MIN.format(conjunction="product").partition("output u in [0, 1] else 0.125\n  terms p q r\n")
+        system = loads(head + linear.replace("9]", "9] else 0.125") + rest)
+        short = compile_system(system, "python")
+        monkeypatch.setattr("fuzzyctl.kernels.algorithms.select.inlined", lambda program: program)
+        long = compile_system(system, "python")
+        assert short.source.count(" = ") < long.source.count(" = ")
+        # The steps are the same, so that the numbers are, to the last bit.
+        assert [short(*p) for p in points().tolist()] == [long(*p) for p in points().tolist()]
+
+    def test_long_sums_are_not_nested_deeper_than_python_reads(self):
+        rules = "".join(f"if x{i} is a then u is linear({'0, ' * 150}{i})\n" for i in range(150))
+        inputs = "".join(f"input x{i} in [0, 1]\n  terms a b\n" for i in range(150))
+        system = loads(f"system s\ndefuzzifier weighted_average\n{inputs}output u in [0, 200] else 0\n{rules}")
+        assert compile_system(system, "python")(*[0.0] * 150) == pytest.approx(74.5)

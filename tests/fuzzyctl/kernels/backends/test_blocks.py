@@ -1,0 +1,374 @@
+import math
+import os
+import signal
+import threading
+import time
+import tracemalloc
+import warnings
+
+import numpy as np
+import pytest
+
+from fuzzyctl import loads
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError
+from fuzzyctl.kernels.backends import blocks as batching
+from fuzzyctl.kernels.backends.numba import threads as sharing
+from fuzzyctl.kernels.backends.numpy.backend import block_source
+from fuzzyctl.kernels.compile import compile as compile_system
+
+BACKENDS = ("numpy", "numba")
+#: Seconds that nothing takes but what never comes.
+LONG = 300
+
+GAP = """
+system gap
+and product
+defuzzifier weighted_average
+input x in [0, 10]
+  low = triangle(-inf, 2, 4)
+  high = triangle(6, 8, inf)
+input y in [-1, 1]
+  terms low high
+output u in [0, 1] {otherwise}
+  a = constant(0)
+  b = constant(1)
+if x is low and y is low then u is a
+if x is low and y is high then u is b
+if x is high then u is b
+"""
+
+
+POLE = """
+system pole
+defuzzifier weighted_average
+input x in [-1, 1]
+  any = triangle(-inf, 0, inf)
+output y in [0, 1]
+  pole = function(x ^ -1)
+if x is any then y is pole
+"""
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_infinities_of_both_signs_are_results_like_others(backend):
+    pole = compile_system(loads(POLE), backend)
+    points = np.array([[0.0], [-0.0], [0.5]])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert pole.batch(points).tolist() == [math.inf, -math.inf, 2.0]
+
+
+@pytest.fixture(params=BACKENDS)
+def kernel(request, tipper):
+    return compile_system(tipper, request.param)
+
+
+@pytest.fixture
+def many(monkeypatch):
+    """Two threads, whatever the machine and however little there is to do, in shares of 500."""
+    monkeypatch.setattr(batching, "ENOUGH", 1000)
+    monkeypatch.setattr(sharing, "ENOUGH", 1e-12)
+    monkeypatch.setattr(sharing, "WAKING", 0.0)
+    for module in (batching, sharing):
+        monkeypatch.setattr(module, "LEAST", 500)
+        monkeypatch.setattr(module, "cores", lambda: 2)
+
+
+@pytest.fixture
+def arrays(tipper, monkeypatch):
+    """A kernel whose batches are shared among threads of the interpreter, as if no array were plain."""
+    pytest.importorskip("numba")
+    monkeypatch.setattr(batching, "is_plain", lambda _: False)
+    return compile_system(tipper, "numba")
+
+
+def points_for(count, seed=0):
+    return np.random.default_rng(seed).uniform(-1, 11, (count, 2))
+
+
+class TestLayouts:
+    @pytest.mark.parametrize("count", [0, 1, 3, batching.BLOCK, 2 * batching.BLOCK + 1])
+    def test_of_every_kind_give_the_same(self, kernel, count):
+        points = points_for(count)
+        expected = kernel.batch(points)
+        frozen = points.copy()
+        frozen.flags.writeable = False
+        strided = np.repeat(points, 2, axis=0)[::2]
+        for given in (np.asfortranarray(points), frozen, strided, points[::-1][::-1], points.tolist()):
+            if count or isinstance(given, np.ndarray):
+                np.testing.assert_array_equal(kernel.batch(given), expected)
+        single = points.astype(np.float32)
+        np.testing.assert_array_equal(kernel.batch(single), kernel.batch(single.astype(float)))
+
+    def test_whole_numbers_and_truths_count_as_numbers(self, kernel):
+        np.testing.assert_array_equal(kernel.batch(np.array([[1, 2], [3, 4]])), kernel.batch([[1.0, 2.0], [3.0, 4.0]]))
+        np.testing.assert_array_equal(kernel.batch(np.array([[True, False]])), kernel.batch([[1.0, 0.0]]))
+
+    def test_shapes_are_kept(self, kernel):
+        points = points_for(24).reshape(2, 3, 4, 2)
+        np.testing.assert_array_equal(kernel.batch(points), kernel.batch(points.reshape(24, 2)).reshape(2, 3, 4))
+        assert kernel.batch(np.empty((3, 0, 2))).shape == (3, 0)
+
+
+class TestOut:
+    def test_is_written_to_and_returned(self, kernel):
+        out = np.full(5, 99.0)
+        assert kernel.batch(points_for(5), out=out) is out
+        np.testing.assert_array_equal(out, kernel.batch(points_for(5)))
+
+    @pytest.mark.parametrize(
+        ("out", "words"),
+        [
+            (np.empty(4), r"shape \(5,\), got \(4,\)"),
+            (np.empty(5, dtype=np.float32), "float64, got float32"),
+            (np.empty(10)[::2], "contiguous, aligned and writable"),
+            (np.zeros(41, np.uint8)[1:].view(float), "contiguous, aligned and writable"),
+            ([0.0] * 5, "float64, got list"),
+        ],
+    )
+    def test_of_another_kind_is_refused(self, kernel, out, words):
+        with pytest.raises(ArgumentError, match=words):
+            kernel.batch(points_for(5), out=out)
+
+    def test_that_cannot_be_written_to_is_refused(self, kernel):
+        out = np.empty(5)
+        out.flags.writeable = False
+        with pytest.raises(ArgumentError, match="writable"):
+            kernel.batch(points_for(5), out=out)
+
+
+@pytest.mark.usefixtures("many")
+class TestThreads:
+    def test_give_what_one_gives(self, kernel):
+        points = points_for(12_345)
+        np.testing.assert_array_equal(kernel.batch(points), kernel.batch(points, parallel=False))
+
+    @pytest.mark.parametrize("backend", BACKENDS)
+    @pytest.mark.parametrize("otherwise", ["else error", ""])
+    def test_of_several_errors_the_first_point_is_named(self, backend, otherwise):
+        kernel = compile_system(loads(GAP.format(otherwise=otherwise)), backend)
+        points = np.tile([[1.0, 0.0]], (4000, 1))
+        points[[3500, 1200, 3999]] = [[5.0, 0.5], [4.5, 0.25], [5.5, 0.0]]
+        with pytest.raises(NoRuleFiresError, match=r"x = 4.5, y = 0.25"):
+            kernel.batch(points)
+
+    def test_share_the_points(self, arrays, monkeypatch):
+        kernel = arrays
+        own, seen, both = kernel._fill, [], threading.Event()
+
+        def fill(points, states, results):
+            seen.append((threading.get_ident(), len(points)))
+            if len({thread for thread, _ in seen}) == 2:
+                both.set()
+            both.wait(LONG)  # until the other thread has begun, too
+            own(points, states, results)
+
+        monkeypatch.setitem(kernel.__dict__, "_fill", fill)
+        kernel.batch(points_for(12_345))
+        assert len({thread for thread, _ in seen}) == 2
+        assert sum(count for _, count in seen) == 12_345
+
+    def test_help_several_callers_at_once(self, kernel):
+        points = [points_for(6000, seed) for seed in range(4)]
+        expected = [kernel.batch(p, parallel=False) for p in points]
+        found = {}
+
+        def call(k):
+            for _ in range(3):
+                found[k] = kernel.batch(points[k])
+
+        callers = [threading.Thread(target=call, args=(k,)) for k in range(4)]
+        for caller in callers:
+            caller.start()
+        for caller in callers:
+            caller.join(timeout=LONG)
+        for k in range(4):
+            np.testing.assert_array_equal(found[k], expected[k])
+
+    def test_that_cannot_be_begun_are_done_without(self, arrays, monkeypatch):
+        def start(_):
+            raise RuntimeError("can't create new thread at interpreter shutdown")
+
+        batching._pool.cache_clear()
+        monkeypatch.setattr(threading.Thread, "start", start)
+        points = points_for(5000)
+        np.testing.assert_array_equal(arrays.batch(points), arrays.batch(points, parallel=False))
+
+    def test_write_nothing_after_an_interrupt_and_help_the_next_call(self, arrays, monkeypatch):
+        kernel = arrays
+        own, caller, points, out = kernel._fill, threading.get_ident(), points_for(20_000), np.zeros(20_000)
+        helps, napped = threading.Event(), threading.Event()
+
+        def fill(points, states, results):
+            if threading.get_ident() == caller:
+                helps.wait(LONG)
+                raise KeyboardInterrupt
+            helps.set()
+            napped.wait(LONG)  # until the caller waits for it
+            own(points, states, results)
+
+        def nap(seconds):
+            napped.set()
+            time.sleep(seconds)
+
+        monkeypatch.setitem(kernel.__dict__, "_fill", fill)
+        monkeypatch.setattr(batching, "sleep", nap)
+        with pytest.raises(KeyboardInterrupt):
+            kernel.batch(points, out=out)
+        left = out.copy()
+        assert not left[-500:].any()
+        time.sleep(0.03)
+        np.testing.assert_array_equal(out, left)
+        monkeypatch.setitem(kernel.__dict__, "_fill", own)
+        np.testing.assert_array_equal(kernel.batch(points), kernel.batch(points, parallel=False))
+
+    def test_write_nothing_after_further_interrupts(self, arrays, monkeypatch):
+        caller, points, out, naps = threading.get_ident(), points_for(20_000), np.zeros(20_000), []
+        helps, napped = threading.Event(), threading.Event()
+
+        def fill(_points, _states, results):
+            if threading.get_ident() == caller:
+                helps.wait(LONG)
+                raise KeyboardInterrupt
+            helps.set()
+            napped.wait(LONG)
+            results[:] = 1.0
+
+        def nap(seconds):
+            naps.append(seconds)
+            if len(naps) < 4:
+                raise KeyboardInterrupt
+            napped.set()
+            time.sleep(seconds)
+
+        monkeypatch.setitem(arrays.__dict__, "_fill", fill)
+        monkeypatch.setattr(batching, "sleep", nap)
+        with pytest.raises(KeyboardInterrupt):
+            arrays.batch(points, out=out)
+        left = out.copy()
+        assert len(naps) >= 4
+        assert left.any()
+        time.sleep(0.03)
+        np.testing.assert_array_equal(out, left)
+
+    @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs processes that are copies of another")
+    def test_of_a_copied_process_are_its_own(self, kernel):
+        points = points_for(5000)
+        expected = kernel.batch(points)
+        with warnings.catch_warnings():  # that threads are not copied is what is tested
+            warnings.simplefilter("ignore", DeprecationWarning)
+            child = os.fork()
+        if child == 0:
+            os._exit(0 if np.array_equal(kernel.batch(points), expected) else 1)
+        until = time.monotonic() + LONG
+        while (done := os.waitpid(child, os.WNOHANG)) == (0, 0) and time.monotonic() < until:
+            time.sleep(0.01)
+        if done == (0, 0):
+            os.kill(child, signal.SIGKILL)
+            os.waitpid(child, 0)
+        assert done == (child, 0)
+
+    def test_nan_stays_where_it_is(self, kernel):
+        points = points_for(5000)
+        points[[0, 2499, 2500, 4999], [0, 1, 0, 1]] = math.nan
+        assert np.flatnonzero(np.isnan(kernel.batch(points))).tolist() == [0, 2499, 2500, 4999]
+
+
+class TestMemory:
+    """Beyond the results a batch takes about a megabyte, however many points there are."""
+
+    @pytest.mark.parametrize("backend", BACKENDS)
+    @pytest.mark.parametrize(
+        "layout",
+        [
+            np.asarray,
+            np.asfortranarray,
+            lambda p: p.astype(np.float32),
+            lambda p: p.reshape(400, 500, 2).transpose(1, 0, 2),
+            lambda p: np.broadcast_to(p[:500, np.newaxis], (500, 400, 2)),
+        ],
+    )
+    def test_does_not_grow_with_the_points(self, backend, layout, tipper):
+        kernel = compile_system(tipper, backend)
+        kernel.batch(points_for(10))
+        points = layout(points_for(200_000))
+        out = np.empty(points.shape[:-1])
+        tracemalloc.start()
+        kernel.batch(points, out=out)
+        most = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        # Arrays of the blocks of all threads, blocks that are converted, and whatever Python needs itself.
+        assert most < batching.COMPUTED + batching.CONVERTED + 5e4 == 1e6
+
+    @pytest.mark.parametrize("defuzzifier", ["centroid(resolution=101)", "mom(resolution=101)", "bisector"])
+    @pytest.mark.parametrize("shape", ["triangle({}, {}, {})", "gaussian({1}, 0.2)"])
+    def test_of_samples_and_integrals_is_less_than_a_megabyte(self, defuzzifier, shape):
+        names = [f"t{k}" for k in range(5)]
+        own = "".join(f"  {n} = {shape.format(k - 1, k, k + 1)}\n" for k, n in enumerate(names))
+        rows = "".join(f"  {n} | {' '.join(names[(i + j) // 2] for j in range(5))}\n" for i, n in enumerate(names))
+        text = (
+            f"system s\ndefuzzifier {defuzzifier}\ninput x in [0, 4]\n  terms {' '.join(names)}\ninput y in [0, 4]\n"
+            f"  terms {' '.join(names)}\noutput u in [0, 4]\n{own}table u = x x y\n  {' '.join(names)}\n{rows}"
+        )
+        kernel = compile_system(loads(text), "numpy")
+        points = points_for(400 if "=" not in defuzzifier and shape.startswith("gaussian") else 30_000) % 4.0
+        out = np.empty(len(points))
+        kernel.batch(points[:100])
+        tracemalloc.start()
+        kernel.batch(points, out=out)
+        most = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        assert most < 1e6
+
+    @pytest.mark.parametrize("backend", BACKENDS)
+    def test_of_a_sequence_does_not_grow_either(self, backend):
+        kernel = compile_system(loads(GAP.format(otherwise="else hold(0.5)")), backend)
+        points, out = np.tile([5.0, 0.0], (100_000, 1)), np.empty(100_000)
+        points[::7, 0] = 1.0
+        kernel.batch(points[:10])
+        tracemalloc.start()
+        kernel.batch(points, out=out)
+        most = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        assert most < 1.5 * 2**20
+        assert out.tolist() == [0.5] * 100_000
+
+    def test_names_are_let_go_when_nothing_needs_them(self, tipper):
+        program = compile_system(tipper, "numpy").algorithm.many
+        source = block_source(program)
+        given = [line.split(" = ")[0].strip() for line in source.splitlines() if line.startswith("    v")]
+        dropped = [n for line in source.splitlines() if "del " in line for n in line.split("del ")[1].split(", ")]
+        assert len(dropped) == len(set(dropped))
+        assert set(given) - set(dropped) <= set(source.splitlines()[-1].replace("(", " ").replace(")", " ").split())
+
+
+class TestListed:
+    @pytest.mark.parametrize("shape", [(7, 2), (3, 5, 2), (2, 3, 4, 2), (1, 6, 2), (4, 1, 1, 2), (0, 3, 2), (3, 0, 2)])
+    def test_gives_the_points_in_the_order_of_their_indices(self, shape):
+        values = np.arange(float(np.prod(shape))).reshape(shape)
+        for points in (values, np.asfortranarray(values), np.moveaxis(values, 0, -2) if len(shape) > 2 else values):
+            flat = points.reshape(-1, 2)
+            for first in range(len(flat) + 1):
+                for last in range(first, len(flat) + 1):
+                    assert batching.listed(points, first, last).tolist() == flat[first:last].tolist()
+
+
+@pytest.mark.parametrize("backend", ["numba", "numpy", "python"])
+class TestMemoryThatIsShared:
+    def test_is_refused(self, backend, ais):
+        kernel = compile_system(ais, backend)
+        memory = np.zeros(3000)
+        points = memory[:2000].reshape(1000, 2)
+        with pytest.raises(ArgumentError, match="share memory"):
+            kernel.batch(points, out=memory[1500:2500])
+
+    def test_side_by_side_is_not(self, backend, ais):
+        kernel = compile_system(ais, backend)
+        memory = np.zeros(3000)
+        kernel.batch(memory[:2000].reshape(1000, 2), out=memory[2000:])
+        assert memory[2000:] == pytest.approx(np.full(1000, kernel(0.0, 0.0)))
+
+
+def test_a_masked_array_is_no_place_for_results(ais):
+    with pytest.raises(ArgumentError, match="MaskedArray"):
+        compile_system(ais, "numpy").batch(np.zeros((3, 2)), out=np.ma.zeros(3))

@@ -1,0 +1,169 @@
+import math
+
+import numpy as np
+import pytest
+
+from fuzzyctl import loads
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, FuzzyctlError, NoRuleFiresError
+from fuzzyctl.expr import Name
+from fuzzyctl.kernels.compile import compile as compile_system
+
+BACKENDS = ("python", "numba")
+
+
+def stored(function, *arguments, size=7):
+    result = np.full(size, 99.0)
+    function(*arguments, result)
+    return result
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+class TestAdaptiveKernel:
+    def test_has_one_consequent_for_each_rule(self, adaptive, backend):
+        kernel = compile_system(adaptive, backend)
+        assert kernel.n_rules == kernel.n_states == 7
+        np.testing.assert_array_equal(kernel.initial_state(), np.zeros(7))
+
+    def test_interpolates_the_consequents_of_the_state(self, adaptive, backend):
+        kernel = compile_system(adaptive, backend)
+        state = np.arange(7.0) / 10
+        assert kernel(0.0, state) == pytest.approx(0.3)
+        assert kernel(0.4 / 6, state) == pytest.approx(0.35)
+        np.testing.assert_allclose(kernel.batch([[0.0], [0.4 / 6]], state), [0.3, 0.35])
+        np.testing.assert_allclose(kernel.batch([[0.0], [0.0]], [state, 2 * state]), [0.3, 0.6])
+
+    def test_strengths_are_normalised(self, adaptive, backend):
+        xi = stored(compile_system(adaptive, backend).jit_strengths, 0.1)
+        assert xi.sum() == pytest.approx(1)
+        assert np.flatnonzero(xi).tolist() == [3, 4]
+
+    def test_rates_take_the_raw_input_and_clamped_strengths(self, adaptive, backend):
+        rates = stored(compile_system(adaptive, backend).jit_rates, 5.0, np.zeros(7))
+        np.testing.assert_array_equal(rates, [0, 0, 0, 0, 0, 0, 5.0])
+
+    def test_rates_stop_at_the_ends_of_the_range_and_let_go_inwards(self, adaptive, backend):
+        rates = compile_system(adaptive, backend).jit_rates
+        at_top = np.full(7, 2.0)
+        assert not stored(rates, 0.4, at_top).any()
+        assert stored(rates, -0.4, at_top)[0] == -0.4
+        assert not stored(rates, -0.4, -at_top).any()
+        assert stored(rates, 0.4, -at_top)[6] == 0.4
+
+    def test_an_infinite_input_moves_only_rules_that_fire(self, adaptive, backend):
+        rates = stored(compile_system(adaptive, backend).jit_rates, math.inf, np.zeros(7))
+        np.testing.assert_array_equal(rates, [0, 0, 0, 0, 0, 0, math.inf])
+
+    def test_nan_makes_everything_nan(self, adaptive, backend):
+        kernel = compile_system(adaptive, backend)
+        assert math.isnan(kernel(math.nan, np.zeros(7)))
+        assert np.isnan(stored(kernel.jit_rates, math.nan, np.zeros(7))).all()
+        assert np.isnan(stored(kernel.jit_strengths, math.nan)).all()
+
+    def test_consequents_that_are_nan_break_no_promise(self, backend):
+        system = loads(
+            """
+system s
+defuzzifier weighted_average
+input x in [-1, 1]
+  n = triangle(-inf, -1, 0)
+output u in [-2, 2] adaptive rate x
+  n = singleton(-1)
+if x is n then u is n
+"""
+        )
+        kernel = compile_system(system, backend)
+        assert math.isnan(kernel(-0.75, np.array([math.nan])))
+        assert math.isnan(kernel.batch([[-0.75]], np.array([math.nan]))[0])
+        for evaluate in (kernel, lambda x, state: kernel.batch([[x]], state)):
+            with pytest.raises(NoRuleFiresError, match="'u'"):
+                evaluate(0.5, np.zeros(1))
+
+    def test_a_rate_may_divide_by_zero_without_an_exception(self, backend):
+        system = loads(
+            """
+system s
+defuzzifier weighted_average
+input x in [-1, 1]
+  n = triangle(-inf, -1, 1)
+  p = triangle(-1, 1, inf)
+output u in [-2, 2] else 9 adaptive rate 1 / x + log(x) + sqrt(x) + x ^ 0.5 - sign(x)
+  n = singleton(-1)
+  p = singleton(1)
+if x is n then u is n
+if x is p then u is p
+"""
+        )
+        kernel = compile_system(system, backend)
+        np.testing.assert_array_equal(kernel.initial_state(), [-1, 1])
+        with np.errstate(all="ignore"):
+            assert np.isnan(stored(kernel.jit_rates, 0.0, np.zeros(2), size=2)).all()
+            assert np.isnan(stored(kernel.jit_rates, -0.5, np.zeros(2), size=2)).all()
+        x = 0.25
+        expected = 1 / x + math.log(x) + 2 * math.sqrt(x) - 1
+        rates = stored(kernel.jit_rates, x, np.zeros(2), size=2)
+        np.testing.assert_allclose(rates, expected * np.array([(1 - x) / 2, (1 + x) / 2]))
+
+    def test_a_rate_may_use_any_input_by_its_name(self, backend):
+        system = loads(
+            """
+system s
+defuzzifier weighted_average
+input x in [0, 1]
+  on = triangle(-inf, 0, inf)
+input y in [0, 10]
+  on = triangle(-inf, 0, inf)
+output u in [-99, 99] adaptive rate 2 * y - x
+  a = singleton(0)
+if x is on and y is on then u is a
+"""
+        )
+        assert stored(compile_system(system, backend).jit_rates, 1.0, 7.0, np.zeros(1), size=1) == [13]
+
+    def test_a_missing_state_is_named(self, adaptive, backend):
+        kernel = compile_system(adaptive, backend)
+        with pytest.raises(ArgumentError, match=r"2 arguments \(sigma, state\), got 1"):
+            kernel(0.1)
+        with pytest.raises(ArgumentError, match="state is missing: 7"):
+            kernel.batch([[0.1]])
+        with pytest.raises(ArgumentError, match=r"shape \(..., 7\), got \(3,\)"):
+            kernel.batch([[0.1]], np.zeros(3))
+        with pytest.raises(ArgumentError, match="must have 7 entries, got 6"):
+            kernel(0.1, np.zeros(6))
+        with pytest.raises(ArgumentError, match="state must be an array of real numbers"):
+            kernel(0.1, None)
+        with pytest.raises(ArgumentError, match="input must be a real number"):
+            kernel("0.1", np.zeros(7))
+        with pytest.raises(ArgumentError, match="does not fit"):
+            kernel.batch([[0.1]], np.zeros((2, 7)))
+
+
+def test_systems_without_adaptive_outputs_have_no_rates(ais):
+    kernel = compile_system(ais, "python")
+    with pytest.raises(FuzzyctlError, match="no adaptive output"):
+        kernel.jit_rates  # noqa: B018 - looking it up is what raises
+
+
+def test_only_rules_that_name_an_adaptive_output_have_a_consequent():
+    system = loads(
+        """
+system s
+defuzzifier weighted_average
+input x in [0, 1]
+  lo = triangle(-inf, 0, 1)
+  hi = triangle(0, 1, inf)
+output fixed in [0, 1]
+  a = singleton(1)
+output free in [0, 5] else 0
+  b = singleton(2)
+  c = singleton(3)
+if x is lo then fixed is a
+if x is hi then fixed is a, free is c
+if x is lo then free is b weight 0.5
+"""
+    )
+    fixed, free = system.outputs
+    free = free.model_copy(update={"adaptive": Name("x")})
+    kernel = compile_system(system.model_copy(update={"outputs": (fixed, free)}), "python")
+    assert (kernel.n_rules, kernel.n_states) == (3, 2)
+    np.testing.assert_array_equal(kernel.initial_state(), [3, 2])
+    assert kernel(0.5, [4.0, 1.0]) == (1.0, pytest.approx((0.5 * 4 + 0.25 * 1) / 0.75))
