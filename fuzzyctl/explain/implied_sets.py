@@ -8,10 +8,10 @@ from functools import reduce
 
 from fuzzyctl.expr import Name
 from fuzzyctl.formulas import aggregation, conjunction
-from fuzzyctl.kernels.backends.python.backend import scalar_function
 from fuzzyctl.kernels.inference.defuzzify.sampling import sampled_degrees
 from fuzzyctl.kernels.plan.build import OutputPlan, SetPlan, planned_set
 from fuzzyctl.kernels.plan.consequents import hedge_change
+from fuzzyctl.kernels.program.scalar import scalar_function
 from fuzzyctl.model.rule import Is
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import LinguisticVariable

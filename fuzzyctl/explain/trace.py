@@ -14,6 +14,7 @@ from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.inference.defuzzify.defuzzify import consequent_hull
 from fuzzyctl.kernels.plan.build import OutputPlan, Plan, SetPlan, chain_name, degree_name, plan, step_name
+from fuzzyctl.kernels.program.scalar import as_number, scalar_function
 from fuzzyctl.model.method import TSUKAMOTO
 from fuzzyctl.model.rule import Consequent
 from fuzzyctl.model.system import FuzzySystem
@@ -112,7 +113,7 @@ def trace(system: FuzzySystem, values: Mapping[str, float]) -> Trace:
     missing = [n for n in names if n not in values]
     if missing:
         raise ArgumentError(f"a value is missing for: {', '.join(missing)}")
-    point = [python_backend.as_number(values[n]) for n in names]
+    point = [as_number(values[n]) for n in names]
     program = inference.trace(flat)
     found = _Traced(flat, python_backend.compile_source(python_backend.evaluation_source(program), program, names))
     results = found.at(point)
@@ -255,7 +256,7 @@ def _value(flat: Plan, output: OutputPlan, term: SetPlan, known: dict[str, float
         return term.peak if output.rate is not None else consequent_hull(output, [output.terms.index(term)])[0]
     held = {i.name: known[i.name] if i.extrapolate else min(max(known[i.name], i.lower), i.upper) for i in flat.inputs}
     held |= {o.name: known[o.name] for o in flat.outputs}
-    function = python_backend.scalar_function(term.expression)
+    function = scalar_function(term.expression)
     return float(function(**{n: held[n] for n in held if n in function.__code__.co_varnames}))
 
 

@@ -16,6 +16,7 @@ from fuzzyctl.kernels.batch import NO_STATE, Batches
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import Plan
 from fuzzyctl.kernels.program.program import Program, Refuse
+from fuzzyctl.kernels.program.scalar import as_number
 
 if TYPE_CHECKING:
     import numpy as np
@@ -238,9 +239,7 @@ class Kernel(Batches):
             return arguments  # the function itself refuses them
         *inputs, state = arguments
         if type(state) in (list, tuple) and self.backend != "numba":  # no numpy for a light start
-            plain: Any = [
-                c if type(c) is float else python_backend.as_number(c, "each entry of the state") for c in state
-            ]
+            plain: Any = [c if type(c) is float else as_number(c, "each entry of the state") for c in state]
         else:
             array = float_array(state, "state")
             if array.ndim != 1:
@@ -260,7 +259,7 @@ class Kernel(Batches):
         if len(arguments) != self._n_arguments:
             raise TypeError("wrong number of arguments")
         inputs = len(self.input_names)
-        return [*map(python_backend.as_number, arguments[:inputs]), *arguments[inputs:]]
+        return [*map(as_number, arguments[:inputs]), *arguments[inputs:]]
 
     def _argument_names(self) -> list[str]:
         return [*self.input_names, *(["state"] if self.n_states else [])]

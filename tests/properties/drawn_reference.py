@@ -8,7 +8,7 @@ from random import Random
 from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
 from fuzzyctl.expr import Name, evaluate
 from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, DISJUNCTIONS, HEDGES, MEMBERSHIP, inverse_hedge
-from fuzzyctl.kernels.backends.python.backend import scalar_function
+from fuzzyctl.kernels.program.scalar import scalar_function
 from fuzzyctl.model.rule import And, Is, Not, RuleBlock
 from fuzzyctl.model.variable import Hold, Output
 

@@ -24,12 +24,12 @@ from fuzzyctl.analysis.degrees import (
 from fuzzyctl.analysis.work import COVERAGE, SPENT, SpentError, Work, sampling, units_of
 from fuzzyctl.expr import Name
 from fuzzyctl.formulas import CONJUNCTIONS, EXACT_IMPLICATIONS
-from fuzzyctl.kernels.backends.python.backend import scalar_function
 from fuzzyctl.kernels.inference.defuzzify.adaptive import nodes_of, places_of
 from fuzzyctl.kernels.inference.defuzzify.defuzzify import closed_form, support
 from fuzzyctl.kernels.inference.defuzzify.sampling import sampled_degrees, seen_points
 from fuzzyctl.kernels.interval.scalar import Interval, enclose, hull
 from fuzzyctl.kernels.plan.build import DegreePlan, ImpliedPlan, OutputPlan, Plan, SetPlan, chain_name, degree_name
+from fuzzyctl.kernels.program.scalar import scalar_function
 
 #: A consequent set narrower than this part of the range, or lower than this at all samples, does not count.
 NARROW: Final = 1e-12

@@ -14,7 +14,7 @@ from fuzzyctl.formulas import (
     IMPLICATIONS,
     exact_centroid_possible,
 )
-from fuzzyctl.kernels.backends.python.backend import scalar_function
+from fuzzyctl.kernels.program.scalar import scalar_function
 
 #: Other processes may slow a test down at any time.
 QUICK = settings(max_examples=60, deadline=None)

@@ -9,7 +9,7 @@ from hypothesis import given
 from fuzzyctl import as_profile, loads
 from fuzzyctl.expr import Name
 from fuzzyctl.formulas import MEMBERSHIP
-from fuzzyctl.kernels.backends.python.backend import scalar_function
+from fuzzyctl.kernels.program.scalar import scalar_function
 from fuzzyctl.model.method import Defuzzifier
 from tests import sizes
 from tests.fuzzyctl.kernels.joined import build, evaluated, parsed

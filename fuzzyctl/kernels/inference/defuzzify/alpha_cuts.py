@@ -7,12 +7,12 @@ from collections.abc import Sequence
 
 from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, Expr, Name, Number, Where
 from fuzzyctl.formulas import MEMBERSHIP, Parameters
-from fuzzyctl.kernels.backends.python.backend import scalar_function
 from fuzzyctl.kernels.inference.defuzzify.centroid import Height
 from fuzzyctl.kernels.inference.defuzzify.envelope import sorted_atoms
 from fuzzyctl.kernels.inference.defuzzify.maxima import Hits, place_of, tolerance
 from fuzzyctl.kernels.plan.build import OutputPlan, SetPlan
 from fuzzyctl.kernels.program.program import Builder, clip, minus, plus, times
+from fuzzyctl.kernels.program.scalar import scalar_function
 
 #: Left and right end of where a set has some degree at least.
 Ends = tuple[Expr, Expr]

@@ -10,7 +10,6 @@ from typing import Final
 
 from fuzzyctl.expr import ZERO, Binary, Compare, Expr, Logic, Name, Number, Where, replace_names
 from fuzzyctl.formulas import FINITE, Vertex, exact_norms
-from fuzzyctl.kernels.backends.python.backend import scalar_function
 from fuzzyctl.kernels.inference.defuzzify.adaptive import adaptive
 from fuzzyctl.kernels.inference.defuzzify.alpha_cuts import has_cuts, maximum_of_union
 from fuzzyctl.kernels.inference.defuzzify.bisector import sampled_bisector
@@ -21,6 +20,7 @@ from fuzzyctl.kernels.inference.defuzzify.piecewise_linear import straight_bisec
 from fuzzyctl.kernels.inference.defuzzify.sampling import Samples, sample_points, sampled_degrees, sampled_moments
 from fuzzyctl.kernels.plan.build import OutputPlan, SetPlan
 from fuzzyctl.kernels.program.program import NAN, STATE, Builder, Item, clip, times
+from fuzzyctl.kernels.program.scalar import scalar_function
 from fuzzyctl.model.method import MAXIMA
 
 #: Larger outlines cost more than an adaptive integral.

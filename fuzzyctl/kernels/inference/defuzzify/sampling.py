@@ -10,9 +10,9 @@ from typing import Final
 
 from fuzzyctl.expr import ZERO, Binary, Call, Expr, Name, Number
 from fuzzyctl.formulas import aggregation, conjunction
-from fuzzyctl.kernels.backends.python.backend import scalar_function
 from fuzzyctl.kernels.plan.build import OutputPlan, SetPlan
 from fuzzyctl.kernels.program.program import Accumulate, Assign, Builder, Fold, Item, times
+from fuzzyctl.kernels.program.scalar import scalar_function
 
 #: (term, its activation as an atom, the largest value the activation can have)
 Height = tuple[int, Expr, float]

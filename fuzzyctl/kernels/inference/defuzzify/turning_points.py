@@ -16,8 +16,8 @@ from typing import Final
 
 from fuzzyctl.expr import Call, Expr, walk
 from fuzzyctl.formulas.sigmoid_extrema import bisected
-from fuzzyctl.kernels.backends.python.backend import scalar_function
 from fuzzyctl.kernels.plan.sets import ITSELF, SetPlan
+from fuzzyctl.kernels.program.scalar import scalar_function
 
 #: Intervals of degrees are halved so often: turning points are isolated to 2^-54.
 _HALVINGS: Final = 54

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from fuzzyctl.expr import FUNCTIONS, SOFT, Binary, Call, Compare, Logic, Name, Negate, Number, Where, names_in
 from fuzzyctl.formulas import CONJUNCTIONS, DISJUNCTIONS, MEMBERSHIP
 from fuzzyctl.kernels.backends.numpy.backend import array_function
-from fuzzyctl.kernels.backends.python.backend import scalar_function
 from fuzzyctl.kernels.interval.scalar import decide, enclose, hull
+from fuzzyctl.kernels.program.scalar import scalar_function
 
 X = Name("x")
 BOX = {"x": (1.0, 2.0), "y": (-1.0, 3.0), "far": (2.0, math.inf), "zero": (0.0, 1.0)}

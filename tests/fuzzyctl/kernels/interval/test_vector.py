@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from fuzzyctl.expr import Binary, Call, Compare, Logic, Name, Negate, Number, Where
-from fuzzyctl.kernels.backends.python.backend import scalar_function
 from fuzzyctl.kernels.interval.program import Interpreter
 from fuzzyctl.kernels.interval.vector import boxes, constant
 from fuzzyctl.kernels.program.program import Program
+from fuzzyctl.kernels.program.scalar import scalar_function
 
 X, Y = Name("x"), Name("y")
 

@@ -9,7 +9,6 @@ import pytest
 import fuzzyctl
 from fuzzyctl.analysis.verdicts import Refuted
 from fuzzyctl.formulas.sigmoid_extrema import difference_extrema, product_extrema
-from fuzzyctl.kernels.backends.python.backend import scalar_function
 from fuzzyctl.kernels.inference.defuzzify.turning_points import (
     MOST_DEGREES,
     MOST_PLACES,
@@ -19,6 +18,7 @@ from fuzzyctl.kernels.inference.defuzzify.turning_points import (
 )
 from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.kernels.plan.consequents import hedge_change
+from fuzzyctl.kernels.program.scalar import scalar_function
 
 BACKENDS = ("python", "numba", "numpy")
 

@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fuzzyctl.expr import Name
-from fuzzyctl.kernels.backends.python.backend import scalar_function
 from fuzzyctl.kernels.inference.degrees.branched import branched
 from fuzzyctl.kernels.plan.build import SetPlan
+from fuzzyctl.kernels.program.scalar import scalar_function
 
 PARTITION = (
     SetPlan("triangle", (-math.inf, -0.1, 0.3)),

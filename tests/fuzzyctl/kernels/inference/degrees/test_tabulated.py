@@ -10,11 +10,12 @@ from fuzzyctl import loads
 from fuzzyctl.expr import Name, walk
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.kernels.algorithms.select import COMPILED, algorithm_of
-from fuzzyctl.kernels.backends.python.backend import compile_source, evaluation_source, scalar_function
+from fuzzyctl.kernels.backends.python.backend import compile_source, evaluation_source
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.kernels.program.passes.inline import expressions
 from fuzzyctl.kernels.program.program import Locate, Quadrature
+from fuzzyctl.kernels.program.scalar import scalar_function
 
 #: Places and degrees of a curve, with a flat part.
 CURVE = [(0.1 * k + 1.0, round(math.exp(-((0.1 * k - 4.0) ** 2)), 6) if k % 7 else 0.25) for k in range(101)]

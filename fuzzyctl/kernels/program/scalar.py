@@ -1,0 +1,112 @@
+"""Expressions as scalar Python functions, and the functions that printed programs may call.
+
+The only text that is ever executed is what the printer makes of a program, in which every name is a generated one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from numbers import Real
+from typing import Any, Final
+
+from fuzzyctl.diagnostics.diagnostic import ArgumentError
+from fuzzyctl.expr import SCALAR_FUNCTIONS, SOFT, Expr, floor, names_in
+from fuzzyctl.kernels.program import quadrature
+from fuzzyctl.kernels.program.printer import INDENT, SCALAR, text
+
+
+def scalar_function(expr: Expr) -> Callable[..., float]:
+    """Return the function of the names in an expression, in order of appearance."""
+    names = ", ".join(dict.fromkeys(n.name for n in names_in(expr))) or "_=0.0"
+    return execute(f"def function({names}):\n{INDENT}return {text(expr, SCALAR)}\n", {**_CHOICES, **RUNTIME})
+
+
+def execute(source: str, namespace: dict[str, Any]) -> Callable[..., Any]:
+    """Return the one function that a printed text defines."""
+    before = set(namespace)
+    exec(compile(source, "<fuzzyctl kernel>", "exec"), namespace)  # noqa: S102 - printed from a plan, see above
+    (name,) = set(namespace) - before - {"__builtins__"}
+    function: Callable[..., Any] = namespace[name]
+    return function
+
+
+def as_number(value: object, what: str = "an input") -> float:
+    """Return a real number as a float.
+
+    Raises:
+        ArgumentError: For anything else, arrays included.
+    """
+    if isinstance(value, Real) or getattr(value, "shape", None) == ():
+        return float(value)  # type: ignore[arg-type]  # what has an empty shape is an array of one number
+    raise ArgumentError(f"{what} must be a real number, got {type(value).__name__}; kernel.batch takes arrays")
+
+
+def _ieee(function: Callable[..., float]) -> Callable[..., float]:
+    """Return a function of `math` that gives NaN and infinities where Python raises."""
+
+    def safe(*arguments: float) -> float:
+        try:
+            return function(*arguments)
+        except ValueError:
+            return math.nan
+        except OverflowError:
+            return math.inf
+
+    return safe
+
+
+def _divide(a: float, b: float) -> float:
+    if b != 0.0:
+        return a / b
+    if a == 0.0 or a != a or b != b:
+        return math.nan
+    return math.copysign(math.inf, a) * math.copysign(1.0, b)
+
+
+def _log(x: float) -> float:
+    return -math.inf if x == 0.0 else math.log(x) if x > 0.0 else math.nan
+
+
+def power(a: float, b: float) -> float:
+    """Return a^b as IEEE 754 has it: infinities and NaN where Python raises."""
+    try:
+        return math.pow(a, b)
+    except OverflowError:
+        return math.copysign(math.inf, a) if b % 2.0 == 1.0 else math.inf
+    except ValueError:
+        return _divide(1.0, math.copysign(0.0, a) if b % 2.0 == 1.0 else 0.0) if a == 0.0 else math.nan
+
+
+def held(x: float) -> float:
+    """Return a number held within [0, 1], 0 for NaN."""
+    return (x if x < 1.0 else 1.0) if x > 0.0 else 0.0
+
+
+#: What generated text may call, and nothing else: `__builtins__` holds only what its loops need.
+RUNTIME: Final[Mapping[str, Any]] = {
+    "moments": quadrature.moments,
+    "half": quadrature.half,
+    "marked": quadrature.marked,
+    "__builtins__": {"range": range, "type": type, "float": float, "abs": abs},
+    "nan": math.nan,
+    "inf": math.inf,
+    "as_number": as_number,
+    "divide": _divide,
+    "smaller": lambda a, b: a if a < b else b,
+    "larger": lambda a, b: a if a > b else b,
+    "held": held,
+    "power": power,
+    "sqrt": _ieee(math.sqrt),
+    "exp": _ieee(math.exp),
+    "decay": math.exp,
+    "log": _log,
+    "sin": _ieee(math.sin),
+    "cos": _ieee(math.cos),
+    "tan": _ieee(math.tan),
+    "atan2": math.atan2,
+    "floor": floor,
+    "fmod": _ieee(math.fmod),
+}
+#: What `scalar_function` calls besides: programs have choices in the place of these.
+_CHOICES: Final[Mapping[str, Any]] = {n: _ieee(f) for n, f in SCALAR_FUNCTIONS.items() if n in (*SOFT, "sign")}
