@@ -28,7 +28,7 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
     from fuzzyctl.analysis.verdicts import Verdict
-    from fuzzyctl.codegen.fixed import Format
+    from fuzzyctl.codegen.fixed_format import Format
     from fuzzyctl.diagnostics.source import SourceText
     from fuzzyctl.model.system import FuzzySystem
 
@@ -163,7 +163,7 @@ def _format(fixed: str | None, target: str, precision: str | None) -> Format | N
     """Read the format of fixed point; what does not go with it is wrong usage."""
     if fixed is None:
         return None
-    from fuzzyctl.codegen.fixed import to_format
+    from fuzzyctl.codegen.fixed_format import to_format
 
     if target != "c":
         raise click.BadParameter(f"fixed point is written in C only, not for --target {target}", param_hint="--fixed")

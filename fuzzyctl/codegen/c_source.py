@@ -6,8 +6,9 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from fuzzyctl.codegen.c_layout import CLayout
 from fuzzyctl.codegen.c_text import INDENT, CText, bare
-from fuzzyctl.codegen.comments import argument_notes, broken, folded, result_notes, table_notes, value_notes
+from fuzzyctl.codegen.comments import argument_notes, result_notes, table_notes, value_notes
 from fuzzyctl.codegen.unit import Unit, described, printable
+from fuzzyctl.codegen.wrapping import broken, folded
 from fuzzyctl.kernels.program.program import Program, Refuse
 
 

@@ -6,13 +6,11 @@ import math
 from collections.abc import Sequence
 from fractions import Fraction
 from itertools import pairwise
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
+from fuzzyctl.codegen.fixed_format import Axis, Entries, Format
 from fuzzyctl.codegen.unit import Unit
 from fuzzyctl.kernels.algorithms.grid import Grid, Table
-
-if TYPE_CHECKING:
-    from fuzzyctl.codegen.fixed import Axis, Entries, Format
 
 #: Corners closer than this part of the range count as one knot (`kernels.grid`).
 _SAME: Final = Fraction(1, 10**14)

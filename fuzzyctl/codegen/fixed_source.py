@@ -10,7 +10,8 @@ from itertools import product
 from fuzzyctl.codegen.c_layout import CLayout
 from fuzzyctl.codegen.c_source import comment
 from fuzzyctl.codegen.c_text import INDENT, wrapped
-from fuzzyctl.codegen.fixed import Axis, Entries, Fixed, strides_of
+from fuzzyctl.codegen.fixed import Fixed, strides_of
+from fuzzyctl.codegen.fixed_format import Axis, Entries
 from fuzzyctl.codegen.rounding_text import at_most
 from fuzzyctl.codegen.unit import Unit, described
 

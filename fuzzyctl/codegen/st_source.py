@@ -9,13 +9,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 
-from fuzzyctl.codegen.comments import argument_notes, broken, folded, result_notes, table_notes, value_notes
+from fuzzyctl.codegen.comments import argument_notes, result_notes, table_notes, value_notes
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.names import ST_RESERVED, Names
 from fuzzyctl.codegen.simplify import functions, mapped, with_prefix
 from fuzzyctl.codegen.st_guards import PARTIAL
 from fuzzyctl.codegen.st_text import INDENT, STText
 from fuzzyctl.codegen.unit import Unit, described, printable
+from fuzzyctl.codegen.wrapping import broken, folded
 from fuzzyctl.expr import Binary, Call, Expr, Number
 from fuzzyctl.kernels.program.program import Refuse
 

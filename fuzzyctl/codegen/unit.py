@@ -12,10 +12,10 @@ from typing import Final, Literal
 from fuzzyctl import __version__
 from fuzzyctl.analysis.bounds import OutputBound, output_bounds
 from fuzzyctl.analysis.verdicts import Proved, Undecided, Verdict
-from fuzzyctl.codegen.comments import folded
 from fuzzyctl.codegen.rounding_text import at_most
 from fuzzyctl.codegen.simplify import lean
 from fuzzyctl.codegen.table import Tabulated, tabulated
+from fuzzyctl.codegen.wrapping import folded
 from fuzzyctl.formats.fz import semantics_text
 from fuzzyctl.kernels.algorithms.select import Algorithm, algorithm_of
 from fuzzyctl.kernels.inference import inference

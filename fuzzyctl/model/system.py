@@ -12,7 +12,6 @@ from typing import Any, Self, TypeVar
 from pydantic import Field, InstanceOf, model_validator
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError, ValueOutOfBoundsError
-from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Expr, Number, evaluate
 from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
 from fuzzyctl.model.method import Method, RuleMethod
@@ -114,13 +113,6 @@ class FuzzySystem(Node):
             )
             found.extend([method] * sum(map(rule_count, block.rules)))
         return tuple(found)
-
-    @cached_property
-    def reads(self) -> tuple[tuple[str, dict[str, Span | None]], ...]:
-        """For each consequent of each rule its output, and the outputs that its rule waits for; see `model.reads`."""
-        from fuzzyctl.model.dependencies import reads_of
-
-        return tuple(reads_of(self))
 
     def implication_of(self, rule: int, output: Output) -> str:
         """Return what the activation of a rule, given by its position, makes of a set of an output.

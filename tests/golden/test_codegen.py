@@ -11,7 +11,8 @@ import pytest
 from fuzzyctl import __version__, load
 from fuzzyctl.analysis.prove import quickly
 from fuzzyctl.codegen.files import generate
-from fuzzyctl.codegen.fixed import fixed_point, to_format
+from fuzzyctl.codegen.fixed import fixed_point
+from fuzzyctl.codegen.fixed_format import to_format
 from fuzzyctl.codegen.unit import prepare
 
 HERE = Path(__file__).parent / "codegen"

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from typing import Final
 
 from fuzzyctl.expr import Expr, ExprError, evaluate
-from fuzzyctl.formats.fuzzylite.degenerate_terms import Warned
+from fuzzyctl.formats.common.report import Reporter
 from fuzzyctl.model.variable import Term
 
 #: At so many places between the ends of a range, and at these, formulas are looked at.
@@ -20,7 +20,7 @@ def warn_of_degrees_beyond(
     terms: Iterable[Term],
     variable: str,
     ends: tuple[float, float],
-    findings: Warned,
+    findings: Reporter,
     *,
     below: bool = True,
     params: Mapping[str, float] | None = None,

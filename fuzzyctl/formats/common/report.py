@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Final, Protocol
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
 from fuzzyctl.diagnostics.source import SourceText, Span
@@ -29,6 +29,16 @@ class Reading:
     other: str
     way_out: str
     span: Span
+
+
+class Reporter(Protocol):
+    """What takes the warnings and errors of a reader."""
+
+    def warning(self, code: str, message: str, span: Span | None, *, help: str = "") -> None:
+        """Add a warning."""
+
+    def error(self, code: str, message: str, span: Span | None, *, help: str = "") -> None:
+        """Add an error."""
 
 
 class Findings:

@@ -12,10 +12,11 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Final, Protocol
+from typing import Final
 
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import ONE, Binary, Call, Expr, Name, Number
+from fuzzyctl.formats.common.report import Reporter
 from fuzzyctl.formats.fuzzylite.discontinuities import has_step, polygon_as_computed, tools_differ
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.model.variable import Membership
@@ -24,16 +25,6 @@ Values = tuple[float, ...]
 
 #: Why degrees beyond 1, which fuzzylite computes with, are refused.
 NOT_BEYOND: Final = "degrees are truths between 0 and 1, and norms and proofs hold for no others; scale the term down"
-
-
-class Warned(Protocol):
-    """Where a reader's findings go."""
-
-    def warning(self, code: str, message: str, span: Span | None, *, help: str = "") -> None:
-        """Add a warning."""
-
-    def error(self, code: str, message: str, span: Span | None, *, help: str = "") -> None:
-        """Add an error."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +45,7 @@ class Made:
 
 
 def membership_as_computed(
-    own: Membership, variable: str | None, findings: Warned, *, word: str = "", python: bool = False
+    own: Membership, variable: str | None, findings: Reporter, *, word: str = "", python: bool = False
 ) -> Membership | None:
     """Return the membership function that fuzzylite computes with, which is said; None for one that it cannot have.
 
@@ -89,7 +80,7 @@ def membership_as_computed(
     return Membership(kind=made.kind, arguments=made.arguments, height=Number(share) if lower else ONE, span=own.span)
 
 
-def _with_jumps(own: Membership, values: Values, findings: Warned, named: str, *, python: bool) -> Membership | None:
+def _with_jumps(own: Membership, values: Values, findings: Reporter, named: str, *, python: bool) -> Membership | None:
     """Return a term with the degrees of fuzzylite at its jumps; where its two engines differ, that is said."""
     if has_step(own.kind, values):
         findings.error("FZ302", f"{named} has no width, so that it is 0 everywhere", own.span)
@@ -151,7 +142,7 @@ def nothing(variable: str | None) -> Made | None:
     return Made("function", (Number(0.0),), _NOTHING) if variable is not None else None
 
 
-def step_to_itself(variable: str | None, span: Span, findings: Warned, *, word: str) -> Membership | None:
+def step_to_itself(variable: str | None, span: Span, findings: Reporter, *, word: str) -> Membership | None:
     """Return fuzzylite's step from a place towards that place, which is said; None, a mistake, in an output.
 
     Args:

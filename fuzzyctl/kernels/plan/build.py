@@ -34,7 +34,7 @@ from fuzzyctl.kernels.plan.plan import (
 )
 from fuzzyctl.kernels.plan.sets import ITSELF, SetPlan
 from fuzzyctl.model.checks.semantics import misfitting_semantics
-from fuzzyctl.model.dependencies import comparisons_that_wait
+from fuzzyctl.model.dependencies import comparisons_that_wait, reads_of
 from fuzzyctl.model.method import AVERAGES, Activation
 from fuzzyctl.model.rule import Rule
 from fuzzyctl.model.system import FuzzySystem
@@ -125,7 +125,7 @@ def _order(system: FuzzySystem) -> tuple[tuple[int, ...], list[tuple[int, ...]]]
     """Return the outputs each after those it reads, and for each all it depends on."""
     names = [o.name for o in system.outputs]
     direct: dict[str, set[str]] = {name: set() for name in names}
-    for output, read in system.reads:
+    for output, read in reads_of(system):
         direct.get(output, set()).update(read)
     reads: dict[str, set[str]] = {}
     order: list[str] = []

@@ -15,7 +15,7 @@ from fuzzyctl.model.checks.rule_tables import jumping_tables
 from fuzzyctl.model.checks.semantics import misfitting_semantics
 from fuzzyctl.model.checks.symmetry import odd_cells
 from fuzzyctl.model.checks.terms import SHAPE_CHECKS, SHAPE_HINTS
-from fuzzyctl.model.dependencies import comparisons_that_wait
+from fuzzyctl.model.dependencies import comparisons_that_wait, reads_of
 from fuzzyctl.model.partitions import by_line, removal
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, literals
 from fuzzyctl.model.system import FuzzySystem
@@ -63,7 +63,7 @@ def circular_outputs(system: FuzzySystem) -> Iterator[Diagnostic]:
     """Find outputs whose values depend on themselves through antecedents and functions."""
     names = {o.name for o in system.outputs}
     needs: dict[str, dict[str, Span | None]] = {name: {} for name in names}
-    for output, read in system.reads:
+    for output, read in reads_of(system):
         needs[output].update(read)
     for declared in system.outputs:
         path = _circle(declared.name, needs)

@@ -8,10 +8,11 @@ from hypothesis import strategies as st
 
 from fuzzyctl import load, loads
 from fuzzyctl.analysis.prove import quickly
-from fuzzyctl.codegen.comments import WIDTH, broken, folded, table_notes, value_notes
+from fuzzyctl.codegen.comments import table_notes, value_notes
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.files import generate
 from fuzzyctl.codegen.unit import prepare
+from fuzzyctl.codegen.wrapping import WIDTH, broken, folded
 from fuzzyctl.formats.fz import rule_text
 from tests.fuzzyctl.codegen.conftest import RULES
 from tests.fuzzyctl.codegen.structured_text import Block

@@ -11,7 +11,8 @@ from fuzzyctl.codegen import c_selftest, c_source
 from fuzzyctl.codegen.c_layout import CLayout
 from fuzzyctl.codegen.c_library import LIBRARY
 from fuzzyctl.codegen.files import generate
-from fuzzyctl.codegen.fixed import fixed_point, to_format
+from fuzzyctl.codegen.fixed import fixed_point
+from fuzzyctl.codegen.fixed_format import to_format
 from fuzzyctl.codegen.names import (
     C_FUNCTION_RESERVED,
     C_RESERVED,

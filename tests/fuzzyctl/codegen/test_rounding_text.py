@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from fuzzyctl import loads
 from fuzzyctl.cli.codegen import codegen
-from fuzzyctl.codegen.fixed import fixed_point, to_format
+from fuzzyctl.codegen.fixed import fixed_point
+from fuzzyctl.codegen.fixed_format import to_format
 from fuzzyctl.codegen.fixed_source import files
 from fuzzyctl.codegen.rounding_text import at_most
 from fuzzyctl.codegen.unit import described, prepare
