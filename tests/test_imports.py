@@ -1,44 +1,45 @@
 """Who may import whom, and what must not be imported at all before it is needed."""
 
-import ast
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+from tests.imported import circles, imported, imports_between
+
 ROOT = Path(__file__).parent.parent
 
-#: From the bottom up; a module may import what stands on a lower line, or on its own line within its own part.
+#: Packages of fuzzyctl from the bottom up; a module may import its own package and those on lower lines.
 ORDER = [
     ["records"],
-    ["source", "codes", "peer_words", "spelling", "numerals", "private_folders"],
-    ["misspelt", "terminal"],
-    ["errors"],
-    ["files", "shipped", "reading", "arguments", "machine_code", "cores"],
-    ["expr"],
+    ["diagnostics"],
+    ["expr", "support"],
     ["formulas"],
     ["lang", "model"],
-    ["resolve", "formats", "assembly", "linking"],
-    ["loading", "fragments"],
-    ["as_file", "values"],
-    ["cells", "partition"],
-    ["build"],
-    ["kernels"],
-    ["analysis", "plot"],
-    ["checking", "highlight", "codegen", "comparison"],
-    ["document"],
-    ["conversion"],
+    ["formats", "kernels", "resolve"],
+    ["comparison", "explain", "loading"],
+    ["analysis", "building", "plot"],
+    ["codegen", "convert"],
     ["cli"],
 ]
-RANK = {part: i for i, parts in enumerate(ORDER) for part in parts}
+#: The same for the sub-packages of packages.
+SUBORDER = {
+    "analysis": [["coverage", "multilinear"], ["branch_and_bound"]],
+    "formats": [["common"], ["fuzzylite"], ["fll"], ["fcl", "fis"], ["fml"]],
+    "kernels": [["program"], ["interval", "plan"], ["inference"], ["algorithms"], ["backends"]],
+    "kernels/backends": [["python"], ["numba"], ["numpy"]],
+    "kernels/inference": [["degrees"], ["defuzzify"]],
+    "kernels/program": [["passes"]],
+    "model": [["checks"]],
+}
 
-#: Imports against the order, each with its reason.
+#: Imports against the order, each in a method of `FuzzySystem` that only forwards.
 ALLOWED = {
-    # Calling a system is the one place where the model looks up; the import happens at the first call.
-    ("model/system.py", "kernels"),
-    # Interval arithmetic finds where an own hedge turns; the import happens at the first such hedge under an integral.
-    ("kernels/turning_points.py", "analysis"),
+    # `system(x=1)` compiles at the first call.
+    ("fuzzyctl.model.system", "fuzzyctl.kernels.compile"),
+    # `system.with_params(a=1)` checks the result.
+    ("fuzzyctl.model.system", "fuzzyctl.model.checks.checks"),
 }
 
 #: Third parties and the only places that may import them.
@@ -68,36 +69,63 @@ def modules():
     return [*sorted((ROOT / "fuzzyctl").rglob("*.py")), *sorted((ROOT / "apps").rglob("*.py"))]
 
 
-def imported(path):
-    """Yield the dotted names that a module imports anywhere, also inside functions."""
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            assert node.level == 0, f"{path}: relative import"
-            yield node.module
-            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+def ranks(order):
+    return {part: rank for rank, parts in enumerate(order) for part in parts}
 
 
-@pytest.mark.parametrize("path", [p for p in modules() if p.parts[len(ROOT.parts)] == "fuzzyctl"], ids=str)
-def test_a_module_imports_only_what_stands_below_it(path):
-    inside = path.relative_to(ROOT / "fuzzyctl")
-    part = inside.parts[0].removesuffix(".py")
-    if part == "__init__":
-        return
-    for name in imported(path):
-        if not name.startswith("fuzzyctl."):
-            assert not name.startswith("dwmr"), f"{inside} imports {name}"
-            continue
-        other = name.split(".")[1]
-        if other not in RANK or other == part or (inside.as_posix(), other) in ALLOWED:
-            continue
-        assert RANK[other] < RANK[part], f"{inside} ({part}) imports {name}"
+def folders(package):
+    return {p.name for p in (ROOT / "fuzzyctl" / package).iterdir() if p.is_dir() and p.name != "__pycache__"}
 
 
-def test_every_part_has_its_rank():
-    parts = {p.relative_to(ROOT / "fuzzyctl").parts[0].removesuffix(".py") for p in (ROOT / "fuzzyctl").rglob("*.py")}
-    assert parts - {"__init__", "__pycache__"} == set(RANK)
+def package_arrows(package, order):
+    """Yield the imports of one part of a package by another, as `module imports module`, against their order."""
+    rank = ranks(order)
+    dotted = ".".join(["fuzzyctl", *Path(package).parts])
+    for name, found in GRAPH.items():
+        for other in found:
+            if (name, other) in ALLOWED or not (name.startswith(dotted + ".") and other.startswith(dotted + ".")):
+                continue
+            part, below = (n.removeprefix(dotted + ".").split(".")[0] for n in (name, other))
+            if part != below and part in rank and below in rank and rank[below] >= rank[part]:
+                yield f"{name} imports {other}"
+
+
+GRAPH = imports_between([("fuzzyctl", ROOT / "fuzzyctl")])
+
+
+def test_packages_import_only_packages_below_them():
+    assert list(package_arrows("", ORDER)) == []
+
+
+@pytest.mark.parametrize("package", SUBORDER)
+def test_sub_packages_import_only_sub_packages_below_them(package):
+    assert list(package_arrows(package, SUBORDER[package])) == []
+
+
+def test_every_package_has_its_rank():
+    loose = {p.stem for p in (ROOT / "fuzzyctl").glob("*.py")} - {"__init__"}
+    assert folders("") | loose == set(ranks(ORDER))
+    nested = {p.parent.relative_to(ROOT / "fuzzyctl") for p in (ROOT / "fuzzyctl").glob("*/**/__init__.py")}
+    found = {}
+    for path in nested:
+        if path.parent != Path():
+            found.setdefault(path.parent.as_posix(), set()).add(path.name)
+    assert found == {package: set(ranks(order)) for package, order in SUBORDER.items()}
+
+
+def test_files_import_each_other_in_no_circle():
+    kept = {name: {other for other in found if (name, other) not in ALLOWED} for name, found in GRAPH.items()}
+    assert circles(kept) == []
+
+
+def test_a_circle_is_found():
+    assert circles({"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a"}, "e": set()}) == [{"a", "b", "c"}]
+
+
+def test_fuzzyctl_imports_nothing_of_its_applications():
+    for path in modules():
+        if path.is_relative_to(ROOT / "fuzzyctl"):
+            assert [name for name in imported(path) if name.split(".")[0] == "dwmr"] == [], path
 
 
 @pytest.mark.parametrize("path", modules(), ids=str)
