@@ -4,14 +4,21 @@ import ast
 
 
 def imported(path):
-    """Yield the dotted names that a module imports."""
+    """Yield the dotted names that a module imports, packages of imported names included."""
+    for module, name in _imports(path):
+        yield module
+        if name:
+            yield f"{module}.{name}"
+
+
+def _imports(path):
+    """Yield modules and the names that are imported from them, "" for the modules themselves."""
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
+            yield from ((alias.name, "") for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module:
             assert node.level == 0, f"{path}: relative import"
-            yield node.module
-            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+            yield from ((node.module, alias.name) for alias in node.names)
 
 
 def imports_between(packages):
@@ -25,7 +32,11 @@ def imports_between(packages):
             parts = path.relative_to(folder).with_suffix("").parts
             if parts != ("__init__",):
                 paths[".".join([top, *(p for p in parts if p != "__init__")])] = path
-    return {name: {n for n in imported(path) if n in paths} - {name} for name, path in paths.items()}
+    graph = {}
+    for name, path in paths.items():
+        found = {f"{module}.{own}" if f"{module}.{own}" in paths else module for module, own in _imports(path)}
+        graph[name] = found & set(paths) - {name}
+    return graph
 
 
 def circles(graph):

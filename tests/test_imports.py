@@ -145,7 +145,7 @@ def test_dwmr_takes_fuzzyctl_through_one_module_of_control():
         for p in (ROOT / "apps" / "dwmr").rglob("*.py")
         if any("kernels" in n or n == "fuzzyctl" for n in imported(p))
     }
-    assert users <= {"fuzzy_gains.py", "summary.py", "common.py", "run.py"}
+    assert users <= {"fuzzy_gains.py", "jit.py", "summary.py", "common.py", "run.py"}
 
 
 def loaded_after(code):

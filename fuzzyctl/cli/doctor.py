@@ -18,8 +18,8 @@ import fuzzyctl
 from fuzzyctl.cli.common import DONE, FAILED, FORMAT, answers_with_diagnostics
 from fuzzyctl.cli.streams import say, write_json
 from fuzzyctl.diagnostics.suggestions import counted
-from fuzzyctl.kernels.backends.numba.cores import cores
 from fuzzyctl.support import private_folders
+from fuzzyctl.support.cores import cores
 
 #: What fuzzyctl needs, and what only some commands do, each with the extra that brings it.
 NEEDED: Final = ("lark", "pydantic", "click", "rich", "numpy", "scipy", "matplotlib", "numba", "pygments")

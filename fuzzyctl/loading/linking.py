@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterator, Sequence
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
 from fuzzyctl.diagnostics.suggestions import counted, did_you_mean, listed
 from fuzzyctl.expr import Call, Expr, Name, span_of, walk
+from fuzzyctl.model.checks.units import unlike_units
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.units import unlike_units
 
 #: Finds a system of a used file by its name; None where there is none.
 Elsewhere = Callable[[str], FuzzySystem | None]

@@ -11,7 +11,7 @@ import click
 from dwmr.cli import running
 from dwmr.cli.common import interrupts_wait, mistakes_as_diagnostics, progress, terminated_as_interrupted
 from fuzzyctl.cli.streams import say, write_json
-from fuzzyctl.kernels.backends.numba.cores import cores
+from fuzzyctl.support.cores import cores
 
 if TYPE_CHECKING:
     from dwmr.calibration.search import Found

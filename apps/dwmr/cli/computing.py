@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, TypeVar
 import click
 
 from dwmr.cli.common import progress
-from fuzzyctl.kernels.backends.numba.cores import cores
+from fuzzyctl.support.cores import cores
 
 if TYPE_CHECKING:
     from dwmr.sweep.plan import Run

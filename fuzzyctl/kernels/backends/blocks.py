@@ -16,7 +16,7 @@ import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
 from fuzzyctl.kernels.backends.arguments import float_array, writable
-from fuzzyctl.kernels.backends.numba.cores import cores
+from fuzzyctl.support.cores import cores
 
 if TYPE_CHECKING:
     from concurrent.futures import ThreadPoolExecutor

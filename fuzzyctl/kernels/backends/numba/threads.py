@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fuzzyctl.kernels.backends.numba import thread_ir as shares
 from fuzzyctl.kernels.backends.numba import vectorcall as entry
-from fuzzyctl.kernels.backends.numba.cores import cores
 from fuzzyctl.kernels.backends.numba.thread_ir import Place, Posted, Word, WordsOfThread, functions
+from fuzzyctl.support.cores import cores
 
 if TYPE_CHECKING:
     from ctypes import Array, c_int64

@@ -4,8 +4,8 @@ import os
 
 import pytest
 
-from fuzzyctl.kernels.backends.numba import cores
-from fuzzyctl.kernels.backends.numba.cores import granted
+from fuzzyctl.support import cores
+from fuzzyctl.support.cores import granted
 
 MANY = 1 << 20
 
