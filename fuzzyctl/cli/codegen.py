@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from fuzzyctl.model.system import FuzzySystem
 
 
-@click.command("codegen", short_help="Write a system as C99, Structured Text or Python.")
+@click.command("codegen")
 @click.argument("file")
 @click.option(
     "--target",

@@ -49,7 +49,7 @@ def _profiles(_context: click.Context, _option: click.Parameter, given: str | No
     return names
 
 
-@click.command(short_help="Compare the numbers of two files, or of several tools.")
+@click.command()
 @click.argument("first")
 @click.argument("second", required=False)
 @click.option(

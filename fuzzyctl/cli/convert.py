@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from fuzzyctl.model.system import FuzzySystem
 
 
-@click.command(short_help="Write a system in another format.")
+@click.command()
 @click.argument("source", metavar="IN")
 @click.argument("target", metavar="OUT")
 @click.option("--to", "wanted", metavar="FORMAT", help="The format, where the suffix of OUT does not say it.")

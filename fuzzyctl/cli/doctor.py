@@ -29,7 +29,7 @@ OPTIONAL: Final = {"plotly": "html", "pyarrow": "data", "distributed": "cluster"
 PARTS: Final = ("kernels", "dwmr")
 
 
-@click.command(short_help="Say what is installed, and what is in use.")
+@click.command()
 @click.option("--clear-cache", is_flag=True, help="Remove compiled kernels; they are compiled anew when needed.")
 @FORMAT
 @answers_with_diagnostics

@@ -13,7 +13,7 @@ from fuzzyctl.diagnostics.diagnostic import CODES
 from fuzzyctl.diagnostics.suggestions import did_you_mean
 
 
-@click.command(short_help="Explain a diagnostic code.")
+@click.command()
 @click.argument("code", required=False)
 @FORMAT
 @answers_with_diagnostics

@@ -2,29 +2,37 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 import click
 
 import fuzzyctl
-from fuzzyctl.cli.bounds import bounds
-from fuzzyctl.cli.check import check
-from fuzzyctl.cli.codegen import codegen
-from fuzzyctl.cli.compare import compare
-from fuzzyctl.cli.convert import convert
-from fuzzyctl.cli.diff import diff
-from fuzzyctl.cli.doctor import doctor
-from fuzzyctl.cli.eval import evaluate
-from fuzzyctl.cli.explain import explain
-from fuzzyctl.cli.fmt import fmt
-from fuzzyctl.cli.new import new
-from fuzzyctl.cli.plot import plot_surface, plot_terms
-from fuzzyctl.cli.prove import prove
-from fuzzyctl.cli.show import show_system
 from fuzzyctl.cli.streams import Program
-from fuzzyctl.cli.why import why
+
+#: By name of a command its module, its function there, and its line in the list of commands.
+COMMANDS: Final = {
+    "bounds": ("fuzzyctl.cli.bounds", "bounds", "Print proved bounds of each output of a rule file."),
+    "check": ("fuzzyctl.cli.check", "check", "Find the mistakes of rule files."),
+    "codegen": ("fuzzyctl.cli.codegen", "codegen", "Write a system as C99, Structured Text or Python."),
+    "compare": ("fuzzyctl.cli.compare", "compare", "Compare the numbers of two files, or of several tools."),
+    "convert": ("fuzzyctl.cli.convert", "convert", "Write a system in another format."),
+    "diff": ("fuzzyctl.cli.diff", "diff", "Show what was changed from one rule file to another."),
+    "doctor": ("fuzzyctl.cli.doctor", "doctor", "Say what is installed, and what is in use."),
+    "eval": ("fuzzyctl.cli.eval", "evaluate", "Evaluate a rule file at a point, or at all points of a CSV."),
+    "explain": ("fuzzyctl.cli.explain", "explain", "Explain a diagnostic code."),
+    "fmt": ("fuzzyctl.cli.fmt", "fmt", "Lay rule files out: spacing, indentation, columns of tables."),
+    "new": ("fuzzyctl.cli.new", "new", "Write an annotated rule file to begin with."),
+    "plot-surface": ("fuzzyctl.cli.plot", "plot_surface", "Draw an output over one or two inputs."),
+    "plot-terms": ("fuzzyctl.cli.plot", "plot_terms", "Draw the terms of all inputs and outputs."),
+    "prove": ("fuzzyctl.cli.prove", "prove", "Prove the guarantees of rule files: their 'require' lines."),
+    "show": ("fuzzyctl.cli.show", "show_system", "Print a summary of a rule file."),
+    "why": ("fuzzyctl.cli.why", "why", "Say why a system gives what it gives at a point."),
+}
 
 
 @click.group(
     cls=Program,
+    deferred=COMMANDS,
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog="""\
 \b
@@ -71,24 +79,3 @@ some rule always fires.
 @click.version_option(fuzzyctl.__version__, prog_name="fuzzyctl")
 def main() -> None:
     """Check, evaluate and draw fuzzy systems written in .fz rule files."""
-
-
-for command in (
-    new,
-    check,
-    explain,
-    show_system,
-    evaluate,
-    prove,
-    bounds,
-    plot_surface,
-    plot_terms,
-    fmt,
-    codegen,
-    compare,
-    convert,
-    diff,
-    doctor,
-    why,
-):
-    main.add_command(command)

@@ -7,6 +7,8 @@ import io
 import json
 import re
 import sys
+from collections.abc import Mapping
+from importlib import import_module
 from typing import Any, Final
 
 import click
@@ -22,7 +24,36 @@ _COLLECTED: Final = 100_000
 
 
 class Program(click.Group):
-    """A command line program whose text for people never fails for its encoding, and never controls the terminal."""
+    """A command line program whose text for people never fails for its encoding, and never controls the terminal.
+
+    Args:
+        deferred: By name of a command its module, its function there, and its line in the list of commands. The module
+            is imported when the command is asked for.
+        options: What `click.Group` takes.
+    """
+
+    def __init__(self, *args: Any, deferred: Mapping[str, tuple[str, str, str]] | None = None, **options: Any) -> None:
+        super().__init__(*args, **options)
+        self.deferred = deferred or {}
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return the names of all commands."""
+        return sorted({*super().list_commands(ctx), *self.deferred})
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Return a command, or None where there is none of that name."""
+        if cmd_name not in self.commands and cmd_name in self.deferred:
+            module, function, _ = self.deferred[cmd_name]
+            self.add_command(getattr(import_module(module), function), cmd_name)
+        return super().get_command(ctx, cmd_name)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the list of commands."""
+        if not self.deferred:
+            super().format_commands(ctx, formatter)
+            return
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, self.deferred[name][2]) for name in self.list_commands(ctx)])
 
     def main(self, *args: Any, **kwargs: Any) -> Any:
         """Run the command that the arguments name."""

@@ -11,6 +11,7 @@ import pytest
 
 from dwmr.cli.main import main as dwmr
 from fuzzyctl.cli.main import main as fuzzyctl
+from tests.commands import commands_of
 
 #: What cp1252 has, what it lacks, and what a terminal would act on: an escape sequence, C1 CSI, and an override.
 TITLE = "Größe σ → 中 \x1b[31m\x1b]0;owned\x07 \x9b2J \u202eabc"
@@ -74,8 +75,8 @@ DATA = [["fmt", "-"], ["eval", FILE, "--points", "-"], ["convert", FILE, "-", "-
 
 
 def test_every_command_is_here():
-    assert set(COMMANDS) == set(fuzzyctl.commands)
-    assert set(ROBOTS) == set(dwmr.commands)
+    assert set(COMMANDS) == set(commands_of(fuzzyctl))
+    assert set(ROBOTS) == set(commands_of(dwmr))
 
 
 @pytest.fixture

@@ -30,6 +30,7 @@ from fuzzyctl.resolve.claims import FORMS
 from fuzzyctl.resolve.defuzzifiers import RESOLUTIONS
 from fuzzyctl.resolve.rules import MAX_OUTPUTS, MAX_RULES
 from fuzzyctl.resolve.variables import MAX_TERMS
+from tests.commands import commands_of
 from tests.e2e.pages import DOCS, ROOT, without_code
 
 
@@ -65,8 +66,8 @@ class TestReference:
         assert isinstance(group, click.Group)
         sections = dict(re.findall(r"^## (.+?)\n(.*?)(?=^## |\Z)", _reference("commands.md"), flags=re.M | re.S))
         described = {title.strip("`") for title in sections if title.startswith(f"`{program} ")}
-        assert described == {f"{program} {name}" for name in group.commands}
-        for name, command in group.commands.items():
+        assert described == {f"{program} {name}" for name in commands_of(group)}
+        for name, command in commands_of(group).items():
             text = re.sub(r"^```.*?^```$", "", sections[f"`{program} {name}`"], flags=re.M | re.S)
             has = {o for p in command.params if isinstance(p, click.Option) for o in p.opts}
             rows = "\n".join(re.findall(r"^\| (`-.*?) \|", text, flags=re.MULTILINE))

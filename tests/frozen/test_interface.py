@@ -8,6 +8,7 @@ from click.testing import CliRunner
 
 import fuzzyctl
 from fuzzyctl.diagnostics.diagnostic import CODES
+from tests.commands import commands_of
 from tests.frozen.kept import check_kept
 
 COMMANDS = {"fuzzyctl": "fuzzyctl.cli.main", "dwmr": "dwmr.cli.main"}
@@ -40,7 +41,7 @@ def helps(main, command, path):
     """Yield the help of a command and of all its subcommands, as a terminal of 80 columns shows it."""
     shown = CliRunner(env={"COLUMNS": "80"}).invoke(main, [*path[1:], "--help"], prog_name=path[0])
     yield f"$ {' '.join(path)} --help\n{shown.output.rstrip()}\n\n"
-    for name, inner in sorted(getattr(command, "commands", {}).items()):
+    for name, inner in sorted(commands_of(command).items()):
         yield from helps(main, inner, [*path, name])
 
 

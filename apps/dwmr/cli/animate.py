@@ -31,7 +31,7 @@ def _number(context: click.Context, parameter: click.Parameter, value: float) ->
     return value
 
 
-@click.command(context_settings={"show_default": True}, short_help="Show a run as moving pictures, GIF or MP4.")
+@click.command(context_settings={"show_default": True})
 @click.argument("scenario")
 @running.output_option("path", "run.gif", "FILE", "Film to write: .gif, or .mp4 where ffmpeg is installed.")
 @running.controller_option

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from dwmr.scenario.model import Scenario
 
 
-@click.command(context_settings={"show_default": True}, short_help="Fit what the paper does not print to its Table 12.")
+@click.command(context_settings={"show_default": True})
 @click.argument("scenario")
 @click.option(
     "--parameters",

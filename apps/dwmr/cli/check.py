@@ -18,9 +18,7 @@ if TYPE_CHECKING:
     from fuzzyctl.diagnostics.diagnostic import Diagnostic
 
 
-@click.command(
-    context_settings={"show_default": True}, short_help="Find the mistakes of scenarios and their rule files."
-)
+@click.command(context_settings={"show_default": True})
 @click.argument("scenarios", nargs=-1, required=True, metavar="SCENARIO...")
 @running.rules_option
 @running.set_option

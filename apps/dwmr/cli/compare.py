@@ -22,9 +22,7 @@ if TYPE_CHECKING:
     from dwmr.sweep.spec_file import SpecFile
 
 
-@click.command(
-    context_settings={"show_default": True}, short_help="Put control laws side by side, with confidence intervals."
-)
+@click.command(context_settings={"show_default": True})
 @click.argument("scenarios", nargs=-1, required=True, metavar="SCENARIO...")
 @click.option(
     "--controller",

@@ -22,9 +22,7 @@ if TYPE_CHECKING:
 INDEX = "index.md"
 
 
-@click.command(
-    context_settings={"show_default": True}, short_help="Draw the counterparts of the paper's Figures 8 to 28."
-)
+@click.command(context_settings={"show_default": True})
 @click.argument("scenario")
 @running.output_option("folder", "dwmr-figures", "DIR", "Folder for the pictures and their index.md.")
 @click.option("--format", "suffix", type=click.Choice(["png", "pdf", "svg"]), default="png", help="Kind of pictures.")

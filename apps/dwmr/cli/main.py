@@ -5,21 +5,25 @@ from __future__ import annotations
 import os
 import sys
 from contextlib import suppress
-from typing import Any
+from typing import Any, Final
 
 import click
 
-from dwmr.cli.animate import animate
-from dwmr.cli.calibrate import calibrate
-from dwmr.cli.check import check
-from dwmr.cli.compare import compare
-from dwmr.cli.figures import figures
-from dwmr.cli.new import new
-from dwmr.cli.report import report
-from dwmr.cli.run import run
-from dwmr.cli.show import show
-from dwmr.cli.sweep import sweep
 from fuzzyctl.cli import streams
+
+#: By name of a command its module, its function there, and its line in the list of commands.
+COMMANDS: Final = {
+    "show": ("dwmr.cli.show", "show", "Print what a scenario says, or list the shipped ones."),
+    "new": ("dwmr.cli.new", "new", "Write a scenario to start from."),
+    "check": ("dwmr.cli.check", "check", "Find the mistakes of scenarios and their rule files."),
+    "run": ("dwmr.cli.run", "run", "Run a scenario and write the results to a folder."),
+    "figures": ("dwmr.cli.figures", "figures", "Draw the counterparts of the paper's Figures 8 to 28."),
+    "animate": ("dwmr.cli.animate", "animate", "Show a run as moving pictures, GIF or MP4."),
+    "report": ("dwmr.cli.report", "report", "Write one HTML page with tables and interactive plots."),
+    "calibrate": ("dwmr.cli.calibrate", "calibrate", "Fit what the paper does not print to its Table 12."),
+    "compare": ("dwmr.cli.compare", "compare", "Put control laws side by side, with confidence intervals."),
+    "sweep": ("dwmr.cli.sweep", "sweep", "Run a scenario many times with values that vary."),
+}
 
 
 class Program(streams.Program):
@@ -40,7 +44,7 @@ class Program(streams.Program):
             sys.exit(1)
 
 
-@click.group(cls=Program, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(cls=Program, deferred=COMMANDS, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(package_name="fuzzyctl")
 def main() -> None:
     """Simulate formations of mobile robots under sliding mode control.
@@ -61,7 +65,3 @@ def main() -> None:
     dwmr compare paper --runs 20         laws with confidence intervals
     dwmr sweep spec.toml                 many runs, on all processors
     """
-
-
-for command in (show, new, check, run, figures, animate, report, calibrate, compare, sweep):
-    main.add_command(command)

@@ -14,7 +14,7 @@ from fuzzyctl.cli.streams import say
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,99}")
 
 
-@click.command(context_settings={"show_default": True}, short_help="Write a scenario to start from.")
+@click.command(context_settings={"show_default": True})
 @click.argument("name")
 @click.option("--from", "base", default="paper", metavar="SCENARIO", help="Shipped scenario to start from.")
 @click.option(

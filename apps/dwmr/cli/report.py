@@ -12,9 +12,7 @@ from dwmr.cli.common import interrupts_wait, mistakes_as_diagnostics, terminated
 from fuzzyctl.cli.streams import say
 
 
-@click.command(
-    context_settings={"show_default": True}, short_help="Write one HTML page with tables and interactive plots."
-)
+@click.command(context_settings={"show_default": True})
 @click.argument("scenario")
 @running.output_option("path", "report.html", "FILE", "HTML page to write; one that exists is replaced.")
 @running.controller_option

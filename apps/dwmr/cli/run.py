@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from dwmr.simulation.simulate import Trajectory
 
 
-@click.command(context_settings={"show_default": True}, short_help="Run a scenario and write the results to a folder.")
+@click.command(context_settings={"show_default": True})
 @click.argument("scenario")
 @running.controller_option
 @running.rules_option

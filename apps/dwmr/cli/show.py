@@ -16,9 +16,7 @@ if TYPE_CHECKING:
     from dwmr.cli.running import Task
 
 
-@click.command(
-    context_settings={"show_default": True}, short_help="Print what a scenario says, or list the shipped ones."
-)
+@click.command(context_settings={"show_default": True})
 @click.argument("scenario", required=False)
 @running.rules_option
 @running.set_option

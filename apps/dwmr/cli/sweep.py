@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from dwmr.sweep.spec_file import SpecFile
 
 
-@click.command(context_settings={"show_default": True}, short_help="Run a scenario many times with values that vary.")
+@click.command(context_settings={"show_default": True})
 @click.argument("spec", type=click.Path(path_type=Path))
 @running.rules_option
 @running.set_option

@@ -6,9 +6,10 @@ import sys
 import numpy as np
 import pytest
 
-from dwmr.cli.main import main
+from dwmr.cli.main import COMMANDS, main
 from dwmr.scenario.file import find
 from fuzzyctl.support.shipped import rules_folder
+from tests.commands import commands_of
 from tests.dwmr.process import LONG, dwmr, here
 
 PAPER = find("paper")
@@ -30,9 +31,9 @@ class TestHelp:
 
     def test_no_line_of_the_list_of_commands_is_cut(self):
         lines = here("--help").stdout.partition("Commands:\n")[2].splitlines()
-        assert len(lines) == len(main.commands) == 10
+        assert len(lines) == len(commands_of(main)) == 10
         for line in lines:
-            assert line.endswith(f"  {main.commands[line.split()[0]].short_help}")
+            assert line.endswith(f"  {COMMANDS[line.split()[0]][2]}")
             assert line.endswith(".")
             assert not line.endswith("..")
 
@@ -294,7 +295,7 @@ class TestStartUp:
     )
     def test_loads_nothing_heavy_before_a_run(self, arguments, status):
         code = (
-            "import sys\nfrom dwmr.cli.main import main\n"
+            "import sys\nfrom dwmr.cli.main import COMMANDS, main\n"
             "try:\n    main(sys.argv[1:])\nexcept SystemExit as stop:\n    status = stop.code\n"
             "heavy = {'numba', 'matplotlib', 'scipy', 'distributed', 'pyarrow'} & set(sys.modules)\n"
             "print('HEAVY', sorted(heavy), status)\n"

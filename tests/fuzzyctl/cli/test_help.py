@@ -6,8 +6,9 @@ from click.testing import CliRunner
 
 from dwmr.cli.main import main as dwmr
 from fuzzyctl.cli.main import main
+from tests.commands import commands_of
 
-COMMANDS = [(program, name) for program in (main, dwmr) for name in ("", *program.commands)]
+COMMANDS = [(program, name) for program in (main, dwmr) for name in ("", *commands_of(program))]
 
 
 @pytest.mark.parametrize(("program", "name"), COMMANDS)
@@ -21,10 +22,10 @@ def test_no_summary_of_a_command_is_cut():
     summaries = (
         CliRunner().invoke(main, ["--help"], env={"COLUMNS": "80"}).output.split("Commands:")[1].split("\n\n")[0]
     )
-    assert len(summaries.strip().splitlines()) == len(main.commands)
+    assert len(summaries.strip().splitlines()) == len(commands_of(main))
     assert "..." not in summaries
 
 
 def test_one_option_names_the_file_to_write():
-    options = [o for c in main.commands.values() for o in c.params if isinstance(o, click.Option)]
+    options = [o for c in commands_of(main).values() for o in c.params if isinstance(o, click.Option)]
     assert {tuple(o.opts) for o in options if "-o" in o.opts or "--output" in o.opts} == {("-o", "--output")}
