@@ -19,7 +19,7 @@ from fuzzyctl.expr import names_in
 
 if TYPE_CHECKING:
     from dwmr.config.locations import Places
-    from dwmr.core.interfaces import FloatArray
+    from dwmr.core.arrays import FloatArray
     from dwmr.scenario.model import RuleFile
     from fuzzyctl.analysis.verdicts import Verdict
 

@@ -8,13 +8,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple, TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
-
+from dwmr.core.arrays import FloatArray
 from dwmr.core.jit import compiled_as, function_type
-from dwmr.reference.curves import Reference
+from dwmr.core.reference import Reference
 
-FloatArray = NDArray[np.float64]
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 

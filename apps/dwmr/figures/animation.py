@@ -12,7 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
-from dwmr.core.interfaces import FloatArray
+from dwmr.core.arrays import FloatArray
 from dwmr.figures.style import COLOURS, STYLE, TITLES
 from dwmr.results import derived
 from dwmr.scenario.model import Robot, Scenario

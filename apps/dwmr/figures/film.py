@@ -10,7 +10,7 @@ from pathlib import Path
 
 from PIL import Image, ImageColor
 
-from dwmr.core.interfaces import FloatArray
+from dwmr.core.arrays import FloatArray
 
 #: What a GIF can tell apart: a delay is a whole number of hundredths of a second, and viewers slow one of 1 down.
 FASTEST_GIF = 50.0

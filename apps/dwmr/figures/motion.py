@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import wrap_array
-from dwmr.core.interfaces import FloatArray
 from dwmr.figures import panels
 from dwmr.figures.style import COLOURS
 from dwmr.plant.bodies import obstacle_gaps

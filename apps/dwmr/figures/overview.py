@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from dwmr.core.interfaces import FloatArray
+from dwmr.core.arrays import FloatArray
 from dwmr.figures.style import COLOURS, DASHES, STYLE, TITLES
 from dwmr.plant.bodies import meetings
 from dwmr.plant.obstacles import constant_radius

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from dwmr.core.interfaces import FloatArray
+from dwmr.core.arrays import FloatArray
 from dwmr.figures.style import COLOURS, DASHES
 from dwmr.plant.obstacles import constant_radius
 from dwmr.results.decimation import kept, thin

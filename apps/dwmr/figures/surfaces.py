@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from matplotlib.figure import Figure
 
-from dwmr.core.interfaces import FloatArray
+from dwmr.core.arrays import FloatArray
 from dwmr.figures import panels
 from dwmr.results import derived, lyapunov
 from dwmr.results.decimation import thin

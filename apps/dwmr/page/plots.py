@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from dwmr.core.interfaces import FloatArray
+from dwmr.core.arrays import FloatArray
 from dwmr.plant.obstacles import constant_radius
 from dwmr.results import derived, lyapunov
 from dwmr.results.decimation import kept, thin

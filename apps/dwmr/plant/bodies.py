@@ -12,7 +12,7 @@ import numpy as np
 from dwmr.scenario.model import Robot, Scenario
 
 if TYPE_CHECKING:  # they bring the compiler along, which the check of a scenario does without
-    from dwmr.core.interfaces import FloatArray
+    from dwmr.core.arrays import FloatArray
     from dwmr.simulation.simulate import Trajectory
 
 

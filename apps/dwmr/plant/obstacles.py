@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import wrap
-from dwmr.core.interfaces import FloatArray
 from dwmr.core.jit import compiled
 
 

@@ -5,17 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from dwmr.core.interfaces import FloatArray, reference_path
+from dwmr.core.arrays import FloatArray
+from dwmr.core.interfaces import reference_path
 from dwmr.core.jit import compiled
-from dwmr.reference import curves as paths
-from dwmr.reference.curves import Reference
+from dwmr.core.reference import Reference
+from dwmr.reference import curves
 
-eight = reference_path(paths.eight)
-circle = reference_path(paths.circle)
-line = reference_path(paths.line)
-spline = reference_path(paths.spline)
+eight = reference_path(curves.eight)
+circle = reference_path(curves.circle)
+line = reference_path(curves.line)
+spline = reference_path(curves.spline)
 
-#: Compiled path by the name of its function in `paths`, see `shapes.Shape`.
+#: Compiled path by the name of its function in `curves`, see `prepared.Shape`.
 PATHS: dict[str, Callable[[float, FloatArray], Reference]] = {
     "eight": eight,
     "circle": circle,
@@ -30,7 +31,7 @@ def eight_turn_rate(t: float, shape: FloatArray) -> float:
 
     Args:
         t: Time [s].
-        shape: Constants of the eight, see `paths.eight`.
+        shape: Constants of the eight, see `curves.eight`.
 
     Source:
         Goto, Bertol, Martins, Eq. (76), third row, with the numerator's second derivatives restored.

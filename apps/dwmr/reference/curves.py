@@ -3,25 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
 
-if TYPE_CHECKING:
-    from dwmr.core.interfaces import FloatArray
-
-
-class Reference(NamedTuple):
-    """Posture and linear velocity of what a robot follows.
-
-    Attributes:
-        x, y: Position [m].
-        theta: Orientation [rad].
-        v: Linear velocity [m/s].
-    """
-
-    x: float
-    y: float
-    theta: float
-    v: float
+from dwmr.core.arrays import FloatArray
+from dwmr.core.reference import Reference
 
 
 def eight(t: float, shape: FloatArray) -> Reference:

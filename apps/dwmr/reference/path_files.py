@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dwmr.config.quantities import FARTHEST
-from dwmr.reference.splines import FloatArray
+from dwmr.core.arrays import FloatArray
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import did_you_mean

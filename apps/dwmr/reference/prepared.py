@@ -10,11 +10,11 @@ from typing import NamedTuple
 import numpy as np
 
 from dwmr.config.locations import Places
-from dwmr.reference import curves as paths
-from dwmr.reference import splines
+from dwmr.core.arrays import FloatArray
+from dwmr.core.reference import Reference
+from dwmr.reference import curves, splines
 from dwmr.reference.path_files import PathRows
 from dwmr.reference.settings import Circle, CsvPath, Eight, Line, Waypoints
-from dwmr.reference.splines import FloatArray
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
 #: Below this a reference counts as standing still: its direction is then undefined [m/s].
@@ -33,7 +33,7 @@ class Shape(NamedTuple):
     """A reference trajectory as the loop wants it.
 
     Attributes:
-        path: Name of a function of `paths`.
+        path: Name of a function of `curves`.
         constants: What it reads, shape (c,).
         end: Time from which an open path goes on straight; infinite where it never ends [s].
         period: Time after which it repeats, 0 where it does not [s].
@@ -44,9 +44,9 @@ class Shape(NamedTuple):
     end: float = math.inf
     period: float = 0.0
 
-    def at(self, t: float) -> paths.Reference:
+    def at(self, t: float) -> Reference:
         """Return posture and velocity at a time [s]."""
-        function: Callable[[float, FloatArray], paths.Reference] = getattr(paths, self.path)
+        function: Callable[[float, FloatArray], Reference] = getattr(curves, self.path)
         with np.errstate(all="ignore"):  # as compiled: what overflows is infinite, and the run stops there
             return function(t, self.constants)
 
@@ -144,7 +144,7 @@ def _csv(settings: CsvPath, rows: PathRows, places: Places) -> Shape:
 
 
 def _spline(t: FloatArray, coefficients: FloatArray, closed: bool) -> Shape:
-    """Lay the pieces out as `paths.spline` reads them."""
+    """Lay the pieces out as `curves.spline` reads them."""
     period = float(t[-1] - t[0]) if closed else 0.0
     constants = np.concatenate([[len(t) - 1, period], t, coefficients.reshape(-1)])
     return Shape("spline", constants, end=math.inf if closed else float(t[-1]), period=period)

@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from dwmr.core.arrays import FloatArray
 
 #: Points of the Gauss-Legendre rule for the length of one piece; 1e-9 of it where pieces turn by less than 90°.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)

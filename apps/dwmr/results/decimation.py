@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from dwmr.core.interfaces import FloatArray
+from dwmr.core.arrays import FloatArray
 
 
 def kept(signal: FloatArray, buckets: int) -> np.ndarray:

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from dwmr.control.formation import separation_and_bearing
+from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import wrap_array
-from dwmr.core.interfaces import FloatArray
 from dwmr.plant.obstacles import Avoidance, avoidance_radius
 from dwmr.results import lyapunov
 from dwmr.results.metrics import distances

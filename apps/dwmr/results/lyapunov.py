@@ -22,8 +22,9 @@ from typing import Any
 import numpy as np
 
 from dwmr.control import laws as controllers
+from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import wrap_array
-from dwmr.core.interfaces import FloatArray, Signal
+from dwmr.core.interfaces import Signal
 from dwmr.scenario.model import Scenario
 from dwmr.simulation.simulate import Trajectory
 

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from dwmr.control import laws as controllers
+from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import wrap_array
-from dwmr.core.interfaces import FloatArray
 from dwmr.plant import bodies
 from dwmr.results import lyapunov
 from dwmr.scenario.model import Scenario

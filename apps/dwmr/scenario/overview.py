@@ -11,8 +11,8 @@ import numpy as np
 from dwmr.control import laws as controllers
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.control.roles import ROLES
+from dwmr.core.arrays import FloatArray
 from dwmr.reference.prepared import Shape
-from dwmr.reference.splines import FloatArray
 from dwmr.scenario.file import ScenarioFile
 from dwmr.scenario.model import Robot, Scenario
 

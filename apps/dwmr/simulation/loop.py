@@ -6,8 +6,9 @@ import math
 from typing import Any, NamedTuple
 
 from dwmr.control.formation import follower_error, follower_position, trajectory_error
+from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import clamp
-from dwmr.core.interfaces import FloatArray, Signal, TrackingError
+from dwmr.core.interfaces import Signal, TrackingError
 from dwmr.core.jit import compiled
 from dwmr.plant.disturbances import Disturbance, Load, disturbance
 from dwmr.plant.obstacles import Avoidance, avoid
@@ -138,8 +139,8 @@ def run_periods(
 
     Args:
         first, last: Numbers of control periods; time is number · dt.
-        path: Reference trajectory, see `contracts.reference_path`.
-        step: Control law, see `contracts.control_law`.
+        path: Reference trajectory, see `interfaces.reference_path`.
+        step: Control law, see `interfaces.control_law`.
         kernels: Gain kernels of the law, one tuple per robot.
         world: Constants.
         memory: Read and written.

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from dwmr.reference.splines import FloatArray
+from dwmr.core.arrays import FloatArray
 from dwmr.scenario.model import Scenario
 
 #: What is measured, in the order of the fields of `robot.State`.

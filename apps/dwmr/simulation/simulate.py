@@ -15,7 +15,8 @@ from dwmr.config.locations import Places
 from dwmr.control import laws as controllers
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.control.laws.settings import LawSettings
-from dwmr.core.interfaces import FloatArray, Law, Signal
+from dwmr.core.arrays import FloatArray
+from dwmr.core.interfaces import Law, Signal
 from dwmr.core.jit import COMPILED, collected_errors, first_class, first_class_functions
 from dwmr.plant.disturbances import DISTURBANCE, Load
 from dwmr.plant.obstacles import Avoidance

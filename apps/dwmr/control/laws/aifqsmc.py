@@ -10,7 +10,8 @@ import numpy as np
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.control.laws.settings import AifqsmcSettings as Settings
 from dwmr.control.sliding import equivalent_control, gain_rate, saturation, sliding_variables
-from dwmr.core.interfaces import FloatArray, Law, Signal, TrackingError, control_law
+from dwmr.core.arrays import FloatArray
+from dwmr.core.interfaces import Law, Signal, TrackingError, control_law
 from dwmr.core.jit import compiled
 
 #: Name, units in the two channels and meaning of what is recorded. σ*_ω mixes λ2 y_e and λ3 θ*_e; with λ2 in rad/m it

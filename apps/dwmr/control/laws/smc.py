@@ -7,8 +7,9 @@ import numpy as np
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.control.laws.settings import SmcSettings as Settings
 from dwmr.control.sliding import equivalent_control, sliding_variables
+from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import sign
-from dwmr.core.interfaces import FloatArray, Law, Signal, TrackingError, control_law
+from dwmr.core.interfaces import Law, Signal, TrackingError, control_law
 
 SIGNALS = (
     Signal("sigma_v", "m", "sliding variable σ*, v channel"),

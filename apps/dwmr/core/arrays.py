@@ -1,0 +1,6 @@
+"""Type of the arrays of numbers in all signatures."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
