@@ -337,7 +337,8 @@ class TestInterruption:
     @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
     def test_keeps_what_is_done_even_without_the_compiler(self, tmp_path, number):
         code = (
-            "import os, sys; sys.modules['numba'] = None\nfrom dwmr import simulate\nfrom dwmr.cli.main import main\n"
+            "import os, sys; sys.modules['numba'] = None\n"
+            "from dwmr.cli.main import main\nfrom dwmr.simulation import simulate\n"
             "plain = simulate.run_periods\n"
             "def run_periods(first, last, *rest):\n"
             "    if first > 4:\n"

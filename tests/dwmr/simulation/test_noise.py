@@ -81,8 +81,8 @@ class TestRun:
     def test_is_the_same_in_plain_python(self):
         code = (
             "import sys; sys.modules['numba'] = None\n"
-            "from dwmr import simulate\nfrom dwmr.control.fuzzy_gains import Rules\n"
-            "from dwmr.scenario.file import find, read\n"
+            "from dwmr.control.fuzzy_gains import Rules\nfrom dwmr.scenario.file import find, read\n"
+            "from dwmr.simulation import simulate\n"
             "file = read(find('paper'), ['run.horizon=0.25', *sys.argv[1:]])\n"
             "rules = Rules(file.scenario.rules, (), file.places)\n"
             "print(repr(simulate.run(simulate.prepare(file, 'aifqsmc', rules)).values.tolist()))\n"

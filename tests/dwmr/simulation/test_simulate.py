@@ -135,8 +135,8 @@ class TestRun:
 
         code = (
             "import sys; sys.modules['numba'] = None\n"
-            "from dwmr import simulate\nfrom dwmr.control.fuzzy_gains import Rules\n"
-            "from dwmr.scenario.file import find, read\n"
+            "from dwmr.control.fuzzy_gains import Rules\nfrom dwmr.scenario.file import find, read\n"
+            "from dwmr.simulation import simulate\n"
             "file = read(find('paper'), ['run.horizon=0.25'])\n"
             "rules = Rules(file.scenario.rules, (), file.places)\n"
             "for law in ('aifqsmc', 'fcafsmc', 'smc'):\n"
