@@ -19,8 +19,8 @@ from fuzzyctl.expr import names_in
 
 if TYPE_CHECKING:
     from dwmr.config.locations import Places
+    from dwmr.control.rule_file_settings import RuleFile
     from dwmr.core.arrays import FloatArray
-    from dwmr.scenario.model import RuleFile
     from fuzzyctl.analysis.verdicts import Verdict
 
 #: Identity of a fuzzy system: its file and the values of its params.

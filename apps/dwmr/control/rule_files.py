@@ -15,7 +15,7 @@ from fuzzyctl.support.shipped import rules_folder
 
 if TYPE_CHECKING:
     from dwmr.config.locations import Places
-    from dwmr.scenario.model import RuleFile
+    from dwmr.control.rule_file_settings import RuleFile
 
 
 class Used(NamedTuple):

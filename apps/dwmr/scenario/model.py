@@ -8,6 +8,7 @@ from pydantic import AfterValidator, ConfigDict, Field, Strict, model_validator
 
 from dwmr.config.quantities import FARTHEST, Section, place, quantity
 from dwmr.control.laws.settings import AifqsmcSettings, FcafsmcSettings, SmcSettings
+from dwmr.control.rule_file_settings import RuleFile
 from dwmr.reference.settings import ReferenceSettings
 
 #: Elements that a list of a scenario may have.
@@ -195,20 +196,6 @@ class LoadSettings(Window):
 
     mass_factor: float = quantity("loaded over nominal mass", "-", gt=0)
     inertia_factor: float = quantity("loaded over nominal inertia", "-", gt=0)
-
-
-class RuleFile(Section):
-    """A rule file and values for its params."""
-
-    model_config = ConfigDict(frozen=True, extra="allow", allow_inf_nan=False, strict=True)
-    __pydantic_extra__: dict[str, float] = Field(init=False)
-
-    file: str = Field(description="name of the rule file", min_length=1)
-
-    @property
-    def params(self) -> dict[str, float]:
-        """Values for params of the file, by name."""
-        return {name: float(value) for name, value in (self.__pydantic_extra__ or {}).items()}
 
 
 class Scenario(Section):
