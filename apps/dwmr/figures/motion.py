@@ -12,9 +12,9 @@ from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import wrap_array
 from dwmr.figures import panels
 from dwmr.figures.style import COLOURS
-from dwmr.plant.bodies import obstacle_gaps
 from dwmr.plant.obstacles import constant_radius
 from dwmr.results import derived
+from dwmr.results.contacts import obstacle_gaps
 from dwmr.results.decimation import thin
 from dwmr.results.metrics import distances
 from dwmr.scenario.model import Scenario

@@ -13,8 +13,8 @@ from matplotlib.patches import Circle
 
 from dwmr.core.arrays import FloatArray
 from dwmr.figures.style import COLOURS, DASHES, STYLE, TITLES
-from dwmr.plant.bodies import meetings
 from dwmr.plant.obstacles import constant_radius
+from dwmr.results.contacts import meetings
 from dwmr.results.metrics import errors, printed_frame
 from dwmr.scenario.model import Scenario
 from dwmr.simulation.simulate import Trajectory

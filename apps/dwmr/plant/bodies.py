@@ -1,19 +1,14 @@
-"""Bodies of robots in the plane: how far they are from obstacles and from one another."""
+"""Outlines of robot bodies in the plane and the distances between them."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from itertools import combinations
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from dwmr.scenario.model import Robot, Scenario
-
-if TYPE_CHECKING:  # they bring the compiler along, which the check of a scenario does without
-    from dwmr.core.arrays import FloatArray
-    from dwmr.simulation.simulate import Trajectory
+from dwmr.core.arrays import FloatArray
 
 
 class Outline(NamedTuple):
@@ -36,42 +31,15 @@ class Outline(NamedTuple):
         return math.hypot(self.half_length, self.half_width) + self.margin
 
 
-class Contact(NamedTuple):
-    """Contact of two bodies, whose gap closed.
+def outline_pose(body: Outline, x: FloatArray, y: FloatArray, theta: FloatArray) -> FloatArray:
+    """Return the middle of an outline and its orientation, shape (3, samples) [m, m, rad].
 
-    Attributes:
-        t: First time [s].
-        lasted: Time in contact, all contacts together [s].
-        depth: Largest depth of overlap [m].
+    Args:
+        body: The outline.
+        x, y: Reference point of the robot, shape (samples,) [m].
+        theta: Orientation of the robot, shape (samples,) [rad].
     """
-
-    t: float
-    lasted: float
-    depth: float
-
-
-def outline(robot: Robot) -> Outline:
-    """Return the outline of a robot: its body, or the disc of radius R_R about the middle of its axle."""
-    body = robot.body
-    if body is None:
-        return Outline(-robot.d, 0.0, 0.0, robot.radius)
-    return Outline(0.5 * (body.front - body.rear) - robot.d, 0.5 * (body.front + body.rear), 0.5 * body.width, 0.0)
-
-
-def poses(trajectory: Trajectory, scenario: Scenario, robot: str) -> FloatArray:
-    """Return the middle of a robot's outline and its orientation, shape (3, samples) [m, m, rad]."""
-    i = trajectory.robots.index(robot)
-    return _pose(scenario.robots[robot], *(trajectory[name][:, i] for name in ("x", "y", "theta")))
-
-
-def start(robot: Robot) -> FloatArray:
-    """Return the middle of a robot's outline and its orientation where it starts, shape (3, 1) [m, m, rad]."""
-    return _pose(robot, *(np.array([value]) for value in (robot.x_0, robot.y_0, robot.theta_0)))
-
-
-def _pose(robot: Robot, x: FloatArray, y: FloatArray, theta: FloatArray) -> FloatArray:
-    ahead = outline(robot).middle
-    return np.stack([x + ahead * np.cos(theta), y + ahead * np.sin(theta), theta])
+    return np.stack([x + body.middle * np.cos(theta), y + body.middle * np.sin(theta), theta])
 
 
 def gap_to_point(pose: FloatArray, one: Outline, x: FloatArray | float, y: FloatArray | float) -> FloatArray:
@@ -131,54 +99,3 @@ def _separation(pose: FloatArray, one: Outline, theirs: FloatArray, other: Outli
     across = np.abs(c * dy - s * dx) - one.half_width - turn_s * other.half_length - turn_c * other.half_width
     larger: FloatArray = np.maximum(along, across)
     return larger
-
-
-def obstacle_gaps(trajectory: Trajectory, scenario: Scenario, robot: str) -> FloatArray:
-    """Return the gap between a robot's body and every obstacle, negative in overlap, shape (samples, obstacles) [m]."""
-    pose, body = poses(trajectory, scenario, robot), outline(scenario.robots[robot])
-    gaps = [gap_to_point(pose, body, o.x, o.y) - o.radius for o in scenario.obstacles]
-    return np.stack(gaps, axis=1) if gaps else np.zeros((len(trajectory.t), 0))
-
-
-def robot_gaps(trajectory: Trajectory, scenario: Scenario) -> Iterator[tuple[str, str, Any, FloatArray]]:
-    """Yield for every pair of robots their names, samples, and the gaps between their bodies at these [m].
-
-    The samples include the least gap and all contacts; at the others the circles about the bodies are farther apart.
-    """
-    found = {name: (poses(trajectory, scenario, name), outline(scenario.robots[name])) for name in trajectory.robots}
-    for first, second in combinations(trajectory.robots, 2):
-        (pose_a, a), (pose_b, b) = found[first], found[second]
-        between = np.sqrt((pose_a[0] - pose_b[0]) ** 2 + (pose_a[1] - pose_b[1]) ** 2)
-        nearest = int(np.argmin(between))
-        least = gap_between(pose_a[:, [nearest]], a, pose_b[:, [nearest]], b)[0]
-        close = between <= a.reach + b.reach + max(float(least), 0.0)
-        close[nearest] = True
-        near = np.flatnonzero(close)
-        yield first, second, near, gap_between(pose_a[:, near], a, pose_b[:, near], b)
-
-
-def meetings(trajectory: Trajectory, scenario: Scenario) -> FloatArray:
-    """Return the middles of bodies where they first touch another body or an obstacle, shape (contacts, 2) [m]."""
-    places = []
-    for first, _, near, gaps in robot_gaps(trajectory, scenario):
-        if (gaps <= 0.0).any():
-            places.append(poses(trajectory, scenario, first)[:2, near[int(np.argmax(gaps <= 0.0))]])
-    for robot in trajectory.robots:
-        touched = obstacle_gaps(trajectory, scenario, robot) <= 0.0
-        samples = np.argmax(touched, axis=0)[touched.any(axis=0)]
-        places += list(poses(trajectory, scenario, robot)[:2, samples].T)
-    return np.array(places).reshape(-1, 2)
-
-
-def contact(t: FloatArray, dt: float, gaps: FloatArray) -> Contact | None:
-    """Return the contact of two bodies, or None where their gap stays open.
-
-    Args:
-        t: Times, shape (samples,) [s].
-        dt: Time that a sample stands for [s].
-        gaps: Gaps at these times, shape (samples,) [m].
-    """
-    closed = gaps <= 0.0
-    if not closed.any():
-        return None
-    return Contact(float(t[closed][0]), float(np.count_nonzero(closed) * dt), float(-gaps.min()))

@@ -12,8 +12,7 @@ import numpy as np
 from dwmr.control import laws as controllers
 from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import wrap_array
-from dwmr.plant import bodies
-from dwmr.results import lyapunov
+from dwmr.results import contacts, lyapunov
 from dwmr.scenario.model import Scenario
 from dwmr.simulation.simulate import Trajectory
 
@@ -140,13 +139,13 @@ def finite_part(trajectory: Trajectory) -> Trajectory:
 def _measures(run: Trajectory, scenario: Scenario) -> dict[str, Callable[[], Any]]:
     """Return how to compute each measure."""
     names = run.robots
-    pairs = cache(lambda: list(bodies.robot_gaps(run, scenario)))
+    pairs = cache(lambda: list(contacts.robot_gaps(run, scenario)))
     return {
         "rmse": lambda: {n: _rmse(run, n, printed_frame(scenario, n)) for n in names},
         "rmse_body": lambda: {n: _rmse(run, n, "body") for n in names},
         "rmse_inertial": lambda: {n: _rmse(run, n, "inertial") for n in names},
         "centre_distance": lambda: {n: _least([distances(run, scenario, n)]) for n in names},
-        "obstacle_gap": lambda: {n: _least([bodies.obstacle_gaps(run, scenario, n)]) for n in names},
+        "obstacle_gap": lambda: {n: _least([contacts.obstacle_gaps(run, scenario, n)]) for n in names},
         "robot_gap": lambda: {n: _least([gaps for a, b, _, gaps in pairs() if n in (a, b)]) for n in names},
         "obstacles_hit": lambda: [hit for n in names for hit in _obstacles_hit(run, scenario, n)],
         "robots_hit": lambda: _robots_hit(run, scenario, pairs()),
@@ -188,14 +187,14 @@ def _least(gaps: list[FloatArray]) -> float | None:
 
 def _obstacles_hit(trajectory: Trajectory, scenario: Scenario, robot: str) -> list[dict[str, Any]]:
     """Return the obstacles that a robot's body touches."""
-    gaps, dt = bodies.obstacle_gaps(trajectory, scenario, robot), scenario.run.dt
-    found = [bodies.contact(trajectory.t, dt, gaps[:, a]) for a in range(gaps.shape[1])]
+    gaps, dt = contacts.obstacle_gaps(trajectory, scenario, robot), scenario.run.dt
+    found = [contacts.contact(trajectory.t, dt, gaps[:, a]) for a in range(gaps.shape[1])]
     return [{"robot": robot, "obstacle": a, **one._asdict()} for a, one in enumerate(found) if one is not None]
 
 
 def _robots_hit(trajectory: Trajectory, scenario: Scenario, pairs: Pairs) -> list[dict[str, Any]]:
     """Return the pairs of robots whose bodies touch."""
-    found = [((a, b), bodies.contact(trajectory.t[near], scenario.run.dt, gaps)) for a, b, near, gaps in pairs]
+    found = [((a, b), contacts.contact(trajectory.t[near], scenario.run.dt, gaps)) for a, b, near, gaps in pairs]
     return [{"robots": list(names), **one._asdict()} for names, one in found if one is not None]
 
 
