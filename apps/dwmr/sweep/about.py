@@ -12,8 +12,8 @@ from dwmr.output.summary import texts, versions
 from dwmr.sweep.plan import Plan
 from dwmr.sweep.spec_file import SpecFile
 
-#: Parts of the package that no result depends on.
-_OUTSIDE = ("cli", "figures", "page", "data")
+#: Packages that no result depends on.
+OUTSIDE = ("cli/", "figures/", "page/", "output/data/")
 
 
 def describe(file: SpecFile, plan: Plan, overrides: Sequence[str]) -> dict[str, Any]:
@@ -44,7 +44,7 @@ def software() -> dict[str, str | None]:
 def _sources() -> str:
     digest, package = hashlib.sha256(), Path(__file__).parents[1]
     for source in sorted(package.rglob("*.py")):
-        if source.relative_to(package).parts[0] not in _OUTSIDE:
+        if not source.relative_to(package).as_posix().startswith(OUTSIDE):
             digest.update(source.read_bytes())
     return digest.hexdigest()
 

@@ -3,6 +3,7 @@ import json
 import os
 import signal
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -408,6 +409,10 @@ class TestAbout:
         assert len(whole["versions"]["sources"]) == 64
         assert 'name = "paper"' in whole["scenario"]["text"][0]["text"]
         assert json.loads(json.dumps(whole)) == whole
+
+    def test_checksum_of_sources_leaves_out_packages_that_exist(self):
+        package = Path(about.__file__).parents[1]
+        assert [one for one in about.OUTSIDE if not (package / one / "__init__.py").exists()] == []
 
 
 def test_a_sweep_that_is_terminated_while_it_checks_says_so(dwmr, tmp_path, monkeypatch):
