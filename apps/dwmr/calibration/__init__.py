@@ -1,1 +1,1 @@
-"""Calibration: fit what the paper does not print to its Table 12."""
+"""Calibration: fit of unpublished values to the paper's Table 12."""

@@ -1,4 +1,4 @@
-"""How far a scenario's runs are from Table 12: a number, and the ratios behind it."""
+"""Cost of a calibration: distance of a scenario's runs from Table 12, with the ratios behind it."""
 
 from __future__ import annotations
 

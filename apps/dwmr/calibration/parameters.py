@@ -1,4 +1,4 @@
-"""What may be fitted: values of a scenario that the paper does not print, each within bounds that make sense."""
+"""Parameters of a calibration: values of a scenario that the paper does not print, each with plausible bounds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The search for values: differential evolution, then a choice among the best by what their neighbours cost."""
+"""Search for values: differential evolution, then a choice among the best by the cost of their neighbours."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a calibration shows: the values, and the ratios to Table 12 before and after."""
+"""Tables of a calibration: the values, and the ratios to Table 12 before and after."""
 
 from __future__ import annotations
 

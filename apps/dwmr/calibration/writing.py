@@ -1,4 +1,4 @@
-"""What a calibration leaves: a scenario that extends the calibrated one, with the fitted values."""
+"""Scenario file of a calibration: it extends the calibrated scenario with the fitted values."""
 
 from __future__ import annotations
 

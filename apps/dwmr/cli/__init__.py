@@ -1,1 +1,1 @@
-"""The command line: one file a command; heavy libraries are imported inside the commands that need them."""
+"""Command line: one file for each command; heavy libraries are imported inside the commands that need them."""

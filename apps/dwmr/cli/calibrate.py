@@ -1,4 +1,4 @@
-"""`dwmr calibrate SCENARIO`: fit what the paper does not print to its Table 12."""
+"""`dwmr calibrate SCENARIO`: fit of unpublished values to the paper's Table 12."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What commands share: reading scenarios, diagnostics, progress, interruptions."""
+"""Helpers of all commands: reading scenarios, diagnostics, progress, interruptions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`dwmr compare SCENARIO...`: control laws against each other, with confidence intervals over repetitions."""
+"""`dwmr compare SCENARIO...`: comparison of control laws, with confidence intervals over repetitions."""
 
 from __future__ import annotations
 

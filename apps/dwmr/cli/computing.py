@@ -1,4 +1,4 @@
-"""What commands that compute many runs share: --jobs and --dask, and who computes."""
+"""Options of commands that compute many runs, --jobs and --dask, and the choice of workers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The option --data: lists of file formats, and what one of them needs that may be absent."""
+"""Option --data: lists of file formats, and a check that their optional packages are installed."""
 
 from __future__ import annotations
 

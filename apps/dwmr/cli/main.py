@@ -1,4 +1,4 @@
-"""Registers the commands."""
+"""Entry point of the command line: registers the commands."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`dwmr new NAME`: a scenario of one's own to start from."""
+"""`dwmr new NAME`: a new scenario, based on a shipped one."""
 
 from __future__ import annotations
 

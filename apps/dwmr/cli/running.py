@@ -1,4 +1,4 @@
-"""What all commands that run a scenario share: their options, and the way from a name to trajectories."""
+"""Options of all commands that run a scenario, and the steps from its name to trajectories."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`dwmr show SCENARIO`: what a scenario says, on one page."""
+"""`dwmr show SCENARIO`: summary of a scenario on one page."""
 
 from __future__ import annotations
 

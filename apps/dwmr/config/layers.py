@@ -1,4 +1,4 @@
-"""The files a scenario is made of: its own and those it extends, read and laid over one another."""
+"""Scenario files and the files they extend, read and merged into one table."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the keys of a scenario stand: a line of its file, or an argument of the command line."""
+"""Locations of the keys of a scenario: a line of its file, or an argument of the command line."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Values of a scenario given on the command line as `key=value` with dotted keys."""
+"""Overrides of scenario values on the command line: `key=value` with dotted keys."""
 
 from __future__ import annotations
 

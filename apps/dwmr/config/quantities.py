@@ -1,4 +1,4 @@
-"""Base of everything read from a scenario file: frozen, strict, and every number with its unit."""
+"""Base class of the sections of a scenario, frozen and strict, and declaration of numbers with units and bounds."""
 
 from __future__ import annotations
 

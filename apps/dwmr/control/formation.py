@@ -1,4 +1,4 @@
-"""Separation-bearing formation: where a follower should be, and how far it is from there."""
+"""Separation-bearing formation: reference posture and tracking error of a follower."""
 
 from __future__ import annotations
 

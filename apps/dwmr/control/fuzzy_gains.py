@@ -1,4 +1,4 @@
-"""Rule files as gain kernels: load, check that a file fits its role, prove what the law relies on, compile.
+"""Rule files as gain kernels: load, check the role of a file, prove the properties that the law requires, compile.
 
 The only control module that imports fuzzyctl's engine. Everything but compiling works without the compiler, so that a
 broken rule file is answered at once.

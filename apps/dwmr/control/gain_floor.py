@@ -1,4 +1,4 @@
-"""The floor of the switching gain, G_AIS = k̄_h − k_s sup f >= G_min > 0: what it asks of the gains of a channel."""
+"""Lower bound of the switching gain, G_AIS = k̄_h − k_s sup f >= G_min > 0, as a condition on a channel's gains."""
 
 from __future__ import annotations
 

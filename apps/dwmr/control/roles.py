@@ -1,4 +1,4 @@
-"""What a rule file must offer to serve in a control law."""
+"""Roles of rule files in control laws: the inputs and the output that each role requires."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the rule files of a scenario are, and what they hold."""
+"""Rule files of a scenario: search, checksums and params."""
 
 from __future__ import annotations
 

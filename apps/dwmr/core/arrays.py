@@ -1,4 +1,4 @@
-"""Type of the arrays of numbers in all signatures."""
+"""Type of the arrays of numbers in signatures."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,4 +1,4 @@
-"""The two contracts of the loop: what a reference trajectory and a control law take and give.
+"""Interfaces of the loop: arguments and results of reference trajectories and control laws.
 
 Whatever keeps them can be added in a file of its own; the loop and its compiled code stay as they are.
 """

@@ -1,4 +1,4 @@
-"""Compile what runs inside the loop with numba; where numba is missing, the same source runs as plain Python.
+"""Compilation of the loop's functions with numba; where numba is missing, the same source runs as plain Python.
 
 The only module of dwmr that knows numba. Compiled code is cached on disk between processes, in a folder named after the
 sources of this package: numba looks only at the file of a function, so a change in robot.py would leave the loop

@@ -1,4 +1,4 @@
-"""Starting worker processes."""
+"""Start of worker processes."""
 
 from __future__ import annotations
 

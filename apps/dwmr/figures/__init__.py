@@ -1,4 +1,4 @@
-"""Pictures: a run at a glance, the counterparts of the paper's figures."""
+"""Figures of runs: overviews, and the counterparts of the paper's figures."""
 
 from dwmr.figures.overview import draw_errors, draw_path
 from dwmr.figures.style import CANNOT_DRAW, large_numbers

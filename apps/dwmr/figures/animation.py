@@ -1,4 +1,4 @@
-"""A run as moving pictures: bodies with their headings, trails, references, obstacles and their variable radii."""
+"""Animation of a run: bodies with their headings, trails, references, obstacles and their variable radii."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pictures into a file: GIF through Pillow, MP4 through the program ffmpeg."""
+"""Encoding of animation frames: GIF with Pillow, MP4 with the program ffmpeg."""
 
 from __future__ import annotations
 

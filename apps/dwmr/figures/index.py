@@ -1,4 +1,4 @@
-"""The page that says what every picture of a folder shows, and why others are missing."""
+"""Index page of a folder of figures: a caption for each, and the reason for each missing one."""
 
 from __future__ import annotations
 

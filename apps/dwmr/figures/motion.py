@@ -1,4 +1,4 @@
-"""Pictures of what the robots do: paths, velocities, formation, avoidance."""
+"""Figures of the robots' motion: paths, velocities, formation, avoidance."""
 
 from __future__ import annotations
 

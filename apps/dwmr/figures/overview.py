@@ -1,4 +1,4 @@
-"""Pictures of a run: where the robots went, and how far they were from where they should have been."""
+"""Overview figures of a run: paths and tracking errors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Panels that several pictures share: signals over time, paths around obstacles."""
+"""Panels shared by several figures: signals over time, paths around obstacles."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The catalogue of the paper's Figs. 8 to 28: which law, what they show, how their counterparts are drawn."""
+"""Catalogue of the paper's Figs. 8 to 28: control law, content and drawing function of each counterpart."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What all pictures share: colours that survive colour-blindness and print, sizes, names of the control laws."""
+"""Style of all figures: colours for colour-blind readers and for print, sizes, names of the control laws."""
 
 from __future__ import annotations
 

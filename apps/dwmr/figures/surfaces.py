@@ -1,4 +1,4 @@
-"""Pictures of what the control laws compute: sliding surfaces, boundary layers, gains."""
+"""Figures of the signals of control laws: sliding surfaces, boundary layers, gains."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The folder of results: checked before the run; files come into it together, when all of them are whole."""
+"""Folder of results: checked before the run, and filled at once when all files are complete."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a run leaves behind in numbers: summary.json and its signals."""
+"""Numerical output of a run: summary.json and the files of its signals."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a run says on the terminal: the tables beside the paper's and the warnings."""
+"""Report of a run on the terminal: tables with the paper's values for comparison, and warnings."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a summary says about its origin: scenario, rule files, versions."""
+"""Provenance in a summary: scenario, rule files, versions."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""One self-contained HTML page about runs: tables, settings and interactive plots, which needs no network."""
+"""Self-contained HTML page about runs: tables, settings and interactive plots, without network access."""

@@ -1,4 +1,4 @@
-"""The page: headings, tables, settings and plots in one file that loads nothing."""
+"""HTML document of the report: headings, tables, settings and plots in one self-contained file."""
 
 from __future__ import annotations
 

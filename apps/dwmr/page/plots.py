@@ -1,4 +1,4 @@
-"""Interactive plots of runs; the only module that knows plotly."""
+"""Interactive plots of runs; the only module that imports plotly."""
 
 from __future__ import annotations
 

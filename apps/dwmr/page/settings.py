@@ -1,4 +1,4 @@
-"""The settings of a scenario as rows: key, value, unit, meaning."""
+"""Rows of the settings table: key, value, unit, meaning."""
 
 from __future__ import annotations
 

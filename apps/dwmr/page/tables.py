@@ -1,4 +1,4 @@
-"""The tables of the page, as HTML; every text that comes from outside is escaped."""
+"""HTML tables of the report, with escaped text."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reference trajectories in plain Python: the one definition that the compiled loop and `dwmr show` both read."""
+"""Reference trajectories in plain Python: the one definition, compiled for the loop and called by `dwmr show`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""CSV files of a reference path: times and places, with every mistake at its line and column."""
+"""CSV files of a reference path: times and positions, with every mistake at its line and column."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""References made ready for the loop: the name of a path and the flat constants it reads."""
+"""References prepared for the loop: the name of a curve and its flat constants."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""References as a scenario gives them: one section for each kind, chosen by `kind`."""
+"""Settings of references in a scenario: one section for each kind, chosen by `kind`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Cubic splines through points of the plane, and how fast one moves along them."""
+"""Cubic splines through points of the plane, their length, and the speed along them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Fewer points for a picture of a long signal, without hiding what swings fast."""
+"""Decimation of long signals for plots that keeps every peak."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Signals that the paper draws and that follow from a recorded run: nothing here is simulated again."""
+"""Signals of the paper's figures, derived from a recorded run without a new simulation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Lyapunov functions along a recorded run, and whether the adaptive gains drift: arrays in, arrays out.
+"""Lyapunov functions and drift of the adaptive gains along a recorded run: arrays in, arrays out.
 
 Everything follows from the recorded signals. What the paper calls d̃_0, the effect of all uncertainties and disturbances
 on the kinematics, is here what it is there (section 3.2): the difference between the velocities with which a robot

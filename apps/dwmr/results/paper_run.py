@@ -1,4 +1,4 @@
-"""Whether a run is one of those behind Tables 12 and 13 of the paper."""
+"""Comparison of a scenario with those behind Tables 12 and 13 of the paper."""
 
 from __future__ import annotations
 

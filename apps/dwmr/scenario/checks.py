@@ -1,4 +1,4 @@
-"""What several values of a scenario must hold together: a flat list of small checks."""
+"""Constraints between several values of a scenario: a flat list of small checks."""
 
 from __future__ import annotations
 

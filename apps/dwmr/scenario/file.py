@@ -1,4 +1,4 @@
-"""Scenario files: find and read them, with every mistake at its line."""
+"""Scenario files: search, reading, and diagnostics with the line of every mistake."""
 
 from __future__ import annotations
 

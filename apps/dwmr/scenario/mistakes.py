@@ -1,4 +1,4 @@
-"""Mistakes in single values of a scenario, as pydantic finds them, as diagnostics."""
+"""Diagnostics of single values of a scenario, made from pydantic's errors."""
 
 from __future__ import annotations
 

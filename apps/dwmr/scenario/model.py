@@ -1,4 +1,4 @@
-"""A scenario: every number of a run, with its unit, frozen."""
+"""Model of a scenario: every number of a run, with its unit, frozen."""
 
 from __future__ import annotations
 

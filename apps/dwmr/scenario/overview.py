@@ -1,4 +1,4 @@
-"""What a scenario says, computed without a run: for `dwmr show`."""
+"""Facts about a scenario, computed without a run, for `dwmr show`."""
 
 from __future__ import annotations
 

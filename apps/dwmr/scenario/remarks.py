@@ -1,4 +1,4 @@
-"""What a run does otherwise than its author may think: a flat list of remarks."""
+"""Warnings about valid scenarios whose runs may differ from what their author expects: a flat list of checks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The common [robot] table: given to every robot, and what of it no robot takes."""
+"""Common [robot] table of a scenario: its merge into every robot, and warnings of values without effect."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Scenarios to start from: the files of a shipped one under a name of one's own."""
+"""New scenarios: a copy of a shipped one, or a file that extends it."""
 
 from __future__ import annotations
 

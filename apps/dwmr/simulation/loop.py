@@ -1,4 +1,4 @@
-"""The compiled loop: references, avoidance, control law, inner loop and plant of all robots, period after period."""
+"""Compiled loop: references, avoidance, control law, inner loop and plant of all robots, period after period."""
 
 from __future__ import annotations
 

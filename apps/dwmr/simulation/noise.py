@@ -1,4 +1,4 @@
-"""Noise on what the robots measure of themselves, drawn before the loop reads it."""
+"""Measurement noise of the robots' states, drawn before the loop reads it."""
 
 from __future__ import annotations
 

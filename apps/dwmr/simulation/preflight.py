@@ -1,4 +1,4 @@
-"""What must hold before a run: gains for every robot, and guarantees that follow from the rule files."""
+"""Preconditions of a run: gains for every robot, and guarantees proved from the rule files."""
 
 from __future__ import annotations
 

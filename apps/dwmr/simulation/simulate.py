@@ -1,4 +1,4 @@
-"""Run a scenario under one control law: arrays in, compiled loop, named trajectory out."""
+"""Simulation of a scenario under one control law: arrays in, compiled loop, named trajectory out."""
 
 from __future__ import annotations
 

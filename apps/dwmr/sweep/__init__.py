@@ -1,1 +1,1 @@
-"""Many runs of one scenario: what varies, who computes it, what is kept."""
+"""Sweeps: many runs of one scenario with varied values."""

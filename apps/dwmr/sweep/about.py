@@ -1,4 +1,4 @@
-"""What the results of a sweep rest on: SPEC, scenario, rule files and versions."""
+"""Provenance of the results of a sweep: SPEC, scenario, rule files and versions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Runs computed by the workers of a dask cluster."""
+"""Computation of runs by the workers of a dask cluster."""
 
 from __future__ import annotations
 

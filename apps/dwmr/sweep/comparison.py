@@ -1,4 +1,4 @@
-"""Control laws against each other: the runs of a comparison, and what they say with confidence intervals."""
+"""Comparison of control laws: its runs, and the mean of each measure with a confidence interval."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Confidence intervals of what repeated runs give."""
+"""Confidence intervals of measures over repeated runs."""
 
 from __future__ import annotations
 

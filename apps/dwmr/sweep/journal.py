@@ -1,4 +1,4 @@
-"""The journal of a sweep: what it is, and every run that is done, a line each; a torn line is noticed."""
+"""Journal of a sweep: its description and one line for each finished run; truncated lines are detected."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The runs of a sweep, each checked before any of them begins."""
+"""Plan of a sweep: all its runs, checked before the first one starts."""
 
 from __future__ import annotations
 

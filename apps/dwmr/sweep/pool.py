@@ -1,4 +1,4 @@
-"""Runs computed by processes of this computer."""
+"""Computation of runs by local worker processes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a sweep leaves: one row for each run as CSV or Parquet, where it comes from, and the times apart."""
+"""Result files of a sweep: one row for each run as CSV or Parquet, their provenance, and separately the run times."""
 
 from __future__ import annotations
 

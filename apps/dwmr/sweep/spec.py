@@ -1,4 +1,4 @@
-"""A sweep's SPEC: which scenario, what varies in it, how often, and what is kept of each run."""
+"""Model of a SPEC: scenario, varied values, number of repetitions and recorded measures of a sweep."""
 
 from __future__ import annotations
 

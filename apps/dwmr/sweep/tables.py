@@ -1,4 +1,4 @@
-"""A comparison on the terminal: two tables for each scenario, a row for each control law and robot."""
+"""Tables of a comparison on the terminal: two for each scenario, with a row for each control law and robot."""
 
 from __future__ import annotations
 

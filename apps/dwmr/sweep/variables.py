@@ -1,4 +1,4 @@
-"""What varies: keys with a star written out, values drawn by repetition, and both as `--set` has them."""
+"""Variables of a sweep: wildcards expanded to keys, values drawn for each repetition, both as `--set` arguments."""
 
 from __future__ import annotations
 

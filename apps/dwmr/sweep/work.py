@@ -1,4 +1,4 @@
-"""What a worker does: compute one run and return its measures. Workers share nothing but files."""
+"""Computation of one run by a worker, and its measures as a row; workers share only files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""AIFQSMC without its immune reaction, f = 0, so that the switching gain is k̂_h alone: an ablation of Eq. (17)."""
+"""AIFQSMC without its immune reaction, f = 0, with the switching gain k̂_h alone: an ablation of Eq. (17)."""
 
 from __future__ import annotations
 

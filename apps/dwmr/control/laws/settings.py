@@ -1,4 +1,4 @@
-"""Gains of the control laws as a scenario gives them, and what each law wants proved about its rule files.
+"""Settings of the control laws in a scenario, and the properties that each law requires of its rule files.
 
 They stand apart from the laws, so that a mistake in a scenario or a rule file is answered without loading the compiler.
 """

@@ -1,4 +1,4 @@
-"""The signals of runs as files, and back: npz, CSV, MATLAB's .mat and Parquet; `load` reads each of them."""
+"""Files of recorded signals: npz, CSV, MATLAB's .mat and Parquet; `load` reads each of them."""
 
 from __future__ import annotations
 

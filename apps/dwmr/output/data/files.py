@@ -1,4 +1,4 @@
-"""Which file holds which format; all of them give back the same numbers, bit for bit."""
+"""Choice of the file format by suffix; all formats give back the same numbers, bit for bit."""
 
 from __future__ import annotations
 

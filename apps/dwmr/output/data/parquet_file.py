@@ -1,4 +1,4 @@
-"""Parquet: tables with their metadata as JSON; the only module that knows pyarrow."""
+"""Parquet: tables with their metadata as JSON; the only module that imports pyarrow."""
 
 from __future__ import annotations
 

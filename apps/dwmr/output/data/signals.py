@@ -1,4 +1,4 @@
-"""The signals of runs as plain arrays with their metadata, whatever file they come from or go to."""
+"""Recorded signals as plain arrays with their metadata, common to all file formats."""
 
 from __future__ import annotations
 
