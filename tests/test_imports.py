@@ -118,8 +118,18 @@ def test_files_import_each_other_in_no_circle():
     assert circles(kept) == []
 
 
-def test_a_circle_is_found():
-    assert circles({"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a"}, "e": set()}) == [{"a", "b", "c"}]
+def test_a_circle_of_types_and_lazy_imports_is_found(tmp_path):
+    for name, text in {
+        "__init__": "from p.a import x",
+        "a": "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from p.b import B",
+        "b": "def f():\n    from p import c",
+        "c": "import p.d",
+        "d": "import json",
+    }.items():
+        (tmp_path / f"{name}.py").write_text(text, encoding="utf-8")
+    assert circles(imports_between([("p", tmp_path)])) == []
+    (tmp_path / "d.py").write_text("from p.b import f", encoding="utf-8")
+    assert circles(imports_between([("p", tmp_path)])) == [{"p.b", "p.c", "p.d"}]
 
 
 def test_fuzzyctl_imports_nothing_of_its_applications():
