@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import cached_property, partial
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError
 from fuzzyctl.kernels.backends import sequence
-from fuzzyctl.kernels.backends.arguments import float_array, point_array, writable
+from fuzzyctl.kernels.backends.arguments import float_array, point_array
 from fuzzyctl.kernels.backends.python import backend as python_backend
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from fuzzyctl.kernels.algorithms.select import Algorithm
     from fuzzyctl.kernels.backends.blocks import Fill
-    from fuzzyctl.kernels.backends.numba.threads import Loop
+    from fuzzyctl.kernels.backends.numba.native import Loop
     from fuzzyctl.kernels.plan.build import Plan
 
     FloatArray = npt.NDArray[np.float64]
@@ -93,11 +93,11 @@ class Batches:
         flat = np.asarray(results).reshape(count, width)
         if states is not None and self.plan.held and np.ndim(0.0 if state is None else state) <= 1:
             self._fill_sequence(array, self._first_state(state), flat)
-        elif self.backend == "numba" and batching.is_plain(array) and (states is None or batching.is_plain(states)):
-            self._fill_plain(array, states, flat, parallel=parallel)
+        elif self.backend == "numba":
+            batching.run_compiled(self._checked_fill, array, states, flat, parallel=parallel)
         else:
             # Threads of plain Python, and of numpy's many short steps, would only wait for each other.
-            batching.run(self._checked_fill, array, states, flat, parallel=parallel and self.backend == "numba")
+            batching.run(self._checked_fill, array, states, flat)
         return results
 
     def _fill_sequence(self, points: Any, state: FloatArray, results: FloatArray) -> None:
@@ -106,7 +106,7 @@ class Batches:
 
         for first in range(0, len(results), batching.BLOCK):
             last = min(first + batching.BLOCK, len(results))
-            block = writable(float_array(batching.listed(points, first, last), "points"))
+            block = batching.plain(float_array(batching.listed(points, first, last), "points"))
             states = sequence.states_along(self.plan, self._results, block, state)
             self._checked_fill(block, states, results[first:last])
             state = sequence.state_after(self.plan, state, results[first:last])
@@ -119,27 +119,15 @@ class Batches:
         self._fill(points, states, results)
         return results
 
-    def _fill_plain(
-        self, points: FloatArray, states: FloatArray | None, results: FloatArray, *, parallel: bool
-    ) -> None:
+    def _fill_compiled(self, points: FloatArray, states: FloatArray | None, results: FloatArray) -> None:
         """Fill the results by machine code, of arrays as that takes them."""
-        refused, unknown = self._loop.run(points, states, results, parallel=parallel, looks=bool(self._promised))
-        kinds = max(len(self._refusals), 1)
-        known = len(results) if refused is None else refused // kinds
-        if self._promised and (unknown or refused is not None):
-            self._keep_promises_before(known, points, states, results)
-        if refused is not None:
-            text = python_backend.point_text(self.input_names, points[known])
-            raise NoRuleFiresError(list(self._refusals.values())[refused % kinds], text)
-
-    def _keep_promises_before(
-        self, last: int, points: FloatArray, states: FloatArray | None, results: FloatArray
-    ) -> None:
-        from fuzzyctl.kernels.backends import blocks as batching
-
-        for first in range(0, last, batching.BLOCK):
-            part = slice(first, min(first + batching.BLOCK, last))
-            self._keep_promises_at(points[part], None if states is None else states[part], results[part])
+        refused = self._loop(points, states, results)
+        if refused >= 0:
+            first, kind = divmod(refused, len(self._refusals))
+            before = slice(first)
+            self._keep_promises_at(points[before], None if states is None else states[before], results[before])
+            text = python_backend.point_text(self.input_names, points[first])
+            raise NoRuleFiresError(list(self._refusals.values())[kind], text)
 
     def _checked_fill(self, points: FloatArray, states: FloatArray | None, results: FloatArray) -> None:
         """Fill a block; raise where an output without `else` is NaN though nothing that it reads is."""
@@ -182,7 +170,8 @@ class Batches:
     def _fill(self) -> Fill:
         """The function (points (n, inputs), states (n, states) or None, results (n, outputs)) that writes results."""
         if self.backend == "numba":
-            return partial(self._fill_plain, parallel=False)
+            assert self._loop is not None  # compiled here, so that it is no part of the time of the first block
+            return self._fill_compiled
         if self.backend == "numpy":
             from fuzzyctl.kernels.backends.numpy import backend as numpy_backend
 
@@ -194,7 +183,7 @@ class Batches:
         """The loop in machine code."""
         from fuzzyctl.kernels.backends.numba import native
 
-        return native.loop(self.algorithm.many, len(self._refusals))
+        return native.loop(self.algorithm.many)
 
     def _python_fill(self, points: FloatArray, states: FloatArray | None, results: FloatArray) -> None:
         given = None if states is None else states.tolist()

@@ -2,8 +2,8 @@
 
     python tests/bench/cores.py [POINTS ...]
 
-In a row, each batch begins when the last one ends, as in sweeps and rasters: the other threads still look for more to
-do. Apart, the machine had nothing to do for ten milliseconds, and the other threads must be woken.
+In a row, each batch begins when the last one ends, as in sweeps and rasters. Apart, the machine had nothing to do for
+ten milliseconds, so that the other cores are asleep.
 """
 
 from __future__ import annotations

@@ -19,9 +19,8 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import fuzzyctl
 from fuzzyctl.kernels.backends.numba import source as numba_backend
-from fuzzyctl.kernels.backends.numba import vectorcall as entry
+from fuzzyctl.kernels.backends.numba.native import Loop
 from fuzzyctl.kernels.backends.numba.parameters import Numbers
-from fuzzyctl.kernels.backends.numba.threads import Loop
 from tests.bench.measure import _loop
 from tests.bench.workloads import WORKLOADS, Workload
 
@@ -44,8 +43,8 @@ def cost(workload: Workload, rounds: int = ROUNDS) -> dict[str, tuple[float, flo
     runs: dict[str, Any] = {}
     for which, change in (("with", str), ("without", without_test)):
         filled = numba_backend.compile_source(change(batch))
-        many = Loop(entry.address_of(filled), np.empty(0), 1, filled)
-        runs["batch", which] = lambda many=many: many.run(points, None, out, parallel=False, looks=False)
+        many = Loop(filled, np.empty(0))
+        runs["batch", which] = lambda many=many: many(points, None, out)
         runs["loop", which] = _loop(numba_backend.compile_source(change(kernel.source)), points)
     best = dict.fromkeys(runs, float("inf"))
     for run in runs.values():

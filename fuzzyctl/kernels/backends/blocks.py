@@ -1,4 +1,4 @@
-"""Many points: in blocks that need no memory to speak of, on all cores where that pays."""
+"""Batches of points in blocks: converted block by block, and shared among threads where machine code computes them."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, wait
 from functools import cache, partial
-from time import sleep
+from time import perf_counter, sleep
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
-from fuzzyctl.kernels.backends.arguments import float_array, writable
+from fuzzyctl.kernels.backends.arguments import float_array
 from fuzzyctl.support.cores import cores
 
 if TYPE_CHECKING:
@@ -26,14 +26,23 @@ if TYPE_CHECKING:
     FloatArray = npt.NDArray[np.float64]
     #: Writes the results of some points: (points (n, inputs), states (n, states) or None, results (n, outputs)).
     Fill = Callable[[FloatArray, FloatArray | None, FloatArray], None]
+    #: Fills the results from one index to before another.
+    Work = Callable[[int, int], None]
 
 #: Points that are converted at a time where an array is not as compiled code takes it, at most.
 BLOCK: Final = 8192
-#: What blocks that are converted may take, those of all threads together, and what arrays may that compute [bytes].
+#: Bytes of the blocks that are converted, of all threads together, and of the arrays that numpy computes with.
 CONVERTED: Final = 90_000
 COMPUTED: Final = 860_000
-#: With fewer points waking a thread, and waiting for one whose core is busy, costs more than it saves.
-ENOUGH: Final = 100_000
+#: Points of the first block, whose time is measured; each further one is longer by a factor until the time is telling.
+TRIED: Final = 512
+GROWTH: Final = 8
+#: Seconds from which on the time of a block tells how long a point takes.
+TELLING: Final = 10e-6
+#: Seconds of work for each thread: with less, waking it and waiting for it costs more than it saves.
+ENOUGH: Final = 250e-6
+#: Seconds of machine code between looks for interrupts, unless the first block takes longer.
+PROMPT: Final = 5e-3
 #: Points of the smallest share that a thread takes at a time: few enough that none waits long for the last one.
 LEAST: Final = 1 << 13
 #: Seconds between looks whether interrupted threads are done.
@@ -41,33 +50,72 @@ _NAP: Final = 1e-4
 _MASKS: Final = hasattr(signal, "pthread_sigmask")
 
 
-def run(fill: Fill, points: Any, states: FloatArray | None, results: FloatArray, *, parallel: bool) -> None:
-    """Fill the results block by block.
+def run(fill: Fill, points: Any, states: FloatArray | None, results: FloatArray) -> None:
+    """Fill the results in this thread, block by block where arrays are converted.
 
     Args:
         fill: Computes a block.
         points: n points, shape (..., inputs), of any type of numbers and any layout.
         states: Shape (n, states), perhaps one row repeated; None without a state.
         results: Shape (n, outputs), contiguous.
+    """
+    _work(fill, points, states, results, 1)(0, len(results))
+
+
+def run_compiled(
+    fill: Fill, points: Any, states: FloatArray | None, results: FloatArray, *, parallel: bool = True
+) -> None:
+    """Fill the results by machine code that needs no lock of the interpreter, in several threads where that pays.
+
+    The first points tell how long one takes. From that follow the number of threads, and shares so short that an
+    interrupt ends the batch soon.
+
+    Args:
+        fill: Computes a block; the rest as for `run`.
+        points: As for `run`.
+        states: As for `run`.
+        results: As for `run`.
         parallel: Whether several threads may share the work.
     """
     count = len(results)
-    workers = min(cores(), 2 * count // ENOUGH) if parallel and count >= ENOUGH else 1
-    numbers = points.shape[-1] + (0 if states is None else states.shape[-1])
-    block_size = max(min(BLOCK, CONVERTED // (8 * max(numbers, 1) * workers)), 1)
-    ready = is_plain(points) and points.flags.writeable and states is None
+    done, pace = _try(_work(fill, points, states, results, 1), count)
+    if done < count:
+        workers = max(min(cores(), int((count - done) * pace / ENOUGH)), 1) if parallel else 1
+        shares = _shares(done, count, workers, max(int(PROMPT / pace), TRIED))
+        _share(_work(fill, points, states, results, workers), shares, workers)
+
+
+def _try(work: Work, count: int) -> tuple[int, float]:
+    """Fill the first points; return how many they are, and the seconds that each of the last ones took."""
+    done, size = 0, TRIED
+    while True:
+        last, began = min(done + size, count), perf_counter()
+        work(done, last)
+        seconds = perf_counter() - began
+        if seconds > TELLING or last == count:
+            return last, seconds / max(last - done, 1)
+        done, size = last, GROWTH * size
+
+
+def _work(fill: Fill, points: Any, states: FloatArray | None, results: FloatArray, workers: int) -> Work:
+    """Return what fills a part of the results, in blocks of bounded memory where arrays are converted."""
+    size = len(results)
+    if not (is_plain(points) and (states is None or is_plain(states))):
+        numbers = points.shape[-1] + (0 if states is None else states.shape[-1])
+        size = min(BLOCK, CONVERTED // (8 * max(numbers, 1) * workers))
 
     def work(first: int, last: int) -> None:
-        step = last - first if ready else block_size
-        for start in range(first, last, max(step, 1)):
-            part = slice(start, min(start + step, last))
-            block = points[part] if ready else writable(float_array(listed(points, part.start, part.stop), "points"))
-            fill(block, None if states is None else writable(states[part]), results[part])
+        for start in range(first, last, max(size, 1)):
+            part = slice(start, min(start + size, last))
+            block = plain(float_array(listed(points, part.start, part.stop), "points"))
+            fill(block, None if states is None else plain(states[part]), results[part])
 
-    if workers == 1:
-        work(0, count)
-    else:
-        _share(work, count, workers)
+    return work
+
+
+def plain(array: FloatArray) -> FloatArray:
+    """Return an array of floats as machine code reads it: contiguous and aligned; a copy only where it is not."""
+    return np.require(array, requirements=["C", "A"])
 
 
 def is_plain(array: npt.NDArray[Any]) -> bool:
@@ -96,12 +144,12 @@ def listed(points: npt.NDArray[Any], first: int, last: int) -> npt.NDArray[Any]:
     return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
-def _share(work: Callable[[int, int], None], count: int, workers: int) -> None:
+def _share(work: Work, shares: Iterator[tuple[int, int]], workers: int) -> None:
     """Let several threads, this one among them, take one share after the other.
 
     A core that is busy with something else takes fewer shares.
     """
-    left = deque(_shares(count, workers))
+    left = deque(shares)
     begun: list[None] = []
     ended: list[None] = []
     failed: list[tuple[int, Exception]] = []
@@ -154,11 +202,11 @@ def _wait_until(done: Callable[[], bool]) -> None:
         raise
 
 
-def _shares(count: int, workers: int) -> Iterator[tuple[int, int]]:
-    """Yield what to take at a time: half of what is left, shared out, until that is little."""
-    first = 0
+def _shares(first: int, count: int, workers: int, most: int) -> Iterator[tuple[int, int]]:
+    """Yield what to take at a time: half of what is left, shared out, until that is little; never more than most."""
     while first < count:
-        last = min(first + max((count - first) // (2 * workers), LEAST), count)
+        share = max((count - first) // (2 * workers), LEAST) if workers > 1 else count - first
+        last = min(first + min(share, most), count)
         yield first, last
         first = last
 

@@ -15,7 +15,6 @@ import numpy as np
 from numba.core import types
 
 from fuzzyctl.kernels.backends.numba import source as numba_backend
-from fuzzyctl.kernels.backends.numba import threads as sharing
 from fuzzyctl.kernels.backends.numba import vectorcall as entry
 from fuzzyctl.kernels.backends.numba.parameters import Numbers
 from fuzzyctl.kernels.program.program import Program
@@ -72,15 +71,38 @@ def call(program: Program) -> Callable[..., Any]:
     return kernel
 
 
-def loop(program: Program, refusals: int) -> sharing.Loop:
-    """Return the loop over points.
+class Loop:
+    """Machine code that fills the results of many points, called without the lock of the interpreter.
 
     Args:
-        program: What it computes at each of them.
-        refusals: The number of kinds of refusals.
+        function: Compiled code of `numba_backend.batch_source`.
+        table: Its numbers.
     """
-    function, table = compiled(program, numba_backend.batch_source)
-    return sharing.Loop(entry.address_of(function), table, refusals, function)
+
+    def __init__(self, function: Any, table: FloatArray) -> None:
+        self.function, self.table = function, table
+        kinds = [ctypes.c_void_p] * 4
+        self._c = ctypes.CFUNCTYPE(ctypes.c_int64, *kinds, ctypes.c_int64)(entry.address_of(function))
+
+    def __call__(self, points: FloatArray, states: FloatArray | None, results: FloatArray) -> int:
+        """Fill the results.
+
+        Args:
+            points: Shape (n, inputs), contiguous and aligned, as the others are.
+            states: Shape (n, states); None without a state.
+            results: Shape (n, outputs).
+
+        Returns:
+            -1; or the number of kinds of refusals · the first point that was refused + the kind.
+        """
+        given = None if states is None else states.ctypes.data
+        found: int = self._c(points.ctypes.data, given, results.ctypes.data, self.table.ctypes.data, len(results))
+        return found
+
+
+def loop(program: Program) -> Loop:
+    """Return the loop that computes a program at many points."""
+    return Loop(*compiled(program, numba_backend.batch_source))
 
 
 class Point:

@@ -29,8 +29,6 @@ if TYPE_CHECKING:
 #: bytes, from the object's beginning.
 _TYPE, _VALUE = 8, 16
 _ENTRY, _BYTE = tuple.__basicsize__, bytes.__basicsize__ - 1
-#: Where an array of numpy keeps the address of its entries: behind what all objects have.
-_DATA = object.__basicsize__
 #: The calling convention `METH_FASTCALL | METH_KEYWORDS`: (self, arguments, number of those without a name, names).
 _FASTCALL: Final = 0x0080 | 0x0002
 
@@ -127,23 +125,6 @@ def address_of(function: Any) -> int:
     """Return where the code of a function compiled by numba for one signature begins, for callers in C."""
     (compiled,) = function.overloads.values()
     return int(compiled.library.get_pointer_to_function(compiled.fndesc.llvm_cfunc_wrapper_name))
-
-
-def address_of_array(array: npt.NDArray[Any]) -> int:
-    """Return where the entries of an array begin, in a fifth of the time that `array.ctypes.data` takes."""
-    if not _array_is_known():
-        return array.ctypes.data
-    found: int = ctypes.c_int64.from_address(id(array) + _DATA).value
-    return found
-
-
-@cache
-def _array_is_known() -> bool:
-    """Return whether arrays keep the address of their entries where it is looked for."""
-    import numpy as np
-
-    sample = np.zeros(3)[1:]
-    return _layout_is_known() and ctypes.c_int64.from_address(id(sample) + _DATA).value == sample.ctypes.data
 
 
 #: One thread at a time adds machine code, and the handler of a signal that interrupts it.

@@ -1,6 +1,8 @@
 import math
 import os
 import signal
+import subprocess
+import sys
 import threading
 import time
 import tracemalloc
@@ -12,13 +14,14 @@ import pytest
 from fuzzyctl import loads
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError
 from fuzzyctl.kernels.backends import blocks as batching
-from fuzzyctl.kernels.backends.numba import threads as sharing
 from fuzzyctl.kernels.backends.numpy.backend import block_source
 from fuzzyctl.kernels.compile import compile as compile_system
 
 BACKENDS = ("numpy", "numba")
 #: Seconds that nothing takes but what never comes.
 LONG = 300
+#: Points of the first block, whose time is measured, in tests of threads.
+TRIED = 10
 
 GAP = """
 system gap
@@ -66,20 +69,78 @@ def kernel(request, tipper):
 @pytest.fixture
 def many(monkeypatch):
     """Two threads, whatever the machine and however little there is to do, in shares of 500."""
-    monkeypatch.setattr(batching, "ENOUGH", 1000)
-    monkeypatch.setattr(sharing, "ENOUGH", 1e-12)
-    monkeypatch.setattr(sharing, "WAKING", 0.0)
-    for module in (batching, sharing):
-        monkeypatch.setattr(module, "LEAST", 500)
-        monkeypatch.setattr(module, "cores", lambda: 2)
+    monkeypatch.setattr(batching, "TRIED", TRIED)
+    monkeypatch.setattr(batching, "TELLING", 0.0)
+    monkeypatch.setattr(batching, "ENOUGH", 1e-12)
+    monkeypatch.setattr(batching, "PROMPT", LONG)
+    monkeypatch.setattr(batching, "LEAST", 500)
+    monkeypatch.setattr(batching, "cores", lambda: 2)
 
 
 @pytest.fixture
-def arrays(tipper, monkeypatch):
-    """A kernel whose batches are shared among threads of the interpreter, as if no array were plain."""
+def arrays(tipper):
+    """A kernel whose batches are shared among threads."""
     pytest.importorskip("numba")
-    monkeypatch.setattr(batching, "is_plain", lambda _: False)
     return compile_system(tipper, "numba")
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """What a point takes by a clock that is moved by hand, with three cores."""
+
+    class Clock:
+        now = 1000.0
+
+        def __call__(self):
+            return self.now
+
+    clock = Clock()
+    monkeypatch.setattr(batching, "perf_counter", clock)
+    monkeypatch.setattr(batching, "cores", lambda: 3)
+    return clock
+
+
+def shares_of(count, clock, seconds, *, parallel=True):
+    """Return the number of other threads and the sizes of what is filled at a time, if a point takes some seconds."""
+    caller, helpers, sizes, begun = threading.get_ident(), [0], [], batching._begun
+
+    def fill(points, _states, _results):
+        sizes.append(len(points))
+        if threading.get_ident() == caller:
+            clock.now += seconds * len(points)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(batching, "_begun", lambda work, count: helpers.append(count) or begun(work, count))
+        batching.run_compiled(fill, np.zeros((count, 2)), None, np.zeros((count, 1)), parallel=parallel)
+    assert sum(sizes) == count
+    return helpers[-1], sizes
+
+
+class TestWork:
+    def test_that_is_short_is_done_by_one_thread(self, clock):
+        assert shares_of(300_000, clock, 1.5e-9)[0] == 0
+
+    def test_that_is_long_is_shared_though_there_are_few_points(self, clock):
+        assert shares_of(5000, clock, 1e-6)[0] == 2
+
+    def test_is_not_shared_where_one_thread_is_wanted(self, clock):
+        assert shares_of(10**6, clock, 1e-6, parallel=False)[0] == 0
+
+    @pytest.mark.parametrize("seconds", [1e-8, 1e-6, 1e-3])
+    def test_can_be_interrupted_soon(self, clock, seconds):
+        _, sizes = shares_of(10**6, clock, seconds, parallel=False)
+        assert len(sizes) > 2
+        assert max(sizes) <= max(batching.PROMPT / seconds, batching.TRIED)
+
+    @pytest.mark.parametrize("count", [0, 1, 511, 512, 513, 40_000])
+    def test_is_done_once_whatever_its_size(self, clock, count):
+        points, results = np.arange(2.0 * count).reshape(count, 2), np.zeros((count, 1))
+
+        def fill(points, _states, results):
+            results += points[:, 1:]
+
+        batching.run_compiled(fill, points, None, results)
+        np.testing.assert_array_equal(results[:, 0], points[:, 1])
 
 
 def points_for(count, seed=0):
@@ -160,7 +221,8 @@ class TestThreads:
             seen.append((threading.get_ident(), len(points)))
             if len({thread for thread, _ in seen}) == 2:
                 both.set()
-            both.wait(LONG)  # until the other thread has begun, too
+            if len(points) > TRIED:
+                both.wait(LONG)  # until the other thread has begun, too
             own(points, states, results)
 
         monkeypatch.setitem(kernel.__dict__, "_fill", fill)
@@ -200,6 +262,8 @@ class TestThreads:
         helps, napped = threading.Event(), threading.Event()
 
         def fill(points, states, results):
+            if len(points) == TRIED:
+                return
             if threading.get_ident() == caller:
                 helps.wait(LONG)
                 raise KeyboardInterrupt
@@ -226,7 +290,9 @@ class TestThreads:
         caller, points, out, naps = threading.get_ident(), points_for(20_000), np.zeros(20_000), []
         helps, napped = threading.Event(), threading.Event()
 
-        def fill(_points, _states, results):
+        def fill(points, _states, results):
+            if len(points) == TRIED:
+                return
             if threading.get_ident() == caller:
                 helps.wait(LONG)
                 raise KeyboardInterrupt
@@ -251,6 +317,30 @@ class TestThreads:
         time.sleep(0.03)
         np.testing.assert_array_equal(out, left)
 
+    def test_leave_signals_to_the_caller(self, arrays, monkeypatch):
+        own, both, masks = arrays._fill, threading.Event(), {}
+
+        def fill(points, states, results):
+            masks[threading.get_ident()] = signal.pthread_sigmask(signal.SIG_BLOCK, ())
+            if len(masks) == 2:
+                both.set()
+            if len(points) > TRIED:
+                both.wait(LONG)
+            own(points, states, results)
+
+        monkeypatch.setitem(arrays.__dict__, "_fill", fill)
+        arrays.batch(points_for(20_000))
+        assert signal.SIGTERM not in masks.pop(threading.get_ident())
+        assert all(signal.SIGTERM in mask for mask in masks.values())
+
+    @pytest.mark.parametrize("before", [True, False])
+    def test_may_be_gone_at_the_end_of_the_interpreter(self, before):
+        code = AT_EXIT.format(before=before)
+        run = subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, text=True, timeout=LONG, check=False, env=os.environ
+        )
+        assert (run.stdout, run.stderr, run.returncode) == ("True\n", "", 0)
+
     @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs processes that are copies of another")
     def test_of_a_copied_process_are_its_own(self, kernel):
         points = points_for(5000)
@@ -272,6 +362,27 @@ class TestThreads:
         points = points_for(5000)
         points[[0, 2499, 2500, 4999], [0, 1, 0, 1]] = math.nan
         assert np.flatnonzero(np.isnan(kernel.batch(points))).tolist() == [0, 2499, 2500, 4999]
+
+
+AT_EXIT = """
+import atexit, numpy as np, fuzzyctl
+from fuzzyctl.kernels.backends import blocks
+blocks.ENOUGH, blocks.cores = 1e-12, lambda: 3
+system = fuzzyctl.loads('''system s
+defuzzifier weighted_average
+input x in [0, 1]
+  terms low high
+output y in [0, 1]
+  zero = constant(0)
+  one = constant(1)
+if x is low then y is zero
+if x is high then y is one''')
+kernel = fuzzyctl.compile(system, "numba")
+x = np.linspace(0, 1, 20_001)[:, np.newaxis]
+if {before}:
+    kernel.batch(x)
+atexit.register(lambda: print(abs(kernel.batch(x) - x[:, 0]).max() < 1e-15))
+"""
 
 
 class TestMemory:
