@@ -65,9 +65,11 @@ class Kernel(Batches):
         self._promised = () if certain else tuple(k for k, o in enumerate(plan.outputs) if o.otherwise is None)
         self._n_arguments = len(plan.inputs) + (1 if self.n_states else 0)
         single = not self.n_states and len(plan.outputs) == 1
-        if backend == "numba":  # compiled before the first call, which may be one in a loop that must not wait
-            self._function = self._native(single=single and not self.raises)
-        if single:  # a call needs no preparation
+        #: What calls from Python call.
+        self._function: Any = self._first_call if backend == "numba" else self.jit
+        #: Whether a result that equals itself can be returned as it is, since it is one number.
+        self._is_single = single
+        if single and backend != "numba":  # a call needs no preparation
             self.__class__ = quick.specialised(self, self._program)
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -87,7 +89,19 @@ class Kernel(Batches):
             UnknownNameError: For a name that is no input.
             NoRuleFiresError: Where no rule fires for an output that says `else error` or has no `else`.
         """
+        if self._is_single and not named:
+            try:
+                result = self._function(*arguments)
+                if result == result:
+                    return result
+            except python_backend.REFUSALS:
+                pass
         return self._careful(arguments, named)
+
+    def _first_call(self, *arguments: Any) -> Any:
+        """Compile the function and call it."""
+        self._function = self.jit
+        return self._function(*arguments)
 
     def _careful(self, arguments: tuple[Any, ...], named: Mapping[str, Any]) -> Any:
         if named:
@@ -97,7 +111,7 @@ class Kernel(Batches):
         try:
             try:
                 result = self._function(*arguments)
-            except TypeError:
+            except (TypeError, ValueError, OverflowError):
                 # Compiled code takes fewer types of numbers than there are; it never comes here with floats.
                 result = self._function(*self._as_floats(arguments))
             if result != result or type(result) is tuple:
@@ -154,9 +168,9 @@ class Kernel(Batches):
         """
         if self.backend != "numba":
             return self.jit
-        from fuzzyctl.kernels.backends.numba import native
+        from fuzzyctl.kernels.backends.numba import values
 
-        return native.value(self._program, self)
+        return values.value(self._program, self)
 
     @cached_property
     def rates_value(self) -> Any:
@@ -164,9 +178,9 @@ class Kernel(Batches):
         self._require_adaptive()
         if self.backend != "numba":
             return self.jit_rates
-        from fuzzyctl.kernels.backends.numba import native
+        from fuzzyctl.kernels.backends.numba import values
 
-        return native.rates_value(inference.rates(self.plan), self)
+        return values.rates_value(inference.rates(self.plan), self)
 
     @cached_property
     def jit_rates(self) -> Any:
@@ -211,16 +225,6 @@ class Kernel(Batches):
             return numba_backend.compile_source(numba_backend.evaluation_source(self._program))
         source = python_backend.evaluation_source(self._program)
         return python_backend.compile_source(source, self._program, self.input_names)
-
-    @cached_property
-    def _function(self) -> Any:
-        """What calls from Python call."""
-        return self.jit
-
-    def _native(self, *, single: bool) -> Any:
-        from fuzzyctl.kernels.backends.numba import native
-
-        return native.Point(self._program) if single else native.call(self._program)
 
     def _storing(self, program: Program) -> Any:
         if self.backend == "numba":

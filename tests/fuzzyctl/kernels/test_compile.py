@@ -64,9 +64,9 @@ class TestCompile:
     def no_numba(self, monkeypatch):
         """Leave numba out; what was found out of it before is forgotten, and again afterwards."""
         monkeypatch.setitem(sys.modules, "numba", None)
-        for name in ("numba_backend", "native", "entry", "selections"):
-            monkeypatch.delitem(sys.modules, f"fuzzyctl.kernels.{name}", raising=False)
-            monkeypatch.delattr(f"fuzzyctl.kernels.{name}", raising=False)
+        for name in ("source", "native", "values", "intrinsics", "disk_cache"):
+            monkeypatch.delitem(sys.modules, f"fuzzyctl.kernels.backends.numba.{name}", raising=False)
+            monkeypatch.delattr(f"fuzzyctl.kernels.backends.numba.{name}", raising=False)
         for found in (compile_module.numba_is_missing, compile_module._say_once):
             found.cache_clear()
         yield

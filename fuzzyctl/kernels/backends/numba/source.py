@@ -90,29 +90,28 @@ _COMPILED: Final = replace(
 _COMPILED_MANY: Final = replace(_COMPILED, locate=partial(counted_or_searched, most=MOST_COUNTED_MANY))
 
 
-def evaluation_source(program: Program, numbers: Numbers | None = None, *, pointer: bool = False) -> str:
+def evaluation_source(program: Program, numbers: Numbers | None = None) -> str:
     """Return the text of a module with the compiled function `kernel(x0, ..., C)`.
 
     Args:
         program: What it computes.
-        numbers: Receives the program's numbers, which the function then takes as a last argument; None to have them in
-            the text.
-        pointer: Whether it takes them as a pointer, for callers that are machine code, rather than as an array.
+        numbers: Receives the program's numbers, to which the function then takes a pointer as a last argument; None to
+            have them in the text.
     """
     dialect = _dialect(numbers)
     body = _body(program, dialect)
     results = [text(r, dialect) for r in program.results]
     returned = "float64" if len(results) == 1 else f"UniTuple(float64, {len(results)})"
     end = results[0] if len(results) == 1 else f"({', '.join(results)})"
-    signature = f"{returned}({', '.join([*_argument_types(program), *_table_type(numbers, pointer)])})"
+    signature = f"{returned}({', '.join([*_argument_types(program), *_table_type(numbers)])})"
     lines = [f"def kernel({', '.join([*_arguments(program), *_table(numbers)])}):", *_taken(numbers), *body]
     return _module(program, signature, [*lines, f"{INDENT}return {end}"], numbers=numbers)
 
 
-def storing_source(program: Program, numbers: Numbers | None = None, *, pointer: bool = False) -> str:
+def storing_source(program: Program, numbers: Numbers | None = None) -> str:
     """Return the text of a module with the compiled function `kernel(x0, ..., C, result)`; the rest as above."""
     dialect = _dialect(numbers)
-    types = [*_argument_types(program), "float64[::1]", *_table_type(numbers, pointer)]
+    types = [*_argument_types(program), "float64[::1]", *_table_type(numbers)]
     body = _body(program, dialect)
     body += [f"{INDENT}{RESULT}[{k}] = {text(r, dialect)}" for k, r in enumerate(program.results)]
     lines = [f"def kernel({', '.join([*_arguments(program), RESULT, *_table(numbers)])}):", *_taken(numbers), *body]
@@ -160,8 +159,8 @@ def _table(numbers: Numbers | None) -> list[str]:
     return [] if numbers is None else [TABLE]
 
 
-def _table_type(numbers: Numbers | None, pointer: bool) -> list[str]:
-    return [] if numbers is None else ["CPointer(float64)" if pointer else "float64[::1]"]
+def _table_type(numbers: Numbers | None) -> list[str]:
+    return [] if numbers is None else ["CPointer(float64)"]
 
 
 def _taken(numbers: Numbers | None) -> list[str]:

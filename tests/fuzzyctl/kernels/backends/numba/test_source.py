@@ -61,7 +61,7 @@ def forget(monkeypatch):
 
 def hits(kernel):
     """Return how often the machine code of a kernel came from the cache."""
-    return sum(kernel._function.function.stats.cache_hits.values())
+    return sum(kernel.jit.stats.cache_hits.values())
 
 
 def run():
@@ -70,7 +70,7 @@ def run():
 
 class TestCache:
     def test_is_where_the_variable_says_and_private(self, folder, forget):
-        compile_system(loads(TEXT.format(peak=0.5)), "numba")
+        assert compile_system(loads(TEXT.format(peak=0.5)), "numba").jit
         assert [p.suffix for p in folder.iterdir() if p.is_file()] == [".py"]
         assert list((folder / "__pycache__").glob("*.nbi"))
         if os.name == "posix":
@@ -89,7 +89,7 @@ class TestCache:
 
     def test_damaged_entries_are_thrown_away(self, folder, forget):
         system = loads(TEXT.format(peak=0.5))
-        compile_system(system, "numba")
+        assert compile_system(system, "numba").jit
         for entry in (folder / "__pycache__").glob("*.nb*"):
             entry.write_bytes(b"garbage")
         forget()
@@ -100,7 +100,7 @@ class TestCache:
 
     def test_machine_code_of_which_a_bit_is_wrong_is_not_run(self, folder, forget):
         system = loads(TEXT.format(peak=0.5))
-        compile_system(system, "numba")
+        assert compile_system(system, "numba").jit
         (code,) = (folder / "__pycache__").glob("*.nbc")
         whole = bytearray(code.read_bytes())
         whole[len(whole) // 2] ^= 4
@@ -118,7 +118,7 @@ class TestCache:
 
     def test_a_changed_module_is_written_anew(self, folder, forget):
         system = loads(TEXT.format(peak=0.5))
-        compile_system(system, "numba")
+        assert compile_system(system, "numba").jit
         (module,) = folder.glob("*.py")
         module.write_text("raise SystemExit('not what was generated')")
         forget()

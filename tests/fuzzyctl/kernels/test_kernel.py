@@ -1,4 +1,4 @@
-"""Calls from Python straight into machine code: the same answers, whatever is handed over."""
+"""Calls of compiled kernels from Python: the same answers, whatever is handed over."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import math
 import sys
 import weakref
 from fractions import Fraction
-from types import BuiltinFunctionType
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,6 @@ from hypothesis import strategies as st
 import fuzzyctl
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, FuzzyctlError, ValueOutOfBoundsError
 from fuzzyctl.kernels import compile as compile_module
-from fuzzyctl.kernels.backends.numba import vectorcall as entry
 
 SUM = """system sum
 and product
@@ -39,11 +37,6 @@ table u = a x b
 SYSTEM = fuzzyctl.loads(SUM)
 KERNEL = fuzzyctl.compile(SYSTEM, "numba")
 PLAIN = fuzzyctl.compile(SYSTEM, "python")
-
-
-def test_a_call_is_a_c_function() -> None:
-    assert isinstance(type(KERNEL).__dict__["__call__"], BuiltinFunctionType)
-    assert KERNEL.jit(0.5, 0.25) == KERNEL(0.5, 0.25) == pytest.approx(PLAIN(0.5, 0.25), rel=1e-15)
 
 
 @given(st.floats(), st.floats())
@@ -69,9 +62,19 @@ def test_a_wrong_number_of_arguments_is_refused(arguments: tuple[float, ...]) ->
         KERNEL(*arguments)
 
 
+def test_integers_beyond_64_bits_are_converted() -> None:
+    assert KERNEL(2**70, 0.5) == KERNEL(0.5, 2**70) == KERNEL(1.0, 0.5)
+
+
 def test_huge_integers_are_named() -> None:
     with pytest.raises(ValueOutOfBoundsError, match="input 'b'"):
         KERNEL(0.5, 10**400)
+
+
+def test_the_function_is_compiled_at_the_first_call() -> None:
+    kernel = fuzzyctl.compile(fuzzyctl.loads(SUM.replace("0.25", "0.125")), "numba")
+    assert "jit" not in vars(kernel)
+    assert kernel(-1.0, 1.0) == kernel.jit(-1.0, 1.0) == 0.125
 
 
 def test_nan_gives_nan() -> None:
@@ -104,34 +107,6 @@ def test_a_call_outlives_its_kernel_and_a_kernel_goes_when_it_is_not_needed() ->
     del call
     gc.collect()
     assert gone() is None
-
-
-def test_without_the_layout_of_cpython_calls_go_through_python(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(entry, "_layout_is_known", lambda: False)
-    kernel = fuzzyctl.compile(SYSTEM, "numba")
-    assert not isinstance(type(kernel).__dict__["__call__"], BuiltinFunctionType)
-    assert kernel(0.5, 0.25) == KERNEL(0.5, 0.25)
-    with pytest.raises(ArgumentError, match="got 1"):
-        kernel(0.5)
-
-
-def test_further_kernels_need_no_further_code(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Three quarters of a megabyte each is what an engine of LLVM takes."""
-    monkeypatch.setattr(entry, "loaded", lambda *_: pytest.fail("code is made"))
-    for peak in (0.25, 0.375, 0.5):
-        kernel = fuzzyctl.compile(fuzzyctl.loads(SUM.replace("0.25", str(peak))), "numba")
-        assert isinstance(type(kernel).__dict__["__call__"], BuiltinFunctionType)
-        assert kernel(-1.0, 1.0) == peak
-
-
-@pytest.mark.parametrize(("what", "wrong"), [("_VALUE", 24), ("_ENTRY", 32), ("_BYTE", 40)])
-def test_another_layout_is_seen(monkeypatch: pytest.MonkeyPatch, what: str, wrong: int) -> None:
-    monkeypatch.setattr(entry, what, wrong)
-    entry._layout_is_known.cache_clear()
-    assert not entry._layout_is_known()
-    monkeypatch.undo()
-    entry._layout_is_known.cache_clear()
-    assert entry._layout_is_known()
 
 
 def test_once_compiled_calls_by_name_use_machine_code() -> None:
