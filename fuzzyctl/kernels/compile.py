@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import warnings
-import weakref
 from collections.abc import Mapping, Sequence
-from functools import cache
+from functools import cache, cached_property
 from numbers import Real
 from typing import TYPE_CHECKING, Any, Final
 
@@ -25,7 +24,7 @@ if TYPE_CHECKING:
 
     FloatArray = npt.NDArray[np.float64]
 
-__all__ = ["ALGORITHMS", "BACKENDS", "Kernel", "call_by_name", "compile", "degrees"]
+__all__ = ["ALGORITHMS", "BACKENDS", "ByName", "Kernel", "compile", "degrees"]
 
 #: What `compile` takes as a backend.
 BACKENDS: Final = ("auto", "numba", "numpy", "python")
@@ -39,8 +38,8 @@ def compile(system: FuzzySystem, backend: str = "auto", *, algorithm: str = "aut
         backend: "numba"; "numpy", which evaluates arrays with numpy and single points with generated Python; "python",
             which loops over the points of an array with the same Python; or "auto", which is numba where it can be
             imported, else numpy, and a warning says so once. Of systems that numba would take longer over than most
-            programs run, "auto" is numpy too (`effort`). Once it is compiled by numba, calls of the system by name
-            use that.
+            programs run, "auto" is numpy too (`compile_cost`). numba compiles at the first call, and at the first
+            batch.
         algorithm: "interpolation", "diagonals", "active" or "rules", which compute the same, up to rounding; or "auto",
             which takes the fastest that the system allows.
 
@@ -60,10 +59,7 @@ def compile(system: FuzzySystem, backend: str = "auto", *, algorithm: str = "aut
     planned, chosen = plan(system), _resolve(backend)
     if backend == "auto" and chosen == "numba" and takes_long(planned, algorithm):
         chosen = "numpy"  # which has no wait
-    kernel = Kernel(planned, chosen, algorithm)
-    if kernel.backend == "numba" and algorithm == "auto":
-        _remember(system, "python", kernel)
-    return kernel
+    return Kernel(planned, chosen, algorithm)
 
 
 def takes_long(planned: Plan, algorithm: str = "auto") -> bool:
@@ -128,79 +124,71 @@ def degrees(system: FuzzySystem, variable: LinguisticVariable, term: Term, x: An
     return results[:, 0]
 
 
-#: Kernels for calls by name, by the identity of their system: hashing a system costs more than evaluating it.
-_CALLED: Final[dict[tuple[int, str], Kernel]] = {}
+class ByName:
+    """Evaluates a system for numbers or arrays given by name; what `FuzzySystem.__call__` does.
 
-
-def call_by_name(system: FuzzySystem, values: Mapping[str, Any]) -> Any:
-    """Evaluate a system for numbers or arrays given by name; what `FuzzySystem.__call__` does.
-
-    Numbers go through generated Python, so that neither numpy nor numba is imported, or through the kernel that numba
-    has compiled, if the caller had it do so; arrays through numpy. Adaptive outputs are evaluated with their initial
-    consequents.
+    Numbers go through generated Python, so that neither numpy nor numba is imported; arrays through numpy. Adaptive
+    outputs are evaluated with their initial consequents.
 
     Args:
-        system: The system.
-        values: A number or an array for every input; arrays broadcast against each other.
-
-    Returns:
-        A float, or an array of the broadcast shape; for several outputs a dict by name.
-
-    Raises:
-        UnknownNameError: For a name that is no input.
-        ArgumentError: When an input is missing or no number, or arrays do not broadcast.
-        NoRuleFiresError: Where no rule fires for an output that says `else error`.
+        system: A well-formed system.
     """
-    kernel = _called(system, "python")
-    names = kernel.input_names
-    if len(values) == len(names) and not kernel.n_states and len(kernel.output_names) == 1:
-        # The usual case; asking each value what kind of number it is costs more than all the rest.
-        ordered = []
-        for name in names:
-            value = values.get(name)
-            if type(value) is not float and type(value) is not int:
-                break
-            ordered.append(value)
-        else:
-            return kernel(*ordered)
-    return _call_carefully(system, kernel, {system.as_declared(name): value for name, value in values.items()})
 
+    def __init__(self, system: FuzzySystem) -> None:
+        self._system, self._kernel = system, compile(system, "python")
 
-def _call_carefully(system: FuzzySystem, kernel: Kernel, values: Mapping[str, Any]) -> Any:
-    names = kernel.input_names
-    for name in values:
-        if name not in names:
-            raise UnknownNameError("input", name, names)
-    missing = [name for name in names if name not in values]
-    if missing:
-        raise ArgumentError(f"a value is missing for: {', '.join(missing)}")
-    ordered = [values[name] for name in names]
-    if all(isinstance(value, Real) for value in ordered):
+    @cached_property
+    def _arrays(self) -> Kernel:
+        return compile(self._system, "numpy")
+
+    def __call__(self, values: Mapping[str, Any]) -> Any:
+        """Evaluate the system.
+
+        Args:
+            values: A number or an array for every input; arrays broadcast against each other.
+
+        Returns:
+            A float, or an array of the broadcast shape; for several outputs a dict by name.
+
+        Raises:
+            UnknownNameError: For a name that is no input.
+            ArgumentError: When an input is missing or no number, or arrays do not broadcast.
+            NoRuleFiresError: Where no rule fires for an output that says `else error`.
+        """
+        kernel = self._kernel
+        names = kernel.input_names
+        if len(values) == len(names) and not kernel.n_states and len(kernel.output_names) == 1:
+            # The usual case; asking each value what kind of number it is costs more than all the rest.
+            ordered = []
+            for name in names:
+                value = values.get(name)
+                if type(value) is not float and type(value) is not int:
+                    break
+                ordered.append(value)
+            else:
+                return kernel(*ordered)
+        return self._carefully({self._system.as_declared(name): value for name, value in values.items()})
+
+    def _carefully(self, values: Mapping[str, Any]) -> Any:
+        kernel = self._kernel
+        names = kernel.input_names
+        for name in values:
+            if name not in names:
+                raise UnknownNameError("input", name, names)
+        missing = [name for name in names if name not in values]
+        if missing:
+            raise ArgumentError(f"a value is missing for: {', '.join(missing)}")
+        ordered = [values[name] for name in names]
+        if not all(isinstance(value, Real) for value in ordered):
+            return self._of_arrays(ordered)
         state = (kernel.plan.initial_state,) if kernel.n_states else ()
         result = kernel(*ordered, *state)
         return result if len(kernel.output_names) == 1 else dict(zip(kernel.output_names, result, strict=True))
-    return _call_arrays(_called(system, "numpy"), ordered)
 
-
-def _call_arrays(kernel: Kernel, ordered: Sequence[Any]) -> Any:
-    points = stacked(kernel.input_names, ordered)
-    results = kernel.batch(points, kernel.plan.initial_state if kernel.n_states else None)
-    if len(kernel.output_names) == 1:
-        return results
-    return {name: results[..., k] for k, name in enumerate(kernel.output_names)}
-
-
-def _called(system: FuzzySystem, backend: str) -> Kernel:
-    key = (id(system), backend)
-    if key not in _CALLED:
-        _remember(system, backend, compile(system, backend))
-    return _CALLED[key]
-
-
-def _remember(system: FuzzySystem, backend: str, kernel: Kernel) -> None:
-    """Keep a kernel for calls by name in place of one of a backend."""
-    key = (id(system), backend)
-    if key not in _CALLED:
-        # The identity may be used again once the system is gone.
-        weakref.finalize(system, _CALLED.pop, key, None)
-    _CALLED[key] = kernel
+    def _of_arrays(self, ordered: Sequence[Any]) -> Any:
+        kernel = self._arrays
+        points = stacked(kernel.input_names, ordered)
+        results = kernel.batch(points, kernel.plan.initial_state if kernel.n_states else None)
+        if len(kernel.output_names) == 1:
+            return results
+        return {name: results[..., k] for k, name in enumerate(kernel.output_names)}

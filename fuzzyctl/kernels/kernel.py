@@ -4,30 +4,34 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, final
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, FuzzyctlError, NoRuleFiresError, UnknownNameError
-from fuzzyctl.kernels import fast_call as quick
 from fuzzyctl.kernels.algorithms.select import algorithm_of
 from fuzzyctl.kernels.backends import sequence
 from fuzzyctl.kernels.backends.arguments import argument_error, float_array, in_order, overflows, too_large, writable
 from fuzzyctl.kernels.backends.python import backend as python_backend
-from fuzzyctl.kernels.batch import NO_STATE, Batches
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import Plan
 from fuzzyctl.kernels.program.program import Program, Refuse
 from fuzzyctl.kernels.program.scalar import as_number
+from fuzzyctl.kernels.promises import Promises
 
 if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
+    from fuzzyctl.kernels.backends.blocks import Fill
+
     FloatArray = npt.NDArray[np.float64]
 
 _BACKENDS: Final = ("numba", "numpy", "python")
+#: What a function raises for arguments that it does not take, and where no rule fires.
+_REFUSALS: Final = (TypeError, ValueError, ArithmeticError)
 
 
-class Kernel(Batches):
+@final
+class Kernel:
     """A compiled system: numbers in, numbers out, and no state of its own.
 
     `kernel(x0, x1, ...)` takes real numbers in the order of the inputs and gives a float, or a tuple for several
@@ -61,16 +65,12 @@ class Kernel(Batches):
         self.algorithm = algorithm_of(plan, algorithm)
         self._program = self.algorithm.point if backend == "numba" else self.algorithm.interpreted
         self._refusals = {s.message: s.output for s in self._program.body if isinstance(s, Refuse)}
-        certain = self.algorithm.is_defined
-        self._promised = () if certain else tuple(k for k, o in enumerate(plan.outputs) if o.otherwise is None)
+        self._promises = Promises(plan, known=self.algorithm.is_defined)
         self._n_arguments = len(plan.inputs) + (1 if self.n_states else 0)
-        single = not self.n_states and len(plan.outputs) == 1
         #: What calls from Python call.
         self._function: Any = self._first_call if backend == "numba" else self.jit
         #: Whether a result that equals itself can be returned as it is, since it is one number.
-        self._is_single = single
-        if single and backend != "numba":  # a call needs no preparation
-            self.__class__ = quick.specialised(self, self._program)
+        self._is_single = not self.n_states and len(plan.outputs) == 1
 
     def __reduce__(self) -> tuple[Any, ...]:
         """A kernel in another process is made anew there, from the cache where it can be."""
@@ -94,7 +94,7 @@ class Kernel(Batches):
                 result = self._function(*arguments)
                 if result == result:
                     return result
-            except python_backend.REFUSALS:
+            except _REFUSALS:
                 pass
         return self._careful(arguments, named)
 
@@ -115,7 +115,7 @@ class Kernel(Batches):
                 # Compiled code takes fewer types of numbers than there are; it never comes here with floats.
                 result = self._function(*self._as_floats(arguments))
             if result != result or type(result) is tuple:
-                self._keep_promises(arguments, result)
+                self._promises.check(arguments, result)
             return result
         except NoRuleFiresError:
             raise
@@ -125,13 +125,54 @@ class Kernel(Batches):
             output = self._refusals.get(str(error))
             if output is None:
                 raise
-            point = python_backend.point_text(self.input_names, arguments[: len(self.input_names)])
+            point = self._promises.text_of(arguments[: len(self.input_names)])
             raise NoRuleFiresError(output, point) from None
         except (TypeError, ValueError) as error:
             # Compiled code refuses integers beyond 64 bits in its own words.
             if len(arguments) == self._n_arguments and any(overflows(a) for a in arguments):
                 raise too_large(self.input_names, arguments) from None
             raise argument_error(self._argument_names(), self.n_states, arguments, error) from error
+
+    def batch(self, points: Any, state: Any = None, *, out: Any = None, parallel: bool = True) -> FloatArray:
+        """Evaluate at many points.
+
+        Args:
+            points: Shape (..., inputs), in the order of the inputs; or what has named columns, such as a data frame, a
+                structured array or a dict of arrays, whose names must be exactly those of the inputs, in any order.
+            state: The state, shape (..., states), for each point its own. Of shape (states,) it is the state before
+                the first point: adaptive consequents stay as they are, and an output that says `else hold` holds, point
+                after point in the order of indices, the last value before that is no NaN. Left out, it is the initial
+                state of a system without adaptive outputs.
+            out: A contiguous array of float64 of the result's shape to write to; None for a new one.
+            parallel: Whether all cores may be used; they are where the work is worth it.
+
+        Returns:
+            Shape (...) for one output, (..., outputs) for several.
+
+        Raises:
+            ArgumentError: For arrays of another shape or not of numbers, and for columns of other names.
+            NoRuleFiresError: For the first point where no rule fires for an output that says `else error` or has no
+                `else`.
+        """
+        from fuzzyctl.kernels.batch import Batch
+
+        run = Batch(self.plan, self._fill, self._promises, is_compiled=self.backend == "numba")
+        return run(points, state, out, parallel=parallel)
+
+    @cached_property
+    def _fill(self) -> Fill:
+        """What fills the results of a block of points."""
+        if self.backend == "numpy":
+            from fuzzyctl.kernels.backends.numpy import backend as numpy_backend
+
+            return numpy_backend.compile_batch(self.algorithm.arrays, self.input_names)
+        from fuzzyctl.kernels.batch import fill_by_calls, fill_by_loop
+
+        if self.backend == "python":
+            return fill_by_calls(self.jit)
+        from fuzzyctl.kernels.backends.numba.loop import loop
+
+        return fill_by_loop(loop(self.algorithm.many), list(self._refusals.values()), self._promises)
 
     def initial_state(self) -> FloatArray:
         """Return the state to begin with: the peak of the term of each adaptive rule, then what is held at first."""
@@ -151,8 +192,8 @@ class Kernel(Batches):
             ArgumentError: For a state or results of another shape.
         """
         if not self.n_states:
-            raise FuzzyctlError(NO_STATE)
-        before = self._first_state(state)
+            raise FuzzyctlError(sequence.NO_STATE)
+        before = sequence.first_state(self.plan, state)
         outputs = float_array(results, "results")
         if outputs.size % len(self.output_names):
             raise ArgumentError(f"the results must have the shape (..., {len(self.output_names)}), got {outputs.shape}")
@@ -170,7 +211,7 @@ class Kernel(Batches):
             return self.jit
         from fuzzyctl.kernels.backends.numba import values
 
-        return values.value(self._program, self)
+        return values.value(self._program, self, (self, "value"))
 
     @cached_property
     def rates_value(self) -> Any:
@@ -180,7 +221,7 @@ class Kernel(Batches):
             return self.jit_rates
         from fuzzyctl.kernels.backends.numba import values
 
-        return values.rates_value(inference.rates(self.plan), self)
+        return values.storing_value(inference.rates(self.plan), self._rates, (self, "rates_value"))
 
     @cached_property
     def jit_rates(self) -> Any:
@@ -190,6 +231,9 @@ class Kernel(Batches):
         """
         self._require_adaptive()
         return self._storing(inference.rates(self.plan))
+
+    def _rates(self, *arguments: Any) -> None:
+        self.jit_rates(*arguments)
 
     @cached_property
     def jit_strengths(self) -> Any:

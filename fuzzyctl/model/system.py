@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import unicodedata
 from collections.abc import Mapping, Sequence
-from functools import cache, cached_property
+from functools import cached_property
 from numbers import Real
 from typing import Any, Self, TypeVar
 
@@ -55,7 +55,7 @@ class FuzzySystem(Node):
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> FuzzySystem:
         """Return a copy with some fields changed; what was computed from the old ones is not copied."""
         copied = super().model_copy(update=update, deep=deep)
-        for computed in ("rules", "conclusions", "rule_methods", "reads", "param_values", "values"):
+        for computed in ("rules", "conclusions", "rule_methods", "reads", "param_values", "values", "_by_name"):
             copied.__dict__.pop(computed, None)
         return copied
 
@@ -223,24 +223,20 @@ class FuzzySystem(Node):
         if unnamed:
             call = ", ".join(f"{v.name}=..." for v in self.inputs)
             raise ArgumentError(f"inputs are given by name: system({call}); a kernel takes them by position")
-        return _evaluator()(self, inputs)
+        return self._by_name(inputs)
+
+    @cached_property
+    def _by_name(self) -> Any:
+        """What evaluates: the model is below the kernels, and this is the one place that looks up to them."""
+        from fuzzyctl.kernels.compile import ByName
+
+        return ByName(self)
 
     def as_declared(self, name: str) -> str:
         """Return the name of an input as the file spells it: Python writes µ and some others in another form (NFKC)."""
         if name.isascii():
             return name
         return next((v.name for v in self.inputs if unicodedata.normalize("NFKC", v.name) == name), name)
-
-
-@cache
-def _evaluator() -> Any:
-    """Return what evaluates: the model stands below the kernels, and this is the one place that looks up to them.
-
-    Kept, since an import statement costs more than an evaluation even if there is nothing left to import.
-    """
-    from fuzzyctl.kernels.compile import call_by_name
-
-    return call_by_name
 
 
 def _is_finite(value: Real) -> bool:

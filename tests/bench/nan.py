@@ -19,8 +19,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import fuzzyctl
 from fuzzyctl.kernels.backends.numba import source as numba_backend
-from fuzzyctl.kernels.backends.numba.native import Loop
-from fuzzyctl.kernels.backends.numba.parameters import Numbers
+from fuzzyctl.kernels.backends.numba.loop import Loop
 from tests.bench.measure import _loop
 from tests.bench.workloads import WORKLOADS, Workload
 
@@ -37,13 +36,11 @@ def without_test(source: str) -> str:
 def cost(workload: Workload, rounds: int = ROUNDS) -> dict[str, tuple[float, float]]:
     """Return nanoseconds with the test and without it, of a point of a batch and of a call in a compiled loop."""
     kernel = fuzzyctl.compile(fuzzyctl.loads(workload.text), "numba")
-    program = kernel.algorithm.many
-    batch = numba_backend.batch_source(program, Numbers(program, inside=True))
+    batch = numba_backend.batch_source(kernel.algorithm.many)
     points, out = workload.points(COUNT), np.empty((COUNT, 1))
     runs: dict[str, Any] = {}
     for which, change in (("with", str), ("without", without_test)):
-        filled = numba_backend.compile_source(change(batch))
-        many = Loop(filled, np.empty(0))
+        many = Loop(numba_backend.compile_source(change(batch)))
         runs["batch", which] = lambda many=many: many(points, None, out)
         runs["loop", which] = _loop(numba_backend.compile_source(change(kernel.source)), points)
     best = dict.fromkeys(runs, float("inf"))

@@ -6,7 +6,6 @@ from fuzzyctl import loads
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
 from fuzzyctl.kernels.algorithms.select import ALGORITHMS, algorithm_of
 from fuzzyctl.kernels.backends.numba import source as numba_backend
-from fuzzyctl.kernels.backends.numba.parameters import Numbers
 from fuzzyctl.kernels.backends.numpy import backend as numpy_backend
 from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.inference import inference
@@ -26,7 +25,7 @@ def programs(text):
             continue
         yield f"{name}: point in Python", python_backend.evaluation_source(chosen.interpreted)
         yield f"{name}: point in numba", numba_backend.evaluation_source(chosen.point)
-        yield f"{name}: batch in numba", numba_backend.batch_source(chosen.many, Numbers(chosen.many, inside=True))
+        yield f"{name}: batch in numba", numba_backend.batch_source(chosen.many)
         yield f"{name}: batch in numpy", numpy_backend.block_source(chosen.arrays)
     yield "algorithm", algorithm_of(planned).name
     yield "trace", python_backend.storing_source(inference.trace(planned))

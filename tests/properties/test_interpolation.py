@@ -15,7 +15,6 @@ from fuzzyctl.kernels.algorithms import interpolation
 from fuzzyctl.kernels.algorithms.select import algorithm_of
 from fuzzyctl.kernels.backends.numba import source as numba_backend
 from fuzzyctl.kernels.backends.numba.compile_cost import operations
-from fuzzyctl.kernels.backends.numba.parameters import Numbers
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.kernels.program.program import Between
@@ -139,7 +138,7 @@ def interpreted(source):
 
 def of_batch(program, points):
     """Evaluate a program as numba's batches do."""
-    kernel = interpreted(numba_backend.batch_source(program, Numbers(program, inside=True)))
+    kernel = interpreted(numba_backend.batch_source(program))
     results = np.full(len(points), 99.0)
     assert kernel(points.ravel().tolist(), None, results, None, len(points)) == -1
     return results

@@ -1,10 +1,12 @@
-"""Batches of systems whose outputs hold their previous value where no rule fires: points one after another."""
+"""States of kernels: as callers give them, and along points whose outputs hold their previous value."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Final
 
+from fuzzyctl.diagnostics.diagnostic import ArgumentError
+from fuzzyctl.kernels.backends.arguments import float_array
 from fuzzyctl.kernels.plan.build import Plan
 
 if TYPE_CHECKING:
@@ -12,6 +14,52 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     FloatArray = npt.NDArray[np.float64]
+
+NO_STATE: Final = "the system has no state: no output is adaptive or says 'else hold'"
+
+
+def first_state(plan: Plan, state: Any) -> FloatArray:
+    """Return a state of shape (states,), the initial one for None where nothing adapts.
+
+    Raises:
+        ArgumentError: For a state of another shape, and for none where consequents adapt.
+    """
+    import numpy as np
+
+    count = len(plan.initial_state)
+    if state is None and plan.states:
+        raise ArgumentError(f"the state is missing: {count} adaptive consequents")
+    array = np.array(plan.initial_state, dtype=np.float64) if state is None else float_array(state, "state")
+    if array.shape != (count,):
+        raise ArgumentError(f"the state must have the shape ({count},), got {array.shape}")
+    return array
+
+
+def flat_state(plan: Plan, state: Any, shape: tuple[int, ...]) -> FloatArray | None:
+    """Return the state of each of the points of a batch, shape (n, states); None for a system without a state.
+
+    Args:
+        plan: The system.
+        state: What the caller gives.
+        shape: The shape of the points, without that of each.
+
+    Raises:
+        ArgumentError: For a state that does not fit.
+    """
+    import numpy as np
+
+    count = len(plan.initial_state)
+    if not count:
+        if state is not None:
+            raise ArgumentError(f"{NO_STATE}, so batch takes none")
+        return None
+    array = first_state(plan, None) if state is None else float_array(state, "state")
+    if array.ndim == 0 or array.shape[-1] != count:
+        raise ArgumentError(f"the state must have the shape (..., {count}), got {array.shape}")
+    try:
+        return np.broadcast_to(array, (*shape, count)).reshape(-1, count)
+    except ValueError:
+        raise ArgumentError(f"a state of shape {array.shape} does not fit points of shape {shape}") from None
 
 
 def states_along(

@@ -1,6 +1,10 @@
+import copy
+import gc
 import math
+import pickle
 import subprocess
 import sys
+import weakref
 
 import numpy as np
 import pytest
@@ -16,7 +20,6 @@ from fuzzyctl.diagnostics.diagnostic import (
 )
 from fuzzyctl.kernels.algorithms.select import algorithm_of
 from fuzzyctl.kernels.backends.numba.compile_cost import operations
-from fuzzyctl.kernels.compile import call_by_name
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.plan.build import plan
 
@@ -64,7 +67,7 @@ class TestCompile:
     def no_numba(self, monkeypatch):
         """Leave numba out; what was found out of it before is forgotten, and again afterwards."""
         monkeypatch.setitem(sys.modules, "numba", None)
-        for name in ("source", "native", "values", "intrinsics", "disk_cache"):
+        for name in ("source", "loop", "values", "intrinsics", "disk_cache"):
             monkeypatch.delitem(sys.modules, f"fuzzyctl.kernels.backends.numba.{name}", raising=False)
             monkeypatch.delattr(f"fuzzyctl.kernels.backends.numba.{name}", raising=False)
         for found in (compile_module.numba_is_missing, compile_module._say_once):
@@ -273,18 +276,24 @@ class TestCallByName:
         assert adaptive(sigma=0.1) == 0.0
         np.testing.assert_array_equal(adaptive(sigma=[0.1, 0.2]), [0.0, 0.0])
 
-    def test_kernels_are_compiled_once_and_forgotten_with_their_system(self, gappy):
+    def test_kernels_are_compiled_once_and_forgotten_with_their_system(self, gappy, monkeypatch):
+        compiled, kernels = compile_module.compile, []
+        monkeypatch.setattr(compile_module, "compile", lambda *a: kernels.append(weakref.ref(k := compiled(*a))) or k)
         system = gappy()
-        system(speed=1, turn=0)
-        key = (id(system), "python")
-        kernel = compile_module._CALLED[key]
-        system(speed=2, turn=0)
-        assert compile_module._CALLED[key] is kernel
-        del system, kernel
-        assert key not in compile_module._CALLED
+        for x in (1, 2, [1.0, 2.0], [3.0]):
+            system(speed=x, turn=0)
+        assert [kernel().backend for kernel in kernels] == ["python", "numpy"]
+        del system
+        gc.collect()
+        assert [kernel() for kernel in kernels] == [None, None]
 
-    def test_call_by_name_is_what_calling_a_system_does(self, ais):
-        assert call_by_name(ais, {"sigma": 0.01, "dsigma": 0.1}) == ais(sigma=0.01, dsigma=0.1)
+    def test_systems_that_were_called_can_be_copied_pickled_and_compared(self, gappy):
+        system, fresh = gappy(), gappy()
+        expected = system(speed=1, turn=0)
+        for copied in (copy.deepcopy(system), pickle.loads(pickle.dumps(system)), system.model_copy()):
+            assert copied == system == fresh
+            assert copied(speed=1, turn=0) == expected
+        assert "_by_name" not in vars(system.model_copy())
 
 
 def test_numbers_go_without_numpy_and_compiling_imports_nothing_heavy():

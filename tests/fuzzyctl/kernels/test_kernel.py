@@ -16,7 +16,6 @@ from hypothesis import strategies as st
 
 import fuzzyctl
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, FuzzyctlError, ValueOutOfBoundsError
-from fuzzyctl.kernels import compile as compile_module
 
 SUM = """system sum
 and product
@@ -109,11 +108,12 @@ def test_a_call_outlives_its_kernel_and_a_kernel_goes_when_it_is_not_needed() ->
     assert gone() is None
 
 
-def test_once_compiled_calls_by_name_use_machine_code() -> None:
-    system = fuzzyctl.loads(SUM)
-    assert system(a=0.5, b=0.25) == PLAIN(0.5, 0.25)
-    forced = fuzzyctl.compile(system, "numba", algorithm="rules")
-    assert compile_module._called(system, "python") is not forced
+def test_what_one_caller_compiles_changes_nothing_for_others() -> None:
+    system, other = fuzzyctl.loads(SUM), fuzzyctl.loads(SUM.replace("0.25", "0.75"))
+    before = system(a=0.1, b=0.3), fuzzyctl.compile(other, "numba").batch([[0.1, 0.3]])
     kernel = fuzzyctl.compile(system, "numba")
-    assert compile_module._called(system, "python") is kernel
-    assert system(a=0.5, b=0.25) == kernel(0.5, 0.25)
+    kernel(0.1, 0.3)
+    kernel.batch([[0.1, 0.3]])
+    assert (system(a=0.1, b=0.3), fuzzyctl.compile(other, "numba").batch([[0.1, 0.3]])) == before
+    assert type(kernel) is type(PLAIN) is fuzzyctl.Kernel
+    assert system(a=0.1, b=0.3) == PLAIN(0.1, 0.3)

@@ -29,12 +29,11 @@ class Numbers:
 
     Args:
         program: The program.
-        inside: Whether they are to stand in the text all the same, with a table that nothing reads.
     """
 
-    def __init__(self, program: Program, *, inside: bool = False) -> None:
+    def __init__(self, program: Program) -> None:
         self.values: list[float] = []
-        self.shares = not inside and not any(isinstance(s, Quadrature) for s in program.body)
+        self.shares = not any(isinstance(s, Quadrature) for s in program.body)
         self._named: set[int] = set()
         self._places: dict[str, int] = {}
         for name, values in program.tables if self.shares else ():

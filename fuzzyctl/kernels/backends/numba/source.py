@@ -118,12 +118,12 @@ def storing_source(program: Program, numbers: Numbers | None = None) -> str:
     return _module(program, f"void({', '.join(types)})", lines, numbers=numbers)
 
 
-def batch_source(program: Program, numbers: Numbers) -> str:
+def batch_source(program: Program) -> str:
     """Return the text of a module with the compiled loop `kernel(points, states, results, table, count)`.
 
-    It takes pointers to numbers, for callers that are machine code, and returns -1, or refusals · (index of the first
-    point where no rule fires) + (position among the refusals). The text of the kernel stands inside the loop, since a
-    call would keep the loop from being vectorised.
+    It takes pointers to numbers, for callers that are machine code, the table unused, and returns -1, or refusals ·
+    (index of the first point where no rule fires) + (position among the refusals). The text of the kernel is inside the
+    loop, since a call would keep the loop from being vectorised, and so are its numbers, which then are in registers.
     """
     program = speculated(program)
     pad = INDENT * 2
@@ -132,23 +132,21 @@ def batch_source(program: Program, numbers: Numbers) -> str:
     def refuse(condition: str, output: str) -> list[str]:
         return [f"if {condition}:", f"{INDENT}return {len(refused)} * i + {refused.index(output)}"]
 
-    base = numbers.dialect(_COMPILED_MANY, MOST_COUNTED_MANY)
-
     def item(array: str, index: int | str | Place) -> str:
-        return f"states[{program.state} * i + {index}]" if array == STATE else base.item(array, index)
+        return f"states[{program.state} * i + {index}]" if array == STATE else _COMPILED_MANY.item(array, index)
 
-    dialect = replace(base, item=item)
+    dialect = replace(_COMPILED_MANY, item=item)
     signature = f"int64({', '.join(['CPointer(float64)'] * 4)}, int64)"
     head = f"def kernel(points, states, results, {TABLE}, count):"
     if is_in_passes(program):
         loops = [INDENT + line for line in pass_lines(program, dialect)]
-        return _module(program, signature, [head, *_taken(numbers), *loops, f"{INDENT}return -1"], numbers=numbers)
+        return _module(program, signature, [head, *loops, f"{INDENT}return -1"])
     width = len(program.results)
     body = [f"{pad}{x} = points[{len(program.arguments)} * i + {k}]" for k, x in enumerate(program.arguments)]
     body += block(program.body, dialect, refuse, 2)
     body += [f"{pad}results[{width} * i + {k}] = {text(r, dialect)}" for k, r in enumerate(program.results)]
-    lines = [head, *_taken(numbers), f"{INDENT}for i in range(count):"]
-    return _module(program, signature, [*lines, *body, f"{INDENT}return -1"], numbers=numbers)
+    lines = [head, f"{INDENT}for i in range(count):"]
+    return _module(program, signature, [*lines, *body, f"{INDENT}return -1"])
 
 
 def _dialect(numbers: Numbers | None) -> Dialect:

@@ -13,18 +13,17 @@ from threading import RLock
 from typing import TYPE_CHECKING, Any, Final
 
 import llvmlite.binding as llvm
+import numpy as np
 from llvmlite import ir
 from numba.core import types
 
 from fuzzyctl.kernels.backends.numba import source as numba_backend
-from fuzzyctl.kernels.backends.numba.native import address_of, compiled
+from fuzzyctl.kernels.backends.numba.loop import address_of
+from fuzzyctl.kernels.backends.numba.parameters import Numbers
 from fuzzyctl.kernels.program.program import Program
 
 if TYPE_CHECKING:
-    import numpy as np
     import numpy.typing as npt
-
-    from fuzzyctl.kernels.kernel import Kernel
 
     FloatArray = npt.NDArray[np.float64]
 
@@ -40,13 +39,12 @@ class Value(types.WrapperAddressProtocol):
     Args:
         function: Machine code whose last argument is the table.
         table: The table.
-        kernel: Whose function it is.
-        name: By which the kernel has it.
         plain: What computes the same when called from Python.
+        origin: The object whose attribute it is, and the name of the attribute, from which other processes get it.
     """
 
-    def __init__(self, function: Any, table: FloatArray, kernel: Kernel, name: str, plain: Callable[..., Any]) -> None:
-        self._kernel, self._name, self._plain = kernel, name, plain
+    def __init__(self, function: Any, table: FloatArray, plain: Callable[..., Any], origin: tuple[object, str]) -> None:
+        self._plain, self._origin = plain, origin
         (result,) = function.overloads.values()
         *arguments, _ = result.signature.args
         self._signature = result.signature.return_type(*arguments)
@@ -58,7 +56,7 @@ class Value(types.WrapperAddressProtocol):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """A value in another process is made anew there."""
-        return getattr, (self._kernel, self._name)
+        return getattr, self._origin
 
     def __call__(self, *arguments: Any) -> Any:
         """Call it from Python."""
@@ -110,13 +108,19 @@ def _engine() -> Any:
     return llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
 
 
-def value(program: Program, kernel: Kernel) -> Value:
-    """Return the function (x0, ..., C) of a kernel as a value."""
-    function, table = compiled(program, numba_backend.evaluation_source, shared=True)
-    return Value(function, table, kernel, "value", kernel)
+def value(program: Program, plain: Callable[..., Any], origin: tuple[object, str]) -> Value:
+    """Return the function (x0, ..., C) of a program as a value; see `Value`."""
+    return _value(program, numba_backend.evaluation_source, plain, origin)
 
 
-def rates_value(program: Program, kernel: Kernel) -> Value:
-    """Return the function (x0, ..., C, result) of a kernel as a value."""
-    function, table = compiled(program, numba_backend.storing_source, shared=True)
-    return Value(function, table, kernel, "rates_value", lambda *arguments: kernel.jit_rates(*arguments))
+def storing_value(program: Program, plain: Callable[..., Any], origin: tuple[object, str]) -> Value:
+    """Return the function (x0, ..., C, result) of a program as a value; see `Value`."""
+    return _value(program, numba_backend.storing_source, plain, origin)
+
+
+def _value(
+    program: Program, source: Callable[[Program, Numbers], str], plain: Callable[..., Any], origin: tuple[object, str]
+) -> Value:
+    numbers = Numbers(program)
+    function = numba_backend.compile_source(source(program, numbers))
+    return Value(function, np.array(numbers.values, dtype=np.float64), plain, origin)

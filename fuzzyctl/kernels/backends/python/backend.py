@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Final
 
 from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
@@ -14,12 +14,6 @@ from fuzzyctl.kernels.program.scalar import RUNTIME, execute
 #: Name of the array argument that a storing function writes to.
 RESULT: Final = "result"
 
-#: What a function raises for arguments it does not take, and where no rule fires; found and named by the careful way.
-REFUSALS: Final = (TypeError, ValueError, ArithmeticError)
-
-#: Stands for an argument that is not given.
-_MISSING: Final[Any] = object()
-
 
 def evaluation_source(program: Program) -> str:
     """Return the text of the function `kernel(x0, ..., C)` that returns the outputs."""
@@ -27,23 +21,6 @@ def evaluation_source(program: Program) -> str:
     results = ", ".join(text(r, SCALAR) for r in program.results)
     end = f"return {results}" if len(program.results) == 1 else f"return ({results})"
     return _function("kernel", program, [], [end], INTERPRETED)
-
-
-def call_source(program: Program) -> str:
-    """Return the text of the method `call(self, x0, ...)` of a kernel without a state that returns one output.
-
-    The program is one with rows.
-
-    Where an argument is missing, one too many, given by name or no number, where no rule fires and where the result is
-    NaN it returns what `self._careful` does with the arguments.
-    """
-    names = list(program.arguments)
-    head = f"def call(self, {', '.join(f'{x}=missing' for x in names)}, /, *more, **named):"
-    lines = [*_conversions(program), *_body(program, INTERPRETED)]
-    lines.append(f"{INDENT}result = {text(program.results[0], SCALAR)}")
-    tried = [f"{INDENT}if not (more or named):", f"{INDENT * 2}try:", *(INDENT * 2 + line for line in lines)]
-    tried += [f"{INDENT * 3}if result == result: return result", f"{INDENT * 2}except refusals: pass"]
-    return "\n".join([head, *tried, f"{INDENT}return self._careful(given({', '.join(names)}, *more), named)"]) + "\n"
 
 
 def storing_source(program: Program) -> str:
@@ -80,20 +57,6 @@ def compile_source(source: str, program: Program, input_names: Sequence[str]) ->
 
     namespace["no_rule_fires"] = no_rule_fires
     return execute(source, namespace)
-
-
-def compile_call(program: Program) -> Callable[..., Any]:
-    """Return the method `call(self, x0, ...)`, see `call_source`."""
-    program, tables = with_rows(program)
-    # The careful way says for which output no rule fires.
-    return execute(call_source(program), {**RUNTIME, **tables, **_CALLING, "no_rule_fires": ArithmeticError})
-
-
-def _given(*arguments: Any) -> tuple[Any, ...]:
-    return tuple(a for a in arguments if a is not _MISSING)
-
-
-_CALLING: Final[Mapping[str, Any]] = {"missing": _MISSING, "given": _given, "refusals": REFUSALS}
 
 
 def point_text(names: Sequence[str], point: Sequence[float]) -> str:

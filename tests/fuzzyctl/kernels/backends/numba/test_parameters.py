@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 from fuzzyctl import loads
-from fuzzyctl.kernels.backends.numba import native
 from fuzzyctl.kernels.backends.numba import source as numba_backend
 from fuzzyctl.kernels.backends.numba.parameters import Numbers
 from fuzzyctl.kernels.compile import compile as compile_system
@@ -77,7 +76,6 @@ def compiled(monkeypatch, tmp_path):
     monkeypatch.setenv("FUZZYCTL_CACHE_DIR", str(tmp_path))
     for name in [n for n in sys.modules if n.startswith("fuzzyctl_kernel_")]:
         monkeypatch.delitem(sys.modules, name)
-    monkeypatch.setattr(native, "_FIRST", {})
     return lambda: {n for n in sys.modules if n.startswith("fuzzyctl_kernel_")}
 
 

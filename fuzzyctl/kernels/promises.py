@@ -1,0 +1,80 @@
+"""Outputs without `else` promise that a rule always fires for them: NaN of numbers breaks the promise."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
+from fuzzyctl.kernels.backends.python.backend import point_text
+from fuzzyctl.kernels.plan.build import Plan
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    FloatArray = npt.NDArray[np.float64]
+
+
+class Promises:
+    """The promises of the outputs of a system.
+
+    Args:
+        plan: The system.
+        known: Whether it is known beforehand that all of them are kept.
+    """
+
+    def __init__(self, plan: Plan, *, known: bool) -> None:
+        self._plan = plan
+        self._outputs = () if known else tuple(k for k, o in enumerate(plan.outputs) if o.otherwise is None)
+
+    def check(self, arguments: Sequence[Any], result: float | tuple[float, ...]) -> None:
+        """Check the result of one point.
+
+        Args:
+            arguments: The inputs, and the state if there is one.
+            result: What the function gave.
+
+        Raises:
+            NoRuleFiresError: Where an output without `else` is NaN though nothing that it reads is.
+        """
+        plan = self._plan
+        values = result if isinstance(result, tuple) else (result,)
+        point = [float(a) for a in arguments[: len(plan.inputs)]]
+        # What is held may be NaN at first: an output that reads it is NaN, too, and others promise what they promised.
+        consequents = arguments[-1] if plan.states and len(arguments) > len(point) else ()
+        if any(x != x for x in point) or any(c != c for c in consequents):
+            return
+        for k in self._outputs:
+            if values[k] != values[k] and all(values[r] == values[r] for r in plan.outputs[k].reads):
+                raise NoRuleFiresError(plan.outputs[k].name, self.text_of(point))
+
+    def check_block(self, points: FloatArray, states: FloatArray | None, results: FloatArray) -> None:
+        """Check the results of many points; the first one that breaks a promise is named.
+
+        Args:
+            points: Shape (n, inputs).
+            states: Shape (n, states); None without a state.
+            results: Shape (n, outputs).
+
+        Raises:
+            NoRuleFiresError: As `check` does.
+        """
+        import numpy as np
+
+        # The least number is NaN if any is, and takes no memory; only then is it worth looking closer.
+        if not self._outputs or not np.isnan(np.min(results, initial=np.inf)):
+            return
+        missing, bad = np.isnan(results), np.zeros(len(points), dtype=bool)
+        for k in self._outputs:
+            bad |= missing[:, k] & ~missing[:, list(self._plan.outputs[k].reads)].any(axis=1)
+        bad &= ~np.isnan(points).any(axis=1)
+        if states is not None:
+            bad &= ~np.isnan(states[:, : len(self._plan.states)]).any(axis=1)
+        if bad.any():
+            first = int(np.argmax(bad))
+            self.check(points[first].tolist(), tuple(results[first].tolist()))
+
+    def text_of(self, point: Sequence[float]) -> str:
+        """Return a point for people."""
+        return point_text([i.name for i in self._plan.inputs], point)
