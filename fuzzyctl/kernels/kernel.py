@@ -138,7 +138,8 @@ class Kernel:
 
         Args:
             points: Shape (..., inputs), in the order of the inputs; or what has named columns, such as a data frame, a
-                structured array or a dict of arrays, whose names must be exactly those of the inputs, in any order.
+                structured array or a dict of arrays, or what has labels along its last axis, such as a DataArray of
+                xarray. The names must be exactly those of the inputs, in any order.
             state: The state, shape (..., states), for each point its own. Of shape (states,) it is the state before
                 the first point: adaptive consequents stay as they are, and an output that says `else hold` holds, point
                 after point in the order of indices, the last value before that is no NaN. Left out, it is the initial
