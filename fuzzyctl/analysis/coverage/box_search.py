@@ -381,7 +381,8 @@ def _top(output: OutputPlan, term: SetPlan) -> Interval:
         return 1.0, 1.0
     nodes = max(sampled_degrees(term, nodes_of(output, term)))
     degree = term.degree(Name("x"))
-    return nodes, max(enclose(degree, {"x": ends})[1] for ends in pairwise(places_of(output, [term])))
+    most = max(enclose(degree, {"x": ends})[1] for ends in pairwise(places_of(output, [term])))
+    return nodes, min(most, 1.0)
 
 
 def _halved(box: tuple[Interval, ...]) -> list[tuple[Interval, ...]]:

@@ -491,3 +491,14 @@ table u = d x e
         (found,) = diagnostics(loads(text.replace(".  .", "a  a")))
         assert found.notes == ()
         assert "let a term of the inputs reach there" in found.help
+
+
+@pytest.mark.parametrize("implication", ["einstein_product", "hamacher_product"])
+def test_a_hedge_whose_enclosure_exceeds_1_is_a_degree_all_the_same(implication):
+    """Above 1 the Einstein product divides by zero."""
+    one = loads(
+        f"system s\ndefuzzifier bisector\nimplication {implication}\naggregation max\n"
+        "hedge h(x) = 4 * x * (1 - x)^0.5\ninput x in [0, 1]\n  r = ramp(0, 1)\n"
+        "output y in [-3, 5] else 0\n  t = spike(3.3615, 4.24889)\nif x is r then y is extremely h t\n"
+    )
+    assert isinstance(uncovered(one)["y"], Hole)
