@@ -85,6 +85,10 @@ DEEPEST: Final = 60
 #: Largest number of stretches of an integral; between two locations, a quarter of those left until the last ones. Where
 #: a set is so steep that rounded locations make noise of its degrees, halving would take all, and the others none.
 MOST: Final = 5000
+#: Where they are not enough, as rounding makes noise of degrees, all are taken anew for an error so much larger, and so
+#: often: else those on the left would take what those on the right need.
+LOOSENED: Final = 100.0
+LOOSER: Final = 3
 #: Parts of half the area that are taken for rounding: where the area ends up to this, a gap may follow.
 SLACK: Final = 1e-13
 #: Most steps to find a place within a stretch, and where they end, as a part of its length.
@@ -146,10 +150,27 @@ def rough_area(function: SetFunction, places: Sequence[float], given: Given) -> 
 
 def moments(function: SetFunction, places: Sequence[float], given: Given) -> tuple[float, float]:
     """Return the first moment, about 0, and the area between the first and the last of some places."""
-    rough = rough_area(function, places, given)
+    moment, area, _ = integrals(function, places, given)
+    return moment, area
+
+
+def integrals(function: SetFunction, places: Sequence[float], given: Given) -> tuple[float, float, float]:
+    """Return moment and area, and the error of a stretch up to which it was not halved."""
+    allowed = OF_ALL * rough_area(function, places, given)
+    moment, area, is_complete = summed(function, places, given, allowed)
+    for _ in range(LOOSER):
+        if not is_complete:
+            allowed *= LOOSENED
+            moment, area, is_complete = summed(function, places, given, allowed)
+    return moment, area, allowed
+
+
+def summed(function: SetFunction, places: Sequence[float], given: Given, allowed: float) -> tuple[float, float, bool]:
+    """Return moment and area for an allowed error of each stretch, and whether there were enough stretches for it."""
     rounded = ROUNDED * max(abs(places[0]), abs(places[len(places) - 1]))
     area = 0.0
     moment = 0.0
+    is_complete = True
     left_over = MOST
     ends = [0.0] * (DEEPEST + 1)
     for k in range(len(places) - 1):
@@ -162,22 +183,24 @@ def moments(function: SetFunction, places: Sequence[float], given: Given) -> tup
             center = 0.5 * left + 0.5 * right
             own, about, error = stretch(function, given, center, 0.5 * (right - left))
             left_over -= 1
-            is_off = error > OF_ALL * rough and error > OF_OWN * own and error * (right - left) > rounded * own
-            if is_off and top < DEEPEST and left_over > reserve and left < center < right:
+            is_off = error > allowed and error > OF_OWN * own and error * (right - left) > rounded * own
+            is_off = is_off and top < DEEPEST and left < center < right
+            if is_off and left_over > reserve:
                 top += 1
                 ends[top] = center
             else:
+                is_complete = is_complete and not is_off
                 area += own
                 moment += own * center + about
                 left = right
                 top -= 1
-    return moment, area
+    return moment, area, is_complete
 
 
 def reach(
-    function: SetFunction, places: Sequence[float], given: Given, rough: float, bound: float
+    function: SetFunction, places: Sequence[float], given: Given, allowed: float, bound: float
 ) -> tuple[float, float, float, float]:
-    """Go from the left until the area comes to a bound.
+    """Go from the left until the area comes to a bound, with the same stretches as `summed`.
 
     Returns:
         The area before the stretch where it does, the ends of this stretch, and its own area; the whole area and 0 if
@@ -197,7 +220,7 @@ def reach(
             center = 0.5 * left + 0.5 * right
             own, _, error = stretch(function, given, center, 0.5 * (right - left))
             left_over -= 1
-            is_off = error > OF_ALL * rough and error > OF_OWN * own and error * (right - left) > rounded * own
+            is_off = error > allowed and error > OF_OWN * own and error * (right - left) > rounded * own
             if is_off and top < DEEPEST and left_over > reserve and left < center < right:
                 top += 1
                 ends[top] = center
@@ -238,11 +261,10 @@ def within(function: SetFunction, given: Given, left: float, right: float, wante
 
 def half(function: SetFunction, places: Sequence[float], given: Given) -> tuple[float, float]:
     """Return where the area to the left is half of all, and the area; at a gap the middle of the gap."""
-    rough = rough_area(function, places, given)
-    whole, _, _, _ = reach(function, places, given, rough, 1e308)
+    _, whole, allowed = integrals(function, places, given)
     wanted = 0.5 * whole
-    area, left, right, own = reach(function, places, given, rough, (1.0 - SLACK) * wanted)
-    _, after, _, _ = reach(function, places, given, rough, (1.0 + SLACK) * wanted)
+    area, left, right, own = reach(function, places, given, allowed, (1.0 - SLACK) * wanted)
+    _, after, _, _ = reach(function, places, given, allowed, (1.0 + SLACK) * wanted)
     if after > right:
         return 0.5 * right + 0.5 * after, whole
     return within(function, given, left, right, wanted - area, own), whole

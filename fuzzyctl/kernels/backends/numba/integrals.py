@@ -27,6 +27,8 @@ _FUNCTIONS: Final = {
     for f in (
         quadrature.stretch,
         quadrature.rough_area,
+        quadrature.summed,
+        quadrature.integrals,
         quadrature.moments,
         quadrature.within,
         quadrature.reach,
@@ -35,8 +37,8 @@ _FUNCTIONS: Final = {
 }
 #: What each of the functions that programs call needs besides itself.
 _NEEDED: Final = {
-    "moments": ("stretch", "rough_area", "moments"),
-    "half": ("stretch", "rough_area", "within", "reach", "half"),
+    "moments": ("stretch", "rough_area", "summed", "integrals", "moments"),
+    "half": ("stretch", "rough_area", "summed", "integrals", "within", "reach", "half"),
 }
 #: How functions are compiled that others call.
 _PLAIN: Final = '@njit(error_model="numpy")'

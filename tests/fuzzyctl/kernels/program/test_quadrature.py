@@ -77,14 +77,48 @@ def test_a_jump_between_places_is_found():
     assert area == pytest.approx(1 / 3, rel=CLOSE)
 
 
+@pytest.mark.parametrize("level", [0.0078, 0.5])
+@pytest.mark.parametrize("power", [5.44, 20.0, 40.0])
+class TestNoise:
+    """Rounding makes noise of small degrees on the left; to the right of it, in the same stretch, the set bends."""
+
+    PLACES = (0.0, 1.0)
+
+    @staticmethod
+    def notched(x, given):
+        power, level = given
+        return np.minimum(np.sqrt(1.0 - 1.0 / (1.0 + x**power)), level)
+
+    @staticmethod
+    def known(power, level):
+        """Return the area of the set without rounding, between the places where it bends."""
+        bend = (level**2 / (1.0 - level**2)) ** (1 / power)
+        _, area = moments(lambda x, _: math.sqrt(x**power / (1.0 + x**power)), (0.0, 0.5 * bend, bend), ())
+        return area + (1.0 - bend) * level
+
+    def test_leaves_halves_to_what_bends_elsewhere(self, power, level):
+        _, area = moments(self.notched, self.PLACES, (power, level))
+        assert area == pytest.approx(self.known(power, level), abs=3e-10)
+        place, whole = half(self.notched, self.PLACES, (power, level))
+        assert whole == area
+        _, left = moments(self.notched, (0.0, place), (power, level))
+        assert left == pytest.approx(0.5 * area, abs=3e-10)
+
+    def test_leaves_halves_in_arrays_too(self, power, level):
+        given = (np.array([power, 2.0]), np.array([level, 0.1]))
+        for function in (array_quadrature.moments, array_quadrature.half):
+            _, areas = function(self.notched, np.array(self.PLACES), given)
+            assert areas[0] == pytest.approx(self.known(power, level), abs=3e-10)
+
+
 class TestReach:
     PLACES = (0.0, 1.0, 2.0)
     GIVEN = (1.0, 0.7)
 
     @pytest.mark.parametrize("bound", [0.01, 0.3, 0.455, 0.6, 0.9])
     def test_the_bound_is_passed_within_the_stretch(self, bound):
-        rough = rough_area(clipped, self.PLACES, self.GIVEN)
-        area, left, right, own = reach(clipped, self.PLACES, self.GIVEN, rough, bound)
+        allowed = OF_ALL * rough_area(clipped, self.PLACES, self.GIVEN)
+        area, left, right, own = reach(clipped, self.PLACES, self.GIVEN, allowed, bound)
         assert area < bound <= area + own
         assert moments(clipped, (0.0, *(p for p in (1.0,) if p < left), left), self.GIVEN)[1] == pytest.approx(
             area, abs=CLOSE
@@ -92,8 +126,8 @@ class TestReach:
         assert 0.0 <= left < right <= 2.0
 
     def test_what_is_never_reached_gives_the_whole(self):
-        rough = rough_area(clipped, self.PLACES, self.GIVEN)
-        area, left, right, own = reach(clipped, self.PLACES, self.GIVEN, rough, 1.0)
+        allowed = OF_ALL * rough_area(clipped, self.PLACES, self.GIVEN)
+        area, left, right, own = reach(clipped, self.PLACES, self.GIVEN, allowed, 1.0)
         assert area == pytest.approx(2 * 0.7 - 0.49, abs=CLOSE)
         assert (left, right, own) == (2.0, 2.0, 0.0)
 
