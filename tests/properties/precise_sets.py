@@ -10,6 +10,7 @@ import argparse
 import itertools
 import math
 import random
+import re
 from dataclasses import dataclass, field
 
 import mpmath
@@ -55,7 +56,9 @@ def straight(n, x, corners):
     found = n.number(corners[0][1]) + 0 * x
     for (a, p), (b, q) in itertools.pairwise(corners):
         slope = (n.number(q) - n.number(p)) / (n.number(b) - n.number(a))
-        found = n.choose(x > a, n.number(p) + slope * (n.choose(x < b, x, n.number(b) + 0 * x) - a), found)
+        side = n.number(p) + slope * (x - a)
+        # Beyond it the degree is exact: the root of what rounding leaves of 0 is not small.
+        found = n.choose(x > a, n.choose(x < b, side, n.number(q) + 0 * x), found)
     return found
 
 
@@ -356,24 +359,34 @@ class Outcome:
     error: float
     bound: float
     is_wide: bool
+    is_reported: bool
 
 
 def outcome(case, backend="python"):
     """Compare a case with the reference; None where there is no area to speak of."""
-    with mpmath.workdps(18):
+    system = fuzzyctl.loads(case.text)
+    with mpmath.workdps(30):  # roots of what 18 digits leave of 0 are not small enough
         places = places_of(case)
         area, moment = integrated(case, places)
         width = case.high - case.low
         if area < 1e-9 * width:
             return None
-        value = fuzzyctl.compile(fuzzyctl.loads(case.text), backend=backend)(*(t.activation for t in case.terms))
+        value = fuzzyctl.compile(system, backend=backend)(*(t.activation for t in case.terms))
         if case.defuzzifier == "centroid":
             error = abs(mpf(value) - (mpf(case.low) + mpf(case.high)) / 2 - moment / area) / width
         else:  # how much of the area lies on the wrong side
             left, _ = integrated(case, [*(p for p in places if p < value), mpf(value)])
             error = abs(left / area - mpf(1) / 2)
     rounding = ROUNDING * max(abs(case.low), abs(case.high), width) / width * (width / float(area))
-    return Outcome(case, value, float(error), BOUND + rounding, is_wide=area > 0.01 * width)
+    changed = rounded_area(system)
+    bound = BOUND + rounding + changed * width / float(area)
+    return Outcome(case, value, float(error), bound, is_wide=area > 0.01 * width, is_reported=changed > 0)
+
+
+def rounded_area(system):
+    """Return by how much the rounding of degrees changes areas, as a part of the range, as warnings say."""
+    facts = [fact for d in fuzzyctl.check(system)[1] if d.code == "FZ409" for fact in d.facts]
+    return sum(float(x) for fact in facts for x in re.findall(r"by up to (\S+) of the range", fact))
 
 
 def main():
@@ -393,11 +406,14 @@ def main():
             failures += 1
             print(f"off by {off.error:.3g}, allowed {off.bound:.3g}: {[t.activation for t in off.case.terms]}")
             print(off.case.text)
-        wide = max((o.error for o in found if o.is_wide), default=0.0)
+        wide = max((o.error for o in found if o.is_wide and not o.is_reported), default=0.0)
         part = max(o.error / o.bound for o in found)
-        worst = max(o.error for o in found)
-        print(f"{implication:20} {len(found)} sets, largest error as a part of the range: {worst:.1e}", end=", ")
-        print(f"of areas above 1 %: {wide:.1e}; as a part of the stated bound: {part:.2g}", flush=True)
+        reported = [o.error for o in found if o.is_reported]
+        worst = max((o.error for o in found if not o.is_reported), default=0.0)
+        print(f"{implication:20} {len(found) - len(reported)} sets, largest error", end=" ")
+        print(f"as a part of the range: {worst:.1e}, of areas above 1 %: {wide:.1e}", end="; ")
+        print(f"{len(reported)} more with FZ409: {max(reported, default=0.0):.1e}", end="; ")
+        print(f"all as a part of the stated bound: {part:.2g}", flush=True)
     raise SystemExit(failures > 0)
 
 

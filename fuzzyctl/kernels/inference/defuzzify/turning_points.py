@@ -79,7 +79,7 @@ def turning_points(term: SetPlan, lower: float, upper: float) -> tuple[float, ..
     places = [lower, *(x for x in term.pieces if lower < x < upper), upper]
     known = len(places)
     for k, change in enumerate(term.changes):
-        degrees = monotone_parts(change).degrees if _is_own(change) else ()
+        degrees = monotone_parts(change).degrees if is_own(change) else ()
         if degrees and len(places) <= MOST_PLACES:
             places = _with_levels(replace(term, changes=term.changes[:k]), places, degrees)[: MOST_PLACES + 1]
     return _with_halves(term, places) if len(places) > known else ()
@@ -93,7 +93,7 @@ def is_resolved(term: SetPlan, lower: float, upper: float) -> bool:
 
 def own_changes(term: SetPlan) -> list[Expr]:
     """Return what own hedges make of the degree of a term."""
-    return [change for change in term.changes if _is_own(change)]
+    return [change for change in term.changes if is_own(change)]
 
 
 def units_of_hedge(change: Expr) -> float:
@@ -106,7 +106,8 @@ def units_of_places(term: SetPlan, lower: float, upper: float) -> float:
     return _UNITS_OF_PLACE * len(turning_points(term, lower, upper))
 
 
-def _is_own(change: Expr) -> bool:
+def is_own(change: Expr) -> bool:
+    """Return whether a change of degrees is an own hedge."""
     return isinstance(change, Call) and change.function == "held"
 
 
