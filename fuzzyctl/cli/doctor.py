@@ -94,7 +94,7 @@ def _backend(numba_version: str | None) -> tuple[str, str]:
 
 def _cache() -> dict[str, Any]:
     try:
-        folder = _cache_folder()
+        folder = private_folders.cache_folder()
     except RuntimeError:  # a user without a home, as in some containers
         return {"folder": None, "writable": False, "danger": None, "files": 0, "bytes": 0}
     try:
@@ -112,12 +112,6 @@ def _cache() -> dict[str, Any]:
         "files": len(sizes),
         "bytes": sum(sizes),
     }
-
-
-def _cache_folder() -> Path:
-    from fuzzyctl.kernels.backends.numba.cache import cache_folder
-
-    return cache_folder()
 
 
 def _is_writable(folder: Path) -> bool:

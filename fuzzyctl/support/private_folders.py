@@ -1,9 +1,10 @@
-"""Folders of files that are run: used only where no other user can write to them."""
+"""The folder of compiled code, which is used only where no other user can write to it."""
 
 from __future__ import annotations
 
 import os
 import stat
+import sys
 import warnings
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -14,6 +15,19 @@ REPAIR: Final = "Remove the folder, or set FUZZYCTL_CACHE_DIR to a folder of you
 
 #: Dangers that were warned of in this process.
 _WARNED: Final[set[str]] = set()
+
+
+def cache_folder() -> Path:
+    """Return the folder for compiled code: $FUZZYCTL_CACHE_DIR, or what is usual on the platform."""
+    named = os.environ.get("FUZZYCTL_CACHE_DIR")
+    if named:
+        return Path(named)
+    home = Path.home()
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA") or home / "AppData" / "Local") / "fuzzyctl" / "Cache"
+    if sys.platform == "darwin":
+        return home / "Library" / "Caches" / "fuzzyctl"
+    return Path(os.environ.get("XDG_CACHE_HOME") or home / ".cache") / "fuzzyctl"
 
 
 def is_private(root: Path, *parts: str) -> bool:

@@ -10,7 +10,6 @@ from __future__ import annotations
 import hashlib
 import importlib
 import os
-import sys
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -22,7 +21,7 @@ try:
     import numba
 
     from fuzzyctl.kernels.backends.numba.disk_cache import kept
-    from fuzzyctl.support.private_folders import is_private
+    from fuzzyctl.support.private_folders import cache_folder, is_private
 except ImportError:  # a platform without a wheel: about a hundred times slower, and `dwmr run` says so
     numba = None
 else:
@@ -126,14 +125,9 @@ def _cache_folder() -> Path:
 
 
 def _cache_root() -> Path:
-    """Return $FUZZYCTL_CACHE_DIR, or the folder for caches that is usual on the platform."""
-    if named := os.environ.get("FUZZYCTL_CACHE_DIR") or numba.config.CACHE_DIR:
-        return Path(named)
-    if sys.platform == "win32":
-        return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local") / "fuzzyctl" / "Cache"
-    if sys.platform == "darwin":
-        return Path.home() / "Library" / "Caches" / "fuzzyctl"
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "fuzzyctl"
+    """Return the folder of all caches; numba's own variable counts where ours is not set."""
+    named = numba.config.CACHE_DIR if not os.environ.get("FUZZYCTL_CACHE_DIR") else ""
+    return Path(named) if named else cache_folder()
 
 
 @contextmanager

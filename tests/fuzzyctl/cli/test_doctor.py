@@ -136,7 +136,7 @@ class TestCache:
 
         for name in ("FUZZYCTL_CACHE_DIR", "XDG_CACHE_HOME"):
             monkeypatch.delenv(name, raising=False)
-        monkeypatch.setattr("fuzzyctl.kernels.backends.numba.cache.Path.home", none)
+        monkeypatch.setattr("fuzzyctl.support.private_folders.Path.home", none)
         assert "cache: none, as there is no home" in run("doctor").output
         assert "every process compiles anew" in run("doctor", "--clear-cache").output
 

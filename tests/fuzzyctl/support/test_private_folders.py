@@ -91,8 +91,7 @@ def test_kernels_compile_without_a_folder_that_others_may_write_to(tmp_path, mon
         monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "shared"))
         peak = "0.3172"
     with pytest.warns(RuntimeWarning, match="compiled code is not kept"):
-        kernel = compile_system(loads(TEXT.replace("0.31", peak)), "numba")
-    assert kernel(float(peak) / 2) == pytest.approx(1.0)
+        assert compile_system(loads(TEXT.replace("0.31", peak)), "numba")(float(peak) / 2) == pytest.approx(1.0)
     assert [p for p in (tmp_path / "shared").rglob("*") if p.is_file()] == []
 
 
@@ -117,3 +116,21 @@ def test_a_private_folder_says_nothing(tmp_path):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert is_private(tmp_path / "cache", "kernels")
+
+
+@pytest.mark.parametrize(
+    ("platform", "variable", "expected"),
+    [
+        ("linux", {"XDG_CACHE_HOME": "/x"}, "/x/fuzzyctl"),
+        ("linux", {"XDG_CACHE_HOME": ""}, "/home/me/.cache/fuzzyctl"),
+        ("darwin", {}, "/home/me/Library/Caches/fuzzyctl"),
+        ("win32", {"LOCALAPPDATA": "/local"}, "/local/fuzzyctl/Cache"),
+    ],
+)
+def test_the_folder_follows_the_platform(monkeypatch, platform, variable, expected):
+    monkeypatch.delenv("FUZZYCTL_CACHE_DIR", raising=False)
+    monkeypatch.setattr(private_folders.sys, "platform", platform)
+    monkeypatch.setattr(private_folders.Path, "home", lambda: private_folders.Path("/home/me"))
+    for name, value in variable.items():
+        monkeypatch.setenv(name, value)
+    assert private_folders.cache_folder().as_posix() == expected
