@@ -59,7 +59,45 @@ CONSTANTS: Final[dict[str, float]] = {"pi": math.pi, "inf": math.inf}
 
 @record(frozen=True, slots=True)
 class Expr:
-    """Base of all expression nodes; `span` and the typed text take no part in equality."""
+    """Base of all expression nodes; `span` and the typed text take no part in equality.
+
+    Arithmetic operators build expressions: `1.0 - x` is `Binary("-", Number(1.0), x)`. Comparisons do not, since `==`
+    compares trees.
+    """
+
+    def __add__(self, other: Expr | float) -> Binary:
+        return Binary("+", self, _operand(other))
+
+    def __radd__(self, other: float) -> Binary:
+        return Binary("+", Number(other), self)
+
+    def __sub__(self, other: Expr | float) -> Binary:
+        return Binary("-", self, _operand(other))
+
+    def __rsub__(self, other: float) -> Binary:
+        return Binary("-", Number(other), self)
+
+    def __mul__(self, other: Expr | float) -> Binary:
+        return Binary("*", self, _operand(other))
+
+    def __rmul__(self, other: float) -> Binary:
+        return Binary("*", Number(other), self)
+
+    def __truediv__(self, other: Expr | float) -> Binary:
+        return Binary("/", self, _operand(other))
+
+    def __rtruediv__(self, other: float) -> Binary:
+        return Binary("/", Number(other), self)
+
+    def __pow__(self, other: Expr | float) -> Binary:
+        return Binary("^", self, _operand(other))
+
+    def __neg__(self) -> Negate:
+        return Negate(self)
+
+
+def _operand(value: Expr | float) -> Expr:
+    return value if isinstance(value, Expr) else Number(value)
 
 
 @record(frozen=True, slots=True)

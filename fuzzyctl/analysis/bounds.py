@@ -15,7 +15,7 @@ from fuzzyctl.analysis.degrees import CERTAIN, Truths, activation_in, breakpoint
 from fuzzyctl.analysis.work import Work
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, NoRuleFiresError
 from fuzzyctl.diagnostics.source import Span
-from fuzzyctl.expr import Binary, Expr, Name, span_of
+from fuzzyctl.expr import Expr, Name, span_of
 from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.inference.defuzzify.defuzzify import closed_form, consequent_hull, support_hull
@@ -203,7 +203,7 @@ def _sum_ends(flat: Plan, output: OutputPlan, activations: Sequence[Interval]) -
     return _End(low - margin if margin else low), _End(high + margin if margin else high)
 
 
-_PRODUCT: Final = Binary("*", Name("w"), Name("z"))
+_PRODUCT: Final = Name("w") * Name("z")
 
 
 def _ends(

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Final
 
-from fuzzyctl.expr import Call, Compare, Expr, Logic, Name, Negate, Number, names_in, to_text, walk
+from fuzzyctl.expr import Call, Compare, Expr, Logic, Name, Number, names_in, to_text, walk
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.system import FuzzySystem
 
@@ -255,4 +255,4 @@ def _alternatives(expr: Expr) -> int:
 
 
 def _negative(expr: Expr) -> Expr:
-    return Number(-expr.value) if isinstance(expr, Number) else Negate(expr)
+    return Number(-expr.value) if isinstance(expr, Number) else -expr

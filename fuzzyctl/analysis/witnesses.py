@@ -181,9 +181,7 @@ class Judge:
                 a, exact = self.value(operand, point, here)
                 return -a, exact
             case Binary(op="^", left=left, right=right):
-                return self._rounded(
-                    lambda u, v: evaluate(Binary("^", Number(u), Number(v)), {}), (left, right), point, here
-                )
+                return self._rounded(lambda u, v: evaluate(Number(u) ** Number(v), {}), (left, right), point, here)
             case Binary(op=op, left=left, right=right):
                 return _combined(op, self.value(left, point, here), self.value(right, point, here))
             case Call(function=function, arguments=arguments) if function in here:

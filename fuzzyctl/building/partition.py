@@ -10,7 +10,7 @@ from fuzzyctl.building import values
 from fuzzyctl.building.values import Value
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
 from fuzzyctl.diagnostics.suggestions import counted
-from fuzzyctl.expr import Expr, Name, Negate
+from fuzzyctl.expr import Expr, Name
 from fuzzyctl.model.variable import Membership
 from fuzzyctl.support import arguments
 
@@ -29,7 +29,7 @@ class Partition:
     def terms(self, lower: object, upper: object) -> list[tuple[str, Membership]]:
         """Return terms in order; one that is named twice is kept, for the checks to find as in a file."""
         peaks = self.peaks if self.peaks is not None else _even(lower, upper, len(self.names))
-        feet = [Negate(Name("inf")), *peaks, Name("inf")]
+        feet = [-Name("inf"), *peaks, Name("inf")]
         triangles = (Membership(kind="triangle", arguments=(feet[k], p, feet[k + 2])) for k, p in enumerate(peaks))
         return list(zip(self.names, triangles, strict=True))
 

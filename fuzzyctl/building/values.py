@@ -9,7 +9,7 @@ from typing import Any, Final, SupportsFloat
 
 from fuzzyctl.building import fragments
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, ValueOutOfBoundsError
-from fuzzyctl.expr import Expr, Name, Negate, Number, Where, walk
+from fuzzyctl.expr import Expr, Name, Number, Where, walk
 from fuzzyctl.model.variable import Membership
 from fuzzyctl.support import arguments
 
@@ -35,7 +35,7 @@ def expression(name: str, value: object) -> Expr:
         raise arguments.wrong(name, _NUMBER, value)
     number = _float(name, value)
     if math.isinf(number):  # a name, as in a file
-        return Name("inf") if number > 0 else Negate(Name("inf"))
+        return Name("inf") if number > 0 else -Name("inf")
     return Number(number)
 
 

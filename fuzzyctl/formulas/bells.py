@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, Expr, Number, Where
+from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Number, Where
 from fuzzyctl.formulas.formula import MembershipFormula, Parameters
 from fuzzyctl.formulas.mistakes import positive
 from fuzzyctl.formulas.shared import first, scaled, square
@@ -18,8 +18,8 @@ def _gaussian_degree(x: Expr, p: Parameters) -> Expr:
     """
     mean, sigma = p
     if 1e-15 < sigma < 1e15:
-        return Call("exp", (Binary("*", Number(-0.5 / sigma**2), square(Binary("-", x, Number(mean)))),))
-    return Call("exp", (Binary("*", Number(-0.5), square(scaled(x, mean, sigma))),))
+        return Call("exp", (-0.5 / sigma**2 * square(x - mean),))
+    return Call("exp", (-0.5 * square(scaled(x, mean, sigma)),))
 
 
 def _gaussian2_degree(x: Expr, p: Parameters) -> Expr:
@@ -27,7 +27,7 @@ def _gaussian2_degree(x: Expr, p: Parameters) -> Expr:
     right = Where(Compare(">", x, Number(p[2])), _gaussian_degree(x, p[2:]), ONE)
     if math.isinf(p[0]):
         return right
-    return left if math.isinf(p[2]) else Binary("*", left, right)
+    return left if math.isinf(p[2]) else left * right
 
 
 def _gaussian2_inverse(w: Expr, p: Parameters) -> Expr | None:
@@ -35,11 +35,11 @@ def _gaussian2_inverse(w: Expr, p: Parameters) -> Expr | None:
     mean_left, sigma_left, mean_right, sigma_right = p
     if math.isinf(mean_left) == math.isinf(mean_right):
         return None
-    odds = Where(Compare(">", w, ZERO), Binary("/", ONE, w), Number(math.inf))
-    away = Call("sqrt", (Binary("*", Number(2.0), Call("max", (ZERO, Call("log", (odds,))))),))
+    odds = Where(Compare(">", w, ZERO), 1.0 / w, Number(math.inf))
+    away = Call("sqrt", (2.0 * Call("max", (ZERO, Call("log", (odds,)))),))
     if math.isinf(mean_right):
-        return Binary("-", Number(mean_left), Binary("*", Number(sigma_left), away))
-    return Binary("+", Number(mean_right), Binary("*", Number(sigma_right), away))
+        return mean_left - sigma_left * away
+    return mean_right + sigma_right * away
 
 
 def _gaussian2_mistake(p: Parameters) -> str | None:
@@ -66,7 +66,7 @@ def _gaussian2_core(p: Parameters) -> tuple[float, float]:
 
 def _bell_degree(x: Expr, p: Parameters) -> Expr:
     distance = Call("abs", (scaled(x, p[0], p[1]),))
-    return Binary("/", ONE, Binary("+", ONE, Binary("^", distance, Number(2.0 * p[2]))))
+    return 1.0 / (1.0 + distance ** (2.0 * p[2]))
 
 
 BELLS: Final[tuple[MembershipFormula, ...]] = (

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, CompareOp, Expr, Number, Where
+from fuzzyctl.expr import ONE, ZERO, Call, Compare, CompareOp, Expr, Number, Where
 from fuzzyctl.formulas.formula import MembershipFormula, Parameters
 from fuzzyctl.formulas.mistakes import different, positive, rising
 from fuzzyctl.formulas.shared import EDGE, compare, first, scaled, second, square
@@ -13,27 +13,27 @@ from fuzzyctl.formulas.shared import EDGE, compare, first, scaled, second, squar
 
 def _cosine_degree(x: Expr, p: Parameters) -> Expr:
     center, width = p
-    wave = Call("cos", (Binary("*", Number(2.0 * math.pi), scaled(x, center, width)),))
+    wave = Call("cos", (2.0 * math.pi * scaled(x, center, width),))
     inside = Compare("<", Call("abs", (scaled(x, center, width),)), Number(0.5))
-    return Where(inside, Binary("*", Number(0.5), Binary("+", ONE, wave)), ZERO)
+    return Where(inside, 0.5 * (1.0 + wave), ZERO)
 
 
 def _spike_degree(x: Expr, p: Parameters) -> Expr:
-    return Call("exp", (Binary("*", Number(-10.0), Call("abs", (scaled(x, p[0], p[1]),))),))
+    return Call("exp", (-10.0 * Call("abs", (scaled(x, p[0], p[1]),)),))
 
 
 def _concave_degree(x: Expr, p: Parameters) -> Expr:
     """Compute (end - inflection) / (2 end - inflection - x) before the end; both directions share the formula."""
     inflection, end = p
     before: CompareOp = "<" if inflection < end else ">"
-    rest = Binary("+", ONE, scaled(x, end, inflection - end))
-    return Where(compare(before, x, end), Binary("/", ONE, rest), ONE)
+    rest = 1.0 + scaled(x, end, inflection - end)
+    return Where(compare(before, x, end), 1.0 / rest, ONE)
 
 
 def _concave_inverse(w: Expr, p: Parameters) -> Expr:
     inflection, end = p
-    away = Where(Compare(">", w, ZERO), Binary("/", Binary("-", ONE, w), w), Number(math.inf))
-    return Binary("-", Number(end), Binary("*", Number(end - inflection), away))
+    away = Where(Compare(">", w, ZERO), (1.0 - w) / w, Number(math.inf))
+    return end - (end - inflection) * away
 
 
 def _arc_degree(x: Expr, p: Parameters) -> Expr:
@@ -44,12 +44,12 @@ def _arc_degree(x: Expr, p: Parameters) -> Expr:
 
 def _circle(u: Expr) -> Expr:
     inside = Compare("<", Call("abs", (u,)), ONE)
-    return Where(inside, Call("sqrt", (Binary("-", ONE, square(u)),)), ZERO)
+    return Where(inside, Call("sqrt", (1.0 - square(u),)), ZERO)
 
 
 def _arc_inverse(w: Expr, p: Parameters) -> Expr:
     start, end = p
-    return Binary("-", Number(end), Binary("*", Number(end - start), Call("sqrt", (Binary("-", ONE, square(w)),))))
+    return end - (end - start) * Call("sqrt", (1.0 - square(w),))
 
 
 def _semi_ellipse_degree(x: Expr, p: Parameters) -> Expr:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final
 
-from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, Expr, Logic, Number, Where
+from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Logic, Number, Where
 
 Norm = Callable[[Expr, Expr], Expr]
 Hedge = Callable[[Expr], Expr]
@@ -17,7 +17,7 @@ Hedge = Callable[[Expr], Expr]
 
 def one_minus(a: Expr) -> Expr:
     """Complement of a degree: the truth of `not`."""
-    return Binary("-", ONE, a)
+    return 1.0 - a
 
 
 def _minimum(a: Expr, b: Expr) -> Expr:
@@ -29,12 +29,12 @@ def _maximum(a: Expr, b: Expr) -> Expr:
 
 
 def _product(a: Expr, b: Expr) -> Expr:
-    return Binary("*", a, b)
+    return a * b
 
 
 def _bounded_difference(a: Expr, b: Expr) -> Expr:
     """Compute a + b - 1 as a - (1 - b), which is exactly a for b = 1."""
-    return Call("max", (ZERO, Binary("-", a, one_minus(b))))
+    return Call("max", (ZERO, a - one_minus(b)))
 
 
 def _drastic_product(a: Expr, b: Expr) -> Expr:
@@ -43,13 +43,13 @@ def _drastic_product(a: Expr, b: Expr) -> Expr:
 
 def _einstein_product(a: Expr, b: Expr) -> Expr:
     """Compute ab / (2 - (a + b - ab)); the denominator is 1 + (1 - a)(1 - b)."""
-    return Binary("/", Binary("*", a, b), Binary("+", ONE, Binary("*", one_minus(a), one_minus(b))))
+    return a * b / (1.0 + one_minus(a) * one_minus(b))
 
 
 def _hamacher_product(a: Expr, b: Expr) -> Expr:
     """Compute ab / (a + b - ab), 0 for a = b = 0."""
-    whole = Binary("+", a, Binary("*", b, one_minus(a)))
-    return Call("min", (b, Where(Compare(">", whole, ZERO), Binary("*", a, Binary("/", b, whole)), ZERO)))
+    whole = a + b * one_minus(a)
+    return Call("min", (b, Where(Compare(">", whole, ZERO), a * (b / whole), ZERO)))
 
 
 def _nilpotent_minimum(a: Expr, b: Expr) -> Expr:
@@ -60,11 +60,11 @@ def _nilpotent_minimum(a: Expr, b: Expr) -> Expr:
 
 def _probabilistic_sum(a: Expr, b: Expr) -> Expr:
     """Compute a + b - ab as a + b(1 - a), which stays within [0, 1] in floating point."""
-    return Binary("+", a, Binary("*", b, one_minus(a)))
+    return a + b * one_minus(a)
 
 
 def _bounded_sum(a: Expr, b: Expr) -> Expr:
-    return Call("min", (ONE, Binary("+", a, b)))
+    return Call("min", (ONE, a + b))
 
 
 def _drastic_sum(a: Expr, b: Expr) -> Expr:
@@ -72,14 +72,14 @@ def _drastic_sum(a: Expr, b: Expr) -> Expr:
 
 
 def _einstein_sum(a: Expr, b: Expr) -> Expr:
-    return Call("min", (ONE, Binary("/", Binary("+", a, b), Binary("+", ONE, Binary("*", a, b)))))
+    return Call("min", (ONE, (a + b) / (1.0 + a * b)))
 
 
 def _hamacher_sum(a: Expr, b: Expr) -> Expr:
     """Compute (a + b - 2ab) / (1 - ab), 1 for a = b = 1; the denominator is (1 - a) + a(1 - b)."""
-    whole = Binary("+", one_minus(a), Binary("*", a, one_minus(b)))
-    part = Binary("+", Binary("*", a, one_minus(b)), Binary("*", b, one_minus(a)))
-    return Call("min", (ONE, Where(Compare(">", whole, ZERO), Binary("/", part, whole), ONE)))
+    whole = one_minus(a) + a * one_minus(b)
+    part = a * one_minus(b) + b * one_minus(a)
+    return Call("min", (ONE, Where(Compare(">", whole, ZERO), part / whole, ONE)))
 
 
 def _nilpotent_maximum(a: Expr, b: Expr) -> Expr:
@@ -114,14 +114,12 @@ DISJUNCTIONS: Final[dict[str, Norm]] = {
 IMPLICATIONS: Final = CONJUNCTIONS
 
 #: How the implied sets of all rules are joined: the plain sum, which may exceed 1, or any triangular conorm.
-AGGREGATIONS: Final[dict[str, Norm]] = {"sum": lambda a, b: Binary("+", a, b), **DISJUNCTIONS}
+AGGREGATIONS: Final[dict[str, Norm]] = {"sum": lambda a, b: a + b, **DISJUNCTIONS}
 
 
 def _near(a: Expr, b: Expr, equal: float) -> Expr:
     """Return whether two degrees differ by less than a number."""
-    return Logic(
-        "and", (Compare("<", Binary("-", a, b), Number(equal)), Compare("<", Binary("-", b, a), Number(equal)))
-    )
+    return Logic("and", (Compare("<", a - b, Number(equal)), Compare("<", b - a, Number(equal))))
 
 
 def _lenient(name: str, equal: float) -> Norm | None:
@@ -130,19 +128,19 @@ def _lenient(name: str, equal: float) -> Norm | None:
 
     def above(a: Expr, b: Expr) -> Expr:
         """Return whether a + b is above 1, and not equal to it."""
-        return Compare(">=", Binary("-", a, one_minus(b)), beyond)
+        return Compare(">=", a - one_minus(b), beyond)
 
     def below(a: Expr, b: Expr) -> Expr:
         """Return whether a + b is below 1, and not equal to it."""
-        return Compare("<=", Binary("-", a, one_minus(b)), Number(-equal))
+        return Compare("<=", a - one_minus(b), Number(-equal))
 
     norms: dict[str, Norm] = {
         "drastic_product": lambda a, b: Where(_near(_maximum(a, b), ONE, equal), _minimum(a, b), ZERO),
         "drastic_sum": lambda a, b: Where(_near(_minimum(a, b), ZERO, equal), _maximum(a, b), ONE),
         "nilpotent_minimum": lambda a, b: Where(above(a, b), _minimum(a, b), ZERO),
         "nilpotent_maximum": lambda a, b: Where(below(a, b), _maximum(a, b), ONE),
-        "hamacher_product": lambda a, b: Where(Compare("<", Binary("+", a, b), beyond), ZERO, _hamacher_product(a, b)),
-        "hamacher_sum": lambda a, b: Where(_near(Binary("*", a, b), ONE, equal), ONE, _hamacher_sum(a, b)),
+        "hamacher_product": lambda a, b: Where(Compare("<", a + b, beyond), ZERO, _hamacher_product(a, b)),
+        "hamacher_sum": lambda a, b: Where(_near(a * b, ONE, equal), ONE, _hamacher_sum(a, b)),
     }
     return norms.get(name)
 
@@ -163,7 +161,7 @@ def aggregation(name: str, equal: float = 0.0) -> Norm:
 
 
 def _very(x: Expr) -> Expr:
-    return Binary("*", x, x)
+    return x * x
 
 
 def _somewhat(x: Expr) -> Expr:
@@ -173,20 +171,20 @@ def _somewhat(x: Expr) -> Expr:
 def _extremely(x: Expr) -> Expr:
     """Intensify the contrast: 2x² up to ½, 1 - 2(1 - x)² above."""
     rest = one_minus(x)
-    top = Binary("-", ONE, Binary("*", Number(2.0), Binary("*", rest, rest)))
-    return Where(Compare("<=", x, Number(0.5)), Binary("*", Number(2.0), Binary("*", x, x)), top)
+    top = 1.0 - 2.0 * (rest * rest)
+    return Where(Compare("<=", x, Number(0.5)), 2.0 * (x * x), top)
 
 
 def _seldom(x: Expr) -> Expr:
     """Undo `extremely`: √(x/2) up to ½, 1 - √((1 - x)/2) above."""
     half = Number(0.5)
-    top = Binary("-", ONE, Call("sqrt", (Binary("*", half, one_minus(x)),)))
-    return Where(Compare("<=", x, half), Call("sqrt", (Binary("*", half, x),)), top)
+    top = 1.0 - Call("sqrt", (half * one_minus(x),))
+    return Where(Compare("<=", x, half), Call("sqrt", (half * x,)), top)
 
 
 def _slightly(x: Expr) -> Expr:
     """Dilate more than `somewhat`: the cube root, 0 for 0."""
-    return Where(Compare(">", x, ZERO), Binary("^", x, Number(1.0 / 3.0)), ZERO)
+    return Where(Compare(">", x, ZERO), x ** (1.0 / 3.0), ZERO)
 
 
 def _any(x: Expr) -> Expr:
@@ -194,7 +192,7 @@ def _any(x: Expr) -> Expr:
 
 
 def _cube(x: Expr) -> Expr:
-    return Binary("*", x, Binary("*", x, x))
+    return x * (x * x)
 
 
 #: Hedges by name; of several in a row the one nearest to the term applies first.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Final, Literal
 
-from fuzzyctl.expr import Binary, Call, Compare, Expr, Number, Where
+from fuzzyctl.expr import Call, Compare, Expr, Number, Where
 from fuzzyctl.formulas.formula import MembershipFormula, Parameters, Vertex
 
 
@@ -21,8 +21,8 @@ def _piecewise_degree(x: Expr, p: Parameters) -> Expr:
     for i, place in enumerate(places):
         side: Expr = Number(degrees[i][-1])
         if i + 1 < len(places) and degrees[i][-1] != degrees[i + 1][0]:
-            run = Binary("/", Binary("-", x, Number(place)), Number(places[i + 1] - place))
-            side = Binary("+", side, Binary("*", Number(degrees[i + 1][0] - degrees[i][-1]), run))
+            run = (x - place) / (places[i + 1] - place)
+            side = side + (degrees[i + 1][0] - degrees[i][-1]) * run
         if max(degrees[i]) > degrees[i][-1]:
             side = Where(Compare("==", x, Number(place)), Number(max(degrees[i])), side)
         stretches.append(side)
@@ -76,8 +76,8 @@ def _between(w: Expr, before: Vertex, after: Vertex) -> Expr:
     (low, start), (high, end) = before, after
     if start == end:
         return Number(end)
-    run = Binary("/", Binary("-", w, Number(low)), Number(high - low))
-    place = Binary("+", Number(start), Binary("*", Number(end - start), run))
+    run = (w - low) / (high - low)
+    place = start + (end - start) * run
     return Call("min" if start < end else "max", (Number(end), place))
 
 

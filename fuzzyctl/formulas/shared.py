@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from fuzzyctl.expr import Binary, Compare, CompareOp, Expr, Number
+from fuzzyctl.expr import Compare, CompareOp, Expr, Number
 from fuzzyctl.formulas.formula import Parameters
 
 #: Parameters of an edge, which rises from its start to its end.
@@ -16,12 +16,12 @@ FEET: Final = frozenset({"left", "right"})
 
 def scaled(x: Expr, origin: float, width: float) -> Expr:
     """Return (x - origin) / width."""
-    return Binary("/", Binary("-", x, Number(origin)), Number(width))
+    return (x - origin) / width
 
 
 def square(x: Expr) -> Expr:
     """Return x², for an x that may be mentioned twice."""
-    return Binary("*", x, x)
+    return x * x
 
 
 def compare(op: CompareOp, x: Expr, place: float) -> Expr:

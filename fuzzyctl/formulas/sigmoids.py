@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 from typing import Final
 
-from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, Expr, Number, Where
+from fuzzyctl.expr import ZERO, Call, Compare, Expr, Number, Where
 from fuzzyctl.formulas.formula import MembershipFormula, Parameters
 from fuzzyctl.formulas.mistakes import not_zero
 from fuzzyctl.formulas.sigmoid_extrema import difference_extrema, product_extrema
@@ -15,13 +15,13 @@ _SIGMOIDS: Final = ("left", "rising", "falling", "right")
 
 
 def _sigmoid_degree(x: Expr, p: Parameters) -> Expr:
-    exponent = Binary("*", Number(-p[1]), Binary("-", x, Number(p[0])))
-    return Binary("/", ONE, Binary("+", ONE, Call("exp", (exponent,))))
+    exponent = -p[1] * (x - p[0])
+    return 1.0 / (1.0 + Call("exp", (exponent,)))
 
 
 def _sigmoid_inverse(w: Expr, p: Parameters) -> Expr:
-    odds = Where(Compare(">", w, ZERO), Binary("/", Binary("-", ONE, w), w), Number(math.inf))
-    return Binary("-", Number(p[0]), Binary("/", Call("log", (odds,)), Number(p[1])))
+    odds = Where(Compare(">", w, ZERO), (1.0 - w) / w, Number(math.inf))
+    return p[0] - Call("log", (odds,)) / p[1]
 
 
 def _sigmoid_core(p: Parameters) -> tuple[float, float]:
@@ -36,12 +36,12 @@ def _sigmoids(p: Parameters) -> tuple[Parameters, Parameters]:
 
 def _sigmoid_difference_degree(x: Expr, p: Parameters) -> Expr:
     first, second = (_sigmoid_degree(x, q) for q in _sigmoids(p))
-    return Call("abs", (Binary("-", first, second),))
+    return Call("abs", (first - second,))
 
 
 def _sigmoid_product_degree(x: Expr, p: Parameters) -> Expr:
     first, second = (_sigmoid_degree(x, q) for q in _sigmoids(p))
-    return Binary("*", first, second)
+    return first * second
 
 
 def _between_inflections(p: Parameters) -> tuple[float, float]:
@@ -83,7 +83,7 @@ SIGMOIDS: Final[tuple[MembershipFormula, ...]] = (
 
 def _clamped_difference_degree(x: Expr, p: Parameters) -> Expr:
     first, second = (_sigmoid_degree(x, q) for q in _sigmoids(p))
-    return Call("max", (ZERO, Binary("-", first, second)))
+    return Call("max", (ZERO, first - second))
 
 
 #: A difference that is 0 where the second sigmoid is the larger one.

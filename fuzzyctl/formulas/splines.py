@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, CompareOp, Expr, Number, Where
+from fuzzyctl.expr import ONE, ZERO, Call, Compare, CompareOp, Expr, Number, Where
 from fuzzyctl.formulas.formula import MembershipFormula, Parameters
 from fuzzyctl.formulas.mistakes import ordered, rising
 from fuzzyctl.formulas.shared import EDGE, FEET, TRAPEZOID, compare, first, scaled, second, square, tops
@@ -16,8 +16,8 @@ def _s_degree(x: Expr, p: Parameters) -> Expr:
     start, end = p
     after: CompareOp = ">=" if start < end else "<="
     before: CompareOp = "<=" if start < end else ">="
-    foot = Binary("*", Number(2.0), square(scaled(x, start, end - start)))
-    top = Binary("-", ONE, Binary("*", Number(2.0), square(scaled(x, end, end - start))))
+    foot = 2.0 * square(scaled(x, start, end - start))
+    top = 1.0 - 2.0 * square(scaled(x, end, end - start))
     rise = Where(
         compare(before, x, 0.5 * start + 0.5 * end), Call("min", (Number(0.5), foot)), Call("max", (Number(0.5), top))
     )
@@ -27,8 +27,8 @@ def _s_degree(x: Expr, p: Parameters) -> Expr:
 def _s_inverse(w: Expr, p: Parameters) -> Expr:
     start, end = p
     half, width = Number(0.5), Number(end - start)
-    foot = Binary("+", Number(start), Binary("*", width, Call("sqrt", (Binary("*", half, w),))))
-    top = Binary("-", Number(end), Binary("*", width, Call("sqrt", (Binary("*", half, Binary("-", ONE, w)),))))
+    foot = start + width * Call("sqrt", (half * w,))
+    top = end - width * Call("sqrt", (half * (1.0 - w),))
     return Where(Compare("<", w, half), foot, top)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from fuzzyctl.expr import ONE, ZERO, Binary, Compare, Expr, Number, Where
+from fuzzyctl.expr import ONE, ZERO, Compare, Expr, Number, Where
 from fuzzyctl.formulas.formula import MembershipFormula, Parameters, Vertex
 from fuzzyctl.formulas.mistakes import different, ordered, rising
 from fuzzyctl.formulas.shared import EDGE, FEET, TRAPEZOID, second, tops
@@ -20,13 +20,13 @@ def _trapezoid_degree(x: Expr, p: Parameters) -> Expr:
     if right < math.inf:
         fall: Expr = ZERO
         if right > right_top:
-            slope = Binary("/", Binary("-", Number(right), x), Number(right - right_top))
+            slope = (right - x) / (right - right_top)
             fall = Where(Compare("<", x, Number(right)), slope, ZERO)
         expr = Where(Compare("<=", x, Number(right_top)), expr, fall)
     if left > -math.inf:
         rise: Expr = ZERO
         if left < left_top:
-            slope = Binary("/", Binary("-", x, Number(left)), Number(left_top - left))
+            slope = (x - left) / (left_top - left)
             rise = Where(Compare(">", x, Number(left)), slope, ZERO)
         expr = Where(Compare(">=", x, Number(left_top)), expr, rise)
     return expr
@@ -79,7 +79,7 @@ def _rectangle_mistake(p: Parameters) -> str | None:
 
 def _ramp_inverse(w: Expr, p: Parameters) -> Expr:
     start, end = p
-    return Binary("+", Number(start), Binary("*", Number(end - start), w))
+    return start + (end - start) * w
 
 
 TRAPEZOIDS: Final[tuple[MembershipFormula, ...]] = (

@@ -10,7 +10,7 @@ from fuzzyctl.analysis.branch_and_bound.search import FIRST, NEAR, TRIED, Search
 from fuzzyctl.analysis.claims import Bound, Claim, bounds_in, is_limit
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Witness
 from fuzzyctl.analysis.witnesses import Judge
-from fuzzyctl.expr import Binary, Compare
+from fuzzyctl.expr import Compare
 from fuzzyctl.kernels.interval.vector import Array
 
 
@@ -72,7 +72,7 @@ class _Pointwise:
         return Proved(self.claim.text, note=note)
 
     def _why_stuck(self) -> str:
-        exprs = [Binary("-", b.left, b.right) for b in self.compared]
+        exprs = [b.left - b.right for b in self.compared]
         found, _ = self.system.enclose(exprs, *self.search.stuck[0], sloped=False)
         if any(np.isinf(e.lo).any() for e in found):
             return "values may be infinite there, or none at all; 'when' can leave such places out"
@@ -94,7 +94,7 @@ class _Pointwise:
         """Settle what can be settled of a batch, and halve the rest."""
         lo, hi = self.search.take()
         count = lo.shape[1]
-        exprs = [Binary("-", b.left, b.right) for b in (*self.conditions, *self.compared)]
+        exprs = [b.left - b.right for b in (*self.conditions, *self.compared)]
         found, void = self.system.enclose(exprs, lo, hi, sloped=True)
         number = len(self.conditions)
         upper = {b: np.broadcast_to(e.hi, count) for b, e in zip(self.conditions, found, strict=False)}

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-from fuzzyctl.expr import Binary, Expr, Number
+from fuzzyctl.expr import Expr, Number
 
 Arguments = tuple[Expr, ...]
 
@@ -30,7 +30,7 @@ class ShapeWord:
 
 def doubled(expr: Expr) -> Expr:
     """Return twice a number."""
-    return Number(2.0 * expr.value, "", expr.span) if isinstance(expr, Number) else Binary("*", Number(2.0), expr)
+    return Number(2.0 * expr.value, "", expr.span) if isinstance(expr, Number) else 2.0 * expr
 
 
 #: Words of jFuzzyLogic, in capitals; it takes them in small letters too.

@@ -102,7 +102,7 @@ def _empty_set(shape: Shape, arguments: tuple[Expr, ...], scope: Scope) -> Membe
 def _points(shape: Shape, arguments: tuple[Expr, ...], scope: Scope) -> Membership | None:
     if shape.kind is None:
         if len(arguments) == 2:  # constant from end to end
-            arguments = (*arguments, Binary("+", arguments[0], ONE), arguments[1])
+            arguments = (*arguments, arguments[0] + 1.0, arguments[1])
             if isinstance(shape.arguments[0], Number):
                 arguments = (*arguments[:2], Number(shape.arguments[0].value + 1.0), arguments[1])
         return Membership(kind="piecewise", arguments=arguments, span=shape.span)

@@ -8,7 +8,6 @@ from typing import Final
 
 from fuzzyctl.expr import (
     COMPARISONS,
-    Binary,
     Call,
     Expr,
     Name,
@@ -157,7 +156,7 @@ def _formula(expression: Expr, dialect: DialectName) -> str:
 
     def worded(node: Expr) -> Expr:
         if isinstance(node, Negate):  # jFuzzyLogic has signs at numbers only
-            return Binary("*", Number(-1.0), node.operand)
+            return -1.0 * node.operand
         if isinstance(node, Call) and node.function in _JFUZZYLOGIC_FUNCTIONS:
             return Call(_JFUZZYLOGIC_FUNCTIONS[node.function], node.arguments)
         if isinstance(node, Number):

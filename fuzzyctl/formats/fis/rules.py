@@ -10,7 +10,7 @@ from typing import Final
 
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import counted
-from fuzzyctl.expr import ONE, Binary, Expr, Name, Number
+from fuzzyctl.expr import ONE, Expr, Name, Number
 from fuzzyctl.formats.common.report import Findings, Reading
 from fuzzyctl.formats.fis.sections import Entry, Section
 from fuzzyctl.formats.fis.variables import Variable
@@ -280,6 +280,6 @@ class RuleReader:
     def _own(self, exponent: Decimal) -> tuple[str, ...]:
         """Return a hedge that raises degrees to a power; it gets declared."""
         name = f"power_{exponent.normalize():f}".replace(".", "_")
-        power: Expr = Binary("^", Name("x"), Number(float(exponent)))
+        power: Expr = Name("x") ** float(exponent)
         self.hedges[name] = Hedge(name=name, parameter="x", expression=power)
         return (name,)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Final, Literal
 
-from fuzzyctl.expr import ONE, Binary, Call, Expr, Name, Number
+from fuzzyctl.expr import Call, Expr, Name, Number
 from fuzzyctl.model.guarantee import Hedge
 from fuzzyctl.model.variable import Membership
 
@@ -19,14 +19,14 @@ _SLIGHTLY_PEAK: Final = 0.580790459486683
 
 def _contrast(x: Expr) -> Expr:
     """Return 2x² up to 1/2 and 1 - 2(1 - x)² above, as 1/2 + 2u - 2u|u| with u = x - 1/2."""
-    u = Binary("-", x, Number(0.5))
-    doubled = Binary("*", Number(2.0), u)
-    return Binary("-", Binary("+", Number(0.5), doubled), Binary("*", doubled, Call("abs", (u,))))
+    u = x - 0.5
+    doubled = 2.0 * u
+    return 0.5 + doubled - doubled * Call("abs", (u,))
 
 
-_PLUS: Final = Binary("^", _X, Number(1.25))
-_NOT_VERY: Final = Binary("-", ONE, Binary("^", _X, Number(2.0)))
-_SLIGHTLY: Final = _contrast(Binary("/", Call("min", (_PLUS, _NOT_VERY)), Number(_SLIGHTLY_PEAK)))
+_PLUS: Final = _X**1.25
+_NOT_VERY: Final = 1.0 - _X**2.0
+_SLIGHTLY: Final = _contrast(Call("min", (_PLUS, _NOT_VERY)) / _SLIGHTLY_PEAK)
 
 #: Hedges of a system's own by modifier: x^(5/4); what `extremely` is in its usual meaning, for a system that has the
 #: standard's `extremely`, too; and plus and not very, made to reach 1 and intensified.

@@ -15,7 +15,7 @@ from itertools import pairwise
 from typing import Final
 
 from fuzzyctl.diagnostics.source import Span
-from fuzzyctl.expr import ONE, Binary, Call, Expr, Name, Number
+from fuzzyctl.expr import ONE, Call, Expr, Name, Number
 from fuzzyctl.formats.common.report import Reporter
 from fuzzyctl.formats.fuzzylite.discontinuities import has_step, polygon_as_computed, tools_differ
 from fuzzyctl.formulas import MEMBERSHIP
@@ -74,7 +74,7 @@ def membership_as_computed(
     findings.warning("FZ609", message, own.span, help="other tools refuse it, or take it for something else")
     share = height * made.share
     if made.kind == "function" and share not in (0.0, 1.0):  # formulas have no height of their own
-        formula = Binary("*", Number(share), made.arguments[0])
+        formula = share * made.arguments[0]
         return Membership(kind="function", arguments=(formula,), span=own.span)
     lower = made.kind != "function" and share != 1.0
     return Membership(kind=made.kind, arguments=made.arguments, height=Number(share) if lower else ONE, span=own.span)
@@ -283,7 +283,7 @@ def _pi_shape(p: Values) -> _Found:
         return Made("pi_shape", tuple(map(Number, (left, left_top, right_top, right_top))), "a step at its right")
     if right == math.inf:
         return None
-    return lambda x: Binary("*", _rise(x, left, left_top), _fall(x, right_top, right))
+    return lambda x: _rise(x, left, left_top) * _fall(x, right_top, right)
 
 
 def _rise(x: Expr, foot: float, top: float) -> Expr:
@@ -296,11 +296,11 @@ def _fall(x: Expr, top: float, foot: float) -> Expr:
 
 def _spline(x: Expr, foot: float, top: float) -> Expr:
     """Return the s-shape from foot to top without choices: two parabolas, each on its half of the way."""
-    way = Binary("/", Binary("-", x, Number(foot)), Number(top - foot))
+    way = (x - foot) / (top - foot)
     first = _clip(way, 0.0, 0.5)
-    rest = Binary("-", ONE, _clip(way, 0.5, 1.0))
-    rise, missing = (Binary("*", Number(2.0), Binary("*", half, half)) for half in (first, rest))
-    return Binary("+", rise, Binary("-", Number(0.5), missing))
+    rest = 1.0 - _clip(way, 0.5, 1.0)
+    rise, missing = (2.0 * (half * half) for half in (first, rest))
+    return rise + (0.5 - missing)
 
 
 def _clip(x: Expr, low: float, high: float) -> Expr:
@@ -332,8 +332,8 @@ def _sigmoid_difference(p: Values) -> _Found:
     place, slope = (left, rising) if falling == 0.0 else (right, falling)
 
     def formula(x: Expr) -> Expr:
-        power = Call("exp", (Binary("*", Number(-slope), Binary("-", x, Number(place))),))
-        return Call("abs", (Binary("-", Number(0.5), Binary("/", ONE, Binary("+", ONE, power))),))
+        power = Call("exp", (-slope * (x - place),))
+        return Call("abs", (0.5 - 1.0 / (1.0 + power),))
 
     return formula
 
@@ -348,9 +348,9 @@ def _bell(p: Values) -> _Found:
         return None
 
     def formula(x: Expr) -> Expr:  # a bell upside down
-        away = Call("abs", (Binary("/", Binary("-", x, Number(center)), Number(width)),))
-        power = Binary("^", away, Number(-2.0 * slope))
-        return Binary("-", ONE, Binary("/", ONE, Binary("+", ONE, power)))
+        away = Call("abs", ((x - center) / width,))
+        power = away ** (-2.0 * slope)
+        return 1.0 - 1.0 / (1.0 + power)
 
     return formula
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from itertools import pairwise, product
 from typing import Final
 
-from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, Expr, Logic, Name, Number, Where
+from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Logic, Name, Number, Where
 from fuzzyctl.kernels.algorithms.grid import degree_at, is_continuous, knots_of, too_close
 from fuzzyctl.kernels.inference.defuzzify.centroid import handover
 from fuzzyctl.kernels.inference.defuzzify.defuzzify import closed_form, middle, support_hull
@@ -280,7 +280,7 @@ def _centroid(builder: Builder, axes: tuple[Axis, Axis], band: Band, places: Seq
     held = max(reach[0], -2.0), min(reach[1], float(band.last))
     area, moment = _moments(builder, band, start, heights, held)
     # Counted from the middle of the range, so that a system as symmetric as its table gives opposite numbers.
-    steps = plus(plus(start, Number(band.shift)), Binary("/", moment, area))
+    steps = plus(plus(start, Number(band.shift)), moment / area)
     value = builder.let(plus(Number(band.middle), times(Number(band.step), steps)))
     return builder.let(clip(value, *band.hull))
 

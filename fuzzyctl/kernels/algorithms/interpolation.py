@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from itertools import pairwise, product
 from typing import Final
 
-from fuzzyctl.expr import Binary, Expr, Name, Number, Where, names_in
+from fuzzyctl.expr import Expr, Name, Number, Where, names_in
 from fuzzyctl.kernels.algorithms.grid import Grid, Table
 from fuzzyctl.kernels.inference.inference import raw_names
 from fuzzyctl.kernels.plan.build import Plan
@@ -263,7 +263,7 @@ def _average(builder: Builder, table: Table, value: object) -> Expr:
     assert callable(value)
     own = value(table.value)
     if table.weight:
-        own = builder.let(Binary("/", own, value(table.weight)))
+        own = builder.let(own / value(table.weight))
     return builder.let(clip(own, table.low, table.high))
 
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Final
 
-from fuzzyctl.expr import ONE, ZERO, Binary, Compare, Expr, Logic, Number, Where
+from fuzzyctl.expr import ONE, ZERO, Compare, Expr, Logic, Number, Where
 from fuzzyctl.kernels.plan.build import ActivationPlan
 from fuzzyctl.kernels.program.program import Builder, minus, plus
 
@@ -37,7 +37,7 @@ def _acting(builder: Builder, method: ActivationPlan, activations: list[Expr]) -
         case "proportional":
             total = builder.total(activations)
             fires = Compare(">", total, ZERO)
-            return [builder.let(Where(fires, Binary("/", a, total), ZERO)) for a in activations]
+            return [builder.let(Where(fires, a / total, ZERO)) for a in activations]
         case "first":
             return _first(builder, method, activations)
         case "last":

@@ -389,6 +389,6 @@ def _normalised(plan: Plan, front: _Front) -> list[Expr]:
     totals = {o: builder.total(own) for o, own in activations.items()}
     for o, k in plan.states:
         own, total = activations[o], totals[o]
-        share = Where(Compare(">", total, ZERO), Binary("/", own[k], total), ZERO)
+        share = Where(Compare(">", total, ZERO), own[k] / total, ZERO)
         normalised.append(builder.let(share) if own[k] != ZERO else ZERO)
     return normalised

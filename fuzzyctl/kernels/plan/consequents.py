@@ -10,7 +10,6 @@ from functools import reduce
 from fuzzyctl.diagnostics.diagnostic import UnknownNameError
 from fuzzyctl.expr import (
     ZERO,
-    Binary,
     Expr,
     Name,
     Number,
@@ -61,7 +60,7 @@ def consequent_of(system: FuzzySystem, membership: Membership) -> SetPlan:
         case "linear":
             *factors, constant = (number_of(system, a) for a in membership.arguments)
             names = [i.name for i in system.inputs]
-            parts = [Binary("*", Number(c), Name(n)) for c, n in zip(factors, names, strict=True) if c != 0.0]
+            parts = [c * Name(n) for c, n in zip(factors, names, strict=True) if c != 0.0]
             reach = _reach(system, factors, constant)
             return SetPlan("linear", (), expression=_sum([*parts, Number(constant)]), reach=reach)
         case "function":
@@ -85,7 +84,7 @@ def _reach(system: FuzzySystem, factors: Sequence[float], constant: float) -> tu
 
 
 def _sum(parts: list[Expr]) -> Expr:
-    return reduce(lambda a, b: Binary("+", a, b), [p for p in parts if p != ZERO] or [ZERO])
+    return reduce(lambda a, b: a + b, [p for p in parts if p != ZERO] or [ZERO])
 
 
 class Conclusions:
@@ -112,7 +111,7 @@ class Conclusions:
             changes += self._hedges(consequent)
         implication = self.implication if self.over_rules else self.system.implication_of(position, self.output)
         if factor != 1.0 and not self.over_rules and implication == "min":
-            changes.append(Binary("*", Number(factor), Name(ITSELF)))
+            changes.append(factor * Name(ITSELF))
         other = implication if implication != self.implication else None
         if changes or other:
             term = self._own(dataclasses.replace(self.terms[term], changes=tuple(changes), implication=other))

@@ -69,7 +69,7 @@ class SetPlan:
 
     def finished(self, own: Expr) -> Expr:
         """Return what height, hedges and weights make of the degree that the function itself has."""
-        whole = own if self.height == 1.0 else Binary("*", Number(self.height), own)
+        whole = own if self.height == 1.0 else self.height * own
         return reduce(lambda degree, change: replace_names(change, {ITSELF: degree}), self.changes, whole)
 
     def degree_for_many(self, x: Expr, *, exact: bool) -> Expr:
@@ -86,7 +86,7 @@ class SetPlan:
         if sides is None:
             return self.degree(x)
         own = clip(reduce(lambda a, b: Call("min", (a, b)), [_line(x, *s, exact=exact) for s in sides]), 0.0, 1.0)
-        return own if self.height == 1.0 else Binary("*", Number(self.height), own)
+        return own if self.height == 1.0 else self.height * own
 
     @property
     def reads_inputs(self) -> bool:
@@ -125,7 +125,7 @@ class SetPlan:
 
     def share(self, activation: Expr, *, limited: bool = True) -> Expr:
         """Return an activation relative to the height; `limited` to at most 1, which it may pass."""
-        own = activation if self.height == 1.0 else Binary("/", activation, Number(self.height))
+        own = activation if self.height == 1.0 else activation / self.height
         return Call("min", (ONE, own)) if limited else own
 
     def inverse(self, share: Expr) -> Expr:
@@ -149,7 +149,7 @@ def _value(expression: Expr) -> float | None:
     def plain(node: Expr) -> Expr:
         match node:
             case Call(function="divide", arguments=(a, b)):
-                return Binary("/", a, b)
+                return a / b
         return node
 
     try:
@@ -183,10 +183,10 @@ def _sides(term: SetPlan) -> list[tuple[float, float]] | None:
 
 def _line(x: Expr, foot: float, top: float, *, exact: bool) -> Expr:
     """Return the line that is 0 at the foot and 1, or by rounding a bit more, at the top."""
-    beyond = Binary("-", x, Number(foot)) if top > foot else Binary("-", Number(foot), x)
+    beyond = x - foot if top > foot else foot - x
     slope = 1.0 / abs(top - foot)
     if exact or math.isinf(slope):
-        return Binary("/", beyond, Number(abs(top - foot)))
+        return beyond / abs(top - foot)
     while slope * abs(top - foot) < 1.0:
         slope = math.nextafter(slope, math.inf)
-    return Binary("*", beyond, Number(slope))
+    return beyond * slope

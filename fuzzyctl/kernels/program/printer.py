@@ -223,7 +223,7 @@ class _Writer:
             case Call(function="exp", arguments=(Binary(op="*", left=Number(value=factor), right=square),)) if (
                 factor <= 0.0 and isinstance(square, Binary) and square.op == "*" and square.left == square.right
             ):
-                return f"{self.dialect.decay}({self.text(Binary('*', Number(factor), square))})"
+                return f"{self.dialect.decay}({self.text(factor * square)})"
             case Call(function=function, arguments=arguments):
                 return f"{function}({', '.join(self.text(a) for a in arguments)})"
         raise TypeError(f"{type(expr).__name__} has no text in a program")

@@ -332,7 +332,7 @@ class Builder:
                 return Binary(op, parts[0], parts[1]), deepest + 1
             case Call(function=function):
                 return Call(function, tuple(parts)), deepest + 1
-        return Negate(parts[0]), deepest + 1
+        return -parts[0], deepest + 1
 
     def flat(self, value: Expr) -> Expr:
         """Return a value in which `min` and `max` are pairs of atoms, and `sign` and comparisons are choices.
@@ -348,7 +348,7 @@ class Builder:
                     return Call("clip", (self.let(x), low, high))
                 case Binary(op="*", left=left, right=right) if left == right and not is_atom(left):
                     root = self.let(left)
-                    return Binary("*", root, root)
+                    return root * root
                 case Call(function="sign", arguments=(x,)):
                     x = self.let(x)
                     negative = Where(Compare("<", x, ZERO), Number(-1.0), times(x, ZERO))
@@ -440,12 +440,12 @@ def depth(value: Expr) -> int:
 
 def plus(a: Expr, b: Expr) -> Expr:
     """Return a + b without what adds nothing."""
-    return b if a == ZERO else a if b == ZERO else Binary("+", a, b)
+    return b if a == ZERO else a if b == ZERO else a + b
 
 
 def minus(a: Expr, b: Expr) -> Expr:
     """Return a - b without what takes nothing."""
-    return a if b == ZERO else Binary("-", a, b)
+    return a if b == ZERO else a - b
 
 
 def times(a: Expr, b: Expr) -> Expr:
@@ -454,7 +454,7 @@ def times(a: Expr, b: Expr) -> Expr:
         return b
     if b == ONE:
         return a
-    return Binary("*", a, b)
+    return a * b
 
 
 def clip(x: Expr, lower: float | Expr, upper: float | Expr) -> Expr:

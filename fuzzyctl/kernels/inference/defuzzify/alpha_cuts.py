@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, Expr, Name, Number, Where
+from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Name, Number, Where
 from fuzzyctl.formulas import MEMBERSHIP, Parameters
 from fuzzyctl.kernels.inference.defuzzify.centroid import Height
 from fuzzyctl.kernels.inference.defuzzify.envelope import sorted_atoms
@@ -127,8 +127,8 @@ def ends_of(kind: str, share: Expr, p: Parameters) -> Ends | None:
         case "gaussian2" if p[0] <= p[2]:
             return _around(p[0], _spread(p[1], share), p[2], _spread(p[3], share))
         case "bell":
-            odds = Binary("/", minus(ONE, share), share)
-            reach = times(Number(p[1]), Binary("^", odds, Number(0.5 / p[2])))
+            odds = minus(ONE, share) / share
+            reach = times(Number(p[1]), odds ** (0.5 / p[2]))
             return _around(p[0], reach, p[0], reach)
         case "cosine":
             # acos(2 s - 1), its cosine and sine written so that nothing cancels near the top.

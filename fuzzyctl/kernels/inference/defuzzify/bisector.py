@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, Expr, Logic, Name, Number, Where
+from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Logic, Name, Number, Where
 from fuzzyctl.kernels.inference.defuzzify.sampling import HALF, Carried, Samples, total
 from fuzzyctl.kernels.program.program import Assign, Builder, Fold, clip, minus, plus, times
 
@@ -57,7 +57,7 @@ def _nearest(samples: Samples, middle: float) -> tuple[Expr, Expr]:
 
     def step(b: Builder, v: Expr, items: Sequence[Expr], c: Mapping[str, Expr]) -> Carried:
         own = b.let(plus(c["sum"], v))
-        away = b.let(Call("abs", (Binary("-", Binary("/", own, unit), HALF),)))
+        away = b.let(Call("abs", (own / unit - HALF,)))
         nearer, same = Compare("<", away, c["away"]), Compare("==", away, c["away"])
         return {
             "sum": own,
@@ -69,7 +69,7 @@ def _nearest(samples: Samples, middle: float) -> tuple[Expr, Expr]:
     start = {"sum": ZERO, "away": Number(math.inf), "total": ZERO, "count": ZERO}
     points = [p - middle for p in samples.points]
     found = samples.scan(start, step, [points], gaps=True)
-    return Binary("/", found["total"], found["count"]), whole
+    return found["total"] / found["count"], whole
 
 
 def _walk(samples: Samples, middle: float) -> tuple[Expr, Expr]:
@@ -160,7 +160,7 @@ def _between(samples: Samples, middle: float) -> tuple[Expr, Expr]:
     whole = builder.let(plus(names[below], names[above]))
     ends = [builder.let(minus(names[n], Number(middle))) for n in (right, left)]
     moment = plus(times(names[below], ends[0]), times(names[above], ends[1]))
-    return Binary("/", builder.let(moment), whole), whole
+    return builder.let(moment) / whole, whole
 
 
 def _interpolated(samples: Samples, middle: float) -> tuple[Expr, Expr]:
@@ -237,5 +237,5 @@ def share_of(builder: Builder, left: Expr, right: Expr, area: Expr) -> Expr:
     square = plus(times(left, left), times(times(Number(2.0), minus(right, left)), area))
     root = Call("sqrt", (builder.let(Call("max", (ZERO, builder.let(square)))),))
     below = builder.let(plus(left, root))
-    share = Where(Compare(">", below, ZERO), Binary("/", times(Number(2.0), area), below), ZERO)
+    share = Where(Compare(">", below, ZERO), times(Number(2.0), area) / below, ZERO)
     return clip(builder.let(share), 0.0, 1.0)

@@ -14,7 +14,7 @@ from fractions import Fraction
 from itertools import combinations, pairwise
 from typing import Final
 
-from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, Expr, Number, Where
+from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Number, Where
 from fuzzyctl.formulas import Vertex
 from fuzzyctl.kernels.plan.build import OutputPlan
 from fuzzyctl.kernels.program.program import Builder, minus, plus, times
@@ -56,7 +56,7 @@ def exact_centroid(builder: Builder, output: OutputPlan, heights: Sequence[Heigh
     """Write the centroid of the aggregated set, counted from the middle of the range, and its area, as an atom."""
     unit = unit_of(output)
     area, moment = exact_moments(builder, output, heights, unit)
-    return times(Number(unit), Binary("/", moment, area)), area
+    return times(Number(unit), moment / area), area
 
 
 def unit_of(output: OutputPlan) -> float:
@@ -67,7 +67,7 @@ def unit_of(output: OutputPlan) -> float:
 
 def in_units(length: Expr, unit: float) -> Expr:
     """Return a length in some unit."""
-    return length if unit == 1.0 else Binary("/", length, Number(unit))
+    return length if unit == 1.0 else length / unit
 
 
 def exact_moments(builder: Builder, output: OutputPlan, heights: Sequence[Height], unit: float = 1.0) -> Moments:
@@ -235,7 +235,7 @@ def _clipped(builder: Builder, line: Line, level: Expr) -> Moments:
     if low > 0:
         above = builder.let(Call("max", (ZERO, builder.let(minus(reach, Number(float(low)))))))
     span = high - low
-    z = above if span == 1 else builder.let(Binary("/", above, Number(float(span))))
+    z = above if span == 1 else builder.let(above / float(span))
     qz = builder.let(times(above, z))
     area = builder.let(minus(reach, times(Number(0.5), qz)))
     thirds = minus(ONE, times(z, Number(1 / 3)))
@@ -288,7 +288,7 @@ def _stretch(builder: Builder, piece: Piece, ends: Sequence[Moments], k: int) ->
     for j, (o0, o1) in enumerate(ends):
         if j != k:
             d0, d1 = builder.let(minus(p0, o0)), builder.let(minus(p1, o1))
-            crossing = Binary("/", d0, Binary("-", d0, d1))
+            crossing = d0 / (d0 - d1)
             behind = Compare("<=" if j < k else "<", d0, ZERO)
             starts.append(builder.let(Where(behind, Where(Compare(">", d1, ZERO), crossing, ONE), ZERO)))
             stops.append(builder.let(Where(Compare("<", d1, ZERO), Where(Compare(">", d0, ZERO), crossing, ZERO), ONE)))

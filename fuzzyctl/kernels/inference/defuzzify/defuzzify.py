@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
 
-from fuzzyctl.expr import ZERO, Binary, Compare, Expr, Logic, Name, Number, Where, replace_names
+from fuzzyctl.expr import ZERO, Compare, Expr, Logic, Name, Number, Where, replace_names
 from fuzzyctl.formulas import FINITE, Vertex, exact_norms
 from fuzzyctl.kernels.inference.defuzzify.adaptive import adaptive
 from fuzzyctl.kernels.inference.defuzzify.alpha_cuts import has_cuts, maximum_of_union
@@ -79,12 +79,12 @@ def defuzzify(
         fires = Compare(">", denominator, ZERO)
         if output.sums:
             return _defined(builder, output, builder.let(Where(fires, numerator, otherwise)), fires, otherwise)
-        quotient: Expr = Binary("/", numerator, denominator)
+        quotient: Expr = numerator / denominator
     else:
         place, measure = _of_set(builder, output, active)
         hull = support_hull(output, [a.term for a in active])
         fires = Compare(">" if output.kind not in MAXIMA or output.none_active == "otherwise" else ">=", measure, ZERO)
-        quotient = place if middle(output) == 0.0 else Binary("+", Number(middle(output)), place)
+        quotient = place if middle(output) == 0.0 else middle(output) + place
     return _held(builder, output, quotient, fires, hull, otherwise)
 
 
@@ -102,7 +102,7 @@ def average(builder: Builder, output: OutputPlan, above: Expr, below: Expr, hull
         Its value as an atom, and the condition that some rule fires.
     """
     fires = Compare(">", below, ZERO)
-    return _held(builder, output, Binary("/", above, below), fires, hull, _otherwise(output))
+    return _held(builder, output, above / below, fires, hull, _otherwise(output))
 
 
 def _held(
@@ -138,7 +138,7 @@ def _of_set(builder: Builder, output: OutputPlan, active: Sequence[Activation]) 
     if output.kind == "bisector":
         return sampled_bisector(samples, middle(output))
     moment, area = sampled_moments(samples, middle(output))
-    return Binary("/", moment, area), area
+    return moment / area, area
 
 
 def _exact(builder: Builder, output: OutputPlan, heights: Sequence[Height]) -> tuple[Expr, Expr]:
@@ -151,7 +151,7 @@ def _exact(builder: Builder, output: OutputPlan, heights: Sequence[Height]) -> t
             return straight_bisector(builder, output, heights)
         case "centroid", _:
             moment, area = adaptive(builder, output, heights)
-            return times(Number(unit_of(output)), Binary("/", moment, area)), area
+            return times(Number(unit_of(output)), moment / area), area
         case "bisector", _:
             place, area = adaptive(builder, output, heights)
             return times(Number(unit_of(output)), place), area

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import combinations, pairwise
 
-from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, Expr, Logic, Number, Where
+from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Logic, Number, Where
 from fuzzyctl.kernels.inference.defuzzify.centroid import Height, Line, Piece, is_handover, line_ends, pieces, uncrossed
 from fuzzyctl.kernels.plan.build import OutputPlan
 from fuzzyctl.kernels.program.program import Builder, clip, minus, plus, times
@@ -156,7 +156,7 @@ def _levels(builder: Builder, piece: Piece, *, union: bool) -> list[Expr]:
 def _reaching(builder: Builder, line: Line, level: Expr) -> Expr:
     """Return up to which part of a piece a line has not reached a level, or from which on it has."""
     away = minus(level, Number(float(line.left)))
-    return builder.let(clip(builder.let(Binary("/", away, Number(float(line.rise)))), 0.0, 1.0))
+    return builder.let(clip(builder.let(away / float(line.rise)), 0.0, 1.0))
 
 
 def _crossings(builder: Builder, piece: Piece) -> list[Expr]:
@@ -169,7 +169,7 @@ def _crossings(builder: Builder, piece: Piece) -> list[Expr]:
         )
         falls = Logic("and", (Compare(">", before, ZERO), Compare("<", after, ZERO)))
         rises = Logic("and", (Compare("<", before, ZERO), Compare(">", after, ZERO)))
-        crossing = Binary("/", before, Binary("-", before, after))
+        crossing = before / (before - after)
         found.append(builder.let(clip(builder.let(Where(Logic("or", (falls, rises)), crossing, ZERO)), 0.0, 1.0)))
     return found
 
@@ -189,8 +189,8 @@ def _handover_places(builder: Builder, piece: Piece) -> list[Expr]:
     half = Number(0.5)
     a_falls = Logic("or", (Compare(">=", a, b), Compare(">", a, half)))
     b_rises = Logic("or", (Compare(">=", b, a), Compare(">", b, half)))
-    first = builder.let(Where(a_falls, Binary("-", ONE, a), a))
-    last = builder.let(Where(b_rises, b, Binary("-", ONE, b)))
+    first = builder.let(Where(a_falls, 1.0 - a, a))
+    last = builder.let(Where(b_rises, b, 1.0 - b))
     return [ZERO, first, builder.let(clip(half, first, last)), last, ONE]
 
 

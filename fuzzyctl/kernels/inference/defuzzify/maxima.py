@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, CompareOp, Expr, Logic, Number, Where
+from fuzzyctl.expr import ONE, ZERO, Call, Compare, CompareOp, Expr, Logic, Number, Where
 from fuzzyctl.kernels.inference.defuzzify.centroid import in_units, unit_of
 from fuzzyctl.kernels.inference.defuzzify.sampling import HALF, Carried, Samples, Step, largest
 from fuzzyctl.kernels.plan.build import OutputPlan
@@ -58,7 +58,7 @@ def _mean(samples: Samples, bound: Expr, places: Sequence[float], *, gaps: bool)
         return {"total": plus(c["total"], times(hit, items[0])), "count": plus(c["count"], hit)}
 
     found = samples.scan({"total": ZERO, "count": ZERO}, step, [places], gaps=gaps)
-    return Binary("/", found["total"], found["count"])
+    return found["total"] / found["count"]
 
 
 def _by_magnitude(samples: Samples, bound: Expr, places: Sequence[float], *, gaps: bool) -> Expr:
@@ -194,4 +194,4 @@ def _middle_of(builder: Builder, output: OutputPlan, hits: Hits) -> Expr:
         own = builder.let(Where(is_new, ONE, ZERO))
         total, count = builder.let(plus(total, times(own, x))), builder.let(plus(count, own))
         last = builder.let(Where(is_new, x, last))
-    return Where(Compare(">", length, same), Binary("/", moment, length), Binary("/", total, count))
+    return Where(Compare(">", length, same), moment / length, total / count)

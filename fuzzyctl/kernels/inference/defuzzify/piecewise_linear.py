@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, Expr, Logic, Number, Where
+from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Logic, Number, Where
 from fuzzyctl.kernels.inference.defuzzify.bisector import SLACK, past_gap, share_of
 from fuzzyctl.kernels.inference.defuzzify.centroid import Height
 from fuzzyctl.kernels.inference.defuzzify.envelope import Knot, joints, largest_of, outline, segments
@@ -46,7 +46,7 @@ def straight_bisector(builder: Builder, output: OutputPlan, heights: Sequence[He
         after = builder.let(Where(Compare(">", sums[k + 1], over), a.x, after))
     before, start, end, left, right = found
     width = builder.let(minus(end, start))
-    area = Where(Compare(">", width, ZERO), Binary("/", minus(half, before), width), ZERO)
+    area = Where(Compare(">", width, ZERO), minus(half, before) / width, ZERO)
     share = share_of(builder, left, right, builder.let(area))
     place = builder.let(plus(start, times(width, builder.let(share))))
     return builder.let(past_gap(place, end, after)), whole

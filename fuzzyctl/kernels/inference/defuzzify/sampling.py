@@ -8,7 +8,7 @@ from functools import reduce
 from itertools import groupby
 from typing import Final
 
-from fuzzyctl.expr import ZERO, Binary, Call, Expr, Name, Number
+from fuzzyctl.expr import ZERO, Call, Expr, Name, Number
 from fuzzyctl.formulas import aggregation, conjunction
 from fuzzyctl.kernels.plan.build import OutputPlan, SetPlan
 from fuzzyctl.kernels.program.program import Accumulate, Assign, Builder, Fold, Item, times
@@ -183,7 +183,7 @@ def _sums(samples: Samples, own: Sequence[int], begin: int, end: int, middle: fl
 
 def total(samples: Samples) -> Expr:
     """Write the sum of all samples, added up from left to right."""
-    return samples.scan({"sum": ZERO}, lambda b, v, _, c: {"sum": Binary("+", c["sum"], v)})["sum"]
+    return samples.scan({"sum": ZERO}, lambda b, v, _, c: {"sum": c["sum"] + v})["sum"]
 
 
 def largest(samples: Samples) -> Expr:

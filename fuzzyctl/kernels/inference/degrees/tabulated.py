@@ -9,7 +9,7 @@ from __future__ import annotations
 from itertools import groupby, pairwise
 from typing import Final
 
-from fuzzyctl.expr import Binary, Compare, Expr, Number, Where
+from fuzzyctl.expr import Compare, Expr, Number, Where
 from fuzzyctl.kernels.plan.sets import SetPlan
 from fuzzyctl.kernels.program.program import Builder, Item, Place
 
@@ -36,8 +36,8 @@ def _looked_up(builder: Builder, parameters: tuple[float, ...], x: Expr) -> Expr
     def item(values: list[float]) -> Expr:
         return Item(builder.table(values), Place(name))
 
-    run = Binary("*", item([*rises, 0.0]), Binary("/", rest, item([*widths, 1.0])))
-    degree: Expr = Binary("+", item(last), run)
+    run = item([*rises, 0.0]) * (rest / item([*widths, 1.0]))
+    degree: Expr = item(last) + run
     tops = [max(own) for own in degrees.values()]
     if tops != last:  # at a jump the largest degree holds
         degree = Where(Compare("==", x, item(list(places))), item(tops), degree)

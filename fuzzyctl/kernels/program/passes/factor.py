@@ -120,7 +120,7 @@ class _Sums:
             if rest:
                 groups.setdefault(first, []).append((tuple(rest), weight, factor))
                 continue
-            degree = Name(first) if weight == ONE else self._named(Binary("*", Name(first), weight), statements)
+            degree = Name(first) if weight == ONE else self._named(Name(first) * weight, statements)
             parts.append(times(degree, factor))
         rows: dict[Name, list[Expr]] = {}
         for first, own in groups.items():
@@ -132,7 +132,7 @@ class _Sums:
         """Write a sum as statements that are not deep."""
         total = parts[0]
         for k, part in enumerate(parts[1:], 1):
-            total = Binary("+", total if k % SUMMANDS else self._named(total, statements), part)
+            total = (total if k % SUMMANDS else self._named(total, statements)) + part
         return self._named(total, statements)
 
     def _named(self, value: Expr, statements: list[Statement]) -> Name:

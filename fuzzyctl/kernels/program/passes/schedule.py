@@ -42,6 +42,6 @@ def _one_by_one(whole: Assign) -> Iterator[Assign]:
         value = value.left
     for k, summand in enumerate(summands[:0:-1]):
         part = Name(f"{whole.name}_{k}")
-        yield Assign(part.name, Binary("+", value, summand))
+        yield Assign(part.name, value + summand)
         value = part
-    yield replace(whole, value=Binary("+", value, summands[0]) if summands else value)
+    yield replace(whole, value=value + summands[0] if summands else value)
