@@ -81,7 +81,7 @@ class TestDocstrings:
 
     def test_exceptions_are_not_computed_after_all(self):
         """Ranges such as Eqs. (47)-(51) may run over them; a function that names one by itself computes it."""
-        text = " ".join(" ".join(p.read_text(encoding="utf-8").split()) for p in PACKAGE.rglob("controllers/*.py"))
+        text = " ".join(" ".join(p.read_text(encoding="utf-8").split()) for p in PACKAGE.rglob("control/laws/*.py"))
         assert numbers(text) & set(EXCEPTIONS) == set()
 
 
@@ -105,6 +105,6 @@ class TestTable:
     def test_says_which_rows_of_an_equation_are_not_computed(self):
         section = PAGE.read_text(encoding="utf-8").split("## Where each equation is")[1]
         assert "third row of Eq. (3), the rate ω_ar, and the first of Eq. (5)," in " ".join(section.split())
-        text = (PACKAGE / "formation.py").read_text(encoding="utf-8")
+        text = (PACKAGE / "control" / "formation.py").read_text(encoding="utf-8")
         assert "Eq. (3), first two rows" in text
         assert "Eq. (5), second row" in text

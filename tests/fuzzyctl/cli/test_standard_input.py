@@ -89,7 +89,7 @@ class TestStandardInput:
         (tmp_path / "a.fz").write_text(base.replace("[0, 10]", "[0, q]"))
         result = run("diff", "-", "a.fz", text=base.replace("N  Z", "N  Y", 1))
         assert result.exit_code == 1
-        for part in ("<stdin>:18:11: error[FZ203]", "a.fz:8:16: error[FZ202]"):
+        for part in ("<stdin>:21:11: error[FZ203]", "a.fz:11:16: error[FZ202]"):
             assert part in result.stderr
 
     def test_of_a_diff_may_hold_several_systems(self, tmp_path, base):
