@@ -274,7 +274,7 @@ def evaluate(expr: Expr, names: Mapping[str, float]) -> float:
             if function not in FUNCTIONS:
                 raise ExprError(f"no function {function!r}", span)
             return _checked(SCALAR_FUNCTIONS[function], tuple(evaluate(a, names) for a in arguments), span)
-    raise ExprError("a number is due here, not a truth value", span_of(expr))
+    raise ExprError("expected a number, found a condition", span_of(expr))
 
 
 def _look_up(name: str, names: Mapping[str, float], span: Span | None) -> float:

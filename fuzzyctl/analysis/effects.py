@@ -227,7 +227,7 @@ def _dead_term(system: FuzzySystem, idle: _Idle, named: Named) -> Diagnostic:
 
 def _dead_rule(idle: _Idle, rule: Rule, reason: str) -> Diagnostic:
     message = f"the rule 'if {antecedent_text(rule.antecedent, top=True)}' never acts"
-    return Diagnostic("FZ403", message, rule.span, "warning", (reason, *_lost(idle, [rule])), "remove or mend it")
+    return Diagnostic("FZ403", message, rule.span, "warning", (reason, *_lost(idle, [rule])), "remove or fix it")
 
 
 def _covered_rule(rule: Rule, better: Rule) -> Diagnostic:

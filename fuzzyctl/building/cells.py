@@ -50,7 +50,7 @@ def cell(name: str, given: object, outputs: tuple[str, ...]) -> Cell:
     elif isinstance(given, str):
         texts = fragments.cells(given)
         if len(texts) != 1:
-            raise ArgumentError(f"one cell is due, got {given!r}")
+            raise ArgumentError(f"expected one cell, got {given!r}")
         made = texts[0]
     else:
         made = Cell(terms=(values.membership(name, given),), weight=ONE)

@@ -72,7 +72,7 @@ def _statement(form: _Form, text: str, kind: type[_Statement]) -> _Statement:
     """
     text = arguments.text(f"the text of {_a(form.what)}", text)
     if not text.strip():
-        raise ArgumentError(f"{_a(form.what)} is due, got an empty text; the form is: {form.written}")
+        raise ArgumentError(f"expected {_a(form.what)}, got an empty text; the form is: {form.written}")
     if arguments.no_character(text) is not None:
         raise _no(form, text)
     # A comment would swallow what stands behind.
@@ -100,7 +100,7 @@ def _refuse(form: _Form, text: str, mistakes: list[Diagnostic]) -> None:
 def _as_fragment(form: _Form, source: SourceText, d: Diagnostic) -> Diagnostic:
     if d.span is not None and form.after and d.span.start >= len(form.before) + len(source.text):
         d = dataclasses.replace(d, message=f"the {form.what} ends too early", facts=())
-    # `activation highest` is told to be written as `activation highest(count=1)`, of which only the rest is due.
+    # The help for `activation highest` is `activation highest(count=1)`; only the part behind the keyword belongs here.
     help_text = d.help.replace(f": {form.before}", ": ") if form.before else d.help
     if help_text.startswith("write: "):
         # The repaired line holds what stands around the fragment.

@@ -28,7 +28,7 @@ def require_as_file(built: FuzzySystem) -> None:
 
     Raises:
         DiagnosticError: With all mistakes, without places.
-        ArgumentError: For parts made by hand that no rule file can say.
+        ArgumentError: For elements made by hand that cannot be expressed in .fz.
         ValueOutOfBoundsError: For a title, label, unit or citation that a rule file cannot hold.
     """
     mistakes = list(_no_names(built))
@@ -40,7 +40,7 @@ def require_as_file(built: FuzzySystem) -> None:
     if errors:
         raise DiagnosticError(errors)
     if read is None or dumps(read) != text:  # such as a name in a rule made by hand that prints as something else
-        raise ArgumentError(f"the system {built.name!r} has parts that no rule file can say")
+        raise ArgumentError(f"the system {built.name!r} contains elements that cannot be expressed in .fz")
 
 
 def _without_place(d: Diagnostic) -> Diagnostic:

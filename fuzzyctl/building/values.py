@@ -58,7 +58,7 @@ def _writable(name: str, value: Expr) -> Expr:
     """Return an expression made by hand if a file could say it."""
     for node in walk(value):
         if isinstance(node, Where) or (isinstance(node, Number) and not isinstance(node.value, float)):
-            raise ArgumentError(f"{name} has a part that no rule file can say: {type(node).__name__}")
+            raise ArgumentError(f"{name} contains an element that cannot be expressed in .fz: {type(node).__name__}")
         if isinstance(node, Number):
             _float(name, node.value)
     return value

@@ -45,7 +45,7 @@ class _Laid:
 
 @click.command()
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
-@click.option("--check", "only_check", is_flag=True, help="Change nothing; exit 1 if a file is laid out otherwise.")
+@click.option("--check", "only_check", is_flag=True, help="Change nothing; exit 1 if a file is not formatted.")
 @click.option("--diff", "only_diff", is_flag=True, help="Print what would change; change nothing; exit 1 if anything.")
 @DIAGNOSTICS_FORMAT
 @answers_with_diagnostics
@@ -108,7 +108,7 @@ def _laid_out(file: str) -> _Laid:
 
 
 def _differences(laid: _Laid, only_check: bool, only_diff: bool, form: str) -> list[Diagnostic]:
-    """Print what is laid out otherwise, and return it."""
+    """Print which files are not formatted, and return their diagnostics."""
     if laid.text == laid.stored:
         return []
     name = laid.source.name
@@ -119,9 +119,9 @@ def _differences(laid: _Laid, only_check: bool, only_diff: bool, form: str) -> l
         else:
             write_data("".join(lines))
     elif form == "text":
-        say(f"{name}: would be laid out otherwise")
+        say(f"{name}: the file is not formatted")
     help_text = f"run: fuzzyctl fmt {name}"
-    return [Diagnostic("FZ006", "the line would be laid out otherwise", _first_difference(laid), help=help_text)]
+    return [Diagnostic("FZ006", "the line is not formatted", _first_difference(laid), help=help_text)]
 
 
 def _diff(laid: _Laid) -> list[str]:
@@ -143,7 +143,7 @@ def _colored(line: str) -> str:
 
 
 def _first_difference(laid: _Laid) -> Span:
-    """Return the first line that is laid out otherwise; the first of all where only line ends differ."""
+    """Return the first line that formatting changes; the first of all where only line ends differ."""
     offset = 0
     for line, wanted in zip_longest(laid.source.text.split("\n"), laid.text.split("\n"), fillvalue=""):
         if line.rstrip("\r") != wanted:

@@ -13,7 +13,7 @@ CODES: Final[dict[str, str]] = {
     "FZ003": "the file is too large",
     "FZ004": "the file declares no system",
     "FZ005": "the file cannot be written",
-    "FZ006": "the file is laid out otherwise",
+    "FZ006": "the file is not formatted",
     "FZ101": "the line is not a statement",
     "FZ102": "unexpected text in a statement",
     "FZ103": "a parenthesis is not closed",

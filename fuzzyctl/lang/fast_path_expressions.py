@@ -64,7 +64,7 @@ class Reader:
         return not (self.number or self.name or self.sign)
 
     def claim(self) -> ex.Expr:
-        """Read an expression that may be a truth value."""
+        """Read an expression that may be a condition."""
         return self._chain("or", self._conjunction)
 
     def _conjunction(self) -> ex.Expr:

@@ -160,8 +160,8 @@ class _Assembler:
     def give_up(self, line: LogicalLine) -> None:
         """Report that nothing is read from a line on: such a text is no rule file, and more messages help nobody."""
         place = Span(self.source, line.start, max(line.start, line.end))
-        message = f"{MAX_MISTAKES} lines could not be read; from here on nothing is read any more"
-        self.diagnostics.append(Diagnostic("FZ112", message, place, help="mend those lines first"))
+        message = f"too many errors ({MAX_MISTAKES}); parsing stopped"
+        self.diagnostics.append(Diagnostic("FZ112", message, place, help="fix the errors above first"))
         self.unread.update(_WORDS.findall(self.source.text, line.start))
         self.lost_input = self.lost_variable = True
 

@@ -94,7 +94,7 @@ def loads(text: str, name: str = "<text>", *, system: str | None = None) -> Fuzz
         ArgumentError: For an argument of another type.
     """
     if not isinstance(text, str):
-        raise ArgumentError(f"the text of a rule file is due, got {type(text).__name__}; 'load' takes paths")
+        raise ArgumentError(f"expected the text of a rule file, got {type(text).__name__}; 'load' takes paths")
     source = SourceText(arguments.text("'name'", name), text)
     _require_characters(source)
     return _required(examine(source, system=chosen_name(system), hints=False))

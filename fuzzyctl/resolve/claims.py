@@ -1,4 +1,4 @@
-"""Checks the form of guarantees: names, numbers of arguments, and where a truth value or a number is due.
+"""Checks the form of guarantees: names, numbers of arguments, and where a condition or a number is expected.
 
 `SYSTEM.OUTPUT` is an output of another system; whether there is one is seen when all systems are read (`linking`).
 """
@@ -13,7 +13,7 @@ from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import counted, did_you_mean
 from fuzzyctl.resolve.context import Context
 
-#: What a guarantee may say of an output: the forms, and whether the word is a truth value by itself.
+#: What a guarantee may say of an output: the forms, and whether the word is a condition by itself.
 FORMS: Final[dict[str, tuple[str, bool]]] = {
     "total": ("total(OUTPUT), or total(OUTPUT) >= STRENGTH", True),
     "bounded": ("bounded(OUTPUT, LOW, HIGH)", True),
@@ -29,7 +29,7 @@ def check_claim(context: Context, claim: ex.Expr, *, truth: bool) -> bool:
     Args:
         context: Where to report.
         claim: The expression.
-        truth: Whether a truth value is due, else a number.
+        truth: Whether a condition is expected, else a number.
     """
     match claim:
         case ex.Compare(op="<=", left=ex.Call(function="lipschitz") as slope, right=bound, span=span):
@@ -55,15 +55,15 @@ def check_claim(context: Context, claim: ex.Expr, *, truth: bool) -> bool:
             return False
         case ex.Call(function=function, span=span):
             parts = all([check_claim(context, p, truth=False) for p in claim.arguments])
-            return _due(context, not truth, "a truth value", "a number", span) and _check_call(context, claim) and parts
+            return _due(context, not truth, "a condition", "a number", span) and _check_call(context, claim) and parts
         case ex.Name(name=name, span=span):
             known = context.names
             if name not in known and name not in ex.CONSTANTS and "." not in name:
                 context.unknown("name", claim, known)
                 return False
-            return _due(context, not truth, "a truth value", "a number", span)
+            return _due(context, not truth, "a condition", "a number", span)
     parts = all([check_claim(context, p, truth=False) for p in ex.children(claim)])
-    return _due(context, not truth, "a truth value", "a number", ex.span_of(claim)) and parts
+    return _due(context, not truth, "a condition", "a number", ex.span_of(claim)) and parts
 
 
 def names_output(context: Context, claim: ex.Expr) -> bool:
@@ -95,8 +95,8 @@ def check_tolerance(context: Context, claim: ex.Expr, within: ex.Expr) -> bool:
 
 def _due(context: Context, right: bool, due: str, given: str, span: Span | None) -> bool:
     if not right:
-        help_text = "compare it, such as: f <= 1" if due == "a truth value" else ""
-        context.report("FZ307", f"{due} is due here, not {given}", span, help=help_text)
+        help_text = "compare it, such as: f <= 1" if due == "a condition" else ""
+        context.report("FZ307", f"expected {due}, found {given}", span, help=help_text)
     return right
 
 
@@ -144,7 +144,7 @@ def _check_form(context: Context, call: ex.Call, truth: bool) -> bool:
     elif due == 2:
         ok = _names(context, call.arguments[1], context.inputs, "input", facts) and ok
     if is_truth != truth:
-        given = "a truth value" if is_truth else "a number"
+        given = "a condition" if is_truth else "a number"
         context.report("FZ307", f"'{call.function}' is {given}", call.span, facts=facts)
         return False
     return ok
@@ -155,5 +155,5 @@ def _names(context: Context, given: ex.Expr, among: Mapping[str, object], kind: 
         if given.name not in among:
             context.unknown(kind, given, among)
         return given.name in among
-    context.report("FZ303", f"the name of an {kind} is due here", ex.span_of(given), facts=facts)
+    context.report("FZ303", f"expected the name of an {kind}", ex.span_of(given), facts=facts)
     return False

@@ -147,7 +147,7 @@ class Context:
             elif isinstance(node, ex.Call) and not self.check_call(node):
                 ok = False
             elif isinstance(node, ex.Compare | ex.Logic):
-                self.report("FZ307", "a number is due here, not a truth value", ex.span_of(node))
+                self.report("FZ307", "expected a number, found a condition", ex.span_of(node))
                 ok = False
         return ok
 

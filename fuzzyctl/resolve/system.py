@@ -127,7 +127,7 @@ def _only_warnings(context: Context, codes: Sequence[sx.Word]) -> None:
         if code.text in CODES and code.text[2] in "01234" and code.text not in WARNINGS:
             facts = (f"warnings are: {', '.join(sorted(WARNINGS))}",)
             message = f"{code.text} is an error and cannot be allowed"
-            context.report("FZ213", message, code.span, facts=facts, help="mend what it names")
+            context.report("FZ213", message, code.span, facts=facts, help="fix what it names")
 
 
 def _check_heads(context: Context, tree: sx.SyntaxTree, heads: list[sx.System], broken: bool) -> None:

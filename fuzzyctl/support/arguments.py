@@ -101,7 +101,7 @@ def path(given: object, hint: str = "") -> str:
     name = os.fspath(given) if isinstance(given, str | os.PathLike) else None
     if not isinstance(name, str) or "\0" in name or not _encodable(name):
         shown = repr(given) if isinstance(given, str | bytes) else _called(given)
-        raise ArgumentError(f"the path of a rule file is due, got {shown:.80}{hint}")
+        raise ArgumentError(f"expected the path of a rule file, got {shown:.80}{hint}")
     return name
 
 

@@ -43,7 +43,7 @@ def read_file(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES, only_
     given: object = path  # whatever the annotation says, callers pass None and bytes
     name = os.fspath(given) if isinstance(given, str | os.PathLike) else None
     if not isinstance(name, str) or "\0" in name:
-        raise ArgumentError(f"the path of a rule file is due, got {path!r:.80}; 'loads' takes texts")
+        raise ArgumentError(f"expected the path of a rule file, got {path!r:.80}; 'loads' takes texts")
     if only_regular and is_special(name):
         raise DiagnosticError([Diagnostic("FZ001", "this is not a regular file", file=name)])
     try:

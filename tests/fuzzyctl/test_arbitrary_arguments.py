@@ -211,7 +211,7 @@ class TestNamedArguments:
             ({"title": b"x"}, "'title' must be a text, got bytes"),
             ({"name": b"a"}, "'name' must be a text, got bytes"),
             ({"defuzzifier": 3}, "'defuzzifier' must be the text of a defuzzifier"),
-            ({"activation": ""}, "an activation is due, got an empty text; the form is: general"),
+            ({"activation": ""}, "expected an activation, got an empty text; the form is: general"),
         ],
     )
     def test_of_a_system(self, changed, message):
@@ -230,7 +230,7 @@ class TestNamedArguments:
             ("'system' must be the name of a system", lambda: fuzzyctl.check(SYSTEM, system=3)),
             ("'max_bytes' must be a whole number", lambda: fuzzyctl.load("a.fz", max_bytes="a")),
             ("the system must be a FuzzySystem", lambda: fuzzyctl.dump(3, "a.fz")),
-            ("the path of a rule file is due, got int$", lambda: fuzzyctl.dump(SYSTEM, 3)),
+            ("expected the path of a rule file, got int$", lambda: fuzzyctl.dump(SYSTEM, 3)),
         ):
             with pytest.raises(fuzzyctl.ArgumentError, match=message):
                 call()
@@ -241,7 +241,7 @@ class TestNamedArguments:
             build.system(**SYSTEM_ARGUMENTS | {"params": {"p": 10**digits}})
         with pytest.raises(fuzzyctl.ValueOutOfBoundsError, match="'max_bytes' must be from 1 to"):
             fuzzyctl.load("a.fz", max_bytes=10**digits)
-        with pytest.raises(fuzzyctl.ArgumentError, match="the path of a rule file is due, got int"):
+        with pytest.raises(fuzzyctl.ArgumentError, match="expected the path of a rule file, got int"):
             fuzzyctl.load(10**digits)
 
     @pytest.mark.parametrize("character", ["\0", "\ud800"])

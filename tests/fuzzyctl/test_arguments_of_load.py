@@ -21,12 +21,12 @@ class TestLoad:
     @pytest.mark.parametrize("path", [None, 3, b"rules/tipper.fz", "a\0b", ["a"]])
     def test_what_is_no_path_is_named(self, path):
         for function in (load, load_all, check):
-            with pytest.raises(ArgumentError, match="the path of a rule file is due"):
+            with pytest.raises(ArgumentError, match="expected the path of a rule file"):
                 function(path)
 
     @pytest.mark.parametrize("text", [None, b"system s", 3])
     def test_what_is_no_text_is_named(self, text):
-        with pytest.raises(ArgumentError, match="the text of a rule file is due"):
+        with pytest.raises(ArgumentError, match="expected the text of a rule file"):
             loads(text)
 
     def test_all_systems_of_a_file_are_read(self, tmp_path):

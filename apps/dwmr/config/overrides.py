@@ -50,7 +50,7 @@ def override(data: dict[str, Any], argument: str) -> tuple[str, str]:
     if not argument.isprintable():
         raise OverrideError(f"--set {shorten(argument)}: holds a line break or another control character")
     if len(parts) > DEEPEST:
-        raise OverrideError(f"--set {shorten(argument)}: the key has {len(parts)} parts; no key has so many")
+        raise OverrideError(f"--set {shorten(argument)}: the key has {len(parts)} parts; expected at most {DEEPEST}")
     if value is None or not all(parts):
         raise OverrideError(f"--set {shorten(argument)}: expected key=value with a dotted key, such as run.horizon=20")
     node: Any = data

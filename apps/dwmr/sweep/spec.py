@@ -73,7 +73,7 @@ class Spec(Section):
     )
     set: dict[str, Any] = Field(default={}, description="values that replace those of the scenario in every run")
     grid: dict[str, Annotated[tuple[Any, ...], Strict(False), Field(min_length=1)]] = Field(
-        default={}, description="values of which every combination is run"
+        default={}, description="lists of values; every combination of them is run"
     )
     random: dict[str, Distribution] = Field(default={}, description="values drawn anew for every repetition")
 

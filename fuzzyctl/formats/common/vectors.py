@@ -114,7 +114,7 @@ class _Vector:
 
     def _atom(self) -> float:
         if self.next >= len(self.tokens):
-            raise VectorError("a number is due", len(self.text), len(self.text))
+            raise VectorError("expected a number", len(self.text), len(self.text))
         kind, text, start, end, _ = self.tokens[self.next]
         self.next += 1
         if kind == "number":

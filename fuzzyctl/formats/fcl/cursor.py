@@ -92,9 +92,9 @@ class Cursor:
         """Return the mistake that something else stands where `what` is due."""
         token = self.here
         if token.kind == "end":
-            message = f"the file ends where {what} is due"
+            message = f"unexpected end of file, expected {what}"
         else:
-            message = f"{what} is due, not '{_short(token.text)}'"
+            message = f"expected {what}, found '{_short(token.text)}'"
         facts = (f"possible here: {listed(known)}",) if known else ()
         help_text = did_you_mean(token.word, known) if known and token.word else ""
         return Slip(Diagnostic("FZ601", message, self.span(token), facts=facts, help=help_text))
@@ -150,8 +150,8 @@ class Cursor:
         if self._slips <= _MOST_SLIPS:
             self.diagnostics.append(slip.diagnostic)
         elif self._slips == _MOST_SLIPS + 1:
-            message, help_text = "there are more mistakes, which are not told", "is this an FCL file?"
-            self.diagnostics.append(Diagnostic("FZ601", message, slip.diagnostic.span, help=help_text))
+            message = f"too many errors ({_MOST_SLIPS}); further errors are not reported"
+            self.diagnostics.append(Diagnostic("FZ601", message, slip.diagnostic.span, help="is this an FCL file?"))
         while self.here.kind != "end":
             token = self.here
             if token.first and token.word in stops:

@@ -94,7 +94,7 @@ def term(entry: Entry, findings: Findings) -> RawTerm | None:
     form = f"a membership function is written: {entry.key}='name':'trimf',[0 1 2]"
     name, rest = _leading_string(entry.value, ends=":")
     if not rest.text.startswith(":"):
-        findings.error("FZ601", "a colon is due behind the name of the membership function", entry.value, help=form)
+        findings.error("FZ601", "expected a colon behind the name of the membership function", entry.value, help=form)
         return None
     function, rest = _leading_string(trimmed(rest.source, rest.start + 1, rest.end), ends=",[;")
     if rest.text[:1] in (",", ";"):

@@ -147,7 +147,7 @@ class VariableReader:
                 continue
             number += 1
             if int(match.group(1)) != number:
-                message = f"'{entry.key}' stands where MF{number} is due, and counts as that"
+                message = f"expected MF{number}, found '{entry.key}'; it counts as MF{number}"
                 help_text = "rules number terms in the order written"
                 self.findings.warning("FZ606", message, entry.key_span, help=help_text)
             raw = values.term(entry, self.findings)

@@ -94,7 +94,7 @@ def _count(span: Span, findings: Findings) -> int | None:
     if value is None:
         return None
     if not (0 < value.value <= _MOST and value.value == int(value.value)):
-        findings.error("FZ601", f"a whole number from 1 to {_MOST} is due, got '{span.text[:40]}'", span)
+        findings.error("FZ601", f"expected a whole number from 1 to {_MOST}, found '{span.text[:40]}'", span)
         return None
     return int(value.value)
 

@@ -123,14 +123,14 @@ class _RuleText:
     def _take(self, due: str) -> Span:
         if self.next >= len(self.tokens):
             end = Span(self.span.source, max(self.span.start, self.span.end - 1), self.span.end)
-            raise RuleError("FZ601", f"the rule ends where {due} is due", end, _FORM)
+            raise RuleError("FZ601", f"unexpected end of the rule, expected {due}", end, _FORM)
         self.next += 1
         return self.tokens[self.next - 1]
 
     def _expect(self, word: str) -> None:
         place = self._take(f"'{word}'")
         if place.text.lower() != word:
-            raise RuleError("FZ601", f"'{word}' is due, got '{place.text[:40]}'", place, _FORM)
+            raise RuleError("FZ601", f"expected '{word}', found '{place.text[:40]}'", place, _FORM)
 
     def _or(self) -> Antecedent:
         operands = [self._and()]
@@ -220,7 +220,7 @@ class _RuleText:
             raise UnreadTermError
         if place.text not in variable.terms:
             if place.text.lower() in _AFTER_TERM:
-                message = f"a term of '{variable.name}' is due, not '{place.text}'"
+                message = f"expected a term of '{variable.name}', found '{place.text}'"
                 facts = (f"terms of '{variable.name}': {', '.join(variable.terms) or 'none'}",)
                 raise RuleError("FZ601", message, place, _FORM, facts)
             message = f"'{variable.name}' has no term '{place.text[:40]}'"

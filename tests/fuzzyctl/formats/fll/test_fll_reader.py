@@ -435,7 +435,7 @@ def test_a_constant_of_an_input_is_its_degree_everywhere():
 def test_the_largest_number_of_samples_is_told():
     _, diagnostics = read(SourceText("t.fll", SMALL.replace("Centroid 100", "Centroid 1000000000")))
     (found,) = diagnostics
-    assert found.message == "a whole number from 1 to 1000000 is due, got '1000000000'"
+    assert found.message == "expected a whole number from 1 to 1000000, found '1000000000'"
 
 
 class TestNoRule:
