@@ -1,4 +1,4 @@
-"""The small expression language that rule files, formulas and kernels share.
+"""Expression language shared by rule files, formulas and kernels.
 
 An expression is a frozen tree. Rule files write them (`param f_max = (k_h_min - G_min) / k_s`), `formulas` builds the
 membership functions from them, and each interpreter (the evaluator here, the printers in `kernels`, interval
@@ -259,7 +259,7 @@ def evaluate(expr: Expr, names: Mapping[str, float]) -> float:
 
     Raises:
         ExprError: For an unknown name, a division by zero, an argument outside a function's domain, an overflow, or a
-            comparison where a number is due.
+            comparison where a number is expected.
     """
     match expr:
         case Number(value=value):

@@ -1,4 +1,4 @@
-"""Frozen dataclasses whose making costs a third: frozen for type checkers, plain at run time.
+"""Frozen dataclasses with cheap construction: frozen for type checkers, plain at run time.
 
 A rule file becomes some eight hundred small objects, and a frozen dataclass sets each of its fields by a call. Nothing
 in the project writes to one, which mypy proves, so that the calls would buy nothing.

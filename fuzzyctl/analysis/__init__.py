@@ -1,1 +1,1 @@
-"""Proofs about a plan: what a system can return, and where it cannot return anything."""
+"""Static analysis of a plan: bounds, proofs of guarantees, coverage, effects of rules and terms."""

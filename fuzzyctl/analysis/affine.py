@@ -1,4 +1,4 @@
-"""Expressions as sums: a number, inputs and outputs at some arguments, each times a number, in exact arithmetic."""
+"""Affine forms of expressions in exact arithmetic: a constant plus coefficients of inputs and of outputs."""
 
 from __future__ import annotations
 

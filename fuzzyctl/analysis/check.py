@@ -1,4 +1,4 @@
-"""All checks of a rule file at once: those of its structure and those that need a proof."""
+"""All checks of a rule file: the structural ones and those that need a proof."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Guarantees in normal form: `left >= right` with a tolerance, joined by all and any, and words about all points."""
+"""Normal form of guarantees: `left >= right` with a tolerance, joined by all and any, and claims about all points."""
 
 from __future__ import annotations
 

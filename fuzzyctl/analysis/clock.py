@@ -1,4 +1,4 @@
-"""The clock of all time limits of proofs."""
+"""Clock of the time limits of proofs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Degrees, firing strengths and activations of a plan over intervals of its inputs.
+"""Intervals of degrees, firing strengths and activations of a plan over boxes of its inputs.
 
 The inputs are cut at all corners of their terms. Between corners degrees are monotone, so their interval over a cell is
 exact; cells are single points and the floats strictly between two neighbouring ones.
@@ -115,7 +115,7 @@ def activation_in(flat: Plan, rule: RulePlan, strength: Interval) -> Interval:
 
 
 def effect_in(flat: Plan, entry: ImpliedPlan, activation: Interval) -> Interval:
-    """Enclose the activation of a rule as one of its consequents feels it."""
+    """Enclose the activation applied to a consequent of a rule, after hedges and weight."""
     low, high = activation
     if entry.change is not None:
         low, high = bounded(enclose(entry.change, {ITSELF: activation}), math.inf)

@@ -1,4 +1,4 @@
-"""Rules that never act and terms that never matter: what a rule base says without effect.
+"""Rules that can never act and terms that are never used.
 
 What is reported is proved; what is not reported may still be without effect for a reason that is not looked for.
 """

@@ -1,4 +1,4 @@
-"""The empty cells of rule tables that leave an output without a rule at a point."""
+"""Empty cells of rule tables that leave an output without a firing rule at a point."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The least and the largest value of each output, and how steep it is: proved, with points that come near them."""
+"""Minimum, maximum and steepest slope of each output: proved bounds, with points that come near them."""
 
 from __future__ import annotations
 

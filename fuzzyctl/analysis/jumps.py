@@ -1,4 +1,4 @@
-"""Jumps of an output: two neighbouring numbers of an input between which it changes at once.
+"""Jumps of an output: neighbouring floating-point inputs with a discontinuity between them.
 
 They are looked for where terms jump, and where `else` takes over from the last rule; each is shown by evaluating it.
 """

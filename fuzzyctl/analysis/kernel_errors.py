@@ -1,4 +1,4 @@
-"""How far kernels may be from what the rules say where they compute it in another way, in exact arithmetic.
+"""Proved differences between kernels and rules, for algorithms that look up the rules that can act.
 
 Interpolation has a surface that knows its own error (`exact`). Here are the two ways that take rules that act alone.
 Both count corners as one that differ by rounding, and round other operations than those of all rules.

@@ -1,4 +1,4 @@
-"""Proofs of guarantees, by the cheapest method that decides each: bounds, corners of cells, subdivision."""
+"""Proofs of guarantees by the cheapest method that decides each: bounds, corners of cells, branch and bound."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ _AT_FIRST: Final = "no point is found that breaks the claim with what is at firs
 #: What decides claims that subdivision cannot settle, such as equalities; said of systems that do not interpolate.
 _EXACTLY: Final = "of a system that interpolates ('and product', 'center_average') it is decided exactly"
 
-#: Told now and then during a long proof: the claim, boxes settled, boxes open.
+#: Progress callback of a long proof: the claim, boxes settled, boxes open.
 Progress = Callable[[str, int, int], None]
 
 

@@ -1,4 +1,4 @@
-"""Witnesses at a few points, without numpy and in no time: what `check` can afford where corners do not decide."""
+"""Search for witnesses at a few sample points, without numpy, for `check`."""
 
 from __future__ import annotations
 

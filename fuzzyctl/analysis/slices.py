@@ -1,4 +1,4 @@
-"""The part of a program that some of its results need.
+"""Program slice: the statements that some of the results depend on.
 
 What one output does where another has no value is thereby none of the other's business, and is not computed for it.
 """

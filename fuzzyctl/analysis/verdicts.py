@@ -1,4 +1,4 @@
-"""What a proof answers: proved, refuted by a witness, or undecided."""
+"""Verdicts of proofs: proved, refuted by a witness, or undecided."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class Proved:
     Args:
         claim: The guarantee as a rule file writes it.
         span: Where it stands, if it came from a text.
-        note: Of which numbers it holds, where that is not those that kernels return.
+        note: The numbers that the proof is about, where these are not the numbers that kernels return.
     """
 
     claim: str

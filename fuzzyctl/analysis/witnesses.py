@@ -1,4 +1,4 @@
-"""Witnesses: points that break a claim when kernels evaluate it."""
+"""Witnesses: points at which a kernel breaks a guarantee."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Counted work: how much a check may still compute, the same on every machine.
+"""Work budget of a check, counted in operations, so that it is the same on every machine.
 
 A unit stands for about a microsecond of plain Python. A clock would give a file other diagnostics on a slow machine.
 """

@@ -1,4 +1,4 @@
-"""Builds systems in Python: the same model, the same checks, without a file.
+"""Builder of systems in Python: the same model and the same checks, without a file.
 
 ```python
 from math import inf

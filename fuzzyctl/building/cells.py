@@ -1,4 +1,4 @@
-"""Cells of rule tables as Python calls give them."""
+"""Cells of rule tables given as Python values."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def row(label: str, given: object, outputs: tuple[str, ...], columns: int) -> tu
         label: The term that leads the row.
         given: What is given for it.
         outputs: The outputs that each cell sets.
-        columns: How many cells are due.
+        columns: The expected number of cells.
 
     Raises:
         ArgumentError: For another number of cells, and for what is no cell.

@@ -1,4 +1,4 @@
-"""Fragments of `.fz` text as parts of a model: what Python authors write as texts reads as it does in a file."""
+"""Parser of `.fz` fragments given as Python strings: terms, rules, expressions, settings."""
 
 from __future__ import annotations
 
@@ -127,7 +127,7 @@ def _context(text: str) -> Context:
 
 
 def _placeless(expr: Expr) -> Expr:
-    """Return an expression without places: they would point at the statement that nobody wrote."""
+    """Return an expression without locations, which would point into a generated statement."""
     return replace(expr, lambda n: dataclasses.replace(n, span=None) if isinstance(n, Number | Name) else n)
 
 

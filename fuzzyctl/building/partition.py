@@ -1,4 +1,4 @@
-"""Partitions as Python calls give them: names, and peaks or none."""
+"""Partitions given as Python values: names, and peaks or none."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Checks a system built in Python as the rule file that it prints as: Python and files have one set of checks."""
+"""Validation of a system built in Python: the checks of the rule file that it is printed as."""
 
 from __future__ import annotations
 
@@ -44,13 +44,13 @@ def require_as_file(built: FuzzySystem) -> None:
 
 
 def _without_place(d: Diagnostic) -> Diagnostic:
-    """Return a diagnostic of a text that nobody has written: without lines, and without facts that name them."""
+    """Return a diagnostic of generated text without its location, and without the lines that its facts name."""
     facts = tuple(re.sub(r" \(line \d+\)", "", fact) for fact in d.facts)
     return dataclasses.replace(d, span=None, notes=(), facts=facts)
 
 
 def _no_names(built: FuzzySystem) -> Iterator[Diagnostic]:
-    """Find names that cannot be printed where a name is due."""
+    """Find names that cannot be written as names of a rule file."""
     named = [*_declared(built), *_method_names(built), *_in_rules(built), *_in_tables(built)]
     for what, name in dict.fromkeys(named):
         if not _NAME.fullmatch(name):

@@ -1,4 +1,4 @@
-"""Numbers, expressions and terms as Python authors give them, turned into those of a model."""
+"""Conversion of Python values to numbers, expressions and terms of the model."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the commands share: diagnostics on the terminal, `name=value` arguments, exit codes."""
+"""Shared parts of the commands: diagnostics on the terminal, `name=value` arguments, exit codes."""
 
 from __future__ import annotations
 

@@ -135,7 +135,7 @@ def _clear(folder: Path) -> tuple[int, list[str]]:
                     count += 1
                 except OSError as error:
                     kept[place, error.strerror] += 1
-            with suppress(OSError):  # a folder that is not empty: its files are told
+            with suppress(OSError):  # a folder that is not empty: its files are reported
                 Path(place).rmdir()
     problems = [f"{counted(n, 'file')} of {place} cannot be removed: {why}" for (place, why), n in kept.items()]
     return count, [*links, *problems, *(f"{e.filename} cannot be looked into: {e.strerror}" for e in closed)]

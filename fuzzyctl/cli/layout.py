@@ -1,4 +1,4 @@
-"""Lays the summary of a system out as text that fits a terminal."""
+"""Text layout of a system summary within the width of a terminal."""
 
 from __future__ import annotations
 

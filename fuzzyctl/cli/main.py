@@ -1,4 +1,4 @@
-"""Registers the commands."""
+"""The command group `fuzzyctl`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What `fuzzyctl show --plan` prints: how a system is computed, and why so."""
+"""Text of `fuzzyctl show --plan`: the algorithm of a system and the reason for it."""
 
 from __future__ import annotations
 

@@ -156,7 +156,7 @@ def _word(verdict: Verdict) -> str:
 
 
 def _summary(proofs: Proofs) -> str:
-    """Return how many guarantees are proved, refuted and undecided, and how many nobody has looked at."""
+    """Return the numbers of guarantees that are proved, refuted, undecided, and not examined."""
     count = Counter(_word(v) for _, _, verdicts in proofs for v in verdicts)
     count["left"] = sum(len(system.guarantees) - len(verdicts) for _, system, verdicts in proofs)
     words = ("proved", "refuted", "undecided", "left")

@@ -1,4 +1,4 @@
-"""Diagnostics for machines: SARIF 2.1.0 for code scanning, workflow commands for GitHub's annotations, plain JSON."""
+"""Machine-readable diagnostics: SARIF 2.1.0, workflow commands for GitHub's annotations, plain JSON."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What goes to standard output: text for people in the encoding of the terminal, data in UTF-8."""
+"""Standard output: text in the encoding of the terminal, data in UTF-8."""
 
 from __future__ import annotations
 

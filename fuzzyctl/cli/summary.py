@@ -1,4 +1,4 @@
-"""A system as plain data for `fuzzyctl show`: every number computed, every setting in effect, what is proved of it."""
+"""Summary of a system as plain data for `fuzzyctl show`: numbers, settings in effect, proved bounds."""
 
 from __future__ import annotations
 

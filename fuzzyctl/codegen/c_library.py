@@ -1,4 +1,4 @@
-"""Names that C keeps for itself: those of its standard library (C99, with what C11 and C23 add), header by header.
+"""Reserved identifiers of the C standard library (C99, with what C11 and C23 add), header by header.
 
 Macros replace a name wherever it stands, so no name of a file may be one, those of members included. The compiler's own
 mode adds names of POSIX to the headers that generated code includes.

@@ -1,4 +1,4 @@
-"""A program in C that runs the vectors on the target and says how far it is off."""
+"""Self-test in C: runs the test vectors on the target and prints the largest error."""
 
 from __future__ import annotations
 

@@ -115,7 +115,7 @@ def source(unit: Unit) -> str:
 
 
 def nan_lines(precision: str, prefix: str, *, makes: bool = True) -> Iterator[str]:
-    """Yield functions that know NaN by its bits, since compilers may be told that there is none."""
+    """Yield functions that recognise NaN by its bits, since compiler options may assume that there is none."""
     digits = "FLT_MANT_DIG" if precision == "float" else "DBL_MANT_DIG"
     yield f"#if {digits} == 53"
     yield from _bits(prefix, 64, "7FFFFFFFFFFFFFFF", "7FF0000000000000", "7FF8000000000000")

@@ -28,7 +28,7 @@ from fuzzyctl.kernels.program.program import (
 )
 
 INDENT: Final = "    "
-#: So many knots are counted by comparisons; more are searched by halving.
+#: Most knots counted by comparisons; more are searched by bisection.
 COUNTED: Final = 9
 #: Functions of <math.h>.
 LIBM: Final[Mapping[str, str]] = {

@@ -1,4 +1,4 @@
-"""What comments in generated text say: what arguments are, what tables hold, which rule a value belongs to."""
+"""Comments in generated text: arguments, tables, and the rule that a value belongs to."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def table_notes(unit: Unit, program: Program) -> dict[str, list[str]]:
 
 
 def _looked_up(program: Program) -> set[str]:
-    """Return the tables of which a program reads one place, not all in a loop."""
+    """Return the tables that a program reads at a computed position, not entry by entry in a loop."""
     items = [e for x in expressions(program) for e in walk(x) if isinstance(e, Item)]
     return {e.array for e in items if isinstance(e.index, Place)}
 

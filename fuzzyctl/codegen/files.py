@@ -1,4 +1,4 @@
-"""From a unit to the files of a target."""
+"""Files of a target, from a unit."""
 
 from __future__ import annotations
 

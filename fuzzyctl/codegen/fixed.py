@@ -1,4 +1,4 @@
-"""Fixed-point arithmetic for systems that interpolate: integers only, with a proved bound of the error.
+"""Fixed-point programs of multilinear systems: integers only, with a proved error bound.
 
 An input x is the integer X = x · 2^n. Along each input the cell is found among integer knots, and the share of the way
 through it, rounded to p bits, weighs the entries at its ends: (a (2^p - s) + b s + 2^(p-1)) / 2^p, all in unsigned
@@ -96,7 +96,7 @@ def fixed_point(unit: Unit, form: Format) -> Fixed:
 
     Raises:
         CodegenError: For a system that does not interpolate, or whose output is a quotient; for knots or outputs that
-            the format does not reach or does not tell apart, or of which no useful bound is found.
+            the format does not reach or does not tell apart, or for which no useful bound is found.
     """
     grid = unit.algorithm.grid
     if grid is None or any(t.weight for t in grid.outputs):

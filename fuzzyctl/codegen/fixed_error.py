@@ -1,4 +1,4 @@
-"""Proved errors of fixed point, in exact arithmetic."""
+"""Proved error bounds of fixed-point programs, in rational arithmetic."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Fixed-point formats, and the integers that take the place of knots and outputs."""
+"""Fixed-point formats, and the scaled integers of knots and outputs."""
 
 from __future__ import annotations
 

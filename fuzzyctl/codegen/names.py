@@ -1,4 +1,4 @@
-"""Identifiers of other languages: names of a rule file, which may be Greek, made safe and unique."""
+"""Identifiers of target languages: names of a rule file, which may be Greek, made valid and unique."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A unit as one Python module that needs nothing but Python."""
+"""A unit as one Python module without imports beyond the standard library."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Numbers in few digits that stay what they claim to be."""
+"""Decimal text of bounds, rounded to the safe side."""
 
 from __future__ import annotations
 

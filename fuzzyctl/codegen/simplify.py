@@ -1,4 +1,4 @@
-"""Programs without what a target need not do: tests that were made before, and values that nothing reads."""
+"""Simplification of programs for targets: repeated tests for NaN and dead code are removed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Programs in single precision, several roundings at once: what a correct target may compute.
+"""Interpreter of programs in single precision under several roundings: what a correct target may compute.
 
 Every result that single precision does not have is rounded to the nearest in the first lane and up or down at random in
 the others (the method of Vignes, CESTAC). Where lanes are apart, rounding decides, and targets may differ.
@@ -31,7 +31,7 @@ from fuzzyctl.kernels.program.program import (
 
 Numbers = NDArray[np.float64]
 
-#: Roundings: to the nearest, and so many less one at random.
+#: Roundings per value: one to the nearest, the others at random.
 LANES: Final = 6
 #: Numbers at once, points times lanes times entries of the longest loop.
 _AT_ONCE: Final = 1 << 20

@@ -1,4 +1,4 @@
-"""Functions that have no value somewhere, as choices: Structured Text has no NaN, and some machines stop at it."""
+"""Domain guards for Structured Text, which has no NaN: functions are called only where they have a value."""
 
 from __future__ import annotations
 

@@ -57,8 +57,8 @@ def tabulated(algorithm: Algorithm, points: int) -> Tabulated:
         points: Points along each input, at least 2.
 
     Raises:
-        CodegenError: For a system with a state, without a value somewhere, with an input that has no ends, or of which
-            no useful bound is found; for a table that is too large.
+        CodegenError: For a system with a state, without a value somewhere, with an input that has no ends, or without
+            a useful bound of the error; for a table that is too large.
     """
     flat, grid = algorithm.plan, algorithm.grid
     _require_suited(flat, grid)

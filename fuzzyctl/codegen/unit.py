@@ -1,4 +1,4 @@
-"""What is generated: one system with its programs, what is proved of it, and where it comes from."""
+"""Unit of code generation: one system with its programs, proved bounds and source."""
 
 from __future__ import annotations
 

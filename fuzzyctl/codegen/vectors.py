@@ -1,4 +1,4 @@
-"""Test vectors: inputs with the outputs that a target must compute, in the order in which it must evaluate them."""
+"""Test vectors: input points in their order of evaluation, with the outputs that a target must compute."""
 
 from __future__ import annotations
 

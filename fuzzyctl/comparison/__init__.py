@@ -1,1 +1,1 @@
-"""Two systems side by side: what was changed, where their numbers differ most, and which setting explains it."""
+"""Comparison of two systems: changes, largest differences, and the settings that explain them."""

@@ -1,4 +1,4 @@
-"""What was changed between two systems: settings, terms, rules and cells, not lines of text."""
+"""Changes between two systems: settings, terms, rules and cells, not lines of text."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far the outputs of two systems are apart, and where most."""
+"""Differences between the outputs of two systems: mean, largest, and where."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ POINTS: Final = 10_000
 ROUNDS: Final = 12
 AROUND: Final = 64
 
-#: From so many points on, and in so many parts, points are evaluated where somebody wants to know how far it is.
+#: Least number of points for which progress is reported, and the number of parts they are evaluated in.
 MANY: Final = 500
 PARTS: Final = 64
 
-#: Told now and then how far a comparison is.
+#: Progress callback of a comparison.
 Progress = Callable[[str], None]
 
 

@@ -1,4 +1,4 @@
-"""Which setting makes two systems differ: settings of the second are put into the first, one by one."""
+"""Settings that explain a difference: those of the second system are put into the first, one by one."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class Explanation:
     Args:
         largest: Causes of the largest difference; none where there is none.
         mean: Those of the mean difference, where it is no more than partly explained by the causes of the largest.
-        gap: Settings each of which makes that both or none have a value at the point where only one has.
+        gap: Settings that each resolve a point where only one of both systems has a value.
     """
 
     largest: tuple[Cause, ...] = ()
@@ -165,7 +165,7 @@ def _mean_distance(a: FuzzySystem, b: FuzzySystem, output: int, other: int) -> D
 
 
 def _resolving(a: FuzzySystem, b: FuzzySystem, place: Place, output: int) -> tuple[Cause, ...]:
-    """Return the parts each of which makes that both systems have a finite value at a point, or none has."""
+    """Return the parts that each make both systems finite at a point, or neither."""
     point = [place.point[v.name] for v in a.inputs]
 
     def differs(system: FuzzySystem) -> float:

@@ -1,4 +1,4 @@
-"""Which variable and which term of one system is which of another, also where one was renamed."""
+"""Matching of variables and terms of two systems, renamed ones included."""
 
 from __future__ import annotations
 

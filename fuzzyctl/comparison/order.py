@@ -1,4 +1,4 @@
-"""Whether rules that two systems have in other orders say the same: where order has a meaning, and of which rules."""
+"""Order of rules in two systems: which activation methods depend on it, and for which rules."""
 
 from __future__ import annotations
 

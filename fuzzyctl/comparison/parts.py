@@ -1,4 +1,4 @@
-"""The parts in which two systems differ, each with a way to put it from one into the other."""
+"""Parts in which two systems differ, each with a function that carries it from one into the other."""
 
 from __future__ import annotations
 

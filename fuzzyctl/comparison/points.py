@@ -1,4 +1,4 @@
-"""The points at which two systems are compared: where terms have corners, an even grid, and points at random."""
+"""Sample points of a comparison: corners of terms, an even grid, and random points."""
 
 from __future__ import annotations
 

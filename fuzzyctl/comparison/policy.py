@@ -1,4 +1,4 @@
-"""What was changed in the lines `allow` and `deny` of two rule files: they change no number, and what `check` tells."""
+"""Changes in the lines `allow` and `deny` of two rule files, which affect diagnostics and no number."""
 
 from __future__ import annotations
 

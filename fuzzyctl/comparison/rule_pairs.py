@@ -1,4 +1,4 @@
-"""Which rule of one system is which of another: by antecedents, and among rules of one antecedent by what they say."""
+"""Matching of rules of two systems: by antecedent, and among equal antecedents by consequent."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class RulePair:
     Args:
         before: In the first system; None for what was added.
         after: In the second; None for what was removed.
-        changed: For each output of which they say other things the texts of both, None for nothing; empty for a rule
+        changed: For each output with different consequents the texts of both, None for nothing; empty for a rule
             that was added or removed as a whole.
         places: Positions of both, for telling whether their order is the same; None for one without a partner.
     """
@@ -112,7 +112,7 @@ def _common(a: FlatRule, b: FlatRule) -> tuple[int, int]:
 
 
 def _changed_parts(group: _Group) -> Iterator[RulePair]:
-    """Yield what rules say of each output; rules of which nothing has a partner as wholes."""
+    """Yield pairs of consequents, output by output; a rule without any matched consequent stays whole."""
     first = [s for i, rule in group.first.items() for s in _said(i, rule)]
     second = [t for j, rule in group.second.items() for t in _said(j, rule)]
     pairs = list(_said_pairs(first, second))

@@ -1,4 +1,4 @@
-"""Rules one by one, in a form in which those of two systems can be matched."""
+"""Flat rules of a system, in a form in which those of two systems can be matched."""
 
 from __future__ import annotations
 

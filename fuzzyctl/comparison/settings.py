@@ -1,4 +1,4 @@
-"""Settings of a method as texts, one by one, down to the single knob."""
+"""Settings of a method as texts, down to the single option."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From one format to another, with a report: what was left out, and how far the numbers are apart."""
+"""Conversion between formats, with a report of losses and of the difference of the outputs."""
 
 from __future__ import annotations
 
@@ -145,7 +145,7 @@ def written(system: FuzzySystem, target: str) -> tuple[str, list[Loss]]:
 
 
 def _refused_there(system: FuzzySystem, target: str, found: Iterable[Diagnostic]) -> DiagnosticError:
-    """Return the error for a system that would be a mistake there, at its own place: nobody has the other text."""
+    """Return the error for a system that is invalid in the target format, located in the source text."""
     return cannot(system, TARGETS[target][0], [d.message for d in found if d.severity == "error"])
 
 

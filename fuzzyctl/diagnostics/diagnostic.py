@@ -146,7 +146,7 @@ def wrapped(text: str, width: int | None, *, first: int, indent: int) -> list[st
     return lines
 
 
-#: So many diagnostics are shown as text; a file with more of them is no rule file.
+#: Most diagnostics shown as text; a file with more of them is no rule file.
 MOST_SHOWN = 200
 
 

@@ -1,4 +1,4 @@
-"""What other tools call the things of this language: MATLAB, scikit-fuzzy, fuzzylite, and the FCL of IEC 61131-7."""
+"""Words of other tools and their equivalents here: MATLAB, scikit-fuzzy, fuzzylite, FCL of IEC 61131-7."""
 
 from __future__ import annotations
 

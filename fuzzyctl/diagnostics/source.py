@@ -1,4 +1,4 @@
-"""Source text and places in it: the only module that counts lines and columns."""
+"""Source text and locations in it: the only module that counts lines and columns."""
 
 from __future__ import annotations
 

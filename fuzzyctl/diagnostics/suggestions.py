@@ -1,4 +1,4 @@
-"""Names that are not known: what they were to be, and how the known ones are listed."""
+"""Suggestions for unknown names: similar known names, and how known names are listed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Text for people: what a terminal would act on is made visible, and what an encoding lacks is spelt in ASCII."""
+"""Text safe for terminals: control characters made visible, missing characters spelt in ASCII."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Spells names in ASCII, for languages whose names have nothing else."""
+"""Transliteration of names to ASCII."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The sets that rules leave in an output at a point, as pictures show them."""
+"""Implied and aggregated sets of an output at a point, as plots show them."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class ImpliedSets:
         return None if term.reads_inputs else sampled_degrees(term, self.points)
 
     def implied(self, rule: int, felt: float, nth: int = 0) -> Curve | None:
-        """Return what a rule leaves of this set, cut at how far the output feels the rule."""
+        """Return the implied set of a rule: its consequent under the activation applied to it."""
         own = self.consequent(rule, nth)
         if own is None:
             return None
@@ -65,7 +65,7 @@ class ImpliedSets:
         return tuple(imply(felt, degree) for degree in own)
 
     def together(self, rules: Iterable[tuple[int, float, int]]) -> Curve:
-        """Return the union of what rules leave, each given with how far the output feels it, and which consequent."""
+        """Return the aggregated set of rules, each given with the activation applied to it and its consequent."""
         curves = [curve for rule, felt, nth in rules if (curve := self.implied(rule, felt, nth)) is not None]
         return tuple(reduce(self._join, degrees) for degrees in zip(*curves, strict=True)) if curves else ()
 
@@ -75,7 +75,7 @@ class ImpliedSets:
         return self.output.inverts or self.output.takes_degrees
 
     def places(self, rules: Iterable[tuple[int, float, int]]) -> list[tuple[float, float]]:
-        """Return the places that rules leave, and how far the output feels each; arguments as for `together`.
+        """Return the positions of rules with the activation applied to each; arguments as for `together`.
 
         A function of the inputs has none.
         """

@@ -1,4 +1,4 @@
-"""Why a system gives what it gives at a point: degrees, rules that act, what each contributes, slopes."""
+"""Trace of one evaluation: degrees, activations, contributions of rules, slopes."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Contribution:
         output: The output.
         term: The consequent's name with its hedges, or its text for one without a name.
         value: What it is in an average over rules, None for a fuzzy set or where it changes with the activation.
-        felt: How far the output feels the rule: its activation, or what hedges of the consequent make of that.
+        felt: The effective activation: that applied to the consequent, after hedges and weight.
         share: The rule's part of all activations that move the output, from 0 to 1.
         pull: What it adds to the output compared with the average of the others, share · (value - output); None as for
             `value`, and where the output is not the mean of the values by their shares: a sum, held within its range,
@@ -162,7 +162,7 @@ def _mute(flat: Plan, missing: set[int]) -> set[int]:
 
 
 def _felt(flat: Plan, effects: tuple[float, ...], mute: set[int]) -> list[list[float]]:
-    """Return for each output how far it feels each consequent that names it; nothing of a rule that is mute."""
+    """Return for each output the activation applied to each of its consequents; 0 for a mute rule."""
     rest = iter(effects)
     every = [[(entry.rule, next(rest)) for entry in output.implied] for output in flat.outputs]
     return [[0.0 if rule in mute else effect for rule, effect in own] for own in every]
@@ -193,7 +193,7 @@ class _Contributions:
 
     Args:
         output: The output.
-        effects: How far it feels each of its consequents.
+        effects: The activation applied to each of its consequents.
         values: What each is in an average; None for a set, for what changes with the activation, and of silent rules.
         whole: What shares are parts of.
         mean: The output, where it is the mean of the values by their shares, else None.

@@ -1,4 +1,4 @@
-"""Reads files of other tools as sound systems: what is an error in a rule file of one's own may be usual in theirs."""
+"""Loader of other tools' files: errors of a rule file that are usual there become warnings."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Writes a fuzzy system as a `.fz` text that reads back as the same system, bit for bit."""
+"""Writer of `.fz` text that reads back as the same system, bit for bit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a format cannot express of a system that is written in it."""
+"""Losses: what a format cannot express of a system."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which formats there are besides `.fz`, by name and by suffix; each is imported when a file of it is met.
+"""Registry of the formats besides `.fz`, by name and by suffix, imported on demand.
 
 The package `fuzzyctl.formats.NAME` has two functions:
 

@@ -78,7 +78,7 @@ _STRAIGHT: Final = ("triangle", "trapezoid", "rectangle", "ramp", "piecewise")
 #: Curved kinds that are 0 beyond their feet.
 FINITE: Final = ("s_shape", "z_shape", "pi_shape", "cosine", "arc", "semi_ellipse")
 
-#: Curved kinds of which it is known in closed form where they have some degree at least.
+#: Curved kinds whose alpha-cuts are known in closed form.
 INVERTIBLE: Final = ("gaussian", "gaussian2", "bell", "sigmoid", "spike", "concave", *FINITE)
 
 

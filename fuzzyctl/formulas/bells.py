@@ -1,4 +1,4 @@
-"""Bells that tend to 0 on both sides: Gaussians, of one width or of two, and the generalized bell."""
+"""Bell-shaped membership functions: Gaussians of one width or of two, and the generalized bell."""
 
 from __future__ import annotations
 

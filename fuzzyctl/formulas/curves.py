@@ -1,4 +1,4 @@
-"""Curves of one formula each: cosine, spike, concave, and arcs of an ellipse."""
+"""Membership functions of one formula: cosine, spike, concave, and arcs of an ellipse."""
 
 from __future__ import annotations
 

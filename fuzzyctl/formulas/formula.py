@@ -1,4 +1,4 @@
-"""What a membership function is: its degree as an expression, its corners, its core, its inverse and its mistakes."""
+"""Type of a membership function: degree as an expression, corners, core, inverse and checks of its parameters."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The kinds of membership functions a rule file may use, and variants of them that other tools compute."""
+"""Registry of membership functions of rule files, with the variants that other tools compute."""
 
 from __future__ import annotations
 

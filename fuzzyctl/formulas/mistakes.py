@@ -1,4 +1,4 @@
-"""Checks of the parameters of membership functions: what is wrong with them, or None."""
+"""Checks of the parameters of membership functions."""
 
 from __future__ import annotations
 

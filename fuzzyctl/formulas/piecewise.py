@@ -1,4 +1,4 @@
-"""The membership function of any number of corners, straight between them."""
+"""Piecewise-linear membership function with any number of corners."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What several membership functions share: names of parameters, arguments of their formulas, and cores."""
+"""Shared parts of membership functions: names of parameters, arguments of formulas, and cores."""
 
 from __future__ import annotations
 

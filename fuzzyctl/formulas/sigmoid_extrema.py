@@ -1,4 +1,4 @@
-"""Extrema and zeros of the difference and of the product of two sigmoids, which are none of their parameters."""
+"""Extrema and zeros of the difference and of the product of two sigmoids."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sigmoids, and hills between two of them."""
+"""Sigmoid membership functions: one sigmoid, and the difference or product of two."""
 
 from __future__ import annotations
 

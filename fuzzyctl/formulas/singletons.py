@@ -1,4 +1,4 @@
-"""Consequents without an area: singleton and constant."""
+"""Consequents without area: singleton and constant."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Edges of two parabolas each: s, z and pi shapes."""
+"""Spline membership functions: s, z and pi shapes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Membership functions of one trapezoid: triangle, trapezoid, rectangle and ramp."""
+"""Membership functions that are one trapezoid: triangle, trapezoid, rectangle and ramp."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Numbers: a model becomes a flat plan, the plan a straight-line program, and each backend only prints that program."""
+"""Compilation: model to plan, plan to program, and a program printed by a backend."""

@@ -61,7 +61,7 @@ class Batch:
         return results
 
     def _fill_sequence(self, points: Any, state: FloatArray, results: FloatArray) -> None:
-        """Fill the results of points one after another, each of which begins with what the last one left."""
+        """Fill the results of points in sequence; each begins with the state that the last one left."""
         for first in range(0, len(results), blocks.BLOCK):
             last = min(first + blocks.BLOCK, len(results))
             block = blocks.plain(float_array(blocks.listed(points, first, last), "points"))

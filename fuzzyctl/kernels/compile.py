@@ -84,7 +84,7 @@ def numba_is_missing() -> str | None:
     """Return why numba cannot be used, None where it can."""
     try:
         import fuzzyctl.kernels.backends.numba.source  # noqa: F401 - whether it can be imported is the question
-    except Exception as error:  # noqa: BLE001 - a broken installation may raise anything; what it raised is told
+    except Exception as error:  # noqa: BLE001 - a broken installation may raise anything; what it raised is reported
         return f"{type(error).__name__}: {error}" if not isinstance(error, ImportError) else str(error)
     return None
 

@@ -1,4 +1,4 @@
-"""Outputs without `else` promise that a rule always fires for them: NaN of numbers breaks the promise."""
+"""Runtime check of outputs without `else`: NaN for numeric inputs is an error."""
 
 from __future__ import annotations
 

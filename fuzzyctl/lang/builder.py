@@ -1,4 +1,4 @@
-"""Builds syntax nodes from what the grammar recognises, while it recognises it."""
+"""Builder of syntax nodes, driven by the grammar."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Slips of lines that cannot be repaired as a whole, each with what to write instead."""
+"""Common errors of lines that cannot be repaired as a whole, each with its correct form."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reads the header and the rows of a table from a CSV file: every field is one cell, and none is skipped."""
+"""Reader of rule tables in CSV files: header and rows, one field for each cell."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ class _Reader:
             start += len(text) + 1
 
     def _fields(self, start: int, end: int) -> list[Span]:
-        """Cut one line at the separators that stand outside double quotes; nothing where they cannot be told."""
+        """Cut one line at the separators that stand outside double quotes; nothing where they are ambiguous."""
         fields: list[Span] = []
         quoted, at = False, start
         for i in range(start, end):

@@ -1,4 +1,4 @@
-"""Repairs as data: edits of a text, a line under repair, and the repaired text that knows its original."""
+"""Edits: text changes as data, a line under repair, and the repaired text with its original locations."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""Reads what most lines of rule files are: heads of systems, variables and tables, rows of names and numbers, terms,
-and rules without parentheses.
+"""Fast path of the parser for the most frequent lines: block heads, table rows, terms, rules without parentheses.
 
 The grammar reads them too, token by token and ten times slower; a test holds the two to each other. Whatever is not as
 plain as this is left to the grammar, and with it every mistake.

@@ -1,4 +1,4 @@
-"""Reads plain expressions; see `plain`."""
+"""Fast path for plain expressions; see `plain`."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ NUMBER: Final = r"(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 #: More operators, or more parentheses, are no plain expression; so none nests too deeply.
 _MOST: Final = 95
 _TOKEN: Final = re.compile(rf"[ \t]*(?:({NUMBER})(?![\w.])|({NAME})(?![\w.])|(<=|>=|==|!=|[-+*/^(),<>])|$)")
-#: Names that mean something else where an operator is due, or everywhere.
+#: Names that mean something else where an operator is expected, or everywhere.
 _LOGIC: Final = frozenset({"and", "or", "not"})
 _KEYWORDS: Final = _LOGIC | {"within", "when", "unit"}
 _COMPARISONS: Final = frozenset({"<", "<=", ">", ">=", "==", "!="})

@@ -1,4 +1,4 @@
-"""Lines that can be read but that only other tools write so: their words, their counts of parameters, their rules."""
+"""Errors of lines that parse but are written for another tool: words, parameter counts, rules."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Writes a rule file in its canonical layout: spacing, indentation and columns; never a token more or less.
+"""Formatter of rule files: spacing, indentation and columns; tokens stay.
 
 The layout is made of the tokens as typed, so that numbers, parentheses and comments stay what they were.
 """

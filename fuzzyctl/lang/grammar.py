@@ -1,4 +1,4 @@
-"""The grammar at work: a logical line becomes a node, or a diagnostic."""
+"""Grammar of logical lines: a line becomes a node, or a diagnostic."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Colours for rule files: one list of patterns, as a Pygments lexer and as a TextMate grammar for editors.
+"""Syntax highlighting of rule files: one list of patterns, as a Pygments lexer and as a TextMate grammar.
 
 A pattern belongs to one line; where two fit, the earlier one counts. Keywords are soft, so a word is one where it
 begins a line, or where only rules and clauses have it.

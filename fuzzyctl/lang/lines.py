@@ -1,4 +1,4 @@
-"""Splits a file into logical lines: the unit of parsing, of recovery after a mistake, and of formatting.
+"""Logical lines of a file: the unit of parsing, of error recovery, and of formatting.
 
 A logical line is one line of text, longer while a parenthesis or bracket is open. Since each is parsed on its own,
 a broken line costs nothing but itself.

@@ -1,4 +1,4 @@
-"""Recognises the head of a block whose keyword is missing, by its own shape and by the line below it."""
+"""Recognition of block heads whose keyword is missing, by their form and by the next line."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Words for what the parser could not read: what is there, what could stand there, and the likely repair."""
+"""Diagnostics of syntax errors: the token found, the tokens expected, and the likely repair."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ RULE_WORDS: Final = frozenset({"is", "and", "or", "not", "then", "weight"})
 
 _NO_TERM: Final = re.compile(r"\bis\s+(and|or|then|\))(?!\w)")
 _WORD: Final = re.compile(NAME)
-#: What stands where the weight of a rule is due.
+#: What is found where the weight of a rule is expected.
 _NEAR_WEIGHT: Final = re.compile(rf"(?<!\w)((?>{NAME}))\s++[-+]?(?:\.?\d\S*+|\([^()]*+\))\s*+(?:#.*)?$")
 _NUMBER_LIKE: Final = re.compile(r"[\w.]+")
 
@@ -120,7 +120,7 @@ def describe(source: SourceText, line: LogicalLine, error: UnexpectedInput) -> D
 
 
 def _slip_in_a_rule(source: SourceText, line: LogicalLine) -> Diagnostic | None:
-    """Find a word of a rule that is a keyword but for its capitals, or that stands where a term is due."""
+    """Find a word of a rule that is a keyword but for its capitals, or that is found where a term is expected."""
     if line.word not in ("if", "with"):
         return None
     lacking = _NO_TERM.search(source.text, line.start, line.end)

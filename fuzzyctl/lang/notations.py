@@ -1,4 +1,4 @@
-"""Repairs of what other notations write otherwise: characters first, then keywords, settings and heads of blocks."""
+"""Repairs of foreign notation: characters first, then keywords, settings and heads of blocks."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def by_pattern(pattern: str, new: str | _New, why: str, *, heads: str = "") -> R
         pattern: A regular expression without regard to case; its group `x`, if it has one, is what is replaced.
         new: The replacement, with `{1}` for the first group, or a function of all groups.
         why: The rule of the language behind it.
-        heads: Words of which the line begins with one, in small or capital letters; none for any line.
+        heads: Words that the line may begin with, in small or capital letters; none for any line.
     """
     form = re.compile(pattern, re.IGNORECASE | re.MULTILINE)
     words = frozenset(heads.split())

@@ -1,4 +1,4 @@
-"""What the words of other tools mean here, and in which order those tools take the parameters."""
+"""Words of other tools: their meaning here, and the order of their parameters."""
 
 from __future__ import annotations
 

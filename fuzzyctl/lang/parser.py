@@ -1,4 +1,4 @@
-"""Parses logical lines by the grammar and builds the syntax tree; every mistake of a file is found in one pass."""
+"""Parser of rule files: logical lines to a syntax tree, with all errors found in one pass."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from fuzzyctl.lang.missing_keywords import (
 )
 from fuzzyctl.lang.mistakes import describe_unknown_line, meant_keyword, orphan
 
-#: So many lines that cannot be read are reported.
+#: Most unreadable lines reported; parsing stops after them.
 MAX_MISTAKES: Final = 500
 
 #: Most operators of a file; signs of numbers behind '(', '[', ',', '=' and '|' do not count.
@@ -158,7 +158,7 @@ class _Assembler:
         return above_row or is_barless_row(self.source, line, len(header.terms), head.second is not None)
 
     def give_up(self, line: LogicalLine) -> None:
-        """Report that nothing is read from a line on: such a text is no rule file, and more messages help nobody."""
+        """Report that parsing stops at a line: such a text is no rule file, and further messages do not help."""
         place = Span(self.source, line.start, max(line.start, line.end))
         message = f"too many errors ({MAX_MISTAKES}); parsing stopped"
         self.diagnostics.append(Diagnostic("FZ112", message, place, help="fix the errors above first"))

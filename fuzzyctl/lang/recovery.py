@@ -1,4 +1,4 @@
-"""Reads a file on after mistakes of a known kind: each such line is repaired, reported, and read as repaired.
+"""Error recovery: a line with a known error is repaired, reported, and parsed as repaired.
 
 A line that fails goes through the repairs of lang/notations.py and its fellows. Edits of characters that no valid line
 holds are kept in any case; all others only when the line can be read with them. The repaired file is read again, since

@@ -1,4 +1,4 @@
-"""Repairs of rules and guarantees: what MATLAB, FCL, C and papers write otherwise."""
+"""Repairs of rules and guarantees in the notation of MATLAB, FCL, C and papers."""
 
 from __future__ import annotations
 

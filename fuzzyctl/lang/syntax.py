@@ -1,4 +1,4 @@
-"""The syntax tree: what was written, statement by statement, each with its place."""
+"""Syntax tree: statements as written, each with its location."""
 
 from __future__ import annotations
 
@@ -414,7 +414,7 @@ class SyntaxTree:
         lost_variable: Whether terms stood below no input or output: one declaration is missing.
         lost_file: Whether some file that it uses could not be read at all.
         lost_input: Whether the declaration of some input could not be read, so that inputs cannot be counted.
-        nameless: Keywords of declarations whose name is missing; what an unknown name was meant for nobody can tell.
+        nameless: Keywords of declarations whose name is missing; unknown names may be theirs.
         repaired: Whether the text had mistakes and was read in full after their repair.
     """
 

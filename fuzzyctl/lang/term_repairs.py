@@ -1,4 +1,4 @@
-"""Repairs of terms and of table rows: membership functions of other tools with their own orders of parameters."""
+"""Repairs of terms and table rows: membership functions in the notation of other tools."""
 
 from __future__ import annotations
 

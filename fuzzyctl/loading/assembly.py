@@ -1,4 +1,4 @@
-"""Brings in what a file names, used files and tables in CSV files, and splits a file into its systems."""
+"""Assembly of a file with what it uses: other rule files, tables in CSV files; split into systems."""
 
 from __future__ import annotations
 

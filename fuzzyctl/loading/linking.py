@@ -1,4 +1,4 @@
-"""Links guarantees to the other systems they name: `SYSTEM.OUTPUT`, of the same file or of one that it uses."""
+"""Links from guarantees to outputs of other systems: `SYSTEM.OUTPUT`, of the same file or of a used one."""
 
 from __future__ import annotations
 

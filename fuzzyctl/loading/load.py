@@ -1,4 +1,4 @@
-"""From a file to fuzzy systems, read like a table of contents: read → parse → assemble → resolve → check."""
+"""Loader of fuzzy systems: read → parse → assemble → resolve → check."""
 
 from __future__ import annotations
 
@@ -124,7 +124,7 @@ def _require_characters(source: SourceText) -> None:
 def examine(
     source: SourceText, *, folder: Path | None = None, system: str | None = None, hints: bool = True
 ) -> tuple[FuzzySystem | None, list[Diagnostic]]:
-    """Parse, assemble, resolve and check a source that holds one system, or several of which one is named.
+    """Parse, assemble, resolve and check a source that holds one system, or several with one chosen by name.
 
     Args:
         source: The text.

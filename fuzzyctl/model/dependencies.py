@@ -1,4 +1,4 @@
-"""Which outputs the rules of an output read."""
+"""Dependencies between outputs: which outputs the rules of an output read."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def _read(rule: Rule, outputs: Container[str]) -> dict[str, Span | None]:
 
 
 def _reads_any(system: FuzzySystem, outputs: Container[str]) -> bool:
-    """Whether any antecedent names an output; of a table it is told by its head."""
+    """Whether any antecedent names an output; a table names its inputs in its head."""
     for part in system.tables_and_rules:
         heads = (part.condition,) if isinstance(part, RuleTable) else (part.antecedent,)
         if isinstance(part, RuleTable) and (part.rows in outputs or part.columns in outputs):

@@ -1,4 +1,4 @@
-"""The numbers of a system, as far as they can be computed: the one gate through which checks see ranges and shapes."""
+"""Evaluated numbers of a system, where computable; checks read ranges and shapes from here."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Numbers:
         return (*self.system.inputs, *self.system.outputs)
 
     def failure(self, expr: Expr) -> ExprError | None:
-        """Return why an expression has no value; None where it has one, and where the reason is told elsewhere."""
+        """Return why an expression has no value; None where it has one, and where the reason is reported elsewhere."""
         if self.params.lacks(expr):
             return None
         try:

@@ -1,4 +1,4 @@
-"""Params, hedges and guarantees: what a system names besides its variables, and the claims it makes."""
+"""Params, hedges and guarantees."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a system infers: norms, implication, aggregation and defuzzifier."""
+"""Method of inference: norms, implication, aggregation and defuzzifier."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Computes params, each after those it uses; one that has no value costs only those that depend on it."""
+"""Evaluation of params in order of dependency; an error affects only params that depend on it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Partitions of unity: an input whose degrees sum to 1 but between one or two neighbours has a slip there, mostly."""
+"""Partitions of unity: an input whose degrees sum to 1 except between few neighbours has a probable slip."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from fuzzyctl.model.variable import Input, Term
 
 #: What a sum of degrees may differ from 1 by rounding of its terms' corners.
 _ROUNDING: Final = 1e-9
-#: Neighbours of which one slip may spoil the sum: those on both sides of a term.
+#: Most neighbours whose sum one slip may spoil: those on both sides of a term.
 _MOST_BAD: Final = 2
 #: Most terms of a line that a help writes out.
 _MOST_WRITTEN: Final = 12

@@ -1,4 +1,4 @@
-"""Profiles: the numerics of one tool as data, and a system under the numerics of another tool.
+"""Profiles: the numerics of a tool as data, and a system under the numerics of another tool.
 
 What each says was measured by running the tool, or read in its sources or its manual where it says so.
 """

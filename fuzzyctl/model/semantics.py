@@ -1,4 +1,4 @@
-"""Named semantics: how a tool gets from firing strengths to numbers, as data.
+"""Semantics as data: how a tool computes outputs from firing strengths.
 
 Two tools that read the same model print different numbers because they differ in such details. Each detail is a knob
 here; a profile is the set of knobs of one tool.

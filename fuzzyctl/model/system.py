@@ -1,4 +1,4 @@
-"""A fuzzy system: the whole of what a rule file says about one mapping from inputs to outputs."""
+"""Type of a fuzzy system: one mapping from inputs to outputs."""
 
 from __future__ import annotations
 

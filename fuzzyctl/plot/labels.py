@@ -1,4 +1,4 @@
-"""Names of terms over their curves, above each other where they would overlap."""
+"""Labels of terms above their curves, stacked where they would overlap."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Names of picture files, made of names that a file of another tool may hold anything in."""
+"""File names of pictures, safe for any name of a system."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Draws the rules that act at a point: degrees, consequents cut at the activations, and what comes out."""
+"""Plot of the rules that act at a point: degrees, clipped consequents, and the output."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One style for all pictures, and saving them whole and reproducibly."""
+"""Style of all plots, and reproducible saving."""
 
 from __future__ import annotations
 

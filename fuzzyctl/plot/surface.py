@@ -1,4 +1,4 @@
-"""Draws an output over one or two inputs."""
+"""Plot of an output over one or two inputs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Draws the terms of linguistic variables."""
+"""Plot of the terms of linguistic variables."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From syntax tree to model: names get their meaning, tables become rules; the only place that knows both sides."""
+"""Resolution: from syntax tree to model; names get their meaning, tables become rules."""
 
 from fuzzyctl.resolve.system import resolve
 

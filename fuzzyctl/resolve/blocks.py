@@ -1,4 +1,4 @@
-"""Resolves `rules NAME` lines: which tables and rules belong to which rule block, and how the block differs."""
+"""Resolution of `rules NAME` lines: tables and rules of each rule block, and its settings."""
 
 from __future__ import annotations
 

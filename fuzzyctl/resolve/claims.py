@@ -1,4 +1,4 @@
-"""Checks the form of guarantees: names, numbers of arguments, and where a condition or a number is expected.
+"""Checks of the form of guarantees: names, numbers of arguments, and conditions or numbers where expected.
 
 `SYSTEM.OUTPUT` is an output of another system; whether there is one is seen when all systems are read (`linking`).
 """

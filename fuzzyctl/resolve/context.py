@@ -1,4 +1,4 @@
-"""What the resolving of all statements shares: the diagnostics so far and the names declared so far."""
+"""Context of resolution: diagnostics and declared names so far."""
 
 from __future__ import annotations
 

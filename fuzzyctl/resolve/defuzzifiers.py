@@ -1,4 +1,4 @@
-"""Resolves the options of a defuzzifier, such as `bisector(resolution=101, grid=endpoints, rule=first)`."""
+"""Resolution of defuzzifier options, such as `bisector(resolution=101, grid=endpoints, rule=first)`."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ OPTIONS: Final[dict[str, dict[str, tuple[str, ...]]]] = {
 
 
 def resolve_options(context: Context, kind: str, options: Iterable[sx.Option]) -> Defuzzifier:
-    """Return a defuzzifier with its options, each of which is given once; report what has no meaning."""
+    """Return a defuzzifier with its options, each given at most once; report what has no meaning."""
     known = OPTIONS.get(kind, {})
     given: dict[str, sx.Option] = {}
     fields: dict[str, Any] = {}

@@ -1,4 +1,4 @@
-"""Resolves rules and guarantees."""
+"""Resolution of rules and guarantees."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ MAX_RULES: Final = 20_000
 #: Most outputs of one system; each may read others, and they are put in order before anything is computed.
 MAX_OUTPUTS: Final = 200
 
-#: What stands for an antecedent without a meaning in a system that has mistakes, of which only numbers are checked.
+#: Placeholder for an unresolved antecedent in a system with errors; only its numbers are checked.
 _UNKNOWN: Final = And(operands=())
 
 
@@ -53,7 +53,7 @@ def terms_of(variable: sx.Variable) -> list[str]:
 
 
 def is_garbled(line: sx.TermLine | sx.TermsLine) -> bool:
-    """Whether a `terms` line mixes its forms or holds one name alone: what its terms are nobody can tell."""
+    """Whether a `terms` line mixes its forms or holds one name alone, so that its terms are ambiguous."""
     if not isinstance(line, sx.TermsLine):
         return False
     kinds = {"@" if i.peak is not None else "=" if i.value is not None else "" for i in line.items}

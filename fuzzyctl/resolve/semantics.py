@@ -1,4 +1,4 @@
-"""Resolves the statement `semantics`: a profile, and knobs that differ from it."""
+"""Resolution of the statement `semantics`: a profile, and options that differ from it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Resolves the settings: norms, implication, aggregation, activation, defuzzifier, semantics."""
+"""Resolution of settings: norms, implication, aggregation, activation, defuzzifier, semantics."""
 
 from __future__ import annotations
 

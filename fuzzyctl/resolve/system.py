@@ -1,4 +1,4 @@
-"""Resolves a syntax tree into a fuzzy system."""
+"""Resolution of a syntax tree to a fuzzy system."""
 
 from __future__ import annotations
 

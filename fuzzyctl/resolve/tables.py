@@ -1,4 +1,4 @@
-"""Resolves rule tables."""
+"""Resolution of rule tables."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def resolve_table(context: Context, statement: sx.Table) -> RuleTable | None:
 def _cells(
     context: Context, outputs: Sequence[sx.Variable], statement: sx.Table, framed: bool
 ) -> list[tuple[sx.RowLine, tuple[Cell, ...]]]:
-    """Resolve the cells of all rows; while header and labels are wrong nobody knows how many a row should have."""
+    """Resolve the cells of all rows; while header and labels are wrong, the expected number per row is unknown."""
     # Without a header its line may stand among the rows.
     if statement.header is None or not _same_counts(context, statement):
         return []
@@ -86,7 +86,7 @@ def _check_frame(context: Context, statement: sx.Table, rows: sx.Variable, colum
 
 
 def _check_what_is_there(context: Context, statement: sx.Table, rows: sx.Variable, columns: sx.Variable) -> None:
-    """Check the labels of a table of which a line could not be read; what is missing may have stood in that line."""
+    """Check the labels of a table with an unreadable line; a missing label may belong to that line."""
     for word in statement.header.terms if statement.header is not None else ():
         known_term(context, columns, word)
     for row in statement.rows if statement.second is not None else ():

@@ -1,4 +1,4 @@
-"""Resolves params, inputs, outputs and their terms."""
+"""Resolution of params, inputs, outputs and their terms."""
 
 from __future__ import annotations
 

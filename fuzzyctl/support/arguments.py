@@ -1,4 +1,4 @@
-"""What callers may hand to functions: checks that name the argument, what is due and what was given."""
+"""Argument checks of the public API: messages name the argument, what is expected and what was given."""
 
 from __future__ import annotations
 

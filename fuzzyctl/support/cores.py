@@ -1,4 +1,4 @@
-"""How many cores a process may use: those that it is bound to, and no more than its control group's share of time.
+"""Number of usable cores: CPU affinity, limited by the control group's share of time.
 
 A container that is given two cores of a large machine sees all of them, and more threads than two would only stop each
 other.

@@ -1,4 +1,4 @@
-"""Reads decimal numbers strictly: ASCII digits, no underscores, and no infinity that was not written as one."""
+"""Strict decimal numbers: ASCII digits, no underscores, and no overflow to infinity."""
 
 from __future__ import annotations
 

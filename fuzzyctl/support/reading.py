@@ -1,4 +1,4 @@
-"""Reads files as text: missing, unreadable, too large or binary ones give a diagnostic."""
+"""Reading of text files: missing, unreadable, too large or binary files give a diagnostic."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Finds the files that come with the package, in a wheel and in an editable install alike."""
+"""Files shipped with the package, found in a wheel and in an editable install alike."""
 
 from __future__ import annotations
 

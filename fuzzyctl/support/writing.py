@@ -1,4 +1,4 @@
-"""Writes files whole or not at all."""
+"""Atomic writing of files."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def _exchange(prepared: Sequence[tuple[Path, Path, Path | None]]) -> None:
                 new.replace(target)
     except BaseException:
         for target, old in done:
-            with suppress(OSError):  # what went wrong first is what is told
+            with suppress(OSError):  # the first error is the one reported
                 target.unlink(missing_ok=True) if old is None else old.replace(target)
         raise
 

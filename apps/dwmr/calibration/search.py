@@ -28,7 +28,7 @@ Batch = Callable[[Sequence[Values]], Iterator[Outcome]]
 PER_PARAMETER = 6
 #: How many of the best sets are judged by their neighbours, and how far these are away.
 CANDIDATES, NEAR = 6, 0.05
-#: Values are looked at with so many decimals at most: what is judged is what will be written.
+#: Most decimals of a candidate value: what is judged is what will be written.
 DECIMALS = 3
 #: Evaluations of the choice take at most this share of all.
 CHOICE = 0.4

@@ -17,7 +17,7 @@ from fuzzyctl.diagnostics.suggestions import did_you_mean
 
 #: Scenario files are small; a larger one is refused before it is read.
 LARGEST_FILE = 1 << 20
-#: A scenario that extends one that extends one and so on; nobody needs more.
+#: Longest chain of scenarios that extend one another.
 MOST_LAYERS = 10
 
 SHIPPED = Path(__file__).parents[1] / "scenarios"

@@ -51,7 +51,7 @@ class Law(NamedTuple):
     Attributes:
         gains: Flat constants that `step` reads, shape (g,).
         state: Flat initial state, shape (s,).
-        kernels: Compiled gain kernels, as many and of such signatures as `control_law` was told.
+        kernels: Compiled gain kernels; number and signatures are those declared to `control_law`.
     """
 
     gains: FloatArray

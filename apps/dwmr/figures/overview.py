@@ -19,9 +19,9 @@ from dwmr.results.metrics import errors, printed_frame
 from dwmr.scenario.model import Scenario
 from dwmr.simulation.simulate import Trajectory
 
-#: A panel whose robots need more than so many times the size of the scene has a scale of its own,
+#: Multiple of the size of the scene above which a panel has a scale of its own,
 FAR = 2.0
-#: and shows so many times that size at most.
+#: and the largest multiple that such a panel shows.
 FARTHEST = 5.0
 
 

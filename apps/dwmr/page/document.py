@@ -12,7 +12,7 @@ from dwmr.results.paper_run import beside
 from dwmr.scenario.model import Scenario
 from dwmr.simulation.simulate import Trajectory
 
-#: The browser itself is told to load nothing from anywhere.
+#: Content security policy: the browser loads nothing from anywhere.
 POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
 
 STYLE = """

@@ -129,7 +129,7 @@ class _Drawing:
                     self._room(figure, one.x, one.y, radius)
 
     def _room(self, figure: Any, x: float, y: float, radius: float) -> None:
-        """Make the axes hold a circle, of which plotly takes no notice by itself."""
+        """Make the axes contain a circle, which plotly does not count when it scales axes."""
         figure.add_scatter(
             x=_single(np.array([x - radius, x + radius])), y=_single(np.array([y - radius, y + radius])),
             mode="lines", line={"width": 0}, name="room", hoverinfo="skip", showlegend=False,

@@ -75,7 +75,7 @@ def followers(scenario: Scenario) -> tuple[str, ...]:
 
 
 def avoiders(scenario: Scenario) -> tuple[str, ...]:
-    """Return the names of the robots that avoid obstacles: those on the reference that are told to."""
+    """Return the names of the robots that avoid obstacles: those on the reference with avoidance switched on."""
     found = (n for n, r in scenario.robots.items() if r.avoids_obstacles and r.formation is None)
     return tuple(found) if scenario.obstacles else ()
 

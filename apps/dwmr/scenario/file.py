@@ -140,7 +140,7 @@ def _too_deep(path: Path) -> DiagnosticError:
 
 
 def _reader(folders: Sequence[Path], places: Places, note: Callable[[bytes], object]) -> Callable[[str], PathRows]:
-    """Return a function that reads a path's CSV file, looked for in some folders; `note` is told its content."""
+    """Return a function that reads a path's CSV file, looked for in some folders; `note` receives its content."""
 
     def rows(name: str) -> PathRows:
         for folder in folders:

@@ -1,4 +1,4 @@
-"""Claims decided by subdivision: boxes are halved until the claim is seen to hold in each, or a point breaks it."""
+"""Proof of a guarantee by branch and bound: boxes are halved until each is decided, or a witness is found."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def decide(system: System, claim: Claim, judge: Judge, timeout: float, told: Tol
 
 
 def first_witness(claim: Claim, judge: Judge, lo: Array, hi: Array, deadline: float) -> Witness | None:
-    """Look for a witness among middles of cells, of which points are corners, while there is time.
+    """Search for a witness among middles of cells (a corner is a cell of one point) until the deadline.
 
     Args:
         claim: What is to be broken.

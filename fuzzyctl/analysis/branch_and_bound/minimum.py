@@ -1,4 +1,4 @@
-"""Bounds by subdivision: the boxes that may hold the least value are halved until it is known well enough."""
+"""Minimum of an output by branch and bound: boxes that may hold it are halved down to a tolerance."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A system over boxes of its inputs: how to cut the inputs, and what its outputs and claims are in each box."""
+"""Enclosures of a system over boxes: cuts of the inputs, values of outputs and of claims in each box."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Boxes that are halved until something is known of each, and points in them."""
+"""Branch-and-bound queue of input boxes."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _MOST: Final = 2_000_000
 #: Open boxes that a verdict shows.
 _SHOWN: Final = 10
 
-#: Told the boxes that are settled and those that are open.
+#: Progress callback: the numbers of settled and of open boxes.
 Told = Callable[[int, int], None]
 
 
@@ -39,12 +39,12 @@ class Search:
         system: The system.
         lo, hi: Ends of the boxes to begin with, shape (inputs, boxes).
         deadline: When to stop.
-        told: Called after each batch.
+        progress: Called after each batch.
     """
 
-    def __init__(self, system: System, lo: Array, hi: Array, deadline: float, told: Told | None) -> None:
+    def __init__(self, system: System, lo: Array, hi: Array, deadline: float, progress: Told | None) -> None:
         self.system, self.lo, self.hi = system, lo, hi
-        self.deadline, self.told, self.settled = deadline, told, 0
+        self.deadline, self.progress, self.settled = deadline, progress, 0
         self.stuck: list[tuple[Array, Array]] = []
         finite = np.isfinite(lo) & np.isfinite(hi)
         with np.errstate(invalid="ignore"):
@@ -90,8 +90,8 @@ class Search:
         left[axis, boxes] = middle
         right[axis, boxes] = np.nextafter(middle, np.inf)
         self.lo, self.hi = np.hstack([self.lo, lo, right]), np.hstack([self.hi, left, hi])
-        if self.told is not None:
-            self.told(self.settled, self.lo.shape[1])
+        if self.progress is not None:
+            self.progress(self.settled, self.lo.shape[1])
         return ready
 
     @property

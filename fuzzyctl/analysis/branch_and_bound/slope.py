@@ -1,4 +1,4 @@
-"""Words about slopes decided by subdivision: boxes are halved until the slope in each is as is claimed."""
+"""Proof of claims about slopes by branch and bound."""
 
 from __future__ import annotations
 

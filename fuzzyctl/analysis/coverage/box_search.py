@@ -1,4 +1,4 @@
-"""Holes: the search for a region in which no rule moves an output."""
+"""Interval search for a region in which no rule fires for an output."""
 
 from __future__ import annotations
 

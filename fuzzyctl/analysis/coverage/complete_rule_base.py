@@ -1,4 +1,4 @@
-"""Complete tables: that some rule fires everywhere, known from the rules themselves, whatever the number of inputs.
+"""Combinatorial proof of coverage: a rule for every combination of terms, whatever the number of inputs.
 
 Everywhere each input has a term of some least degree. If there is a rule for every combination of the terms, that of
 the best ones fires, and no box of the inputs needs to be looked at.

@@ -1,4 +1,4 @@
-"""Coverage: does some rule fire everywhere, and if not, where does none?"""
+"""Coverage check: whether some rule fires everywhere, and a point where none does."""
 
 from __future__ import annotations
 
@@ -156,7 +156,7 @@ def _with_cells(hole: Diagnostic, output: Output, cells: tuple[Note, ...]) -> Di
 
 
 def _undecided(flat: Plan, output: Output, planned: OutputPlan, verdict: Undecided, silence: Silence) -> Diagnostic:
-    """Report an output of which it is not known whether some rule always fires, with a point where none does."""
+    """Report an output whose coverage is undecided, with a point where no rule fires if one was found."""
     point = silent_point(flat, silence)
     if point is not None:
         stopped = _stopped(flat, planned, dict(zip([i.name for i in flat.inputs], point, strict=True)))

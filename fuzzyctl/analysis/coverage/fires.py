@@ -1,4 +1,4 @@
-"""Silence: whether no rule moves an output at a point, found by evaluating it there."""
+"""Whether any rule fires for an output at a point, by evaluation."""
 
 from __future__ import annotations
 

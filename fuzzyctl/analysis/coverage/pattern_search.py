@@ -1,4 +1,4 @@
-"""Compass search for a point where no rule moves an output, where cells and boxes leave open whether there is one.
+"""Pattern search for a point where no rule fires, where cells and boxes leave coverage open.
 
 From points where the rules fire least it goes along one input after the other to where they fire less, by steps that
 grow while that helps and shrink where it does not. What it finds is evaluated; that it finds nothing says nothing.

@@ -1,4 +1,4 @@
-"""Claims about systems that interpolate, decided at the corners of cells in rational arithmetic.
+"""Proof of guarantees of multilinear systems at the corners of cells, in rational arithmetic.
 
 The inputs are cut where an output, at any of the arguments the claim takes it at, bends, and where a condition changes.
 In a cell what is compared is multilinear, so that it is least and largest at corners; cells are taken without their

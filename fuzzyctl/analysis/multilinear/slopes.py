@@ -1,4 +1,4 @@
-"""Slopes of systems that interpolate, decided at the corners of cells in rational arithmetic."""
+"""Proof of claims about slopes of multilinear systems at the corners of cells, in rational arithmetic."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Outputs of systems that interpolate, in rational arithmetic, and how far kernels may be from them.
+"""Output surfaces of multilinear systems in rational arithmetic, with the rounding error of kernels.
 
 Between the corners of the terms the sums Σ w_r c_r and Σ w_r are multilinear: their values at the corners say all. They
 are computed here from the terms themselves, not from the rounded tables of the kernels.

@@ -1,4 +1,4 @@
-"""Rule blocks of other tools' files: what the system says for all of them, and what each says itself."""
+"""Rule blocks of other tools' files: settings of the system, and those of each block."""
 
 from __future__ import annotations
 

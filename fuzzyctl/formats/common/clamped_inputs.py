@@ -1,4 +1,4 @@
-"""Inputs that are held at the ends of their ranges, for formats that cannot say so: shoulders do the same."""
+"""Inputs clamped to their ranges, for formats without clamping: shoulders replace it."""
 
 from __future__ import annotations
 

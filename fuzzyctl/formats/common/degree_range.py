@@ -10,7 +10,7 @@ from fuzzyctl.expr import Expr, ExprError, evaluate
 from fuzzyctl.formats.common.report import Reporter
 from fuzzyctl.model.variable import Term
 
-#: At so many places between the ends of a range, and at these, formulas are looked at.
+#: Steps from end to end of a range at which formulas are evaluated.
 _STEPS: Final = 100
 #: Rounding may bring a degree so far beyond.
 _SLACK: Final = 1e-12

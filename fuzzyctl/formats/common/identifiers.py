@@ -1,4 +1,4 @@
-"""Names that a rule file can hold, for systems from formats in which anything is a name."""
+"""Valid identifiers for names from formats that allow any text as a name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a written file does not say of a system: numerics that its tool has in another way, and words for people."""
+"""Losses of numerics in a written file: settings that its tool computes in another way."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Rules that set an output several times, as fuzzylite's may, written as several rules for formats that know none."""
+"""Rules that set one output several times (fuzzylite allows it), split for formats that do not."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a reader finds wrong, collected while it reads on."""
+"""Diagnostics of a reader, collected while it reads on."""
 
 from __future__ import annotations
 

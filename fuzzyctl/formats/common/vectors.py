@@ -1,4 +1,4 @@
-"""Reads vectors of numbers as MATLAB writes them: `[0 1.5, -pi/4 2*(1+3) -Inf]`."""
+"""Parser of MATLAB vectors of numbers: `[0 1.5, -pi/4 2*(1+3) -Inf]`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Parses rules: IF condition THEN conclusions WITH weight."""
+"""Parser of FCL rules: IF condition THEN conclusions WITH weight."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A place in the tokens of an FCL file: what stands there, what is due, and where to go on after a mistake."""
+"""Cursor over the tokens of an FCL file: current token, expected token, and recovery after an error."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from fuzzyctl.support.numerals import TOO_LARGE
 #: Deepest nesting of parentheses.
 MAX_DEPTH: Final = 100
 
-#: So many mistakes of syntax are told one by one; a file with more is no FCL, or is broken at one place above them.
+#: Most syntax errors reported one by one; a file with more is no FCL, or has one broken location above them.
 _MOST_SLIPS: Final = 1000
 
 #: Words that are numbers.
@@ -89,7 +89,7 @@ class Cursor:
         return token
 
     def unexpected(self, what: str, known: Collection[str] = ()) -> Slip:
-        """Return the mistake that something else stands where `what` is due."""
+        """Return the error that another token is found where `what` is expected."""
         token = self.here
         if token.kind == "end":
             message = f"unexpected end of file, expected {what}"

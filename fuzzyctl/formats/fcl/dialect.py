@@ -1,4 +1,4 @@
-"""Which tool an FCL file was written for, and with whose numerics it is evaluated."""
+"""Dialect of an FCL file: the tool that it was written for, and the profile of its numerics."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Parses the expressions of FUNCTION: sums, products, powers, calls and parentheses."""
+"""Parser of FUNCTION expressions: sums, products, powers, calls and parentheses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From the norms of rule blocks to the method of a system and to what is an output's own."""
+"""Methods of FCL rule blocks: those of the system, and those of single outputs."""
 
 from __future__ import annotations
 

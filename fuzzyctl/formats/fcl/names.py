@@ -1,4 +1,4 @@
-"""The words of FCL and of its dialects, and what they are called here."""
+"""Vocabulary of FCL and its dialects, with the names used here."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Parses FCL into function blocks; every mistake costs one statement, and all are told."""
+"""Parser of FCL: function blocks from tokens; an error discards one statement, and all errors are reported."""
 
 from __future__ import annotations
 

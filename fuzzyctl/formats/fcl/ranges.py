@@ -1,4 +1,4 @@
-"""Estimates the range of a variable from its terms, where the file gives none: the way jFuzzyLogic does."""
+"""Ranges of variables estimated from their terms as jFuzzyLogic does, where the file gives none."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from fuzzyctl.expr import Expr, ExprError, evaluate
 
 Ends = tuple[float, float]
 
-#: A Gaussian is taken to reach so many deviations, and a sigmoid so many steepnesses, as in jFuzzyLogic.
+#: Assumed reach of a Gaussian, in deviations, and of a sigmoid, in steepnesses, as in jFuzzyLogic.
 _DEVIATIONS: Final = 4.0
 _STEEPNESSES: Final = 9.0
 
 #: A bell ends where its degree is 1 / (1 + 999), as in jFuzzyLogic.
 _BELL: Final = 999.0
 
-#: So many points are tried of a function of the inputs.
+#: Most points at which a function of the inputs is evaluated.
 _MOST_POINTS: Final = 729
 
 

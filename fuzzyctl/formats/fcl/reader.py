@@ -1,4 +1,4 @@
-"""Reads FCL: from text to fuzzy systems, with all mistakes at once."""
+"""Reader of FCL: from text to fuzzy systems, with all errors at once."""
 
 from __future__ import annotations
 

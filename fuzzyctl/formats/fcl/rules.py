@@ -1,4 +1,4 @@
-"""From rules as written to rules of the model: names are looked up, and AND and OR bind as the dialect has it."""
+"""Resolution of FCL rules: names are looked up; precedence of AND and OR follows the dialect."""
 
 from __future__ import annotations
 

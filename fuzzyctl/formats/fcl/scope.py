@@ -1,4 +1,4 @@
-"""The names of a function block, and how values and functions that use them are resolved."""
+"""Scope of a function block: its names, and the values and functions that use them."""
 
 from __future__ import annotations
 

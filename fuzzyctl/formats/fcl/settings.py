@@ -1,4 +1,4 @@
-"""The norms of rule blocks: what AND, OR, ACT and ACCU say, and what follows where they say nothing."""
+"""Settings of FCL rule blocks: AND, OR, ACT and ACCU, and their defaults."""
 
 from __future__ import annotations
 
@@ -134,7 +134,7 @@ def _no_pair(scope: Scope, joins: frozenset[str], other: tuple[str, Setting], la
 
 
 def is_switched_off(block: RuleBlock, scope: Scope) -> bool:
-    """Return whether fuzzylite has switched a rule block off; its rules then have no effect, which is told."""
+    """Return whether fuzzylite has switched a rule block off; its rules then have no effect, which is reported."""
     setting = next((s for s in block.settings if s.keyword.upper == "ENABLED"), None)
     word = setting.word if setting is not None else None
     if setting is None or not (isinstance(word, Word) and word.upper == "FALSE"):

@@ -1,4 +1,4 @@
-"""From a term as written to a membership function, or to a Takagi-Sugeno consequent."""
+"""Membership functions and Takagi-Sugeno consequents from FCL terms."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an FCL file says, as written: frozen nodes with their places, before anything has a meaning."""
+"""Syntax nodes of FCL: frozen, with locations, before names are resolved."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ class Condition:
 
 @dataclass(frozen=True)
 class Clause(Condition):
-    """`variable IS words`, the last of which is the term, and those before it are hedges."""
+    """`variable IS words`: the last word is the term, and those before it are hedges."""
 
     variable: Word
     words: tuple[Word, ...]

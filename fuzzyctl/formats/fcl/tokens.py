@@ -1,4 +1,4 @@
-"""Splits FCL text into tokens: names, numbers and symbols, with comments of every kind left out."""
+"""Tokens of FCL: names, numbers and symbols, without comments."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _COMMENTS: Final[tuple[tuple[str, str | None], ...]] = (
     ("{", "}"),
 )
 
-#: So many runs of characters without a meaning are told one by one.
+#: Most runs of meaningless characters reported one by one.
 _MOST_BAD: Final = 100
 
 _OPENINGS: Final = frozenset(opening[0] for opening, _ in _COMMENTS)

@@ -1,4 +1,4 @@
-"""From VAR, FUZZIFY and DEFUZZIFY blocks to inputs, outputs and their terms."""
+"""Inputs, outputs and terms from VAR, FUZZIFY and DEFUZZIFY blocks."""
 
 from __future__ import annotations
 
@@ -204,7 +204,7 @@ class VariableResolver:
         )
 
     def _method(self, setting: sx.Setting | None, block: sx.FuzzyBlock, terms: tuple[Term, ...]) -> str:
-        """Return the kind of the defuzzifier; one of sets for numbers, or the other way round, is told."""
+        """Return the kind of the defuzzifier; report one of sets for numbers, or the other way round."""
         kind = norm_of(setting, METHOD_WORDS, self._scope) if setting is not None else None
         sharp = [t.membership.kind in SHARP for t in terms]
         kind = kind or "centroid"
@@ -355,7 +355,7 @@ class VariableResolver:
 
 
 def _all_sharp(terms: tuple[Term, ...]) -> bool:
-    """Return whether all terms are numbers or functions, of which an average needs no range."""
+    """Return whether all terms are numbers or functions; an average of these needs no range."""
     return all(t.membership.kind in SHARP for t in terms)
 
 

@@ -1,4 +1,4 @@
-"""Writes a fuzzy system as FCL: in the standard's words as far as they go, then in those of a dialect."""
+"""Writer of FCL: the standard's words where they suffice, else those of a dialect."""
 
 from __future__ import annotations
 

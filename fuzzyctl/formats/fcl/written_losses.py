@@ -1,4 +1,4 @@
-"""What an FCL text does not say of a system: found by what FCL has no words for, and by reading the text back."""
+"""Losses of a system in FCL: elements without FCL words, and differences found by reading back."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Names as FCL can hold them: letters, digits and underscores, and none of the words of the language."""
+"""Identifiers of FCL: letters, digits and underscores, none of them reserved."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Terms and functions as text, in the words of a dialect."""
+"""FCL text of terms and functions, in the words of a dialect."""
 
 from __future__ import annotations
 

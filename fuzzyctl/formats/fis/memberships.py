@@ -1,4 +1,4 @@
-"""Writes membership functions as `'trimf',[0 1 2]`."""
+"""Writer of membership functions as `'trimf',[0 1 2]`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reads a `.fis` file as a fuzzy system, with the settings of the tool that wrote it."""
+"""Reader of `.fis` files, with the settings of the tool that wrote them."""
 
 from __future__ import annotations
 
@@ -160,7 +160,7 @@ class _Assembly:
         )
 
     def _input(self, variable: Variable, section: Section) -> Input:
-        """Return an input; no tool holds it within its range, unless fuzzylite is told so."""
+        """Return an input; no tool clamps it to its range, except fuzzylite where the file says so."""
         terms = tuple(variable.terms[n] for n in sorted(variable.terms))
         lower, upper = variable.lower, variable.upper
         unbounded = self.dialect == "fuzzylite" and (math.isinf(lower.value) or math.isinf(upper.value))

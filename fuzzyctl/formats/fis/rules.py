@@ -1,4 +1,4 @@
-"""Makes rules of the lines `1 -2, 1 (0.5) : 2`: terms by number, 0 for any, a minus for not, 2 for or."""
+"""Rules from lines `1 -2, 1 (0.5) : 2`: terms by number, 0 for any, a minus for not, 2 for or."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Splits a `.fis` file into sections of `key=value` lines; comments and blank lines go."""
+"""Sections of a `.fis` file: `key=value` lines, without comments and blank lines."""
 
 from __future__ import annotations
 

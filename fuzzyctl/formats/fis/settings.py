@@ -1,4 +1,4 @@
-"""Reads the section `[System]`: who wrote the file, its type and its methods."""
+"""Section `[System]` of a `.fis` file: tool, type and methods."""
 
 from __future__ import annotations
 

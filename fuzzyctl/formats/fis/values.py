@@ -1,4 +1,4 @@
-"""Reads the values of `.fis` entries: strings, counts, ranges and membership functions."""
+"""Values of `.fis` entries: strings, counts, ranges and membership functions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Makes linguistic variables of the sections `[Input1]` and `[Output1]`."""
+"""Linguistic variables from the sections `[Input1]` and `[Output1]`."""
 
 from __future__ import annotations
 
@@ -305,5 +305,5 @@ def _shaped(raw: RawTerm, given: tuple[Number, ...], shape: Callable[[Values], S
 
 
 def is_empty(variable: Variable) -> bool:
-    """Whether the ends of the range are equal, as MATLAB writes for Sugeno outputs whose range nobody set."""
+    """Whether the ends of the range are equal, as MATLAB writes for Sugeno outputs without a range."""
     return variable.lower.value == variable.upper.value and math.isfinite(variable.lower.value)

@@ -1,4 +1,4 @@
-"""What the words of `.fis` files mean: membership functions, methods, and the settings of each dialect."""
+"""Vocabulary of `.fis` files: membership functions, methods, and the settings of each dialect."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Writes a fuzzy system as a `.fis` file."""
+"""Writer of `.fis` files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Writes rules as `.fis` files have them: a number for each variable, and digits behind its point for hedges."""
+"""Writer of `.fis` rules: a number for each variable, with digits behind its point for hedges."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Writes expressions as formulas of `Function` terms."""
+"""Writer of expressions as formulas of `Function` terms."""
 
 from __future__ import annotations
 

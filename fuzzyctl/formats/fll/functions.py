@@ -1,4 +1,4 @@
-"""Reads the formulas of `Function` terms: `2.5 * sin(x) ^ 2 - pow(y, 3) * lt(x, 0)`."""
+"""Parser of the formulas of `Function` terms: `2.5 * sin(x) ^ 2 - pow(y, 3) * lt(x, 0)`."""
 
 from __future__ import annotations
 

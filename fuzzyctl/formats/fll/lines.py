@@ -1,4 +1,4 @@
-"""Splits an `.fll` file into blocks of `key: value` lines; comments and blank lines go."""
+"""Blocks of an `.fll` file: `key: value` lines, without comments and blank lines."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reads norms, activation methods and defuzzifiers of `.fll` files."""
+"""Norms, activation methods and defuzzifiers of `.fll` files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reads an `.fll` file as a fuzzy system with the numerics of fuzzylite."""
+"""Reader of `.fll` files, with the numerics of fuzzylite."""
 
 from __future__ import annotations
 

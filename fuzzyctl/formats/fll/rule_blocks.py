@@ -1,4 +1,4 @@
-"""Reads the blocks `RuleBlock`."""
+"""Blocks `RuleBlock` of `.fll` files."""
 
 from __future__ import annotations
 

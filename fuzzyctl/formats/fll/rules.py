@@ -1,4 +1,4 @@
-"""Makes rules of the lines `rule: if A is x and B is not y then C is z with 0.5`; `and` binds before `or`."""
+"""Parser of `rule: if A is x and B is not y then C is z with 0.5`; `and` binds before `or`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Makes terms of the lines `term: NAME Triangle 0 1 2`."""
+"""Terms from lines `term: NAME Triangle 0 1 2`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Writes terms as `Triangle 0 1 2`."""
+"""Writer of terms as `Triangle 0 1 2`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reads what the blocks `InputVariable` and `OutputVariable` say."""
+"""Blocks `InputVariable` and `OutputVariable` of `.fll` files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the words of `.fll` files mean: terms, norms, activation methods and defuzzifiers."""
+"""Vocabulary of `.fll` files: terms, norms, activation methods and defuzzifiers."""
 
 from __future__ import annotations
 

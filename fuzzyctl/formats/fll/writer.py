@@ -1,4 +1,4 @@
-"""Writes a fuzzy system as an `.fll` file."""
+"""Writer of `.fll` files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Parses XML into elements with their places; what could expand, or nest without end, is refused."""
+"""XML elements with locations; entity expansion and unlimited nesting are refused."""
 
 from __future__ import annotations
 

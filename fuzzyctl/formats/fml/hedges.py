@@ -1,4 +1,4 @@
-"""Modifiers of the standard that are no hedges here: as hedges of a system's own, and as sets beside a term."""
+"""FML modifiers without an equivalent here: hedges of the system, and sets beside a term."""
 
 from __future__ import annotations
 

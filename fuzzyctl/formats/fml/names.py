@@ -1,4 +1,4 @@
-"""The words of FML and what they are called here."""
+"""Vocabulary of FML, with the names used here."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reads FML: from XML to a fuzzy system, with all mistakes at once."""
+"""Reader of FML: from XML to a fuzzy system, with all errors at once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From rule bases to rules: clauses are looked up, and terms defined by others are replaced by what they stand for."""
+"""Rules from FML rule bases: clauses are resolved, and composed terms replaced by their definitions."""
 
 from __future__ import annotations
 

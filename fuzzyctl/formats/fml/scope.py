@@ -1,4 +1,4 @@
-"""What is found while an FML document is read, and how its attributes are."""
+"""Diagnostics and attributes of an FML document while it is read."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from fuzzyctl.support.numerals import to_number
 #: Attributes that any element may have.
 _EVERYWHERE: Final = frozenset({"networkaddress", "ip"})
 
-#: So many elements that do not belong into another one are told one by one.
+#: Most misplaced elements reported one by one.
 _MOST_STRANGERS: Final = 20
 
 

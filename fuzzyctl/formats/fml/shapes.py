@@ -1,4 +1,4 @@
-"""From the shape of a term to a membership function."""
+"""Membership functions from the shapes of FML terms."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From a knowledge base to inputs, outputs, and the conditions that other terms stand for."""
+"""Inputs, outputs and composed terms from an FML knowledge base."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Writes a fuzzy system as FML of IEEE 1855."""
+"""Writer of FML of IEEE 1855."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What FML has no words for in a system."""
+"""Losses of a system in FML."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from fuzzyctl.model.system import FuzzySystem
 
 
 def losses_of(system: FuzzySystem, rules: WrittenRules) -> Iterator[Loss]:
-    """Yield what a text of FML does not say, apart from its terms, which are told where they are written."""
+    """Yield the losses of a system in FML, apart from those of terms, which are reported where terms are written."""
     yield from rules.losses
     yield from _of_system(system)
     yield from _of_method(system, rules)

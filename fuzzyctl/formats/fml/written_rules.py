@@ -1,4 +1,4 @@
-"""Rules as FML: conditions joined by one connector, others as terms of an aggregated variable."""
+"""FML text of rules: conditions with one connector, others as terms of an aggregated variable."""
 
 from __future__ import annotations
 

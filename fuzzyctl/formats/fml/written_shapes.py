@@ -1,4 +1,4 @@
-"""Terms as FML: the shape that is the same, or the one that comes nearest."""
+"""FML text of terms: the equal shape, or the nearest one."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from fuzzyctl.model.variable import Membership
 
 Ends = tuple[float, float]
 
-#: So many points stand for a curve that FML has no shape for.
+#: Points that approximate a curve that FML has no shape for.
 _SAMPLES: Final = 101
 
-#: Points of which `tsukamoto` may find the place of a degree.
+#: Shape of point sets that `tsukamoto` can invert.
 _MONOTONE: Final = "pointSetMonotonicShape"
 
 #: Shapes with the same parameters in the same order.

@@ -1,4 +1,4 @@
-"""Conditions as fuzzylite writes them."""
+"""Conditions in the notation of fuzzylite."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Terms of fuzzylite whose parameters no rule file may have: it computes them all the same, and so they are read.
+"""Degenerate terms of fuzzylite: parameters that a rule file refuses, replaced by equal valid terms.
 
 A triangle with its top outside its feet, a sigmoid without slope, a step where an S-shape has no width: each has a
 degree everywhere, measured with fuzzylite 6 and pyfuzzylite 8. Some are terms of another kind; the others are, in an
@@ -227,7 +227,7 @@ def _stretch(p: Values, start: float, end: float) -> Iterator[tuple[float, float
 
 
 def _within(start: float, end: float) -> float:
-    """Return a place between two, of which either may be infinite."""
+    """Return a point between two ends; either end may be infinite."""
     if math.isinf(start):
         return end - max(1.0, abs(end))
     return start + max(1.0, abs(start)) if math.isinf(end) else 0.5 * start + 0.5 * end
@@ -268,7 +268,7 @@ def _z_shape(p: Values) -> _Found:
 
 
 def _pi_shape(p: Values) -> _Found:
-    """Return the product of a rise and a fall, either of which may be a step, or begin before the other ends."""
+    """Return the product of a rise and a fall; either may be a step, or begin before the other ends."""
     left, left_top, right_top, right = p
     if any(map(math.isinf, p[:3])) or right == -math.inf:
         return None

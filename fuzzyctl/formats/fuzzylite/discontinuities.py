@@ -1,4 +1,4 @@
-"""Where terms of fuzzylite jump: what holds at a jump is not what holds in the model, where it is the larger degree.
+"""Discontinuities of fuzzylite's terms, where its degree at a jump is not the larger one of the model.
 
 At a jump of a Discrete term fuzzylite takes the degree of the first point there, behind the last point of all that of
 the last one; pyfuzzylite always takes that of the last point. A PiShape whose left side has no width is 0 at its foot.
@@ -76,7 +76,7 @@ def polygon_as_computed(points: Values, *, python: bool = False) -> tuple[float,
 
 
 def polygon_as_written(points: Values, *, python: bool = False) -> tuple[float, ...]:
-    """Return the points of which the file's tool computes the degrees that those of the model have."""
+    """Return the points for which the file's tool computes the degrees of the model."""
     found: list[float] = []
     for c in corners(points, python=python):
         before, behind = (math.nextafter(c.place, end) for end in (-math.inf, math.inf))
@@ -101,7 +101,7 @@ def has_step(kind: str, parameters: Values) -> bool:
 
 
 def as_written(kind: str, parameters: Values, *, python: bool = False) -> Values:
-    """Return the parameters of which fuzzylite computes the degrees that those of the model have.
+    """Return the parameters for which fuzzylite computes the degrees of the model.
 
     Args:
         kind: The kind of the term.

@@ -1,4 +1,4 @@
-"""Functions of other tools' formulas that are expressions of the functions here."""
+"""Functions of fuzzylite's formulas as expressions of the functions here."""
 
 from __future__ import annotations
 

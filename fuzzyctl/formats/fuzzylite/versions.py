@@ -1,4 +1,4 @@
-"""Which version of fuzzylite wrote a file, and with whose numerics it is therefore evaluated."""
+"""Version of fuzzylite that wrote a file, and the profile of its numerics."""
 
 from __future__ import annotations
 

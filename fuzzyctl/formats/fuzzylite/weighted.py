@@ -1,4 +1,4 @@
-"""What fuzzylite's weighted defuzzifiers do with an output: that depends on its terms."""
+"""Method of fuzzylite's weighted defuzzifiers, which depends on the terms of the output."""
 
 from __future__ import annotations
 

@@ -1,10 +1,10 @@
-"""Systems whose rule tables run along diagonals, as those of fuzzy PD controllers do: the window of rules that act.
+"""Band of a MacVicar-Whelan table: the window of rules that act, found by index arithmetic.
 
 Let two inputs have partitions of triangles and a full table whose consequents are numbered i + j, held at both ends of
 the output's terms (P. J. MacVicar-Whelan, *Fuzzy sets for man-machine interaction*, International Journal of
 Man-Machine Studies 8, 1976). Wherever the inputs are, four rules act, and their consequents are three neighbours. So
 the exact centroid under `min` and `max` needs four pieces of the output's range, whatever the number of rules and
-terms, and where these stand is arithmetic: nothing is looked up.
+terms, and their positions follow from index arithmetic, without look-up.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ class Diagonals:
 
 def diagonals_of(plan: Plan) -> Diagonals | str:
     """Return the bands of a system, or why it has none."""
-    if not all(map(_is_centroid, plan.outputs)):  # most systems are told by this alone
+    if not all(map(_is_centroid, plan.outputs)):  # this alone rules most systems out
         return "not every output is an exact centroid under 'min' and 'max' of terms with straight sides"
     if len(plan.inputs) != 2:
         return "it has not two inputs"

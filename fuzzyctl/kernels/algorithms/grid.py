@@ -1,4 +1,4 @@
-"""Systems that interpolate: between the knots of their inputs the outputs are products of straight lines.
+"""Knots and values of multilinear systems, whose outputs interpolate between the corners of terms.
 
 With straight-sided terms, the product as conjunction and an average of constants, firing strengths are multilinear
 between the corners of the terms. So are the two sums of the average, Σ w_r c_r and Σ w_r, whatever the number of rules:

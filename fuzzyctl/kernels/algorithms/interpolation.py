@@ -1,4 +1,4 @@
-"""Programs of systems that interpolate: find the cell, take its coefficients, and multiply out.
+"""Programs of multilinear interpolation: find the cell, take its coefficients, and multiply out.
 
 Three forms of the same function. `cells` looks up one polynomial for each cell: least work for one point. `corners`
 looks up the values at the cell's corners, where a polynomial for each cell would take too much memory. `ramps` looks
@@ -37,11 +37,11 @@ from fuzzyctl.kernels.program.program import (
 MOST_COEFFICIENTS: Final = 1 << 17
 #: Most products of a sum over ramps: beyond, looking up is faster.
 MOST_RAMPS: Final = 64
-#: So many inputs are looked up in loops: written out, 2^n corners take a compiler seconds, then minutes.
+#: Least number of inputs looked up in loops: written out, 2^n corners take a compiler seconds, then minutes.
 LOOPED: Final = 7
 #: Inputs whose corners are written out within the loops: as fast as without loops.
 WRITTEN_OUT: Final = 6
-#: With so many corners of a cell for each rule, the rules are evaluated faster, where corners are looked up in loops.
+#: Corners of a cell per rule from which on evaluating the rules is faster than looking corners up in loops.
 MOST_CORNERS: Final = 2
 
 #: How far each input lies from its knot to the next one, and how far the values at these stand apart.
@@ -77,7 +77,7 @@ def arrays(plan: Plan, grid: Grid) -> Program:
 
 
 def is_sparse(plan: Plan, grid: Grid) -> bool:
-    """Return whether the rules are so few, for so many inputs, that they are evaluated faster than looked up."""
+    """Return whether there are few rules for the number of inputs, so that evaluating them beats look-up."""
     inputs = _changing(grid)
     return inputs >= LOOPED and 1 << inputs >= MOST_CORNERS * len(plan.rules)
 

@@ -1,4 +1,4 @@
-"""Averages over the rules that act alone: of a full table of k terms for each of n inputs these are 2^n of k^n.
+"""Rules looked up by cell: of a full table of k terms for each of n inputs only 2^n of k^n rules can act.
 
 Where at most two terms of each input meet, the cell between the corners of the terms says which rules can act. Tables
 hold the two degrees of each input in a cell, as lines, and for each cell the weights and consequents of its rules,
@@ -72,7 +72,7 @@ class Side:
 
 @dataclass(frozen=True)
 class Axis:
-    """An input of which at most two terms meet.
+    """An input with at most two terms active at any point.
 
     Args:
         position: Its position.

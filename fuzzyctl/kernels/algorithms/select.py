@@ -1,4 +1,4 @@
-"""The choice of an algorithm: all of them compute the same function, and a system has one that is fastest."""
+"""Choice of the fastest algorithm among those that compute the same function."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from fuzzyctl.kernels.program.program import Program
 #: integrates around the rules that act, `active` averages over them; `auto` takes the fastest that the system allows.
 ALGORITHMS: Final = ("auto", "interpolation", "diagonals", "active", "rules")
 
-#: So many pairs of lines an exact centroid may have that is written out, where that is compiled (a second for some
-#: hundreds), and where it is interpreted; beyond, integrals are faster than waiting for the compiler.
+#: Most pairs of lines of an exact centroid that is written out: compiled (a second for some hundreds), and
+#: interpreted; beyond, integrals are faster than waiting for the compiler.
 COMPILED: Final = 1000
 INTERPRETED: Final = 10_000
 
@@ -96,7 +96,7 @@ class Algorithm:
 
     @cached_property
     def many(self) -> Program:
-        """The program for loops over many points, of which compilers make vector instructions."""
+        """The program for loops over many points, in a form that compilers vectorise."""
         if self.grid is not None:
             return interpolation.batch(self.plan, self.grid)
         if self.diagonals is not None or self._gains(active.LEAST_GAIN_MANY):
@@ -111,7 +111,7 @@ class Algorithm:
         return self.point if self._gains(active.LEAST_GAIN_INTERPRETED) else self.many
 
     def _gains(self, least: float) -> bool:
-        """Whether rules are looked up: so many for each that can act, or because that was asked for."""
+        """Whether rules are looked up: by the ratio of all rules to those that can act, or on request."""
         return self.active is not None and (self.is_forced or self.active.gain >= least)
 
 

@@ -1,4 +1,4 @@
-"""What callers may hand to a kernel: anything that is real numbers, and nothing else."""
+"""Argument conversion of kernels: real numbers in any array-like form."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Batches of points in blocks: converted block by block, and shared among threads where machine code computes them."""
+"""Blocks of a batch: conversion of arguments, and shares of threads."""
 
 from __future__ import annotations
 
@@ -184,7 +184,7 @@ def _share(work: Work, shares: Iterator[tuple[int, int]], workers: int) -> None:
 
 
 def _begun(work: Callable[[], None], count: int) -> Iterator[Future[None]]:
-    """Have so many threads do some work, or as many as can be begun."""
+    """Yield the futures of `count` threads that do some work, or of as many as can be started."""
     try:
         for _ in range(count):
             yield _pool(os.getpid()).submit(work)

@@ -1,4 +1,4 @@
-"""Columns by name: data frames, structured arrays and mappings, recognised by what they offer."""
+"""Columns by name: data frames, structured arrays and mappings, recognised by their interfaces."""
 
 from __future__ import annotations
 

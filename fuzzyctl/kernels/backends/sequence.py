@@ -1,4 +1,4 @@
-"""States of kernels: as callers give them, and along points whose outputs hold their previous value."""
+"""State of kernels: initial values of callers, and sequences whose outputs hold their previous value."""
 
 from __future__ import annotations
 

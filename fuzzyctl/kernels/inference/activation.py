@@ -1,4 +1,4 @@
-"""Activation methods: which rules act, written as assignments over the activations of all rules."""
+"""Activation methods: statements that choose the rules that act."""
 
 from __future__ import annotations
 

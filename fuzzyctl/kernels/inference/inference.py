@@ -1,4 +1,4 @@
-"""From a plan to programs: degrees, firing strengths, activations, outputs."""
+"""Inference as a program: degrees, firing strengths, activations, outputs."""
 
 from __future__ import annotations
 
@@ -88,10 +88,10 @@ def rates(plan: Plan) -> Program:
 
 
 def trace(plan: Plan) -> Program:
-    """Write the program of what an evaluation goes through.
+    """Write the program that traces an evaluation.
 
-    Its results are, one after the other, all degrees, how far each rule acts, how far each consequent feels it, output
-    by output, and all outputs.
+    Its results are, in this order: all degrees, the activation of each rule, the activation applied to each consequent
+    (after hedges and weight) output by output, and all outputs.
     """
     front = _Front(plan)
     for position in plan.order:
@@ -290,7 +290,7 @@ class _Front:
         return news
 
     def effect(self, entry: ImpliedPlan) -> Expr:
-        """Return the activation of a rule as one of its consequents feels it, an atom."""
+        """Return the activation applied to a consequent of a rule, after hedges and weight, as an atom."""
         activation = self.activations[entry.rule]
         if entry.change is not None:
             changed = self.builder.let(replace_names(entry.change, {ITSELF: activation}))
@@ -308,7 +308,7 @@ class _Front:
         return Compare(">", self.activations[rule], ZERO)
 
     def _besides(self, entry: ImpliedPlan) -> tuple[Expr, ...] | None:
-        """Return conditions under which a rule acts though a consequent feels nothing of it; None if it always acts."""
+        """Return conditions under which a rule acts on a consequent with activation 0; None if it always acts."""
         chosen = self.plan.least is None and not self.plan.activation_of(entry.rule).compares
         if entry.change is None and not chosen:
             return ()

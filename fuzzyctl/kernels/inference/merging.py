@@ -1,4 +1,4 @@
-"""What a sum over rules runs over: rules, consequent terms, or places, whose rules are joined by the aggregation."""
+"""Merging of activations before a sum: by rule, by consequent term, or by position."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the programs that kernels print give over many boxes at once."""
+"""Interval evaluation of kernel programs over many boxes."""
 
 from __future__ import annotations
 

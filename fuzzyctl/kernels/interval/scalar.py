@@ -1,4 +1,4 @@
-"""Interval values of expressions: what a kernel's floats can be while its inputs run through a box.
+"""Scalar interval arithmetic of expressions: encloses a kernel's floats over a box.
 
 Additions, products, quotients and comparisons round monotonically, so evaluating at the ends with the same rounding
 encloses the floats that a kernel computes; only library functions need a margin.

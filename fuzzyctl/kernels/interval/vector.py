@@ -1,4 +1,4 @@
-"""Enclosures of many boxes at once: between what values lie, how steep they are, how far rounding goes.
+"""Vector interval arithmetic: enclosures of values, slopes and rounding errors over many boxes.
 
 Operations are rounded outward by several ulp, so that an enclosure holds the real value and what any backend computes.
 """
@@ -203,7 +203,7 @@ def chosen(yes: Mask, no: Mask, a: Enclosure, b: Enclosure) -> Enclosure:
 
 
 def jumping(lo: Array, hi: Array) -> Enclosure:
-    """Return an enclosure of which only the ends are known, shape (boxes,) or ()."""
+    """Return an enclosure with known ends and unknown slopes, shape (boxes,) or ()."""
     flat = lo == hi
     steep = np.where(flat, 0.0, np.inf)[None]
     return sound(lo, hi, (-steep, steep), hi - lo)

@@ -1,4 +1,4 @@
-"""Functions of enclosures, rounded outward so far that they hold the values of any library."""
+"""Functions of vector intervals, rounded outward to hold the values of any library."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The distinct degrees and firing strengths of a system, from the antecedents of its rules."""
+"""Distinct degrees and firing strengths of a plan, from the antecedents of the rules."""
 
 from __future__ import annotations
 

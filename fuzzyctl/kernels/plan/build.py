@@ -1,4 +1,4 @@
-"""From the model to a plan: the same system without names to look up, expressions to compute, or places in a text."""
+"""Builder of plans: a model with names resolved to indices and expressions to numbers."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def plan(system: FuzzySystem) -> Plan:
 
     Raises:
         DiagnosticError: For terms that do not suit the defuzzifier, such as an exact centroid of curved terms, and for
-            activation methods that compare rules of which some read an output of the same evaluation.
+            activation methods that compare rules where some rule reads an output of the same evaluation.
         OutputCycleError: For outputs that read each other in a circle.
         UnknownNameError: For an antecedent or consequent that names what is not declared.
         ExprError: For an expression without a value; a loaded system has none such.

@@ -1,4 +1,4 @@
-"""Which consequents a defuzzifier can take."""
+"""Compatibility of consequents and defuzzifiers."""
 
 from __future__ import annotations
 

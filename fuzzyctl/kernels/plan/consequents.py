@@ -1,4 +1,4 @@
-"""Consequents of rules as a plan has them: sets, numbers and functions, with what hedges and weights change."""
+"""Consequents of a plan: sets, numbers and functions, with hedges and weights applied."""
 
 from __future__ import annotations
 

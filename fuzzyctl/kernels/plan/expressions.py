@@ -1,4 +1,4 @@
-"""Expressions of a model as plans hold them: over inputs and numbers, so that every target computes the same."""
+"""Expressions of a plan, over inputs and numbers, equal on every target."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a plan is made of: a system without names to look up, expressions to compute, or places in a text."""
+"""Type of a plan: a system as numbers and indices, flat and hashable."""
 
 from __future__ import annotations
 

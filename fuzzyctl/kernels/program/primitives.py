@@ -1,4 +1,4 @@
-"""Comparisons and roundings as choices, over the few functions that all targets have."""
+"""Comparisons and roundings expressed by the primitives that all targets have."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Text of programs: one way to write each node for scalar Python (and numba) and one for numpy arrays."""
+"""Printer of programs: text of each node for scalar Python (and numba) and for numpy arrays."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ def searched(statement: Locate, x: str, table: str = "", first: int = 0) -> list
 
 
 def counted_or_searched(statement: Locate, x: str, most: int = MOST_COUNTED) -> list[str]:
-    """Return lines for compilers: comparisons with all knots where these are at most so many."""
+    """Return lines for compilers: comparisons with all knots where there are at most `most`, else a search."""
     return counted(statement, x) if len(statement.knots) <= most else searched(statement, x)
 
 

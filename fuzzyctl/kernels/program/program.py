@@ -1,4 +1,4 @@
-"""Programs: straight-line assignments of expressions, which the backends print and do nothing else with."""
+"""Intermediate language: programs of straight-line assignments, printed by the backends."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from fuzzyctl.records import record
 
 #: Deeper expressions are written as several statements, since parsers stop at some depth (CPython's at 200).
 DEEPEST: Final = 40
-#: So many values are added up in one statement.
+#: Most values added up in one statement.
 SUMMANDS: Final = 32
 
 #: One object, so that programs that hold it compare equal.

@@ -1,4 +1,4 @@
-"""Adaptive integrals of sets, down to rounding: for curved terms, and for norms without a closed form.
+"""Adaptive quadrature of sets, down to rounding: for curved terms, and for norms without a closed form.
 
 The range is cut where terms have corners. Each stretch is integrated by the rules of Gauss and Kronrod with 7 and 15
 points; where both differ it is halved, so that only around places where the set bends or jumps, such as where a term is

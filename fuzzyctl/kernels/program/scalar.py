@@ -1,4 +1,4 @@
-"""Expressions as scalar Python functions, and the functions that printed programs may call.
+"""Scalar Python functions from expressions, and the functions that printed programs call.
 
 The only text that is ever executed is what the printer makes of a program, in which every name is a generated one.
 """

@@ -1,4 +1,4 @@
-"""Checks of a model: flat lists of small ones, each a function from a system or its numbers to diagnostics."""
+"""Lists of all checks of a model, each a function from a system or its numbers to diagnostics."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def check_model(system: FuzzySystem, *, hints: bool = True) -> list[Diagnostic]:
 
 
 def check_values(system: FuzzySystem) -> list[Diagnostic]:
-    """Return the diagnostics of single numbers of a system of which parts could not be read or resolved."""
+    """Return the diagnostics of single numbers of a system whose file is partly unreadable or unresolved."""
     numbers = Numbers(system, partial=True)
     return in_order(d for check in VALUE_CHECKS for d in check(numbers))
 

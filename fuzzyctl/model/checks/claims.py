@@ -1,4 +1,4 @@
-"""Checks the numbers in guarantees: bounds that can be computed, are finite and stand in order."""
+"""Checks of numbers in guarantees: bounds are computable, finite and in order."""
 
 from __future__ import annotations
 

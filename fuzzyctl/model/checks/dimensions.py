@@ -1,4 +1,4 @@
-"""Units as texts, read as products of powers: whether two are the same, surely others, or neither is known.
+"""Units as products of powers: whether two are equal, different, or unknown.
 
 What is read are the usual spellings, such as `m/s`, `m s^-1`, `m·s⁻¹`, `m per s` and `(m)/(s)`, and units whose size is
 beyond doubt. A word that is none of them, such as `apples` or `°C`, stands for itself: only where it cancels, what is
@@ -82,7 +82,7 @@ class Dimension:
 
     Args:
         size: What it is times the units that it is made of.
-        powers: Of each of them, none of which is 0.
+        powers: The power of each unit, never 0.
         words: Powers of words that nothing is known of.
     """
 

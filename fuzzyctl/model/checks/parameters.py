@@ -1,4 +1,4 @@
-"""Checks of single numbers: whether each can be computed, and whether it may be what it is.
+"""Checks of single numbers: whether each has a value, and whether that value is allowed.
 
 They look at whatever can be computed, so that a mistake hides no other one.
 """

@@ -1,4 +1,4 @@
-"""What is said of a system that is computed under a profile: what it keeps of its own, and which version is meant."""
+"""Limits of profiles: settings that a profile does not replace, and the version that it models."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Hints: what is no mistake by itself but mostly a slip in a number or a cell."""
+"""Hints for rule tables: probable slips in a number or a cell."""
 
 from __future__ import annotations
 

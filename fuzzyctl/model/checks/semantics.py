@@ -1,4 +1,4 @@
-"""Checks of semantics: knobs that do not go together with what a system has."""
+"""Checks of semantics: options that contradict the elements of a system."""
 
 from __future__ import annotations
 

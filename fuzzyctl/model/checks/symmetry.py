@@ -1,4 +1,4 @@
-"""Symmetry of rule tables: the one cell that breaks it is mostly a slip of the typist."""
+"""Symmetry of rule tables: a single cell that breaks it is a probable slip."""
 
 from __future__ import annotations
 

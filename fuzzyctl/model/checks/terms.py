@@ -1,4 +1,4 @@
-"""Checks of shapes: whether terms suit the defuzzifier, and where they lie; only sound terms are seen."""
+"""Checks of valid terms: whether they suit the defuzzifier, and where they lie."""
 
 from __future__ import annotations
 
@@ -136,7 +136,7 @@ def _not_monotone(numbers: Numbers, output: Output, method: Defuzzifier) -> Iter
 
 
 def _without_names(system: FuzzySystem, output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:
-    """Find consequents without a name where sets are due."""
+    """Find consequents without a name where sets are expected."""
     for r, k in system.conclusions.get(output.name, ()):
         c = system.rules[r].consequents[k]
         if isinstance(c.term, Membership):

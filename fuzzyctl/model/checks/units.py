@@ -1,4 +1,4 @@
-"""Checks that guarantees compare and add only what is measured in the same unit, as far as units are said.
+"""Checks of units in guarantees: sums and comparisons need equal units, where units are given.
 
 Numbers take any unit, and so does what is multiplied or divided: of units, which are texts, only the slopes of outputs
 are computed.

@@ -12,7 +12,7 @@ import numpy as np
 from dwmr.output.data.signals import TIME, Data, described, from_rows, rows
 
 _MARK = "# metadata: "
-#: Rows are made into text so many at a time.
+#: Rows converted to text at a time.
 _CHUNK = 20_000
 
 

@@ -1,4 +1,4 @@
-"""Programs as numpy functions over blocks of points: for arrays where no compiler is at hand."""
+"""numpy backend: programs printed as functions over blocks of points."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The integrals of `quadrature` for arrays of points: all stretches of a level at once."""
+"""Adaptive quadrature over arrays of points: all stretches of a level at once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Programs as plain Python functions: no compiler, no numpy, a light start."""
+"""Python backend: programs printed as plain functions, without compiler and numpy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Centroid and bisector of any set: what the program integrates, and between which places."""
+"""Centroid and bisector of curved sets by adaptive integrals."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Maxima of the union of sets in closed form: where each set has its own largest degree is an interval."""
+"""Maxima of a union of sets in closed form, by alpha-cuts."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Ends = tuple[Expr, Expr]
 
 
 def has_cuts(term: SetPlan) -> bool:
-    """Return whether it is known where a term has some degree at least: in one interval with ends in closed form."""
+    """Return whether every alpha-cut of the term is one interval with closed-form end points."""
     return term.expression is None and not term.changes and ends_of(term.kind, ONE, term.parameters) is not None
 
 

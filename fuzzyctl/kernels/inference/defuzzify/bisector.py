@@ -1,4 +1,4 @@
-"""Bisectors of sampled sets: where the area to the left is half of all, by each of the rules that tools have."""
+"""Bisector of sampled sets, by the rule of each tool."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The exact centroid of piecewise-linear sets: area and moment in closed form, without a grid.
+"""Exact centroid of piecewise-linear sets: area and moment in closed form.
 
 The range is cut at all corners of the terms, and, where sets are clipped, at the crossings of their lines. Inside a
 piece every term is a line, and integrals over the piece are polynomials of the activations.

@@ -1,4 +1,4 @@
-"""Defuzzifiers: from the activations of the rules to one number, written as assignments of a program."""
+"""Defuzzifiers: statements from the activations of the rules to one number."""
 
 from __future__ import annotations
 

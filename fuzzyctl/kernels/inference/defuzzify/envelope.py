@@ -1,4 +1,4 @@
-"""Outlines of aggregated sets with straight sides: the points between which the set is a straight line.
+"""Upper envelope of the aggregated set, for piecewise-linear terms.
 
 The range is cut at the corners of the terms. Inside a piece the set still bends where a term is clipped and where two
 terms cross, which depends on the activations: such places are computed, held within the piece, and sorted by a network

@@ -1,4 +1,4 @@
-"""Maxima: the smallest, the largest and the mean of the places where a set is largest, of samples and of intervals."""
+"""Smallest, largest and mean of maxima, of samples and of intervals."""
 
 from __future__ import annotations
 
@@ -138,7 +138,7 @@ class Hits:
     """Where a set may be largest, each with an atom that is 1 if it is largest there, else 0.
 
     Args:
-        intervals: (hit, left end, right end), from left to right, of which no two overlap.
+        intervals: (hit, left end, right end), from left to right, without overlap.
         points: (hit, place) from left to right; they include the ends of the intervals.
     """
 

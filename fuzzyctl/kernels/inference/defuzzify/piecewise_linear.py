@@ -1,4 +1,4 @@
-"""Bisector and maxima of sets with straight sides, in closed form from their outline."""
+"""Bisector and maxima of piecewise-linear sets in closed form."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def _is_top(builder: Builder, part: Sequence[Knot], position: int, bound: Expr) 
 
 
 def _is_flat(builder: Builder, hits: Mapping[Knot, Expr], a: Knot, b: Knot, slack: Expr) -> Expr:
-    """Return 1 for a stretch all of which is largest, else 0."""
+    """Return 1 for a stretch that attains the maximum everywhere, else 0."""
     apart = builder.let(Call("abs", (builder.let(minus(a.y, b.y)),)))
     return builder.let(times(builder.let(times(hits[a], hits[b])), Where(Compare("<=", apart, slack), ONE, ZERO)))
 

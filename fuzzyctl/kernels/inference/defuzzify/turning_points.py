@@ -1,4 +1,4 @@
-"""Turning points of consequents that own hedges have changed, so that adaptive integrals see each monotone part.
+"""Turning points of consequents under hedges of the system, for adaptive integrals.
 
 A membership function is monotone between the places of its kind, and built-in hedges and weights keep it so. A hedge of
 one's own may turn, touch 0 or jump at any degree. These degrees are isolated by interval arithmetic, once for each

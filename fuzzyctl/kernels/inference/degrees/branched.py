@@ -1,4 +1,4 @@
-"""Degrees of all terms of a variable at once, by where it lies: of a partition all but two are 0 there."""
+"""Degrees of all terms of a variable by a branch on its interval: in a partition all but two are 0."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Degrees of terms of many corners: looked up in tables, where choices between all corners would fill a program.
+"""Degrees of terms with many corners, looked up in tables.
 
 A point set of a measured curve has a hundred corners and more, and a system fifty such terms: as choices they take a
 compiler minutes. Here the stretch is searched, and what holds in it stands in constant arrays, with the same numbers.

@@ -1,4 +1,4 @@
-"""Common factors of sums, taken out: what a rule table of products adds up is a sum over rows of sums over columns.
+"""Pass that factors common degrees out of sums: a sum over rows of sums over columns.
 
 Where each rule has a consequent of its own, as in first-order Takagi-Sugeno systems, a weighted average multiplies
 once for each rule to find its firing strength, and multiplies and adds twice to use it. Taken out of the sum, the

@@ -1,4 +1,4 @@
-"""What generated Python need not compute: firing strengths of rules one of whose degrees is 0 there.
+"""Pass that guards statements: firing strengths of rules with a degree 0 are skipped in generated Python.
 
 Of the terms of a partition all but two are 0 at any point, and with them the rules that name them. Where such rules
 only take part in maxima, as they do before sets are joined, a test for each term saves most of the work.

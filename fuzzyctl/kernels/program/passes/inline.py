@@ -1,4 +1,4 @@
-"""Numbers that are needed once are written where they are needed: interpreted code pays for each name it gives."""
+"""Pass that inlines expressions used once, since interpreted code pays for each name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The order of statements: each value right before it is needed, so that few are alive at the same time."""
+"""Pass that orders statements for short live ranges: each value right before its first use."""
 
 from __future__ import annotations
 

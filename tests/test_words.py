@@ -1,0 +1,67 @@
+"""Turns of phrase that messages, help, docs and comments do without."""
+
+import ast
+import io
+import re
+import tokenize
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+
+#: Each turn with what says it better. A turn may be broken over two lines.
+TURNS = {
+    r"\b(is|are|was|were) due\b": "expected",
+    r"\bnobody\b": "no one, or the passive",
+    r"\bso many\b": "the number",
+    r"\btold\b(?! apart\b)": "reported",
+    r"\bmend(s|ed|ing)?\b": "fix",
+    r"\bof which\b": "a sentence of its own",
+}
+PATTERN = re.compile("|".join(TURNS).replace(" ", r"\s+"), flags=re.IGNORECASE)
+#: CHANGELOG.md is history: it keeps its words.
+PAGES = sorted([*(ROOT / "docs").rglob("*.md"), *(ROOT / name for name in ("README.md", "CONTRIBUTING.md"))])
+SOURCES = sorted([*(ROOT / "fuzzyctl").rglob("*.py"), *(ROOT / "apps").rglob("*.py")])
+
+
+def found(text, line=1):
+    """Return each turn in a text with its line."""
+    return [f"{line + text.count(chr(10), 0, match.start())}: {match[0]}" for match in PATTERN.finditer(text)]
+
+
+def texts(path):
+    """Yield the texts of a module with their lines: strings (diagnostics, help), docstrings and comments."""
+    source = path.read_text(encoding="utf-8")
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str):
+            yield node.lineno, node.value
+    for token in tokenize.generate_tokens(io.StringIO(source).readline):
+        if token.type == tokenize.COMMENT:
+            yield token.start[0], token.string
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.relative_to(ROOT).as_posix())
+def test_a_page_is_plain(page):
+    assert found(page.read_text(encoding="utf-8")) == []
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=lambda p: p.relative_to(ROOT).as_posix())
+def test_the_texts_of_a_module_are_plain(path):
+    assert [turn for line, text in texts(path) for turn in found(text, line)] == []
+
+
+def test_turns_are_found():
+    assert found("A name is due here;\nnobody was told so\nmany things, two of which you mend, or mend those.") == [
+        "1: is due",
+        "2: nobody",
+        "2: told",
+        "2: so\nmany",
+        "3: of which",
+        "3: mend",
+        "3: mend",
+    ]
+
+
+def test_what_is_told_apart_is_plain():
+    assert found("Two terms are told apart by their names.") == []
