@@ -80,7 +80,7 @@ def _pairs(first: SourceText, second: SourceText, name: str | None) -> list[tupl
         return [(own[0], other[0])]
     by_name = {s.name: s for s in other}
     lonely = [
-        Diagnostic("FZ502", f"system '{s.name}' stands in one of the files only", file=file, help="name one: --system")
+        Diagnostic("FZ502", f"system '{s.name}' is in one of the files only", file=file, help="name one: --system")
         for file, systems, names in ((first.name, own, set(by_name)), (second.name, other, {s.name for s in own}))
         for s in systems
         if s.name not in names

@@ -153,7 +153,7 @@ class _Reader:
         if "#" in field.text:
             at = field.start + field.text.index("#")
             help_text = "a CSV file has no comments; leave it out"
-            self._report("FZ105", "'#' cannot stand here", Span(self.source, at, at + 1), help_text)
+            self._report("FZ105", "unexpected '#'", Span(self.source, at, at + 1), help_text)
             return None
         if _PLAIN.fullmatch(field.text):
             word = sx.Word(field.text, field)

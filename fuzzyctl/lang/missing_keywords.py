@@ -98,7 +98,7 @@ def describe_headless(source: SourceText, line: LogicalLine, what: Headless) -> 
     start = line.start + len(text) - len(text.lstrip())
     place = Span(source, start, start + len(line.word))
     if what == "header":
-        message = "the header of a table stands below no table"
+        message = "unexpected table header outside of a table"
         return Diagnostic("FZ110", message, Span(source, start, line.end), help=f"the form is: {FORMS['table']}")
     keyword = "input' or 'output" if what == "variable" else "table"
     message = f"a line that declares a {what} begins with '{keyword}', not with '{line.word}'"

@@ -182,15 +182,15 @@ def _bad_character(source: SourceText, line: LogicalLine, at: int, help_text: st
     if char.isdigit() or (char == "." and source.text[at + 1 : at + 2].isdigit()):
         return _bad_number(source, at, help_text)
     if char == "'":
-        return Diagnostic("FZ105", "texts stand in double quotes", place, help='write "..."')
+        return Diagnostic("FZ105", "expected double quotes around a text", place, help='write "..."')
     if char.isprintable() and (char.isascii() or not unicodedata.name(char, "")):
-        return Diagnostic("FZ105", f"'{char}' cannot stand here", place, help=help_text)
+        return Diagnostic("FZ105", f"unexpected '{char}'", place, help=help_text)
     if char in SPELLINGS:
         is_dash = line.kind == "row" and unicodedata.category(char) == "Pd"
         help_text = NO_RULE if is_dash else f"write '{SPELLINGS[char]}'"
     name = unicodedata.name(char, "a control character")
     shown = f"'{char}' (U+{ord(char):04X}, {name})" if char.isprintable() else f"U+{ord(char):04X} ({name})"
-    return Diagnostic("FZ105", f"{shown} cannot stand here", place, help=help_text)
+    return Diagnostic("FZ105", f"unexpected {shown}", place, help=help_text)
 
 
 def _bad_number(source: SourceText, at: int, help_text: str) -> Diagnostic:
@@ -246,13 +246,13 @@ def describe_unknown_line(source: SourceText, line: LogicalLine, block: str) -> 
 
 
 def orphan(source: SourceText, line: LogicalLine, wanted: str) -> Diagnostic:
-    """Return the diagnostic for a term line or a table line that stands below nothing it could belong to."""
+    """Return the diagnostic for a term line or a table line outside of a block."""
     text = source.text[line.start : line.end]
     place = Span(source, line.start + len(text) - len(text.lstrip()), line.end)
     if wanted == "variable":
         help_text = f"begin it with a keyword, such as: {FORMS['param']}" if line.kind == "term_line" else ""
-        return Diagnostic("FZ110", "a term stands below no input or output", place, help=help_text)
-    return Diagnostic("FZ110", "a table row stands below no table", place, help=f"the form is: {FORMS['table']}")
+        return Diagnostic("FZ110", "unexpected term outside of an input or output", place, help=help_text)
+    return Diagnostic("FZ110", "unexpected table row outside of a table", place, help=f"the form is: {FORMS['table']}")
 
 
 def _keywords() -> str:

@@ -254,7 +254,7 @@ class _Assembler:
     def _drop_condition(self) -> None:
         """Report a `with` line that no table follows."""
         if self.condition is not None:
-            message = "a 'with' line stands above no table"
+            message = "expected a table after the 'with' line"
             self.diagnostics.append(Diagnostic("FZ110", message, self.condition.span, help="put a table below it"))
         self.condition = None
 

@@ -46,7 +46,7 @@ def check_claim(context: Context, claim: ex.Expr, *, truth: bool) -> bool:
             return _due(context, truth, "a number", f"'{op}'", span) and parts
         case ex.Call(function="lipschitz", span=span) if not truth:
             facts = (f"the form is: {FORMS['lipschitz'][0]}",)
-            context.report("FZ303", "'lipschitz' stands alone on the left of '<='", span, facts=facts)
+            context.report("FZ303", "expected 'lipschitz' alone on the left of '<='", span, facts=facts)
             return False
         case ex.Call(function=function) if function in FORMS:
             return _check_form(context, claim, truth)
@@ -78,7 +78,7 @@ def check_condition(context: Context, condition: ex.Expr) -> bool:
     """Check what stands behind `when`: it holds at a point or not, so nothing about all points belongs there."""
     form = next((n for n in ex.walk(condition) if isinstance(n, ex.Call) and n.function in FORMS), None)
     if form is not None:
-        message = f"'{form.function}' speaks of all points and is no condition"
+        message = f"expected a condition, found '{form.function}', a claim about all points"
         context.report("FZ214", message, form.span, help="compare expressions, such as: when e >= 0")
         return False
     return check_claim(context, condition, truth=True)

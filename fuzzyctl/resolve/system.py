@@ -117,7 +117,9 @@ def _begins(context: Context, tree: sx.SyntaxTree, version: sx.Version) -> bool:
         note = (first.span, "first given here")
         context.report("FZ215", "'fz' is given twice", version.span, note=note, help="remove one of them")
     else:
-        context.report("FZ214", "'fz' stands before everything else", version.span, help="move it to the first line")
+        context.report(
+            "FZ214", "expected 'fz' before all other statements", version.span, help="move it to the first line"
+        )
     return False
 
 

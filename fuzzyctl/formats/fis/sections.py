@@ -95,7 +95,7 @@ def split(source: SourceText, findings: Findings) -> Sections:
 
 
 def _before_sections(line: Span, findings: Findings) -> None:
-    message, help_text = "the line stands before the first section", "a file begins with [System]"
+    message, help_text = "unexpected line before the first section", "a file begins with [System]"
     findings.error("FZ601", message, line, help=help_text)
 
 

@@ -90,7 +90,7 @@ def split(source: SourceText, findings: Findings) -> list[Block]:
             _add(blocks[-1], line, findings)
         elif not lost:
             lost = True  # one message is enough
-            message, help_text = "the line stands before the first block", "a file begins with: Engine: NAME"
+            message, help_text = "unexpected line before the first block", "a file begins with: Engine: NAME"
             findings.error("FZ601", message, span, help=help_text)
     return blocks
 

@@ -195,7 +195,7 @@ class _RuleText:
             facts = (f"variables: {', '.join(known)}",)
             raise RuleError("FZ202", message, place, meant(name, known) or _FORM, facts)
         if output and not variable.is_output:
-            message = f"'{name}' is an input, and stands behind 'then'"
+            message = f"expected an output behind 'then', found the input '{name}'"
             raise RuleError("FZ202", message, place, "only outputs are set by rules")
         self._expect("is")
         return variable, place
