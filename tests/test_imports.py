@@ -46,13 +46,13 @@ ALLOWED = {
 HOMES = {
     "lark": {"fuzzyctl/lang"},
     "numba": {
-        "fuzzyctl/kernels/backends/numba/values.py",
+        "fuzzyctl/kernels/backends/numba/typed_kernels.py",
         "fuzzyctl/kernels/backends/numba/source.py",
         "fuzzyctl/kernels/backends/numba/intrinsics.py",
         "fuzzyctl/kernels/backends/numba/disk_cache.py",
         "apps/dwmr",
     },
-    "llvmlite": {"fuzzyctl/kernels/backends/numba/values.py"},
+    "llvmlite": {"fuzzyctl/kernels/backends/numba/typed_kernels.py"},
     "matplotlib": {"fuzzyctl/plot", "apps/dwmr/figures"},
     "mpl_toolkits": {"fuzzyctl/plot", "apps/dwmr/figures"},
     "click": {"fuzzyctl/cli", "apps/dwmr/cli"},

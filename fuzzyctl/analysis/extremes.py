@@ -127,7 +127,7 @@ class _BySubdivision:
     """Any other system: boxes are halved until the bound is near a value that is attained."""
 
     def __init__(self, system: FuzzySystem, flat: Plan, timeout: float) -> None:
-        from fuzzyctl.analysis.branch_and_bound.queue import System
+        from fuzzyctl.analysis.branch_and_bound.boxed_system import System
 
         self.boxed, self.timeout = System(system, flat), timeout
         self.judge = Judge(system)

@@ -13,8 +13,7 @@ from itertools import pairwise
 from typing import Final
 
 from fuzzyctl.formulas import Vertex
-from fuzzyctl.kernels.algorithms import diagonal
-from fuzzyctl.kernels.algorithms import rule_cells as active
+from fuzzyctl.kernels.algorithms import diagonal, rule_cells
 from fuzzyctl.kernels.algorithms.diagonal import Band, Diagonals, diagonals_of
 from fuzzyctl.kernels.algorithms.rule_cells import Active, active_of, linear_parts
 from fuzzyctl.kernels.plan.build import OutputPlan, Plan
@@ -78,7 +77,7 @@ def _magnitude(plan: Plan, output: OutputPlan, term: int) -> Fraction:
     return abs(Fraction(constant)) + sum(abs(Fraction(f)) * reach[name] for name, f in factors.items())
 
 
-def _moved(plan: Plan, axis: active.Axis) -> Fraction:
+def _moved(plan: Plan, axis: rule_cells.Axis) -> Fraction:
     """Return how far a degree of the table is from that of the term, 0 but where corners count as one.
 
     Both are straight between the corners of either.
@@ -95,7 +94,7 @@ def _moved(plan: Plan, axis: active.Axis) -> Fraction:
     return most
 
 
-def _looked_up(axis: active.Axis, term: str, cell: int, x: Fraction) -> Fraction:
+def _looked_up(axis: rule_cells.Axis, term: str, cell: int, x: Fraction) -> Fraction:
     """Return the degree of a term in a cell of a table, 0 for one that it does not name there."""
     return sum(
         (_line(side, cell, x) for side, names in zip(axis.sides, axis.terms, strict=True) if names[cell] == term),
@@ -103,11 +102,11 @@ def _looked_up(axis: active.Axis, term: str, cell: int, x: Fraction) -> Fraction
     )
 
 
-def _line(side: active.Side, cell: int, x: Fraction) -> Fraction:
+def _line(side: rule_cells.Side, cell: int, x: Fraction) -> Fraction:
     return Fraction(side.slope[cell]) * (x - Fraction(side.foot[cell])) + Fraction(side.base[cell])
 
 
-def _least_of_the_highest(axis: active.Axis) -> Fraction:
+def _least_of_the_highest(axis: rule_cells.Axis) -> Fraction:
     """Return what at least one of the two terms of each cell has everywhere: at the ends, or where they cross."""
     least = Fraction(1)
     for k, (left, right) in enumerate(pairwise((*axis.knots, axis.knots[-1]))):

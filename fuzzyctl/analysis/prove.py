@@ -33,8 +33,7 @@ from fuzzyctl.analysis.coverage.box_search import Undecided as Unclear
 from fuzzyctl.analysis.coverage.coverage import uncovered_of
 from fuzzyctl.analysis.coverage.fires import Silence, unclear_at
 from fuzzyctl.analysis.coverage.pattern_search import silent_point
-from fuzzyctl.analysis.multilinear import decide as vertices
-from fuzzyctl.analysis.multilinear import slopes as vertex_slopes
+from fuzzyctl.analysis.multilinear import decide, slopes
 from fuzzyctl.analysis.multilinear.surface import Surface, surface_of
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict
 from fuzzyctl.analysis.witnesses import Judge
@@ -219,7 +218,7 @@ class Prover:
     def _pointwise(self, claim: Claim) -> Verdict:
         if self._follows_from_bounds(claim.truth):
             return Proved(claim.text)
-        found = vertices.decide(self.system, self.surfaces, claim, self.judge)
+        found = decide.decide(self.system, self.surfaces, claim, self.judge)
         return self._divided(claim) if found is None else found
 
     def _follows_from_bounds(self, truth: Truth) -> bool:
@@ -268,7 +267,7 @@ class Prover:
         found: Verdict | None = None
         surface = self.surface
         if surface is not None and (self.work is None or self.work.takes(_CORNER * len(surface.indices))):
-            found = vertex_slopes.decide_slope(self.system, surface, claim, slope, self.judge)
+            found = slopes.decide_slope(self.system, surface, claim, slope, self.judge)
         if found is None:
             found = self._divided(claim)
         if isinstance(found, Refuted) and claim.region != ALWAYS:
@@ -284,7 +283,7 @@ class Prover:
             return Undecided(claim.text, "it takes subdivision, for which no time is given")
         from fuzzyctl.analysis.branch_and_bound import decide as branching
         from fuzzyctl.analysis.branch_and_bound import slope as box_slopes
-        from fuzzyctl.analysis.branch_and_bound.queue import System
+        from fuzzyctl.analysis.branch_and_bound.boxed_system import System
 
         if self._boxed is None:
             self._boxed = System(self.system, self.plan)

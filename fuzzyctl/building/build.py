@@ -24,7 +24,7 @@ from fuzzyctl.building.validate import require_as_file
 from fuzzyctl.building.values import TermSpec, Value
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
 from fuzzyctl.expr import Expr
-from fuzzyctl.model import variable as model
+from fuzzyctl.model import variable
 from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
 from fuzzyctl.model.method import Activation, Defuzzifier, Method
 from fuzzyctl.model.profiles import PROFILES, Profile
@@ -61,13 +61,13 @@ def expression(value: Value) -> Expr:
     return values.expression("the value", value)
 
 
-def Hold(start: Value | None = None) -> model.Hold:  # noqa: N802 - it reads as what it makes
+def Hold(start: Value | None = None) -> variable.Hold:  # noqa: N802 - it reads as what it makes
     """Return what `otherwise` takes where an output keeps its previous value, as `else hold(START)` does in a file.
 
     Args:
         start: What it is before any rule has fired; None for the middle of the range.
     """
-    return model.Hold(start=None if start is None else values.expression("'start'", start))
+    return variable.Hold(start=None if start is None else values.expression("'start'", start))
 
 
 def membership(kind: str, *parameters: Value, height: Value = 1) -> Membership:
@@ -117,7 +117,7 @@ def output_variable(
     *,
     label: str = "",
     unit: str = "",
-    otherwise: Value | Fallback | Literal["hold"] | model.Hold | None = None,
+    otherwise: Value | Fallback | Literal["hold"] | variable.Hold | None = None,
     adaptive: Value | None = None,
     clamp: bool = False,
     implication: str | None = None,
@@ -154,9 +154,9 @@ def output_variable(
     return Output(**fields)
 
 
-def _otherwise(given: object) -> Expr | model.Hold | str:
+def _otherwise(given: object) -> Expr | variable.Hold | str:
     """Return what a file writes behind `else`; expressions may go without their parentheses."""
-    if isinstance(given, model.Hold):
+    if isinstance(given, variable.Hold):
         return given
     if isinstance(given, str) and given.strip() in ("midpoint", "nan", "error"):
         return given.strip()

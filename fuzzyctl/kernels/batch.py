@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError
-from fuzzyctl.kernels.backends import blocks, sequence
+from fuzzyctl.kernels.backends import blocks
+from fuzzyctl.kernels.backends import states as sequence
 from fuzzyctl.kernels.backends.arguments import float_array, point_array
 from fuzzyctl.kernels.plan.build import Plan
 from fuzzyctl.kernels.promises import Promises

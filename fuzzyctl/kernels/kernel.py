@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, final
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, FuzzyctlError, NoRuleFiresError, UnknownNameError
 from fuzzyctl.kernels.algorithms.select import algorithm_of
-from fuzzyctl.kernels.backends import sequence
+from fuzzyctl.kernels.backends import states
 from fuzzyctl.kernels.backends.arguments import argument_error, float_array, in_order, overflows, too_large, writable
 from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.inference import inference
@@ -193,12 +193,12 @@ class Kernel:
             ArgumentError: For a state or results of another shape.
         """
         if not self.n_states:
-            raise FuzzyctlError(sequence.NO_STATE)
-        before = sequence.first_state(self.plan, state)
+            raise FuzzyctlError(states.NO_STATE)
+        before = states.first_state(self.plan, state)
         outputs = float_array(results, "results")
         if outputs.size % len(self.output_names):
             raise ArgumentError(f"the results must have the shape (..., {len(self.output_names)}), got {outputs.shape}")
-        return sequence.state_after(self.plan, before, outputs.reshape(-1, len(self.output_names)))
+        return states.state_after(self.plan, before, outputs.reshape(-1, len(self.output_names)))
 
     @cached_property
     def value(self) -> Any:
@@ -210,9 +210,9 @@ class Kernel:
         """
         if self.backend != "numba":
             return self.jit
-        from fuzzyctl.kernels.backends.numba import values
+        from fuzzyctl.kernels.backends.numba import typed_kernels
 
-        return values.value(self._program, self, (self, "value"))
+        return typed_kernels.value(self._program, self, (self, "value"))
 
     @cached_property
     def rates_value(self) -> Any:
@@ -220,9 +220,9 @@ class Kernel:
         self._require_adaptive()
         if self.backend != "numba":
             return self.jit_rates
-        from fuzzyctl.kernels.backends.numba import values
+        from fuzzyctl.kernels.backends.numba import typed_kernels
 
-        return values.storing_value(inference.rates(self.plan), self._rates, (self, "rates_value"))
+        return typed_kernels.storing_value(inference.rates(self.plan), self._rates, (self, "rates_value"))
 
     @cached_property
     def jit_rates(self) -> Any:

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import SourceText, Span
-from fuzzyctl.lang import fast_path as plain
+from fuzzyctl.lang import fast_path
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.foreign import foreign
 from fuzzyctl.lang.lines import LineKind, LogicalLine, split
@@ -92,7 +92,7 @@ def _reads_line(source: SourceText, line: LogicalLine, kind: LineKind) -> bool:
 
 def parse_line(source: SourceText, line: LogicalLine, kind: LineKind) -> tuple[Any, list[Diagnostic]]:
     """Parse one logical line, or one field of a CSV file, as one kind; the node is None when it could not be read."""
-    node = plain.read(source, line, kind)
+    node = fast_path.read(source, line, kind)
     return (node, []) if node is not None else parse_by_grammar(source, line, kind)
 
 

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from dwmr.cli.main import main
-from dwmr.control import laws as controllers
+from dwmr.control import laws
 from dwmr.control.fuzzy_gains import Rules
-from dwmr.core import jit as compiled
+from dwmr.core import jit
 from dwmr.output.folder import results
 from dwmr.scenario.file import find, read
 from dwmr.simulation import simulate
@@ -236,7 +236,7 @@ class TestLawFile:
     )
     def test_that_cannot_be_imported_is_named(self, tmp_path, monkeypatch, text, words):
         (tmp_path / "broken.py").write_text(text, encoding="utf-8")
-        monkeypatch.setattr(controllers, "__path__", [*controllers.__path__, str(tmp_path)])
+        monkeypatch.setattr(laws, "__path__", [*laws.__path__, str(tmp_path)])
         monkeypatch.delitem(sys.modules, "dwmr.control.laws.broken", raising=False)
         file = read(PAPER, ["robot.controllers.broken.k=1"])
         with pytest.raises(DiagnosticError, match="broken") as caught:
@@ -251,15 +251,15 @@ def test_without_a_home_functions_are_compiled_for_one_process(monkeypatch):
 
     for name in ("FUZZYCTL_CACHE_DIR", "XDG_CACHE_HOME"):
         monkeypatch.delenv(name, raising=False)
-    monkeypatch.setattr(compiled.Path, "home", none)
-    compiled._cache_folder.cache_clear()
+    monkeypatch.setattr(jit.Path, "home", none)
+    jit._cache_folder.cache_clear()
     try:
-        assert compiled.compiled(lambda x: 2.0 * x)(21.0) == 42.0
+        assert jit.compiled(lambda x: 2.0 * x)(21.0) == 42.0
     finally:
-        compiled._cache_folder.cache_clear()
+        jit._cache_folder.cache_clear()
 
 
-@pytest.mark.skipif(not compiled.COMPILED, reason="needs numba")
+@pytest.mark.skipif(not jit.COMPILED, reason="needs numba")
 @pytest.mark.parametrize(
     ("suffix", "length"), [("nbi", 0), pytest.param("nbc", 40, marks=pytest.mark.long), ("nbc", -1)]
 )

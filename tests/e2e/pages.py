@@ -32,7 +32,7 @@ from pathlib import Path
 from typing import Any
 
 from fuzzyctl.analysis.check import check_source
-from fuzzyctl.diagnostics import diagnostic as errors
+from fuzzyctl.diagnostics import diagnostic
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.lang import syntax
 from fuzzyctl.lang.parser import parse
@@ -148,7 +148,7 @@ class Session:
             return
         _, found = check_source(SourceText(self.where(block), completed(block.text)), guarantees=False)
         mistakes = [d for d in found if d.severity == "error"]
-        assert not mistakes, errors.render_all(mistakes)
+        assert not mistakes, diagnostic.render_all(mistakes)
 
     def run_python(self, block: Block) -> None:
         """Run doctests or plain code."""

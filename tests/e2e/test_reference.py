@@ -17,7 +17,7 @@ from dwmr.scenario.model import Scenario
 from fuzzyctl import expr, formulas
 from fuzzyctl.building import build
 from fuzzyctl.cli.main import main as fuzzyctl_commands
-from fuzzyctl.diagnostics import diagnostic as errors
+from fuzzyctl.diagnostics import diagnostic
 from fuzzyctl.kernels.compile import ALGORITHMS, BACKENDS
 from fuzzyctl.lang import syntax
 from fuzzyctl.lang.grammar import grammar_text
@@ -58,7 +58,7 @@ class TestReference:
     def test_every_diagnostic_code_is_listed_with_its_title(self) -> None:
         form = r"^\| \[(FZ\d{3})\]\(diagnostics/\1\.md\) \| ([^|]+?) \|"
         rows = dict(re.findall(form, _reference("diagnostics.md"), flags=re.MULTILINE))
-        assert rows == errors.CODES
+        assert rows == diagnostic.CODES
 
     @pytest.mark.parametrize("program", ["fuzzyctl", "dwmr"])
     def test_the_options_of_every_command_are_those_it_has(self, program: str) -> None:
@@ -141,7 +141,9 @@ class TestReference:
 
     def test_every_exception_is_listed_with_its_base(self) -> None:
         rows = dict(re.findall(r"^\| `(\w+Error)` \|[ `]*(\w*)`? \|", _reference("api.md"), flags=re.MULTILINE))
-        kinds = [k for k in vars(errors).values() if isinstance(k, type) and issubclass(k, errors.FuzzyctlError)]
+        kinds = [
+            k for k in vars(diagnostic).values() if isinstance(k, type) and issubclass(k, diagnostic.FuzzyctlError)
+        ]
         own = {k.__name__: next((b.__name__ for b in k.__bases__ if b.__module__ == "builtins"), "") for k in kinds}
         assert own.pop("FuzzyctlError") == "Exception"
         assert rows == own

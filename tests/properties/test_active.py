@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from fuzzyctl import loads, output_bounds
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError
-from fuzzyctl.kernels.algorithms import rule_cells as active
+from fuzzyctl.kernels.algorithms import rule_cells
 from fuzzyctl.kernels.algorithms.select import algorithm_of
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.plan.build import plan
@@ -20,7 +20,7 @@ from tests.sizes import examples
 @pytest.fixture
 def large_tables(monkeypatch):
     """Let tables be large."""
-    monkeypatch.setattr(active, "MOST_NUMBERS", 1 << 20)
+    monkeypatch.setattr(rule_cells, "MOST_NUMBERS", 1 << 20)
 
 
 @st.composite
@@ -148,16 +148,16 @@ def table(terms, settings="and min\ndefuzzifier weighted_average", rules="", wid
 
 class TestChoice:
     def test_is_all_rules_where_tables_would_take_too_much_memory(self, monkeypatch):
-        monkeypatch.setattr(active, "MOST_NUMBERS", 5 * 5 * 4 * 2)
+        monkeypatch.setattr(rule_cells, "MOST_NUMBERS", 5 * 5 * 4 * 2)
         assert algorithm_of(plan(table(5))).name == "active"
         assert sum(len(values) for _, values in algorithm_of(plan(table(5))).point.tables[4:]) <= 5 * 5 * 4 * 2
-        monkeypatch.setattr(active, "MOST_NUMBERS", 5 * 5 * 4 * 2 - 1)
+        monkeypatch.setattr(rule_cells, "MOST_NUMBERS", 5 * 5 * 4 * 2 - 1)
         assert algorithm_of(plan(table(5))).name == "rules"
 
     def test_counts_inputs_that_consequents_read(self, monkeypatch):
         text = "  c0 = linear(0, 1, 0)\n  c1 = constant(1)\n  c2 = constant(2)\n  c3 = constant(0)"
         for numbers, name in ((5 * 5 * 4 * 3, "active"), (5 * 5 * 4 * 3 - 1, "rules")):
-            monkeypatch.setattr(active, "MOST_NUMBERS", numbers)
+            monkeypatch.setattr(rule_cells, "MOST_NUMBERS", numbers)
             assert algorithm_of(plan(table(5, terms_of_u=text))).name == name
 
     def test_is_for_six_inputs_of_three_terms(self):

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.lang import fast_path as plain
+from fuzzyctl.lang import fast_path
 from fuzzyctl.lang.lines import LogicalLine, split
 from fuzzyctl.lang.parser import parse_by_grammar
 from fuzzyctl.lang.syntax import NAME, STATEMENT_KEYWORDS
@@ -71,7 +71,7 @@ def terms(draw):
 
 
 def mostly(plain, odd):
-    return st.one_of(plain, plain, plain, odd)
+    return st.one_of(fast_path, fast_path, fast_path, odd)
 
 
 #: Pieces of statements that are plain, but for one in four.
@@ -142,7 +142,7 @@ def test_a_plain_line_is_what_the_grammar_makes_of_it(kind, data, before):
     source = SourceText("t", before + text)
     word = FIRST.match(text)
     whole = LogicalLine(len(before), len(before) + len(text), "", kind, word[1] if word else "")
-    found = plain.read(source, whole, kind)
+    found = fast_path.read(source, whole, kind)
     if found is not None:
         node, problems = parse_by_grammar(source, whole, kind)
         assert (node, problems) == (found, [])
@@ -206,7 +206,7 @@ def places(node):
 def test_which_statements_are_plain(statement, is_plain):
     source = SourceText("t", statement)
     line = LogicalLine(0, len(statement), "", "statement", statement.split()[0])
-    found = plain.read(source, line, "statement")
+    found = fast_path.read(source, line, "statement")
     assert (found is not None) == is_plain
     if is_plain:
         node, problems = parse_by_grammar(source, line, "statement")
@@ -217,6 +217,6 @@ def test_which_statements_are_plain(statement, is_plain):
 def test_the_lines_of_a_shipped_file_are_plain(name):
     source = SourceText(name, (rules_folder() / name).read_text(encoding="utf-8"))
     below = [line for line in split(source) if line.kind in ("header", "row", "term_line", "statement")]
-    read = [plain.read(source, line, line.kind) for line in below]
+    read = [fast_path.read(source, line, line.kind) for line in below]
     assert below
     assert sum(node is not None for node in read) >= 0.7 * len(below)

@@ -12,8 +12,8 @@ import numpy as np
 from hypothesis import given, note
 
 from fuzzyctl import Proved, Refuted, loads, prove
-from fuzzyctl.analysis.branch_and_bound.queue import System
-from fuzzyctl.analysis.branch_and_bound.search import start_of
+from fuzzyctl.analysis.branch_and_bound.boxed_system import System
+from fuzzyctl.analysis.branch_and_bound.queue import start_of
 from fuzzyctl.analysis.multilinear.surface import surface_of
 from fuzzyctl.diagnostics.diagnostic import FuzzyctlError, NoRuleFiresError
 from fuzzyctl.kernels.compile import compile as compile_system

@@ -8,8 +8,7 @@ import pytest
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.results.metrics import measure
 from dwmr.scenario.file import find, read, shipped_names
-from dwmr.simulation import preflight as checks
-from dwmr.simulation import simulate
+from dwmr.simulation import preflight, simulate
 
 CLOSE = ("aifqsmc", "fcafsmc")
 
@@ -39,7 +38,7 @@ def test_is_clean(name):
     file = read(find(name))
     assert file.scenario.name == name
     rules = Rules(file.scenario.rules, file.folders, file.places)
-    checks.check(file, ("aifqsmc", "fcafsmc", "smc"), rules)
+    preflight.check(file, ("aifqsmc", "fcafsmc", "smc"), rules)
     assert [*file.warnings, *rules.warnings] == []
 
 

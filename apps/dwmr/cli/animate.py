@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 import click
 
-from dwmr.cli import running
+from dwmr.cli import run_options
 from dwmr.cli.common import mistakes_as_diagnostics, progress, terminated_as_interrupted
 from fuzzyctl.cli.streams import say
 
@@ -33,8 +33,8 @@ def _number(context: click.Context, parameter: click.Parameter, value: float) ->
 
 @click.command(context_settings={"show_default": True})
 @click.argument("scenario")
-@running.output_option("path", "run.gif", "FILE", "Film to write: .gif, or .mp4 where ffmpeg is installed.")
-@running.controller_option
+@run_options.output_option("path", "run.gif", "FILE", "Film to write: .gif, or .mp4 where ffmpeg is installed.")
+@run_options.controller_option
 @click.option(
     "--speed",
     type=click.FloatRange(0.0, 1000.0, min_open=True),
@@ -46,8 +46,8 @@ def _number(context: click.Context, parameter: click.Parameter, value: float) ->
 @click.option(
     "--fps", type=click.IntRange(1, 60), default=20, metavar="N", help="Pictures in a second of film, 1 to 60."
 )
-@running.rules_option
-@running.set_option
+@run_options.rules_option
+@run_options.set_option
 def animate(
     scenario: str,
     path: Path,
@@ -64,8 +64,8 @@ def animate(
     """
     _check_film(path, fps)
     with mistakes_as_diagnostics("text"), terminated_as_interrupted():
-        task = running.read(scenario, rules_folder, overrides)
-        names = running.laws_of(task, controller)
+        task = run_options.read(scenario, rules_folder, overrides)
+        names = run_options.laws_of(task, controller)
         if len(names) > 1:
             raise click.UsageError(f"--controller {controller}: a film shows one control law")
         count = task.file.scenario.run.horizon / speed * fps
@@ -93,18 +93,18 @@ def _check_film(path: Path, fps: int) -> None:
         )
 
 
-def _film(task: running.Task, law: str, path: Path, speed: float, fps: int) -> bool:
+def _film(task: run_options.Task, law: str, path: Path, speed: float, fps: int) -> bool:
     """Run, draw and write; return whether the run came to its end."""
     from dwmr.output.folder import one_file
 
-    running.check(task, (law,))
+    run_options.check(task, (law,))
     with one_file(path) as files:
-        (trajectory,) = running.simulate(task, (law,))
+        (trajectory,) = run_options.simulate(task, (law,))
         if trajectory.stop is not None and trajectory.stop.reason == "interrupted":
             raise KeyboardInterrupt
         count = _draw(files.write, path, trajectory, task.file.scenario, speed, fps)
         files.publish()
-    running.say_stops([trajectory])
+    run_options.say_stops([trajectory])
     say(f"wrote {path}: {count} pictures, {count / fps:.1f} s")
     return trajectory.stop is None
 

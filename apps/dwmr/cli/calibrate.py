@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from dwmr.cli import running
+from dwmr.cli import run_options
 from dwmr.cli.common import interrupts_wait, mistakes_as_diagnostics, progress, terminated_as_interrupted
 from fuzzyctl.cli.streams import say, write_json
 from fuzzyctl.support.cores import cores
@@ -52,7 +52,7 @@ if TYPE_CHECKING:
     help="Scenario to write.",
 )
 @click.option("--force", is_flag=True, help="Replace a file that exists.")
-@running.format_option
+@run_options.format_option
 def calibrate(
     scenario: str,
     names: str | None,
@@ -69,7 +69,7 @@ def calibrate(
     """
     wanted = _parameters(names)
     with mistakes_as_diagnostics(style), terminated_as_interrupted():
-        task = running.read(scenario, None, ())
+        task = run_options.read(scenario, None, ())
         start = _start(task, wanted, path, force)
         found = _search(task, start, evaluations, seed, jobs or cores())
         with interrupts_wait():
@@ -95,21 +95,21 @@ def _parameters(names: str | None) -> tuple[str, ...]:
     return wanted
 
 
-def _start(task: running.Task, names: tuple[str, ...], path: Path, force: bool) -> dict[str, float]:
+def _start(task: run_options.Task, names: tuple[str, ...], path: Path, force: bool) -> dict[str, float]:
     """Refuse what cannot be calibrated, or whose result could not be written, before the search begins."""
     from dwmr.calibration.cost import LAWS
     from dwmr.calibration.parameters import present
     from dwmr.results.metrics import TABLE_12
-    from dwmr.scenario import template as new_scenario
+    from dwmr.scenario import template
     from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
     file = task.file
-    running.check(task, LAWS)
+    run_options.check(task, LAWS)
     missing = [name for name in TABLE_12["smc"] if name not in file.scenario.robots]
     if missing:
         message = f"robots: Table 12 has a robot {missing[0]!r}, this scenario has none"
         raise DiagnosticError([file.places.diagnostic("FZ903", "robots", message)])
-    new_scenario.refuse_present([path], force)
+    template.refuse_present([path], force)
     if path.exists() and any(path.samefile(one) for one in file.files):
         raise click.BadParameter(f"{path} is the scenario itself, or one that it extends", param_hint="'--output'")
     if not path.parent.is_dir():
@@ -127,25 +127,25 @@ def _warn_of_another_run(scenario: Scenario) -> None:
         say(f"warning: {said(found)}: Table 12 speaks of another run", err=True)
 
 
-def _search(task: running.Task, start: dict[str, float], evaluations: int, seed: int, jobs: int) -> Found:
+def _search(task: run_options.Task, start: dict[str, float], evaluations: int, seed: int, jobs: int) -> Found:
     from dwmr.calibration.search import search
 
     with progress() as begin:
         return search(task.file, start, evaluations, seed, jobs, begin("calibrating", evaluations))
 
 
-def _report(task: running.Task, found: Found, path: Path, style: str) -> None:
+def _report(task: run_options.Task, found: Found, path: Path, style: str) -> None:
     """Write the scenario and print what was found."""
     from dwmr.calibration import table
     from dwmr.calibration.writing import scenario_text
     from dwmr.output import outputs, report
-    from dwmr.scenario import template as new_scenario
+    from dwmr.scenario import template
 
     head = (
         f"{task.file.scenario.name} with values fitted to Table 12 by `dwmr calibrate`, cost {found.outcome.cost:.2f}."
     )
     text = scenario_text(task.file, found.values, path, head)
-    new_scenario.write({path: text.encode()}, force=True)
+    template.write({path: text.encode()}, force=True)
     data: dict[str, Any] = table.as_data(found)
     if style == "json":
         write_json(outputs.finite(data))

@@ -9,19 +9,19 @@ from typing import TYPE_CHECKING
 
 import click
 
-from dwmr.cli import running
+from dwmr.cli import run_options
 from dwmr.cli.common import show_diagnostics
 from fuzzyctl.cli.streams import say
 
 if TYPE_CHECKING:
-    from dwmr.cli.running import Task
+    from dwmr.cli.run_options import Task
     from fuzzyctl.diagnostics.diagnostic import Diagnostic
 
 
 @click.command(context_settings={"show_default": True})
 @click.argument("scenarios", nargs=-1, required=True, metavar="SCENARIO...")
-@running.rules_option
-@running.set_option
+@run_options.rules_option
+@run_options.set_option
 @click.option("--format", "style", type=click.Choice(["text", "json"]), default="text", help="How to print.")
 def check(scenarios: tuple[str, ...], rules_folder: Path | None, overrides: tuple[str, ...], style: str) -> None:
     """Check SCENARIOs, shipped names or TOML files, and their rule files; nothing is simulated.
@@ -45,14 +45,14 @@ def _check(scenario: str, rules_folder: Path | None, overrides: Sequence[str]) -
     from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 
     try:
-        task = running.read(scenario, rules_folder, overrides)
+        task = run_options.read(scenario, rules_folder, overrides)
     except DiagnosticError as error:
         return list(error.diagnostics), ""
     warnings, laws = [*task.file.warnings], _laws(task)
     try:
-        from dwmr.simulation import preflight as checks
+        from dwmr.simulation import preflight
 
-        checks.check(task.file, laws, task.rules)
+        preflight.check(task.file, laws, task.rules)
     except DiagnosticError as error:
         return [*warnings, *task.rules.warnings, *error.diagnostics], ""
     robots, kind = len(task.file.scenario.robots), task.file.scenario.reference.kind

@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 def read_scenario(scenario: str, overrides: Sequence[str]) -> ScenarioFile:
     """Read a scenario given as a shipped name or a path; an unknown name or a malformed override is wrong usage."""
     from dwmr.config import overrides as values
-    from dwmr.scenario import file as scenario_file
+    from dwmr.scenario import file
 
     try:
-        return scenario_file.read(scenario_file.find(scenario), overrides)
-    except (scenario_file.UnknownScenarioError, values.OverrideError) as error:
+        return file.read(file.find(scenario), overrides)
+    except (file.UnknownScenarioError, values.OverrideError) as error:
         raise click.UsageError(str(error)) from error
 
 

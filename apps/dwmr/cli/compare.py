@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from dwmr.cli import computing, running
-from dwmr.cli import formats as data_formats
+from dwmr.cli import formats, run_options, worker_options
 from dwmr.cli.common import mistakes_as_diagnostics, terminated_as_interrupted
 from dwmr.control import laws as controllers
 from fuzzyctl.cli.streams import say, write_json
@@ -40,14 +39,14 @@ if TYPE_CHECKING:
     show_default="masses, starts and disturbances, by about a tenth",
     help="A SPEC of dwmr sweep whose [random] says what varies.",
 )
-@running.rules_option
-@running.set_option
-@computing.jobs_option
-@computing.dask_option
+@run_options.rules_option
+@run_options.set_option
+@worker_options.jobs_option
+@worker_options.dask_option
 @click.option(
     "-o", "--output", "path", type=click.Path(path_type=Path), metavar="FILE", help="CSV or Parquet to write."
 )
-@running.format_option
+@run_options.format_option
 def compare(
     scenarios: tuple[str, ...],
     names: str,
@@ -65,7 +64,7 @@ def compare(
 
     With --runs above 1 every law meets the same variations of each scenario, and means have confidence intervals.
     """
-    computing.require_one(jobs, cluster)
+    worker_options.require_one(jobs, cluster)
     _require_format(path)
     with mistakes_as_diagnostics(style), terminated_as_interrupted():
         from dwmr.sweep import comparison
@@ -92,7 +91,7 @@ def _require_format(path: Path | None) -> None:
     suffix = path.suffix.removeprefix(".").lower()
     if suffix not in ("csv", "parquet"):
         raise click.BadParameter(f"{str(path)!r} ends neither in .csv nor in .parquet.", param_hint="'-o'")
-    data_formats.require([suffix])
+    formats.require([suffix])
 
 
 def _require_once(option: str, words: Sequence[str]) -> None:
@@ -136,7 +135,7 @@ def _plan(
                 known = ", ".join(repr(one) for one in (*controllers.names(), *controllers.GROUPS))
                 message = f"{name!r} is not one of {known}, and there is no {name}.py beside {scenario}."
                 raise click.BadParameter(message, param_hint="'--controller'")
-        with computing.checking(runs) as report:
+        with worker_options.checking(runs) as report:
             return comparison.make(varied, path, laws, runs, seed, rules_folder, overrides, report)
     except (UnknownScenarioError, OverrideError) as error:
         raise click.UsageError(str(error)) from error
@@ -144,14 +143,14 @@ def _plan(
 
 def _compute(plans: Sequence[Plan], rules_folder: Path | None, who: tuple[int | None, str | None]) -> list[Entry]:
     from dwmr.sweep import comparison
-    from dwmr.sweep.work import Outcome, Setup
+    from dwmr.sweep.worker import Outcome, Setup
 
     runs: list[Run] = comparison.joined(plans)
     used = tuple(sorted({item for one in plans for item in one.used.items()}))
     setup = Setup(rules_folder, used, comparison.GROUPS)
     done: dict[int, Outcome] = {}
-    computing.collect(
-        computing.compute(setup, runs, *who), len(runs), 0, lambda outcome: done.update({outcome.number: outcome})
+    worker_options.collect(
+        worker_options.compute(setup, runs, *who), len(runs), 0, lambda outcome: done.update({outcome.number: outcome})
     )
     return list(comparison.entries(runs, done))
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from dwmr.cli import running
+from dwmr.cli import run_options
 from dwmr.cli.common import mistakes_as_diagnostics, progress, terminated_as_interrupted
 from fuzzyctl.cli.streams import say
 
@@ -24,11 +24,11 @@ INDEX = "index.md"
 
 @click.command(context_settings={"show_default": True})
 @click.argument("scenario")
-@running.output_option("folder", "dwmr-figures", "DIR", "Folder for the pictures and their index.md.")
+@run_options.output_option("folder", "dwmr-figures", "DIR", "Folder for the pictures and their index.md.")
 @click.option("--format", "suffix", type=click.Choice(["png", "pdf", "svg"]), default="png", help="Kind of pictures.")
 @click.option("--only", metavar="NUMBERS", help="Only these figures, such as 8,12 or 13-23.")
-@running.rules_option
-@running.set_option
+@run_options.rules_option
+@run_options.set_option
 def figures(
     scenario: str,
     folder: Path,
@@ -42,7 +42,7 @@ def figures(
     Each figure is drawn from a run under its own control law; index.md says what it shows.
     """
     with mistakes_as_diagnostics("text"), terminated_as_interrupted():
-        task = running.read(scenario, rules_folder, overrides)
+        task = run_options.read(scenario, rules_folder, overrides)
         # matplotlib comes only now, when there is a scenario to draw
         wanted = _wanted(only)
         left_out = {f.number: why for f in wanted if (why := f.obstacle_to(task.file.scenario))}
@@ -73,7 +73,7 @@ def _say(left_out: Mapping[int, str], asked: bool) -> None:
 
 
 def _draw(
-    task: running.Task, wanted: Sequence[PaperFigure], left_out: dict[int, str], folder: Path, suffix: str
+    task: run_options.Task, wanted: Sequence[PaperFigure], left_out: dict[int, str], folder: Path, suffix: str
 ) -> bool:
     """Run the laws that the figures show, draw and write; return whether all came to their end."""
     from dwmr.figures.index import index
@@ -81,9 +81,9 @@ def _draw(
 
     scenario = task.file.scenario
     laws = tuple(dict.fromkeys(f.law for f in wanted))
-    running.check(task, laws)
+    run_options.check(task, laws)
     with results(folder, (*(f.file(suffix) for f in wanted), INDEX)) as files:
-        trajectories = {t.controller: t for t in running.simulate(task, laws)}
+        trajectories = {t.controller: t for t in run_options.simulate(task, laws)}
         if len(trajectories) < len(laws) or any(
             t.stop and t.stop.reason == "interrupted" for t in trajectories.values()
         ):
@@ -99,7 +99,7 @@ def _draw(
         text = index(made, left_out, suffix, scenario)
         files.write(INDEX, lambda path: _write(path, text))
         files.publish()
-    running.say_stops(trajectories.values())
+    run_options.say_stops(trajectories.values())
     say(f"{len(made)} figure{'s' if len(made) != 1 else ''} in {folder}, described in {folder / INDEX}")
     return all(t.stop is None for t in trajectories.values()) and len(made) == len(wanted)
 

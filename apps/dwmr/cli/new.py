@@ -38,7 +38,7 @@ def new(name: str, base: str, extends: bool, path: Path | None, force: bool) -> 
     A CSV file that the shipped scenario reads is written beside it.
     """
     from dwmr.config import layers
-    from dwmr.scenario import template as new_scenario
+    from dwmr.scenario import template
     from dwmr.scenario.file import UnknownScenarioError
 
     if not NAME.fullmatch(name):
@@ -48,10 +48,10 @@ def new(name: str, base: str, extends: bool, path: Path | None, force: bool) -> 
     if name in layers.shipped_names():
         raise click.BadParameter(f"{name} is the name of a shipped scenario; take another one", param_hint="'NAME'")
     try:
-        files = new_scenario.files(name, base, path or Path(f"{name}.toml"), extends)
+        files = template.files(name, base, path or Path(f"{name}.toml"), extends)
     except UnknownScenarioError as error:
         raise click.BadParameter(str(error), param_hint="'--from'") from error
     with mistakes_as_diagnostics("text"):
-        new_scenario.write(files, force)
+        template.write(files, force)
     for one in files:
         say(f"wrote {one}")

@@ -7,17 +7,17 @@ from pathlib import Path
 
 import click
 
-from dwmr.cli import running
+from dwmr.cli import run_options
 from dwmr.cli.common import interrupts_wait, mistakes_as_diagnostics, terminated_as_interrupted
 from fuzzyctl.cli.streams import say
 
 
 @click.command(context_settings={"show_default": True})
 @click.argument("scenario")
-@running.output_option("path", "report.html", "FILE", "HTML page to write; one that exists is replaced.")
-@running.controller_option
-@running.rules_option
-@running.set_option
+@run_options.output_option("path", "report.html", "FILE", "HTML page to write; one that exists is replaced.")
+@run_options.controller_option
+@run_options.rules_option
+@run_options.set_option
 def report(
     scenario: str, path: Path, controller: str | None, rules_folder: Path | None, overrides: tuple[str, ...]
 ) -> None:
@@ -26,20 +26,20 @@ def report(
     The page holds tables, settings and interactive plots, and opens without a network.
     """
     with mistakes_as_diagnostics("text"), terminated_as_interrupted():
-        task = running.read(scenario, rules_folder, overrides)
-        finished = _report(task, running.laws_of(task, controller), path)
+        task = run_options.read(scenario, rules_folder, overrides)
+        finished = _report(task, run_options.laws_of(task, controller), path)
     if not finished:
         sys.exit(1)
 
 
-def _report(task: running.Task, names: tuple[str, ...], path: Path) -> bool:
+def _report(task: run_options.Task, names: tuple[str, ...], path: Path) -> bool:
     """Check, run and write; return whether every run came to its end."""
     from dwmr.output.folder import one_file
 
-    running.check(task, names)
+    run_options.check(task, names)
     _require_plotly()
     with one_file(path) as files:
-        trajectories = running.simulate(task, names)
+        trajectories = run_options.simulate(task, names)
         if len(trajectories) < len(names) or any(t.stop and t.stop.reason == "interrupted" for t in trajectories):
             raise KeyboardInterrupt
         with interrupts_wait():
@@ -52,7 +52,7 @@ def _report(task: running.Task, names: tuple[str, ...], path: Path) -> bool:
             text = page(summary, trajectories, task.file.scenario)
             files.write(path.name, lambda part: _write(part, text))
             files.publish()
-    running.say_stops(trajectories)
+    run_options.say_stops(trajectories)
     say(f"wrote {path}: {len(text.encode()) / 1e6:.1f} MB")
     return all(t.stop is None for t in trajectories)
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from dwmr.cli import formats as data_formats
-from dwmr.cli import running
+from dwmr.cli import run_options
 from dwmr.cli.common import Begin, interrupts_wait, mistakes_as_diagnostics, stages, terminated_as_interrupted
 from fuzzyctl.cli.streams import say, write_json
 
@@ -22,12 +22,12 @@ if TYPE_CHECKING:
 
 @click.command(context_settings={"show_default": True})
 @click.argument("scenario")
-@running.controller_option
-@running.rules_option
-@running.set_option
-@running.output_option("folder", "dwmr-out", "DIR", "Folder for the results.")
+@run_options.controller_option
+@run_options.rules_option
+@run_options.set_option
+@run_options.output_option("folder", "dwmr-out", "DIR", "Folder for the results.")
 @data_formats.data_option(("npz", "csv", "mat", "parquet"), "npz", "signals")
-@running.format_option
+@run_options.format_option
 def run(
     scenario: str,
     controller: str | None,
@@ -45,8 +45,8 @@ def run(
     with mistakes_as_diagnostics(style), terminated_as_interrupted():
         with stages() as begin:
             begin("reading", 0)
-            task = running.read(scenario, rules_folder, overrides)
-            names = running.laws_of(task, controller)
+            task = run_options.read(scenario, rules_folder, overrides)
+            names = run_options.laws_of(task, controller)
             summary, written = _run(task, names, folder, formats, begin)
         if style == "text":
             _say(task, summary, names, folder, written)
@@ -60,23 +60,23 @@ def run(
 
 
 def _run(
-    task: running.Task, names: Sequence[str], folder: Path, formats: Sequence[str], begin: Begin
+    task: run_options.Task, names: Sequence[str], folder: Path, formats: Sequence[str], begin: Begin
 ) -> tuple[dict[str, Any], list[str]]:
     """Check, run and write; return the summary and the names of the files."""
     from dwmr.output.folder import results
     from dwmr.output.outputs import NAMES
 
     begin("proving", 0)
-    running.check(task, names)
+    run_options.check(task, names)
     with results(folder, NAMES) as files:
-        trajectories = running.simulate(task, names, begin)
+        trajectories = run_options.simulate(task, names, begin)
         with interrupts_wait():
             summary = _measure(task, trajectories, begin)
             _write(files, summary, trajectories, formats, task, begin)
     return summary, [name for name in files.names if (folder / name).exists()]
 
 
-def _measure(task: running.Task, trajectories: Sequence[Trajectory], begin: Begin) -> dict[str, Any]:
+def _measure(task: run_options.Task, trajectories: Sequence[Trajectory], begin: Begin) -> dict[str, Any]:
     from dwmr.output.summary import describe
     from dwmr.results.metrics import measure
 
@@ -89,7 +89,7 @@ def _measure(task: running.Task, trajectories: Sequence[Trajectory], begin: Begi
 
 
 def _say(
-    task: running.Task, summary: Mapping[str, Any], names: Sequence[str], folder: Path, written: Sequence[str]
+    task: run_options.Task, summary: Mapping[str, Any], names: Sequence[str], folder: Path, written: Sequence[str]
 ) -> None:
     """Print what was found, and where it is."""
     from dwmr.output import report
@@ -108,7 +108,7 @@ def _write(
     summary: Mapping[str, Any],
     trajectories: Sequence[Trajectory],
     formats: Sequence[str],
-    task: running.Task,
+    task: run_options.Task,
     begin: Begin,
 ) -> None:
     """Write all files of a run; a picture that cannot be drawn is left out with a warning, and costs nothing else."""

@@ -8,19 +8,19 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from dwmr.cli import running
+from dwmr.cli import run_options
 from dwmr.cli.common import mistakes_as_diagnostics
 from fuzzyctl.cli.streams import say, write_json
 
 if TYPE_CHECKING:
-    from dwmr.cli.running import Task
+    from dwmr.cli.run_options import Task
 
 
 @click.command(context_settings={"show_default": True})
 @click.argument("scenario", required=False)
-@running.rules_option
-@running.set_option
-@running.format_option
+@run_options.rules_option
+@run_options.set_option
+@run_options.format_option
 def show(scenario: str | None, rules_folder: Path | None, overrides: tuple[str, ...], style: str) -> None:
     """Print what SCENARIO says on one page; without SCENARIO, the shipped scenarios.
 
@@ -34,7 +34,7 @@ def show(scenario: str | None, rules_folder: Path | None, overrides: tuple[str, 
         _list(style)
         return
     with mistakes_as_diagnostics(style):
-        task = running.read(scenario, rules_folder, overrides)
+        task = run_options.read(scenario, rules_folder, overrides)
         found = _facts(task)
     if style == "json":
         from dwmr.output.outputs import finite

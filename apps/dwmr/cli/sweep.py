@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from dwmr.cli import computing, running
 from dwmr.cli import formats as data_formats
+from dwmr.cli import run_options, worker_options
 from dwmr.cli.common import interrupts_wait, mistakes_as_diagnostics, terminated_as_interrupted, warn
 from fuzzyctl.cli.streams import say, write_json
 
@@ -22,14 +22,14 @@ if TYPE_CHECKING:
 
 @click.command(context_settings={"show_default": True})
 @click.argument("spec", type=click.Path(path_type=Path))
-@running.rules_option
-@running.set_option
-@running.output_option("folder", "dwmr-sweep", "DIR", "Folder for the results.")
+@run_options.rules_option
+@run_options.set_option
+@run_options.output_option("folder", "dwmr-sweep", "DIR", "Folder for the results.")
 @data_formats.data_option(("csv", "parquet"), "csv", "results")
-@computing.jobs_option
-@computing.dask_option
+@worker_options.jobs_option
+@worker_options.dask_option
 @click.option("--resume", is_flag=True, help="Go on with a sweep that was interrupted.")
-@running.format_option
+@run_options.format_option
 def sweep(
     spec: Path,
     rules_folder: Path | None,
@@ -46,7 +46,7 @@ def sweep(
     The folder receives results.csv or results.parquet with one row a run, sweep.json, which says where they come from,
     and times.csv. A sweep that was interrupted or killed goes on with --resume.
     """
-    computing.require_one(jobs, cluster)
+    worker_options.require_one(jobs, cluster)
     data_formats.require(formats)
     with mistakes_as_diagnostics(style), terminated_as_interrupted():
         file, plan = _plan(spec, rules_folder, overrides)
@@ -66,7 +66,7 @@ def _plan(spec: Path, rules_folder: Path | None, overrides: Sequence[str]) -> tu
         raise click.UsageError(f"no SPEC {str(spec)[:200]!r}: there is no such file")
     file = spec_file.read(spec)
     try:
-        with computing.checking(plan.count(file)) as report:
+        with worker_options.checking(plan.count(file)) as report:
             made = plan.make(file, rules_folder, overrides, report)
     except OverrideError as error:
         raise click.UsageError(str(error)) from error
@@ -85,11 +85,11 @@ def _sweep(
 ) -> dict[str, Any]:
     """Compute what is not done yet, write the results, and return what there is to say."""
     from dwmr.output.folder import results
-    from dwmr.sweep import about, journal
+    from dwmr.sweep import journal, provenance
     from dwmr.sweep.results import NAMES, write
-    from dwmr.sweep.work import Setup
+    from dwmr.sweep.worker import Setup
 
-    rests_on = about.describe(file, plan, overrides)
+    rests_on = provenance.describe(file, plan, overrides)
     setup = Setup(plan.rules_folder, tuple(sorted(plan.used.items())), file.spec.measures)
     journal.require_own(folder, NAMES)
     with results(folder, NAMES) as files:
@@ -117,7 +117,7 @@ def _compute(
     if not left:
         return
     try:
-        computing.collect(computing.compute(setup, left, *who), total, total - len(left), done.add)
+        worker_options.collect(worker_options.compute(setup, left, *who), total, total - len(left), done.add)
     except KeyboardInterrupt:
         say(f"interrupted{_kept(done, total, folder)}", err=True)
         sys.exit(1)

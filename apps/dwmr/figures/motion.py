@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from dwmr.control.obstacle_avoidance import constant_radius
 from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import wrap_array
 from dwmr.figures import panels
 from dwmr.figures.style import COLOURS
-from dwmr.plant.obstacles import constant_radius
 from dwmr.results import derived
 from dwmr.results.contacts import obstacle_gaps
 from dwmr.results.decimation import thin

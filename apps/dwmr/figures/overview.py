@@ -11,9 +11,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
+from dwmr.control.obstacle_avoidance import constant_radius
 from dwmr.core.arrays import FloatArray
 from dwmr.figures.style import COLOURS, DASHES, STYLE, TITLES
-from dwmr.plant.obstacles import constant_radius
 from dwmr.results.contacts import meetings
 from dwmr.results.metrics import errors, printed_frame
 from dwmr.scenario.model import Scenario

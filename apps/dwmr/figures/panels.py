@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
+from dwmr.control.obstacle_avoidance import constant_radius
 from dwmr.core.arrays import FloatArray
 from dwmr.figures.style import COLOURS, DASHES
-from dwmr.plant.obstacles import constant_radius
 from dwmr.results.decimation import kept, thin
 from dwmr.results.derived import windows
 from dwmr.scenario.model import Scenario

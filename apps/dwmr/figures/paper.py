@@ -10,7 +10,7 @@ from pathlib import Path
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from dwmr.figures import motion, surfaces
+from dwmr.figures import law_signals, motion
 from dwmr.figures.style import STYLE, TITLES
 from dwmr.results import derived
 from dwmr.scenario.model import Scenario
@@ -94,7 +94,7 @@ def _sliding(number: int, law: str) -> list[PaperFigure]:
             law,
             "Sliding surfaces σ and σ*",
             "Above σ of Eq. (7), below σ* of Eq. (9), in both channels [m, rad].",
-            surfaces.sliding,
+            law_signals.sliding,
         ),
         _rates(number + 1, law),
     ]
@@ -102,7 +102,7 @@ def _sliding(number: int, law: str) -> list[PaperFigure]:
 
 def _rates(number: int, law: str) -> PaperFigure:
     about = "Backward differences over one control period of σ, above, and σ*, below [m/s, rad/s]."
-    return PaperFigure(number, law, "Rates of the sliding surfaces", about, surfaces.sliding_rates)
+    return PaperFigure(number, law, "Rates of the sliding surfaces", about, law_signals.sliding_rates)
 
 
 def _avoidance(law: str) -> list[PaperFigure]:
@@ -156,7 +156,7 @@ def _gains(law: str) -> list[PaperFigure]:
             law,
             "σ* within its boundary layer",
             "σ* and ±β, zoomed to the layer; what leaves the panel is cut off [m, rad].",
-            surfaces.layers,
+            law_signals.layers,
         ),
         _rates(21, law),
         PaperFigure(
@@ -164,14 +164,14 @@ def _gains(law: str) -> list[PaperFigure]:
             law,
             "Adaptive gains",
             "k̂_h [m/s, rad/s] and η̂ = k_s / k̂_h [-] in both channels.",
-            surfaces.adaptive_gains,
+            law_signals.adaptive_gains,
         ),
         PaperFigure(
             23,
             law,
             "Immune reaction and switching gain",
             "f(σ*, dσ*/dt) [-] and G_AIS = k̂_h − k_s f [m/s, rad/s] in both channels.",
-            surfaces.immune_gains,
+            law_signals.immune_gains,
         ),
     ]
 

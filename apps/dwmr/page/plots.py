@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from dwmr.control.obstacle_avoidance import constant_radius
 from dwmr.core.arrays import FloatArray
-from dwmr.plant.obstacles import constant_radius
 from dwmr.results import derived, lyapunov
 from dwmr.results.decimation import kept, thin
 from dwmr.results.metrics import errors, printed_frame

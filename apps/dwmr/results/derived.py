@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from dwmr.control.formation import separation_and_bearing
+from dwmr.control.obstacle_avoidance import Avoidance, avoidance_radius
 from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import wrap_array
-from dwmr.plant.obstacles import Avoidance, avoidance_radius
 from dwmr.results import lyapunov
 from dwmr.results.metrics import distances
 from dwmr.scenario.model import Scenario

@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from dwmr.control import laws as controllers
+from dwmr.control import laws
 from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import wrap_array
 from dwmr.core.interfaces import Signal
@@ -78,7 +78,7 @@ def signals(trajectory: Trajectory, scenario: Scenario) -> Mapping[str, FloatArr
 
 def _gains(trajectory: Trajectory, scenario: Scenario) -> Mapping[str, FloatArray] | None:
     """Return the numbers in the law's tables by key, each of shape (robots,), or None without sliding variables."""
-    tables = [controllers.table(scenario.robots[r].controllers, trajectory.controller)[1] for r in trajectory.robots]
+    tables = [laws.table(scenario.robots[r].controllers, trajectory.controller)[1] for r in trajectory.robots]
     rows = [dict(one or {}) for one in tables]
     keys = [key for key in rows[0] if all(isinstance(row.get(key), int | float) for row in rows)]
     found = {key: np.array([row[key] for row in rows], dtype=np.float64) for key in keys}

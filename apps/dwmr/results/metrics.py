@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from dwmr.control import laws as controllers
+from dwmr.control import laws
 from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import wrap_array
 from dwmr.results import contacts, lyapunov
@@ -225,7 +225,7 @@ def _condition_violated(trajectory: Trajectory, scenario: Scenario, robot: str) 
     Source:
         Goto, Bertol, Martins, the condition after Eq. (13).
     """
-    _, settings = controllers.table(scenario.robots[robot].controllers, trajectory.controller)
+    _, settings = laws.table(scenario.robots[robot].controllers, trajectory.controller)
     lambda_2, lambda_3 = getattr(settings, "lambda_2", None), getattr(settings, "lambda_3", None)
     if lambda_2 is None or lambda_3 is None:  # a law without these surfaces
         return 0.0

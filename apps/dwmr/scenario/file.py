@@ -16,7 +16,7 @@ from dwmr.config.locations import COMMON, EXTENDS, Places
 from dwmr.config.overrides import OverrideError, override, shorten
 from dwmr.reference.path_files import LARGEST_PATH, PathRows, read_rows
 from dwmr.reference.prepared import Shape, shape_of
-from dwmr.scenario import shared_robot as common_values
+from dwmr.scenario import shared_robot
 from dwmr.scenario.checks import cross_checks
 from dwmr.scenario.mistakes import diagnose, diagnose_unused
 from dwmr.scenario.model import Robot, Scenario
@@ -99,7 +99,7 @@ def read(path: Path, overrides: Iterable[str] = ()) -> ScenarioFile:
     written: dict[str, str] = {}
     try:
         data, places = merge(layers, written)
-        known, unused = tuple(_tables(data, "robots")), common_values.unused(data)
+        known, unused = tuple(_tables(data, "robots")), shared_robot.unused(data)
     except RecursionError:
         raise _too_deep(path) from None
     if "name" not in layers[0].data and len(layers) > 1:  # what changes a scenario is not that scenario
@@ -113,13 +113,13 @@ def read(path: Path, overrides: Iterable[str] = ()) -> ScenarioFile:
         written[key] = given
     try:
         scenario = _validate(data, places, known)
-        idle = [key for key in common_values.unused(data) if places.given(COMMON, *key)]
+        idle = [key for key in shared_robot.unused(data) if places.given(COMMON, *key)]
     except RecursionError:
         raise _too_deep(path) from None
     files = tuple(layer.path for layer in layers)
     folders = tuple(dict.fromkeys(one.parent for one in files))
     digest = hashlib.sha256(b"".join(layer.content for layer in layers))
-    mistakes = list(common_values.without_effect(idle, scenario.robots, places))
+    mistakes = list(shared_robot.without_effect(idle, scenario.robots, places))
     mistakes += dict.fromkeys(cross_checks(scenario, places))
     try:
         shape = shape_of(scenario.reference, _reader(folders, places, digest.update), places)
@@ -128,9 +128,9 @@ def read(path: Path, overrides: Iterable[str] = ()) -> ScenarioFile:
     if mistakes:
         raise DiagnosticError(mistakes)
     # what an extending scenario or --set gives each robot of its own is no slip of the table below
-    own = frozenset(common_values.leaves(_tables(layers[0].data, COMMON)))
+    own = frozenset(shared_robot.leaves(_tables(layers[0].data, COMMON)))
     idle = [key for key in unused if key in own and not places.given(COMMON, *key)]
-    warned = common_values.without_effect(idle, scenario.robots, places)
+    warned = shared_robot.without_effect(idle, scenario.robots, places)
     warnings = (*remarks(scenario, places), *(dataclasses.replace(one, severity="warning") for one in warned))
     return ScenarioFile(scenario, path, places, digest.hexdigest(), shape, warnings, folders, files)
 
@@ -169,7 +169,7 @@ def _tables(data: Mapping[str, Any], key: str) -> Mapping[str, Any]:
 
 def _validate(data: Mapping[str, Any], places: Places, known: Sequence[str]) -> Scenario:
     """Return the scenario of some data; `known` are the robots that its files name."""
-    whole = common_values.give(data, places)
+    whole = shared_robot.give(data, places)
     mistakes: list[Diagnostic] = []
     scenario = None
     try:
@@ -179,7 +179,7 @@ def _validate(data: Mapping[str, Any], places: Places, known: Sequence[str]) -> 
     try:
         Robot.model_validate(_tables(data, COMMON))
     except ValidationError as error:
-        mistakes += diagnose_unused(error, places, common_values.unused(data))
+        mistakes += diagnose_unused(error, places, shared_robot.unused(data))
     if scenario is None or mistakes:
         raise DiagnosticError(mistakes)
     return scenario

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from dwmr.control import laws as controllers
+from dwmr.control import laws
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.control.roles import ROLES
 from dwmr.core.arrays import FloatArray
@@ -125,7 +125,7 @@ def _controllers(scenario: Scenario) -> dict[str, dict[str, Mapping[str, Any]]]:
     found: dict[str, dict[str, Mapping[str, Any]]] = {}
     for law in laws_of(scenario.robots.values()):
         for name, robot in scenario.robots.items():
-            given = controllers.table(robot.controllers, law)[1]
+            given = laws.table(robot.controllers, law)[1]
             if given is not None:
                 plain = given if isinstance(given, Mapping) else given.model_dump(exclude_none=True)
                 found.setdefault(law, {})[name] = plain

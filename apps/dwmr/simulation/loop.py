@@ -6,12 +6,12 @@ import math
 from typing import Any, NamedTuple
 
 from dwmr.control.formation import follower_error, follower_position, trajectory_error
+from dwmr.control.obstacle_avoidance import Avoidance, avoid
 from dwmr.core.arrays import FloatArray
 from dwmr.core.geometry import clamp
 from dwmr.core.interfaces import Signal, TrackingError
 from dwmr.core.jit import compiled
 from dwmr.plant.disturbances import Disturbance, Load, disturbance
-from dwmr.plant.obstacles import Avoidance, avoid
 from dwmr.plant.robot import State, advance, pd_torques, velocity
 
 #: What is recorded of every robot at every sample, in the order of the columns that `_record` fills.

@@ -15,13 +15,13 @@ from dwmr.config.locations import Places
 from dwmr.control import laws as controllers
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.control.laws.settings import LawSettings
+from dwmr.control.obstacle_avoidance import Avoidance
 from dwmr.core.arrays import FloatArray
 from dwmr.core.interfaces import Law, Signal
 from dwmr.core.jit import COMPILED, collected_errors, first_class, first_class_functions
 from dwmr.plant.disturbances import DISTURBANCE, Load
-from dwmr.plant.obstacles import Avoidance
 from dwmr.plant.robot import ROBOT
-from dwmr.reference import compiled as references
+from dwmr.reference import compiled
 from dwmr.reference.prepared import Shape
 from dwmr.scenario.file import ScenarioFile
 from dwmr.scenario.model import Robot, Scenario
@@ -161,7 +161,7 @@ def run(simulation: Simulation, report: Callable[[int], None] | None = None) -> 
     samples = scenario.run.steps + 1
     record = np.zeros((samples, len(names), len(SIGNALS)))
     law_record = np.zeros((samples, len(names), len(module.SIGNALS)))
-    path, step = first_class(references.PATHS[simulation.shape.path]), first_class(module.step)
+    path, step = first_class(compiled.PATHS[simulation.shape.path]), first_class(module.step)
     draw = noise.source(scenario)
     kernels = tuple(tuple(first_class(k) for k in law.kernels) for law in laws)
     reached, robot, fault, wall_s = 0, -1, 0, 0.0

@@ -9,7 +9,7 @@ from typing import Any
 
 from dwmr.sweep.plan import Run
 from dwmr.sweep.pool import WorkerLostError
-from dwmr.sweep.work import Outcome, Setup, work
+from dwmr.sweep.worker import Outcome, Setup, work
 
 #: An address of this form is a cluster of N processes on this computer.
 LOCAL = "local:"
@@ -95,7 +95,7 @@ def _require_workers(client: Any, address: str) -> None:
     Raises:
         ClusterError: Naming what differs.
     """
-    from dwmr.sweep.about import software
+    from dwmr.sweep.provenance import software
 
     try:
         client.wait_for_workers(1, timeout=PATIENCE)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from dwmr.scenario import file as scenario_file
+from dwmr.scenario import file
 from dwmr.sweep import plan, spec_file
 from dwmr.sweep.intervals import mean_interval, share_interval
 from dwmr.sweep.plan import Plan, Run
@@ -17,7 +17,7 @@ from dwmr.sweep.results import unit
 from dwmr.sweep.spec import Measure
 from dwmr.sweep.spec_file import SpecFile
 from dwmr.sweep.variables import has
-from dwmr.sweep.work import Outcome
+from dwmr.sweep.worker import Outcome
 
 #: What varies unless one says otherwise.
 VARIATION = Path(__file__).with_name("variation.toml")
@@ -87,7 +87,7 @@ def make(
     """
     random = dict(varied.spec.random) if runs > 1 else {}
     if varied.path == VARIATION:
-        base = scenario_file.read(scenario, overrides).scenario
+        base = file.read(scenario, overrides).scenario
         random = {key: one for key, one in random.items() if has(base, key)}
     spec = varied.spec.model_copy(
         update={

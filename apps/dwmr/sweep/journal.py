@@ -10,8 +10,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from dwmr.sweep.about import differences
-from dwmr.sweep.work import Outcome
+from dwmr.sweep.provenance import differences
+from dwmr.sweep.worker import Outcome
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.support.reading import is_special
 

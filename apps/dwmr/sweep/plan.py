@@ -15,7 +15,7 @@ from dwmr.control import laws as controllers
 from dwmr.control.fuzzy_gains import Known, Rules
 from dwmr.scenario import file as scenario_file
 from dwmr.scenario.file import ScenarioFile
-from dwmr.simulation import preflight as checks
+from dwmr.simulation import preflight
 from dwmr.sweep.spec_file import SpecFile
 from dwmr.sweep.variables import Variable, expand, generator, literal
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
@@ -214,7 +214,7 @@ def _check(
             changed = _read(file, first.path, first.overrides, first.values, first.number)
             rules = Rules(changed.scenario.rules, folders(rules_folder, changed), changed.places, known)
             try:
-                checks.check(changed, laws, rules)
+                preflight.check(changed, laws, rules)
             except DiagnosticError as error:
                 raise _blame(file, error, first.values, first.number) from None
         except DiagnosticError as error:

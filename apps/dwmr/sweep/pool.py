@@ -15,7 +15,7 @@ from multiprocessing.connection import Connection
 
 from dwmr.core.processes import interrupts_blocked
 from dwmr.sweep.plan import Run
-from dwmr.sweep.work import Outcome, Setup, work
+from dwmr.sweep.worker import Outcome, Setup, work
 
 #: Runs that wait in the queue of each worker, so that none has to wait for its next one.
 AHEAD = 3

@@ -12,7 +12,7 @@ from dwmr.output.folder import Results
 from dwmr.sweep.journal import ABOUT
 from dwmr.sweep.plan import Run
 from dwmr.sweep.variables import literal
-from dwmr.sweep.work import Outcome
+from dwmr.sweep.worker import Outcome
 
 #: Files that a sweep may leave.
 NAMES = ("results.csv", "results.parquet", ABOUT, "times.csv")

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from fuzzyctl.analysis import clock
-from fuzzyctl.analysis.branch_and_bound.queue import System, surely_false, surely_true
-from fuzzyctl.analysis.branch_and_bound.search import FIRST, NEAR, TRIED, Search, Told, middles, signed_points, start_of
+from fuzzyctl.analysis.branch_and_bound.boxed_system import System, surely_false, surely_true
+from fuzzyctl.analysis.branch_and_bound.queue import FIRST, NEAR, TRIED, Search, Told, middles, signed_points, start_of
 from fuzzyctl.analysis.claims import Bound, Claim, bounds_in, is_limit
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Witness
 from fuzzyctl.analysis.witnesses import Judge

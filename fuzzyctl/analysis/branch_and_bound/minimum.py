@@ -9,8 +9,8 @@ from typing import Final
 import numpy as np
 
 from fuzzyctl.analysis import clock
-from fuzzyctl.analysis.branch_and_bound.queue import System
-from fuzzyctl.analysis.branch_and_bound.search import Search, middles, signed_points, start_of
+from fuzzyctl.analysis.branch_and_bound.boxed_system import System
+from fuzzyctl.analysis.branch_and_bound.queue import Search, middles, signed_points, start_of
 from fuzzyctl.kernels.interval.vector import Array, negative
 
 #: Boxes of a step that are evaluated by the kernel.

@@ -1,299 +1,201 @@
-"""Enclosures of a system over boxes: cuts of the inputs, values of outputs and of claims in each box."""
+"""Branch-and-bound queue of input boxes."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from fractions import Fraction
-from functools import cached_property
-from itertools import pairwise, product
-from math import inf, isfinite, nextafter, prod
+import math
+from collections.abc import Callable, Iterator
 from typing import Final
 
 import numpy as np
 
-from fuzzyctl.analysis.affine import Reader
-from fuzzyctl.analysis.bounds import OutputBound, output_bounds
-from fuzzyctl.analysis.claims import Bound, Every, Some, Truth, bounds_in
-from fuzzyctl.analysis.coverage.coverage import uncovered_of
-from fuzzyctl.analysis.kernel_errors import kernel_errors
-from fuzzyctl.analysis.multilinear.surface import surface_of
-from fuzzyctl.analysis.slices import needed
-from fuzzyctl.expr import CONSTANTS, Call, Expr, Name, walk
-from fuzzyctl.kernels.algorithms.grid import Grid, grid_of
-from fuzzyctl.kernels.inference import inference
-from fuzzyctl.kernels.interval.program import Interpreter
-from fuzzyctl.kernels.interval.vector import Array, Enclosure, Mask, boxes, constant
-from fuzzyctl.kernels.plan.build import Plan
-from fuzzyctl.kernels.plan.build import plan as plan_of
-from fuzzyctl.kernels.program.program import Accumulate, Item, Place, Program
-from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.analysis import clock
+from fuzzyctl.analysis.branch_and_bound.boxed_system import System
+from fuzzyctl.analysis.coverage.box_search import Side
+from fuzzyctl.analysis.sampling import with_signs
+from fuzzyctl.analysis.verdicts import Refuted, Undecided, Verdict, Witness
+from fuzzyctl.kernels.interval.vector import Array, Mask
 
-#: Norms that jump nowhere.
-_JUMPING_NORMS: Final = ("drastic", "nilpotent")
-#: Membership functions without jumps, whatever their parameters.
-_SMOOTH: Final = (
-    "gaussian",
-    "gaussian2",
-    "bell",
-    "sigmoid",
-    "sigmoid_difference",
-    "sigmoid_product",
-    "s_shape",
-    "z_shape",
-    "cosine",
-    "spike",
-    "concave",
-)
-#: Most boxes to begin with.
-MOST_CELLS: Final = 60_000
-#: Numbers of one array: about 10 MiB with its slopes.
-_ARRAY: Final = 400_000
+#: What is this much beyond its bound is not so for rounding.
+NEAR: Final = 1e-9
+#: Points tried as witnesses among the boxes of one step.
+TRIED: Final = 4
+#: Points tried before any box is halved.
+FIRST: Final = 400
+#: Sides below this part of the range are not halved any more.
+_NARROW: Final = 1e-13
+#: Most boxes that wait.
+_MOST: Final = 2_000_000
+#: Open boxes that a verdict shows.
+_SHOWN: Final = 10
+
+#: Progress callback: the numbers of settled and of open boxes.
+Told = Callable[[int, int], None]
 
 
-class System:
-    """A system over boxes."""
+class Search:
+    """One search: open boxes, taken in batches from the end.
 
-    def __init__(self, system: FuzzySystem, plan: Plan) -> None:
-        self.system, self.plan = system, plan
-        self.compared = {c.name: System(c, plan_of(c)) for c in system.compared}
-        self.program: Program = inference.evaluation(plan)
-        self._parts: dict[tuple[int, ...], Program] = {}
-        self.reader = Reader(system)
-        self.inputs = [v.name for v in system.inputs]
-        self.outputs = [v.name for v in system.outputs]
+    Args:
+        system: The system.
+        lo, hi: Ends of the boxes to begin with, shape (inputs, boxes).
+        deadline: When to stop.
+        progress: Called after each batch.
+    """
 
-    @cached_property
-    def bounds(self) -> dict[str, OutputBound]:
-        """What outputs lie between, for states that hold earlier ones."""
-        return output_bounds(self.system)
+    def __init__(self, system: System, lo: Array, hi: Array, deadline: float, progress: Told | None) -> None:
+        self.system, self.lo, self.hi = system, lo, hi
+        self.deadline, self.progress, self.settled = deadline, progress, 0
+        self.stuck: list[tuple[Array, Array]] = []
+        finite = np.isfinite(lo) & np.isfinite(hi)
+        with np.errstate(invalid="ignore"):
+            low, high = np.where(finite, lo, np.inf).min(axis=1), np.where(finite, hi, -np.inf).max(axis=1)
+            self.ranges = np.maximum(np.where(high > low, high - low, 1.0), 1e-300)[:, None]
+            self.volume = self._volume(lo, hi)
 
-    @cached_property
-    def errors(self) -> list[float]:
-        """How far kernels that do not evaluate all rules may be from what the rules say."""
-        if not isinstance(grid_of(self.plan), Grid):
-            return kernel_errors(self.plan)
-        surface = surface_of(self.plan)
-        return [float(e) for e in surface.errors] if surface is not None else [inf for _ in self.outputs]
+    def take(self) -> tuple[Array, Array]:
+        """Take the next batch."""
+        count = self.system.batch
+        lo, hi = self.lo[:, -count:], self.hi[:, -count:]
+        self.lo, self.hi = self.lo[:, :-count], self.hi[:, :-count]
+        return lo, hi
 
-    @cached_property
-    def batch(self) -> int:
-        """How many boxes to take at once."""
-        counts = [s.count for s in self.program.body if isinstance(s, Accumulate)]
-        return max(16, min(1024, _ARRAY // max([1, *counts])))
-
-    def inputs_of(self, lo: Array, hi: Array, *, sloped: bool) -> dict[str, Enclosure]:
-        """Return the enclosures of the inputs by name.
+    def put_halves(self, lo: Array, hi: Array, steepness: Array) -> Mask:
+        """Halve boxes across the side along which most is not known; keep apart those too small for it.
 
         Args:
             lo, hi: Ends of the boxes, shape (inputs, boxes).
-            sloped: Whether slopes along the inputs are wanted.
-        """
-        found = boxes(lo, hi)
-        if not sloped:
-            found = [Enclosure(e.lo, e.hi, None, e.error) for e in found]
-        return dict(zip(self.inputs, found, strict=True))
-
-    def evaluate(self, arguments: Sequence[Enclosure], wanted: Sequence[int]) -> tuple[list[Enclosure], Mask]:
-        """Enclose some outputs at some arguments; and say which boxes give no value."""
-        names = dict(zip(self.program.arguments, arguments, strict=True))
-        runner = Interpreter(names, self._state)
-        key = tuple(wanted)
-        if key not in self._parts:
-            self._parts[key] = needed(self.program, wanted)
-        found = runner.run(self._parts[key], wanted)
-        exact = [self.errors[k] for k in wanted]
-        return [_widened(e, off) if off else e for e, off in zip(found, exact, strict=True)], runner.void
-
-    @cached_property
-    def _strengths(self) -> Program:
-        return inference.largest_activations(self.plan)
-
-    def strength(self, arguments: Sequence[Enclosure], output: int) -> Enclosure:
-        """Enclose the largest activation among the rules of an output."""
-        names = dict(zip(self._strengths.arguments, arguments, strict=True))
-        (found,) = Interpreter(names, self._state).run(self._strengths, [output])
-        return found
-
-    def _state(self, item: Item) -> Enclosure:
-        assert not isinstance(item.index, str | Place)
-        states = self.plan.states
-        if item.index < len(states):
-            output = self.plan.outputs[states[item.index][0]]
-            return constant(output.lower, output.upper)
-        output = self.plan.outputs[self.plan.held[item.index - len(states)]]
-        known = self.bounds[output.name]
-        return constant(known.lo, known.hi)
-
-    def enclose(self, exprs: Sequence[Expr], lo: Array, hi: Array, *, sloped: bool) -> tuple[list[Enclosure], Mask]:
-        """Enclose expressions over inputs, params and outputs.
-
-        Args:
-            exprs: The expressions.
-            lo, hi: Ends of the boxes, shape (inputs, boxes).
-            sloped: Whether slopes along the inputs are wanted.
+            steepness: How steep what is asked may be along each input, shape (inputs, boxes); infinite where unknown.
 
         Returns:
-            An enclosure for each, and the boxes where an output that they name has no value, shape (boxes,) or ().
+            Which boxes were halved, shape (boxes,): first all left halves have been put, then all right ones.
         """
-        own = self.inputs_of(lo, hi, sloped=sloped)
-        names = {n: constant(v) for n, v in self.reader_values.items()} | own
-        void = np.array(False)
-        for system, wanted in self._named(exprs).items():
-            found, quiet = system.evaluate([own[n] for n in system.inputs], [k for k, _ in wanted])
-            names |= {name: e for (_, name), e in zip(wanted, found, strict=True)}
-            void = void | quiet
-        taken: dict[Expr, Enclosure] = {}
+        with np.errstate(invalid="ignore", over="ignore"):
+            width = (hi - lo) / self.ranges
+            weight = np.where(np.isfinite(steepness), steepness * (hi - lo), np.inf)
+            # Of a side without an end, the end that it has says how near its floats are.
+            sizes = [np.where(np.isfinite(ends), np.abs(ends), 0.0) for ends in (lo, hi)]
+            floor = np.maximum(_NARROW, 8.0 * 2.0**-52 * np.maximum(*sizes) / self.ranges)
+        can = width > floor
+        # Steep sides first; where slopes are not known, or none matters, long ones.
+        unknown = ~np.isfinite(weight).all(axis=0) | (weight <= 0.0).all(axis=0)
+        score = np.where(can, np.where(unknown, width, np.where(np.isfinite(weight), weight, 0.0) + 1e-9 * width), -1.0)
+        axis = score.argmax(axis=0)
+        ready: Mask = np.asarray(can.any(axis=0))
+        if not ready.all():
+            self.stuck.append((lo[:, ~ready], hi[:, ~ready]))
+        lo, hi, axis = lo[:, ready], hi[:, ready], axis[ready]
+        boxes = np.arange(lo.shape[1])
+        middle = _between(lo[axis, boxes], hi[axis, boxes])
+        left, right = hi.copy(), lo.copy()
+        left[axis, boxes] = middle
+        right[axis, boxes] = np.nextafter(middle, np.inf)
+        self.lo, self.hi = np.hstack([self.lo, lo, right]), np.hstack([self.hi, left, hi])
+        if self.progress is not None:
+            self.progress(self.settled, self.lo.shape[1])
+        return ready
 
-        def call(expr: Call) -> Enclosure | None:
-            nonlocal void
-            if expr not in taken:
-                if expr.function == "total":
-                    (output,) = expr.arguments
-                    assert isinstance(output, Name)
-                    taken[expr] = self.strength(list(own.values()), self.outputs.index(output.name))
-                    return taken[expr]
-                where = self._place_of(expr.function)
-                if where is None:
-                    return None
-                (taken[expr],), quiet = where[0].evaluate([interpreter.enclose(a) for a in expr.arguments], [where[1]])
-                void = void | quiet
-            return taken[expr]
+    @property
+    def is_over(self) -> bool:
+        """Whether time or room is used up."""
+        return clock.now() > self.deadline or self.lo.shape[1] > _MOST
 
-        interpreter = Interpreter(names, call=call)
-        return [interpreter.enclose(e) for e in exprs], void
+    def halted(
+        self, claim: str, step: Callable[[], Witness | None], why_stuck: Callable[[], str], *, wider: str = ""
+    ) -> Verdict | None:
+        """Take batches until all boxes are settled.
 
-    def _place_of(self, name: str) -> tuple[System, int] | None:
-        """Return the system and the position of an output, of this system or of one it is compared with."""
-        if name in self.outputs:
-            return self, self.outputs.index(name)
-        system, _, output = name.partition(".")
-        return (self.compared[system], self.compared[system].outputs.index(output)) if output else None
+        Args:
+            claim: Its text.
+            step: Takes a batch; returns a witness against the claim where it finds one.
+            why_stuck: Why boxes that are too small to be halved are not settled.
+            wider: What else than more time helps.
 
-    def _named(self, exprs: Sequence[Expr]) -> dict[System, list[tuple[int, str]]]:
-        """Return the outputs that are named at the point itself, by system, each with its name there."""
-        found: dict[System, list[tuple[int, str]]] = {}
-        for name in dict.fromkeys(n for e in exprs for n in _names(e)):
-            where = self._place_of(name)
-            if where is not None:
-                found.setdefault(where[0], []).append((where[1], name))
-        return found
+        Returns:
+            What ended the search before; None where every box is settled.
+        """
+        while self.lo.shape[1]:
+            if self.is_over:
+                return Undecided(
+                    claim, f"{self._progress}, and no point is found that breaks it{wider}", *self.open_boxes
+                )
+            witness = step()
+            if witness is not None:
+                return Refuted(claim, witness)
+            if sum(s[0].shape[1] for s in self.stuck) > _SHOWN:
+                break
+        return Undecided(claim, why_stuck(), *self.open_boxes) if self.stuck else None
 
-    @cached_property
-    def reader_values(self) -> dict[str, float]:
-        """Params and named constants."""
-        return {**CONSTANTS, **self.system.values}
+    @property
+    def _progress(self) -> str:
+        """How far the search has come; open boxes are the ones that are hardest to settle, or not yet looked at."""
+        waiting = self._volume(self.lo, self.hi) + sum(self._volume(*s) for s in self.stuck)
+        if not 0.0 < self.volume < np.inf:
+            return f"{self.settled} boxes are settled in the time given"
+        share = max(0.0, 1.0 - waiting / self.volume)
+        amount = f"{math.floor(100.0 * share)} %" if share >= 0.01 else "less than 1 %"
+        return f"{amount} of the input space is settled in the time given"
 
-    def cells(self, truths: Sequence[Truth]) -> tuple[Array, Array] | None:
-        """Cut the inputs where terms bend and where conditions change; None for too many cells."""
-        places = [self._places(i) for i in range(len(self.inputs))]
-        for truth in truths:
-            for bound in bounds_in(truth):
-                self._add_conditions(bound, places)
-        sides = [self._sides(i, own) for i, own in enumerate(places)]
-        count = prod(len(own) for own in sides)
-        if count > MOST_CELLS:
-            sides = [[self.whole(i)] if len(own) > 3 else own for i, own in enumerate(sides)]
-            count = prod(len(own) for own in sides)
-            if count > MOST_CELLS:
-                return None
-        ends = np.array(list(product(*sides)), dtype=np.float64).reshape(-1, len(sides), 2)
-        return np.ascontiguousarray(ends[:, :, 0].T), np.ascontiguousarray(ends[:, :, 1].T)
+    def _volume(self, lo: Array, hi: Array) -> float:
+        return float(np.prod((hi - lo) / self.ranges, axis=0).sum())
 
-    def _places(self, position: int) -> set[float]:
-        sets = [d.set for d in self.plan.degrees if d.variable == position]
-        return {x for s in sets for x in ([v[0] for v in s.vertices] or s.pieces)}
-
-    def _add_conditions(self, bound: Bound, places: list[set[float]]) -> None:
-        """Add where a comparison of one input changes, and where outputs taken elsewhere bend."""
-        left, right = self.reader.read(bound.left), self.reader.read(bound.right)
-        if left is None or right is None:
-            return
-        own = left.plus(right, Fraction(-1))
-        line = own.line()
-        if line is not None and line.input is not None:
-            places[line.input].add(float(-line.shift / line.factor))
-        systems = [self, *self.compared.values()]
-        for taken in own.outputs:
-            other = systems[taken.system]
-            for i, argument in enumerate(taken.arguments):
-                if argument.input is not None and (other is not self or argument != self.reader.here[0][i]):
-                    bends = [Fraction(x) for x in (*other._places(i), *other.whole(i)) if isfinite(x)]
-                    places[argument.input] |= {float((x - argument.shift) / argument.factor) for x in bends}
-
-    def whole(self, position: int) -> tuple[float, float]:
-        """Return the ends of what an input may be."""
-        variable = self.plan.inputs[position]
-        return (-inf, inf) if variable.extrapolate else (variable.lower, variable.upper)
-
-    def _sides(self, position: int, places: set[float]) -> list[tuple[float, float]]:
-        """Return points and the floats strictly between them."""
-        lower, upper = self.whole(position)
-        inner = sorted(x for x in places if lower < x < upper and isfinite(x))
-        points = [lower, *inner, upper]
-        found: list[tuple[float, float]] = [(x, x) for x in points if isfinite(x)]
-        for a, b in pairwise(points):
-            start, stop = nextafter(a, inf) if isfinite(a) else a, nextafter(b, -inf) if isfinite(b) else b
-            if start <= stop:
-                found.append((start, stop))
-        return found
-
-    def is_continuous(self, output: int) -> bool:
-        """Return whether an output jumps nowhere: neither its terms nor its norms do, and some rule always fires."""
-        plan, own = self.plan, self.plan.outputs[output]
-        methods = self.system.rule_methods
-        norms = {own.aggregation} | {n for m in methods for n in (m.conjunction, m.disjunction)}
-        norms |= {own.implication_of(own.terms[e.term]) for e in own.implied}
-        if not plan.all_act or own.reads or self.system.hedges:
-            return False
-        if plan.least or own.equal or plan.chains or any(e.change is not None for e in own.implied):
-            return False
-        if any(n.startswith(_JUMPING_NORMS) for n in norms):
-            return False
-        if any(own.terms[e.term].expression is not None for e in own.implied):
-            return False
-        if not all(_is_continuous(d.set.kind, d.set.vertices, d.set.expression) for d in plan.degrees):
-            return False
-        return uncovered_of(plan)[own.name] is None
+    @property
+    def open_boxes(self) -> tuple[tuple[dict[str, Side], ...], int]:
+        """Some of the open boxes, and how many there are."""
+        lo = np.hstack([*(s[0] for s in self.stuck), self.lo])
+        hi = np.hstack([*(s[1] for s in self.stuck), self.hi])
+        shown = [
+            {n: _side(float(lo[i, k]), float(hi[i, k])) for i, n in enumerate(self.system.inputs)}
+            for k in range(min(_SHOWN, lo.shape[1]))
+        ]
+        return tuple(shown), lo.shape[1]
 
 
-def _is_continuous(kind: str, vertices: Sequence[tuple[float, float]], expression: Expr | None) -> bool:
-    if expression is not None:
-        return False
-    if vertices:
-        return all(a[0] < b[0] for a, b in pairwise(vertices))
-    return kind in _SMOOTH
+def _side(lo: float, hi: float) -> Side:
+    """Return a side; of neighbouring floats no one wants to see the last digits."""
+    if lo == hi:
+        return Side(lo, hi)
+    return Side(float(np.nextafter(lo, -np.inf)), float(np.nextafter(hi, np.inf)), False, False)
 
 
-def _widened(e: Enclosure, off: float) -> Enclosure:
-    return Enclosure(e.lo - off, e.hi + off, e.slopes, e.error + off)
+def _between(lo: Array, hi: Array) -> Array:
+    with np.errstate(invalid="ignore"):
+        middle = 0.5 * lo + 0.5 * hi
+    below, above = np.isinf(lo), np.isinf(hi)
+    middle = np.where(below, np.minimum(2.0 * hi, hi - 1.0), middle)
+    middle = np.where(above, np.maximum(2.0 * lo, lo + 1.0), middle)
+    middle = np.where(below & above, 0.0, middle)
+    return np.minimum(np.maximum(middle, np.maximum(lo, -1e308)), np.nextafter(hi, -np.inf))
 
 
-def _names(expr: Expr) -> list[str]:
-    return [n.name for n in walk(expr) if isinstance(n, Name)]
+def signed_points(point: Array, lo: Array, hi: Array) -> Iterator[list[float]]:
+    """Yield a point of a box as a list, and the same with -0.0 where the box holds 0; all of shape (inputs,)."""
+    return with_signs(point.tolist(), list(zip(lo.tolist(), hi.tolist(), strict=True)))
 
 
-def surely_false(truth: Truth, upper: dict[Bound, Array]) -> Mask:
-    """Return the boxes where a condition is false everywhere, from upper ends of left less right; shape (boxes,)."""
-    if isinstance(truth, Bound):
-        return (upper[truth] <= 0.0) if truth.strict else (upper[truth] < 0.0)
-    assert isinstance(truth, Every | Some)
-    found = np.array(isinstance(truth, Some))
-    for part in truth.parts:
-        own = surely_false(part, upper)
-        found = (found | own) if isinstance(truth, Every) else (found & own)
-    return found
+def middles(lo: Array, hi: Array) -> Array:
+    """Return the middles of boxes, finite also where a side is not; all of one shape."""
+    return np.minimum(np.maximum(np.where(lo == hi, lo, _between(lo, np.maximum(hi, lo))), lo), hi)
 
 
-def surely_true(truth: Truth, lower: dict[Bound, Array]) -> Mask:
-    """Return the boxes where a claim holds everywhere, from lower ends of left less right, shape (boxes,) each.
+def start_of(lo: Array, hi: Array, down: Array, up: Array) -> tuple[Array, Array]:
+    """Return where to expand for a lower bound, and how far values may fall from there.
 
-    Tolerances are added to them.
+    Along an input in which the value rises or falls throughout it is the lower end; else the middle.
+
+    Args:
+        lo, hi: Ends of the boxes, shape (inputs, boxes).
+        down, up: Between what the slopes along the inputs lie, shape (inputs, boxes).
+
+    Returns:
+        Points of shape (inputs, boxes), and what values fall by at most, shape (boxes,).
     """
-    if isinstance(truth, Bound):
-        return (lower[truth] > 0.0) if truth.strict else (lower[truth] >= 0.0)
-    assert isinstance(truth, Every | Some)
-    found = np.array(isinstance(truth, Every))
-    for part in truth.parts:
-        own = surely_true(part, lower)
-        found = (found & own) if isinstance(truth, Every) else (found | own)
-    return found
+    middle = middles(lo, hi)
+    start = np.where(down >= 0.0, lo, np.where(up <= 0.0, hi, middle))
+    start = np.where(np.isfinite(start), start, middle)
+    reach = np.maximum(hi - start, start - lo)
+    free = (down >= 0.0) & np.isfinite(lo) | (up <= 0.0) & np.isfinite(hi)
+    steep = np.maximum(np.abs(down), np.abs(up))
+    with np.errstate(invalid="ignore"):
+        fall = np.where(free | (reach == 0.0), 0.0, steep * reach)
+    slack: Array = np.where(np.isnan(fall), np.inf, fall).sum(axis=0)
+    return start, slack

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from fuzzyctl.analysis import clock
-from fuzzyctl.analysis.branch_and_bound.queue import System
-from fuzzyctl.analysis.branch_and_bound.search import FIRST, NEAR, TRIED, Search, Told, middles, signed_points
+from fuzzyctl.analysis.branch_and_bound.boxed_system import System
+from fuzzyctl.analysis.branch_and_bound.queue import FIRST, NEAR, TRIED, Search, Told, middles, signed_points
 from fuzzyctl.analysis.claims import Claim, Slope
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Witness
 from fuzzyctl.analysis.witnesses import Judge

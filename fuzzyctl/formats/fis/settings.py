@@ -9,8 +9,7 @@ from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import Note
 from fuzzyctl.formats.common.report import Findings, meant
-from fuzzyctl.formats.fis import values
-from fuzzyctl.formats.fis import vocabulary as words
+from fuzzyctl.formats.fis import values, vocabulary
 from fuzzyctl.formats.fis.sections import Entry, Section, Sections
 from fuzzyctl.formats.fis.vocabulary import Dialect
 from fuzzyctl.formats.fuzzylite.versions import version_said
@@ -84,11 +83,11 @@ def dialect_of(file: Sections, hedged: bool) -> Dialect:
     if any(e.key.lower() in _FUZZYLITE_KEYS for e in entries) or fuzzylite_version(file) is not None:
         return "fuzzylite"
     functions = (e.value.text.partition(":")[2].strip().lower() for e in entries if e.key.lower().startswith("mf"))
-    if any(f[1:].startswith(tuple(words.OF_FUZZYLITE)) for f in functions):
+    if any(f[1:].startswith(tuple(vocabulary.OF_FUZZYLITE)) for f in functions):
         return "fuzzylite"
     comments = " ".join(file.comments).lower()
     methods = {e.value.text.strip("'\" ").lower() for e in entries if e.key.lower().endswith("method")}
-    if hedged or "fuzzy-logic-toolkit" in comments or "octave" in comments or methods & words.BEYOND_MATLAB:
+    if hedged or "fuzzy-logic-toolkit" in comments or "octave" in comments or methods & vocabulary.BEYOND_MATLAB:
         return "octave"
     return "matlab"
 
@@ -112,7 +111,7 @@ def read_settings(file: Sections, section: Section, findings: Findings) -> Setti
     kind = _kind(section, findings)
     sugeno = kind != "mamdani" and kind != "hybrid"
     name = section.entry("Name")
-    aggregations = dict(words.AGGREGATION_WORDS)
+    aggregations = dict(vocabulary.AGGREGATION_WORDS)
     version = fuzzylite_version(file)
     if version is not None and version < 6:
         aggregations["sum"] = "probabilistic_sum"  # its exporter called the algebraic sum so
@@ -125,11 +124,11 @@ def read_settings(file: Sections, section: Section, findings: Findings) -> Setti
     return Settings(
         name=values.string(name).text if name is not None else "",
         kind=kind,
-        conjunction=method("AndMethod", words.CONJUNCTION_WORDS, "product" if sugeno else "min"),
-        disjunction=method("OrMethod", words.DISJUNCTION_WORDS, "probabilistic_sum" if sugeno else "max"),
-        implication=method("ImpMethod", words.CONJUNCTION_WORDS, "product" if sugeno else "min"),
+        conjunction=method("AndMethod", vocabulary.CONJUNCTION_WORDS, "product" if sugeno else "min"),
+        disjunction=method("OrMethod", vocabulary.DISJUNCTION_WORDS, "probabilistic_sum" if sugeno else "max"),
+        implication=method("ImpMethod", vocabulary.CONJUNCTION_WORDS, "product" if sugeno else "min"),
         aggregation=method("AggMethod", aggregations, "sum" if sugeno else "max"),
-        defuzzifier=method("DefuzzMethod", words.DEFUZZIFIER_WORDS, usual),
+        defuzzifier=method("DefuzzMethod", vocabulary.DEFUZZIFIER_WORDS, usual),
         entry=entry,
     )
 

@@ -12,7 +12,7 @@ from fuzzyctl.formats.common import numerics
 from fuzzyctl.formats.common.blocks import flattened
 from fuzzyctl.formats.common.clamped_inputs import holding_matters, with_shoulders
 from fuzzyctl.formats.common.report import Findings
-from fuzzyctl.formats.fis import vocabulary as words
+from fuzzyctl.formats.fis import vocabulary
 from fuzzyctl.formats.fis.memberships import as_matlab_has_it, is_of_matlab, number, vector, written
 from fuzzyctl.formats.fis.sections import split
 from fuzzyctl.formats.fis.settings import dialect_of, family
@@ -54,9 +54,9 @@ def _back(known: dict[str, str]) -> dict[str, str]:
     return back
 
 
-_CONJUNCTIONS: Final = _back(words.CONJUNCTION_WORDS)
-_DISJUNCTIONS: Final = _back(words.DISJUNCTION_WORDS)
-_AGGREGATIONS: Final = _back(words.AGGREGATION_WORDS)
+_CONJUNCTIONS: Final = _back(vocabulary.CONJUNCTION_WORDS)
+_DISJUNCTIONS: Final = _back(vocabulary.DISJUNCTION_WORDS)
+_AGGREGATIONS: Final = _back(vocabulary.AGGREGATION_WORDS)
 
 
 def write(system: FuzzySystem) -> tuple[str, list[Loss]]:
@@ -182,7 +182,7 @@ class _Writer:
         if word is None:
             self.reasons.append(f"there is no norm '{own}'")
             return own
-        if word in words.BEYOND_MATLAB and self.beyond_matlab:
+        if word in vocabulary.BEYOND_MATLAB and self.beyond_matlab:
             self._lose(f"system '{self.system.name}'", f"norm '{own}'", "MATLAB has none; Octave reads it")
         return word
 

@@ -7,8 +7,7 @@ from functools import cached_property
 from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError
-from fuzzyctl.kernels.algorithms import interpolation
-from fuzzyctl.kernels.algorithms import rule_cells as active
+from fuzzyctl.kernels.algorithms import interpolation, rule_cells
 from fuzzyctl.kernels.algorithms.diagonal import Diagonals, diagonals_of, window
 from fuzzyctl.kernels.algorithms.grid import Grid, grid_of
 from fuzzyctl.kernels.algorithms.rule_cells import Active
@@ -73,7 +72,7 @@ class Algorithm:
         if self.grid is not None:
             return interpolation.lookup(self.plan, self.grid, self.most_coefficients)
         if self.active is not None:
-            return active.lookup(self.plan, self.active)
+            return rule_cells.lookup(self.plan, self.active)
         return inference.evaluation(self.plan, most_pairs=COMPILED)
 
     @cached_property
@@ -88,7 +87,7 @@ class Algorithm:
         """The program for one point in generated Python."""
         if self.grid is not None:
             return interpolation.interpreted(self.plan, self.grid)
-        if self._gains(active.LEAST_GAIN_INTERPRETED):
+        if self._gains(rule_cells.LEAST_GAIN_INTERPRETED):
             return self.point
         if self.diagonals is not None:
             return inlined(window(self.plan, self.diagonals, branches=True))
@@ -99,7 +98,7 @@ class Algorithm:
         """The program for loops over many points, in a form that compilers vectorise."""
         if self.grid is not None:
             return interpolation.batch(self.plan, self.grid)
-        if self.diagonals is not None or self._gains(active.LEAST_GAIN_MANY):
+        if self.diagonals is not None or self._gains(rule_cells.LEAST_GAIN_MANY):
             return self.point
         return inference.evaluation(self.plan, many=True, most_pairs=COMPILED)
 
@@ -108,7 +107,7 @@ class Algorithm:
         """The program for arrays that numpy takes operation by operation; looking up is fast there."""
         if self.grid is not None:
             return interpolation.arrays(self.plan, self.grid)
-        return self.point if self._gains(active.LEAST_GAIN_INTERPRETED) else self.many
+        return self.point if self._gains(rule_cells.LEAST_GAIN_INTERPRETED) else self.many
 
     def _gains(self, least: float) -> bool:
         """Whether rules are looked up: by the ratio of all rules to those that can act, or on request."""
@@ -146,7 +145,7 @@ def algorithm_of(plan: Plan, wanted: str = "auto") -> Algorithm:
     if wanted == "interpolation":
         raise ArgumentError(f"the system does not interpolate: {grid}")
     reason = grid if isinstance(grid, str) else "it was asked for"
-    table = active.active_of(plan, least_gain=0.0 if wanted == "active" else active.LEAST_GAIN)
+    table = rule_cells.active_of(plan, least_gain=0.0 if wanted == "active" else rule_cells.LEAST_GAIN)
     if isinstance(table, Active):
         together = f"{1 << len(table.axes)} of {len(plan.rules)} rules at a time"
         return Algorithm(plan, None, f"{together}; {reason}", active=table, is_forced=wanted == "active")

@@ -19,7 +19,7 @@ from fuzzyctl.expr import (
     walk,
 )
 from fuzzyctl.formulas import aggregation
-from fuzzyctl.kernels.inference.activation import acting
+from fuzzyctl.kernels.inference.activation_methods import acting
 from fuzzyctl.kernels.inference.defuzzify.defuzzify import Activation, defuzzify
 from fuzzyctl.kernels.inference.degrees.branched import branched
 from fuzzyctl.kernels.inference.degrees.tabulated import degree_of

@@ -9,15 +9,15 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, Note
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Expr, Number, names_in
 from fuzzyctl.formulas import MEMBERSHIP
+from fuzzyctl.model.checks.hints import jumping_tables
 from fuzzyctl.model.checks.parameters import VALUE_CHECKS, computed_numbers
-from fuzzyctl.model.checks.rule_tables import jumping_tables
+from fuzzyctl.model.checks.partitions import by_line, removal
 from fuzzyctl.model.checks.semantics import misfitting_semantics
 from fuzzyctl.model.checks.symmetry import odd_cells
 from fuzzyctl.model.checks.terms import SHAPE_CHECKS, SHAPE_HINTS
 from fuzzyctl.model.checks.units import unlike_units
+from fuzzyctl.model.computed_numbers import Numbers
 from fuzzyctl.model.dependencies import comparisons_that_wait, reads_of
-from fuzzyctl.model.evaluated import Numbers
-from fuzzyctl.model.partitions import by_line, removal
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, literals
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import LinguisticVariable, Membership, Output

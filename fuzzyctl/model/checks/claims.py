@@ -19,7 +19,7 @@ from fuzzyctl.expr import (
     span_of,
     walk,
 )
-from fuzzyctl.model.evaluated import Numbers
+from fuzzyctl.model.computed_numbers import Numbers
 
 
 def uncomputable_claims(numbers: Numbers) -> Iterator[Diagnostic]:

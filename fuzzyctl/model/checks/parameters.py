@@ -14,7 +14,7 @@ from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Expr, Number, span_of
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.model.checks.claims import bad_claims, uncomputable_claims
-from fuzzyctl.model.evaluated import Numbers, Shape, parameters
+from fuzzyctl.model.computed_numbers import Numbers, Shape, parameters
 from fuzzyctl.model.params import ParamCycleError
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, LinguisticVariable, Membership

@@ -11,10 +11,10 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Expr, span_of
 from fuzzyctl.formulas import MEMBERSHIP, exact_maxima_possible, is_monotone
-from fuzzyctl.model.checks.rule_tables import uncovered_ranges
-from fuzzyctl.model.evaluated import Numbers
+from fuzzyctl.model.checks.hints import uncovered_ranges
+from fuzzyctl.model.checks.partitions import spoilt_partitions
+from fuzzyctl.model.computed_numbers import Numbers
 from fuzzyctl.model.method import MAXIMA, TSUKAMOTO, Defuzzifier
-from fuzzyctl.model.partitions import spoilt_partitions
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Membership, Output
 

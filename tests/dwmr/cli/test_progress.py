@@ -9,7 +9,7 @@ import pytest
 
 from dwmr.cli.common import progress, stages
 from dwmr.control.fuzzy_gains import Rules
-from dwmr.core import jit as compiled
+from dwmr.core import jit
 from dwmr.scenario.file import find, read
 from dwmr.simulation import simulate
 
@@ -85,11 +85,11 @@ class TestStages:
         ]  # fmt: skip
 
 
-@pytest.mark.skipif(not compiled.COMPILED, reason="numba is missing")
+@pytest.mark.skipif(not jit.COMPILED, reason="numba is missing")
 def test_compiling_is_reported_as_a_share_of_all_functions():
     shares = []
-    with compiled.watched(shares.append):
-        compiled.compiled(lambda x: x + 1.0)(1.0)
+    with jit.watched(shares.append):
+        jit.compiled(lambda x: x + 1.0)(1.0)
     assert 0.0 < shares[-1] <= 100.0
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dwmr.control import laws as controllers
+from dwmr.control import laws
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.output.summary import describe
 from dwmr.page import plots, settings
@@ -108,7 +108,7 @@ class TestPage:
         assert written(runs[0][0], [one[1] for one in runs], ["run.horizon=5"]) == short
 
     def test_is_small_enough_for_the_whole_paper(self, run_paper):
-        runs = [run_paper(law) for law in controllers.group("all")]
+        runs = [run_paper(law) for law in laws.group("all")]
         text = written(runs[0][0], [one[1] for one in runs])
         assert len(text.encode()) < 6e6
         assert "beside Table 12 of the paper" in text

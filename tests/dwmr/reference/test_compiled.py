@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dwmr.reference import curves as paths
+from dwmr.reference import curves
 from dwmr.reference.compiled import PATHS, eight, eight_turn_rate
 from dwmr.scenario.file import find, read
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
@@ -85,7 +85,7 @@ class TestEveryKind:
             assert PATHS[shape.path](t, shape.constants) == pytest.approx(shape.at(t), abs=1e-12)
 
     def test_every_path_has_a_compiled_one(self):
-        plain = {n for n, f in vars(paths).items() if callable(f) and getattr(f, "__module__", "") == paths.__name__}
+        plain = {n for n, f in vars(curves).items() if callable(f) and getattr(f, "__module__", "") == curves.__name__}
         assert plain - {"Reference"} == set(PATHS)
 
 

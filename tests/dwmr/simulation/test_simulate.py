@@ -4,7 +4,7 @@ import re
 import numpy as np
 import pytest
 
-from dwmr.control import laws as controllers
+from dwmr.control import laws
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.core.jit import COMPILED
 from dwmr.plant.robot import State
@@ -143,7 +143,7 @@ class TestRun:
             "    print(repr(simulate.run(simulate.prepare(file, law, rules)).values.tolist()))\n"
         )
         done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=LONG)
-        for law, line in zip(controllers.group("all"), done.stdout.splitlines(), strict=True):
+        for law, line in zip(laws.group("all"), done.stdout.splitlines(), strict=True):
             plain = np.array(eval(line, {"__builtins__": {}}))
             assert plain == pytest.approx(run_paper(law, "run.horizon=0.25")[1].values, abs=1e-9)
 
@@ -283,7 +283,7 @@ def step(error, dt, gains, state, kernels, next_state, signals):
 
     def test_does_not_take_the_place_of_a_shipped_law(self, tmp_path):
         (tmp_path / "smc.py").write_text("raise RuntimeError", encoding="utf-8")
-        assert controllers.find("smc", tmp_path).__name__ == "dwmr.control.laws.smc"
+        assert laws.find("smc", tmp_path).__name__ == "dwmr.control.laws.smc"
 
     def test_of_another_folder_is_unknown(self, tmp_path):
         scenario = self.beside(tmp_path)
@@ -295,8 +295,8 @@ def step(error, dt, gains, state, kernels, next_state, signals):
     def test_is_looked_for_by_names_only(self, tmp_path, name):
         (tmp_path / "inner").mkdir()
         (tmp_path / "mine.py").write_text(self.LAW, encoding="utf-8")
-        assert not controllers.exists(name, tmp_path / "inner")
-        assert not controllers.exists(name, tmp_path)
+        assert not laws.exists(name, tmp_path / "inner")
+        assert not laws.exists(name, tmp_path)
 
     def test_that_breaks_is_named_with_its_line(self, tmp_path):
         scenario = self.beside(tmp_path, "import numpy\n\n1 / 0\n")
@@ -308,9 +308,9 @@ def step(error, dt, gains, state, kernels, next_state, signals):
         import importlib
 
         (tmp_path / "mine.py").write_text(self.LAW, encoding="utf-8")
-        monkeypatch.setattr(controllers, "__path__", [*controllers.__path__, str(tmp_path)])
+        monkeypatch.setattr(laws, "__path__", [*laws.__path__, str(tmp_path)])
         importlib.invalidate_caches()
-        assert "mine" in controllers.names()
+        assert "mine" in laws.names()
         trajectory = simulate.run(ready("mine", "run.horizon=5", "robot.controllers.mine.k=0.5"))
         assert trajectory.stop is None
         assert trajectory["twice"] == pytest.approx(2.0 * trajectory["x_e"])

@@ -13,7 +13,7 @@ from dwmr.sweep import comparison
 from dwmr.sweep.comparison import entries
 from dwmr.sweep.intervals import mean_interval, share_interval
 from dwmr.sweep.plan import Run
-from dwmr.sweep.work import Outcome
+from dwmr.sweep.worker import Outcome
 from tests.dwmr.process import dwmr, here
 
 SHORT = ("--set", "run.horizon=2")

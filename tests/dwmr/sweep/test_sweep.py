@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 
 from dwmr.config.overrides import join_key, override, split_key
 from dwmr.scenario.file import read as read_scenario
-from dwmr.sweep import about, journal, plan, results, spec_file, work
+from dwmr.sweep import journal, plan, provenance, results, spec_file, worker
 from dwmr.sweep.journal import NAME, Journal
 from dwmr.sweep.variables import Variable, expand, literal
-from dwmr.sweep.work import Outcome, Setup
+from dwmr.sweep.worker import Outcome, Setup
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 
 SPEC = """
@@ -288,7 +288,7 @@ class TestJournal:
         return (folder / NAME).read_bytes()
 
     def resumed(self, folder, about=None) -> Journal:
-        with journal.journal(folder, about or ABOUT, True) as one:
+        with journal.journal(folder, provenance or ABOUT, True) as one:
             return one
 
     def test_gives_back_what_was_done(self, tmp_path):
@@ -357,7 +357,7 @@ class TestWork:
     def test_keeps_the_measures_of_the_run(self, tmp_path, measured):
         text = SPEC.replace("runs = 3", "").split("[grid]")[0]
         found = made(tmp_path, text)
-        outcome = work.work(self.setup_of(found), found.runs[0])
+        outcome = worker.work(self.setup_of(found), found.runs[0])
         expected = measured("smc", "run.horizon=1.0")
         assert outcome.row["rmse.follower1.y_e"] == expected["rmse"]["follower1"]["y_e"]
         assert (outcome.row["t_end"], outcome.row["stopped"], outcome.row["obstacles_hit.leader"]) == (1.0, False, 0)
@@ -365,7 +365,7 @@ class TestWork:
 
     def test_a_run_that_diverges_is_a_row(self, tmp_path):
         found = made(tmp_path, SPEC, ["disturbances.0.start=0.5", "disturbances.0.force=1e300"])
-        outcome = work.work(self.setup_of(found), found.runs[0])
+        outcome = worker.work(self.setup_of(found), found.runs[0])
         assert outcome.problem == ""
         assert outcome.row["stopped"] is True
         assert "not finite" in outcome.row["stop_reason"]
@@ -375,13 +375,13 @@ class TestWork:
         path.write_text('extends = "paper"\nname = "mine"\n', encoding="utf-8")
         found = made(tmp_path, SPEC.replace('"paper"', '"mine.toml"'))
         path.write_text('extends = "paper"\nname = "mine"\nobstacles = []\n', encoding="utf-8")
-        assert "changed while the sweep ran" in work.work(self.setup_of(found), found.runs[0]).problem
+        assert "changed while the sweep ran" in worker.work(self.setup_of(found), found.runs[0]).problem
 
     def test_a_rule_file_that_changes_is_noticed(self, tmp_path):
         found = made(tmp_path)
         setup = Setup(None, tuple((name, "0" * 64) for name in found.used), ("rmse",))
         aifqsmc = next(run for run in found.runs if run.controller == "aifqsmc")
-        assert "ais_reaction.fz changed" in work.work(setup, aifqsmc).problem
+        assert "ais_reaction.fz changed" in worker.work(setup, aifqsmc).problem
 
 
 class TestResults:
@@ -402,17 +402,17 @@ class TestResults:
 class TestAbout:
     def test_tells_scenarios_rule_files_and_sources_apart(self, tmp_path):
         file = read(tmp_path)
-        whole = about.describe(file, plan.make(file, None, ()), ())
-        other = about.describe(file, plan.make(file, None, ["robot.radius=0.6"]), ["robot.radius=0.6"])
-        assert list(about.differences(whole, other)) == ["overrides"]
+        whole = provenance.describe(file, plan.make(file, None, ()), ())
+        other = provenance.describe(file, plan.make(file, None, ["robot.radius=0.6"]), ["robot.radius=0.6"])
+        assert list(provenance.differences(whole, other)) == ["overrides"]
         assert len(whole["rules"]["ais_reaction/ais_reaction.fz"]) == 64
         assert len(whole["versions"]["sources"]) == 64
         assert 'name = "paper"' in whole["scenario"]["text"][0]["text"]
         assert json.loads(json.dumps(whole)) == whole
 
     def test_checksum_of_sources_leaves_out_packages_that_exist(self):
-        package = Path(about.__file__).parents[1]
-        assert [one for one in about.OUTSIDE if not (package / one / "__init__.py").exists()] == []
+        package = Path(provenance.__file__).parents[1]
+        assert [one for one in provenance.OUTSIDE if not (package / one / "__init__.py").exists()] == []
 
 
 def test_a_sweep_that_is_terminated_while_it_checks_says_so(dwmr, tmp_path, monkeypatch):

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fuzzyctl import loads
+from fuzzyctl.analysis.branch_and_bound.boxed_system import System
 from fuzzyctl.analysis.branch_and_bound.minimum import _Least
-from fuzzyctl.analysis.branch_and_bound.queue import System
 from fuzzyctl.analysis.extremes import extents
 from fuzzyctl.kernels.plan.build import plan
 

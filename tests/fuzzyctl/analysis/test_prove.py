@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fuzzyctl import Proved, Refuted, Undecided, load, loads, prove
-from fuzzyctl.analysis.branch_and_bound.search import Search
+from fuzzyctl.analysis.branch_and_bound.queue import Search
 from fuzzyctl.analysis.extremes import extents
 from fuzzyctl.analysis.prove import Prover
 from tests.effort import at_most

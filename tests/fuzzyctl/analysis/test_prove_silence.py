@@ -4,7 +4,7 @@ import pytest
 
 from fuzzyctl import Proved, Refuted, Undecided, compile, loads, prove
 from fuzzyctl.analysis.bounds import output_bounds
-from fuzzyctl.analysis.coverage import box_search as holes
+from fuzzyctl.analysis.coverage import box_search
 from fuzzyctl.analysis.coverage.coverage import diagnostics, uncovered
 from fuzzyctl.analysis.extremes import extents
 from tests.fuzzyctl.analysis.proving import CHAIN, CURVED, LINE, MAMDANI, verdicts, words
@@ -68,8 +68,8 @@ class TestSilence:
     def system(self, request, monkeypatch):
         if not request.param:
             # What the first nodes see is below the height of the set: what is then taken for a hole is none.
-            enclosed = holes._top
-            monkeypatch.setattr(holes, "_top", lambda *given: (enclosed(*given)[0],) * 2)
+            enclosed = box_search._top
+            monkeypatch.setattr(box_search, "_top", lambda *given: (enclosed(*given)[0],) * 2)
         return loads(DIFFERENCE.format(otherwise="else 0.9"))
 
     def test_total_is_refuted_where_the_output_is_silent(self, system):
@@ -97,7 +97,7 @@ class TestSilence:
         assert bound.hi_at is None or compile(system, "python")(*bound.hi_at.values()) == bound.hi
 
     def test_an_integral_sees_a_set_up_to_its_height(self):
-        assert isinstance(uncovered(loads(DIFFERENCE.format(otherwise="")))["y"], holes.Undecided)
+        assert isinstance(uncovered(loads(DIFFERENCE.format(otherwise="")))["y"], box_search.Undecided)
 
     def test_no_place_is_named_where_some_rule_moves_it(self, system):
         (found,) = diagnostics(loads(DIFFERENCE.format(otherwise="")))

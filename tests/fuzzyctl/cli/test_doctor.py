@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from fuzzyctl.cli import doctor as module
+from fuzzyctl.cli import doctor
 from fuzzyctl.cli.main import main
 from fuzzyctl.cli.show import show_system
 from fuzzyctl.kernels.algorithms.select import ALGORITHMS
@@ -29,13 +29,13 @@ class TestDoctor:
     def test_gives_data_to_programs(self, run):
         data = json.loads(run("doctor", "--format", "json").output)
         assert data["problems"] == []
-        assert set(data["packages"]) == set(module.NEEDED)
+        assert set(data["packages"]) == set(doctor.NEEDED)
         assert data["packages"]["numpy"].count(".") == 2
         assert data["cores"] >= 1
 
     def test_finds_what_is_missing(self, run, monkeypatch):
-        versions = module._version
-        monkeypatch.setattr(module, "_version", lambda name: None if name in ("rich", "plotly") else versions(name))
+        versions = doctor._version
+        monkeypatch.setattr(doctor, "_version", lambda name: None if name in ("rich", "plotly") else versions(name))
         result = run("doctor")
         assert result.exit_code == 1
         assert "problem: rich is not installed: pip install rich" in result.output

@@ -96,19 +96,19 @@ def test_kernels_compile_without_a_folder_that_others_may_write_to(tmp_path, mon
 
 
 def test_robots_compile_without_a_folder_that_others_may_write_to(tmp_path, monkeypatch):
-    from dwmr.core import jit as compiled
+    from dwmr.core import jit
 
-    if not compiled.COMPILED:
+    if not jit.COMPILED:
         pytest.skip("needs numba")
     (tmp_path / "shared").mkdir()
     (tmp_path / "shared").chmod(0o777)
     monkeypatch.setenv("FUZZYCTL_CACHE_DIR", str(tmp_path / "shared"))
-    compiled._cache_folder.cache_clear()
+    jit._cache_folder.cache_clear()
     try:
         with pytest.warns(RuntimeWarning, match="compiled code is not kept"):
-            assert compiled.compiled(lambda x: 2.0 * x)(21.0) == 42.0
+            assert jit.compiled(lambda x: 2.0 * x)(21.0) == 42.0
     finally:
-        compiled._cache_folder.cache_clear()
+        jit._cache_folder.cache_clear()
     assert [p for p in (tmp_path / "shared").rglob("*") if p.is_file()] == []
 
 

@@ -26,7 +26,7 @@ import numba
 if numba.config.DISABLE_JIT:
     raise ImportError("NUMBA_DISABLE_JIT is set")
 
-from fuzzyctl.kernels.backends.numba import intrinsics as selections
+from fuzzyctl.kernels.backends.numba import intrinsics
 from fuzzyctl.kernels.backends.numba.corner_loops import is_in_passes, pass_lines
 from fuzzyctl.kernels.backends.numba.integrals import SCALAR, integral_lines
 from fuzzyctl.kernels.backends.numba.parameters import TABLE, Numbers
@@ -233,7 +233,7 @@ def _own_version() -> str:
         own = version("fuzzyctl")
     except PackageNotFoundError:
         own = "unknown"
-    return f"{own} {hashlib.sha256(Path(selections.__file__).read_bytes()).hexdigest()}"
+    return f"{own} {hashlib.sha256(Path(intrinsics.__file__).read_bytes()).hexdigest()}"
 
 
 def _import(name: str, source: str) -> None:

@@ -10,8 +10,8 @@ import numpy.typing as npt
 
 from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
 from fuzzyctl.expr import Expr, names_in, walk
-from fuzzyctl.kernels.backends import blocks as batching
-from fuzzyctl.kernels.backends.numpy import quadrature as array_quadrature
+from fuzzyctl.kernels.backends import blocks
+from fuzzyctl.kernels.backends.numpy import quadrature
 from fuzzyctl.kernels.backends.python.backend import point_text
 from fuzzyctl.kernels.program.passes.rows import with_rows
 from fuzzyctl.kernels.program.passes.schedule import late
@@ -138,7 +138,7 @@ def compile_batch(program: Program, input_names: Sequence[str]) -> Callable[...,
     of_block: Callable[..., None] = namespace["block"]
     numbers, integrals = _most_alive(program) + SPARE, _of_integrals(program, tables)
     # The stretches of integrals need four times as much as the block.
-    memory = batching.COMPUTED // 5 if integrals else batching.COMPUTED
+    memory = blocks.COMPUTED // 5 if integrals else blocks.COMPUTED
     size = max(min(BLOCK, memory // (8 * (numbers + integrals))), 1)
 
     def fill(points: FloatArray, states: FloatArray | None, results: FloatArray) -> None:
@@ -165,7 +165,7 @@ def _sets(program: Program, tables: Mapping[str, FloatArray]) -> dict[str, Any]:
             source = "\n".join(set_function(statement, ARRAYS)) + "\n"
             exec(compile(source, "<fuzzyctl set>", "exec"), namespace)  # noqa: S102 - printed from a plan
             function = namespace[statement.function]
-            found[statement.function] = array_quadrature.SetFunction(function, len(statement.body))
+            found[statement.function] = quadrature.SetFunction(function, len(statement.body))
     return found
 
 
@@ -210,9 +210,9 @@ _RUNTIME: Final[dict[str, Any]] = {
     "inf": np.inf,
     "refuse": _refuse,
     "locate": _locate,
-    "moments": array_quadrature.moments,
-    "half": array_quadrature.half,
-    "marked": array_quadrature.marked,
+    "moments": quadrature.moments,
+    "half": quadrature.half,
+    "marked": quadrature.marked,
     "where": np.where,
     "logical_not": np.logical_not,
     "divide": np.divide,

@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from fuzzyctl.kernels.backends import blocks as batching
+from fuzzyctl.kernels.backends import blocks
 from fuzzyctl.kernels.program import quadrature
 
 FloatArray = npt.NDArray[np.float64]
@@ -92,7 +92,7 @@ def half(
 
 def _memory() -> int:
     """Return how many numbers stretches may be at a time, and as many the nodes of some of them: two fifths each."""
-    return batching.COMPUTED * 2 // (5 * 8)
+    return blocks.COMPUTED * 2 // (5 * 8)
 
 
 def _part(ends: FloatArray, given: FloatArray) -> int:

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from dwmr.control import laws as controllers
+from dwmr.control import laws
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.control.sliding import equivalent_control, sliding_variables
 from dwmr.core.interfaces import TrackingError
@@ -25,8 +25,8 @@ class Bench:
     """A control law of one robot, stepped by hand."""
 
     def __init__(self, name):
-        self.module = controllers.find(name)
-        _, own = controllers.table(FILE.scenario.robots["leader"].controllers, name)
+        self.module = laws.find(name)
+        _, own = laws.table(FILE.scenario.robots["leader"].controllers, name)
         law = self.module.init(own, RULES, "leader")
         self.gains, self.state, self.kernels = law
         self.signals = np.zeros(len(self.module.SIGNALS))
@@ -45,7 +45,7 @@ class Bench:
 
 class TestNames:
     def test_are_the_files_of_the_folder(self):
-        assert controllers.names() == (
+        assert laws.names() == (
             "aifqsmc",
             "aifqsmc_without_adaptation",
             "aifqsmc_without_immunity",
@@ -57,20 +57,20 @@ class TestNames:
 
 class TestGroup:
     def test_all_are_the_laws_that_stand_on_their_own(self):
-        assert controllers.group("all") == ("aifqsmc", "fcafsmc", "smc")
+        assert laws.group("all") == ("aifqsmc", "fcafsmc", "smc")
 
     def test_ablations_come_with_the_law_they_are_taken_from(self):
         parts = ("adaptation", "immunity", "layer")
-        assert controllers.group("ablations") == ("aifqsmc", *(f"aifqsmc_without_{p}" for p in parts))
+        assert laws.group("ablations") == ("aifqsmc", *(f"aifqsmc_without_{p}" for p in parts))
 
     def test_a_name_stands_for_itself(self):
-        assert controllers.group("smc") == ("smc",)
+        assert laws.group("smc") == ("smc",)
 
 
 class TestTable:
     def test_an_ablation_has_the_gains_of_its_law(self):
         tables = FILE.scenario.robots["leader"].controllers
-        assert controllers.table(tables, "aifqsmc_without_layer") == ("aifqsmc", tables.aifqsmc)
+        assert laws.table(tables, "aifqsmc_without_layer") == ("aifqsmc", tables.aifqsmc)
 
     def test_unless_the_scenario_gives_it_its_own(self):
         usual = FILE.scenario.robots["leader"].controllers.aifqsmc.model_dump(exclude_none=True)
@@ -81,7 +81,7 @@ class TestTable:
         assert settings_of(file, "leader", "aifqsmc_without_adaptation").lambda_1 == 0.5
 
     def test_a_law_without_gains_is_missing_under_its_own_name(self):
-        assert controllers.table(FILE.scenario.robots["leader"].controllers, "mine") == ("mine", None)
+        assert laws.table(FILE.scenario.robots["leader"].controllers, "mine") == ("mine", None)
 
 
 class TestSmc:
@@ -176,7 +176,7 @@ class TestAifqsmc:
             assert min(bench.state[2], bench.state[3]) >= 0.1
 
     def test_signals_have_the_unit_of_their_channel(self):
-        units = {s.name: s.unit for s in controllers.find("aifqsmc").SIGNALS}
+        units = {s.name: s.unit for s in laws.find("aifqsmc").SIGNALS}
         assert (units["g_ais_v"], units["g_ais_omega"]) == ("m/s", "rad/s")
         assert (units["sigma_v"], units["sigma_omega"]) == ("m", "rad")
 
@@ -255,7 +255,7 @@ class TestFcafsmc:
             assert max(abs(bench["f_v"]), abs(bench["f_omega"])) <= 2.0
 
 
-@pytest.mark.parametrize("name", controllers.names())
+@pytest.mark.parametrize("name", laws.names())
 class TestEveryLaw:
     def test_step_changes_nothing_but_its_results(self, name):
         bench = Bench(name)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from dwmr.control import laws as controllers
+from dwmr.control import laws
 from tests.dwmr.process import dwmr
 
 PAGE = Path(__file__).parents[4] / "docs" / "how-to" / "add-a-controller.md"
@@ -44,7 +44,7 @@ def test_runs_again_from_the_cache(folder):
 
 def test_is_loaded_from_the_cache_and_not_compiled_anew(folder):
     code = (
-        "from pathlib import Path\nfrom dwmr.control import laws as controllers\n"
+        "from pathlib import Path\nfrom dwmr.control import laws\n"
         "law = controllers.find('proportional', Path())\nprint(sum(law.step.stats.cache_hits.values()))\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=folder, check=True)
@@ -146,5 +146,5 @@ def test_that_never_returns_is_reported(folder):
 
 
 def test_an_interruption_while_a_law_works_stays_one():
-    with pytest.raises(KeyboardInterrupt), controllers.reported("smc", Path(__file__), "run"):
+    with pytest.raises(KeyboardInterrupt), laws.reported("smc", Path(__file__), "run"):
         signal.raise_signal(signal.SIGINT)

@@ -6,7 +6,7 @@ import pytest
 
 from fuzzyctl import compile, loads
 from fuzzyctl.analysis import sampling
-from fuzzyctl.analysis.coverage import box_search as holes
+from fuzzyctl.analysis.coverage import box_search
 from fuzzyctl.analysis.coverage.box_search import Hole, Side, Undecided
 from fuzzyctl.analysis.coverage.coverage import diagnostics, uncovered
 from fuzzyctl.analysis.coverage.fires import Silence
@@ -137,7 +137,7 @@ if x is mid then u is a
         assert abs(hole.witness["x"] - 0.5) > 0.15
 
     def test_too_many_cells_leave_it_undecided(self, monkeypatch):
-        monkeypatch.setattr(holes, "BUDGET", 10)
+        monkeypatch.setattr(box_search, "BUDGET", 10)
         verdict = uncovered(two(low="not high"))["u"]
         assert isinstance(verdict, Undecided)
         assert verdict.spent
@@ -172,7 +172,7 @@ if x is rest then u is a
 class TestLargeTables:
     @pytest.mark.parametrize("conjunction", ["min", "product"])
     def test_complete_ones_are_decided_input_by_input(self, conjunction, monkeypatch):
-        monkeypatch.setattr(holes, "BUDGET", 0)
+        monkeypatch.setattr(box_search, "BUDGET", 0)
         assert uncovered(table(40, conjunction))["u"] is None
 
     def test_incomplete_ones_are_not(self, monkeypatch):
@@ -191,35 +191,35 @@ class TestLargeTables:
     )
     def test_complete_ones_are_however_many_inputs_there_are(self, count, words, hedge, monkeypatch):
         """Each cell has points where a term is next to 0, but none where both are; no product of these underflows."""
-        monkeypatch.setattr(holes, "BUDGET", 0)
+        monkeypatch.setattr(box_search, "BUDGET", 0)
         assert uncovered(grid(count, words, hedge))["u"] is None
 
     def test_complete_ones_are_not_where_products_underflow(self, monkeypatch):
-        monkeypatch.setattr(holes, "BUDGET", 0)
+        monkeypatch.setattr(box_search, "BUDGET", 0)
         text = grid_text(7, "and product", "").replace("terms a b", "a = gaussian(0, {s})\n  b = gaussian(1, {s})")
         assert uncovered(loads(text.replace("{s}", "0.1")))["u"] is None  # degrees of 4e-6 where both meet
         assert uncovered(loads(text.replace("{s}", "0.03")))["u"] is not None  # of 5e-61
 
     @pytest.mark.parametrize("words", ["and bounded_difference", "and drastic_product", "and nilpotent_minimum"])
     def test_complete_ones_are_not_where_norms_of_positive_degrees_are_zero(self, words, monkeypatch):
-        monkeypatch.setattr(holes, "BUDGET", 0)
+        monkeypatch.setattr(box_search, "BUDGET", 0)
         assert uncovered(grid(3, words))["u"] is not None
 
     @pytest.mark.parametrize("own", ["x0 is a", "x1 is a"])
     def test_rules_that_do_not_look_at_an_input_stand_for_all_its_terms(self, own, monkeypatch):
-        monkeypatch.setattr(holes, "BUDGET", 0)
+        monkeypatch.setattr(box_search, "BUDGET", 0)
         lines = [line for line in grid_text(6, "and product", "").splitlines() if own not in line]
         assert uncovered(loads("\n".join(lines)))["u"] is not None
         assert uncovered(loads("\n".join([*lines, f"if {own} then u is o"])))["u"] is None
 
     def test_complete_ones_are_with_a_hedged_rule_beside_them(self, monkeypatch):
-        monkeypatch.setattr(holes, "BUDGET", 0)
+        monkeypatch.setattr(box_search, "BUDGET", 0)
         text = grid_text(6, "and hamacher_product", "") + "if x0 is very a and x1 is b then u is o\n"
         assert uncovered(loads(text))["u"] is None
 
     @pytest.mark.parametrize("norm", ["product", "hamacher_product"])
     def test_rules_of_dozens_of_inputs_are(self, norm, monkeypatch):
-        monkeypatch.setattr(holes, "BUDGET", 0)
+        monkeypatch.setattr(box_search, "BUDGET", 0)
         inputs = "".join(f"input x{i} in [0, 1]\n  any = triangle(-inf, 0.5, inf)\n" for i in range(90))
         output = "output u in [0, 1]\n  o = singleton(0)\n"
         rule = f"if {' and '.join(f'x{i} is any' for i in range(90))} then u is o\n"
@@ -295,14 +295,14 @@ class TestDiagnostics:
         assert PROFILES[tool.lower().replace("-", "_")].otherwise == value
 
     def test_what_is_undecided_asks_for_an_else(self, monkeypatch):
-        monkeypatch.setattr(holes, "BUDGET", 10)
+        monkeypatch.setattr(box_search, "BUDGET", 10)
         (found,) = diagnostics(two(low="not high"))
         assert (found.code, found.severity) == ("FZ407", "warning")
         assert found.message == "it cannot be decided whether some rule always fires for output 'u'"
         assert "else VALUE" in found.help
 
     def test_of_an_adaptive_output_too(self, monkeypatch):
-        monkeypatch.setattr(holes, "BUDGET", 10)
+        monkeypatch.setattr(box_search, "BUDGET", 10)
         (found,) = diagnostics(two(low="not high", otherwise="adaptive rate 1"))
         assert (found.code, found.severity) == ("FZ407", "warning")
 
@@ -381,7 +381,7 @@ class TestSilentPoint:
     WIDE = two(start=7.25, end=7.2)
 
     def test_is_found_beside_the_corners(self, monkeypatch):
-        monkeypatch.setattr(holes, "BUDGET", 10)
+        monkeypatch.setattr(box_search, "BUDGET", 10)
         monkeypatch.setattr(sampling, "POINTS", 3)
         (found,) = diagnostics(self.WIDE)
         assert re.fullmatch(r"no rule fires for output 'u' at x = 7\.2\d*, y = \S+", found.message)

@@ -13,7 +13,7 @@ import pytest
 
 from fuzzyctl import loads
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError
-from fuzzyctl.kernels.backends import blocks as batching
+from fuzzyctl.kernels.backends import blocks
 from fuzzyctl.kernels.backends.numpy.backend import block_source
 from fuzzyctl.kernels.compile import compile as compile_system
 
@@ -69,12 +69,12 @@ def kernel(request, tipper):
 @pytest.fixture
 def many(monkeypatch):
     """Two threads, whatever the machine and however little there is to do, in shares of 500."""
-    monkeypatch.setattr(batching, "TRIED", TRIED)
-    monkeypatch.setattr(batching, "TELLING", 0.0)
-    monkeypatch.setattr(batching, "ENOUGH", 1e-12)
-    monkeypatch.setattr(batching, "PROMPT", LONG)
-    monkeypatch.setattr(batching, "LEAST", 500)
-    monkeypatch.setattr(batching, "cores", lambda: 2)
+    monkeypatch.setattr(blocks, "TRIED", TRIED)
+    monkeypatch.setattr(blocks, "TELLING", 0.0)
+    monkeypatch.setattr(blocks, "ENOUGH", 1e-12)
+    monkeypatch.setattr(blocks, "PROMPT", LONG)
+    monkeypatch.setattr(blocks, "LEAST", 500)
+    monkeypatch.setattr(blocks, "cores", lambda: 2)
 
 
 @pytest.fixture
@@ -95,14 +95,14 @@ def clock(monkeypatch):
             return self.now
 
     clock = Clock()
-    monkeypatch.setattr(batching, "perf_counter", clock)
-    monkeypatch.setattr(batching, "cores", lambda: 3)
+    monkeypatch.setattr(blocks, "perf_counter", clock)
+    monkeypatch.setattr(blocks, "cores", lambda: 3)
     return clock
 
 
 def shares_of(count, clock, seconds, *, parallel=True):
     """Return the number of other threads and the sizes of what is filled at a time, if a point takes some seconds."""
-    caller, helpers, sizes, begun = threading.get_ident(), [0], [], batching._begun
+    caller, helpers, sizes, begun = threading.get_ident(), [0], [], blocks._begun
 
     def fill(points, _states, _results):
         sizes.append(len(points))
@@ -110,8 +110,8 @@ def shares_of(count, clock, seconds, *, parallel=True):
             clock.now += seconds * len(points)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(batching, "_begun", lambda work, count: helpers.append(count) or begun(work, count))
-        batching.run_compiled(fill, np.zeros((count, 2)), None, np.zeros((count, 1)), parallel=parallel)
+        patch.setattr(blocks, "_begun", lambda work, count: helpers.append(count) or begun(work, count))
+        blocks.run_compiled(fill, np.zeros((count, 2)), None, np.zeros((count, 1)), parallel=parallel)
     assert sum(sizes) == count
     return helpers[-1], sizes
 
@@ -130,7 +130,7 @@ class TestWork:
     def test_can_be_interrupted_soon(self, clock, seconds):
         _, sizes = shares_of(10**6, clock, seconds, parallel=False)
         assert len(sizes) > 2
-        assert max(sizes) <= max(batching.PROMPT / seconds, batching.TRIED)
+        assert max(sizes) <= max(blocks.PROMPT / seconds, blocks.TRIED)
 
     @pytest.mark.parametrize("count", [0, 1, 511, 512, 513, 40_000])
     def test_is_done_once_whatever_its_size(self, clock, count):
@@ -139,7 +139,7 @@ class TestWork:
         def fill(points, _states, results):
             results += points[:, 1:]
 
-        batching.run_compiled(fill, points, None, results)
+        blocks.run_compiled(fill, points, None, results)
         np.testing.assert_array_equal(results[:, 0], points[:, 1])
 
 
@@ -148,7 +148,7 @@ def points_for(count, seed=0):
 
 
 class TestLayouts:
-    @pytest.mark.parametrize("count", [0, 1, 3, batching.BLOCK, 2 * batching.BLOCK + 1])
+    @pytest.mark.parametrize("count", [0, 1, 3, blocks.BLOCK, 2 * blocks.BLOCK + 1])
     def test_of_every_kind_give_the_same(self, kernel, count):
         points = points_for(count)
         expected = kernel.batch(points)
@@ -251,7 +251,7 @@ class TestThreads:
         def start(_):
             raise RuntimeError("can't create new thread at interpreter shutdown")
 
-        batching._pool.cache_clear()
+        blocks._pool.cache_clear()
         monkeypatch.setattr(threading.Thread, "start", start)
         points = points_for(5000)
         np.testing.assert_array_equal(arrays.batch(points), arrays.batch(points, parallel=False))
@@ -276,7 +276,7 @@ class TestThreads:
             time.sleep(seconds)
 
         monkeypatch.setitem(kernel.__dict__, "_fill", fill)
-        monkeypatch.setattr(batching, "sleep", nap)
+        monkeypatch.setattr(blocks, "sleep", nap)
         with pytest.raises(KeyboardInterrupt):
             kernel.batch(points, out=out)
         left = out.copy()
@@ -308,7 +308,7 @@ class TestThreads:
             time.sleep(seconds)
 
         monkeypatch.setitem(arrays.__dict__, "_fill", fill)
-        monkeypatch.setattr(batching, "sleep", nap)
+        monkeypatch.setattr(blocks, "sleep", nap)
         with pytest.raises(KeyboardInterrupt):
             arrays.batch(points, out=out)
         left = out.copy()
@@ -409,7 +409,7 @@ class TestMemory:
         most = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
         # Arrays of the blocks of all threads, blocks that are converted, and whatever Python needs itself.
-        assert most < batching.COMPUTED + batching.CONVERTED + 5e4 == 1e6
+        assert most < blocks.COMPUTED + blocks.CONVERTED + 5e4 == 1e6
 
     @pytest.mark.parametrize("defuzzifier", ["centroid(resolution=101)", "mom(resolution=101)", "bisector"])
     @pytest.mark.parametrize("shape", ["triangle({}, {}, {})", "gaussian({1}, 0.2)"])
@@ -461,7 +461,7 @@ class TestListed:
             flat = points.reshape(-1, 2)
             for first in range(len(flat) + 1):
                 for last in range(first, len(flat) + 1):
-                    assert batching.listed(points, first, last).tolist() == flat[first:last].tolist()
+                    assert blocks.listed(points, first, last).tolist() == flat[first:last].tolist()
 
 
 @pytest.mark.parametrize("backend", ["numba", "numpy", "python"])

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fuzzyctl.kernels.backends.numpy import quadrature as array_quadrature
+from fuzzyctl.kernels.backends.numpy import quadrature
 from fuzzyctl.kernels.program.quadrature import (
     DEEPEST,
     OF_ALL,
@@ -106,7 +106,7 @@ class TestNoise:
 
     def test_leaves_halves_in_arrays_too(self, power, level):
         given = (np.array([power, 2.0]), np.array([level, 0.1]))
-        for function in (array_quadrature.moments, array_quadrature.half):
+        for function in (quadrature.moments, quadrature.half):
             _, areas = function(self.notched, np.array(self.PLACES), given)
             assert areas[0] == pytest.approx(self.known(power, level), abs=3e-10)
 
@@ -166,7 +166,7 @@ class TestArrays:
 
     def both(self, function, places, given):
         with np.errstate(all="ignore"):  # as kernels do
-            together = array_quadrature.half(function, np.array(places), tuple(map(np.array, given)))
+            together = quadrature.half(function, np.array(places), tuple(map(np.array, given)))
         alone = [half(function, places, tuple(map(float, one))) for one in zip(*given, strict=True)]
         return np.array(together).T, np.array(alone)
 
@@ -182,8 +182,8 @@ class TestArrays:
             calls.append(len(x))
             return self.clipped(x, given)
 
-        centers, height = np.linspace(0.5, 3.5, array_quadrature.PART), np.array(0.5)
-        array_quadrature.half(counted, np.array((0.0, 1.0, 2.0, 4.0)), (centers, height))
+        centers, height = np.linspace(0.5, 3.5, quadrature.PART), np.array(0.5)
+        quadrature.half(counted, np.array((0.0, 1.0, 2.0, 4.0)), (centers, height))
         assert len(calls) <= 1 + DEEPEST + 2 * STEPS  # of the levels of halving, and of Newton's steps
 
     def test_before_at_and_behind_a_gap(self):

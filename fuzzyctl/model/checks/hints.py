@@ -8,7 +8,7 @@ from itertools import product
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.formulas import MEMBERSHIP
-from fuzzyctl.model.evaluated import Numbers
+from fuzzyctl.model.computed_numbers import Numbers
 from fuzzyctl.model.rule import RuleTable
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input

@@ -13,7 +13,7 @@ from fuzzyctl.support.cores import cores
 
 if TYPE_CHECKING:
     from dwmr.sweep.plan import Run
-    from dwmr.sweep.work import Outcome, Setup
+    from dwmr.sweep.worker import Outcome, Setup
 
 Command = TypeVar("Command", bound=Callable[..., object])
 

@@ -5,7 +5,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dwmr.plant.obstacles import Avoidance, avoid, avoidance_radius, constant_radius, evasive_direction, evasive_side
+from dwmr.control.obstacle_avoidance import (
+    Avoidance,
+    avoid,
+    avoidance_radius,
+    constant_radius,
+    evasive_direction,
+    evasive_side,
+)
 
 RADIUS = 0.56
 AVOIDANCE = Avoidance(1.7, 5.0, 5.0, 2.0, 1.0, 0.1)

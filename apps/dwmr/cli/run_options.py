@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, TypeVar
 import click
 
 from dwmr.cli.common import Begin, read_scenario, stages, warn
-from dwmr.control import laws as controllers
+from dwmr.control import laws
 from fuzzyctl.cli.streams import say
 
 if TYPE_CHECKING:
@@ -28,8 +28,8 @@ def controller_option(command: Command) -> Command:
         "--controller",
         metavar="LAW",
         show_default="the scenario's own",
-        help=f"Control law to run: {', '.join(controllers.names())}, or one of your own in LAW.py beside the "
-        f"scenario; or several: {', '.join(controllers.GROUPS)}.",
+        help=f"Control law to run: {', '.join(laws.names())}, or one of your own in LAW.py beside the "
+        f"scenario; or several: {', '.join(laws.GROUPS)}.",
     )(command)
 
 
@@ -104,9 +104,9 @@ def laws_of(task: Task, controller: str | None) -> tuple[str, ...]:
     """
     if controller is None:
         return (task.file.scenario.run.controller,)
-    if controller in controllers.GROUPS or controllers.exists(controller, task.file.path.parent):
-        return controllers.group(controller)
-    known = ", ".join(repr(name) for name in (*controllers.names(), *controllers.GROUPS))
+    if controller in laws.GROUPS or laws.exists(controller, task.file.path.parent):
+        return laws.group(controller)
+    known = ", ".join(repr(name) for name in (*laws.names(), *laws.GROUPS))
     message = f"{controller!r} is not one of {known}, and there is no {controller}.py beside the scenario."
     raise click.BadParameter(message, param_hint="'--controller'")
 
@@ -117,9 +117,9 @@ def check(task: Task, names: Sequence[str]) -> None:
     Raises:
         DiagnosticError: With every mistake.
     """
-    from dwmr.simulation import preflight as checks
+    from dwmr.simulation import preflight
 
-    checks.check(task.file, names, task.rules)
+    preflight.check(task.file, names, task.rules)
     warn([*task.file.warnings, *task.rules.warnings])
 
 
@@ -153,13 +153,13 @@ def simulate(task: Task, names: Sequence[str], begin: Begin | None = None) -> li
 def _simulate(task: Task, names: Sequence[str], begin: Begin) -> list[Trajectory]:
     # the compiler comes only now, when nothing stands in the way of the run
     shown = _Shown(begin)
-    from dwmr.core import jit as compiled
+    from dwmr.core import jit
 
-    if not compiled.COMPILED:
+    if not jit.COMPILED:
         say("numba is not installed: the run is computed in plain Python, about a hundred times slower", err=True)
     trajectories: list[Trajectory] = []
     try:
-        with compiled.watched(partial(shown.report, "compiling", 100)):
+        with jit.watched(partial(shown.report, "compiling", 100)):
             from dwmr.simulation import simulate
 
             simulations = [simulate.prepare(task.file, name, task.rules) for name in names]

@@ -11,7 +11,7 @@ from typing import Final
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.expr import Expr, Negate, Number, to_text
 from fuzzyctl.formulas import MEMBERSHIP, Vertex
-from fuzzyctl.model.evaluated import Numbers
+from fuzzyctl.model.computed_numbers import Numbers
 from fuzzyctl.model.variable import Input, Term
 
 #: What a sum of degrees may differ from 1 by rounding of its terms' corners.

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from dwmr.control import laws as controllers
+from dwmr.control import laws
 from dwmr.output.summary import texts, versions
 from dwmr.sweep.plan import Plan
 from dwmr.sweep.spec_file import SpecFile
@@ -52,7 +52,7 @@ def _sources() -> str:
 def _own(law: str, folder: Path) -> str:
     """Return the checksum of a control law that lies beside the scenario, else nothing."""
     path = folder / f"{law}.py"
-    return hashlib.sha256(path.read_bytes()).hexdigest() if law not in controllers.names() else ""
+    return hashlib.sha256(path.read_bytes()).hexdigest() if law not in laws.names() else ""
 
 
 def differences(before: Mapping[str, Any], now: Mapping[str, Any], prefix: str = "") -> Iterator[str]:

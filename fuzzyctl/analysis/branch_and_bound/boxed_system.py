@@ -1,0 +1,299 @@
+"""Enclosures of a system over boxes: cuts of the inputs, values of outputs and of claims in each box."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from functools import cached_property
+from itertools import pairwise, product
+from math import inf, isfinite, nextafter, prod
+from typing import Final
+
+import numpy as np
+
+from fuzzyctl.analysis.affine import Reader
+from fuzzyctl.analysis.bounds import OutputBound, output_bounds
+from fuzzyctl.analysis.claims import Bound, Every, Some, Truth, bounds_in
+from fuzzyctl.analysis.coverage.coverage import uncovered_of
+from fuzzyctl.analysis.kernel_errors import kernel_errors
+from fuzzyctl.analysis.multilinear.surface import surface_of
+from fuzzyctl.analysis.slices import needed
+from fuzzyctl.expr import CONSTANTS, Call, Expr, Name, walk
+from fuzzyctl.kernels.algorithms.grid import Grid, grid_of
+from fuzzyctl.kernels.inference import inference
+from fuzzyctl.kernels.interval.program import Interpreter
+from fuzzyctl.kernels.interval.vector import Array, Enclosure, Mask, boxes, constant
+from fuzzyctl.kernels.plan.build import Plan
+from fuzzyctl.kernels.plan.build import plan as plan_of
+from fuzzyctl.kernels.program.program import Accumulate, Item, Place, Program
+from fuzzyctl.model.system import FuzzySystem
+
+#: Norms that jump nowhere.
+_JUMPING_NORMS: Final = ("drastic", "nilpotent")
+#: Membership functions without jumps, whatever their parameters.
+_SMOOTH: Final = (
+    "gaussian",
+    "gaussian2",
+    "bell",
+    "sigmoid",
+    "sigmoid_difference",
+    "sigmoid_product",
+    "s_shape",
+    "z_shape",
+    "cosine",
+    "spike",
+    "concave",
+)
+#: Most boxes to begin with.
+MOST_CELLS: Final = 60_000
+#: Numbers of one array: about 10 MiB with its slopes.
+_ARRAY: Final = 400_000
+
+
+class System:
+    """A system over boxes."""
+
+    def __init__(self, system: FuzzySystem, plan: Plan) -> None:
+        self.system, self.plan = system, plan
+        self.compared = {c.name: System(c, plan_of(c)) for c in system.compared}
+        self.program: Program = inference.evaluation(plan)
+        self._parts: dict[tuple[int, ...], Program] = {}
+        self.reader = Reader(system)
+        self.inputs = [v.name for v in system.inputs]
+        self.outputs = [v.name for v in system.outputs]
+
+    @cached_property
+    def bounds(self) -> dict[str, OutputBound]:
+        """What outputs lie between, for states that hold earlier ones."""
+        return output_bounds(self.system)
+
+    @cached_property
+    def errors(self) -> list[float]:
+        """How far kernels that do not evaluate all rules may be from what the rules say."""
+        if not isinstance(grid_of(self.plan), Grid):
+            return kernel_errors(self.plan)
+        surface = surface_of(self.plan)
+        return [float(e) for e in surface.errors] if surface is not None else [inf for _ in self.outputs]
+
+    @cached_property
+    def batch(self) -> int:
+        """How many boxes to take at once."""
+        counts = [s.count for s in self.program.body if isinstance(s, Accumulate)]
+        return max(16, min(1024, _ARRAY // max([1, *counts])))
+
+    def inputs_of(self, lo: Array, hi: Array, *, sloped: bool) -> dict[str, Enclosure]:
+        """Return the enclosures of the inputs by name.
+
+        Args:
+            lo, hi: Ends of the boxes, shape (inputs, boxes).
+            sloped: Whether slopes along the inputs are wanted.
+        """
+        found = boxes(lo, hi)
+        if not sloped:
+            found = [Enclosure(e.lo, e.hi, None, e.error) for e in found]
+        return dict(zip(self.inputs, found, strict=True))
+
+    def evaluate(self, arguments: Sequence[Enclosure], wanted: Sequence[int]) -> tuple[list[Enclosure], Mask]:
+        """Enclose some outputs at some arguments; and say which boxes give no value."""
+        names = dict(zip(self.program.arguments, arguments, strict=True))
+        runner = Interpreter(names, self._state)
+        key = tuple(wanted)
+        if key not in self._parts:
+            self._parts[key] = needed(self.program, wanted)
+        found = runner.run(self._parts[key], wanted)
+        exact = [self.errors[k] for k in wanted]
+        return [_widened(e, off) if off else e for e, off in zip(found, exact, strict=True)], runner.void
+
+    @cached_property
+    def _strengths(self) -> Program:
+        return inference.largest_activations(self.plan)
+
+    def strength(self, arguments: Sequence[Enclosure], output: int) -> Enclosure:
+        """Enclose the largest activation among the rules of an output."""
+        names = dict(zip(self._strengths.arguments, arguments, strict=True))
+        (found,) = Interpreter(names, self._state).run(self._strengths, [output])
+        return found
+
+    def _state(self, item: Item) -> Enclosure:
+        assert not isinstance(item.index, str | Place)
+        states = self.plan.states
+        if item.index < len(states):
+            output = self.plan.outputs[states[item.index][0]]
+            return constant(output.lower, output.upper)
+        output = self.plan.outputs[self.plan.held[item.index - len(states)]]
+        known = self.bounds[output.name]
+        return constant(known.lo, known.hi)
+
+    def enclose(self, exprs: Sequence[Expr], lo: Array, hi: Array, *, sloped: bool) -> tuple[list[Enclosure], Mask]:
+        """Enclose expressions over inputs, params and outputs.
+
+        Args:
+            exprs: The expressions.
+            lo, hi: Ends of the boxes, shape (inputs, boxes).
+            sloped: Whether slopes along the inputs are wanted.
+
+        Returns:
+            An enclosure for each, and the boxes where an output that they name has no value, shape (boxes,) or ().
+        """
+        own = self.inputs_of(lo, hi, sloped=sloped)
+        names = {n: constant(v) for n, v in self.reader_values.items()} | own
+        void = np.array(False)
+        for system, wanted in self._named(exprs).items():
+            found, quiet = system.evaluate([own[n] for n in system.inputs], [k for k, _ in wanted])
+            names |= {name: e for (_, name), e in zip(wanted, found, strict=True)}
+            void = void | quiet
+        taken: dict[Expr, Enclosure] = {}
+
+        def call(expr: Call) -> Enclosure | None:
+            nonlocal void
+            if expr not in taken:
+                if expr.function == "total":
+                    (output,) = expr.arguments
+                    assert isinstance(output, Name)
+                    taken[expr] = self.strength(list(own.values()), self.outputs.index(output.name))
+                    return taken[expr]
+                where = self._place_of(expr.function)
+                if where is None:
+                    return None
+                (taken[expr],), quiet = where[0].evaluate([interpreter.enclose(a) for a in expr.arguments], [where[1]])
+                void = void | quiet
+            return taken[expr]
+
+        interpreter = Interpreter(names, call=call)
+        return [interpreter.enclose(e) for e in exprs], void
+
+    def _place_of(self, name: str) -> tuple[System, int] | None:
+        """Return the system and the position of an output, of this system or of one it is compared with."""
+        if name in self.outputs:
+            return self, self.outputs.index(name)
+        system, _, output = name.partition(".")
+        return (self.compared[system], self.compared[system].outputs.index(output)) if output else None
+
+    def _named(self, exprs: Sequence[Expr]) -> dict[System, list[tuple[int, str]]]:
+        """Return the outputs that are named at the point itself, by system, each with its name there."""
+        found: dict[System, list[tuple[int, str]]] = {}
+        for name in dict.fromkeys(n for e in exprs for n in _names(e)):
+            where = self._place_of(name)
+            if where is not None:
+                found.setdefault(where[0], []).append((where[1], name))
+        return found
+
+    @cached_property
+    def reader_values(self) -> dict[str, float]:
+        """Params and named constants."""
+        return {**CONSTANTS, **self.system.values}
+
+    def cells(self, truths: Sequence[Truth]) -> tuple[Array, Array] | None:
+        """Cut the inputs where terms bend and where conditions change; None for too many cells."""
+        places = [self._places(i) for i in range(len(self.inputs))]
+        for truth in truths:
+            for bound in bounds_in(truth):
+                self._add_conditions(bound, places)
+        sides = [self._sides(i, own) for i, own in enumerate(places)]
+        count = prod(len(own) for own in sides)
+        if count > MOST_CELLS:
+            sides = [[self.whole(i)] if len(own) > 3 else own for i, own in enumerate(sides)]
+            count = prod(len(own) for own in sides)
+            if count > MOST_CELLS:
+                return None
+        ends = np.array(list(product(*sides)), dtype=np.float64).reshape(-1, len(sides), 2)
+        return np.ascontiguousarray(ends[:, :, 0].T), np.ascontiguousarray(ends[:, :, 1].T)
+
+    def _places(self, position: int) -> set[float]:
+        sets = [d.set for d in self.plan.degrees if d.variable == position]
+        return {x for s in sets for x in ([v[0] for v in s.vertices] or s.pieces)}
+
+    def _add_conditions(self, bound: Bound, places: list[set[float]]) -> None:
+        """Add where a comparison of one input changes, and where outputs taken elsewhere bend."""
+        left, right = self.reader.read(bound.left), self.reader.read(bound.right)
+        if left is None or right is None:
+            return
+        own = left.plus(right, Fraction(-1))
+        line = own.line()
+        if line is not None and line.input is not None:
+            places[line.input].add(float(-line.shift / line.factor))
+        systems = [self, *self.compared.values()]
+        for taken in own.outputs:
+            other = systems[taken.system]
+            for i, argument in enumerate(taken.arguments):
+                if argument.input is not None and (other is not self or argument != self.reader.here[0][i]):
+                    bends = [Fraction(x) for x in (*other._places(i), *other.whole(i)) if isfinite(x)]
+                    places[argument.input] |= {float((x - argument.shift) / argument.factor) for x in bends}
+
+    def whole(self, position: int) -> tuple[float, float]:
+        """Return the ends of what an input may be."""
+        variable = self.plan.inputs[position]
+        return (-inf, inf) if variable.extrapolate else (variable.lower, variable.upper)
+
+    def _sides(self, position: int, places: set[float]) -> list[tuple[float, float]]:
+        """Return points and the floats strictly between them."""
+        lower, upper = self.whole(position)
+        inner = sorted(x for x in places if lower < x < upper and isfinite(x))
+        points = [lower, *inner, upper]
+        found: list[tuple[float, float]] = [(x, x) for x in points if isfinite(x)]
+        for a, b in pairwise(points):
+            start, stop = nextafter(a, inf) if isfinite(a) else a, nextafter(b, -inf) if isfinite(b) else b
+            if start <= stop:
+                found.append((start, stop))
+        return found
+
+    def is_continuous(self, output: int) -> bool:
+        """Return whether an output jumps nowhere: neither its terms nor its norms do, and some rule always fires."""
+        plan, own = self.plan, self.plan.outputs[output]
+        methods = self.system.rule_methods
+        norms = {own.aggregation} | {n for m in methods for n in (m.conjunction, m.disjunction)}
+        norms |= {own.implication_of(own.terms[e.term]) for e in own.implied}
+        if not plan.all_act or own.reads or self.system.hedges:
+            return False
+        if plan.least or own.equal or plan.chains or any(e.change is not None for e in own.implied):
+            return False
+        if any(n.startswith(_JUMPING_NORMS) for n in norms):
+            return False
+        if any(own.terms[e.term].expression is not None for e in own.implied):
+            return False
+        if not all(_is_continuous(d.set.kind, d.set.vertices, d.set.expression) for d in plan.degrees):
+            return False
+        return uncovered_of(plan)[own.name] is None
+
+
+def _is_continuous(kind: str, vertices: Sequence[tuple[float, float]], expression: Expr | None) -> bool:
+    if expression is not None:
+        return False
+    if vertices:
+        return all(a[0] < b[0] for a, b in pairwise(vertices))
+    return kind in _SMOOTH
+
+
+def _widened(e: Enclosure, off: float) -> Enclosure:
+    return Enclosure(e.lo - off, e.hi + off, e.slopes, e.error + off)
+
+
+def _names(expr: Expr) -> list[str]:
+    return [n.name for n in walk(expr) if isinstance(n, Name)]
+
+
+def surely_false(truth: Truth, upper: dict[Bound, Array]) -> Mask:
+    """Return the boxes where a condition is false everywhere, from upper ends of left less right; shape (boxes,)."""
+    if isinstance(truth, Bound):
+        return (upper[truth] <= 0.0) if truth.strict else (upper[truth] < 0.0)
+    assert isinstance(truth, Every | Some)
+    found = np.array(isinstance(truth, Some))
+    for part in truth.parts:
+        own = surely_false(part, upper)
+        found = (found | own) if isinstance(truth, Every) else (found & own)
+    return found
+
+
+def surely_true(truth: Truth, lower: dict[Bound, Array]) -> Mask:
+    """Return the boxes where a claim holds everywhere, from lower ends of left less right, shape (boxes,) each.
+
+    Tolerances are added to them.
+    """
+    if isinstance(truth, Bound):
+        return (lower[truth] > 0.0) if truth.strict else (lower[truth] >= 0.0)
+    assert isinstance(truth, Every | Some)
+    found = np.array(isinstance(truth, Every))
+    for part in truth.parts:
+        own = surely_true(part, lower)
+        found = (found & own) if isinstance(truth, Every) else (found | own)
+    return found
