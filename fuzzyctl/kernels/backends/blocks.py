@@ -44,7 +44,7 @@ ENOUGH: Final = 250e-6
 #: Seconds of machine code between looks for interrupts, unless the first block takes longer.
 PROMPT: Final = 5e-3
 #: Points of the smallest share that a thread takes at a time: few enough that none waits long for the last one.
-LEAST: Final = 1 << 13
+LEAST: Final = 1 << 15
 #: Seconds between looks whether interrupted threads are done.
 _NAP: Final = 1e-4
 _MASKS: Final = hasattr(signal, "pthread_sigmask")
@@ -203,9 +203,9 @@ def _wait_until(done: Callable[[], bool]) -> None:
 
 
 def _shares(first: int, count: int, workers: int, most: int) -> Iterator[tuple[int, int]]:
-    """Yield what to take at a time: half of what is left, shared out, until that is little; never more than most."""
+    """Yield what to take at a time: two thirds of a thread's part of what is left, within the least and the most."""
     while first < count:
-        share = max((count - first) // (2 * workers), LEAST) if workers > 1 else count - first
+        share = max(2 * (count - first) // (3 * workers), LEAST) if workers > 1 else count - first
         last = min(first + min(share, most), count)
         yield first, last
         first = last

@@ -27,6 +27,7 @@ _DAMAGED: Final = (
     ValueError,
     EOFError,
     MemoryError,
+    RuntimeError,  # of LLVM
     pickle.PickleError,
 )
 

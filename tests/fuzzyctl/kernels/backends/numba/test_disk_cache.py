@@ -116,7 +116,14 @@ def test_of_a_function_without_a_file_is_not_kept(folder):
 
 
 @pytest.mark.parametrize(
-    "error", [ModuleNotFoundError("No module named '<dynamic>'"), AttributeError("gone"), KeyError(), MemoryError()]
+    "error",
+    [
+        ModuleNotFoundError("No module named '<dynamic>'"),
+        AttributeError("gone"),
+        KeyError(),
+        MemoryError(),
+        RuntimeError("LLVM"),
+    ],
 )
 def test_that_names_what_is_no_more_counts_as_none(folder, make, monkeypatch, error):
     native("float64(float64)")(make())
