@@ -1,4 +1,4 @@
-"""Reads and writes `.fll` files: engines of fuzzylite, pyfuzzylite and jfuzzylite in the FuzzyLite Language."""
+"""FuzzyLite Language: `.fll` files of engines of fuzzylite, pyfuzzylite and jfuzzylite."""
 
 from fuzzyctl.formats.fll.reader import read
 from fuzzyctl.formats.fll.writer import write
