@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import re
 from collections import ChainMap
-from collections.abc import Sequence
 from typing import Any, Final
 
 from fuzzyctl import expr as ex
@@ -16,6 +14,7 @@ from fuzzyctl.lang import syntax as sx
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.variable import Fallback, Hold, Input, Membership, Output, Term
 from fuzzyctl.resolve.context import Context
+from fuzzyctl.resolve.partitions import partition
 from fuzzyctl.resolve.rules import is_garbled, resolve_function, terms_of
 from fuzzyctl.resolve.settings import resolve_own_setting
 
@@ -23,9 +22,7 @@ from fuzzyctl.resolve.settings import resolve_own_setting
 MAX_TERMS: Final = 1000
 
 _FALLBACKS: Final[tuple[Fallback, ...]] = ("midpoint", "nan", "error")
-_RUN_IN: Final = re.compile(r"(.*?\D)(\d+)")
 _TWO_NUMBERS: Final = re.compile(r"([-+]?[\d.]+)\s+([-+][\d.]+)")
-_INFINITY = ex.Name("inf")
 #: What stands for an expression without a meaning: a name that nothing declares, which has no value either.
 _NO_VALUE: Final = ex.Name("")
 
@@ -128,7 +125,7 @@ def _terms(context: Context, statement: sx.Variable) -> list[Term]:
         return []
     for line in statement.terms:
         if isinstance(line, sx.TermsLine):
-            new = _partition(context, statement, line)
+            new = partition(context, statement, line)
             words = [item.name for item in line.items]
         else:
             new = [_term(context, statement, line)]
@@ -279,71 +276,3 @@ def _arguments(
         context.report("FZ303", message, line.kind.span.to(line.span), facts=(f"the form is: {form}",))
         return None
     return (*(given[p] for p in formula.parameters), *rest), height
-
-
-def _partition(context: Context, statement: sx.Variable, line: sx.TermsLine) -> list[Term | None]:
-    """Expand a `terms` line: triangles by their peaks, uniform triangles over the range, or singletons by value."""
-    items = line.items
-    kinds = {_form(i) for i in items}
-    if len(kinds) > 1:
-        odd = next(i for i in items if _form(i) != _form(items[0]))
-        context.report(
-            "FZ214",
-            "one 'terms' line mixes peaks (@), values (=) and bare names",
-            odd.name.span,
-            help=_joined(items) or "give every term a peak, or every term a value, or none of them anything",
-        )
-        return [None] * len(items)
-    if any(
-        e is not None and not context.check_names(e, context.params, "param") for i in items for e in (i.peak, i.value)
-    ):
-        return [None] * len(items)
-    if kinds == {"="}:
-        return [_made("singleton", (i.value,), i.name) for i in items]
-    if len(items) == 1:
-        context.report("FZ214", "a partition needs two terms or more", items[0].name.span, help="write triangle(...)")
-        return [None]
-    peaks = [i.peak for i in items] if kinds == {"@"} else _uniform(statement, len(items))
-    return [
-        _made(
-            "triangle",
-            (peaks[k - 1] if k else ex.Negate(_INFINITY), p, peaks[k + 1] if k + 1 < len(peaks) else _INFINITY),
-            i.name,
-        )
-        for k, (i, p) in enumerate(zip(items, peaks, strict=True))
-    ]
-
-
-def _form(item: sx.PartitionItem) -> str:
-    return "@" if item.peak is not None else "=" if item.value is not None else ""
-
-
-def _joined(items: Sequence[sx.PartitionItem]) -> str:
-    """Say how a name is written that ran into its number, such as Z0 for Z@0 or Z=0."""
-    sign = next(form for form in map(_form, items) if form)
-    run = next((found for i in items if not _form(i) and (found := _RUN_IN.fullmatch(i.name.text))), None)
-    return f"write {run[1]}{sign}{run[2]}" if run is not None else ""
-
-
-def _uniform(statement: sx.Variable, count: int) -> list[ex.Expr]:
-    """Peaks from end to end of the range: lower + k (upper - lower) / (count - 1), the ends themselves exact."""
-    lower, upper = statement.lower, statement.upper
-    if not any(isinstance(n, ex.Name | ex.Call) for e in (lower, upper) for n in ex.walk(e)):
-        with contextlib.suppress(ex.ExprError):  # a range without a value has a diagnostic of its own
-            # Numbers, so that the system reads well when it is printed; the same as those of the expressions below.
-            low, high = ex.evaluate(lower, {}), ex.evaluate(upper, {})
-            inner = [(low * (count - 1 - k) + high * k) / (count - 1) for k in range(1, count - 1)]
-            return [lower, *map(ex.Number, inner), upper]
-    peaks: list[ex.Expr] = [lower]
-    for k in range(1, count - 1):
-        # A weighted mean of the ends is symmetric where the range is: the middle of [-a, a] is exactly 0.
-        left = ex.Binary("*", lower, ex.Number(float(count - 1 - k)))
-        right = ex.Binary("*", upper, ex.Number(float(k)))
-        peaks.append(ex.Binary("/", ex.Binary("+", left, right), ex.Number(float(count - 1))))
-    peaks.append(upper)
-    return peaks
-
-
-def _made(kind: str, arguments: tuple[ex.Expr | None, ...], word: sx.Word) -> Term:
-    given = tuple(a for a in arguments if a is not None)
-    return Term(name=word.text, membership=Membership(kind=kind, arguments=given, span=word.span), span=word.span)
