@@ -288,7 +288,7 @@ class TestJournal:
         return (folder / NAME).read_bytes()
 
     def resumed(self, folder, about=None) -> Journal:
-        with journal.journal(folder, provenance or ABOUT, True) as one:
+        with journal.journal(folder, about or ABOUT, True) as one:
             return one
 
     def test_gives_back_what_was_done(self, tmp_path):

@@ -45,7 +45,7 @@ def test_runs_again_from_the_cache(folder):
 def test_is_loaded_from_the_cache_and_not_compiled_anew(folder):
     code = (
         "from pathlib import Path\nfrom dwmr.control import laws\n"
-        "law = controllers.find('proportional', Path())\nprint(sum(law.step.stats.cache_hits.values()))\n"
+        "law = laws.find('proportional', Path())\nprint(sum(law.step.stats.cache_hits.values()))\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=folder, check=True)
     assert done.stdout == "1\n"
