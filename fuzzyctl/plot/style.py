@@ -32,6 +32,7 @@ def saved(target: Path) -> Iterator[Any]:
     The same picture gives the same bytes: no date is written, and SVG identifiers do not vary.
     """
     import matplotlib as mpl
+    import numpy as np
     from matplotlib.figure import Figure
 
     from fuzzyctl.support.writing import written_whole
@@ -43,5 +44,6 @@ def saved(target: Path) -> Iterator[Any]:
         metadata = (
             {"Date": None} if target.suffix == ".svg" else {"CreationDate": None} if target.suffix == ".pdf" else {}
         )
-        with written_whole(target) as temporary:
+        # matplotlib's products of matrices now and then report an overflow that none of their numbers has.
+        with written_whole(target) as temporary, np.errstate(over="ignore"):
             figure.savefig(temporary, format=target.suffix[1:].lower(), metadata=metadata)
