@@ -2,6 +2,7 @@
 
 import io
 import re
+import runpy
 import sys
 from contextlib import contextmanager
 
@@ -86,10 +87,12 @@ class TestStages:
 
 
 @pytest.mark.skipif(not jit.COMPILED, reason="numba is missing")
-def test_compiling_is_reported_as_a_share_of_all_functions():
+def test_compiling_is_reported_as_a_share_of_all_functions(tmp_path):
+    source = tmp_path / "own.py"  # a file of its own, so that it is in no cache of an earlier run
+    source.write_text("def successor(x):\n    return x + 1.0\n", encoding="utf-8")
     shares = []
     with jit.watched(shares.append):
-        jit.compiled(lambda x: x + 1.0)(1.0)
+        jit.compiled(runpy.run_path(str(source))["successor"])(1.0)
     assert 0.0 < shares[-1] <= 100.0
 
 
