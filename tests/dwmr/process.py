@@ -41,7 +41,8 @@ def dwmr(*arguments, status=0, stdout=subprocess.PIPE, cwd=None, timeout=LONG, s
         start_new_session=start_new_session,
         env={**os.environ, **environment},
     )
-    assert "Traceback" not in done.stderr + (done.stdout or "")
+    shown = done.stderr + (done.stdout or "")
+    assert "Traceback" not in shown, shown
     assert done.returncode == status, done.stderr
     return done
 

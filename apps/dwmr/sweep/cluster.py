@@ -13,6 +13,8 @@ from dwmr.sweep.worker import Outcome, Setup, work
 
 #: An address of this form is a cluster of N processes on this computer.
 LOCAL = "local:"
+#: Where its processes listen, each at a port that the system chooses: two sweeps can run at once.
+HOST = "127.0.0.1"
 #: Runs that wait for each worker.
 AHEAD = 3
 #: How long a cluster has to answer [s].
@@ -74,9 +76,12 @@ def _cluster(address: str) -> Any:
     import distributed
 
     count = int(address.removeprefix(LOCAL))
-    return distributed.LocalCluster(
-        n_workers=count, threads_per_worker=1, processes=True, dashboard_address=None, host="127.0.0.1"
-    )  # fmt: skip
+    try:
+        return distributed.LocalCluster(
+            n_workers=count, threads_per_worker=1, processes=True, host=HOST, dashboard_address=f"{HOST}:0"
+        )  # fmt: skip
+    except (RuntimeError, OSError) as error:
+        raise ClusterError(f"no dask cluster can be started on this computer: {error}") from error
 
 
 def _require_scheme(where: Any) -> None:

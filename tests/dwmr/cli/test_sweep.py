@@ -1,8 +1,10 @@
+import contextlib
 import csv
 import json
 import os
 import select
 import signal
+import socket
 import subprocess
 import sys
 
@@ -47,6 +49,16 @@ def one(tmp_path_factory):
     return path, folder / "out"
 
 
+@pytest.fixture
+def dask_port():
+    """The port at which dask's scheduler shows its state by default, in use."""
+    with socket.socket() as listener:
+        with contextlib.suppress(OSError):  # another process may use it already
+            listener.bind(("127.0.0.1", 8787))
+            listener.listen()
+        yield
+
+
 def require_same(first, second):
     for name in SAME:
         assert (first / name).read_bytes() == (second / name).read_bytes(), name
@@ -80,7 +92,7 @@ class TestSweep:
         dwmr("sweep", one[0], "-o", tmp_path, "--jobs", "2", "--data", "csv,parquet")
         require_same(one[1], tmp_path)
 
-    def test_is_the_same_on_a_cluster(self, one, tmp_path):
+    def test_is_the_same_on_a_cluster_beside_another_one(self, one, tmp_path, dask_port):
         done = dwmr("sweep", one[0], "-o", tmp_path, "--dask", "local:2", "--data", "csv,parquet")
         assert done.stderr == ""
         require_same(one[1], tmp_path)
