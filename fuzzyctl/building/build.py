@@ -14,6 +14,7 @@ system = build.system("tip", [service, tip], [table], defuzzifier="weighted_aver
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Literal
 
 from fuzzyctl.building import fragments, values
@@ -183,8 +184,7 @@ def _method(semantics: object, defuzzifier: object, activation: object, norms: M
     profile = PROFILES[knobs.profile]
     own = profile.defuzzifier("centroid") if defuzzifier is None else _defuzzifier(defuzzifier, profile)
     given = _texts(**{name: norm for name, norm in norms.items() if norm is not None})
-    update = {**given, "semantics": knobs, "defuzzifier": own, "activation": _activation(activation)}
-    return profile.method.model_copy(update=update)
+    return replace(profile.method, **given, semantics=knobs, defuzzifier=own, activation=_activation(activation))
 
 
 def _activation(given: object) -> Activation:

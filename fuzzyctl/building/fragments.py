@@ -195,7 +195,7 @@ def semantics(text: str) -> Semantics:
     context = _context(text)
     found = resolve_semantics(context, [statement])
     _refuse(_SEMANTICS, text, context.diagnostics)
-    return found.model_copy(update={"span": None})
+    return dataclasses.replace(found, span=None)
 
 
 def _method(form: _Form, text: str, kind: type[sx.Statement], profile: Profile = PROFILES["exact"]) -> Method:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import fields
 from typing import Any, Final
 
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
@@ -57,8 +58,7 @@ def summary(system: FuzzySystem) -> dict[str, Any]:
 
 
 def _method(method: Method) -> dict[str, str]:
-    fields = [name for name in Method.model_fields if name not in ("span", "spans")]
-    return {KEYWORDS.get(name, name): _setting(getattr(method, name)) for name in fields}
+    return {KEYWORDS.get(f.name, f.name): _setting(getattr(method, f.name)) for f in fields(method) if f.compare}
 
 
 def _setting(value: object) -> str:
@@ -116,8 +116,7 @@ def _outputs(system: FuzzySystem) -> list[dict[str, Any]]:
     for v in system.outputs:
         method: dict[str, str | None] = {
             name: _setting(getattr(v, name) if getattr(v, name) is not None else getattr(system.method, name))
-            for name in Method.model_fields
-            if name in Output.model_fields and name != "span"
+            for name in ("implication", "aggregation", "defuzzifier")
         }
         if "implication" in method:
             method["implication"] = " and ".join(system.implications_of(v))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from fuzzyctl.comparison.names import Matches, matches
@@ -18,7 +18,7 @@ from fuzzyctl.formats.fz import block_text, defuzzifier_text, guarantee_text, me
 from fuzzyctl.model.guarantee import Hedge
 from fuzzyctl.model.method import Method
 from fuzzyctl.model.node import Node
-from fuzzyctl.model.semantics import Semantics
+from fuzzyctl.model.semantics import KNOBS
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, LinguisticVariable, Output, Term
 from fuzzyctl.support import arguments
@@ -82,7 +82,7 @@ def _line(node: Node | None) -> int | None:
 def _line_of(method: Method, setting: str) -> int | None:
     """Return the line of the statement that says a setting; None for a default."""
     word = "defuzzifier" if setting in defuzzifier_settings(method.defuzzifier) else setting
-    span = method.semantics.span if word in Semantics.model_fields else method.spans.get(word)
+    span = method.semantics.span if word in ("profile", *KNOBS) else method.spans.get(word)
     return span.source.line_of(span.start) if span is not None else None
 
 
@@ -232,7 +232,7 @@ def _blocks(a: FuzzySystem, b: FuzzySystem, found: Matches) -> Iterator[Change]:
         before, after = first.get(name), second.get(name)
         if before and after and before.name != after.name:
             yield Change("renamed", "rule block", name, name, after.name, _line(before), _line(after))
-            before = before.model_copy(update={"name": after.name})
+            before = replace(before, name=after.name)
         one, other = (block_text(block) if block else None for block in (before, after))
         if one != other:
             yield _change("rule block", name, one, other, before, after)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 from fuzzyctl.comparison.points import common_points
@@ -188,8 +188,8 @@ def _batch(kernel: Kernel, points: FloatArray) -> FloatArray:
 
 def quiet(system: FuzzySystem) -> FuzzySystem:
     """Return a system that has no value where it would raise."""
-    outputs = tuple(o.model_copy(update={"otherwise": "nan"}) if o.otherwise == "error" else o for o in system.outputs)
-    return system.model_copy(update={"outputs": outputs}) if outputs != system.outputs else system
+    outputs = tuple(replace(o, otherwise="nan") if o.otherwise == "error" else o for o in system.outputs)
+    return replace(system, outputs=outputs) if outputs != system.outputs else system
 
 
 def apart(first: FloatArray, second: FloatArray) -> FloatArray:

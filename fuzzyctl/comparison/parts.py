@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from fuzzyctl.comparison.settings import defuzzifier_settings, described, otherwise_text, settings
 from fuzzyctl.formats.fz import activation_text, block_text
 from fuzzyctl.model.method import Activation, Defuzzifier, Method
-from fuzzyctl.model.rule import RuleBlock
-from fuzzyctl.model.semantics import Semantics
+from fuzzyctl.model.semantics import KNOBS
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import LinguisticVariable
 
@@ -32,7 +31,7 @@ _OF_THE_SYSTEM: Final = (
     "and",
     "or",
     "activation",
-    *(n for n in Semantics.model_fields if n not in ("span", "profile")),
+    *KNOBS,
 )
 
 
@@ -87,7 +86,7 @@ def parts(a: FuzzySystem, b: FuzzySystem, inputs: list[int], outputs: list[int])
 
 def _ruled(system: FuzzySystem) -> tuple[Any, ...]:
     """Return rules with the rule blocks that they belong to, and what these say but for their names."""
-    blocks = tuple(block_text(b.model_copy(update={"name": ""})) for b in system.rule_blocks)
+    blocks = tuple(block_text(replace(b, name="")) for b in system.rule_blocks)
     return system.rules, blocks, tuple(m.block for m in system.rule_methods)
 
 
@@ -132,10 +131,8 @@ def _method_text(value: str | Activation | None) -> str:
 def _block_setter(position: int, field: str, value: Any) -> Put:
     def put(system: FuzzySystem) -> FuzzySystem:
         block = system.rule_blocks[position]
-        changed = block.model_copy(update={field: value})
-        return system.model_copy(
-            update={"blocks": tuple(changed if isinstance(b, RuleBlock) and b is block else b for b in system.blocks)}
-        )
+        changed = replace(block, **{field: value})
+        return replace(system, blocks=tuple(changed if b is block else b for b in system.blocks))
 
     return put
 
@@ -181,18 +178,18 @@ def _fuzzy(v: LinguisticVariable) -> tuple[Any, ...]:
 def _setter(name: str, method: Method) -> Put:
     def put(system: FuzzySystem) -> FuzzySystem:
         own, field = system.method, _FIELDS.get(name, name)
-        if field in Method.model_fields:
-            changed = own.model_copy(update={field: getattr(method, field)})
+        if hasattr(own, field):
+            changed = replace(own, **{field: getattr(method, field)})
         else:
-            knobs = own.semantics.model_copy(update={name: getattr(method.semantics, name)})
-            changed = own.model_copy(update={"semantics": knobs})
-        return system.model_copy(update={"method": changed})
+            knobs = replace(own.semantics, **{name: getattr(method.semantics, name)})
+            changed = replace(own, semantics=knobs)
+        return replace(system, method=changed)
 
     return put
 
 
 def _field_setter(field: str, value: Any) -> Put:
-    return lambda system: system.model_copy(update={field: value})
+    return lambda system: replace(system, **{field: value})
 
 
 def _variable_setter(field: str, position: int, other: LinguisticVariable) -> Put:
@@ -202,8 +199,9 @@ def _variable_setter(field: str, position: int, other: LinguisticVariable) -> Pu
         update = {
             name: getattr(other, name) for name in ("lower", "upper", "terms", "extrapolate") if hasattr(own, name)
         }
-        variables[position] = own.model_copy(update=update)
-        return system.model_copy(update={field: tuple(variables)})
+        variables[position] = replace(own, **update)
+        changed: dict[str, Any] = {field: tuple(variables)}
+        return replace(system, **changed)
 
     return put
 
@@ -221,11 +219,11 @@ def _structure_setter(b: FuzzySystem, inputs: list[int], order: list[int]) -> Pu
     def put(system: FuzzySystem) -> FuzzySystem:
         kept = ("implication", "aggregation", "defuzzifier", "otherwise", "clamped")
         outputs = tuple(
-            b.outputs[j].model_copy(update={name: getattr(own, name) for name in kept})
+            replace(b.outputs[j], **{name: getattr(own, name) for name in kept})
             for own, j in zip(system.outputs, order, strict=True)
         )
         own_inputs = tuple(b.inputs[j] for j in inputs)
-        return b.model_copy(update={"method": system.method, "inputs": own_inputs, "outputs": outputs})
+        return replace(b, method=system.method, inputs=own_inputs, outputs=outputs)
 
     return put
 
@@ -233,8 +231,8 @@ def _structure_setter(b: FuzzySystem, inputs: list[int], order: list[int]) -> Pu
 def _output_setter(position: int, update: dict[str, Any]) -> Put:
     def put(system: FuzzySystem) -> FuzzySystem:
         outputs = list(system.outputs)
-        outputs[position] = outputs[position].model_copy(update=update)
-        return system.model_copy(update={"outputs": tuple(outputs)})
+        outputs[position] = replace(outputs[position], **update)
+        return replace(system, outputs=tuple(outputs))
 
     return put
 
@@ -242,6 +240,6 @@ def _output_setter(position: int, update: dict[str, Any]) -> Put:
 def _own_defuzzifier_setter(position: int, field: str, value: Any) -> Put:
     def put(system: FuzzySystem) -> FuzzySystem:
         own = system.outputs[position].defuzzifier or system.method.defuzzifier
-        return _output_setter(position, {"defuzzifier": own.model_copy(update={field: value})})(system)
+        return _output_setter(position, {"defuzzifier": replace(own, **{field: value})})(system)
 
     return put

@@ -5,7 +5,7 @@ from __future__ import annotations
 from fuzzyctl.expr import Expr, Number, replace, to_text
 from fuzzyctl.formats.fz import activation_text, defuzzifier_text
 from fuzzyctl.model.method import Defuzzifier, Method
-from fuzzyctl.model.semantics import Semantics
+from fuzzyctl.model.semantics import KNOBS
 from fuzzyctl.model.variable import Hold
 
 
@@ -18,7 +18,7 @@ def settings(method: Method) -> dict[str, str]:
         "aggregation": method.aggregation,
         "activation": activation_text(method.activation),
         **defuzzifier_settings(method.defuzzifier),
-        **{name: str(getattr(method.semantics, name)) for name in Semantics.model_fields if name != "span"},
+        **{name: str(getattr(method.semantics, name)) for name in ("profile", *KNOBS)},
     }
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
 from fuzzyctl.diagnostics.suggestions import counted, did_you_mean, listed
@@ -34,7 +35,7 @@ def link(
         found = _Links(system, others, elsewhere, broken)
         kept = tuple(g for g in system.guarantees if found.take(g))
         if found.compared or len(kept) < len(system.guarantees):
-            system = system.model_copy(update={"guarantees": kept, "compared": tuple(found.compared.values())})
+            system = replace(system, guarantees=kept, compared=tuple(found.compared.values()))
         linked.append(system)
         mistakes.extend([*found.mistakes, *(unlike_units(system) if found.compared else ())])
     return tuple(linked), mistakes
@@ -71,7 +72,7 @@ class _Links:
             found = self.others.get(name) or (None if self.broken else self.elsewhere(name))
             if found is None:
                 return None
-            self.compared[name] = found.model_copy(update={"guarantees": (), "compared": ()})
+            self.compared[name] = replace(found, guarantees=(), compared=())
         return self.compared[name]
 
     def _unknown(self, node: Expr, name: str) -> Diagnostic:

@@ -2,31 +2,34 @@
 
 from __future__ import annotations
 
-from pydantic import InstanceOf
+from dataclasses import dataclass
 
 from fuzzyctl.expr import Expr
 from fuzzyctl.model.node import Node
 
 
+@dataclass(frozen=True, kw_only=True)
 class Param(Node):
     """A named constant; its expression may use params declared anywhere in the system."""
 
     name: str
-    expression: InstanceOf[Expr]
+    expression: Expr
     unit: str = ""
 
 
+@dataclass(frozen=True, kw_only=True)
 class Hedge(Node):
     """A hedge of the user's own: `hedge NAME(x) = expression`, over its parameter and params."""
 
     name: str
     parameter: str
-    expression: InstanceOf[Expr]
+    expression: Expr
 
 
+@dataclass(frozen=True, kw_only=True)
 class Guarantee(Node):
     """A claim over the whole input box: `require CLAIM within TOLERANCE when REGION`."""
 
-    claim: InstanceOf[Expr]
-    within: InstanceOf[Expr] | None = None
-    when: InstanceOf[Expr] | None = None
+    claim: Expr
+    within: Expr | None = None
+    when: Expr | None = None

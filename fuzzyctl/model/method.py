@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final, Literal
-
-from pydantic import Field, InstanceOf
 
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Expr
@@ -64,6 +62,7 @@ Rule = Literal[
 ]
 
 
+@dataclass(frozen=True, kw_only=True)
 class Defuzzifier(Node):
     """A defuzzifier.
 
@@ -97,6 +96,7 @@ class Defuzzifier(Node):
         return self.kind in OVER_RULES
 
 
+@dataclass(frozen=True, kw_only=True)
 class Activation(Node):
     """An activation method.
 
@@ -109,7 +109,7 @@ class Activation(Node):
 
     kind: str = "general"
     count: int | None = None
-    threshold: InstanceOf[Expr] | None = None
+    threshold: Expr | None = None
     comparison: str | None = None
 
     @property
@@ -137,6 +137,7 @@ class RuleMethod:
     activation: Activation
 
 
+@dataclass(frozen=True, kw_only=True)
 class Method(Node):
     """The inference method of a system; the defaults are those of the profile `exact`.
 
@@ -150,5 +151,5 @@ class Method(Node):
     aggregation: str = "max"
     activation: Activation = Activation()
     defuzzifier: Defuzzifier = Defuzzifier()
-    semantics: Semantics = Semantics()
-    spans: Mapping[str, InstanceOf[Span]] = Field(default_factory=dict, repr=False, exclude=True)
+    semantics: Semantics = field(default_factory=Semantics)
+    spans: Mapping[str, Span] = field(default_factory=dict, compare=False, repr=False)

@@ -2,29 +2,74 @@
 
 from __future__ import annotations
 
-from typing import Any
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from functools import cache
+from types import UnionType
+from typing import Any, Literal, NamedTuple, Self, Union, get_args, get_origin, get_type_hints
 
-from pydantic import BaseModel, ConfigDict, Field, InstanceOf
-
+from fuzzyctl.diagnostics.diagnostic import ValueOutOfBoundsError
 from fuzzyctl.diagnostics.source import Span
 
 
-class Node(BaseModel):
-    """A frozen part of a fuzzy system; `span` says where it was written and takes no part in equality."""
+@dataclass(frozen=True, kw_only=True)
+class Node:
+    """A frozen part of a fuzzy system; `span` says where it was written and takes no part in equality.
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    Raises:
+        ValueOutOfBoundsError: When a field has a value of another type than declared, or a float that is not finite.
+    """
 
-    span: InstanceOf[Span] | None = Field(default=None, repr=False, exclude=True)
+    span: Span | None = field(default=None, compare=False, repr=False)
 
-    def _meaning(self) -> tuple[Any, ...]:
-        return tuple(getattr(self, name) for name in type(self).model_fields if name not in _PLACES)
+    def __post_init__(self) -> None:
+        kind: Any = type(self)
+        for name, accepted in _fields_of(kind):
+            value = getattr(self, name)
+            if not isinstance(value, accepted.plain) and not accepted.takes(value):
+                declared = kind.__dataclass_fields__[name].type
+                raise ValueOutOfBoundsError(f"{kind.__name__}.{name}", value, f"of type {declared}")
 
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Node) and type(self) is type(other) and self._meaning() == other._meaning()
-
-    def __hash__(self) -> int:
-        return hash((type(self).__name__, self._meaning()))
+    def model_copy(self, *, update: Mapping[str, Any] | None = None) -> Self:
+        """Return a copy with some fields changed."""
+        return replace(self, **(update or {}))
 
 
-#: Fields that say where something came from, not what it means.
-_PLACES = frozenset({"span", "spans", "path"})
+class _Accepted(NamedTuple):
+    """What a field may hold: instances of some types, words, finite numbers, tuples whose items are accepted."""
+
+    plain: tuple[type, ...]
+    words: tuple[str, ...]
+    number: bool
+    items: _Accepted | None
+
+    def takes(self, value: object) -> bool:
+        """Return whether a value is accepted."""
+        if isinstance(value, tuple) and self.items is not None:
+            plain, takes = self.items.plain, self.items.takes
+            return all(isinstance(item, plain) or takes(item) for item in value)
+        if isinstance(value, float | int):
+            return isinstance(value, self.plain) or (self.number and math.isfinite(value))
+        return isinstance(value, self.plain) or (isinstance(value, str) and value in self.words)
+
+
+@cache
+def _fields_of(kind: Any) -> tuple[tuple[str, _Accepted], ...]:
+    """Return the fields of a model type with what their declared types accept."""
+    hints = get_type_hints(kind)
+    return tuple((f.name, _accepted(hints[f.name])) for f in fields(kind))
+
+
+def _accepted(declared: Any) -> _Accepted:
+    plain: list[type] = []
+    words: tuple[str, ...] = ()
+    items = None
+    for part in get_args(declared) if get_origin(declared) in (Union, UnionType) else (declared,):
+        if get_origin(part) is Literal:
+            words += get_args(part)
+        elif get_origin(part) is tuple:
+            items = _accepted(get_args(part)[0])
+        elif part is not float:
+            plain.append(get_origin(part) or part)
+    return _Accepted(tuple(plain), words, float in (declared, *get_args(declared)), items)

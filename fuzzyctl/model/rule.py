@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
-from pydantic import Field, InstanceOf
-
+from fuzzyctl.diagnostics.diagnostic import ValueOutOfBoundsError
 from fuzzyctl.expr import ONE, Expr
 from fuzzyctl.model.method import Activation
 from fuzzyctl.model.node import Node
 from fuzzyctl.model.variable import Membership
 
 
+@dataclass(frozen=True, kw_only=True)
 class Antecedent(Node):
     """Base of what can stand between `if` and `then`."""
 
 
+@dataclass(frozen=True, kw_only=True)
 class Is(Antecedent):
     """The degree of one term of one variable, changed by hedges.
 
@@ -30,24 +32,28 @@ class Is(Antecedent):
     hedges: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True, kw_only=True)
 class Not(Antecedent):
     """Complement: 1 minus the truth of the operand."""
 
-    operand: InstanceOf[Antecedent]
+    operand: Antecedent
 
 
+@dataclass(frozen=True, kw_only=True)
 class And(Antecedent):
     """Conjunction of two or more antecedents by the t-norm of the system or the rule block, from left to right."""
 
-    operands: tuple[InstanceOf[Antecedent], ...]
+    operands: tuple[Antecedent, ...]
 
 
+@dataclass(frozen=True, kw_only=True)
 class Or(Antecedent):
     """Disjunction of two or more antecedents by the s-norm of the system or the rule block, from left to right."""
 
-    operands: tuple[InstanceOf[Antecedent], ...]
+    operands: tuple[Antecedent, ...]
 
 
+@dataclass(frozen=True, kw_only=True)
 class Consequent(Node):
     """`output is term`; in tables of Takagi-Sugeno systems a consequent without a name may stand for the term.
 
@@ -58,25 +64,28 @@ class Consequent(Node):
     """
 
     output: str
-    term: str | InstanceOf[Membership]
+    term: str | Membership
     hedges: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True, kw_only=True)
 class Rule(Node):
     """One rule; its weight multiplies the firing strength before implication."""
 
-    antecedent: InstanceOf[Antecedent]
+    antecedent: Antecedent
     consequents: tuple[Consequent, ...]
-    weight: InstanceOf[Expr] = ONE
+    weight: Expr = ONE
 
 
+@dataclass(frozen=True, kw_only=True)
 class Cell(Node):
     """One cell of a rule table: a term for each output of the table, or none at all where there is no rule."""
 
-    terms: tuple[str | InstanceOf[Membership], ...]
-    weight: InstanceOf[Expr] = ONE
+    terms: tuple[str | Membership, ...]
+    weight: Expr = ONE
 
 
+@dataclass(frozen=True, kw_only=True)
 class RuleTable(Node):
     """A rule table: every cell that is not empty is the rule `row and column then outputs`.
 
@@ -96,7 +105,7 @@ class RuleTable(Node):
     row_terms: tuple[str, ...]
     column_terms: tuple[str, ...]
     cells: tuple[tuple[Cell, ...], ...]
-    condition: InstanceOf[Antecedent] | None = None
+    condition: Antecedent | None = None
 
     @property
     def rule_count(self) -> int:
@@ -121,6 +130,7 @@ class RuleTable(Node):
                 yield Rule(antecedent=antecedent, consequents=consequents, weight=cell.weight, span=cell.span)
 
 
+@dataclass(frozen=True, kw_only=True)
 class RuleBlock(Node):
     """Rules that belong together, and that may be joined, implied and chosen by methods of their own.
 
@@ -139,7 +149,12 @@ class RuleBlock(Node):
     disjunction: str | None = None
     implication: str | None = None
     activation: Activation | None = None
-    rules: tuple[InstanceOf[RuleTable] | InstanceOf[Rule], ...] = Field(min_length=1)
+    rules: tuple[RuleTable | Rule, ...]
+
+    def __post_init__(self) -> None:
+        Node.__post_init__(self)
+        if not self.rules:
+            raise ValueOutOfBoundsError("RuleBlock.rules", self.rules, "one rule or more")
 
 
 def rules_of(part: RuleTable | Rule) -> Iterator[Rule]:

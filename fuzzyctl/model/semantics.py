@@ -6,11 +6,13 @@ here; a profile is the set of knobs of one tool.
 
 from __future__ import annotations
 
+from dataclasses import dataclass, fields
 from typing import Literal
 
 from fuzzyctl.model.node import Node
 
 
+@dataclass(frozen=True, kw_only=True)
 class Semantics(Node):
     """The knobs of inference that no norm, activation method or defuzzifier names; the defaults are `exact`.
 
@@ -65,4 +67,4 @@ class Semantics(Node):
 
 
 #: Names of the knobs.
-KNOBS = tuple(name for name in Semantics.model_fields if name not in ("span", "profile"))
+KNOBS = tuple(f.name for f in fields(Semantics) if f.name not in ("span", "profile"))

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 import unicodedata
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from numbers import Real
-from typing import Any, Self, TypeVar
-
-from pydantic import Field, InstanceOf, model_validator
+from typing import Any, TypeVar
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.expr import Expr, Number, evaluate
@@ -21,6 +20,7 @@ from fuzzyctl.model.rule import Rule, RuleBlock, RuleTable, rule_count, rules_of
 from fuzzyctl.model.variable import Input, Output
 
 
+@dataclass(frozen=True, kw_only=True)
 class FuzzySystem(Node):
     """A fuzzy system as data; evaluation never writes into it.
 
@@ -44,28 +44,21 @@ class FuzzySystem(Node):
     citation: str = ""
     params: tuple[Param, ...] = ()
     hedges: tuple[Hedge, ...] = ()
-    method: Method = Method()
+    method: Method = field(default_factory=Method)
     inputs: tuple[Input, ...]
     outputs: tuple[Output, ...]
-    blocks: tuple[InstanceOf[RuleTable] | InstanceOf[Rule] | InstanceOf[RuleBlock], ...]
+    blocks: tuple[RuleTable | Rule | RuleBlock, ...]
     guarantees: tuple[Guarantee, ...] = ()
     compared: tuple[FuzzySystem, ...] = ()
-    path: str = Field(default="", repr=False)
+    path: str = field(default="", compare=False, repr=False)
 
-    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> FuzzySystem:
-        """Return a copy with some fields changed; what was computed from the old ones is not copied."""
-        copied = super().model_copy(update=update, deep=deep)
-        for computed in ("rules", "conclusions", "rule_methods", "reads", "param_values", "values", "_by_name"):
-            copied.__dict__.pop(computed, None)
-        return copied
-
-    @model_validator(mode="after")
-    def _blocks_come_last(self) -> Self:
-        """Refuse rules of no block behind a block: a rule file has no place for them."""
+    def __post_init__(self) -> None:
+        Node.__post_init__(self)
         kinds = [isinstance(b, RuleBlock) for b in self.blocks]
-        if kinds != sorted(kinds):
-            raise ValueError("tables and rules of no rule block come before all rule blocks")
-        return self
+        if kinds != sorted(kinds):  # a rule file has no form for this
+            names = [type(b).__name__ for b in self.blocks]
+            order = "in order: tables and rules of no rule block come before all rule blocks"
+            raise ValueOutOfBoundsError("FuzzySystem.blocks", names, order)
 
     @property
     def rule_blocks(self) -> tuple[RuleBlock, ...]:
@@ -155,12 +148,10 @@ class FuzzySystem(Node):
         """
         loose = [r for r, m in zip(rules, self.rule_methods, strict=True) if m.block < 0]
         blocks = [
-            block.model_copy(
-                update={"rules": tuple(r for r, m in zip(rules, self.rule_methods, strict=True) if m.block == k)}
-            )
+            replace(block, rules=tuple(r for r, m in zip(rules, self.rule_methods, strict=True) if m.block == k))
             for k, block in enumerate(self.rule_blocks)
         ]
-        return self.model_copy(update={"blocks": (*loose, *(b for b in blocks if b.rules))})
+        return replace(self, blocks=(*loose, *(b for b in blocks if b.rules)))
 
     def input(self, name: str) -> Input:
         """Return the input of that name, or raise `UnknownNameError`."""
@@ -188,12 +179,10 @@ class FuzzySystem(Node):
             if not isinstance(value, Real) or not _is_finite(value):
                 raise ValueOutOfBoundsError(f"param {name!r}", value, "a finite number")
         params = tuple(
-            p.model_copy(update={"expression": Number(float(values[p.name]))}) if p.name in values else p
-            for p in self.params
+            replace(p, expression=Number(float(values[p.name]))) if p.name in values else p for p in self.params
         )
         compared = tuple(self._followed(c, values) for c in self.compared)
-        fields = {k: getattr(self, k) for k in type(self).model_fields}
-        changed = FuzzySystem(**fields | {"params": params, "compared": compared})
+        changed = replace(self, params=params, compared=compared)
         from fuzzyctl.model.checks.checks import require_well_formed
 
         require_well_formed(changed)

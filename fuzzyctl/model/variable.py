@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Literal
-
-from pydantic import InstanceOf
 
 from fuzzyctl.expr import ONE, Expr, names_in
 from fuzzyctl.model.method import Defuzzifier
@@ -15,6 +14,7 @@ from fuzzyctl.model.node import Node
 Fallback = Literal["midpoint", "nan", "error"]
 
 
+@dataclass(frozen=True, kw_only=True)
 class Hold(Node):
     """Where no rule fires an output keeps its previous value.
 
@@ -22,9 +22,10 @@ class Hold(Node):
         start: What it is before any rule has fired; None for the middle of the range.
     """
 
-    start: InstanceOf[Expr] | Literal["nan"] | None = None
+    start: Expr | Literal["nan"] | None = None
 
 
+@dataclass(frozen=True, kw_only=True)
 class Membership(Node):
     """A kind of membership function, or of Takagi-Sugeno consequent, with its parameters.
 
@@ -38,8 +39,8 @@ class Membership(Node):
     """
 
     kind: str
-    arguments: tuple[InstanceOf[Expr], ...]
-    height: InstanceOf[Expr] = ONE
+    arguments: tuple[Expr, ...]
+    height: Expr = ONE
 
 
 def as_set(output: str, membership: Membership) -> Membership:
@@ -49,6 +50,7 @@ def as_set(output: str, membership: Membership) -> Membership:
     return membership.model_copy(update={"kind": "formula"})
 
 
+@dataclass(frozen=True, kw_only=True)
 class Term(Node):
     """A named fuzzy set of a linguistic variable."""
 
@@ -56,14 +58,15 @@ class Term(Node):
     membership: Membership
 
 
+@dataclass(frozen=True, kw_only=True)
 class LinguisticVariable(Node):
     """What inputs and outputs share: a name, a label for plots, a unit, a universe of discourse and terms."""
 
     name: str
     label: str = ""
     unit: str = ""
-    lower: InstanceOf[Expr]
-    upper: InstanceOf[Expr]
+    lower: Expr
+    upper: Expr
     terms: tuple[Term, ...]
 
     @property
@@ -81,12 +84,14 @@ class LinguisticVariable(Node):
         return next((t for t in self.terms if t.name == name), None)
 
 
+@dataclass(frozen=True, kw_only=True)
 class Input(LinguisticVariable):
     """An input. Values outside the range are clamped to it, or go through the formulas where it says `extrapolate`."""
 
     extrapolate: bool = False
 
 
+@dataclass(frozen=True, kw_only=True)
 class Output(LinguisticVariable):
     """An output.
 
@@ -100,8 +105,8 @@ class Output(LinguisticVariable):
         defuzzifier: Its own defuzzifier, None for the system's.
     """
 
-    otherwise: InstanceOf[Expr] | Fallback | Hold | None = None
-    adaptive: InstanceOf[Expr] | None = None
+    otherwise: Expr | Fallback | Hold | None = None
+    adaptive: Expr | None = None
     clamped: bool = False
     implication: str | None = None
     aggregation: str | None = None

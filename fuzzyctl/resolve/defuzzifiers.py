@@ -49,7 +49,7 @@ def resolve_options(context: Context, kind: str, options: Iterable[sx.Option]) -
             if value is not None:
                 fields[name] = value
     _require_samples(context, kind, given)
-    return Defuzzifier.model_validate({"kind": kind, **fields})
+    return Defuzzifier(kind=kind, **fields)
 
 
 def _value(context: Context, option: sx.Option, words: tuple[str, ...]) -> str | int | float | None:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, Final, get_args
+from dataclasses import replace
+from typing import Any, Final, get_args, get_type_hints
 
 from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.lang import syntax as sx
@@ -12,10 +13,10 @@ from fuzzyctl.model.profiles import PROFILES
 from fuzzyctl.model.semantics import KNOBS, Semantics
 from fuzzyctl.resolve.context import Context
 
+_TYPES: Final = get_type_hints(Semantics)
 #: What each knob may be; none for a number.
 CHOICES: Final[dict[str, tuple[str, ...]]] = {
-    name: tuple(word for word in get_args(Semantics.model_fields[name].annotation) if isinstance(word, str))
-    for name in KNOBS
+    name: tuple(word for word in get_args(_TYPES[name]) if isinstance(word, str)) for name in KNOBS
 }
 
 #: Knobs that are numbers.
@@ -36,7 +37,7 @@ def resolve_semantics(context: Context, statements: Sequence[sx.Statement]) -> S
     else:
         context.profile = PROFILES[first.profile.text]
     semantics = context.profile.semantics
-    return semantics.model_copy(update={**_knobs(context, first.options), "span": first.profile.span})
+    return replace(semantics, **_knobs(context, first.options), span=first.profile.span)
 
 
 def _knobs(context: Context, options: Sequence[sx.Option]) -> dict[str, Any]:

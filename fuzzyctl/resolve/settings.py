@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import fields, replace
 from typing import Any, Final, TypeVar
 
 from fuzzyctl import expr as ex
@@ -49,7 +50,7 @@ def resolve_method(context: Context, statements: Sequence[sx.Statement]) -> Meth
             case sx.Activation(keyword=keyword) if _is_first(context, keyword, chosen):
                 values |= {"activation": _activation(context, s), "span": keyword.span}
     spans = {word: keyword.span for word, keyword in chosen.items()}
-    return context.profile.method.model_copy(update={"spans": spans, **values})
+    return replace(context.profile.method, spans=spans, **values)
 
 
 def resolve_rule_settings(context: Context, statement: sx.Rules) -> dict[str, Any]:
@@ -215,8 +216,8 @@ def _defuzzifier_in_force(context: Context, setting: sx.Setting) -> Defuzzifier:
         at = setting.value.span
         options.append(sx.Option(sx.Word("resolution", at), sx.Word(str(base.resolution), at)))
     given = resolve_options(context, setting.value.text, _once(context, options))
-    fields = {name: getattr(given, name) for name in names if name in Defuzzifier.model_fields and name != "kind"}
-    return base.model_copy(update=fields)
+    settable = {f.name for f in fields(given)} - {"kind"}
+    return replace(base, **{name: getattr(given, name) for name in names if name in settable})
 
 
 def _activation(context: Context, s: sx.Activation) -> Activation:
@@ -225,7 +226,7 @@ def _activation(context: Context, s: sx.Activation) -> Activation:
         context.unknown("activation method", s.kind, ACTIVATIONS, "FZ213")
         return Activation()
     before = len(context.diagnostics)
-    fields: dict[str, Any] = {"kind": kind, "span": s.kind.span}
+    given: dict[str, Any] = {"kind": kind, "span": s.kind.span}
     for option in _once(context, s.options):
         name = option.name.text
         if name not in _OPTIONS[kind]:
@@ -233,19 +234,19 @@ def _activation(context: Context, s: sx.Activation) -> Activation:
         elif not context.check_names(option.value, context.params, "param"):
             continue
         elif name == "count":
-            fields["count"] = _count(context, option)
+            given["count"] = _count(context, option)
         elif name == "threshold":
-            fields["threshold"] = option.value
+            given["threshold"] = option.value
         else:
-            fields |= {"comparison": name, "threshold": option.value}
-    missing = _missing(kind, fields)
+            given |= {"comparison": name, "threshold": option.value}
+    missing = _missing(kind, given)
     if missing:
         # An option with a mistake of its own may be the one that is missing.
         if len(context.diagnostics) == before:
             help_text = f"write, for example: {_FORM[kind]}"
             context.report("FZ303", f"activation '{kind}' needs {missing}", s.kind.span, help=help_text)
         return Activation()
-    return Activation.model_validate(fields)
+    return Activation(**given)
 
 
 _FORM: Final = {

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections import ChainMap
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, Final
 
 from fuzzyctl.diagnostics.diagnostic import CODES, WARNINGS, Diagnostic
@@ -197,7 +198,7 @@ def _build(
                     inputs.append(variable)
             case sx.Require():
                 guarantees.append(resolve_require(context, s))
-    method = resolve_method(context, tree.statements).model_copy(update={"semantics": semantics})
+    method = replace(resolve_method(context, tree.statements), semantics=semantics)
     place = head.name.span if head is not None else None
     known_blocks: tuple[Block, ...] = ()
     if _few_rules(context, tree.statements, place):
@@ -241,11 +242,10 @@ def _without_idle(system: FuzzySystem, shared: set[str]) -> FuzzySystem:
     def keep(name: str) -> bool:
         return name in named or name not in shared
 
-    return system.model_copy(
-        update={
-            "inputs": tuple(v for v in system.inputs if keep(v.name)),
-            "outputs": tuple(v for v in system.outputs if keep(v.name)),
-        }
+    return replace(
+        system,
+        inputs=tuple(v for v in system.inputs if keep(v.name)),
+        outputs=tuple(v for v in system.outputs if keep(v.name)),
     )
 
 

@@ -66,7 +66,7 @@ if x is b then u is A
             rule = Rule(antecedent=antecedent, consequents=(Consequent(output="f", term=term),))
             return ais.model_copy(update={"blocks": (rule,)})
 
-        fresh = type(ais)(**{k: getattr(ais, k) for k in type(ais).model_fields})
+        fresh = type(ais)(**{k: getattr(ais, k) for k in type(ais).__dataclass_fields__})
         assert plan(fresh) == plan(ais)
         for antecedent, term in (
             (Is(variable="sgma", term="NB"), "ZO"),
@@ -74,7 +74,7 @@ if x is b then u is A
             (Is(variable="sigma", term="NB"), "ZZ"),
         ):
             changed = with_rule(antecedent, term)
-            changed = type(ais)(**{k: getattr(changed, k) for k in type(ais).model_fields})
+            changed = type(ais)(**{k: getattr(changed, k) for k in type(ais).__dataclass_fields__})
             with pytest.raises(UnknownNameError):
                 plan(changed)
 
