@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property, partial
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from fuzzyctl.analysis.claims import Bound, Every, Slope, Some, Truth, bounds_in, compared_outputs, is_limit, named
 from fuzzyctl.analysis.verdicts import Witness
@@ -27,10 +27,12 @@ from fuzzyctl.expr import (
     to_text,
 )
 from fuzzyctl.kernels.backends.python import backend as python_backend
-from fuzzyctl.kernels.compile import Kernel, compile
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.model.system import FuzzySystem
+
+if TYPE_CHECKING:
+    from fuzzyctl.kernels.compile import Kernel
 
 #: What functions such as `exp` may be off by, relative to what is compared.
 _ROUNDING: Final = Fraction(1, 1 << 40)
@@ -55,6 +57,8 @@ class Judge:
     @cached_property
     def kernel(self) -> Kernel:
         """What users call."""
+        from fuzzyctl.kernels.compile import compile
+
         return compile(self.system, "python")
 
     @cached_property

@@ -46,7 +46,7 @@ NAME: Final = r"[^\W\d][\w\u0300-\u036f]*"
 MAX_NAME: Final = 200
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class Word:
     """A name as typed, in normal form NFC."""
 
@@ -54,21 +54,21 @@ class Word:
     span: Span
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class Statement:
     """Base of all statements; the span covers the line without its comment."""
 
     span: Span
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class Version(Statement):
     """`fz 1`."""
 
     number: Word
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class System(Statement):
     """`system NAME "title"`."""
 
@@ -76,14 +76,14 @@ class System(Statement):
     title: str
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class Citation(Statement):
     """`source "..."`."""
 
     text: str
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class Option:
     """`name=value` inside the parentheses of a setting."""
 
@@ -91,7 +91,7 @@ class Option:
     value: Word
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class Setting(Statement):
     """`and`, `or`, `implication`, `aggregation` or `defuzzifier` with a value and options."""
 
@@ -100,7 +100,7 @@ class Setting(Statement):
     options: tuple[Option, ...]
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class Semantics(Statement):
     """`semantics PROFILE(...)`."""
 
@@ -109,7 +109,7 @@ class Semantics(Statement):
     options: tuple[Option, ...] = ()
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class ActivationOption:
     """`name=value`, or a comparison with a value, inside the parentheses of an activation method."""
 
@@ -117,7 +117,7 @@ class ActivationOption:
     value: Expr
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class Activation(Statement):
     """`activation KIND(...)`."""
 
@@ -126,7 +126,7 @@ class Activation(Statement):
     options: tuple[ActivationOption, ...]
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class Hedge(Statement):
     """`hedge NAME(x) = expression`."""
 
@@ -135,7 +135,7 @@ class Hedge(Statement):
     expression: Expr
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class Use(Statement):
     """`use "file.fz"`."""
 
@@ -143,7 +143,7 @@ class Use(Statement):
     path_span: Span
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class Allow(Statement):
     """`allow CODES "reason"` and `deny CODES "reason"`."""
 
@@ -152,7 +152,7 @@ class Allow(Statement):
     reason: str
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class Param(Statement):
     """`param NAME = expression unit "..."`."""
 
@@ -161,7 +161,7 @@ class Param(Statement):
     unit: str
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class Argument:
     """One parameter of a term, with its name where it was given by keyword."""
 
@@ -170,7 +170,7 @@ class Argument:
     span: Span
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class TermLine(Statement):
     """`NAME = kind(...)` below an input or an output."""
 
@@ -179,7 +179,7 @@ class TermLine(Statement):
     arguments: tuple[Argument, ...]
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class PartitionItem:
     """One item of a `terms` line: a name with a peak (`@`), with a value (`=`), or alone."""
 
@@ -188,14 +188,14 @@ class PartitionItem:
     value: Expr | None
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class TermsLine(Statement):
     """`terms ...` below an input or an output."""
 
     items: tuple[PartitionItem, ...]
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class UnitClause:
     """`unit "..."` of a variable."""
 
@@ -203,7 +203,7 @@ class UnitClause:
     span: Span
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class Held:
     """`hold(EXPR)`: the previous output, at first the value of the expression."""
 
@@ -211,7 +211,7 @@ class Held:
     span: Span
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class FallbackClause:
     """`else VALUE`, `else word` or `else hold(EXPR)`."""
 
@@ -219,7 +219,7 @@ class FallbackClause:
     span: Span
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class AdaptiveClause:
     """`adaptive rate EXPR`."""
 
@@ -227,21 +227,21 @@ class AdaptiveClause:
     span: Span
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class ExtrapolateClause:
     """`extrapolate`."""
 
     span: Span
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class ClampClause:
     """`clamp`."""
 
     span: Span
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class SettingClause:
     """`implication`, `aggregation` or `defuzzifier` of one output."""
 
@@ -252,7 +252,7 @@ class SettingClause:
 Clause = UnitClause | FallbackClause | AdaptiveClause | ExtrapolateClause | ClampClause | SettingClause
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class FunctionTerm:
     """A consequent without a name: `linear(...)`, `function(...)`, `constant(...)`."""
 
@@ -265,7 +265,7 @@ class FunctionTerm:
 ConsequentTerm = Word | Expr | FunctionTerm
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class Variable(Statement):
     """An `input` or `output` with the term lines below it."""
 
@@ -280,7 +280,7 @@ class Variable(Statement):
     incomplete: bool = False
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class CellText:
     """One cell of a table row; no terms means no rule."""
 
@@ -289,28 +289,28 @@ class CellText:
     span: Span
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class Truth:
     """Base of what stands between `if` and `then`."""
 
     span: Span
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class With(Statement):
     """`with CONDITION` above a table."""
 
     condition: Truth
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class HeaderLine(Statement):
     """The line of terms above the rows of a table."""
 
     terms: tuple[Word, ...]
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class RowLine(Statement):
     """One row of a table."""
 
@@ -318,7 +318,7 @@ class RowLine(Statement):
     cells: tuple[CellText, ...]
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class Table(Statement):
     """`table OUT = ROWS x COLUMNS` with header and rows; `second` is None for `table OUT = INPUT`.
 
@@ -336,7 +336,7 @@ class Table(Statement):
     incomplete: bool = False
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class Rules(Statement):
     """`rules NAME` with the settings of the block: the tables and rules from here to the next such line are its own."""
 
@@ -344,7 +344,7 @@ class Rules(Statement):
     settings: tuple[Setting | Activation, ...]
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class Literal(Truth):
     """`variable is [hedges] term`."""
 
@@ -353,21 +353,21 @@ class Literal(Truth):
     term: Word
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class Negation(Truth):
     """`not ...`."""
 
     operand: Truth
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class Group(Truth):
     """`( ... )`."""
 
     operand: Truth
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class Chain(Truth):
     """`a and b and c`, or the same with `or`."""
 
@@ -375,7 +375,7 @@ class Chain(Truth):
     operands: tuple[Truth, ...]
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class ConsequentText:
     """`output is hedges term`."""
 
@@ -384,7 +384,7 @@ class ConsequentText:
     hedges: tuple[Word, ...] = ()
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class Rule(Statement):
     """`if ... then ... weight w`."""
 
@@ -393,7 +393,7 @@ class Rule(Statement):
     weight: Expr | None
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class Require(Statement):
     """`require CLAIM within TOLERANCE when REGION`."""
 
@@ -402,7 +402,7 @@ class Require(Statement):
     when: Expr | None
 
 
-@record(frozen=True, slots=True)
+@record(frozen=True, slots=True, eq=False)
 class SyntaxTree:
     """All statements of a file in the order written.
 

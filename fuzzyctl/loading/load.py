@@ -11,7 +11,6 @@ from typing import Final
 from fuzzyctl.diagnostics.diagnostic import CODES, ArgumentError, Diagnostic, DiagnosticError, Note
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.diagnostics.suggestions import closest
-from fuzzyctl.formats.foreign import examine_foreign
 from fuzzyctl.formats.registry import format_of
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.edits import in_original
@@ -203,6 +202,8 @@ def look_through(
     """
     foreign = format_of(source.name)
     if foreign is not None:
+        from fuzzyctl.formats.foreign import examine_foreign
+
         return Examined(source, *examine_foreign(foreign, source))
     tree, mistakes = parse(source)
     tree, more = bring_in(tree, folder)

@@ -8,7 +8,6 @@ from typing import Final
 
 from fuzzyctl.analysis.coverage.box_search import Hole, Search, Undecided, Verdict, counts
 from fuzzyctl.analysis.coverage.fires import Silence, at, unclear_at
-from fuzzyctl.analysis.coverage.pattern_search import silent_point
 from fuzzyctl.analysis.degrees import CERTAIN, Truths, degree_in
 from fuzzyctl.analysis.empty_cells import empty_cells
 from fuzzyctl.analysis.work import COVERAGE, SEARCH, SPENT, SpentError, Work
@@ -157,6 +156,8 @@ def _with_cells(hole: Diagnostic, output: Output, cells: tuple[Note, ...]) -> Di
 
 def _undecided(flat: Plan, output: Output, planned: OutputPlan, verdict: Undecided, silence: Silence) -> Diagnostic:
     """Report an output whose coverage is undecided, with a point where no rule fires if one was found."""
+    from fuzzyctl.analysis.coverage.pattern_search import silent_point
+
     point = silent_point(flat, silence)
     if point is not None:
         stopped = _stopped(flat, planned, dict(zip([i.name for i in flat.inputs], point, strict=True)))
