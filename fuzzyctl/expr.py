@@ -8,7 +8,7 @@ analysis) reads the same tree, so that what is proved is what is computed.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import field
 from typing import Final, Literal
 
@@ -205,16 +205,18 @@ def children(expr: Expr) -> tuple[Expr, ...]:
     return ()
 
 
-def walk(expr: Expr) -> Iterator[Expr]:
-    """Yield an expression and all its parts, each before its own parts."""
+def walk(expr: Expr) -> list[Expr]:
+    """Return an expression and all its parts, each before its own parts."""
+    found: list[Expr] = []
     stack = [expr]
     while stack:
         node = stack.pop()
-        yield node
+        found.append(node)
         if type(node) is Binary:
             stack += (node.right, node.left)
         elif type(node) is not Number and type(node) is not Name:  # which have none
             stack.extend(reversed(children(node)))
+    return found
 
 
 def names_in(expr: Expr) -> list[Name]:

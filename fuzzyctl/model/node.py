@@ -48,7 +48,7 @@ class _Accepted(NamedTuple):
         """Return whether a value is accepted."""
         if isinstance(value, tuple) and self.items is not None:
             plain, takes = self.items.plain, self.items.takes
-            return all(isinstance(item, plain) or takes(item) for item in value)
+            return not [item for item in value if not isinstance(item, plain) and not takes(item)]
         if isinstance(value, float | int):
             return isinstance(value, self.plain) or (self.number and math.isfinite(value))
         return isinstance(value, self.plain) or (isinstance(value, str) and value in self.words)

@@ -3,15 +3,21 @@
     python tests/bench/startup.py
 
 Prints seconds of processor time (the least of --runs, with bytecode cached) and ratios: `check` and `eval` beside
-`from pydantic import BaseModel; import click`, `--help` and `--version` beside `import click`. Exit code 1 where a
-ratio is above its limit.
+`from pydantic import BaseModel; import click`, `--help` and `--version` beside `import click`. Then how many of
+fuzzyctl's files `eval` goes through once they are imported, and how many calls. Exit code 1 where a ratio or a number
+is above its limit.
 """
 
 import argparse
 import os
 import subprocess
 import sys
+from collections import Counter
+from functools import partial
+from importlib import import_module
 from pathlib import Path
+
+from click.testing import CliRunner
 
 ROOT = Path(__file__).parents[2]
 TIPPER = str(ROOT / "rules" / "tipper.fz")
@@ -27,6 +33,29 @@ COMMANDS = {
     "check tipper.fz": (["check", TIPPER], "from pydantic import BaseModel; import click"),
     "eval tipper.fz": (["eval", TIPPER, "service=7", "food=8"], "from pydantic import BaseModel; import click"),
 }
+#: Files and calls that `eval tipper.fz` may take.
+MOST_FILES, MOST_CALLS = 90, 9000
+
+
+def walk(arguments):
+    """Return the files of fuzzyctl that a command goes through, with the number of calls of their functions."""
+    found = Counter()
+
+    def count(frame, event, _):
+        path = Path(frame.f_code.co_filename)
+        if event == "call" and path.is_relative_to(ROOT / "fuzzyctl"):
+            found[path] += 1
+
+    run = partial(CliRunner().invoke, import_module("fuzzyctl.cli.main").main, arguments, catch_exceptions=False)
+    run()  # which imports what it needs
+    before = sys.getprofile()
+    sys.setprofile(count)
+    try:
+        result = run()
+    finally:
+        sys.setprofile(before)
+    assert result.exit_code == 0, result.output
+    return found
 
 
 def seconds(code, arguments, runs):
@@ -60,6 +89,10 @@ def main():
         print(f"{took:6.3f} s  {ratio:4.2f}  fuzzyctl {name} (limit {LIBRARIES[library]})")
         if ratio > LIBRARIES[library]:
             above.append(name)
+    found = walk(COMMANDS["eval tipper.fz"][0])
+    print(f"{len(found)} files, {found.total()} calls  fuzzyctl eval tipper.fz (limits {MOST_FILES}, {MOST_CALLS})")
+    if len(found) > MOST_FILES or found.total() > MOST_CALLS:
+        above.append("files or calls")
     print(f"{len(above)} above the limit: {', '.join(above) or 'none'}")
     return 1 if above else 0
 

@@ -68,9 +68,15 @@ class Conditions:
         for literals in rules.values():
             for variable, name in literals.items():
                 names.setdefault(variable, {})[name] = None
+        sets = {v: {n: d.set for n, d in self.degrees.items() if d.variable == v} for v in names}
+        candidates = {v: _candidates(self.cells[v], list(own), sets[v]) for v, own in names.items()}
+        if not all(own for cells in candidates.values() for own in cells):
+            return False  # a cell in which all terms are 0
         least = {}
-        for variable, own in names.items():
-            least[variable] = self._least(variable, list(own), steps)
+        for variable in names:
+            least[variable] = _least(
+                self.cells[variable], candidates[variable], _Sets(sets[variable], steps, self.work)
+            )
             if least[variable] == 0.0:
                 return False
         fired = _Truths({n: (least[v], 1.0) for v, own in names.items() for n in own}, steps)
@@ -83,15 +89,15 @@ class Conditions:
         fired = truths.strength(self.plan.strengths[strength])
         return fired[0] >= _CLEAR and self.acts(strength, fired)
 
-    def _least(self, variable: int, names: Sequence[str], steps: Mapping[str, Expr]) -> float:
-        """Return a degree that one of some literals has wherever the variable is."""
-        cells, least = self.cells[variable], 1.0
-        sets = {n: d.set for n, d in self.degrees.items() if d.variable == variable}
-        for cell, own in zip(cells, _candidates(cells, names, sets), strict=True):
-            least = min(least, _best(cell.floats, own, _Sets(sets, steps, self.work), _HALVINGS))
-            if least == 0.0:
-                break
-        return least
+
+def _least(cells: Sequence[Cell], candidates: Sequence[Sequence[str]], sets: _Sets) -> float:
+    """Return a degree that one of some literals has wherever a variable is."""
+    least = 1.0
+    for cell, own in zip(cells, candidates, strict=True):
+        least = min(least, _best(cell.floats, own, sets, _HALVINGS))
+        if least == 0.0:
+            break
+    return least
 
 
 def _literals_of_steps(degrees: Mapping[str, DegreePlan], steps: Mapping[str, Expr]) -> dict[str, Literals | None]:
@@ -168,8 +174,9 @@ def _best(x: Interval, names: Sequence[str], sets: _Sets, halvings: int) -> floa
     if not sets.work.takes(_DEGREE * (len(names) + 1)):
         return 0.0
     truths = _Degrees(x, sets)
-    found = max((truths[n][0] for n in names), default=0.0)
-    if found >= _HIGH or halvings == 0 or max((truths[n][1] for n in names), default=0.0) == 0.0:
+    degrees = [truths[n] for n in names]
+    found = max([low for low, _ in degrees], default=0.0)
+    if found >= _HIGH or halvings == 0 or max([high for _, high in degrees], default=0.0) == 0.0:
         return found
     halves = halved(x)
     return max(found, min((_best(h, names, sets, halvings - 1) for h in halves), default=0.0))

@@ -128,7 +128,7 @@ def _quotient(a: Interval, b: Interval) -> Interval:
 
 
 def _checked(values: list[float]) -> Interval:
-    if any(v != v for v in values):
+    if any(map(math.isnan, values)):
         return ANYTHING
     return min(values), max(values)
 

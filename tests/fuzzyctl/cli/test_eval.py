@@ -8,6 +8,7 @@ from click.testing import CliRunner
 
 from fuzzyctl.cli.main import main
 from fuzzyctl.support.shipped import rules_folder
+from tests.bench import startup
 
 AIS = str(rules_folder() / "ais_reaction.fz")
 TIPPER = str(rules_folder() / "tipper.fz")
@@ -205,3 +206,9 @@ def test_a_name_may_hold_the_sign_that_ends_it(tmp_path):
     result = CliRunner().invoke(main, ["eval", str(path), "b=c=0.25"])
     assert result.exit_code == 0, result.output
     assert result.stdout == "y = 1.5\n"
+
+
+def test_one_evaluation_goes_through_few_files_and_calls():
+    found = startup.walk(["eval", startup.TIPPER, "service=7", "food=8"])
+    assert len(found) <= startup.MOST_FILES
+    assert found.total() <= startup.MOST_CALLS
