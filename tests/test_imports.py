@@ -202,6 +202,12 @@ def test_a_file_of_plain_lines_is_read_without_the_grammar():
     assert "lark" not in loaded_after(code)
 
 
+def test_a_check_without_findings_imports_neither_other_formats_nor_the_compiler():
+    code = f"import fuzzyctl\nfuzzyctl.check({str(ROOT / 'rules' / 'tipper.fz')!r})\n"
+    unused = ["fuzzyctl.formats.foreign", "fuzzyctl.kernels.compile"]
+    loaded_after(f"{code}assert [m for m in {unused} if m in sys.modules] == []")
+
+
 def test_every_name_of_the_facade_exists_and_stands_in_order():
     import fuzzyctl
 

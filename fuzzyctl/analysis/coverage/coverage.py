@@ -9,9 +9,8 @@ from typing import Final
 from fuzzyctl.analysis.coverage.box_search import Hole, Search, Undecided, Verdict, counts
 from fuzzyctl.analysis.coverage.fires import Silence, at, unclear_at
 from fuzzyctl.analysis.degrees import CERTAIN, Truths, degree_in
-from fuzzyctl.analysis.empty_cells import empty_cells
 from fuzzyctl.analysis.work import COVERAGE, SEARCH, SPENT, SpentError, Work
-from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.formulas import EXACT_IMPLICATIONS
 from fuzzyctl.kernels.plan.build import OutputPlan, Plan, degree_name, plan
 from fuzzyctl.model.system import FuzzySystem
@@ -131,8 +130,7 @@ def diagnostics_of(
             hole = _at_hole(flat, output, flat.outputs[position], verdict)
             # Where rules fire and something stops them, cells are not what is missing.
             stopped = _stopped(flat, flat.outputs[position], verdict.witness)
-            cells = () if stopped else empty_cells(system, output.name, verdict.witness)
-            found.append(_with_cells(hole, output, cells))
+            found.append(hole if stopped else _with_cells(hole, system, output, verdict.witness))
         else:
             found.append(_undecided(flat, output, flat.outputs[position], verdict, silence))
     return found
@@ -145,8 +143,11 @@ def _at_hole(flat: Plan, output: Output, planned: OutputPlan, hole: Hole) -> Dia
     return _silent(output, f"where {hole}", _stopped(flat, planned, hole.witness), before=example)
 
 
-def _with_cells(hole: Diagnostic, output: Output, cells: tuple[Note, ...]) -> Diagnostic:
+def _with_cells(hole: Diagnostic, system: FuzzySystem, output: Output, witness: Mapping[str, float]) -> Diagnostic:
     """Name the empty cells of tables where no rule fires: they are what is to be filled."""
+    from fuzzyctl.analysis.empty_cells import empty_cells
+
+    cells = empty_cells(system, output.name, witness)
     if not cells:
         return hole
     which = "the empty cell" if len(cells) == 1 else "the empty cells"
