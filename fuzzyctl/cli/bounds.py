@@ -17,9 +17,9 @@ from fuzzyctl.cli.common import (
     SYSTEM,
     answers_with_diagnostics,
     end_of_range,
-    load_checked,
     timeout_option,
 )
+from fuzzyctl.cli.loading import load_checked
 from fuzzyctl.cli.streams import say, write_json
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def bounds(
     """
     from fuzzyctl.analysis.extremes import extents
 
-    system = load_checked(file, settings, name, profile)
+    system = load_checked(file, settings, name, profile).system
     found = extents(system, timeout=timeout)
     if form == "json":
         data = {

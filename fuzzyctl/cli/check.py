@@ -19,8 +19,8 @@ from fuzzyctl.cli.common import (
     answers_with_diagnostics,
     heard,
     show,
-    source_of,
 )
+from fuzzyctl.cli.loading import source_of
 from fuzzyctl.cli.streams import say
 from fuzzyctl.diagnostics.diagnostic import CODES, Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.suggestions import counted, did_you_mean

@@ -19,10 +19,8 @@ from fuzzyctl.cli.common import (
     answers_with_diagnostics,
     assignments,
     show,
-    source_of,
-    under,
-    with_params,
 )
+from fuzzyctl.cli.loading import changed, source_of
 from fuzzyctl.cli.streams import say, write_json
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
@@ -136,11 +134,7 @@ def _passed(
     """
     from fuzzyctl.analysis.check import check_changed
 
-    def change(system: FuzzySystem) -> FuzzySystem:
-        values = assignments(settings, [p.name for p in system.params], "param")
-        return under(with_params(system, values, settings) if values else system, profile)
-
-    checked = check_changed(source, change, folder=folder, system=name)
+    checked = check_changed(source, lambda s: changed(s, settings, profile), folder=folder, system=name)
     if checked.system is None:
         raise DiagnosticError(checked.diagnostics)
     show([*checked.diagnostics, *_undecided(checked.verdicts)])

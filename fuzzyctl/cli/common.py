@@ -8,9 +8,7 @@ import re
 import sys
 import unicodedata
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
 from functools import wraps
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, Final, ParamSpec
 
 import click
@@ -18,11 +16,10 @@ import click
 from fuzzyctl.cli.streams import say, write_data, write_json
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, FuzzyctlError, render_all
 from fuzzyctl.diagnostics.suggestions import closest
-from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.support.numerals import to_number
 
 if TYPE_CHECKING:
-    from fuzzyctl.diagnostics.source import SourceText
+    from fuzzyctl.model.system import FuzzySystem
 
 #: Name of standard input in diagnostics; as an argument it is '-'.
 STDIN: Final = "<stdin>"
@@ -208,69 +205,6 @@ def standard_input() -> BinaryIO:
         raise click.UsageError("'-' is given twice, and standard input can be read once")
     _meta()[_READ] = True
     return sys.stdin.buffer
-
-
-def source_of(file: str) -> SourceText:
-    """Read a rule file, or standard input for '-'; files that its text uses are found in the current folder."""
-    from fuzzyctl.support.reading import read_source, read_stream
-
-    return read_stream(standard_input(), STDIN) if file == "-" else read_source(file)
-
-
-def load_checked(
-    path: str, settings: Iterable[str] = (), name: str | None = None, profile: str | None = None
-) -> FuzzySystem:
-    """Load a rule file for use: all its checks must pass; warnings are printed.
-
-    Args:
-        path: The file; '-' is standard input.
-        settings: `NAME=VALUE` for params.
-        name: The system, where the file holds several.
-        profile: The profile to compute by; None for what the file says.
-
-    Raises:
-        DiagnosticError: With all errors of the file; for a system that the tool of the profile cannot evaluate.
-    """
-    from fuzzyctl.analysis.coverage import coverage
-    from fuzzyctl.loading.load import choose, look_through
-
-    source = source_of(path)
-    examined = look_through(source, folder=Path(path).parent)
-    system, diagnostics = choose(source, examined.systems, examined.told(examined.diagnostics), name)
-    if system is None:
-        raise DiagnosticError(diagnostics)
-    texts = tuple(settings)
-    values = assignments(texts, [p.name for p in system.params], "param")
-    if values:
-        system = with_params(system, values, texts)
-    system = under(system, profile)
-    diagnostics = examined.told([*examined.diagnostics, *coverage.diagnostics(system)])
-    if any(d.severity == "error" for d in diagnostics):
-        raise DiagnosticError(diagnostics)
-    show(diagnostics)
-    return system
-
-
-def under(system: FuzzySystem, profile: str | None) -> FuzzySystem:
-    """Return a system under a profile, or as it is; what stays as it is although the tool has no such thing is said."""
-    if profile is None:
-        return system
-    from fuzzyctl.model.checks.profile_limits import kept
-    from fuzzyctl.model.profiles import as_profile
-
-    changed = as_profile(system, profile)
-    show(kept(system, profile))
-    return changed
-
-
-def with_params(system: FuzzySystem, values: dict[str, float], texts: Sequence[str]) -> FuzzySystem:
-    """Set params; what is wrong with the system then comes from the command line, not from the file."""
-    try:
-        return system.with_params(**values)
-    except DiagnosticError as error:
-        facts = (f"with {' '.join(f'--set {text}' for text in texts)}",)
-        blamed = [replace(d, facts=(*d.facts, *facts), help="give --set another value") for d in error.diagnostics]
-        raise DiagnosticError(blamed) from None
 
 
 def assignments(texts: Iterable[str], known: Sequence[str], kind: str) -> dict[str, float]:

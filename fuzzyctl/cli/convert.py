@@ -19,11 +19,9 @@ from fuzzyctl.cli.common import (
     SET,
     SYSTEM,
     answers_with_diagnostics,
-    assignments,
     show,
-    source_of,
-    with_params,
 )
+from fuzzyctl.cli.loading import open_systems
 from fuzzyctl.cli.progress import progress
 from fuzzyctl.cli.streams import say, write_data, write_json
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
@@ -133,14 +131,9 @@ def _target(target: str, wanted: str | None) -> str:
 
 def _loaded(source: str, settings: tuple[str, ...], name: str | None) -> tuple[FuzzySystem, list[Diagnostic]]:
     """Load a system of any format with its warnings, which are printed; its gaps are no mistakes of a conversion."""
-    from fuzzyctl.loading.load import examine
-
-    system, diagnostics = examine(source_of(source), folder=Path(source).parent, system=name)
-    if system is None:
-        raise DiagnosticError(diagnostics)
-    show(diagnostics)
-    values = assignments(settings, [p.name for p in system.params], "param")
-    return (with_params(system, values, settings) if values else system), diagnostics
+    opened = open_systems(source, settings, name, several=False)
+    show(opened.diagnostics)
+    return opened.systems[0], opened.diagnostics
 
 
 def _write(system: FuzzySystem, conversion: Conversion, target: str) -> None:

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from fuzzyctl.cli.common import DONE, FAILED, FORMAT, SYSTEM, answers_with_diagnostics, source_of
+from fuzzyctl.cli.common import DONE, FAILED, FORMAT, SYSTEM, answers_with_diagnostics
+from fuzzyctl.cli.loading import Opened, open_systems
 from fuzzyctl.cli.streams import say, write_json
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
     from fuzzyctl.comparison.changes import Change
-    from fuzzyctl.diagnostics.source import SourceText
     from fuzzyctl.model.system import FuzzySystem
 
 #: How a change begins its line.
@@ -43,12 +42,12 @@ def diff(first: str, second: str, form: str, name: str | None) -> int:
 
     Exit code: 0 where nothing was changed, 1 where something was.
     """
-    sources = source_of(first), source_of(second)
-    pairs = _pairs(*sources, name)
+    before, after = _opened(first, second, name)
+    pairs = _pairs(before, after)
     from fuzzyctl.comparison.changes import changes
     from fuzzyctl.comparison.policy import policy_changes
 
-    said = policy_changes(*sources)
+    said = policy_changes(before.file.policy, after.file.policy)
     found = [(a.name, changes(a, b)) for a, b in pairs]
     if form == "json":
         systems = [_data(name, own) for name, own in found]
@@ -67,38 +66,43 @@ def diff(first: str, second: str, form: str, name: str | None) -> int:
     return FAILED if said or any(own for _, own in found) else DONE
 
 
-def _pairs(first: SourceText, second: SourceText, name: str | None) -> list[tuple[FuzzySystem, FuzzySystem]]:
-    """Load both files and pair their systems: by name, or the only ones.
+def _opened(first: str, second: str, name: str | None) -> tuple[Opened, Opened]:
+    """Open both files.
 
     Raises:
-        DiagnosticError: With the errors of both files, or where systems have no partner.
+        DiagnosticError: With the errors of both.
     """
-    (own, mistakes), (other, more) = (_systems(source, name) for source in (first, second))
-    if mistakes or more:
-        raise DiagnosticError([*mistakes, *more])
-    if len(own) == len(other) == 1:
-        return [(own[0], other[0])]
-    by_name = {s.name: s for s in other}
+    opened: list[Opened] = []
+    mistakes: list[Diagnostic] = []
+    for file in (first, second):
+        try:
+            opened.append(open_systems(file, name=name, hints=False))
+        except DiagnosticError as error:
+            mistakes.extend(error.diagnostics)
+    if mistakes:
+        raise DiagnosticError(mistakes)
+    return opened[0], opened[1]
+
+
+def _pairs(first: Opened, second: Opened) -> list[tuple[FuzzySystem, FuzzySystem]]:
+    """Pair the systems of two files: by name, or the only ones.
+
+    Raises:
+        DiagnosticError: Where systems have no partner.
+    """
+    if len(first.systems) == len(second.systems) == 1:
+        return [(first.systems[0], second.systems[0])]
     lonely = [
-        Diagnostic("FZ502", f"system '{s.name}' is in one of the files only", file=file, help="name one: --system")
-        for file, systems, names in ((first.name, own, set(by_name)), (second.name, other, {s.name for s in own}))
-        for s in systems
-        if s.name not in names
+        Diagnostic("FZ502", message, file=one.file.source.name, help="name one: --system")
+        for one, other in ((first, second), (second, first))
+        for s in one.systems
+        if s.name not in {o.name for o in other.systems}
+        for message in (f"system '{s.name}' is in one of the files only",)
     ]
     if lonely:
         raise DiagnosticError(lonely)
-    return [(s, by_name[s.name]) for s in own]
-
-
-def _systems(source: SourceText, name: str | None) -> tuple[tuple[FuzzySystem, ...], list[Diagnostic]]:
-    """Return the systems of a file, or the one named, and the errors of the file."""
-    from fuzzyctl.loading.load import choose, examine_all
-
-    systems, found = examine_all(source, folder=Path(source.name).parent, hints=False)
-    if name is not None:
-        chosen, found = choose(source, systems, found, name)
-        systems = (chosen,) if chosen is not None else ()
-    return systems, [d for d in found if d.severity == "error"]
+    by_name = {s.name: s for s in second.systems}
+    return [(s, by_name[s.name]) for s in first.systems]
 
 
 def _data(name: str, changes: Sequence[Change]) -> dict[str, Any]:

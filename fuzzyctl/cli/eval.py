@@ -2,14 +2,7 @@
 
 from __future__ import annotations
 
-import csv
-import io
-import json
-import math
-import tempfile
-import unicodedata
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, Final, TextIO
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -19,27 +12,18 @@ from fuzzyctl.cli.common import (
     FORMAT,
     QUIET,
     SET,
-    STDIN,
     SYSTEM,
     answers_with_diagnostics,
-    load_checked,
     outside_range,
     plain,
     point_of,
     show,
-    standard_input,
 )
-from fuzzyctl.cli.streams import say, write_data, write_json
-from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
-from fuzzyctl.diagnostics.suggestions import closest
-from fuzzyctl.support.numerals import to_number
+from fuzzyctl.cli.loading import load_checked
+from fuzzyctl.cli.streams import say, write_json
 
 if TYPE_CHECKING:
-    from fuzzyctl.kernels.compile import Kernel
-    from fuzzyctl.model.system import FuzzySystem
-
-#: Rows of a CSV that are evaluated at once: bounded memory whatever the file's length.
-BLOCK: Final = 8192
+    from fuzzyctl.kernels.kernel import Kernel
 
 
 @click.command("eval")
@@ -71,16 +55,20 @@ def evaluate(
     kept, the outputs are appended. A value outside an input's range is clamped to it, with a warning. An adaptive
     output is evaluated at its initial consequents.
     """
-    from fuzzyctl.kernels.compile import compile as compile_system
+    from fuzzyctl.kernels.kernel import Kernel
 
-    system = load_checked(file, settings, name, profile)
+    loaded = load_checked(file, settings, name, profile)
+    system = loaded.system
     if points is not None:
         if values:
             raise click.UsageError("give INPUT=VALUE or --points, not both")
-        return _evaluate_csv(system, compile_system(system, backend="numpy"), points, form)
+        from fuzzyctl.cli.csv_points import evaluate_rows
+
+        show(evaluate_rows(system, Kernel(loaded.plan, "numpy"), points, form))
+        return DONE
     given = point_of(system, values, "eval")
     warnings = outside_range(system, given)
-    results = _results(system, given)
+    results = _results(Kernel(loaded.plan, "python"), given)
     if form == "json":
         data: dict[str, Any] = {
             "system": system.name,
@@ -98,179 +86,7 @@ def evaluate(
     return DONE
 
 
-def _results(system: FuzzySystem, given: dict[str, float]) -> dict[str, float]:
-    result = system(**given)
-    return dict(result) if isinstance(result, dict) else {system.outputs[0].name: result}
-
-
-def _evaluate_csv(system: FuzzySystem, kernel: Kernel, points: str, form: str) -> int:
-    name = STDIN if points == "-" else points
-    try:
-        # Results wait in a file until all rows are done, so that a malformed one prints nothing half-written.
-        with tempfile.TemporaryFile("w+", encoding="utf-8", newline="") as results:
-            if points == "-":
-                piped = io.TextIOWrapper(standard_input(), encoding="utf-8-sig", newline="")
-                warnings = _evaluate_rows(system, kernel, piped, name, form, results)
-                piped.detach()
-            else:
-                with open(points, encoding="utf-8-sig", newline="") as stream:
-                    warnings = _evaluate_rows(system, kernel, stream, name, form, results)
-            results.seek(0)
-            for part in iter(lambda: results.read(1 << 16), ""):
-                write_data(part)
-        show(warnings)
-        return DONE
-    except UnicodeDecodeError:
-        raise DiagnosticError([Diagnostic("FZ002", "the points are not UTF-8 text", file=name)]) from None
-    except OSError as error:
-        raise DiagnosticError(
-            [Diagnostic("FZ001", f"the file cannot be read: {error.strerror}", file=points)]
-        ) from None
-
-
-def _evaluate_rows(
-    system: FuzzySystem, kernel: Kernel, stream: TextIO, name: str, form: str, results_file: TextIO
-) -> list[Diagnostic]:
-    """Evaluate all rows into a file; return warnings of clamped values."""
-    reader = csv.reader(stream)
-    header = [unicodedata.normalize("NFC", cell.strip()) for cell in _next(reader, name) or []]
-    columns = _columns(system, header, name)
-    outputs = [o.name for o in system.outputs]
-    writer = csv.writer(results_file, lineterminator="\n")
-    clamped = _Clamped(system)
-    first = True
-    for rows, points, results in _blocks(kernel, reader, columns, header, name):
-        clamped.count(points)
-        if form == "text":
-            # The header waits for the first block, so that a malformed file prints nothing else.
-            writer.writerows([[*header, *outputs]] if first else [])
-            writer.writerows([*row, *map(repr, result)] for row, result in zip(rows, results, strict=True))
-            first = False
-            continue
-        for point, result in zip(points.tolist(), results, strict=True):
-            inputs = dict(zip([v.name for v in system.inputs], point, strict=True))
-            item = {"inputs": plain(inputs), "outputs": plain(dict(zip(outputs, result, strict=True)))}
-            results_file.write(("[" if first else ",\n ") + json.dumps(item, ensure_ascii=False))
-            first = False
-    if form == "json":
-        results_file.write("[]\n" if first else "]\n")
-    elif first:
-        writer.writerow([*header, *outputs])
-    return clamped.warnings()
-
-
-def _next(reader: Any, name: str) -> list[str] | None:
-    """Return the next row, None at the end."""
-    try:
-        row: list[str] | None = next(reader, None)
-    except csv.Error as error:
-        place = f"{name}:{reader.line_num}"
-        raise DiagnosticError([Diagnostic("FZ505", f"the row cannot be read: {error}", file=place)]) from None
-    return row
-
-
-class _Clamped:
-    """Counts the values that lie outside their input's range."""
-
-    def __init__(self, system: FuzzySystem) -> None:
-        self.names = [v.name for v in system.inputs]
-        free = [v.extrapolate for v in system.inputs]
-        self.low = [-math.inf if f else system.number(v.lower) for v, f in zip(system.inputs, free, strict=True)]
-        self.high = [math.inf if f else system.number(v.upper) for v, f in zip(system.inputs, free, strict=True)]
-        self.outside = [0] * len(self.names)
-        self.total = 0
-
-    def count(self, points: Any) -> None:
-        outside = ((points < self.low) | (points > self.high)).sum(axis=0)
-        self.outside = [a + int(b) for a, b in zip(self.outside, outside, strict=True)]
-        self.total += len(points)
-
-    def warnings(self) -> list[Diagnostic]:
-        help_text = "widen the range in the file, or write 'extrapolate' behind it"
-        return [
-            Diagnostic(
-                "FZ504",
-                f"{count} of {self.total} values of '{name}' lie outside [{low:.6g}, {high:.6g}] and are clamped to it",
-                severity="warning",
-                help=help_text,
-            )
-            for name, low, high, count in zip(self.names, self.low, self.high, self.outside, strict=True)
-            if count
-        ]
-
-
-def _columns(system: FuzzySystem, header: list[str], name: str) -> list[int]:
-    """Find the column of each input."""
-    mistakes = []
-    if not any(header):
-        raise DiagnosticError(
-            [Diagnostic("FZ505", "the file has no header line", file=name, help=_header_help(system))]
-        )
-    if len(header) == 1 and any(c in header[0] for c in ";\t") and len(system.inputs) > 1:
-        facts = (f"the first line is: {header[0]!r}",)
-        message = "the columns are not separated by commas"
-        raise DiagnosticError([Diagnostic("FZ505", message, file=name, facts=facts, help=_header_help(system))])
-    for variable in system.inputs:
-        count = header.count(variable.name)
-        if count == 1:
-            continue
-        near = closest(variable.name, header)
-        what = f"no column '{variable.name}'" if not count else f"{count} columns '{variable.name}'"
-        help_text = f"is '{near}' meant? {_header_help(system)}" if near and not count else _header_help(system)
-        mistakes.append(Diagnostic("FZ505", what, file=name, facts=(f"columns: {', '.join(header)}",), help=help_text))
-    for output in system.outputs:
-        if output.name in header:
-            message = f"the file already has a column '{output.name}', the name of an output"
-            mistakes.append(Diagnostic("FZ505", message, file=name, help="rename or remove it"))
-    if mistakes:
-        raise DiagnosticError(mistakes)
-    return [header.index(v.name) for v in system.inputs]
-
-
-def _header_help(system: FuzzySystem) -> str:
-    return f"the first line names the columns: {','.join(v.name for v in system.inputs)}"
-
-
-def _blocks(
-    kernel: Kernel, reader: Any, columns: list[int], header: list[str], name: str
-) -> Iterator[tuple[list[list[str]], Any, list[list[float]]]]:
-    """Yield rows, their points as an array (rows, inputs), and their results."""
-    import numpy as np
-
-    done = False
-    state = kernel.initial_state() if kernel.n_states else None
-    while not done:
-        rows: list[list[str]] = []
-        points = np.empty((BLOCK, len(columns)))
-        while len(rows) < BLOCK:
-            row = _next(reader, name)
-            if row is None:
-                done = True
-                break
-            if not row:
-                continue
-            points[len(rows)] = _point(row, columns, header, f"{name}:{reader.line_num}")
-            rows.append(row)
-        points = points[: len(rows)]
-        if rows:
-            results = kernel.batch(points, state).reshape(len(rows), -1)
-            if state is not None:
-                state = kernel.next_state(state, results)
-            yield rows, points, results.tolist()
-
-
-def _point(row: list[str], columns: list[int], header: list[str], place: str) -> list[float]:
-    """Return the values of the inputs in a row."""
-    if len(row) != len(header):
-        message = f"the row has {len(row)} cell{'' if len(row) == 1 else 's'} for {len(header)} columns"
-        raise DiagnosticError([Diagnostic("FZ505", message, file=place)])
-    values = []
-    for c in columns:
-        try:
-            values.append(to_number(row[c]))
-        except (ValueError, OverflowError):
-            shown = row[c] if len(row[c]) <= 40 else f"{row[c][:40]}…"
-            message = f"'{shown}' in column '{header[c]}' is no number"
-            help_text = "write numbers with a decimal point"
-            raise DiagnosticError([Diagnostic("FZ505", message, file=place, help=help_text)]) from None
-    return values
+def _results(kernel: Kernel, given: dict[str, float]) -> dict[str, float]:
+    state = (kernel.plan.initial_state,) if kernel.n_states else ()
+    result = kernel(*(given[name] for name in kernel.input_names), *state)
+    return dict(zip(kernel.output_names, result if isinstance(result, tuple) else (result,), strict=True))

@@ -15,10 +15,10 @@ from fuzzyctl.cli.common import (
     SYSTEM,
     answers_with_diagnostics,
     assignments,
-    load_checked,
     outside_range,
     show,
 )
+from fuzzyctl.cli.loading import load_checked
 from fuzzyctl.cli.streams import say
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.suggestions import closest
@@ -62,7 +62,7 @@ def plot_surface(
 
     With -x alone, or a system of one input, the picture is a curve.
     """
-    system = load_checked(file, settings, name, profile)
+    system = load_checked(file, settings, name, profile).system
     inputs = [v.name for v in system.inputs]
     chosen = output or system.outputs[0].name
     _known(chosen, [o.name for o in system.outputs], "output")
@@ -102,7 +102,7 @@ def plot_surface(
 @answers_with_diagnostics
 def plot_terms(file: str, out: str | None, settings: tuple[str, ...], name: str | None, profile: str | None) -> None:
     """Draw the terms of all inputs and outputs."""
-    system = load_checked(file, settings, name, profile)
+    system = load_checked(file, settings, name, profile).system
     from fuzzyctl.plot.names import file_part
 
     target = picture_file(out, f"{file_part(system.name)}-terms.png")

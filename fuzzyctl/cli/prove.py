@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -21,14 +20,11 @@ from fuzzyctl.cli.common import (
     SYSTEM,
     UNDECIDED,
     answers_with_diagnostics,
-    assignments,
     end_of_range,
     show,
-    source_of,
     timeout_option,
-    under,
-    with_params,
 )
+from fuzzyctl.cli.loading import open_systems
 from fuzzyctl.cli.progress import progress
 from fuzzyctl.cli.streams import say, write_json
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
@@ -90,36 +86,21 @@ def prove(
     return UNDECIDED if "Undecided" in kinds else DONE
 
 
-def _systems(file: str, settings: Sequence[str], name: str | None, profile: str | None) -> list[FuzzySystem]:
-    """Return the systems of a file, or the one named, with params set, under a profile; undecided coverage is printed.
+def _systems(file: str, settings: Sequence[str], name: str | None, profile: str | None) -> tuple[FuzzySystem, ...]:
+    """Return the systems of a file, or the one named; undecided coverage is printed.
 
     Raises:
         DiagnosticError: With the mistakes of the file.
     """
     from fuzzyctl.analysis.coverage import coverage
-    from fuzzyctl.loading.load import choose, look_through
 
-    source = source_of(file)
-    examined = look_through(source, folder=Path(file).parent)
-    systems, diagnostics = examined.systems, examined.told(examined.diagnostics)
-    if name is not None:
-        chosen, diagnostics = choose(source, systems, diagnostics, name)
-        systems = (chosen,) if chosen is not None else ()
-    _refuse_errors(diagnostics)
-    found: list[FuzzySystem] = []
-    for system in systems:
-        values = assignments(settings, [p.name for p in system.params], "param")
-        found.append(under(with_params(system, values, settings) if values else system, profile))
-    uncovered = examined.told(d for system in found for d in coverage.diagnostics(system))
-    _refuse_errors(uncovered)
+    opened = open_systems(file, settings, name, profile)
+    uncovered = opened.file.told(d for system in opened.systems for d in coverage.diagnostics(system))
+    errors = [d for d in uncovered if d.severity == "error"]
+    if errors:
+        raise DiagnosticError(errors)
     show(uncovered)
-    return found
-
-
-def _refuse_errors(diagnostics: Sequence[Diagnostic]) -> None:
-    mistakes = [d for d in diagnostics if d.severity == "error"]
-    if mistakes:
-        raise DiagnosticError(mistakes)
+    return opened.systems
 
 
 def _prove_all(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 import sys
-from pathlib import Path
+from collections.abc import Sequence
 
 import click
 
@@ -17,13 +17,10 @@ from fuzzyctl.cli.common import (
     SET,
     SYSTEM,
     answers_with_diagnostics,
-    assignments,
-    source_of,
-    under,
     use_color,
 )
+from fuzzyctl.cli.loading import open_systems
 from fuzzyctl.cli.streams import say, write_json
-from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.diagnostics.terminal import for_terminal
 from fuzzyctl.model.system import FuzzySystem
 
@@ -62,7 +59,7 @@ def show_system(
     from fuzzyctl.cli.layout import laid_out
     from fuzzyctl.cli.summary import summary
 
-    systems = _systems(file, settings, name, profile)
+    systems = open_systems(file, settings, name, profile).systems
     if only_plan:
         return _show_plan(systems, algorithm, form)
     pages = [summary(system) for system in systems]
@@ -76,7 +73,7 @@ def show_system(
     return DONE
 
 
-def _show_plan(systems: list[FuzzySystem], algorithm: str, form: str) -> int:
+def _show_plan(systems: Sequence[FuzzySystem], algorithm: str, form: str) -> int:
     from fuzzyctl.cli.planned import plan_text, planned
 
     plans = [planned(system, algorithm) for system in systems]
@@ -85,27 +82,3 @@ def _show_plan(systems: list[FuzzySystem], algorithm: str, form: str) -> int:
     else:
         say("\n\n".join(map(plan_text, plans)))
     return DONE
-
-
-def _systems(file: str, settings: tuple[str, ...], name: str | None, profile: str | None) -> list[FuzzySystem]:
-    """Load the systems to show; their warnings are for `fuzzyctl check`.
-
-    Raises:
-        DiagnosticError: With all errors of the file, or of the settings.
-    """
-    from fuzzyctl.loading.load import choose, examine_all
-
-    source = source_of(file)
-    systems, diagnostics = examine_all(source, folder=Path(file).parent)
-    if name is not None or not systems:
-        chosen, diagnostics = choose(source, systems, diagnostics, name)
-        systems = (chosen,) if chosen is not None else ()
-    errors = [d for d in diagnostics if d.severity == "error"]
-    if errors:
-        raise DiagnosticError(errors)
-    return [under(_with(system, settings), profile) for system in systems]
-
-
-def _with(system: FuzzySystem, settings: tuple[str, ...]) -> FuzzySystem:
-    values = assignments(settings, [p.name for p in system.params], "param")
-    return system.with_params(**values) if values else system

@@ -16,12 +16,12 @@ from fuzzyctl.cli.common import (
     SET,
     SYSTEM,
     answers_with_diagnostics,
-    load_checked,
     outside_range,
     plain,
     point_of,
     show,
 )
+from fuzzyctl.cli.loading import load_checked
 from fuzzyctl.cli.streams import say, write_json
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def why(
     """
     from fuzzyctl.explain.trace import trace
 
-    system = load_checked(file, settings, name, profile)
+    system = load_checked(file, settings, name, profile).system
     given = point_of(system, values, "why")
     found = trace(system, given)
     warnings = outside_range(system, given)

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from fuzzyctl.comparison.changes import Change, Kind
-from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.formats.registry import format_of
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.lang.parser import parse
 
 
 @dataclass(frozen=True)
@@ -25,7 +22,7 @@ class _Said:
         return f'{self.word} {code} "{self.reason}"' if self.reason else f"{self.word} {code}"
 
 
-def policy_changes(first: SourceText, second: SourceText) -> tuple[Change, ...]:
+def policy_changes(first: Sequence[sx.Allow], second: Sequence[sx.Allow]) -> tuple[Change, ...]:
     """Return what differs in the codes that two rule files allow and deny, and in the reasons; one change a code.
 
     Where codes share a line, and in which order the lines stand, does not count. A code that is both allowed and denied
@@ -45,17 +42,11 @@ def _changes(before: dict[str, _Said], after: dict[str, _Said]) -> Iterator[Chan
         yield Change(kind, "diagnostic", code, *texts, *lines)
 
 
-def _policy(source: SourceText) -> dict[str, _Said]:
+def _policy(lines: Sequence[sx.Allow]) -> dict[str, _Said]:
     found: dict[str, _Said] = {}
-    for line in _lines(source):
+    for line in lines:
         for code in line.codes:
             said = _Said(line.keyword.text, line.reason, line.span.line)
             if code.text not in found or said.word == "deny":
                 found[code.text] = said
     return found
-
-
-def _lines(source: SourceText) -> Iterable[sx.Allow]:
-    if format_of(source.name) is not None:
-        return ()
-    return (s for s in parse(source)[0].statements if isinstance(s, sx.Allow))

@@ -1,0 +1,211 @@
+"""Evaluation of the rows of a CSV file, a block at a time."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+import tempfile
+import unicodedata
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, Final, TextIO
+
+from fuzzyctl.cli.common import STDIN, plain, standard_input
+from fuzzyctl.cli.streams import write_data
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.diagnostics.suggestions import closest
+from fuzzyctl.support.numerals import to_number
+
+if TYPE_CHECKING:
+    from fuzzyctl.kernels.kernel import Kernel
+    from fuzzyctl.model.system import FuzzySystem
+
+#: Rows that are evaluated at once: bounded memory whatever the file's length.
+BLOCK: Final = 8192
+
+
+def evaluate_rows(system: FuzzySystem, kernel: Kernel, points: str, form: str) -> list[Diagnostic]:
+    """Print every row of a CSV file with its outputs.
+
+    Args:
+        system: The system.
+        kernel: Its kernel.
+        points: The file; '-' is standard input.
+        form: "text" for CSV, "json" for a list of inputs and outputs.
+
+    Returns:
+        Warnings of clamped values.
+
+    Raises:
+        DiagnosticError: For a file that cannot be read; nothing is printed then.
+    """
+    name = STDIN if points == "-" else points
+    try:
+        # Results wait in a file until all rows are done, so that a malformed one prints nothing half-written.
+        with tempfile.TemporaryFile("w+", encoding="utf-8", newline="") as results:
+            if points == "-":
+                piped = io.TextIOWrapper(standard_input(), encoding="utf-8-sig", newline="")
+                warnings = _evaluate_rows(system, kernel, piped, name, form, results)
+                piped.detach()
+            else:
+                with open(points, encoding="utf-8-sig", newline="") as stream:
+                    warnings = _evaluate_rows(system, kernel, stream, name, form, results)
+            results.seek(0)
+            for part in iter(lambda: results.read(1 << 16), ""):
+                write_data(part)
+        return warnings
+    except UnicodeDecodeError:
+        raise DiagnosticError([Diagnostic("FZ002", "the points are not UTF-8 text", file=name)]) from None
+    except OSError as error:
+        raise DiagnosticError(
+            [Diagnostic("FZ001", f"the file cannot be read: {error.strerror}", file=points)]
+        ) from None
+
+
+def _evaluate_rows(
+    system: FuzzySystem, kernel: Kernel, stream: TextIO, name: str, form: str, results_file: TextIO
+) -> list[Diagnostic]:
+    """Evaluate all rows into a file; return warnings of clamped values."""
+    reader = csv.reader(stream)
+    header = [unicodedata.normalize("NFC", cell.strip()) for cell in _next(reader, name) or []]
+    columns = _columns(system, header, name)
+    outputs = [o.name for o in system.outputs]
+    writer = csv.writer(results_file, lineterminator="\n")
+    clamped = _Clamped(system)
+    first = True
+    for rows, points, results in _blocks(kernel, reader, columns, header, name):
+        clamped.count(points)
+        if form == "text":
+            # The header waits for the first block, so that a malformed file prints nothing else.
+            writer.writerows([[*header, *outputs]] if first else [])
+            writer.writerows([*row, *map(repr, result)] for row, result in zip(rows, results, strict=True))
+            first = False
+            continue
+        for point, result in zip(points.tolist(), results, strict=True):
+            inputs = dict(zip([v.name for v in system.inputs], point, strict=True))
+            item = {"inputs": plain(inputs), "outputs": plain(dict(zip(outputs, result, strict=True)))}
+            results_file.write(("[" if first else ",\n ") + json.dumps(item, ensure_ascii=False))
+            first = False
+    if form == "json":
+        results_file.write("[]\n" if first else "]\n")
+    elif first:
+        writer.writerow([*header, *outputs])
+    return clamped.warnings()
+
+
+def _next(reader: Any, name: str) -> list[str] | None:
+    """Return the next row, None at the end."""
+    try:
+        row: list[str] | None = next(reader, None)
+    except csv.Error as error:
+        place = f"{name}:{reader.line_num}"
+        raise DiagnosticError([Diagnostic("FZ505", f"the row cannot be read: {error}", file=place)]) from None
+    return row
+
+
+class _Clamped:
+    """Counts the values that lie outside their input's range."""
+
+    def __init__(self, system: FuzzySystem) -> None:
+        self.names = [v.name for v in system.inputs]
+        free = [v.extrapolate for v in system.inputs]
+        self.low = [-math.inf if f else system.number(v.lower) for v, f in zip(system.inputs, free, strict=True)]
+        self.high = [math.inf if f else system.number(v.upper) for v, f in zip(system.inputs, free, strict=True)]
+        self.outside = [0] * len(self.names)
+        self.total = 0
+
+    def count(self, points: Any) -> None:
+        outside = ((points < self.low) | (points > self.high)).sum(axis=0)
+        self.outside = [a + int(b) for a, b in zip(self.outside, outside, strict=True)]
+        self.total += len(points)
+
+    def warnings(self) -> list[Diagnostic]:
+        help_text = "widen the range in the file, or write 'extrapolate' behind it"
+        return [
+            Diagnostic(
+                "FZ504",
+                f"{count} of {self.total} values of '{name}' lie outside [{low:.6g}, {high:.6g}] and are clamped to it",
+                severity="warning",
+                help=help_text,
+            )
+            for name, low, high, count in zip(self.names, self.low, self.high, self.outside, strict=True)
+            if count
+        ]
+
+
+def _columns(system: FuzzySystem, header: list[str], name: str) -> list[int]:
+    """Find the column of each input."""
+    mistakes = []
+    if not any(header):
+        raise DiagnosticError(
+            [Diagnostic("FZ505", "the file has no header line", file=name, help=_header_help(system))]
+        )
+    if len(header) == 1 and any(c in header[0] for c in ";\t") and len(system.inputs) > 1:
+        facts = (f"the first line is: {header[0]!r}",)
+        message = "the columns are not separated by commas"
+        raise DiagnosticError([Diagnostic("FZ505", message, file=name, facts=facts, help=_header_help(system))])
+    for variable in system.inputs:
+        count = header.count(variable.name)
+        if count == 1:
+            continue
+        near = closest(variable.name, header)
+        what = f"no column '{variable.name}'" if not count else f"{count} columns '{variable.name}'"
+        help_text = f"is '{near}' meant? {_header_help(system)}" if near and not count else _header_help(system)
+        mistakes.append(Diagnostic("FZ505", what, file=name, facts=(f"columns: {', '.join(header)}",), help=help_text))
+    for output in system.outputs:
+        if output.name in header:
+            message = f"the file already has a column '{output.name}', the name of an output"
+            mistakes.append(Diagnostic("FZ505", message, file=name, help="rename or remove it"))
+    if mistakes:
+        raise DiagnosticError(mistakes)
+    return [header.index(v.name) for v in system.inputs]
+
+
+def _header_help(system: FuzzySystem) -> str:
+    return f"the first line names the columns: {','.join(v.name for v in system.inputs)}"
+
+
+def _blocks(
+    kernel: Kernel, reader: Any, columns: list[int], header: list[str], name: str
+) -> Iterator[tuple[list[list[str]], Any, list[list[float]]]]:
+    """Yield rows, their points as an array (rows, inputs), and their results."""
+    import numpy as np
+
+    done = False
+    state = kernel.initial_state() if kernel.n_states else None
+    while not done:
+        rows: list[list[str]] = []
+        points = np.empty((BLOCK, len(columns)))
+        while len(rows) < BLOCK:
+            row = _next(reader, name)
+            if row is None:
+                done = True
+                break
+            if not row:
+                continue
+            points[len(rows)] = _point(row, columns, header, f"{name}:{reader.line_num}")
+            rows.append(row)
+        points = points[: len(rows)]
+        if rows:
+            results = kernel.batch(points, state).reshape(len(rows), -1)
+            if state is not None:
+                state = kernel.next_state(state, results)
+            yield rows, points, results.tolist()
+
+
+def _point(row: list[str], columns: list[int], header: list[str], place: str) -> list[float]:
+    """Return the values of the inputs in a row."""
+    if len(row) != len(header):
+        message = f"the row has {len(row)} cell{'' if len(row) == 1 else 's'} for {len(header)} columns"
+        raise DiagnosticError([Diagnostic("FZ505", message, file=place)])
+    values = []
+    for c in columns:
+        try:
+            values.append(to_number(row[c]))
+        except (ValueError, OverflowError):
+            shown = row[c] if len(row[c]) <= 40 else f"{row[c][:40]}…"
+            message = f"'{shown}' in column '{header[c]}' is no number"
+            help_text = "write numbers with a decimal point"
+            raise DiagnosticError([Diagnostic("FZ505", message, file=place, help=help_text)]) from None
+    return values
