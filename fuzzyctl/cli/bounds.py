@@ -9,17 +9,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fuzzyctl.cli.common import (
-    AS,
     DONE,
     FORMAT,
     QUIET,
-    SET,
-    SYSTEM,
     answers_with_diagnostics,
     end_of_range,
     timeout_option,
 )
-from fuzzyctl.cli.loading import load_checked
+from fuzzyctl.cli.loading import Choice, chooses, load_checked
 from fuzzyctl.cli.streams import say, write_json
 
 if TYPE_CHECKING:
@@ -29,16 +26,12 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("file")
-@SET
-@SYSTEM
-@AS
+@chooses
 @timeout_option(5.0, "How long each end of an output, and each slope, may take.")
 @FORMAT
 @QUIET
 @answers_with_diagnostics
-def bounds(
-    file: str, settings: tuple[str, ...], name: str | None, profile: str | None, timeout: float, form: str
-) -> int:
+def bounds(file: str, choice: Choice, timeout: float, form: str) -> int:
     """Print proved bounds of each output of a rule file.
 
     No number that a kernel returns lies outside, for any inputs. Points where the output comes nearest are evaluated.
@@ -49,7 +42,7 @@ def bounds(
     """
     from fuzzyctl.analysis.extremes import extents
 
-    system = load_checked(file, settings, name, profile).system
+    system = load_checked(file, choice).system
     found = extents(system, timeout=timeout)
     if form == "json":
         data = {

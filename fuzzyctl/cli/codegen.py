@@ -10,17 +10,14 @@ import click
 
 from fuzzyctl.cli.common import (
     ALGORITHM,
-    AS,
     DONE,
     FORMAT,
     QUIET,
-    SET,
-    SYSTEM,
     answers_with_diagnostics,
     assignments,
     show,
 )
-from fuzzyctl.cli.loading import changed, source_of
+from fuzzyctl.cli.loading import Choice, chooses, source_of
 from fuzzyctl.cli.streams import say, write_json
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
@@ -50,9 +47,7 @@ if TYPE_CHECKING:
 @click.option("--fixed", "fixed", metavar="Qm.n", help="Integers instead, such as Q3.12; with --target c.")
 @click.option("--table", "table", type=click.IntRange(2, 4096), metavar="N", help="A lookup table, N points an input.")
 @FORMAT
-@SET
-@SYSTEM
-@AS
+@chooses
 @QUIET
 @answers_with_diagnostics
 def codegen(
@@ -64,9 +59,7 @@ def codegen(
     fixed: str | None,
     table: int | None,
     form: str,
-    settings: tuple[str, ...],
-    name: str | None,
-    profile: str | None,
+    choice: Choice,
 ) -> int:
     """Write a system as C, Structured Text or Python.
 
@@ -84,7 +77,7 @@ def codegen(
     if target == "python" and precision == "float":
         raise click.BadParameter("Python has double precision only", param_hint="--float")
     source = source_of(file)
-    system, verdicts = _passed(source, Path(file).parent, settings, name, profile)
+    system, verdicts = _passed(source, Path(file).parent, choice)
     from fuzzyctl.codegen.files import generate, write
     from fuzzyctl.codegen.fixed import fixed_point
     from fuzzyctl.codegen.unit import prepare
@@ -92,7 +85,7 @@ def codegen(
     unit = prepare(
         system,
         source.text,
-        settings=assignments(settings, [p.name for p in system.params], "param"),
+        settings=assignments(choice.settings, [p.name for p in system.params], "param"),
         algorithm=algorithm,
         precision="float" if precision == "float" else "double",
         table=table,
@@ -124,9 +117,7 @@ def _told(data: dict[str, Any]) -> Iterator[str]:
     yield from (f"proved: {output} is off by {at_most(error)} at most" for output, error in data["errors"].items())
 
 
-def _passed(
-    source: SourceText, folder: Path, settings: tuple[str, ...], name: str | None, profile: str | None
-) -> tuple[FuzzySystem, tuple[Verdict, ...]]:
+def _passed(source: SourceText, folder: Path, choice: Choice) -> tuple[FuzzySystem, tuple[Verdict, ...]]:
     """Return a system that passes `fuzzyctl check` with its params set and under the profile; warnings are printed.
 
     Raises:
@@ -134,7 +125,7 @@ def _passed(
     """
     from fuzzyctl.analysis.check import check_changed
 
-    checked = check_changed(source, lambda s: changed(s, settings, profile), folder=folder, system=name)
+    checked = check_changed(source, choice.changed, folder=folder, system=choice.name)
     if checked.system is None:
         raise DiagnosticError(checked.diagnostics)
     show([*checked.diagnostics, *_undecided(checked.verdicts)])

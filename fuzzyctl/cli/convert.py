@@ -21,7 +21,7 @@ from fuzzyctl.cli.common import (
     answers_with_diagnostics,
     show,
 )
-from fuzzyctl.cli.loading import open_systems
+from fuzzyctl.cli.loading import Choice, open_systems
 from fuzzyctl.cli.progress import progress
 from fuzzyctl.cli.streams import say, write_data, write_json
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
@@ -131,7 +131,7 @@ def _target(target: str, wanted: str | None) -> str:
 
 def _loaded(source: str, settings: tuple[str, ...], name: str | None) -> tuple[FuzzySystem, list[Diagnostic]]:
     """Load a system of any format with its warnings, which are printed; its gaps are no mistakes of a conversion."""
-    opened = open_systems(source, settings, name, several=False)
+    opened = open_systems(source, Choice(settings, name), several=False)
     show(opened.diagnostics)
     return opened.systems[0], opened.diagnostics
 

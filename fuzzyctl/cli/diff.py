@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fuzzyctl.cli.common import DONE, FAILED, FORMAT, SYSTEM, answers_with_diagnostics
-from fuzzyctl.cli.loading import Opened, open_systems
+from fuzzyctl.cli.loading import Choice, Opened, open_systems
 from fuzzyctl.cli.streams import say, write_json
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
@@ -76,7 +76,7 @@ def _opened(first: str, second: str, name: str | None) -> tuple[Opened, Opened]:
     mistakes: list[Diagnostic] = []
     for file in (first, second):
         try:
-            opened.append(open_systems(file, name=name, hints=False))
+            opened.append(open_systems(file, Choice(name=name), hints=False))
         except DiagnosticError as error:
             mistakes.extend(error.diagnostics)
     if mistakes:

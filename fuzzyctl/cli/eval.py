@@ -7,19 +7,16 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fuzzyctl.cli.common import (
-    AS,
     DONE,
     FORMAT,
     QUIET,
-    SET,
-    SYSTEM,
     answers_with_diagnostics,
     outside_range,
     plain,
     point_of,
     show,
 )
-from fuzzyctl.cli.loading import load_checked
+from fuzzyctl.cli.loading import Choice, chooses, load_checked
 from fuzzyctl.cli.streams import say, write_json
 
 if TYPE_CHECKING:
@@ -31,9 +28,7 @@ if TYPE_CHECKING:
 @click.argument("values", nargs=-1, metavar="[INPUT=VALUE]...")
 @click.option("--points", metavar="CSV", help="Evaluate every row of a CSV file ('-' is standard input).")
 @FORMAT
-@SET
-@SYSTEM
-@AS
+@chooses
 @QUIET
 @answers_with_diagnostics
 def evaluate(
@@ -41,9 +36,7 @@ def evaluate(
     values: tuple[str, ...],
     points: str | None,
     form: str,
-    settings: tuple[str, ...],
-    name: str | None,
-    profile: str | None,
+    choice: Choice,
 ) -> int:
     """Evaluate a rule file at a point, or at all points of a CSV.
 
@@ -57,7 +50,7 @@ def evaluate(
     """
     from fuzzyctl.kernels.kernel import Kernel
 
-    loaded = load_checked(file, settings, name, profile)
+    loaded = load_checked(file, choice)
     system = loaded.system
     if points is not None:
         if values:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from fuzzyctl.cli.common import STDIN, assignments, show, standard_input
+from fuzzyctl.cli.common import AS, SET, STDIN, SYSTEM, assignments, show, standard_input
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
@@ -15,6 +16,49 @@ if TYPE_CHECKING:
     from fuzzyctl.kernels.plan.plan import Plan
     from fuzzyctl.loading.load import Examined
     from fuzzyctl.model.system import FuzzySystem
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What a command makes of a file.
+
+    Args:
+        settings: `NAME=VALUE` for params.
+        name: The system, where the file holds several; None for the only one, or for all.
+        profile: The profile to compute by; None for what the file says.
+    """
+
+    settings: tuple[str, ...] = ()
+    name: str | None = None
+    profile: str | None = None
+
+    def changed(self, system: FuzzySystem) -> FuzzySystem:
+        """Return a system with the params set, under the profile.
+
+        Raises:
+            DiagnosticError: For what is wrong with the system then; it comes from the command line, not from the file.
+        """
+        values = assignments(self.settings, [p.name for p in system.params], "param")
+        try:
+            system = system.with_params(**values) if values else system
+        except DiagnosticError as error:
+            facts = (f"with {' '.join(f'--set {text}' for text in self.settings)}",)
+            blamed = [replace(d, facts=(*d.facts, *facts), help="give --set another value") for d in error.diagnostics]
+            raise DiagnosticError(blamed) from None
+        return under(system, self.profile)
+
+
+def chooses(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Give a command the options `--set`, `--system` and `--as`, and their values as its argument `choice`."""
+
+    @SET
+    @SYSTEM
+    @AS
+    @wraps(command)
+    def run(*, settings: tuple[str, ...], name: str | None, profile: str | None, **others: Any) -> Any:
+        return command(choice=Choice(settings, name, profile), **others)
+
+    return run
 
 
 @dataclass(frozen=True)
@@ -47,23 +91,13 @@ def source_of(file: str) -> SourceText:
     return read_stream(standard_input(), STDIN) if file == "-" else read_source(file)
 
 
-def open_systems(
-    file: str,
-    settings: Sequence[str] = (),
-    name: str | None = None,
-    profile: str | None = None,
-    *,
-    several: bool = True,
-    hints: bool = True,
-) -> Opened:
+def open_systems(file: str, choice: Choice, *, several: bool = True, hints: bool = True) -> Opened:
     """Open the systems of a file.
 
     Args:
         file: The file; '-' is standard input.
-        settings: `NAME=VALUE` for params.
-        name: Of the only system that is wanted; None for all.
-        profile: The profile to compute by; None for what the file says.
-        several: Whether the command works on several systems; else `name` chooses one where there are several.
+        choice: What to make of it.
+        several: Whether the command works on several systems.
         hints: Whether to look for what can only be a warning.
 
     Raises:
@@ -76,23 +110,21 @@ def open_systems(
     source = source_of(file)
     examined = look_through(source, folder=Path(file).parent, hints=hints)
     systems, diagnostics = examined.systems, examined.told(examined.diagnostics)
-    if name is not None or not several:
-        system, diagnostics = choose(source, systems, diagnostics, name)
+    if choice.name is not None or not several:
+        system, diagnostics = choose(source, systems, diagnostics, choice.name)
         systems = (system,) if system is not None else ()
     errors = [d for d in diagnostics if d.severity == "error"]
     if errors:
         raise DiagnosticError(errors if several else diagnostics)
-    return Opened(examined, tuple(changed(system, settings, profile) for system in systems), diagnostics)
+    return Opened(examined, tuple(map(choice.changed, systems)), diagnostics)
 
 
-def load_checked(
-    file: str, settings: Sequence[str] = (), name: str | None = None, profile: str | None = None
-) -> Loaded:
+def load_checked(file: str, choice: Choice) -> Loaded:
     """Open the one system of a file, or the one named, for use: all its checks must pass; warnings are printed."""
     from fuzzyctl.analysis.coverage import coverage
     from fuzzyctl.kernels.plan.build import plan
 
-    opened = open_systems(file, settings, name, profile, several=False)
+    opened = open_systems(file, choice, several=False)
     system = opened.systems[0]
     flat = plan(system)
     found = coverage.diagnostics_of(system, flat, coverage.uncovered_of(flat))
@@ -101,22 +133,6 @@ def load_checked(
         raise DiagnosticError(diagnostics)
     show(diagnostics)
     return Loaded(system, flat)
-
-
-def changed(system: FuzzySystem, settings: Sequence[str], profile: str | None) -> FuzzySystem:
-    """Return a system with params set, under a profile.
-
-    Raises:
-        DiagnosticError: For what is wrong with the system then; it comes from the command line, not from the file.
-    """
-    values = assignments(settings, [p.name for p in system.params], "param")
-    try:
-        system = system.with_params(**values) if values else system
-    except DiagnosticError as error:
-        facts = (f"with {' '.join(f'--set {text}' for text in settings)}",)
-        blamed = [replace(d, facts=(*d.facts, *facts), help="give --set another value") for d in error.diagnostics]
-        raise DiagnosticError(blamed) from None
-    return under(system, profile)
 
 
 def under(system: FuzzySystem, profile: str | None) -> FuzzySystem:

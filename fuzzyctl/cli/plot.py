@@ -9,16 +9,13 @@ from pathlib import Path
 import click
 
 from fuzzyctl.cli.common import (
-    AS,
     QUIET,
-    SET,
-    SYSTEM,
     answers_with_diagnostics,
     assignments,
     outside_range,
     show,
 )
-from fuzzyctl.cli.loading import load_checked
+from fuzzyctl.cli.loading import Choice, chooses, load_checked
 from fuzzyctl.cli.streams import say
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.suggestions import closest
@@ -37,9 +34,7 @@ SUFFIXES = (".png", ".svg", ".pdf")
     "--resolution", type=click.IntRange(2, 2001), default=121, show_default=True, help="Points along an axis."
 )
 @click.option("-o", "--output", "out", metavar="FILE", help="PNG, SVG or PDF.  [default: SYSTEM-OUTPUT.png]")
-@SET
-@SYSTEM
-@AS
+@chooses
 @QUIET
 @answers_with_diagnostics
 def plot_surface(
@@ -50,9 +45,7 @@ def plot_surface(
     output: str | None,
     resolution: int,
     out: str | None,
-    settings: tuple[str, ...],
-    name: str | None,
-    profile: str | None,
+    choice: Choice,
 ) -> None:
     """Draw an output over one or two inputs.
 
@@ -62,7 +55,7 @@ def plot_surface(
 
     With -x alone, or a system of one input, the picture is a curve.
     """
-    system = load_checked(file, settings, name, profile).system
+    system = load_checked(file, choice).system
     inputs = [v.name for v in system.inputs]
     chosen = output or system.outputs[0].name
     _known(chosen, [o.name for o in system.outputs], "output")
@@ -95,14 +88,12 @@ def plot_surface(
 @click.command("plot-terms")
 @click.argument("file")
 @click.option("-o", "--output", "out", metavar="FILE", help="PNG, SVG or PDF.  [default: SYSTEM-terms.png]")
-@SET
-@SYSTEM
-@AS
+@chooses
 @QUIET
 @answers_with_diagnostics
-def plot_terms(file: str, out: str | None, settings: tuple[str, ...], name: str | None, profile: str | None) -> None:
+def plot_terms(file: str, out: str | None, choice: Choice) -> None:
     """Draw the terms of all inputs and outputs."""
-    system = load_checked(file, settings, name, profile).system
+    system = load_checked(file, choice).system
     from fuzzyctl.plot.names import file_part
 
     target = picture_file(out, f"{file_part(system.name)}-terms.png")

@@ -10,21 +10,18 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fuzzyctl.cli.common import (
-    AS,
     DONE,
     FAILED,
     FORMAT,
     QUIET,
-    SET,
     STDIN,
-    SYSTEM,
     UNDECIDED,
     answers_with_diagnostics,
     end_of_range,
     show,
     timeout_option,
 )
-from fuzzyctl.cli.loading import open_systems
+from fuzzyctl.cli.loading import Choice, chooses, open_systems
 from fuzzyctl.cli.progress import progress
 from fuzzyctl.cli.streams import say, write_json
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
@@ -38,16 +35,12 @@ Proofs = list[tuple[str, "FuzzySystem", "list[Verdict]"]]
 
 @click.command()
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
-@SET
-@SYSTEM
-@AS
+@chooses
 @timeout_option(10.0, "How long one guarantee may take.")
 @FORMAT
 @QUIET
 @answers_with_diagnostics
-def prove(
-    files: tuple[str, ...], settings: tuple[str, ...], name: str | None, profile: str | None, timeout: float, form: str
-) -> int:
+def prove(files: tuple[str, ...], choice: Choice, timeout: float, form: str) -> int:
     """Prove the guarantees of rule files: their 'require' lines.
 
     Each one is proved for all inputs, refuted by a point that is evaluated, or left undecided with what would decide
@@ -63,7 +56,7 @@ def prove(
     try:
         for file in dict.fromkeys(files):
             try:
-                systems = _systems(file, settings, name, profile)
+                systems = _systems(file, choice)
             except DiagnosticError as error:
                 mistakes.extend(error.diagnostics)
                 continue
@@ -86,7 +79,7 @@ def prove(
     return UNDECIDED if "Undecided" in kinds else DONE
 
 
-def _systems(file: str, settings: Sequence[str], name: str | None, profile: str | None) -> tuple[FuzzySystem, ...]:
+def _systems(file: str, choice: Choice) -> tuple[FuzzySystem, ...]:
     """Return the systems of a file, or the one named; undecided coverage is printed.
 
     Raises:
@@ -94,7 +87,7 @@ def _systems(file: str, settings: Sequence[str], name: str | None, profile: str 
     """
     from fuzzyctl.analysis.coverage import coverage
 
-    opened = open_systems(file, settings, name, profile)
+    opened = open_systems(file, choice)
     uncovered = opened.file.told(d for system in opened.systems for d in coverage.diagnostics(system))
     errors = [d for d in uncovered if d.severity == "error"]
     if errors:

@@ -10,16 +10,13 @@ import click
 
 from fuzzyctl.cli.common import (
     ALGORITHM,
-    AS,
     DONE,
     FORMAT,
     QUIET,
-    SET,
-    SYSTEM,
     answers_with_diagnostics,
     use_color,
 )
-from fuzzyctl.cli.loading import open_systems
+from fuzzyctl.cli.loading import Choice, chooses, open_systems
 from fuzzyctl.cli.streams import say, write_json
 from fuzzyctl.diagnostics.terminal import for_terminal
 from fuzzyctl.model.system import FuzzySystem
@@ -33,9 +30,7 @@ WIDTH = 120
 @click.option("--plan", "only_plan", is_flag=True, help="Print how it is computed instead, and why so.")
 @ALGORITHM
 @FORMAT
-@SET
-@SYSTEM
-@AS
+@chooses
 @QUIET
 @answers_with_diagnostics
 def show_system(
@@ -43,9 +38,7 @@ def show_system(
     only_plan: bool,
     algorithm: str,
     form: str,
-    settings: tuple[str, ...],
-    name: str | None,
-    profile: str | None,
+    choice: Choice,
 ) -> int:
     """Print a summary of a rule file.
 
@@ -59,7 +52,7 @@ def show_system(
     from fuzzyctl.cli.layout import laid_out
     from fuzzyctl.cli.summary import summary
 
-    systems = open_systems(file, settings, name, profile).systems
+    systems = open_systems(file, choice).systems
     if only_plan:
         return _show_plan(systems, algorithm, form)
     pages = [summary(system) for system in systems]

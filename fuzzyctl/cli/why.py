@@ -9,19 +9,16 @@ from typing import TYPE_CHECKING
 import click
 
 from fuzzyctl.cli.common import (
-    AS,
     DONE,
     FORMAT,
     QUIET,
-    SET,
-    SYSTEM,
     answers_with_diagnostics,
     outside_range,
     plain,
     point_of,
     show,
 )
-from fuzzyctl.cli.loading import load_checked
+from fuzzyctl.cli.loading import Choice, chooses, load_checked
 from fuzzyctl.cli.streams import say, write_json
 
 if TYPE_CHECKING:
@@ -35,9 +32,7 @@ if TYPE_CHECKING:
 @click.option("-o", "--output", "out", metavar="FILE", help="Draw the rules that act, their sets cut: PNG, SVG or PDF.")
 @click.option("--rules", "most", type=click.IntRange(1, 100), default=12, show_default=True, help="Most rules to show.")
 @FORMAT
-@SET
-@SYSTEM
-@AS
+@chooses
 @QUIET
 @answers_with_diagnostics
 def why(
@@ -46,9 +41,7 @@ def why(
     out: str | None,
     most: int,
     form: str,
-    settings: tuple[str, ...],
-    name: str | None,
-    profile: str | None,
+    choice: Choice,
 ) -> int:
     """Say why a system gives what it gives at a point.
 
@@ -60,7 +53,7 @@ def why(
     """
     from fuzzyctl.explain.trace import trace
 
-    system = load_checked(file, settings, name, profile).system
+    system = load_checked(file, choice).system
     given = point_of(system, values, "why")
     found = trace(system, given)
     warnings = outside_range(system, given)

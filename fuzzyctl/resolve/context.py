@@ -102,6 +102,15 @@ class Context:
         self.where[word.text] = word.span
         return True
 
+    def is_first(self, word: sx.Word, seen: dict[str, sx.Word], what: str = "") -> bool:
+        """Enter what is given, under its name or another; report and return False when it is given already."""
+        first = seen.setdefault(what or word.text, word)
+        if first is not word:
+            note = (first.span, "first given here")
+            named = what or f"'{word.text}'"
+            self.report("FZ215", f"{named} is given twice", word.span, note=note, help="remove one of them")
+        return first is word
+
     def is_free(self, word: sx.Word, what: str) -> bool:
         """Report a name that is a word of the language."""
         # `not` is a hedge already, which has a message of its own.

@@ -30,8 +30,7 @@ def resolve_semantics(context: Context, statements: Sequence[sx.Statement]) -> S
         return context.profile.semantics
     first, *rest = found
     for again in rest:
-        note = (first.keyword.span, "first given here")
-        context.report("FZ215", "'semantics' is given twice", again.keyword.span, note=note, help="remove one of them")
+        context.is_first(again.keyword, {"semantics": first.keyword})
     if first.profile.text not in PROFILES:
         context.unknown("profile", first.profile, PROFILES, "FZ213")
     else:
@@ -46,11 +45,8 @@ def _knobs(context: Context, options: Sequence[sx.Option]) -> dict[str, Any]:
     seen: dict[str, sx.Word] = {}
     for option in options:
         name, word = option.name.text, option.value
-        if name in seen:
-            note = (seen[name].span, "first given here")
-            context.report("FZ215", f"'{name}' is given twice", option.name.span, note=note, help="remove one of them")
+        if not context.is_first(option.name, seen):
             continue
-        seen[name] = option.name
         if name not in KNOBS:
             context.unknown("knob", option.name, KNOBS, "FZ213")
         elif name in NUMBERS:

@@ -45,9 +45,9 @@ def resolve_method(context: Context, statements: Sequence[sx.Statement]) -> Meth
     values: dict[str, Any] = {"defuzzifier": context.profile.defuzzifier("centroid")}
     for s in statements:
         match s:
-            case sx.Setting(keyword=keyword) if _is_first(context, keyword, chosen):
+            case sx.Setting(keyword=keyword) if context.is_first(keyword, chosen):
                 resolve_own_setting(context, s, values)
-            case sx.Activation(keyword=keyword) if _is_first(context, keyword, chosen):
+            case sx.Activation(keyword=keyword) if context.is_first(keyword, chosen):
                 values |= {"activation": _activation(context, s), "span": keyword.span}
     spans = {word: keyword.span for word, keyword in chosen.items()}
     return replace(context.profile.method, spans=spans, **values)
@@ -58,7 +58,7 @@ def resolve_rule_settings(context: Context, statement: sx.Rules) -> dict[str, An
     chosen: dict[str, sx.Word] = {}
     values: dict[str, Any] = {}
     for s in statement.settings:
-        if not _is_first(context, s.keyword, chosen):
+        if not context.is_first(s.keyword, chosen):
             continue
         if isinstance(s, sx.Activation):
             values["activation"] = _activation(context, s)
@@ -156,15 +156,6 @@ def _idle(context: Context, setting: sx.Setting, defuzzifier: Defuzzifier) -> No
     context.report("FZ214", message, setting.keyword.span, help=help_text, warning=True)
 
 
-def _is_first(context: Context, keyword: sx.Word, chosen: dict[str, sx.Word]) -> bool:
-    if keyword.text not in chosen:
-        chosen[keyword.text] = keyword
-        return True
-    note = (chosen[keyword.text].span, "first given here")
-    context.report("FZ215", f"'{keyword.text}' is given twice", keyword.span, note=note, help="remove one of them")
-    return False
-
-
 def resolve_own_setting(context: Context, s: sx.Setting, values: dict[str, Any]) -> bool:
     """Resolve one setting of a system or of an output into the field it sets; False when it has no meaning."""
     field, known = _FIELDS[s.keyword.text]
@@ -190,14 +181,8 @@ def _once(context: Context, options: Sequence[_Option]) -> Iterator[_Option]:
     """Yield the options, each name once; comparisons are one option, whatever their sign."""
     seen: dict[str, sx.Word] = {}
     for option in options:
-        name = option.name.text if option.name.text.isidentifier() else "comparison"
-        if name in seen:
-            what = "a comparison" if name == "comparison" else f"'{name}'"
-            note = (seen[name].span, "first given here")
-            context.report("FZ215", f"{what} is given twice", option.name.span, note=note, help="remove one of them")
-            continue
-        seen[name] = option.name
-        yield option
+        if context.is_first(option.name, seen, "" if option.name.text.isidentifier() else "a comparison"):
+            yield option
 
 
 def _no_options(context: Context, setting: sx.Setting) -> None:
