@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gc
 import io
-import json
 import re
 import sys
 from collections.abc import Mapping
@@ -95,6 +94,8 @@ def write_data(text: str) -> None:
 
 def json_text(data: Any) -> str:
     """Return data as JSON that no terminal acts on; numbers that are not finite are for the caller to leave out."""
+    import json
+
     text = json.dumps(data, ensure_ascii=False, indent=2)
     return _ESCAPED.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
 

@@ -1,17 +1,13 @@
-"""Edits: text changes as data, a line under repair, and the repaired text with its original locations."""
+"""Edits: text changes as data, and a line under repair."""
 
 from __future__ import annotations
 
-import dataclasses
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import islice
 from typing import Final
-
-from fuzzyctl.diagnostics.diagnostic import Diagnostic
-from fuzzyctl.diagnostics.source import SourceText, Span
 
 #: A line that needs more edits of one kind holds no slip.
 _MOST: Final = 40
@@ -128,45 +124,3 @@ class Draft:
         """Return the line after a repair; itself where the repair finds nothing."""
         edits = list(islice(repair(masked(self.text), self.text, around), _MOST + 1))
         return self.edited(edits) if 0 < len(edits) <= _MOST else self
-
-
-@dataclass(frozen=True)
-class RepairedText(SourceText):
-    """A text after repairs, read in place of its original so that one mistake hides no other.
-
-    Args:
-        original: The text as it was written.
-        origin: For each offset in this text the offset in the original.
-        ends: For each character of this text the offset in the original after what it stands for.
-    """
-
-    original: SourceText = field(default_factory=lambda: SourceText("", ""), compare=False, repr=False)
-    origin: Sequence[int] = field(default=(0,), compare=False, repr=False)
-    ends: Sequence[int] = field(default=(), compare=False, repr=False)
-
-
-def rewritten(span: Span, text: str) -> str:
-    """Return the line of a location with another text in its place, without indentation and comment."""
-    line, first = span.source.line_text(span.line), span.column - 1
-    whole = line[:first] + text + line[first + span.end - span.start :]
-    return re.sub(r"\s*#[^\"]*$", "", whole).strip()
-
-
-def _original_span(span: Span) -> Span:
-    text = span.source
-    if not isinstance(text, RepairedText):
-        return span
-    last = len(text.origin) - 1
-    start = text.origin[min(span.start, last)]
-    end = text.ends[min(span.end, last) - 1] if span.end > span.start and last > 0 else start
-    return Span(text.original, start, max(start, end))
-
-
-def in_original(diagnostic: Diagnostic) -> Diagnostic:
-    """Return a diagnostic whose locations are in texts as they were written."""
-    spans = [s for s in (diagnostic.span, *(n.span for n in diagnostic.notes)) if s is not None]
-    if not any(isinstance(s.source, RepairedText) for s in spans):
-        return diagnostic
-    notes = tuple(dataclasses.replace(n, span=_original_span(n.span)) for n in diagnostic.notes)
-    span = None if diagnostic.span is None else _original_span(diagnostic.span)
-    return dataclasses.replace(diagnostic, span=span, notes=notes)

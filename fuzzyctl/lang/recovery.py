@@ -17,9 +17,10 @@ from typing import Final
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.lang.edits import Declared, Draft, Edit, Repair, RepairedText, Surroundings, in_original
+from fuzzyctl.lang.edits import Declared, Draft, Edit, Repair, Surroundings
 from fuzzyctl.lang.lines import LineKind, LogicalLine, split
 from fuzzyctl.lang.notations import CHARACTERS, COMMENT, SPELLING, STATEMENTS
+from fuzzyctl.lang.repaired_text import RepairedText, in_original
 from fuzzyctl.lang.rule_repairs import RULES
 from fuzzyctl.lang.syntax import STATEMENT_KEYWORDS
 from fuzzyctl.lang.term_repairs import TERMS

@@ -13,7 +13,6 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, Note
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.lang.csv_table import parse_csv_table
 from fuzzyctl.lang.parser import parse
 from fuzzyctl.support.reading import files_in, read_source
 
@@ -193,6 +192,8 @@ class _Reader:
         source = self._read(path, statement.csv_span) if path is not None else None
         if source is None:
             return dataclasses.replace(statement, incomplete=True)
+        from fuzzyctl.lang.csv_table import parse_csv_table
+
         table, mistakes = parse_csv_table(statement, source)
         self.diagnostics.extend(mistakes)
         return table

@@ -13,8 +13,8 @@ from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.formats.registry import format_of
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.lang.edits import in_original
 from fuzzyctl.lang.parser import parse
+from fuzzyctl.lang.repaired_text import in_original
 from fuzzyctl.loading.assembly import Part, bring_in, split
 from fuzzyctl.loading.linking import link
 from fuzzyctl.model.checks.checks import check_model

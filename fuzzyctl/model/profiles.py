@@ -24,7 +24,6 @@ OVER_SETS: Final = ("centroid", "bisector", *MAXIMA)
 UNSET: Final[Mapping[str, str]] = MappingProxyType({"resolution": "exact", "rule": "usual", "tolerance": "usual"})
 
 _SUMS: Final = ("weighted_average", "center_average", "weighted_sum")
-_TSUKAMOTO: Final = ("tsukamoto", "tsukamoto_sum", "inverse_tsukamoto", "inverse_tsukamoto_sum")
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,7 @@ from collections.abc import Sequence
 from fuzzyctl import expr as ex
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.lang import syntax as sx
-from fuzzyctl.lang.csv_table import CSV_FORM
-from fuzzyctl.lang.edits import rewritten
+from fuzzyctl.lang.repaired_text import rewritten
 from fuzzyctl.model.rule import Cell, RuleTable
 from fuzzyctl.model.variable import Membership
 from fuzzyctl.resolve.context import Context
@@ -154,6 +153,8 @@ def _has_corner(context: Context, columns: sx.Variable, header: sx.HeaderLine) -
 def _table_form(statement: sx.Table, columns: sx.Variable, rows: sx.Variable) -> str:
     """Say what a table looks like, with the terms of its own inputs."""
     if statement.csv:
+        from fuzzyctl.lang.csv_table import CSV_FORM
+
         return f"the form of the file is: {CSV_FORM}"
     terms = terms_of(columns)
     header = " ".join(terms[:7]) + (" ..." if len(terms) > 7 else "")

@@ -58,34 +58,35 @@ def walk(arguments):
     return found
 
 
-def seconds(code, arguments, runs):
-    """Return the least processor time of some runs of a program [s]."""
-    found = []
+def seconds(code, arguments):
+    """Return the processor time of a program [s]."""
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     nothing = subprocess.DEVNULL
-    for _ in range(runs):
-        process = subprocess.Popen(
-            [sys.executable, "-c", code, *arguments], stdout=nothing, stderr=nothing, env=environment
-        )
-        _, status, usage = os.wait4(process.pid, 0)
-        process.returncode = os.waitstatus_to_exitcode(status)
-        if process.returncode:
-            sys.exit(f"{code} {arguments} ended with {process.returncode}")
-        found.append(usage.ru_utime + usage.ru_stime)
-    return min(found)
+    process = subprocess.Popen(
+        [sys.executable, "-c", code, *arguments], stdout=nothing, stderr=nothing, env=environment
+    )
+    _, status, usage = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    if process.returncode:
+        sys.exit(f"{code} {arguments} ended with {process.returncode}")
+    return usage.ru_utime + usage.ru_stime
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--runs", type=int, default=10)
-    runs = parser.parse_args().runs
-    libraries = {code: seconds(code, [], runs) for code in LIBRARIES}
-    for code, took in libraries.items():
-        print(f"{took:6.3f} s        {code}")
+    programs = {code: (code, []) for code in LIBRARIES}
+    programs |= {name: (MAIN, arguments) for name, (arguments, _) in COMMANDS.items()}
+    # In turns, so that all of them run on an equally busy machine.
+    rounds = [[seconds(*program) for program in programs.values()] for _ in range(parser.parse_args().runs)]
+    least = dict(zip(programs, map(min, zip(*rounds, strict=True)), strict=True))
     above = []
-    for name, (arguments, library) in COMMANDS.items():
-        took = seconds(MAIN, arguments, runs)
-        ratio = took / libraries[library]
+    for name, took in least.items():
+        if name in LIBRARIES:
+            print(f"{took:6.3f} s        {name}")
+            continue
+        library = COMMANDS[name][1]
+        ratio = took / least[library]
         print(f"{took:6.3f} s  {ratio:4.2f}  fuzzyctl {name} (limit {LIBRARIES[library]})")
         if ratio > LIBRARIES[library]:
             above.append(name)
