@@ -42,7 +42,7 @@ def bounds(file: str, choice: Choice, timeout: float, form: str) -> int:
     """
     from fuzzyctl.analysis.extremes import extents
 
-    system = load_checked(file, choice).system
+    system = load_checked(file, choice)
     found = extents(system, timeout=timeout)
     if form == "json":
         data = {

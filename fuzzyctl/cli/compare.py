@@ -109,7 +109,7 @@ def _sides(
         raise click.UsageError("name a second file, or two profiles or more: --as matlab,exact")
     if second is not None and len(names) > 2:
         raise click.UsageError("two files take one profile for both, or one for each")
-    systems = [load_checked(file, Choice(settings, name)).system for file in files]
+    systems = [load_checked(file, Choice(settings, name)) for file in files]
     if not names:
         return [_Side(file, system) for file, system in zip(files, systems, strict=True)]
     if second is None:

@@ -25,12 +25,11 @@ if TYPE_CHECKING:
 BLOCK: Final = 8192
 
 
-def evaluate_rows(system: FuzzySystem, kernel: Kernel, points: str, form: str) -> list[Diagnostic]:
+def evaluate_rows(system: FuzzySystem, points: str, form: str) -> list[Diagnostic]:
     """Print every row of a CSV file with its outputs.
 
     Args:
         system: The system.
-        kernel: Its kernel.
         points: The file; '-' is standard input.
         form: "text" for CSV, "json" for a list of inputs and outputs.
 
@@ -40,6 +39,9 @@ def evaluate_rows(system: FuzzySystem, kernel: Kernel, points: str, form: str) -
     Raises:
         DiagnosticError: For a file that cannot be read; nothing is printed then.
     """
+    from fuzzyctl.kernels.compile import compile as compile_system
+
+    kernel = compile_system(system, backend="numpy")
     name = STDIN if points == "-" else points
     try:
         # Results wait in a file until all rows are done, so that a malformed one prints nothing half-written.

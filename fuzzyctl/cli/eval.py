@@ -20,7 +20,7 @@ from fuzzyctl.cli.loading import Choice, chooses, load_checked
 from fuzzyctl.cli.streams import say, write_json
 
 if TYPE_CHECKING:
-    from fuzzyctl.kernels.kernel import Kernel
+    from fuzzyctl.model.system import FuzzySystem
 
 
 @click.command("eval")
@@ -48,20 +48,17 @@ def evaluate(
     kept, the outputs are appended. A value outside an input's range is clamped to it, with a warning. An adaptive
     output is evaluated at its initial consequents.
     """
-    from fuzzyctl.kernels.kernel import Kernel
-
-    loaded = load_checked(file, choice)
-    system = loaded.system
+    system = load_checked(file, choice)
     if points is not None:
         if values:
             raise click.UsageError("give INPUT=VALUE or --points, not both")
         from fuzzyctl.cli.csv_points import evaluate_rows
 
-        show(evaluate_rows(system, Kernel(loaded.plan, "numpy"), points, form))
+        show(evaluate_rows(system, points, form))
         return DONE
     given = point_of(system, values, "eval")
     warnings = outside_range(system, given)
-    results = _results(Kernel(loaded.plan, "python"), given)
+    results = _results(system, given)
     if form == "json":
         data: dict[str, Any] = {
             "system": system.name,
@@ -79,7 +76,6 @@ def evaluate(
     return DONE
 
 
-def _results(kernel: Kernel, given: dict[str, float]) -> dict[str, float]:
-    state = (kernel.plan.initial_state,) if kernel.n_states else ()
-    result = kernel(*(given[name] for name in kernel.input_names), *state)
-    return dict(zip(kernel.output_names, result if isinstance(result, tuple) else (result,), strict=True))
+def _results(system: FuzzySystem, given: dict[str, float]) -> dict[str, float]:
+    result = system(**given)
+    return dict(result) if isinstance(result, dict) else {system.outputs[0].name: result}

@@ -13,7 +13,6 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
     from fuzzyctl.diagnostics.source import SourceText
-    from fuzzyctl.kernels.plan.plan import Plan
     from fuzzyctl.loading.load import Examined
     from fuzzyctl.model.system import FuzzySystem
 
@@ -76,14 +75,6 @@ class Opened:
     diagnostics: list[Diagnostic]
 
 
-@dataclass(frozen=True)
-class Loaded:
-    """A system that has passed all checks, and its plan."""
-
-    system: FuzzySystem
-    plan: Plan
-
-
 def source_of(file: str) -> SourceText:
     """Read a rule file, or standard input for '-'; files that its text uses are found in the current folder."""
     from fuzzyctl.support.reading import read_source, read_stream
@@ -119,20 +110,17 @@ def open_systems(file: str, choice: Choice, *, several: bool = True, hints: bool
     return Opened(examined, tuple(map(choice.changed, systems)), diagnostics)
 
 
-def load_checked(file: str, choice: Choice) -> Loaded:
+def load_checked(file: str, choice: Choice) -> FuzzySystem:
     """Open the one system of a file, or the one named, for use: all its checks must pass; warnings are printed."""
     from fuzzyctl.analysis.coverage import coverage
-    from fuzzyctl.kernels.plan.build import plan
 
     opened = open_systems(file, choice, several=False)
     system = opened.systems[0]
-    flat = plan(system)
-    found = coverage.diagnostics_of(system, flat, coverage.uncovered_of(flat))
-    diagnostics = opened.file.told([*opened.file.diagnostics, *found])
+    diagnostics = opened.file.told([*opened.file.diagnostics, *coverage.diagnostics(system)])
     if any(d.severity == "error" for d in diagnostics):
         raise DiagnosticError(diagnostics)
     show(diagnostics)
-    return Loaded(system, flat)
+    return system
 
 
 def under(system: FuzzySystem, profile: str | None) -> FuzzySystem:

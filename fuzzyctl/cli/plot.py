@@ -55,7 +55,7 @@ def plot_surface(
 
     With -x alone, or a system of one input, the picture is a curve.
     """
-    system = load_checked(file, choice).system
+    system = load_checked(file, choice)
     inputs = [v.name for v in system.inputs]
     chosen = output or system.outputs[0].name
     _known(chosen, [o.name for o in system.outputs], "output")
@@ -93,7 +93,7 @@ def plot_surface(
 @answers_with_diagnostics
 def plot_terms(file: str, out: str | None, choice: Choice) -> None:
     """Draw the terms of all inputs and outputs."""
-    system = load_checked(file, choice).system
+    system = load_checked(file, choice)
     from fuzzyctl.plot.names import file_part
 
     target = picture_file(out, f"{file_part(system.name)}-terms.png")

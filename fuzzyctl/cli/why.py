@@ -53,7 +53,7 @@ def why(
     """
     from fuzzyctl.explain.trace import trace
 
-    system = load_checked(file, choice).system
+    system = load_checked(file, choice)
     given = point_of(system, values, "why")
     found = trace(system, given)
     warnings = outside_range(system, given)

@@ -215,6 +215,11 @@ class FuzzySystem(Node):
         return self._by_name(inputs)
 
     @cached_property
+    def derived(self) -> dict[str, Any]:
+        """What other packages have computed from the system, such as its plan; a changed copy begins with nothing."""
+        return {}
+
+    @cached_property
     def _by_name(self) -> Any:
         """What evaluates: the model is below the kernels, and this is the one place that looks up to them."""
         from fuzzyctl.kernels.compile import ByName

@@ -64,7 +64,7 @@ __all__ = [
 
 
 def plan(system: FuzzySystem) -> Plan:
-    """Flatten a well-formed system.
+    """Flatten a well-formed system, which keeps its plan.
 
     Raises:
         DiagnosticError: For terms that do not suit the defuzzifier, such as an exact centroid of curved terms, and for
@@ -73,6 +73,13 @@ def plan(system: FuzzySystem) -> Plan:
         UnknownNameError: For an antecedent or consequent that names what is not declared.
         ExprError: For an expression without a value; a loaded system has none such.
     """
+    if "plan" not in system.derived:
+        system.derived["plan"] = _plan(system)
+    known: Plan = system.derived["plan"]
+    return known
+
+
+def _plan(system: FuzzySystem) -> Plan:
     mistakes = list(misfitting_semantics(system))
     if mistakes:
         raise DiagnosticError(mistakes)

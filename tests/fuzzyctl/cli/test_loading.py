@@ -76,7 +76,16 @@ def test_both_files_of_a_comparison_report_their_errors(run):
     assert "missing.fz" in found.output
 
 
-@pytest.mark.parametrize("command", ["show", "prove", "why", "check"])
-def test_a_file_is_parsed_once(command):
-    point = ["service=7", "food=8"] if command == "why" else []
-    assert startup.walk([command, startup.TIPPER, *point])["fuzzyctl/lang/parser.py", "parse"] == 1
+POINT = ["service=7", "food=8"]
+
+
+@pytest.mark.parametrize(
+    "command",
+    [["eval", *POINT], ["why", *POINT], ["check"], ["prove"], ["show"], ["bounds"], ["codegen", "--target", "c"]],
+    ids=lambda c: c[0],
+)
+def test_a_file_is_parsed_and_planned_once(command, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    found = startup.walk([command[0], startup.TIPPER, *command[1:]])
+    assert found["fuzzyctl/lang/parser.py", "parse"] == 1
+    assert found["fuzzyctl/kernels/plan/build.py", "_plan"] == 1

@@ -11,6 +11,7 @@ from fuzzyctl.diagnostics.diagnostic import (
     UnknownNameError,
     ValueOutOfBoundsError,
 )
+from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.loading.load import load, loads
 from fuzzyctl.support.shipped import rules_folder
 
@@ -62,6 +63,22 @@ class TestParams:
     def test_a_long_chain_of_params_is_computed_without_recursion(self, changed):
         chain = "".join(f"param p{i} = p{i + 1}\n" for i in range(3000)) + "param p3000 = 2\n"
         assert loads(changed(("\ninput x", f"\n{chain}input x"))).values["p0"] == 2
+
+
+class TestDerived:
+    def test_a_system_keeps_its_plan_and_a_changed_copy_has_its_own(self, ais):
+        assert plan(ais) is plan(ais)
+        changed = ais.with_params(k_s=0.6)
+        assert changed.derived == {}
+        assert plan(changed) != plan(ais)
+        assert plan(ais.with_params(k_s=0.55)) == plan(ais)
+
+    def test_what_is_derived_takes_no_part_in_equality_and_text(self, base):
+        system = loads(base)
+        text = repr(system)
+        plan(system)
+        assert system == loads(base)
+        assert repr(system) == text
 
 
 class TestCall:
