@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, Final
 
 from fuzzyctl.comparison.settings import defuzzifier_settings, described, otherwise_text, settings
@@ -19,20 +20,10 @@ Put = Callable[[FuzzySystem], FuzzySystem]
 _FIELDS: Final = {"and": "conjunction", "or": "disjunction"}
 
 #: What a rule block may have of its own, as rule files call it.
-_OF_BLOCKS: Final = {
-    "and": "conjunction",
-    "or": "disjunction",
-    "implication": "implication",
-    "activation": "activation",
-}
+_OF_BLOCKS: Final = {**_FIELDS, "implication": "implication", "activation": "activation"}
 
 #: Settings that outputs have none of their own of.
-_OF_THE_SYSTEM: Final = (
-    "and",
-    "or",
-    "activation",
-    *KNOBS,
-)
+_OF_THE_SYSTEM: Final = ("and", "or", "activation", *KNOBS)
 
 
 @dataclass(frozen=True)
@@ -66,22 +57,22 @@ def parts(a: FuzzySystem, b: FuzzySystem, inputs: list[int], outputs: list[int])
     before, after = settings(a.method), settings(b.method)
     for name in before:
         if before[name] != after[name] and name in _OF_THE_SYSTEM:
-            yield Part(name, before[name], after[name], _setter(name, b.method))
+            yield Part(name, before[name], after[name], partial(_set_setting, name, b.method))
     for i, j in enumerate(outputs):
         yield from _output_parts(a, b, i, j)
     for i, j in enumerate(inputs):
         if _fuzzy(a.inputs[i]) != _fuzzy(b.inputs[j]):
-            put = _variable_setter("inputs", i, b.inputs[j])
+            put = partial(_set_variable, "inputs", i, b.inputs[j])
             yield Part(f"range and terms of {a.inputs[i].name}", "", "", put)
     for name in ("params", "hedges"):
         if getattr(a, name) != getattr(b, name):
-            yield Part(name, "", "", _field_setter(name, getattr(b, name)))
+            yield Part(name, "", "", partial(_set_field, name, getattr(b, name)))
     yield from _block_parts(a, b)
     if _ruled(a) != _ruled(b) and not _differ_in_methods_only(a, b):
-        yield Part("rules", "", "", _field_setter("blocks", b.blocks))
+        yield Part("rules", "", "", partial(_set_field, "blocks", b.blocks))
     if _ruled(a) != _ruled(b) and (inputs == sorted(inputs) or not _is_linear(b)):
         # Where terms were renamed, variables and rules go together only.
-        yield Part("variables and rules", "", "", _structure_setter(b, inputs, outputs), last=True)
+        yield Part("variables and rules", "", "", partial(_set_structure, b, inputs, outputs), last=True)
 
 
 def _ruled(system: FuzzySystem) -> tuple[Any, ...]:
@@ -119,7 +110,7 @@ def _block_parts(a: FuzzySystem, b: FuzzySystem) -> Iterator[Part]:
             if len(after) == 1 and after != {before}:
                 (other,) = after
                 texts = _method_text(before), _method_text(other)
-                yield Part(f"{word} of rules {block.name}", *texts, _block_setter(k, field, other))
+                yield Part(f"{word} of rules {block.name}", *texts, partial(_set_block, k, field, other))
 
 
 def _method_text(value: str | Activation | None) -> str:
@@ -128,13 +119,10 @@ def _method_text(value: str | Activation | None) -> str:
     return activation_text(value) if isinstance(value, Activation) else value
 
 
-def _block_setter(position: int, field: str, value: Any) -> Put:
-    def put(system: FuzzySystem) -> FuzzySystem:
-        block = system.rule_blocks[position]
-        changed = replace(block, **{field: value})
-        return replace(system, blocks=tuple(changed if b is block else b for b in system.blocks))
-
-    return put
+def _set_block(position: int, field: str, value: Any, system: FuzzySystem) -> FuzzySystem:
+    block = system.rule_blocks[position]
+    changed = replace(block, **{field: value})
+    return replace(system, blocks=tuple(changed if b is block else b for b in system.blocks))
 
 
 def _output_parts(a: FuzzySystem, b: FuzzySystem, i: int, j: int) -> Iterator[Part]:
@@ -142,17 +130,22 @@ def _output_parts(a: FuzzySystem, b: FuzzySystem, i: int, j: int) -> Iterator[Pa
     own, other = a.outputs[i], b.outputs[j]
     of = f" of {own.name}" if len(a.outputs) > 1 else ""
     if _fuzzy(own) != _fuzzy(other):
-        yield Part(f"range and terms of {own.name}", "", "", _variable_setter("outputs", i, other))
+        yield Part(f"range and terms of {own.name}", "", "", partial(_set_variable, "outputs", i, other))
     for field in ("implication", "aggregation"):
         first = getattr(own, field) or getattr(a.method, field)
         second = getattr(other, field) or getattr(b.method, field)
         if first != second:
-            yield Part(f"{field}{of}", first, second, _output_setter(i, {field: second}))
+            yield Part(f"{field}{of}", first, second, partial(_set_at, "outputs", i, {field: second}))
     if own.clamped != other.clamped:
-        yield Part(f"clamp{of}", str(own.clamped), str(other.clamped), _output_setter(i, {"clamped": other.clamped}))
+        yield Part(
+            f"clamp{of}",
+            str(own.clamped),
+            str(other.clamped),
+            partial(_set_at, "outputs", i, {"clamped": other.clamped}),
+        )
     if own.otherwise != other.otherwise:
         texts = otherwise_text(own.otherwise) or "nothing", otherwise_text(other.otherwise) or "nothing"
-        yield Part(f"else{of}", *texts, _output_setter(i, {"otherwise": other.otherwise}))
+        yield Part(f"else{of}", *texts, partial(_set_at, "outputs", i, {"otherwise": other.otherwise}))
     yield from _defuzzifier_parts(
         own.defuzzifier or a.method.defuzzifier, other.defuzzifier or b.method.defuzzifier, i, of
     )
@@ -160,13 +153,13 @@ def _output_parts(a: FuzzySystem, b: FuzzySystem, i: int, j: int) -> Iterator[Pa
 
 def _defuzzifier_parts(first: Defuzzifier, second: Defuzzifier, position: int, of: str) -> Iterator[Part]:
     if first.kind != second.kind or (first.resolution is None) != (second.resolution is None):
-        put = _output_setter(position, {"defuzzifier": second})
+        put = partial(_set_at, "outputs", position, {"defuzzifier": second})
         yield Part(f"defuzzifier{of}", described(first), described(second), put)
         return
     before, after = defuzzifier_settings(first), defuzzifier_settings(second)
     for name in before:
         if before[name] != after[name]:
-            put = _own_defuzzifier_setter(position, name, getattr(second, name))
+            put = partial(_set_in_defuzzifier, position, name, getattr(second, name))
             yield Part(f"{name}{of}", before[name], after[name], put)
 
 
@@ -175,35 +168,30 @@ def _fuzzy(v: LinguisticVariable) -> tuple[Any, ...]:
     return (v.lower, v.upper, tuple((t.name, t.membership) for t in v.terms), getattr(v, "extrapolate", None))
 
 
-def _setter(name: str, method: Method) -> Put:
-    def put(system: FuzzySystem) -> FuzzySystem:
-        own, field = system.method, _FIELDS.get(name, name)
-        if hasattr(own, field):
-            changed = replace(own, **{field: getattr(method, field)})
-        else:
-            knobs = replace(own.semantics, **{name: getattr(method.semantics, name)})
-            changed = replace(own, semantics=knobs)
-        return replace(system, method=changed)
-
-    return put
+def _set_setting(name: str, method: Method, system: FuzzySystem) -> FuzzySystem:
+    own, field = system.method, _FIELDS.get(name, name)
+    if hasattr(own, field):
+        changed = replace(own, **{field: getattr(method, field)})
+    else:
+        changed = replace(own, semantics=replace(own.semantics, **{name: getattr(method.semantics, name)}))
+    return replace(system, method=changed)
 
 
-def _field_setter(field: str, value: Any) -> Put:
-    return lambda system: replace(system, **{field: value})
+def _set_field(field: str, value: Any, system: FuzzySystem) -> FuzzySystem:
+    return replace(system, **{field: value})
 
 
-def _variable_setter(field: str, position: int, other: LinguisticVariable) -> Put:
-    def put(system: FuzzySystem) -> FuzzySystem:
-        variables = list(getattr(system, field))
-        own = variables[position]
-        update = {
-            name: getattr(other, name) for name in ("lower", "upper", "terms", "extrapolate") if hasattr(own, name)
-        }
-        variables[position] = replace(own, **update)
-        changed: dict[str, Any] = {field: tuple(variables)}
-        return replace(system, **changed)
+def _set_variable(field: str, position: int, other: LinguisticVariable, system: FuzzySystem) -> FuzzySystem:
+    own = getattr(system, field)[position]
+    names = (name for name in ("lower", "upper", "terms", "extrapolate") if hasattr(own, name))
+    return _set_at(field, position, {name: getattr(other, name) for name in names}, system)
 
-    return put
+
+def _set_at(field: str, position: int, update: dict[str, Any], system: FuzzySystem) -> FuzzySystem:
+    """Change fields of one input or output."""
+    variables = list(getattr(system, field))
+    variables[position] = replace(variables[position], **update)
+    return _set_field(field, tuple(variables), system)
 
 
 def _is_linear(system: FuzzySystem) -> bool:
@@ -213,33 +201,16 @@ def _is_linear(system: FuzzySystem) -> bool:
     return any(m.kind == "linear" for m in terms)
 
 
-def _structure_setter(b: FuzzySystem, inputs: list[int], order: list[int]) -> Put:
-    """Return what keeps the settings of a system and takes all else from another, in the order of the first."""
-
-    def put(system: FuzzySystem) -> FuzzySystem:
-        kept = ("implication", "aggregation", "defuzzifier", "otherwise", "clamped")
-        outputs = tuple(
-            replace(b.outputs[j], **{name: getattr(own, name) for name in kept})
-            for own, j in zip(system.outputs, order, strict=True)
-        )
-        own_inputs = tuple(b.inputs[j] for j in inputs)
-        return replace(b, method=system.method, inputs=own_inputs, outputs=outputs)
-
-    return put
+def _set_structure(b: FuzzySystem, inputs: list[int], order: list[int], system: FuzzySystem) -> FuzzySystem:
+    """Keep the settings of a system, and take all else from another, in the order of the first."""
+    kept = ("implication", "aggregation", "defuzzifier", "otherwise", "clamped")
+    outputs = tuple(
+        replace(b.outputs[j], **{name: getattr(own, name) for name in kept})
+        for own, j in zip(system.outputs, order, strict=True)
+    )
+    return replace(b, method=system.method, inputs=tuple(b.inputs[j] for j in inputs), outputs=outputs)
 
 
-def _output_setter(position: int, update: dict[str, Any]) -> Put:
-    def put(system: FuzzySystem) -> FuzzySystem:
-        outputs = list(system.outputs)
-        outputs[position] = replace(outputs[position], **update)
-        return replace(system, outputs=tuple(outputs))
-
-    return put
-
-
-def _own_defuzzifier_setter(position: int, field: str, value: Any) -> Put:
-    def put(system: FuzzySystem) -> FuzzySystem:
-        own = system.outputs[position].defuzzifier or system.method.defuzzifier
-        return _output_setter(position, {"defuzzifier": replace(own, **{field: value})})(system)
-
-    return put
+def _set_in_defuzzifier(position: int, field: str, value: Any, system: FuzzySystem) -> FuzzySystem:
+    own = system.outputs[position].defuzzifier or system.method.defuzzifier
+    return _set_at("outputs", position, {"defuzzifier": replace(own, **{field: value})}, system)
