@@ -98,7 +98,7 @@ def check_source(
         diagnostics = [*diagnostics, *found]
         if not _has_errors(found):
             sound.append(system)
-    return tuple(sound), examined.told(diagnostics)
+    return tuple(sound), examined.reported(diagnostics)
 
 
 def check_changed(
@@ -120,12 +120,12 @@ def check_changed(
         DiagnosticError: What the change raises.
     """
     examined = look_through(source, folder=folder)
-    chosen, diagnostics = choose(source, examined.systems, examined.told(examined.diagnostics), system)
+    chosen, diagnostics = choose(source, examined.systems, examined.reported(examined.diagnostics), system)
     if chosen is None:
         return Checked(None, (), diagnostics)
     changed = change(chosen)
     verdicts, found = _analysed(changed, guarantees=True)
-    diagnostics = examined.told([*examined.diagnostics, *found])
+    diagnostics = examined.reported([*examined.diagnostics, *found])
     return Checked(None if _has_errors(diagnostics) else changed, tuple(verdicts), diagnostics)
 
 

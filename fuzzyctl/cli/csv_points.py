@@ -15,10 +15,11 @@ from fuzzyctl.cli.common import STDIN, plain, standard_input
 from fuzzyctl.cli.streams import write_data
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.suggestions import closest
+from fuzzyctl.kernels.compile import Kernel
+from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.support.numerals import to_number
 
 if TYPE_CHECKING:
-    from fuzzyctl.kernels.kernel import Kernel
     from fuzzyctl.model.system import FuzzySystem
 
 #: Rows that are evaluated at once: bounded memory whatever the file's length.
@@ -39,8 +40,6 @@ def evaluate_rows(system: FuzzySystem, points: str, form: str) -> list[Diagnosti
     Raises:
         DiagnosticError: For a file that cannot be read; nothing is printed then.
     """
-    from fuzzyctl.kernels.compile import compile as compile_system
-
     kernel = compile_system(system, backend="numpy")
     name = STDIN if points == "-" else points
     try:

@@ -100,7 +100,7 @@ def open_systems(file: str, choice: Choice, *, several: bool = True, hints: bool
 
     source = source_of(file)
     examined = look_through(source, folder=Path(file).parent, hints=hints)
-    systems, diagnostics = examined.systems, examined.told(examined.diagnostics)
+    systems, diagnostics = examined.systems, examined.reported(examined.diagnostics)
     if choice.name is not None or not several:
         system, diagnostics = choose(source, systems, diagnostics, choice.name)
         systems = (system,) if system is not None else ()
@@ -116,7 +116,7 @@ def load_checked(file: str, choice: Choice) -> FuzzySystem:
 
     opened = open_systems(file, choice, several=False)
     system = opened.systems[0]
-    diagnostics = opened.file.told([*opened.file.diagnostics, *coverage.diagnostics(system)])
+    diagnostics = opened.file.reported([*opened.file.diagnostics, *coverage.diagnostics(system)])
     if any(d.severity == "error" for d in diagnostics):
         raise DiagnosticError(diagnostics)
     show(diagnostics)

@@ -88,7 +88,7 @@ def _systems(file: str, choice: Choice) -> tuple[FuzzySystem, ...]:
     from fuzzyctl.analysis.coverage import coverage
 
     opened = open_systems(file, choice)
-    uncovered = opened.file.told(d for system in opened.systems for d in coverage.diagnostics(system))
+    uncovered = opened.file.reported(d for system in opened.systems for d in coverage.diagnostics(system))
     errors = [d for d in uncovered if d.severity == "error"]
     if errors:
         raise DiagnosticError(errors)

@@ -165,7 +165,7 @@ def examine_all(
     The suffix of the source's name says the format; whatever is no format of another tool is a rule file.
     """
     found = look_through(source, folder=folder, hints=hints)
-    return found.systems, found.told(found.diagnostics)
+    return found.systems, found.reported(found.diagnostics)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -184,7 +184,7 @@ class Examined:
     diagnostics: list[Diagnostic]
     policy: tuple[sx.Allow, ...] = ()
 
-    def told(self, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
+    def reported(self, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
         """Return diagnostics in order, as the lines of the file want them."""
         return apply_policy(in_order(self.source, diagnostics), self.policy)
 
@@ -271,7 +271,7 @@ class _Used:
         if key not in self.opened:
             self.opened[key] = ()
             found = look_through(read_source(path), folder=path.parent, hints=False, opened=self.opened)
-            self.mistakes.extend(d for d in found.told(found.diagnostics) if d.severity == "error")
+            self.mistakes.extend(d for d in found.reported(found.diagnostics) if d.severity == "error")
             self.opened[key] = found.systems
         return self.opened[key]
 
