@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cache
@@ -17,6 +17,8 @@ from fuzzyctl.diagnostics.source import Span
 class Node:
     """A frozen part of a fuzzy system; `span` says where it was written and takes no part in equality.
 
+    A list in place of a tuple is taken as one.
+
     Raises:
         ValueOutOfBoundsError: When a field has a value of another type than declared, or a float that is not finite.
     """
@@ -27,6 +29,9 @@ class Node:
         kind: Any = type(self)
         for name, accepted in _fields_of(kind):
             value = getattr(self, name)
+            if isinstance(value, list):
+                value = tuple(value)
+                object.__setattr__(self, name, value)
             if not isinstance(value, accepted.plain) and not accepted.takes(value):
                 declared = kind.__dataclass_fields__[name].type
                 raise ValueOutOfBoundsError(f"{kind.__name__}.{name}", value, f"of type {declared}")
@@ -50,7 +55,7 @@ class _Accepted(NamedTuple):
             plain, takes = self.items.plain, self.items.takes
             return not [item for item in value if not isinstance(item, plain) and not takes(item)]
         if isinstance(value, float | int):
-            return isinstance(value, self.plain) or (self.number and math.isfinite(value))
+            return isinstance(value, self.plain) or (self.number and abs(value) <= sys.float_info.max)
         return isinstance(value, self.plain) or (isinstance(value, str) and value in self.words)
 
 

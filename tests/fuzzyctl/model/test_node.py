@@ -32,6 +32,7 @@ class TestFields:
             (Hold, {"start": "error"}, r"Hold.start must be of type Expr \| Literal\['nan'\] \| None, got 'error'"),
             (Defuzzifier, {"rule": "nearby"}, r"Defuzzifier.rule must be of type Rule \| None, got 'nearby'"),
             (Defuzzifier, {"tolerance": math.inf}, r"Defuzzifier.tolerance must be of type float \| None, got inf"),
+            (Semantics, {"equal": 10**400}, r"Semantics.equal must be of type float, got 1000"),
             (Defuzzifier, {"resolution": 0.5}, r"Defuzzifier.resolution must be of type int \| None, got 0.5"),
             (Semantics, {"merge": "outputs"}, r"Semantics.merge must be .*, got 'outputs'"),
             (Method, {"spans": ()}, r"Method.spans must be of type Mapping\[str, Span\], got \(\)"),
@@ -48,6 +49,14 @@ class TestFields:
         assert Output(**ZERO_TO_ONE, otherwise=Hold(start="nan")).otherwise.start == "nan"
         assert Output(**ZERO_TO_ONE, otherwise=Number(1.0)).otherwise == Number(1.0)
         assert Defuzzifier(tolerance=0, resolution=100).tolerance == 0
+
+    def test_lists_are_taken_as_tuples(self):
+        term = Term(name="A", membership=Membership(kind="singleton", arguments=[Number(0.0)]))
+        made = Input(**ZERO_TO_ONE | {"terms": [term]})
+        assert made.terms == (term,)
+        assert term.membership.arguments == (Number(0.0),)
+        with pytest.raises(fuzzyctl.ValueOutOfBoundsError, match=r"Input.terms must be"):
+            Input(**ZERO_TO_ONE | {"terms": ["A"]})
 
     def test_unknown_and_missing_fields_are_refused_by_name(self):
         with pytest.raises(TypeError, match="bogus"):
