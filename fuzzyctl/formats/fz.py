@@ -21,7 +21,6 @@ from fuzzyctl.model.semantics import KNOBS, Semantics
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Fallback, Hold, LinguisticVariable, Membership, Output
 from fuzzyctl.support import arguments
-from fuzzyctl.support.writing import written_whole
 
 #: Characters that no string of a rule file can hold.
 _UNWRITABLE: Final = re.compile('["\\n\\r\\0\\ud800-\\udfff]')
@@ -71,6 +70,8 @@ def dump(system: FuzzySystem, path: str | os.PathLike[str]) -> None:
     """
     text = dumps(system)
     path = arguments.path(path)
+    from fuzzyctl.support.writing import written_whole
+
     with written_whole(path) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="\n")
 
