@@ -31,6 +31,16 @@ class Reading:
     span: Span
 
 
+class ParseError(ValueError):
+    """Raised at a text that cannot be read, with what its diagnostic says."""
+
+    def __init__(
+        self, message: str, span: Span, code: str = "FZ601", *, help: str = "", facts: tuple[str, ...] = ()
+    ) -> None:
+        super().__init__(message)
+        self.message, self.span, self.code, self.help, self.facts = message, span, code, help, facts
+
+
 class Reporter(Protocol):
     """What takes the warnings and errors of a reader."""
 
@@ -85,6 +95,10 @@ class Findings:
         """Add a warning."""
         self.error(code, message, span, help=help, facts=facts, note=note)
         self.diagnostics[-1] = replace(self.diagnostics[-1], severity="warning")
+
+    def refuse(self, error: ParseError) -> None:
+        """Add the error of what could not be read."""
+        self.error(error.code, error.message, error.span, help=error.help, facts=error.facts)
 
     def differs(self, reading: Reading) -> None:
         """Add a warning of what tools read differently."""

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 import operator
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from typing import Final
 
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Number
+from fuzzyctl.formats.common.infix import Operator, SpanParser, tokens_of
+from fuzzyctl.formats.common.report import ParseError
 from fuzzyctl.support.numerals import TOO_LARGE
 
 #: Deepest nesting of parentheses.
@@ -18,21 +20,19 @@ _DEEPEST: Final = 20
 #: Largest number of numbers, signs and separators.
 _LONGEST: Final = 20_000
 
-_TOKEN: Final = re.compile(
-    r"(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?)|(?P<name>[A-Za-z_]\w*)|(?P<sign>[-+*/^(),;])", re.ASCII
-)
+_TOKEN: Final = re.compile(r"(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?|[A-Za-z_]\w*|[-+*/^(),;]", re.ASCII)
 
 _NAMES: Final = {"pi": math.pi, "inf": math.inf, "infinity": math.inf, "eps": 2.0**-52}
 
-_Token = tuple[str, str, int, int, bool]
+_OPERATIONS: Final[Mapping[str, Callable[[float, float], float]]] = {
+    "+": operator.add,
+    "-": operator.sub,
+    "*": operator.mul,
+    "/": operator.truediv,
+    "^": operator.pow,
+}
 
-
-class VectorError(ValueError):
-    """Raised for a text that is no vector; `start` and `end` are places in the text."""
-
-    def __init__(self, message: str, start: int, end: int, code: str = "FZ601") -> None:
-        super().__init__(message)
-        self.message, self.start, self.end, self.code = message, start, end, code
+_POWER: Final = 3
 
 
 def read_vector(span: Span) -> tuple[Number, ...]:
@@ -42,136 +42,93 @@ def read_vector(span: Span) -> tuple[Number, ...]:
     it begins an element: `[1 -2]` has two, `[1 - 2]` one.
 
     Raises:
-        VectorError: For what is no vector of real numbers; its places count from the start of the source.
+        ParseError: For what is no vector of real numbers.
     """
-    try:
-        return _Vector(span.text).read(span)
-    except VectorError as error:
-        raise VectorError(error.message, span.start + error.start, span.start + error.end, error.code) from None
+    return tuple(_Vector(span).read())
 
 
-class _Vector:
-    def __init__(self, text: str) -> None:
-        self.text = text
-        self.tokens = list(_tokens(text))
-        self.next = 0
-        self.depth = 0
+class _Vector(SpanParser[float]):
+    infix: Mapping[str, Operator] = {
+        **dict.fromkeys(("+", "-"), Operator(1)),
+        **dict.fromkeys(("*", "/"), Operator(2)),
+        "^": Operator(_POWER),
+    }
+    deepest = _DEEPEST
 
-    def read(self, span: Span) -> tuple[Number, ...]:
-        found = []
+    def __init__(self, span: Span) -> None:
+        self.end = Span(span.source, span.end, span.end)
+        self.tokens = list(_tokens(span))
+
+    def read(self) -> Iterator[Number]:
         while self.next < len(self.tokens):
-            if self._peek() in (",", ";"):
+            if self._text() in (",", ";"):
                 self.next += 1
                 continue
-            first = self.tokens[self.next][2]
-            value = self._sum()
-            last = self.tokens[self.next - 1][3]
-            found.append(Number(value, span=Span(span.source, span.start + first, span.start + last)))
-        return tuple(found)
+            first = self.tokens[self.next]
+            value = self.parse()
+            yield Number(value, span=first.to(self.tokens[self.next - 1]))
 
     def _peek(self) -> str:
-        return self.tokens[self.next][1] if self.next < len(self.tokens) else ""
-
-    def _sum(self) -> float:
-        value = self._product()
-        while self._peek() in ("+", "-") and not self._begins_element():
-            operation = operator.add if self._take() == "+" else operator.sub
-            value = self._computed(operation, value, self._product())
-        return value
+        """Return the operator that comes next; a sign that begins an element is none."""
+        return "" if not self.depth and self._begins_element() else self._text()
 
     def _begins_element(self) -> bool:
-        """Whether the sign that comes next has a blank before it and none behind it; not within parentheses."""
-        if self.depth:
+        """Whether a sign comes next with a blank before it and none behind it."""
+        if self._text() not in ("+", "-") or self.next + 1 >= len(self.tokens):
             return False
-        blank_before = self.tokens[self.next][4]
-        follower = self.tokens[self.next + 1] if self.next + 1 < len(self.tokens) else None
-        return blank_before and follower is not None and not follower[4]
+        before, sign, follower = self.tokens[self.next - 1 : self.next + 2]
+        return before.end < sign.start and sign.end == follower.start
 
-    def _product(self) -> float:
-        value = self._signed()
-        while self._peek() in ("*", "/"):
-            times = self._take() == "*"
-            value = self._computed((lambda a, b: a * b) if times else (lambda a, b: a / b), value, self._signed())
-        return value
-
-    def _signed(self) -> float:
+    def _operand(self, least: int) -> float:
+        """Take an atom with its signs, which bind less than a power, but belong to the exponent that they begin."""
         negative = False
-        while self._peek() in ("+", "-"):
-            negative ^= self._take() == "-"
-        value = self._power()
+        while (sign := self._text()) in ("+", "-"):
+            negative ^= sign == "-"
+            self.next += 1
+        value = self.parse(_POWER) if least < _POWER else self._atom()
         return -value if negative else value
-
-    def _power(self) -> float:
-        value = self._atom()
-        while self._peek() == "^":
-            self._take()
-            negative = False
-            while self._peek() in ("+", "-"):
-                negative ^= self._take() == "-"
-            exponent = self._atom()
-            value = self._computed(lambda a, b: a**b, value, -exponent if negative else exponent)
-        return value
 
     def _atom(self) -> float:
         if self.next >= len(self.tokens):
-            raise VectorError("expected a number", len(self.text), len(self.text))
-        kind, text, start, end, _ = self.tokens[self.next]
-        self.next += 1
-        if kind == "number":
-            return _finite(float(text.replace("d", "e").replace("D", "e")), start, end)
-        if kind == "name" and text.lower() in _NAMES:
-            return _NAMES[text.lower()]
+            raise ParseError("expected a number", self.end)
+        place = self._take()
+        text = place.text.lower()
+        if text[0] in ".0123456789":
+            return _finite(float(text.replace("d", "e")), place)
+        if text in _NAMES:
+            return _NAMES[text]
         if text == "(":
-            return self._inner(start, end)
-        what = "is not a number" if text.lower() == "nan" else "is no number"
-        raise VectorError(f"'{text[:40]}' {what}", start, end)
+            value = self._nested(0, place)
+            if self._text() != ")":
+                raise ParseError("a parenthesis is not closed", place)
+            self.next += 1
+            return value
+        raise ParseError(f"'{place.text[:40]}' {'is not a number' if text == 'nan' else 'is no number'}", place)
 
-    def _inner(self, start: int, end: int) -> float:
-        if self.depth >= _DEEPEST:
-            raise VectorError("parentheses are nested too deeply", start, end)
-        self.depth += 1
-        value = self._sum()
-        self.depth -= 1
-        if self._peek() != ")":
-            raise VectorError("a parenthesis is not closed", start, end)
-        self.next += 1
-        return value
+    def _too_deep(self, place: Span) -> ParseError:
+        return ParseError("parentheses are nested too deeply", place)
 
-    def _take(self) -> str:
-        self.next += 1
-        return self.tokens[self.next - 1][1]
-
-    def _computed(self, operation: Callable[[float, float], float], left: float, right: float) -> float:
-        start, end = self.tokens[self.next - 1][2:4]
+    def _binary(self, sign: str, left: float, right: float, place: Span) -> float:
+        last = self.tokens[self.next - 1]
         try:
-            value = operation(left, right)
+            value = _OPERATIONS[sign](left, right)
         except (ZeroDivisionError, OverflowError):
-            raise VectorError("the value cannot be computed", start, end) from None
+            raise ParseError("the value cannot be computed", last) from None
         if isinstance(value, complex) or math.isnan(value):
-            raise VectorError("the value is not a real number", start, end)
-        return value if math.isinf(left) or math.isinf(right) else _finite(value, start, end)
+            raise ParseError("the value is not a real number", last)
+        return value if math.isinf(left) or math.isinf(right) else _finite(value, last)
 
 
-def _finite(value: float, start: int, end: int) -> float:
+def _finite(value: float, place: Span) -> float:
     if math.isinf(value):
-        raise VectorError(TOO_LARGE, start, end, "FZ108")
+        raise ParseError(TOO_LARGE, place, "FZ108")
     return value
 
 
-def _tokens(text: str) -> list[_Token]:
-    """Return kind, text, start, end and whether a blank stands before it, of each token."""
-    found: list[_Token] = []
-    at = 0
-    blank = False
-    while at < len(text):
-        if text[at].isspace():
-            at, blank = at + 1, True
-            continue
-        match = _TOKEN.match(text, at)
-        if match is None:
-            raise VectorError(f"'{text[at]}' has no place among numbers", at, at + 1)
-        if len(found) >= _LONGEST:
-            raise VectorError("there are too many numbers", at, match.end())
-        found.append((str(match.lastgroup), match.group(), at, match.end(), blank))
-        at, blank = match.end(), False
-    return found
+def _tokens(span: Span) -> Iterator[Span]:
+    for count, (place, matches) in enumerate(tokens_of(span, _TOKEN), 1):
+        if not matches:
+            raise ParseError(f"'{place.text}' has no place among numbers", place)
+        if count > _LONGEST:
+            raise ParseError("there are too many numbers", place)
+        yield place

@@ -2,94 +2,90 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Final, cast
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Binary, BinaryOp, Call, Expr, Negate, Number, span_of
+from fuzzyctl.formats.common.infix import InfixParser, Operator
 from fuzzyctl.formats.fcl.cursor import MAX_DEPTH, Cursor, Slip
+from fuzzyctl.formats.fcl.tokens import Token
 
 #: Longest chain of terms, so that no expression is deeper than any reader of it can go.
 _MOST_OPERATORS: Final = 80
 
+#: A sign binds less than a power.
+_POWER: Final = 4
+
 
 def formula(cursor: Cursor) -> Expr:
     """Take an expression; functions keep the names they have in the file, in small letters."""
-    return _Formula(cursor).sum(0)
+    return _Formula(cursor).parse()
 
 
-class _Formula:
+class _Formula(InfixParser[Expr, Token]):
+    infix: Mapping[str, Operator] = {
+        **dict.fromkeys(("+", "-"), Operator(1)),
+        **dict.fromkeys(("*", "/", "%"), Operator(2)),
+        "^": Operator(_POWER),
+    }
+    prefix: Mapping[str, int] = {"+": 3, "-": 3}
+    deepest = MAX_DEPTH
+
     def __init__(self, cursor: Cursor) -> None:
         self._cursor = cursor
         self._operators = 0
 
-    def sum(self, depth: int) -> Expr:
-        left = self._product(depth)
-        while (token := self._cursor.accept("+", "-")) is not None:
-            left = self._joined(cast(BinaryOp, token.text), left, self._product(depth))
-        return left
+    def _peek(self) -> str:
+        return self._cursor.here.text
 
-    def _product(self, depth: int) -> Expr:
-        left = self._signed(depth)
-        while (token := self._cursor.accept("*", "/", "%")) is not None:
-            right = self._signed(depth)
-            if token.text == "%":
-                self._count(right)
-                left = Call("%", (left, right), self._cursor.span(token, token))
-            else:
-                left = self._joined(cast(BinaryOp, token.text), left, right)
-        return left
+    def _take(self) -> Token:
+        return self._cursor.take()
 
-    def _signed(self, depth: int) -> Expr:
-        token = self._cursor.accept("+", "-")
-        if token is None:
-            return self._power(depth)
-        self._deeper(depth)
-        operand = self._signed(depth + 1)
-        if token.text == "+":
+    def _operand(self, least: int) -> Expr:
+        return self._atom() if least > _POWER and self._peek() == "+" else super()._operand(least)
+
+    def _unary(self, sign: str, operand: Expr, place: Token) -> Expr:
+        if sign == "+":
             return operand
-        place = self._from(token.start, operand)
-        return Number(-operand.value, "", place) if isinstance(operand, Number) else Negate(operand, place)
+        span = self._from(place.start, operand)
+        return Number(-operand.value, "", span) if isinstance(operand, Number) else Negate(operand, span)
 
-    def _power(self, depth: int) -> Expr:
-        base = self._atom(depth)
-        if self._cursor.accept("^") is None:
-            return base
-        power = self._joined("^", base, self._signed(depth) if self._cursor.here.text == "-" else self._atom(depth))
-        if self._cursor.here.text == "^":
+    def _binary(self, sign: str, left: Expr, right: Expr, place: Token) -> Expr:
+        self._count(right)
+        if sign == "%":
+            return Call("%", (left, right), self._cursor.span(place, place))
+        if sign == "^" and self._peek() == "^":
             message = "'a ^ b ^ c' is read from the left by some tools, from the right by others"
-            place = self._cursor.span(self._cursor.here, self._cursor.here)
-            raise Slip(Diagnostic("FZ601", message, place, help="write parentheses"))
-        return power
+            here = self._cursor.span(self._cursor.here, self._cursor.here)
+            raise Slip(Diagnostic("FZ601", message, here, help="write parentheses"))
+        first = span_of(left)
+        return Binary(cast(BinaryOp, sign), left, right, self._from(first.start if first is not None else 0, right))
 
-    def _atom(self, depth: int) -> Expr:
+    def _atom(self) -> Expr:
         cursor, token = self._cursor, self._cursor.here
         if cursor.accept("("):
-            self._deeper(depth)
-            inside = self.sum(depth + 1)
+            inside = self._nested(0, token)
             cursor.expect(")", what="')'")
             return inside
         if token.kind == "name" and cursor.after.text == "(":
-            return self._call(depth)
+            return self._call(cursor.take())
         value = cursor.value() if token.kind in ("name", "number") else None
         if value is None:
             raise cursor.unexpected("a number, a variable or '('")
         return value
 
-    def _call(self, depth: int) -> Expr:
-        cursor, token = self._cursor, self._cursor.take()
+    def _call(self, name: Token) -> Expr:
+        cursor = self._cursor
         cursor.take()
-        self._deeper(depth)
-        arguments = [self.sum(depth + 1)]
+        self._enter(name)
+        arguments = [self.parse()]
         while cursor.accept(","):
-            arguments.append(self.sum(depth + 1))
+            arguments.append(self.parse())
+        self.depth -= 1
         cursor.expect(")", what="')'")
-        return Call(token.text.lower(), tuple(arguments), cursor.span(token))
-
-    def _joined(self, op: BinaryOp, left: Expr, right: Expr) -> Expr:
-        self._count(right)
-        place = span_of(left)
-        return Binary(op, left, right, self._from(place.start if place is not None else 0, right))
+        return Call(name.text.lower(), tuple(arguments), cursor.span(name))
 
     def _count(self, last: Expr) -> None:
         """Count an operator by its right operand; there may not be any number of them."""
@@ -102,7 +98,6 @@ class _Formula:
         place = span_of(last)
         return Span(self._cursor.source, start, place.end if place is not None else self._cursor.before.end)
 
-    def _deeper(self, depth: int) -> None:
-        if depth >= MAX_DEPTH:
-            message = f"parentheses are nested more than {MAX_DEPTH} deep"
-            raise Slip(Diagnostic("FZ106", message, self._cursor.span(self._cursor.here, self._cursor.here)))
+    def _too_deep(self, place: Token) -> Slip:
+        message = f"parentheses are nested more than {MAX_DEPTH} deep"
+        return Slip(Diagnostic("FZ106", message, self._cursor.span(self._cursor.here, self._cursor.here)))

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections import deque
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
 from fuzzyctl.diagnostics.suggestions import did_you_mean, listed
 from fuzzyctl.expr import ONE, Expr
+from fuzzyctl.formats.common.infix import InfixParser, Operator
 from fuzzyctl.formats.fcl import syntax as sx
 from fuzzyctl.formats.fcl.scope import Scope
 from fuzzyctl.formulas import HEDGES
 from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Not, Or, Rule
 
 _AND: Final = "AND"
+
+#: The standard has AND before OR, jFuzzyLogic reads both from left to right.
+_AND_FIRST: Final = {_AND: Operator(2, run=True), "OR": Operator(1, run=True)}
+_FROM_THE_LEFT: Final = dict.fromkeys((_AND, "OR"), Operator(1, run=True))
 
 
 @dataclass(frozen=True)
@@ -80,9 +86,8 @@ class RuleResolver:
         operators = [o.upper for o in condition.operators]
         if len(set(operators)) > 1:
             self.mixed = self.mixed or condition
-        if self._scope.dialect.name == "jfuzzylogic":
-            return _from_the_left(operands, operators)
-        return _and_first(operands, operators)
+        infix = _FROM_THE_LEFT if self._scope.dialect.name == "jfuzzylogic" else _AND_FIRST
+        return _Joining(operands, operators, infix).parse()
 
     def _is(self, clause: sx.Clause) -> Is | None:
         variables = self._vocabulary.variables
@@ -133,27 +138,25 @@ class RuleResolver:
         return term
 
 
-def _and_first(operands: list[Antecedent], operators: list[str]) -> Antecedent:
-    """Join so that AND binds before OR, as the standard has it."""
-    groups: list[list[Antecedent]] = [[operands[0]]]
-    for operator, operand in zip(operators, operands[1:], strict=True):
-        if operator == _AND:
-            groups[-1].append(operand)
-        else:
-            groups.append([operand])
-    joined = [And(operands=tuple(g)) if len(g) > 1 else g[0] for g in groups]
-    return Or(operands=tuple(joined)) if len(joined) > 1 else joined[0]
+class _Joining(InfixParser[Antecedent, None]):
+    """Joins resolved conditions by the precedence of a dialect; a run of one operator is one node."""
 
+    def __init__(self, operands: list[Antecedent], operators: list[str], infix: Mapping[str, Operator]) -> None:
+        self.infix = infix
+        self._operands = iter(operands)
+        self._operators = deque(operators)
 
-def _from_the_left(operands: list[Antecedent], operators: list[str]) -> Antecedent:
-    """Join from left to right, as jFuzzyLogic does; a run of one operator is one node."""
-    whole, run = operands[0], [operands[0]]
-    for i, operator in enumerate(operators):
-        if i and operator != operators[i - 1]:
-            run = [whole]
-        run.append(operands[i + 1])
-        whole = And(operands=tuple(run)) if operator == _AND else Or(operands=tuple(run))
-    return whole
+    def _peek(self) -> str:
+        return self._operators[0] if self._operators else ""
+
+    def _take(self) -> None:
+        self._operators.popleft()
+
+    def _atom(self) -> Antecedent:
+        return next(self._operands)
+
+    def _joined(self, sign: str, operands: Sequence[Antecedent], places: Sequence[None]) -> Antecedent:
+        return (And if sign == _AND else Or)(operands=tuple(operands))
 
 
 def same_either_way(condition: sx.Joined) -> bool:

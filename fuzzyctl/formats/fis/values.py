@@ -8,8 +8,8 @@ from typing import Final
 
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Number
-from fuzzyctl.formats.common.report import Findings
-from fuzzyctl.formats.common.vectors import VectorError, read_vector
+from fuzzyctl.formats.common.report import Findings, ParseError
+from fuzzyctl.formats.common.vectors import read_vector
 from fuzzyctl.formats.fis.sections import QUOTES, Entry, trimmed
 
 _COUNT: Final = re.compile(r"(\d{1,9})(?:\.0*)? *[;,]?$", re.ASCII)
@@ -67,8 +67,8 @@ def vector(span: Span, findings: Findings) -> tuple[Number, ...] | None:
         return None
     try:
         return read_vector(inner)
-    except VectorError as error:
-        place = Span(span.source, error.start, max(error.end, error.start + 1))
+    except ParseError as error:
+        place = Span(span.source, error.span.start, max(error.span.end, error.span.start + 1))
         help_text = "parameters are numbers, such as [0 2.5 pi/2]" if error.code == "FZ601" else "write Inf"
         findings.error(error.code, error.message, place, help=help_text)
         return None

@@ -13,12 +13,12 @@ from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import Name, Number, replace_names
 from fuzzyctl.formats.common.degree_range import warn_of_degrees_beyond
-from fuzzyctl.formats.common.report import Findings, Names, meant
+from fuzzyctl.formats.common.report import Findings, Names, ParseError, meant
 from fuzzyctl.formats.fis import values
 from fuzzyctl.formats.fis.sections import Entry, Section
 from fuzzyctl.formats.fis.values import RawTerm, Text
 from fuzzyctl.formats.fis.vocabulary import MEMBERSHIP_WORDS, Dialect, MembershipWord, Shape, Values
-from fuzzyctl.formats.fll.functions import FormulaError, read_formula
+from fuzzyctl.formats.fll.functions import read_formula
 from fuzzyctl.formats.fll.vocabulary import TERM_WORDS
 from fuzzyctl.formats.fuzzylite.degenerate_terms import NOT_BEYOND, membership_as_computed, step_to_itself
 from fuzzyctl.model.variable import Membership, Term
@@ -274,8 +274,8 @@ class VariableReader:
         names = {self.reading, "x"} if of_input else {*self.input_names, *self.output_names[:-1]}
         try:
             formula = read_formula(raw.formula or raw.span, names, differs=self.findings.differs)
-        except FormulaError as error:
-            self.findings.error(error.code, error.message, error.span)
+        except ParseError as error:
+            self.findings.refuse(error)
             return None
         if of_input and "x" not in self.input_names:
             formula = replace_names(formula, {"x": Name(self.reading)})

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Collection
-from typing import Final
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from typing import Final, cast
 
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import Binary, BinaryOp, Call, Expr, Name, Negate, Number
-from fuzzyctl.formats.common.report import Reading
+from fuzzyctl.formats.common.infix import Operator, SpanParser, tokens_of
+from fuzzyctl.formats.common.report import ParseError, Reading
 from fuzzyctl.formats.fuzzylite.functions import ARGUMENTS, expanded, is_too_large, is_truth, negation, truth
 from fuzzyctl.support.numerals import TOO_LARGE
 
@@ -55,14 +56,6 @@ _FUNCTIONS: Final[dict[str, tuple[str, int]]] = {
 _SIGNS: Final = ("+", "-", ".+", ".-")
 
 
-class FormulaError(ValueError):
-    """Raised for a formula that cannot be read; `code` is that of the diagnostic."""
-
-    def __init__(self, message: str, span: Span, code: str = "FZ601") -> None:
-        super().__init__(message)
-        self.message, self.span, self.code = message, span, code
-
-
 def read_formula(
     span: Span,
     names: Collection[str],
@@ -79,74 +72,67 @@ def read_formula(
         differs: Called with what the two read differently, unless `python` says whose it is.
 
     Raises:
-        FormulaError: For a text that is no formula, or one that uses what is not available.
+        ParseError: For a text that is no formula, or one that uses what is not available.
     """
     return _Formula(span, names, python, differs).read()
 
 
-class _Formula:
+#: Operators with their levels: a sign binds less than a power, `~` and `!` bind more. Logic binds least of all.
+_OPERATORS: Final = {
+    "or": Operator(1, run=True),
+    "and": Operator(2, run=True),
+    **dict.fromkeys(("+", "-"), Operator(3)),
+    **dict.fromkeys(("*", "/", "%"), Operator(4)),
+    **dict.fromkeys(("^", "**"), Operator(6, right=True)),
+}
+_LOGIC: Final = {"or": "max", "and": "min"}
+
+
+class _Formula(SpanParser[Expr]):
+    infix = _OPERATORS
+    prefix: Mapping[str, int] = {**dict.fromkeys(_SIGNS, 5), "~": 7, "!": 7}
+    deepest = _DEEPEST
+
     def __init__(self, span: Span, names: Collection[str], python: bool, differs: Callable[[Reading], None]) -> None:
         self.span = span
         self.names = names
         self.python = python
         self.differs = differs
-        self.tokens = self._tokens()
-        self.next = 0
-        self.depth = 0
+        self.tokens = list(self._tokens())
 
     def read(self) -> Expr:
-        expr = self._either()
+        expr = self.parse()
         if self.next < len(self.tokens):
-            text, place = self.tokens[self.next]
-            raise FormulaError(f"unexpected '{text[:40]}' in the formula", place)
+            place = self.tokens[self.next]
+            raise ParseError(f"unexpected '{place.text[:40]}' in the formula", place)
         if is_too_large(expr):
-            raise FormulaError("the formula is too long", self.span)
+            raise ParseError("the formula is too long", self.span)
         return expr
 
-    def _tokens(self) -> list[tuple[str, Span]]:
-        found: list[tuple[str, Span]] = []
-        text, at = self.span.text, 0
-        while at < len(text):
-            if text[at].isspace():
-                at += 1
-                continue
-            match = _TOKEN.match(text, at)
-            end = at + 1 if match is None else match.end()
-            place = Span(self.span.source, self.span.start + at, self.span.start + end)
-            if match is None:
-                raise FormulaError(f"'{text[at]}' has no place in a formula", place)
-            found.append((match.group(), place))
-            if len(found) > _LONGEST:
-                raise FormulaError("the formula is too long", place)
-            at = end
-        return found
+    def _tokens(self) -> Iterator[Span]:
+        for count, (place, matches) in enumerate(tokens_of(self.span, _TOKEN), 1):
+            if not matches:
+                raise ParseError(f"'{place.text}' has no place in a formula", place)
+            if count > _LONGEST:
+                raise ParseError("the formula is too long", place)
+            yield place
 
     def _peek(self) -> str:
-        return self.tokens[self.next][0] if self.next < len(self.tokens) else ""
+        text = self._text()
+        return "" if text in _LOGIC and text in self.names else text
 
-    def _take(self) -> tuple[str, Span]:
+    def _take(self) -> Span:
         if self.next >= len(self.tokens):
             end = Span(self.span.source, self.span.end, self.span.end)
-            raise FormulaError("the formula ends too early", end)
-        self.next += 1
-        return self.tokens[self.next - 1]
+            raise ParseError("the formula ends too early", end)
+        return super()._take()
 
-    def _either(self) -> Expr:
-        """Return a chain of `or`, which binds less than `and`, as that does than sums."""
-        return self._joined("or", "max", lambda: self._joined("and", "min", self._sum))
+    def _joined(self, sign: str, operands: Sequence[Expr], places: Sequence[Span]) -> Expr:
+        if len(operands) > _MOST_OPERANDS + 1:
+            raise ParseError("the formula is too long", places[_MOST_OPERANDS])
+        return Call(_LOGIC[sign], tuple(operands))
 
-    def _joined(self, word: str, function: str, part: Callable[[], Expr]) -> Expr:
-        operands = [part()]
-        while self._peek() == word and word not in self.names:
-            _, place = self._take()
-            if len(operands) > _MOST_OPERANDS:
-                raise FormulaError("the formula is too long", place)
-            if len(operands) == 1:
-                operands = [self._truth(operands[0], place)]
-            operands.append(self._truth(part(), place))
-        return operands[0] if len(operands) == 1 else Call(function, tuple(operands))
-
-    def _truth(self, operand: Expr, place: Span) -> Expr:
+    def _of_run(self, operand: Expr, place: Span) -> Expr:
         self._warn_of_number(operand, place)
         return truth(operand, python=self.python)
 
@@ -159,99 +145,58 @@ class _Formula:
         if not self.python:
             self.differs(reading)
 
-    def _sum(self) -> Expr:
-        left = self._product()
-        while self._peek() in ("+", "-"):
-            sign, place = self._take()
-            left = self._binary(sign, left, self._product(), place)
-        return left
-
-    def _product(self) -> Expr:
-        left = self._unary()
-        while self._peek() in ("*", "/", "%"):
-            sign, place = self._take()
-            right = self._unary()
-            left = self._remainder(left, right, place) if sign == "%" else self._binary(sign, left, right, place)
-        return left
-
-    def _remainder(self, left: Expr, right: Expr, place: Span) -> Expr:
+    def _binary(self, sign: str, left: Expr, right: Expr, place: Span) -> Expr:
+        if sign != "%":
+            return Binary("^" if sign == "**" else cast(BinaryOp, sign), left, right, place)
         message = "the remainder '%' has the sign of what is divided"
         self._tell(Reading(message, "in pyfuzzylite it has that of the divisor", "write fmod(a, b)", place))
         return Call("mod" if self.python else "fmod", (left, right), place)
 
-    def _unary(self) -> Expr:
-        """Return a signed power; a sign binds less than the power behind it."""
-        if self._peek() not in _SIGNS:
-            return self._power()
-        sign, place = self._take()
-        self._enter(place)
-        operand = self._unary()
-        self.depth -= 1
-        return Negate(operand, place) if sign.endswith("-") else operand
-
-    def _power(self) -> Expr:
-        base = self._prefixed()
-        if self._peek() not in ("^", "**"):
-            return base
-        _, place = self._take()
-        self._enter(place)
-        exponent = self._unary()
-        self.depth -= 1
-        return Binary("^", base, exponent, place)
-
-    def _prefixed(self) -> Expr:
-        """Return an atom, perhaps negated by `~` or `!`, which bind more than powers."""
-        if self._peek() not in ("~", "!"):
-            return self._atom()
-        sign, place = self._take()
-        self._enter(place)
-        operand = self._unary() if self._peek() in _SIGNS else self._prefixed()
-        self.depth -= 1
-        if sign == "~":
-            return Negate(operand, place)
-        self._warn_of_number(operand, place)
-        return negation(operand, python=self.python)
+    def _unary(self, sign: str, operand: Expr, place: Span) -> Expr:
+        if sign == "!":
+            self._warn_of_number(operand, place)
+            return negation(operand, python=self.python)
+        return operand if sign.endswith("+") else Negate(operand, place)
 
     def _atom(self) -> Expr:
-        text, place = self._take()
+        place = self._take()
+        text = place.text
         if text == "(":
-            self._enter(place)
-            inner = self._either()
-            self.depth -= 1
-            self._expect(")", place)
+            inner = self._nested(0, place)
+            self._expect_end(place)
             return inner
         if text[0] in "0123456789.":
             if math.isinf(float(text)):
-                raise FormulaError(TOO_LARGE, place, "FZ108")
+                raise ParseError(TOO_LARGE, place, "FZ108")
             return Number(float(text), span=place)
-        if self._peek() == "(" and text not in self.names:
+        if self._text() == "(" and text not in self.names:
             return self._call(text, place)
         if text in self.names:
             return Name(text, place)
         if text == "pi":
             return Name("pi", place)
         if text in ("and", "or") or text in _FUNCTIONS or not text[0].isalpha():
-            raise FormulaError(f"unexpected '{text[:40]}' in the formula", place)
-        raise FormulaError(f"the formula names '{text[:40]}', which is no variable here", place, "FZ202")
+            raise ParseError(f"unexpected '{text[:40]}' in the formula", place)
+        raise ParseError(f"the formula names '{text[:40]}', which is no variable here", place, "FZ202")
 
     def _call(self, name: str, place: Span) -> Expr:
         self._enter(place)
         self._take()
         arguments: list[Expr] = []
-        if self._peek() != ")":
-            arguments.append(self._either())
-            while self._peek() == ",":
+        if self._text() != ")":
+            arguments.append(self.parse())
+            while self._text() == ",":
                 self._take()
-                arguments.append(self._either())
-        self._expect(")", place)
+                arguments.append(self.parse())
+        self._expect_end(place)
         self.depth -= 1
         if name == "pi" and not arguments:
             return Name("pi", place)
         if name not in _FUNCTIONS and name not in ARGUMENTS:
-            raise FormulaError(f"there is no function '{name[:40]}' here", place, "FZ602")
+            raise ParseError(f"there is no function '{name[:40]}' here", place, "FZ602")
         own, due = _FUNCTIONS.get(name, (name, ARGUMENTS.get(name, 2)))
         if len(arguments) != due:
-            raise FormulaError(f"'{name}' takes {counted(due, 'argument')}, got {len(arguments)}", place)
+            raise ParseError(f"'{name}' takes {counted(due, 'argument')}, got {len(arguments)}", place)
         if name not in ARGUMENTS or (name == "round" and self.python):
             return Call(own, tuple(arguments), place)
         if name == "round":
@@ -259,19 +204,13 @@ class _Formula:
             self._tell(Reading(message, "in pyfuzzylite it gives the even one", "write floor(x + 0.5)", place))
         found = expanded(name, arguments)
         if found is None:
-            raise FormulaError("the formula is too long", place)
+            raise ParseError("the formula is too long", place)
         return found
 
-    def _binary(self, sign: str, left: Expr, right: Expr, place: Span) -> Expr:
-        operators: dict[str, BinaryOp] = {"+": "+", "-": "-", "*": "*", "/": "/"}
-        return Binary(operators[sign], left, right, place)
+    def _too_deep(self, place: Span) -> ParseError:
+        return ParseError("the formula is nested too deeply", place)
 
-    def _enter(self, place: Span) -> None:
-        self.depth += 1
-        if self.depth > _DEEPEST:
-            raise FormulaError("the formula is nested too deeply", place)
-
-    def _expect(self, due: str, opened: Span) -> None:
-        if self._peek() != due:
-            raise FormulaError("a parenthesis is not closed", opened, "FZ103")
+    def _expect_end(self, opened: Span) -> None:
+        if self._text() != ")":
+            raise ParseError("a parenthesis is not closed", opened, "FZ103")
         self.next += 1

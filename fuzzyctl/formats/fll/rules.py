@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import ONE, Number
-from fuzzyctl.formats.common.report import Findings, meant
+from fuzzyctl.formats.common.infix import Operator, SpanParser
+from fuzzyctl.formats.common.report import Findings, ParseError, meant
 from fuzzyctl.formats.fll.vocabulary import HEDGE_WORDS
 from fuzzyctl.formats.fuzzylite.degenerate_terms import NOT_BEYOND
 from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Or, Rule
@@ -46,14 +47,6 @@ class Known:
     unread: frozenset[str] = frozenset()
 
 
-class RuleError(ValueError):
-    """Raised for a rule that cannot be read."""
-
-    def __init__(self, code: str, message: str, span: Span, help: str = "", facts: tuple[str, ...] = ()) -> None:
-        super().__init__(message)
-        self.code, self.message, self.span, self.help, self.facts = code, message, span, help, facts
-
-
 class UnreadTermError(ValueError):
     """Raised for a rule that names a term which has been reported."""
 
@@ -85,31 +78,32 @@ class RuleReader:
             return _RuleText(span, self.variables).read(self.findings)
         except UnreadTermError:
             return None
-        except RuleError as error:
-            self.findings.error(error.code, error.message, error.span, help=error.help, facts=error.facts)
+        except ParseError as error:
+            self.findings.refuse(error)
             return None
 
 
-class _RuleText:
+class _RuleText(SpanParser[Antecedent]):
+    infix: Mapping[str, Operator] = {"or": Operator(1, run=True), "and": Operator(2, run=True)}
+    deepest = _DEEPEST
+
     def __init__(self, span: Span, variables: Mapping[str, Known]) -> None:
         self.span = span
         self.variables = variables
         self.tokens = [
             Span(span.source, m.start(), m.end()) for m in _TOKEN.finditer(span.source.text, span.start, span.end)
         ]
-        self.next = 0
-        self.depth = 0
         self.uses: set[str] = set()
 
     def read(self, findings: Findings) -> Read | None:
         self._expect("if")
-        antecedent = self._or()
+        antecedent = self.parse()
         self._expect("then")
         consequents = self._consequents()
         weight = self._weight()
         if self.next < len(self.tokens):
             place = self.tokens[self.next]
-            raise RuleError("FZ601", f"unexpected '{place.text[:40]}' in the rule", place, _FORM)
+            raise ParseError(f"unexpected '{place.text[:40]}' in the rule", place, help=_FORM)
         if not consequents:
             message, help_text = "the rule sets only disabled outputs, so it has no effect", "enable one, or remove it"
             findings.warning("FZ611", message, self.span, help=help_text)
@@ -117,59 +111,41 @@ class _RuleText:
         rule = Rule(antecedent=antecedent, consequents=consequents, weight=weight, span=self.span)
         return Read(rule, "and" in self.uses, "or" in self.uses)
 
-    def _peek(self) -> str:
-        return self.tokens[self.next].text if self.next < len(self.tokens) else ""
-
-    def _take(self, due: str) -> Span:
+    def _required(self, what: str) -> Span:
         if self.next >= len(self.tokens):
             end = Span(self.span.source, max(self.span.start, self.span.end - 1), self.span.end)
-            raise RuleError("FZ601", f"unexpected end of the rule, expected {due}", end, _FORM)
-        self.next += 1
-        return self.tokens[self.next - 1]
+            raise ParseError(f"unexpected end of the rule, expected {what}", end, help=_FORM)
+        return self._take()
 
     def _expect(self, word: str) -> None:
-        place = self._take(f"'{word}'")
+        place = self._required(f"'{word}'")
         if place.text.lower() != word:
-            raise RuleError("FZ601", f"expected '{word}', found '{place.text[:40]}'", place, _FORM)
+            raise ParseError(f"expected '{word}', found '{place.text[:40]}'", place, help=_FORM)
 
-    def _or(self) -> Antecedent:
-        operands = [self._and()]
-        while self._peek().lower() == "or":
-            self.next += 1
-            operands.append(self._and())
-        if len(operands) == 1:
-            return operands[0]
-        self.uses.add("or")
-        return Or(operands=tuple(operands), span=self.span)
+    def _peek(self) -> str:
+        return self._text().lower()
 
-    def _and(self) -> Antecedent:
-        operands = [self._operand()]
-        while self._peek().lower() == "and":
-            self.next += 1
-            operands.append(self._operand())
-        if len(operands) == 1:
-            return operands[0]
-        self.uses.add("and")
-        return And(operands=tuple(operands), span=self.span)
+    def _joined(self, sign: str, operands: Sequence[Antecedent], places: Sequence[Span]) -> Antecedent:
+        self.uses.add(sign)
+        return (And if sign == "and" else Or)(operands=tuple(operands), span=self.span)
 
-    def _operand(self) -> Antecedent:
-        if self._peek() != "(":
+    def _atom(self) -> Antecedent:
+        if self._text() != "(":
             return self._proposition()
-        place = self._take("'('")
-        self.depth += 1
-        if self.depth > _DEEPEST:
-            raise RuleError("FZ106", "the rule is nested too deeply", place)
-        inner = self._or()
-        if self._peek() != ")":
-            raise RuleError("FZ103", "a parenthesis is not closed", place)
+        place = self._take()
+        inner = self._nested(0, place)
+        if self._text() != ")":
+            raise ParseError("a parenthesis is not closed", place, "FZ103")
         self.next += 1
-        self.depth -= 1
         return inner
+
+    def _too_deep(self, place: Span) -> ParseError:
+        return ParseError("the rule is nested too deeply", place, "FZ106")
 
     def _proposition(self) -> Is:
         variable, start = self._variable(output=False)
         hedges = self._hedges(variable)
-        if hedges and hedges[-1] == "any" and (self._peek() not in variable.terms or self._peek() in ("and", "or")):
+        if hedges and hedges[-1] == "any" and (self._text() not in variable.terms or self._text() in ("and", "or")):
             term = self._any_term(variable, start)
         else:
             term = self._term(variable)
@@ -182,51 +158,51 @@ class _RuleText:
         """Return some term: `any` needs none."""
         if not variable.terms:
             message = f"'{variable.name}' has no term, which even 'any' needs here"
-            raise RuleError("FZ203", message, start, "give it a term")
+            raise ParseError(message, start, "FZ203", help="give it a term")
         return variable.terms[0]
 
     def _variable(self, *, output: bool) -> tuple[Known, Span]:
-        place = self._take("a variable")
+        place = self._required("a variable")
         name = place.text
         variable = self.variables.get(name)
         if variable is None:
             known = [v.name for v in self.variables.values() if v.is_output or not output]
             message = f"there is no variable '{name[:40]}'"
             facts = (f"variables: {', '.join(known)}",)
-            raise RuleError("FZ202", message, place, meant(name, known) or _FORM, facts)
+            raise ParseError(message, place, "FZ202", help=meant(name, known) or _FORM, facts=facts)
         if output and not variable.is_output:
             message = f"expected an output behind 'then', found the input '{name}'"
-            raise RuleError("FZ202", message, place, "only outputs are set by rules")
+            raise ParseError(message, place, "FZ202", help="only outputs are set by rules")
         self._expect("is")
         return variable, place
 
     def _hedges(self, variable: Known) -> tuple[str, ...]:
         """Return the hedges before a term; a term of such a name is a term where no term follows it."""
         found: list[str] = []
-        while self._peek() in HEDGE_WORDS:
+        while self._text() in HEDGE_WORDS:
             following = self.tokens[self.next + 1].text if self.next + 1 < len(self.tokens) else ""
-            if self._peek() in variable.terms and not (following in variable.terms or following in HEDGE_WORDS):
+            if self._text() in variable.terms and not (following in variable.terms or following in HEDGE_WORDS):
                 break
-            found.append(self._take("a hedge").text)
+            found.append(self._required("a hedge").text)
             if len(found) > _DEEPEST:
-                raise RuleError(
-                    "FZ106", f"the rule has more than {_DEEPEST} hedges of one term", self.tokens[self.next - 1]
+                raise ParseError(
+                    f"the rule has more than {_DEEPEST} hedges of one term", self.tokens[self.next - 1], "FZ106"
                 )
         return tuple(found)
 
     def _term(self, variable: Known) -> str:
-        place = self._take("a term")
+        place = self._required("a term")
         if place.text in variable.unread:
             raise UnreadTermError
         if place.text not in variable.terms:
             if place.text.lower() in _AFTER_TERM:
                 message = f"expected a term of '{variable.name}', found '{place.text}'"
                 facts = (f"terms of '{variable.name}': {', '.join(variable.terms) or 'none'}",)
-                raise RuleError("FZ601", message, place, _FORM, facts)
+                raise ParseError(message, place, help=_FORM, facts=facts)
             message = f"'{variable.name}' has no term '{place.text[:40]}'"
             facts = (f"terms of '{variable.name}': {', '.join(variable.terms) or 'none'}",)
             known = [*variable.terms, *HEDGE_WORDS]
-            raise RuleError("FZ203", message, place, meant(place.text, known), facts)
+            raise ParseError(message, place, "FZ203", help=meant(place.text, known), facts=facts)
         return place.text
 
     def _consequents(self) -> tuple[Consequent, ...]:
@@ -238,21 +214,21 @@ class _RuleText:
             place = start.to(self.tokens[self.next - 1])
             if variable.enabled:
                 found.append(Consequent(output=variable.name, term=term, hedges=hedges, span=place))
-            if self._peek().lower() != "and":
+            if self._text().lower() != "and":
                 return tuple(found)
             self.next += 1
 
     def _weight(self) -> Number:
-        if self._peek().lower() != "with":
+        if self._text().lower() != "with":
             return ONE
         self.next += 1
-        place = self._take("a weight")
+        place = self._required("a weight")
         try:
             value = to_number(place.text)
         except (ValueError, OverflowError):
             value = math.nan
         if math.isnan(value):
-            raise RuleError("FZ601", f"the weight is a number, got '{place.text[:40]}'", place, _FORM)
+            raise ParseError(f"the weight is a number, got '{place.text[:40]}'", place, help=_FORM)
         if not 0 <= value <= 1:
-            raise RuleError("FZ302", f"the weight {place.text[:40]} lies outside [0, 1]", place, NOT_BEYOND)
+            raise ParseError(f"the weight {place.text[:40]} lies outside [0, 1]", place, "FZ302", help=NOT_BEYOND)
         return ONE if value == 1 else Number(value, span=place)

@@ -10,8 +10,8 @@ from typing import Final
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import ONE, Expr, Name, Number, names_in, replace_names
-from fuzzyctl.formats.common.report import Findings, Names, meant
-from fuzzyctl.formats.fll.functions import FormulaError, read_formula
+from fuzzyctl.formats.common.report import Findings, Names, ParseError, meant
+from fuzzyctl.formats.fll.functions import read_formula
 from fuzzyctl.formats.fll.lines import Line
 from fuzzyctl.formats.fll.vocabulary import TERM_WORDS, TERMS, TermWord
 from fuzzyctl.formats.fuzzylite.degenerate_terms import NOT_BEYOND, membership_as_computed, step_to_itself, with_places
@@ -200,8 +200,8 @@ class TermReader:
         try:
             known = {*names, "x", *place.inputs, *place.outputs}
             formula = read_formula(span, known, python=place.python, differs=self.findings.differs)
-        except FormulaError as error:
-            self.findings.error(error.code, error.message, error.span)
+        except ParseError as error:
+            self.findings.refuse(error)
             return None
         if names_in(formula) and place.is_own(formula):
             own = replace_names(formula, {"x": Name(place.variable)})

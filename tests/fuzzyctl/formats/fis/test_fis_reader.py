@@ -9,7 +9,8 @@ from fuzzyctl.diagnostics.diagnostic import render_all
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.explain.trace import trace
 from fuzzyctl.expr import Number
-from fuzzyctl.formats.common.vectors import VectorError, read_vector
+from fuzzyctl.formats.common.report import ParseError
+from fuzzyctl.formats.common.vectors import read_vector
 from fuzzyctl.formats.fis import read
 from fuzzyctl.formats.fis.memberships import written
 from fuzzyctl.loading.load import load
@@ -468,7 +469,7 @@ class TestVectors:
     def test_numbers_are_separated_as_in_matlab(self, text, values):
         source = SourceText("t", text)
         if values is None:
-            with pytest.raises(VectorError):
+            with pytest.raises(ParseError):
                 read_vector(Span(source, 0, len(text)))
         else:
             assert tuple(n.value for n in read_vector(Span(source, 0, len(text)))) == values

@@ -7,8 +7,9 @@ import pytest
 
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.expr import ONE, Number, evaluate
+from fuzzyctl.formats.common.report import ParseError
 from fuzzyctl.formats.fll import read
-from fuzzyctl.formats.fll.functions import FormulaError, read_formula
+from fuzzyctl.formats.fll.functions import read_formula
 from fuzzyctl.loading.load import load
 from fuzzyctl.model.method import Activation, Defuzzifier
 from fuzzyctl.model.profiles import profile
@@ -269,7 +270,7 @@ class TestTerms:
         ],
     )
     def test_what_is_no_formula_is_told(self, text, code):
-        with pytest.raises(FormulaError) as caught:
+        with pytest.raises(ParseError) as caught:
             read_formula(Span(SourceText("t", text), 0, len(text)), {"a", "b"})
         assert caught.value.code == code
 
