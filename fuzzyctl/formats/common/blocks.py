@@ -9,9 +9,10 @@ from typing import Any
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.formats.common.report import Names
 from fuzzyctl.formats.losses import Loss
-from fuzzyctl.model.method import Activation, RuleMethod
+from fuzzyctl.model.method import Activation, Method, RuleMethod
 from fuzzyctl.model.rule import And, Or, Rule, RuleBlock, parts_of
 from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import Output
 
 
 @dataclass(frozen=True)
@@ -107,6 +108,12 @@ def _block(block: FoundBlock, name: str, method: dict[str, Any]) -> RuleBlock:
     own = {n: getattr(block, n) for n in _FIELDS}
     said = {n: None if v == method.get(n) else v for n, v in own.items()}
     return RuleBlock(name=name, rules=block.rules, span=block.span, **said)
+
+
+def without_common(output: Output, method: Method) -> Output:
+    """Return an output without what it shares with the system."""
+    shared = (n for n in ("implication", "aggregation", "defuzzifier") if getattr(output, n) == getattr(method, n))
+    return output.model_copy(update=dict.fromkeys(shared))
 
 
 @dataclass(frozen=True)

@@ -104,6 +104,10 @@ class Findings:
         """Add a warning of what tools read differently."""
         self.warning("FZ609", reading.message, reading.span, help=reading.way_out, facts=(reading.other,))
 
+    def given_twice(self, what: str, span: Span, earlier: Span) -> None:
+        """Add the error of what may be given once."""
+        self.error("FZ215", f"{what} is given twice", span, note=Note(earlier, "first given here"))
+
     def too_many(self, count: int, span: Span) -> bool:
         """Whether there are too many lines; it is reported where the count is just above the most."""
         if count == MOST_LINES + 1:

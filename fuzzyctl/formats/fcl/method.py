@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import Note
-from fuzzyctl.formats.common.blocks import Combined, FoundBlock, combined
+from fuzzyctl.formats.common.blocks import Combined, FoundBlock, combined, without_common
 from fuzzyctl.formats.fcl import syntax as sx
 from fuzzyctl.formats.fcl.rules import RuleResolver, Vocabulary, same_either_way
 from fuzzyctl.formats.fcl.scope import Scope
@@ -89,7 +89,7 @@ def method_of(drafts: list[OutputDraft], rules: BlockRules, scope: Scope) -> tup
         **usual | found.method,
     )
     made = [o.model_copy(update={"implication": found.implications.get(o.name)}) for o in made]
-    return [_without_common(o, method) for o in made], method, found
+    return [without_common(o, method) for o in made], method, found
 
 
 def _semantics(drafts: list[OutputDraft], made: list[Output], scope: Scope) -> Semantics:
@@ -145,13 +145,3 @@ def _agreed(said: Sequence[tuple[str | None, Norms]], draft: OutputDraft, scope:
         help_text = f"'{other[0]}' here; the rules of an output are joined in one way"
         scope.error("FZ602", message, other[1].span, notes=note, help=help_text)
     return first[0] if first is not None else None
-
-
-def _without_common(output: Output, method: Method) -> Output:
-    """Return an output without what it shares with the system."""
-    shared = {
-        name: None
-        for name in ("implication", "aggregation", "defuzzifier")
-        if getattr(output, name) == getattr(method, name)
-    }
-    return output.model_copy(update=shared)

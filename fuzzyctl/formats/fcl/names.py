@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from fuzzyctl.expr import Expr, Number
+from fuzzyctl.formats.common.words import DUAL_OF
 
 Arguments = tuple[Expr, ...]
 
@@ -172,19 +173,7 @@ METHOD_WORDS: Final[dict[str, str]] = {
     "WEIGHTEDSUM": "weighted_sum",
 }
 
-#: The norms that belong together by De Morgan's laws.
-_PAIRS: Final = (
-    ("min", "max"),
-    ("product", "probabilistic_sum"),
-    ("bounded_difference", "bounded_sum"),
-    ("drastic_product", "drastic_sum"),
-    ("nilpotent_minimum", "nilpotent_maximum"),
-    ("einstein_product", "einstein_sum"),
-    ("hamacher_product", "hamacher_sum"),
-)
-DUAL_OF: Final[dict[str, str]] = {a: b for pair in _PAIRS for a, b in (pair, pair[::-1])}
-
-#: The same as jFuzzyLogic pairs them: Hamacher's product with Einstein's sum, which no law does.
+#: The norms that belong together as jFuzzyLogic has them: Hamacher's product with Einstein's sum, by no law.
 JFUZZYLOGIC_DUAL_OF: Final = DUAL_OF | {"hamacher_product": "einstein_sum", "einstein_sum": "hamacher_product"}
 
 #: Words that only fuzzylite writes.

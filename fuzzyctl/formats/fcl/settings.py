@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from fuzzyctl.diagnostics.diagnostic import Note
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import counted, did_you_mean, listed
+from fuzzyctl.formats.common.words import DUAL_OF
 from fuzzyctl.formats.fcl.names import (
     ACCUMULATION_WORDS,
     CONJUNCTION_WORDS,
     DISJUNCTION_WORDS,
-    DUAL_OF,
     JFUZZYLOGIC_DUAL_OF,
 )
 from fuzzyctl.formats.fcl.scope import Scope

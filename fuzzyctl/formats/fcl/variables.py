@@ -11,6 +11,7 @@ from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import did_you_mean, listed
 from fuzzyctl.expr import Expr, Number
 from fuzzyctl.formats.common.degree_range import warn_of_degrees_beyond
+from fuzzyctl.formats.common.ranges import linear_range
 from fuzzyctl.formats.common.report import Names
 from fuzzyctl.formats.fcl import ranges
 from fuzzyctl.formats.fcl import syntax as sx
@@ -342,8 +343,7 @@ class VariableResolver:
         if term.membership.kind == "function":
             return ranges.of_function(arguments[0], ends, values)
         coefficients = [self._scope.value(a) or 0.0 for a in arguments]
-        places = [sorted((c * low, c * high)) for c, (low, high) in zip(coefficients, ends.values(), strict=False)]
-        return sum(p[0] for p in places) + coefficients[-1], sum(p[1] for p in places) + coefficients[-1]
+        return linear_range(coefficients, ends.values())
 
     def _tell_estimated(self) -> None:
         """Say in one warning which ranges of inputs were estimated: the standard gives inputs none."""

@@ -8,9 +8,10 @@ from collections.abc import Sequence
 from pathlib import PurePath
 from typing import Final
 
-from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.expr import Expr, Number
+from fuzzyctl.formats.common.ranges import linear_range
 from fuzzyctl.formats.common.report import Findings, Reading
 from fuzzyctl.formats.fis import values
 from fuzzyctl.formats.fis.rules import RuleReader, raw_rules
@@ -76,8 +77,7 @@ def _settings(file: Sections, findings: Findings) -> Settings:
         findings.error("FZ212", "there is no section [System]", first, help="a file begins with [System]")
         return read_settings(file, Section("system", 0, first), Findings(findings.source))
     for again in found[1:]:
-        note = Note(found[0].header, "first given here")
-        findings.error("FZ215", "[System] is given twice", again.header, note=note)
+        findings.given_twice("[System]", again.header, found[0].header)
     return read_settings(file, found[0], findings)
 
 
@@ -93,8 +93,7 @@ def _variables(file: Sections, dialect: Dialect, findings: Findings) -> tuple[li
         for section in sections:
             earlier = numbers.setdefault(section.number, section)
             if earlier is not section:
-                note = Note(earlier.header, "first given here")
-                findings.error("FZ215", f"{section.header.text} is given twice", section.header, note=note)
+                findings.given_twice(section.header.text, section.header, earlier.header)
         found[kind] = [reader.read(s) for s in sections]
     return found["input"], found["output"]
 
@@ -213,12 +212,7 @@ class _Assembly:
         given = [a.value for a in membership.arguments if isinstance(a, Number)]
         if membership.kind not in ("constant", "linear"):
             return tuple(given)
-        *coefficients, low = given
-        high = low
-        for factor, v in zip(coefficients, self.inputs, strict=False):
-            ends = (factor * v.lower.value, factor * v.upper.value)
-            low, high = low + min(ends), high + max(ends)
-        return low, high
+        return linear_range(given, [(v.lower.value, v.upper.value) for v in self.inputs])
 
     def _flag(self, section: Section, key: str) -> bool:
         """Return one of fuzzylite's switches, which other tools do not write."""

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from fuzzyctl.diagnostics.diagnostic import Note
 from fuzzyctl.formats.common.report import Findings, meant
 from fuzzyctl.formats.fis import values, vocabulary
 from fuzzyctl.formats.fis.sections import Entry, Section, Sections
@@ -140,8 +139,7 @@ def _check_keys(section: Section, findings: Findings) -> None:
         key = entry.key.lower()
         earlier = seen.setdefault(key, entry)
         if earlier is not entry:
-            note = Note(earlier.span, "first given here")
-            findings.error("FZ215", f"'{entry.key}' is given twice", entry.key_span, note=note)
+            findings.given_twice(f"'{entry.key}'", entry.key_span, earlier.span)
         elif key.startswith("typered"):
             message = f"'{entry.key}' belongs to type-2 systems"
             findings.error("FZ602", message, entry.span, help="only type-1 systems are computed")

@@ -8,7 +8,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-from fuzzyctl.diagnostics.diagnostic import Note
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import Name, Number, replace_names
@@ -93,8 +92,7 @@ class VariableReader:
             key = entry.key.lower()
             earlier = seen.setdefault(key, entry) if not _NUMBERED.match(key) else entry
             if earlier is not entry:
-                note = Note(earlier.span, "first given here")
-                self.findings.error("FZ215", f"'{entry.key}' is given twice", entry.key_span, note=note)
+                self.findings.given_twice(f"'{entry.key}'", entry.key_span, earlier.span)
             elif key not in _KEYS and not _NUMBERED.match(key):
                 known = ["Name", "Range", "NumMFs", "MF1"]
                 help_text = meant(entry.key, known) or f"keys of a variable: {', '.join(known)}"

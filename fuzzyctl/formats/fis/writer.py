@@ -12,6 +12,7 @@ from fuzzyctl.formats.common import numerics
 from fuzzyctl.formats.common.blocks import flattened
 from fuzzyctl.formats.common.clamped_inputs import holding_matters, with_shoulders
 from fuzzyctl.formats.common.report import Findings
+from fuzzyctl.formats.common.words import first_words
 from fuzzyctl.formats.fis import vocabulary
 from fuzzyctl.formats.fis.memberships import as_matlab_has_it, is_of_matlab, number, vector, written
 from fuzzyctl.formats.fis.sections import split
@@ -46,17 +47,9 @@ _DEFUZZIFIERS: Final = {
 _OF_SETS: Final = ("centroid", "bisector", *MAXIMA)
 
 
-def _back(known: dict[str, str]) -> dict[str, str]:
-    """Return a table from the model's words to those of files; of several the first."""
-    back: dict[str, str] = {}
-    for word, own in known.items():
-        back.setdefault(own, word)
-    return back
-
-
-_CONJUNCTIONS: Final = _back(vocabulary.CONJUNCTION_WORDS)
-_DISJUNCTIONS: Final = _back(vocabulary.DISJUNCTION_WORDS)
-_AGGREGATIONS: Final = _back(vocabulary.AGGREGATION_WORDS)
+_CONJUNCTIONS: Final = first_words(vocabulary.CONJUNCTION_WORDS)
+_DISJUNCTIONS: Final = first_words(vocabulary.DISJUNCTION_WORDS)
+_AGGREGATIONS: Final = first_words(vocabulary.AGGREGATION_WORDS)
 
 
 def write(system: FuzzySystem) -> tuple[str, list[Loss]]:

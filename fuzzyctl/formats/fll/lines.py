@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Final
 
-from fuzzyctl.diagnostics.diagnostic import Note
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.formats.common.report import Findings, meant
 
@@ -106,8 +105,7 @@ def _add(block: Block, line: Line, findings: Findings) -> None:
         return
     earlier = block.line(line.key) if line.key not in _MANY else None
     if earlier is not None:
-        note = Note(earlier.span, "first given here")
-        findings.error("FZ215", f"'{line.key}' is given twice", line.span, note=note)
+        findings.given_twice(f"'{line.key}'", line.span, earlier.span)
     block.lines.append(line)
 
 

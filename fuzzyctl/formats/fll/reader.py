@@ -11,7 +11,7 @@ from typing import Final
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.expr import Number
-from fuzzyctl.formats.common.blocks import combined
+from fuzzyctl.formats.common.blocks import combined, without_common
 from fuzzyctl.formats.common.report import Findings
 from fuzzyctl.formats.fll.lines import SPELT, Block, split
 from fuzzyctl.formats.fll.methods import defuzzifier, is_none, norm
@@ -36,7 +36,7 @@ from fuzzyctl.formats.fll.variables import (
 )
 from fuzzyctl.formats.fll.vocabulary import T_NORMS
 from fuzzyctl.formats.fuzzylite.versions import profile_of_version, version_said
-from fuzzyctl.model.method import Defuzzifier, Method
+from fuzzyctl.model.method import Method
 from fuzzyctl.model.profiles import Profile, profile
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, Output
@@ -123,7 +123,7 @@ class _File:
             title=title,
             method=method,
             inputs=tuple(self._input(v, r) for v, r in zip(inputs, ranges, strict=True)),
-            outputs=tuple(_unless_common(o, method) for o in made),
+            outputs=tuple(without_common(o, method) for o in made),
             blocks=rules.blocks,
             path=findings.source.name,
             span=next((b.head.span for b in self._of("engine")), None),
@@ -250,12 +250,3 @@ def _is_old(blocks: Sequence[Block]) -> bool:
         if block.line("accumulation", "lock-valid") or (activation and activation.value.text in T_NORMS):
             return True
     return False
-
-
-def _unless_common(output: Output, method: Method) -> Output:
-    """Return an output without what the system says for it."""
-    own: dict[str, Defuzzifier | str | None] = {}
-    for field in ("implication", "aggregation", "defuzzifier"):
-        if getattr(output, field) == getattr(method, field):
-            own[field] = None
-    return output.model_copy(update=own)

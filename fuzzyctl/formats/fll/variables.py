@@ -11,6 +11,7 @@ from fuzzyctl.diagnostics.diagnostic import Note
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Expr, Number
 from fuzzyctl.formats.common.degree_range import warn_of_degrees_beyond
+from fuzzyctl.formats.common.ranges import linear_range
 from fuzzyctl.formats.common.report import Findings
 from fuzzyctl.formats.fll.lines import Block, Line
 from fuzzyctl.formats.fll.terms import Place, TermReader, number, words
@@ -158,12 +159,7 @@ def reached(membership: Membership, ranges: Sequence[tuple[float, float]]) -> tu
     given = [a.value for a in membership.arguments if isinstance(a, Number)]
     if membership.kind not in ("constant", "linear") or not given:
         return math.inf, -math.inf
-    *coefficients, low = given
-    high = low
-    for factor, (first, last) in zip(coefficients, ranges, strict=False):
-        low += min(factor * first, factor * last)
-        high += max(factor * first, factor * last)
-    return low, high
+    return linear_range(given, ranges)
 
 
 def otherwise(block: Block, findings: Findings) -> Expr | Fallback | Hold | None:

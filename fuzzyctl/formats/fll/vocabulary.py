@@ -92,8 +92,8 @@ T_NORMS: Final[dict[str, str]] = {
 S_NORMS: Final[dict[str, str]] = {
     "Maximum": "max",
     "AlgebraicSum": "probabilistic_sum",
-    "NormalizedSum": "bounded_sum",  # (a + b) / max(1, a + b) is min(1, a + b)
     "BoundedSum": "bounded_sum",
+    "NormalizedSum": "bounded_sum",  # (a + b) / max(1, a + b) is min(1, a + b)
     "DrasticSum": "drastic_sum",
     "EinsteinSum": "einstein_sum",
     "HamacherSum": "hamacher_sum",

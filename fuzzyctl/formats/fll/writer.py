@@ -9,6 +9,7 @@ from fuzzyctl.expr import Expr, Name, Number, number_text, replace_names
 from fuzzyctl.formats.common import numerics
 from fuzzyctl.formats.common.blocks import BlockPart, block_parts
 from fuzzyctl.formats.common.identifiers import with_identifiers
+from fuzzyctl.formats.common.words import DUAL_OF, first_words
 from fuzzyctl.formats.fll.formulas import formula
 from fuzzyctl.formats.fll.terms_text import written
 from fuzzyctl.formats.fll.vocabulary import (
@@ -30,10 +31,10 @@ from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, LinguisticVariable, Membership, Output, Term
 
-_CONJUNCTIONS: Final = {own: word for word, own in T_NORMS.items()}
-_DISJUNCTIONS: Final = {own: word for word, own in S_NORMS.items()}
-_ACTIVATIONS: Final = {own: word for word, own in ACTIVATION_WORDS.items()}
-_DEFUZZIFIERS: Final = {own: word for word, own in OF_SETS.items()}
+_CONJUNCTIONS: Final = first_words(T_NORMS)
+_DISJUNCTIONS: Final = first_words(S_NORMS)
+_ACTIVATIONS: Final = first_words(ACTIVATION_WORDS)
+_DEFUZZIFIERS: Final = first_words(OF_SETS)
 
 _WEIGHTED: Final = {
     "weighted_average": "WeightedAverage TakagiSugeno",
@@ -44,19 +45,6 @@ _WEIGHTED: Final = {
     "inverse_tsukamoto": "WeightedAverage TakagiSugeno",
     "inverse_tsukamoto_sum": "WeightedSum TakagiSugeno",
 }
-
-#: Norms for which `not (a and b)` is `not a or not b`, and the other way round.
-_DUAL: Final = frozenset(
-    {
-        ("min", "max"),
-        ("product", "probabilistic_sum"),
-        ("bounded_difference", "bounded_sum"),
-        ("drastic_product", "drastic_sum"),
-        ("einstein_product", "einstein_sum"),
-        ("hamacher_product", "hamacher_sum"),
-        ("nilpotent_minimum", "nilpotent_maximum"),
-    }
-)
 
 
 def write(system: FuzzySystem) -> tuple[str, list[Loss]]:
@@ -229,7 +217,7 @@ class _Writer:
         yield f"  disjunction: {_DISJUNCTIONS[method.disjunction]}"
         yield f"  implication: {_CONJUNCTIONS[part.implication]}"
         yield f"  activation: {self._activation(method.activation)}"
-        dual = (method.conjunction, method.disjunction) in _DUAL
+        dual = DUAL_OF[method.conjunction] == method.disjunction
         for r, rule in part.rules:
             whole = self.system.rules[r].consequents
             if len(rule.consequents) < len(whole) and any(c.hedges for c in whole):

@@ -9,7 +9,7 @@ from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.formats.common.blocks import combined
+from fuzzyctl.formats.common.blocks import combined, without_common
 from fuzzyctl.formats.fml.document import Element, parse_document
 from fuzzyctl.formats.fml.names import POINT_SETS, SHAPES
 from fuzzyctl.formats.fml.rules import RuleReader
@@ -82,7 +82,7 @@ def _system(root: Element, scope: Scope, source: SourceText) -> FuzzySystem | No
         hedges=rules.hedges,
         method=method,
         inputs=tuple(base.inputs),
-        outputs=tuple(_without_common(o, method) for o in outputs),
+        outputs=tuple(without_common(o, method) for o in outputs),
         blocks=found.blocks,
         path=source.name,
         span=root.span,
@@ -116,11 +116,3 @@ def _method(method: Method, outputs: list[Output]) -> Method:
     first = outputs[0]
     shared = {n: getattr(first, n) for n in ("aggregation", "defuzzifier")}
     return method.model_copy(update=shared)
-
-
-def _without_common(output: Output, method: Method) -> Output:
-    """Return an output without what it shares with the system."""
-    shared = {
-        n: None for n in ("implication", "aggregation", "defuzzifier") if getattr(output, n) == getattr(method, n)
-    }
-    return output.model_copy(update=shared)

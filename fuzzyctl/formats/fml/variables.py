@@ -9,6 +9,7 @@ from typing import Final
 
 from fuzzyctl.diagnostics.suggestions import did_you_mean, listed
 from fuzzyctl.expr import Expr, Number
+from fuzzyctl.formats.common.ranges import linear_range
 from fuzzyctl.formats.common.report import Names
 from fuzzyctl.formats.fcl import ranges
 from fuzzyctl.formats.fml.document import Element
@@ -283,16 +284,13 @@ class VariableReader:
         if {"domainleft", "domainright"} <= element.attributes.keys():
             low, high = self._scope.number(element, "domainleft"), self._scope.number(element, "domainright")
             return low or Number(0.0), high or Number(1.0)
-        supports = []
-        for term in terms:
-            values = [a.value for a in term.membership.arguments if isinstance(a, Number)]
-            *coefficients, constant = values
-            ends = [
-                sorted((c * i.lower.value, c * i.upper.value))
-                for c, i in zip(coefficients, self._base.inputs, strict=False)
-                if isinstance(i.lower, Number) and isinstance(i.upper, Number)
-            ]
-            supports.append((constant + sum(e[0] for e in ends), constant + sum(e[1] for e in ends)))
+        ends = [
+            (i.lower.value, i.upper.value)
+            for i in self._base.inputs
+            if isinstance(i.lower, Number) and isinstance(i.upper, Number)
+        ]
+        values = ([a.value for a in t.membership.arguments if isinstance(a, Number)] for t in terms)
+        supports = [linear_range(given, ends) for given in values]
         low_end, high_end = ranges.of_terms(supports) or (0.0, 1.0)
         return Number(low_end), Number(high_end)
 

@@ -5,18 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Final
 
-from fuzzyctl.expr import COMPARISONS, MAX_DEPTH, ONE, ZERO, Binary, BinaryOp, Call, Expr, Number, children
-
-_HALF: Final = Number(0.5)
-
-
-def _op(sign: BinaryOp, left: Expr, right: Expr) -> Expr:
-    return Binary(sign, left, right)
+from fuzzyctl.expr import COMPARISONS, MAX_DEPTH, ONE, ZERO, Call, Expr, Number, children
 
 
 def _root_beside(x: Expr) -> Expr:
     """Return √(1 - x²), which has no value beyond 1."""
-    return Call("sqrt", (_op("-", ONE, _op("*", x, x)),))
+    return Call("sqrt", (1.0 - x * x,))
 
 
 def is_truth(expr: Expr) -> bool:
@@ -56,43 +50,43 @@ def _log(x: Expr) -> Expr:
 
 def _tanh(x: Expr) -> Expr:
     """Return sign(x) (1 - z)/(1 + z) with z = exp(-2|x|), which is finite everywhere."""
-    z = _exp(_op("*", Number(-2.0), Call("abs", (x,))))
-    return _op("*", Call("sign", (x,)), _op("/", _op("-", ONE, z), _op("+", ONE, z)))
+    z = _exp(-2.0 * Call("abs", (x,)))
+    return Call("sign", (x,)) * ((1.0 - z) / (1.0 + z))
 
 
 def _asinh(x: Expr) -> Expr:
-    root = Call("sqrt", (_op("+", _op("*", x, x), ONE),))
-    return _op("*", Call("sign", (x,)), _log(_op("+", Call("abs", (x,)), root)))
+    root = Call("sqrt", (x * x + 1.0,))
+    return Call("sign", (x,)) * _log(Call("abs", (x,)) + root)
 
 
 def _acosh(x: Expr) -> Expr:
-    return _log(_op("+", x, Call("sqrt", (_op("-", _op("*", x, x), ONE),))))
+    return _log(x + Call("sqrt", (x * x - 1.0,)))
 
 
 def _away_from_zero(x: Expr) -> Expr:
     """Return the nearest whole number, of two the one farther from 0, as C rounds."""
     size = Call("abs", (x,))
     whole = Call("floor", (size,))
-    return _op("*", Call("sign", (x,)), _op("+", whole, Call("ge", (_op("-", size, whole), _HALF))))
+    return Call("sign", (x,)) * (whole + Call("ge", (size - whole, Number(0.5))))
 
 
 _ONE_ARGUMENT: Final[dict[str, Callable[[Expr], Expr]]] = {
-    "log10": lambda x: _op("/", _log(x), _log(Number(10.0))),
-    "log1p": lambda x: _log(_op("+", ONE, x)),
+    "log10": lambda x: _log(x) / _log(Number(10.0)),
+    "log1p": lambda x: _log(1.0 + x),
     "asin": lambda x: Call("atan2", (x, _root_beside(x))),
     "acos": lambda x: Call("atan2", (_root_beside(x), x)),
     "atan": lambda x: Call("atan2", (x, ONE)),
-    "sinh": lambda x: _op("*", _HALF, _op("-", _exp(x), _exp(_op("-", ZERO, x)))),
-    "cosh": lambda x: _op("*", _HALF, _op("+", _exp(x), _exp(_op("-", ZERO, x)))),
+    "sinh": lambda x: 0.5 * (_exp(x) - _exp(0.0 - x)),
+    "cosh": lambda x: 0.5 * (_exp(x) + _exp(0.0 - x)),
     "tanh": _tanh,
     "asinh": _asinh,
     "acosh": _acosh,
     "round": _away_from_zero,
-    "atanh": lambda x: _op("*", _HALF, _log(_op("/", _op("+", ONE, x), _op("-", ONE, x)))),
+    "atanh": lambda x: 0.5 * _log((1.0 + x) / (1.0 - x)),
 }
 
 _TWO_ARGUMENTS: Final[dict[str, Callable[[Expr, Expr], Expr]]] = {
-    "pow": lambda a, b: _op("^", a, b),
+    "pow": lambda a, b: a**b,
     "neq": lambda a, b: Call("ne", (a, b)),
 }
 

@@ -3,7 +3,7 @@
 import hypothesis.strategies as st
 
 from fuzzyctl.expr import ONE, Number
-from fuzzyctl.formats.fcl.names import DUAL_OF
+from fuzzyctl.formats.common.words import DUAL_OF
 from fuzzyctl.model.method import Method
 from fuzzyctl.model.profiles import PROFILES
 from fuzzyctl.model.rule import And, Consequent, Is, Not, Or, Rule

@@ -5,7 +5,7 @@ from hypothesis import HealthCheck, given, settings
 
 from fuzzyctl.diagnostics.diagnostic import render_all
 from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.formats.fcl.names import DUAL_OF
+from fuzzyctl.formats.common.words import DUAL_OF
 from fuzzyctl.formats.registry import FORMATS
 from fuzzyctl.loading.load import loads
 from tests.fuzzyctl.formats.blocked import blocked, keeps_blocks
