@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.formats.common.report import Names
-from fuzzyctl.formats.losses import Loss
 from fuzzyctl.model.method import Activation, Method, RuleMethod
-from fuzzyctl.model.rule import And, Or, Rule, RuleBlock, parts_of
+from fuzzyctl.model.rule import Rule, RuleBlock
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Output
 
@@ -167,38 +166,16 @@ def by_implication(system: FuzzySystem, rules: Sequence[int]) -> dict[str, list[
     return found
 
 
-def flattened(system: FuzzySystem) -> tuple[FuzzySystem, list[Loss]]:
-    """Return a system whose rules all have the methods of the first one, and what is lost; for formats without blocks.
+def flattened(system: FuzzySystem) -> FuzzySystem:
+    """Return a system whose rules all have the methods of the first one, for formats without blocks.
 
     An implication that a block says is said by the outputs that its rules set, as far as they agree.
     """
     if not system.rule_blocks:
-        return system, []
+        return system
     first = system.rule_methods[0]
     method = system.method.model_copy(
         update={n: getattr(first, n) for n in ("conjunction", "disjunction", "activation")}
     )
     outputs = tuple(o.model_copy(update={"implication": system.implications_of(o)[0]}) for o in system.outputs)
-    flat = system.model_copy(update={"blocks": system.rules, "method": method, "outputs": outputs})
-    return flat, list(dict.fromkeys(_changed(system, flat)))
-
-
-def _changed(system: FuzzySystem, flat: FuzzySystem) -> Iterator[Loss]:
-    """Yield the rule blocks, which change no numbers by themselves, and methods that are others without them."""
-    for block in system.rule_blocks:
-        yield Loss(f"rule block '{block.name}'", "the block", "the format has none; its rules stand alone", exact=True)
-    for r, (rule, own, there) in enumerate(zip(system.rules, system.rule_methods, flat.rule_methods, strict=True)):
-        where = f"rule block '{system.rule_blocks[own.block].name}'" if own.block >= 0 else f"system '{system.name}'"
-        joins = {type(part) for part in parts_of(rule.antecedent)}
-        if And in joins and own.conjunction != there.conjunction:
-            yield Loss(where, f"and {own.conjunction}", f"the format has one for all rules: '{there.conjunction}'")
-        if Or in joins and own.disjunction != there.disjunction:
-            yield Loss(where, f"or {own.disjunction}", f"the format has one for all rules: '{there.disjunction}'")
-        if own.activation != there.activation or (
-            own.activation.compares and own.block != system.rule_methods[0].block
-        ):
-            yield Loss(where, f"activation {own.activation.kind}", "the format has one for all rules")
-        for output in (flat.output(c.output) for c in rule.consequents):
-            said, kept = system.implication_of(r, system.output(output.name)), flat.implication_of(r, output)
-            if said != kept and not (output.defuzzifier or system.method.defuzzifier).over_rules:
-                yield Loss(where, f"implication {said}", f"the format has one for an output: '{kept}'")
+    return system.model_copy(update={"blocks": system.rules, "method": method, "outputs": outputs})

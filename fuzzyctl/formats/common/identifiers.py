@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Collection, Iterable
 from typing import Any, Final
 
 from fuzzyctl.expr import CONSTANTS, FUNCTIONS, SOFT, Name, replace_names
@@ -39,12 +39,38 @@ def with_identifiers(
         of_variables: Further ones that are no names of variables.
     """
     system = _with_plain_texts(system)
-    changed = _Names(system, frozenset(reserved), frozenset(of_variables))
+    soft = frozenset(of_variables) | (SOFT & {o.name for o in system.outputs})
+
+    def spelt(name: str, where: str) -> str:
+        return _spelt(name, {*reserved, *soft} if where == "variable" else reserved)
+
+    named, losses = with_names(system, spelt)
+    kept = {
+        field: tuple(
+            n.model_copy(update={"label": o.label or (_plain(o.name) if n.name != o.name else "")})
+            for o, n in zip(getattr(system, field), getattr(named, field), strict=True)
+        )
+        for field in ("inputs", "outputs")
+    }
+    title = system.title or (_plain(system.name) if named.name != system.name else "")
+    return named.model_copy(update={"title": title, **kept}), losses
+
+
+def with_names(
+    system: FuzzySystem, spelt: Callable[[str, str], str], fold: Callable[[str], str] = str
+) -> tuple[FuzzySystem, list[Loss]]:
+    """Return a system whose names a format can hold, and which names were changed.
+
+    Args:
+        system: The system.
+        spelt: Makes of a name one that the format can hold; gets what has the name, too.
+        fold: What makes two names one, such as a change of case.
+    """
+    changed = _Names(system, spelt, fold)
     if not changed.losses:
         return system, []
     update: dict[str, Any] = {
         "name": changed.system,
-        "title": system.title or (_plain(system.name) if changed.system != system.name else ""),
         "inputs": tuple(changed.variable(v) for v in system.inputs),
         "outputs": tuple(changed.variable(v) for v in system.outputs),
         "blocks": tuple(changed.block(b) for b in system.blocks),
@@ -71,19 +97,27 @@ def _plain(text: str) -> str:
 
 def identifier(name: str, taken: Iterable[str] = (), reserved: Collection[str] = ()) -> str:
     """Return a name as an identifier that is none of those taken, and no reserved word."""
+    return _free(_spelt(name, reserved), set(taken), str)
+
+
+def _spelt(name: str, reserved: Collection[str]) -> str:
+    """Return a name as an identifier that is no reserved word."""
     text = unicodedata.normalize("NFC", name)
     found = text
     if not _is_name(text):
         found = "_".join("".join(c if _is_name(f"_{c}") else " " for c in text).replace("_", " ").split()) or "unnamed"
         found = found if _is_name(found) else f"_{found}"
     found = unicodedata.normalize("NFC", found[: _LONGEST - 8])
-    if found in _RESERVED or found in reserved:
-        found = f"{found}_"
-    free, k, used = found, 1, set(taken)
-    while free in used:
-        k += 1
-        free = f"{found}_{k}"
-    return free
+    return f"{found}_" if found in _RESERVED or found in reserved else found
+
+
+def _free(name: str, taken: Collection[str], fold: Callable[[str], str]) -> str:
+    """Return a name, with the first free number behind it if it is taken."""
+    found, number = name, 1
+    while fold(found) in taken:
+        number += 1
+        found = f"{name}_{number}"
+    return found
 
 
 def _is_name(text: str) -> bool:
@@ -94,24 +128,23 @@ def _is_name(text: str) -> bool:
 class _Names:
     """What each name becomes; names that need no change keep theirs, and others make way for them."""
 
-    def __init__(self, system: FuzzySystem, reserved: frozenset[str], of_variables: frozenset[str]) -> None:
+    def __init__(self, system: FuzzySystem, spelt: Callable[[str, str], str], fold: Callable[[str], str]) -> None:
         self.losses: list[Loss] = []
-        self.reserved = reserved
+        self._spelt, self._fold = spelt, fold
         self.system = self._renamed(f"system '{system.name}'", [system.name])[system.name]
         variables = [*system.inputs, *system.outputs]
-        params = [p.name for p in system.params]
-        self.reserved = reserved | of_variables | (SOFT & {o.name for o in system.outputs})
-        self.variables = self._renamed("variable", [v.name for v in variables], params)
-        self.reserved = reserved
+        self.variables = self._renamed("variable", [v.name for v in variables], [p.name for p in system.params])
         self.blocks = self._renamed("rule block", [b.name for b in system.rule_blocks])
         self.terms = {v.name: self._renamed(f"variable '{v.name}'", [t.name for t in v.terms]) for v in variables}
 
-    def _renamed(self, where: str, names: list[str], others: Collection[str] = ()) -> dict[str, str]:
-        kept = {n for n in names if identifier(n, reserved=self.reserved) == n} | set(others)
-        found = {n: n for n in names if n in kept}
-        for name in names:
-            if name not in found:
-                found[name] = identifier(name, {*kept, *found.values()}, self.reserved)
+    def _renamed(self, where: str, names: list[str], others: Iterable[str] = ()) -> dict[str, str]:
+        spelt = {n: self._spelt(n, where) for n in names}
+        found: dict[str, str] = {}
+        taken = set(map(self._fold, others))
+        for name in sorted(names, key=lambda n: spelt[n] != n):
+            found[name] = _free(spelt[name], taken, self._fold)
+            taken.add(self._fold(found[name]))
+            if found[name] != name:
                 why = f"it is called '{found[name]}'"
                 self.losses.append(Loss(where, f"the name '{name}'", why, exact=True))
         return found
@@ -121,9 +154,7 @@ class _Names:
             t.model_copy(update={"name": self.terms[v.name][t.name], "membership": self.membership(t.membership)})
             for t in v.terms
         )
-        name = self.variables[v.name]
-        label = v.label or (v.name if name != v.name else "")
-        update: dict[str, Any] = {"name": name, "label": _plain(label), "terms": terms}
+        update: dict[str, Any] = {"name": self.variables[v.name], "terms": terms}
         if getattr(v, "adaptive", None) is not None:
             update["adaptive"] = replace_names(v.adaptive, self._expressions())
         assert isinstance(v, LinguisticVariable)

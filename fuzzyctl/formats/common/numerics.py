@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.expr import Expr, Number, names_in
 from fuzzyctl.formats.common.clamped_inputs import ENDLESS
-from fuzzyctl.formats.common.report import Names
-from fuzzyctl.formats.fz import defuzzifier_text
 from fuzzyctl.formats.losses import Loss
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.model.method import MAXIMA, Defuzzifier
 from fuzzyctl.model.rule import literals
 from fuzzyctl.model.semantics import KNOBS, Semantics
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Membership, Output, Term
+from fuzzyctl.model.variable import Membership, Output
 
 #: Norms that ask whether a degree equals 0 or 1, or a sum of two 1.
 _ASK_EQUALITY: Final = ("drastic", "nilpotent", "hamacher")
@@ -43,24 +41,6 @@ def defuzzifier_of(system: FuzzySystem, output: Output) -> Defuzzifier:
     return output.defuzzifier or system.method.defuzzifier
 
 
-def other_numerics(
-    system: FuzzySystem, there: Semantics, defuzzifier: Callable[[Output], Defuzzifier]
-) -> Iterator[Loss]:
-    """Yield what the tool of a format computes in another way.
-
-    Args:
-        system: The system.
-        there: The knobs of the tool.
-        defuzzifier: What the defuzzifier of an output becomes.
-    """
-    yield from other_knobs(system, there)
-    for output in system.outputs:
-        before, after = defuzzifier_of(system, output), defuzzifier(output)
-        same = (before.averages and after.averages) or (before.over_rules and before.kind == after.kind)
-        if before != after and not same:
-            yield Loss(f"output '{output.name}'", f"defuzzifier {_text(before)}", f"becomes {_text(after)}")
-
-
 def other_knobs(system: FuzzySystem, there: Semantics) -> Iterator[Loss]:
     """Yield the knobs that are others in the tool of a format, and change numbers of a system."""
     own = system.method.semantics
@@ -68,11 +48,6 @@ def other_knobs(system: FuzzySystem, there: Semantics) -> Iterator[Loss]:
         if getattr(own, knob) != getattr(there, knob) and _matters(system, knob, there):
             why = f"{there.text(knob)} under '{there.profile}'"
             yield Loss(f"system '{system.name}'", f"{knob} {own.text(knob)}", why)
-
-
-def _text(defuzzifier: Defuzzifier) -> str:
-    exact = defuzzifier.resolution is None and not defuzzifier.over_rules
-    return f"{defuzzifier_text(defuzzifier)} without samples" if exact else defuzzifier_text(defuzzifier)
 
 
 def _matters(system: FuzzySystem, knob: str, there: Semantics) -> bool:
@@ -166,40 +141,11 @@ def shares_terms(system: FuzzySystem, output: Output) -> bool:
     return len(set(named)) < len(named)
 
 
-def unsaid_words(system: FuzzySystem, *, labels: bool, title: bool) -> Iterator[Loss]:
-    """Yield what says nothing to a kernel and has no place in a file.
-
-    Args:
-        system: The system.
-        labels: Whether the format has labels of variables.
-        title: Whether it has a title.
-    """
-    where = f"system '{system.name}'"
-    if system.title and not title:
-        yield Loss(where, "the title", "the format has none", exact=True)
-    if system.citation:
-        yield Loss(where, "the source", "the format has none", exact=True)
-    variables = (*system.inputs, *system.outputs)
-    if not labels and any(v.label for v in variables):
-        yield Loss(where, "labels of variables", "the format has none", exact=True)
-    if any(v.unit for v in variables) or any(p.unit for p in system.params):
-        yield Loss(where, "units", "the format has none", exact=True)
-    if system.params:
-        names = ", ".join(p.name for p in system.params)
-        yield Loss(where, f"params {names}", "written as their values", exact=True)
-    if system.guarantees:
-        yield Loss(where, "guarantees", "the format has none", exact=True)
-
-
 def impossible(system: FuzzySystem) -> Iterator[str]:
     """Yield what no format of another tool has."""
     for output in system.outputs:
         if output.adaptive is not None:
             yield f"output '{output.name}' is adaptive"
-    for rule in system.rules:
-        for c in rule.consequents:
-            if isinstance(c.term, Membership) and c.term.kind == "function":
-                yield f"a rule sets '{c.output}' to a formula without a name"
 
 
 def formula_sets(system: FuzzySystem) -> Iterator[str]:
@@ -208,33 +154,3 @@ def formula_sets(system: FuzzySystem) -> Iterator[str]:
         for term in output.terms:
             if term.membership.kind == "formula":
                 yield f"term '{term.name}' of '{output.name}' is a set that is a formula"
-
-
-def named_consequents(system: FuzzySystem) -> FuzzySystem:
-    """Return a system in which every consequent is a term: numbers written in rules and cells become terms."""
-    if not any(isinstance(c.term, Membership) for r in system.rules for c in r.consequents):
-        return system
-    outputs = {o.name: list(o.terms) for o in system.outputs}
-    names: dict[tuple[str, Membership], str] = {}
-    rules = []
-    for rule in system.rules:
-        consequents = []
-        for c in rule.consequents:
-            if isinstance(c.term, Membership):
-                name = _named(c.output, c.term, outputs, names)
-                c = c.model_copy(update={"term": name})
-            consequents.append(c)
-        rules.append(rule.model_copy(update={"consequents": tuple(consequents)}))
-    made = tuple(o.model_copy(update={"terms": tuple(outputs[o.name])}) for o in system.outputs)
-    return system.with_rules(rules).model_copy(update={"outputs": made})
-
-
-def _named(
-    output: str, membership: Membership, outputs: dict[str, list[Term]], names: dict[tuple[str, Membership], str]
-) -> str:
-    key = (output, membership)
-    if key not in names:
-        terms = outputs[output]
-        names[key] = Names(t.name for t in terms).take(f"mf{len(terms) + 1}")
-        terms.append(Term(name=names[key], membership=membership))
-    return names[key]

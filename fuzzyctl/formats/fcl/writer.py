@@ -6,11 +6,13 @@ from collections.abc import Iterator
 from typing import Final
 
 from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.expr import Expr, Name, Number, number_text, replace_names
+from fuzzyctl.expr import Expr, Number, number_text, replace_names
 from fuzzyctl.formats.common import numerics
-from fuzzyctl.formats.common.anonymous_terms import unnamed_terms
 from fuzzyctl.formats.common.blocks import BlockPart, block_parts
 from fuzzyctl.formats.common.clamped_inputs import with_shoulders
+from fuzzyctl.formats.common.consequents import with_named_consequents, with_numbers_averaged
+from fuzzyctl.formats.common.identifiers import with_names
+from fuzzyctl.formats.common.read_back import losses_of
 from fuzzyctl.formats.common.report import Names
 from fuzzyctl.formats.fcl.dialect import USUAL_NUMERICS, DialectName
 from fuzzyctl.formats.fcl.names import (
@@ -19,12 +21,10 @@ from fuzzyctl.formats.fcl.names import (
     DISJUNCTION_WORDS,
 )
 from fuzzyctl.formats.fcl.reader import read
-from fuzzyctl.formats.fcl.written_losses import losses_of
-from fuzzyctl.formats.fcl.written_names import WrittenNames
+from fuzzyctl.formats.fcl.written_losses import without_words
+from fuzzyctl.formats.fcl.written_names import spelt
 from fuzzyctl.formats.fcl.written_shapes import (
-    counts_as_number,
     linear_text,
-    middle_of_core,
     needs_fuzzylite,
     needs_jfuzzylogic,
     shape_text,
@@ -90,26 +90,27 @@ def write(system: FuzzySystem) -> tuple[str, list[Loss]]:
     """
     if formulas := list(numerics.formula_sets(system)):
         raise numerics.cannot(system, ".fcl", formulas)
-    system = with_shoulders(system, points=True)
-    if dialect_for(system) == "fuzzylite":
-        system, reasons = as_inverted_there(system)
-        if reasons := [*reasons, *inferred_otherwise(system)]:
+    named, losses = with_named_consequents(system, "c", fold=str.upper)
+    named, averaged = with_numbers_averaged(named)
+    named = with_shoulders(named, points=True)
+    if dialect_for(named) == "fuzzylite":
+        named, reasons = as_inverted_there(named)
+        if reasons := [*reasons, *inferred_otherwise(named)]:
             raise numerics.cannot(system, ".fcl", reasons)
-    writer = _Writer(system)
+    named, renamed = with_names(named, spelt, str.upper)
+    writer = _Writer(named)
     text = "\n".join(writer.lines()) + "\n"
-    read_back, _ = read(SourceText(f"{writer.names.system}.fcl", text))
-    return text, sorted(
-        {*writer.names.losses, *losses_of(system, read_back, writer.dialect, writer.names, writer.parts)}
-    )
+    back, _ = read(SourceText("written.fcl", text))
+    rules = [r for part in writer.parts for r, _ in part.rules]
+    found = (*losses_of(named.model_copy(update={"title": ""}), back, rules), *without_words(named, writer.dialect))
+    return text, sorted({*losses, *averaged, *renamed, *found})
 
 
 def dialect_for(system: FuzzySystem) -> DialectName:
     """Return the plainest dialect that has words for a system; the one of its own numerics, where it says whose."""
     if system.method.semantics.profile in ("fuzzylite", "fuzzylite_6", "pyfuzzylite") or _needs_fuzzylite(system):
         return "fuzzylite"
-    terms = _written(system)
-    terms += [c.term for r in system.rules for c in r.consequents if isinstance(c.term, Membership)]
-    if system.method.semantics.profile == "jfuzzylogic" or any(map(needs_jfuzzylogic, terms)):
+    if system.method.semantics.profile == "jfuzzylogic" or any(map(needs_jfuzzylogic, _memberships(system))):
         return "jfuzzylogic"
     norms = _norms(system)
     usual = {"min", "max", "product", "probabilistic_sum", "bounded_difference", "bounded_sum"}
@@ -128,15 +129,11 @@ def _needs_fuzzylite(system: FuzzySystem) -> bool:
     norms = _norms(system) | set(_per_output(system, "aggregation"))
     if norms & _ONLY_FUZZYLITE:
         return True
-    return any(needs_fuzzylite(m, system.values) for m in _written(system) if m.kind != "linear")
+    return any(needs_fuzzylite(m, system.values) for m in _memberships(system) if m.kind != "linear")
 
 
-def _written(system: FuzzySystem) -> list[Membership]:
-    """Return the terms that are written as what they are, not as numbers."""
-    found = [t.membership for v in system.inputs for t in v.terms]
-    for output in system.outputs:
-        found += [t.membership for t in output.terms if not counts_as_number(system, output, t.membership)]
-    return found
+def _memberships(system: FuzzySystem) -> list[Membership]:
+    return [t.membership for v in (*system.inputs, *system.outputs) for t in v.terms]
 
 
 def _norms(system: FuzzySystem) -> set[str]:
@@ -154,7 +151,6 @@ def _per_output(system: FuzzySystem, field: str) -> list[str]:
 class _Writer:
     def __init__(self, system: FuzzySystem) -> None:
         self._system = system
-        self.names = WrittenNames(system)
         #: The rule blocks of the text: none of them has two implications.
         self.parts = block_parts(system)
         self.dialect = dialect_for(system)
@@ -168,7 +164,7 @@ class _Writer:
             yield f"// numerics of {own}"
         elif self.dialect == "standard":
             yield f"// numerics of {USUAL_NUMERICS['standard']}"
-        yield f"FUNCTION_BLOCK {self.names.system}"
+        yield f"FUNCTION_BLOCK {self._system.name}"
         yield ""
         yield from self._declarations("VAR_INPUT", self._system.inputs)
         yield from self._declarations("VAR_OUTPUT", self._system.outputs)
@@ -176,9 +172,9 @@ class _Writer:
             yield from self._fuzzify(variable)
         for output in self._system.outputs:
             yield from self._defuzzify(output)
-        others = Names(self.names.blocks.values())
+        others = Names(b.name for b in self._system.rule_blocks)
         for part in self.parts:
-            own = self.names.blocks[self._system.rule_blocks[part.block].name] if part.block >= 0 else "rules"
+            own = self._system.rule_blocks[part.block].name if part.block >= 0 else "rules"
             yield from self._rule_block(part, own if part.block >= 0 and part.number == 1 else others.take(own))
         yield "END_FUNCTION_BLOCK"
 
@@ -187,7 +183,7 @@ class _Writer:
         for variable in variables:
             # jFuzzyLogic takes the range of an input here, fuzzylite in FUZZIFY.
             here = isinstance(variable, Input) and self.dialect != "fuzzylite"
-            yield f"  {self.names.variables[variable.name]} : REAL;{' ' + self._range(variable) if here else ''}"
+            yield f"  {variable.name} : REAL;{' ' + self._range(variable) if here else ''}"
         yield "END_VAR"
         yield ""
 
@@ -198,7 +194,7 @@ class _Writer:
     def _fuzzify(self, variable: Input) -> Iterator[str]:
         if not variable.terms and self.dialect != "fuzzylite":
             return
-        yield f"FUZZIFY {self.names.variables[variable.name]}"
+        yield f"FUZZIFY {variable.name}"
         if self.dialect == "fuzzylite":
             yield f"  {self._range(variable)}"
         yield from self._terms(variable)
@@ -207,29 +203,20 @@ class _Writer:
 
     def _terms(self, variable: Input | Output) -> Iterator[str]:
         for term in variable.terms:
-            name = self.names.terms[variable.name][term.name]
-            membership = term.membership
-            if isinstance(variable, Output) and counts_as_number(self._system, variable, membership):
-                yield f"  TERM {name} := {number_text(middle_of_core(membership, self._system.values))};"
-            else:
-                yield f"  TERM {name} := {self._shape(membership)};"
+            yield f"  TERM {term.name} := {self._shape(term.membership)};"
 
     def _shape(self, membership: Membership) -> str:
         values = self._system.values
         if membership.kind == "linear":
-            inputs = [self.names.variables[i.name] for i in self._system.inputs]
-            return linear_text(membership, values, inputs, self.dialect)
-        # At once: the new name of a variable may be that of a param.
-        called: dict[str, Expr] = {n: Number(v) for n, v in values.items()}
-        called |= {old: Name(new) for old, new in self.names.variables.items()}
-        arguments = tuple(replace_names(a, called) for a in membership.arguments)
+            return linear_text(membership, values, [i.name for i in self._system.inputs], self.dialect)
+        params: dict[str, Expr] = {n: Number(v) for n, v in values.items()}
+        arguments = tuple(replace_names(a, params) for a in membership.arguments)
         return shape_text(membership.model_copy(update={"arguments": arguments}), values, self.dialect)
 
     def _defuzzify(self, output: Output) -> Iterator[str]:
-        yield f"DEFUZZIFY {self.names.variables[output.name]}"
+        yield f"DEFUZZIFY {output.name}"
         yield f"  {self._range(output)}"
         yield from self._terms(output)
-        yield from self._unnamed_terms(output)
         defuzzifier = output.defuzzifier or self._system.method.defuzzifier
         yield f"  METHOD : {_METHODS.get(defuzzifier.kind, 'COG')};"
         over_rules = self._accumulation(output) == _FUZZYLITE_NORMS["sum"] and defuzzifier.over_rules
@@ -244,15 +231,6 @@ class _Writer:
             yield f"  DEFAULT := {default};"
         yield "END_DEFUZZIFY"
         yield ""
-
-    def _unnamed_terms(self, output: Output) -> Iterator[str]:
-        """Yield a term for each consequent that has none."""
-        for name, membership in self._unnamed(output.name).items():
-            yield f"  TERM {name} := {self._shape(membership)};"
-
-    def _unnamed(self, output: str) -> dict[str, Membership]:
-        # Names know no case.
-        return unnamed_terms(self._system, output, self.names.terms[output].values(), fold=str.upper)
 
     def _accumulation(self, output: Output) -> str:
         aggregation = output.aggregation or self._system.method.aggregation
@@ -331,20 +309,16 @@ class _Writer:
 
     def _conclusion(self, rule: Rule, index: int) -> str:
         c = rule.consequents[index]
-        if isinstance(c.term, Membership):
-            term = next(n for n, m in self._unnamed(c.output).items() if m == c.term)
-        else:
-            term = self.names.terms[c.output][c.term]
-        return self._clause(c.output, c.hedges, (term,))
+        return self._clause(c.output, c.hedges, (str(c.term),))
 
     def _clause(self, variable: str, hedges: tuple[str, ...], term: tuple[str, ...]) -> str:
         words = [self._word("NOT") if h == "not" else h for h in hedges if h in HEDGES]
-        return f"{self.names.variables[variable]} {self._word('IS')} {' '.join([*words, *term])}"
+        return f"{variable} {self._word('IS')} {' '.join([*words, *term])}"
 
     def _antecedent(self, antecedent: Antecedent, *, top: bool = False) -> str:
         match antecedent:
             case Is(variable=variable, term=term, hedges=hedges):
-                return self._clause(variable, *up_to_any(hedges, self.names.terms[variable][term]))
+                return self._clause(variable, *up_to_any(hedges, term))
             case Not(operand=operand):
                 return f"{self._word('NOT')} ({self._antecedent(operand, top=True)})"
             case And(operands=operands) | Or(operands=operands):

@@ -24,8 +24,7 @@ from fuzzyctl.formats.fcl.names import FUZZYLITE_SHAPES
 from fuzzyctl.formats.fll.formulas import formula
 from fuzzyctl.formats.fuzzylite.discontinuities import as_written
 from fuzzyctl.formulas import MEMBERSHIP, Parameters, piecewise_linear
-from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Membership, Output
+from fuzzyctl.model.variable import Membership
 
 #: Functions of expressions that jFuzzyLogic has, by its words.
 _JFUZZYLOGIC_FUNCTIONS: Final = {"exp": "EXP", "log": "LN", "sin": "SIN", "cos": "COS", "tan": "TAN", "abs": "ABS"}
@@ -53,19 +52,6 @@ _FUZZYLITE: Final = {word.kind: name for name, word in FUZZYLITE_SHAPES.items()}
 def numbers(membership: Membership, values: Mapping[str, float]) -> Parameters:
     """Return the parameters of a membership function."""
     return tuple(evaluate(a, values) for a in membership.arguments)
-
-
-def counts_as_number(system: FuzzySystem, output: Output, membership: Membership) -> bool:
-    """Whether only the middle of a set's core counts: an average takes nothing else of a term."""
-    defuzzifier = output.defuzzifier or system.method.defuzzifier
-    averages = defuzzifier.averages or defuzzifier.kind == "weighted_sum"
-    return averages and membership.kind in MEMBERSHIP and MEMBERSHIP[membership.kind].fuzzy
-
-
-def middle_of_core(membership: Membership, values: Mapping[str, float]) -> float:
-    """Return the place at which an average takes a term."""
-    left, right = MEMBERSHIP[membership.kind].core(numbers(membership, values))
-    return (left + right) / 2
 
 
 def needs_fuzzylite(membership: Membership, values: Mapping[str, float]) -> bool:

@@ -7,14 +7,17 @@ from collections.abc import Iterator
 from typing import Final
 
 from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.expr import Expr, Number
+from fuzzyctl.expr import Expr
 from fuzzyctl.formats.common import numerics
 from fuzzyctl.formats.common.blocks import flattened
-from fuzzyctl.formats.common.clamped_inputs import holding_matters, with_shoulders
+from fuzzyctl.formats.common.clamped_inputs import with_shoulders
+from fuzzyctl.formats.common.consequents import with_named_consequents, with_numbers_averaged
+from fuzzyctl.formats.common.read_back import losses_of
 from fuzzyctl.formats.common.report import Findings
 from fuzzyctl.formats.common.words import first_words
 from fuzzyctl.formats.fis import vocabulary
 from fuzzyctl.formats.fis.memberships import as_matlab_has_it, is_of_matlab, number, vector, written
+from fuzzyctl.formats.fis.reader import read
 from fuzzyctl.formats.fis.sections import split
 from fuzzyctl.formats.fis.settings import dialect_of, family
 from fuzzyctl.formats.fis.vocabulary import Dialect
@@ -22,8 +25,7 @@ from fuzzyctl.formats.fis.written_rules import WrittenRules
 from fuzzyctl.formats.fll.formulas import formula
 from fuzzyctl.formats.fuzzylite.weighted import as_inverted_there, inferred_otherwise
 from fuzzyctl.formats.losses import Loss
-from fuzzyctl.formulas import MEMBERSHIP
-from fuzzyctl.model.method import MAXIMA, Defuzzifier
+from fuzzyctl.model.method import MAXIMA
 from fuzzyctl.model.profiles import Profile, profile
 from fuzzyctl.model.rule import literals
 from fuzzyctl.model.system import FuzzySystem
@@ -60,9 +62,16 @@ def write(system: FuzzySystem) -> tuple[str, list[Loss]]:
     """
     if formulas := list(numerics.formula_sets(system)):
         raise numerics.cannot(system, ".fis", formulas)
-    flat, losses = flattened(numerics.named_consequents(system))
-    text, more = _Writer(flat).write()
-    return text, sorted({*losses, *more})
+    named, losses = with_named_consequents(system)
+    averaged, more = with_numbers_averaged(named)
+    # No key of a file holds inputs within their ranges, so shoulders do. (fuzzylite knows LockRange of outputs, and
+    # refuses a file with that of an input.)
+    shown = with_shoulders(averaged, points=False)
+    writer = _Writer(flattened(shown))
+    text = writer.text()
+    back, _ = read(SourceText("written.fis", text))
+    found = losses_of(shown, back, nan_for_error=writer.dialect == "fuzzylite")
+    return text, sorted({*losses, *more, *writer.losses, *found})
 
 
 class _Writer:
@@ -74,15 +83,13 @@ class _Writer:
         self.beyond_matlab = family(own) == "matlab" and _needs_octave(system)
         self.dialect: Dialect = "octave" if self.beyond_matlab else family(own)
         self.profile: Profile = profile(own if family(own) == self.dialect != "matlab" else self.dialect)
-        #: The system; no key of a file holds inputs within their ranges, so shoulders do. (fuzzylite knows LockRange of
-        #: outputs, and refuses a file with that of an input.)
-        self.system = with_shoulders(system, points=False)
+        self.system = system
         if self.dialect == "fuzzylite":
             self.system, self.reasons = as_inverted_there(self.system)
             self.reasons += inferred_otherwise(self.system)
 
-    def write(self) -> tuple[str, list[Loss]]:
-        """Return the text and the losses."""
+    def text(self) -> str:
+        """Return the text."""
         system = self.system
         self.reasons.extend(numerics.impossible(system))
         lines = [*self._head(), *self._variables(), "[Rules]"]
@@ -90,12 +97,10 @@ class _Writer:
         lines.extend(rules.line(i, rule) for i, rule in enumerate(system.rules, 1))
         if self.reasons:
             raise numerics.cannot(system, ".fis", self.reasons)
-        self.losses.extend(numerics.unsaid_words(system, labels=False, title=False))
-        self.losses.extend(numerics.other_numerics(system, self.profile.semantics, self._becomes))
         text = "\n".join(lines) + "\n"
         if self.dialect == "matlab" and _seems_of_another(text):
             text = f"% numerics of matlab\n{text}"
-        return text, sorted(set(self.losses))
+        return text
 
     # --- the head ------------------------------------------------------------------------------------------------
 
@@ -103,8 +108,6 @@ class _Writer:
         system, method = self.system, self.system.method
         if self.dialect != "matlab":
             yield f"% numerics of {self.profile.name}"
-        if method.activation.kind != "general":
-            self._lose(f"system '{system.name}'", f"activation {method.activation.kind}", "all rules act")
         yield "[System]"
         yield f"Name={_quoted(system.name)}"
         yield f"Type='{self._type()}'"
@@ -158,9 +161,6 @@ class _Writer:
         norms = [(o, getattr(o, field) or getattr(self.system.method, field)) for o in self.system.outputs]
         mattering = [(o, norm) for o, norm in norms if self._matters(o, field)]
         first: str = (mattering or norms)[0][1]
-        for output, norm in mattering:
-            if norm != first:
-                self._lose(f"output '{output.name}'", f"{field} {norm}", f"all outputs have '{first}'")
         return first
 
     def _matters(self, output: Output, field: str) -> bool:
@@ -178,11 +178,6 @@ class _Writer:
         if word in vocabulary.BEYOND_MATLAB and self.beyond_matlab:
             self._lose(f"system '{self.system.name}'", f"norm '{own}'", "MATLAB has none; Octave reads it")
         return word
-
-    def _becomes(self, output: Output) -> Defuzzifier:
-        """Return the defuzzifier that the reader gives an output."""
-        kind = numerics.defuzzifier_of(self.system, output).kind
-        return self.profile.defuzzifier("weighted_average" if kind == "center_average" else kind)
 
     def _lose(self, where: str, what: str, why: str, *, exact: bool = False) -> None:
         self.losses.append(Loss(where, what, why, exact))
@@ -207,42 +202,25 @@ class _Writer:
             yield from self._fallback(variable, (low + high) / 2)
             if variable.clamped and self.dialect == "fuzzylite":
                 yield "LockRange=1"
-            elif variable.clamped:
-                self._lose(f"output '{variable.name}'", "clamped to its range", "nothing clamps it")
-        elif isinstance(variable, Input) and not variable.extrapolate:
-            exact = not holding_matters(self.system, variable)
-            why = "beyond it its terms stay what they are at its ends" if exact else "values outside it are not held"
-            self._lose(f"input '{variable.name}'", "clamped to its range", why, exact=exact)
         yield f"NumMFs={len(variable.terms)}"
         for i, term in enumerate(variable.terms, 1):
             yield f"MF{i}={_quoted(term.name)}:{self._term(variable, term)}"
 
     def _fallback(self, output: Output, middle: float) -> Iterator[str]:
         """Write what the output is where no rule fires, as far as the tool lets a file say so."""
-        own = output.otherwise
-        if self.dialect == "fuzzylite":
-            start = own.start if isinstance(own, Hold) else own
-            default = start if isinstance(start, Expr) else None
-            held_middle = isinstance(own, Hold) and own.start is None
-            if own == "midpoint" or held_middle:
-                yield f"Default={number(middle)}"
-            elif default is not None:
-                yield f"Default={number(numerics.value(self.system, default))}"
-            if isinstance(own, Hold):
-                yield "LockPrevious=1"
-            if own == "error":
-                self._lose(f"output '{output.name}'", "else error", "it is nan where no rule fires", exact=True)
+        if self.dialect != "fuzzylite":
             return
-        there = self.profile.otherwise
-        same = own is None or own == there
-        if isinstance(own, Expr) and there == "midpoint":
-            same = numerics.value(self.system, own) == middle
-        if not same:
-            text = own if isinstance(own, str) else "hold" if isinstance(own, Hold) else "a value"
-            self._lose(f"output '{output.name}'", f"else {text}", f"it is '{there}' there where no rule fires")
+        own = output.otherwise
+        start = own.start if isinstance(own, Hold) else own
+        if own == "midpoint" or (isinstance(own, Hold) and start is None):
+            yield f"Default={number(middle)}"
+        elif isinstance(start, Expr):
+            yield f"Default={number(numerics.value(self.system, start))}"
+        if isinstance(own, Hold):
+            yield "LockPrevious=1"
 
     def _term(self, variable: LinguisticVariable, term: Term) -> str:
-        membership = self._as_consequent(variable, term)
+        membership = term.membership
         where = f"term '{term.name}' of '{variable.name}'"
         if membership.kind == "function":
             text = formula(membership.arguments[0], self.system.values)
@@ -277,20 +255,6 @@ class _Writer:
             return ""
         left, peak, right = parameters
         return f"'trapmf',{vector((left, left + (peak - left) / height, right - (right - peak) / height, right))}"
-
-    def _as_consequent(self, variable: LinguisticVariable, term: Term) -> Membership:
-        """Return what an output's term counts with: an average takes the middle of a set."""
-        membership = term.membership
-        if not isinstance(variable, Output) or not numerics.defuzzifier_of(self.system, variable).averages:
-            return membership
-        formula = MEMBERSHIP.get(membership.kind)
-        if formula is None or membership.kind == "constant":
-            return membership
-        low, high = formula.core(tuple(numerics.value(self.system, a) for a in membership.arguments))
-        if membership.kind != "singleton":
-            what = f"the set {membership.kind}"
-            self._lose(f"term '{term.name}' of '{variable.name}'", what, "an average takes its middle only", exact=True)
-        return Membership(kind="constant", arguments=(Number((low + high) / 2),))
 
 
 def _needs_octave(system: FuzzySystem) -> bool:

@@ -5,12 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Final
 
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.expr import Expr, Name, Number, number_text, replace_names
 from fuzzyctl.formats.common import numerics
 from fuzzyctl.formats.common.blocks import BlockPart, block_parts
+from fuzzyctl.formats.common.consequents import with_named_consequents, with_numbers_averaged
 from fuzzyctl.formats.common.identifiers import with_identifiers
+from fuzzyctl.formats.common.read_back import losses_of
 from fuzzyctl.formats.common.words import DUAL_OF, first_words
 from fuzzyctl.formats.fll.formulas import formula
+from fuzzyctl.formats.fll.reader import read
 from fuzzyctl.formats.fll.terms_text import written
 from fuzzyctl.formats.fll.vocabulary import (
     ACTIVATION_WORDS,
@@ -24,7 +28,6 @@ from fuzzyctl.formats.fll.vocabulary import (
 from fuzzyctl.formats.fuzzylite.conditions import up_to_any
 from fuzzyctl.formats.fuzzylite.weighted import as_inverted_there
 from fuzzyctl.formats.losses import Loss
-from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.model.method import Activation, Defuzzifier
 from fuzzyctl.model.profiles import Profile, profile
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule
@@ -53,8 +56,10 @@ def write(system: FuzzySystem) -> tuple[str, list[Loss]]:
     Raises:
         DiagnosticError: With all reasons, for a system that no `.fll` file can hold.
     """
-    named, losses = with_identifiers(numerics.named_consequents(system), RULE_WORDS, FUNCTION_WORDS)
-    return _Writer(named, losses).write()
+    named, losses = with_named_consequents(system)
+    named, of_names = with_identifiers(named, RULE_WORDS, FUNCTION_WORDS)
+    named, of_averages = with_numbers_averaged(named)
+    return _Writer(named, [*losses, *of_names, *of_averages]).write()
 
 
 class _Writer:
@@ -67,20 +72,14 @@ class _Writer:
     def _nearest(self) -> Profile:
         """Return the tool under which fewer numbers change; the file says so where it is pyfuzzylite."""
 
-        def lost(tool: Profile) -> int:
-            return sum(not x.exact for x in numerics.other_numerics(self.system, tool.semantics, self._kept))
-
         tools = [profile(name) for name in ("fuzzylite", "pyfuzzylite")]
-        found = min(tools, key=lost)
+        found = min(tools, key=lambda tool: len(list(numerics.other_knobs(self.system, tool.semantics))))
         if found.name != "fuzzylite":
             why = "the file is for pyfuzzylite, and says so; fuzzylite itself computes other numbers"
-            changed = set(numerics.other_numerics(self.system, tools[0].semantics, self._kept))
-            for loss in changed - set(numerics.other_numerics(self.system, found.semantics, self._kept)):
+            changed = set(numerics.other_knobs(self.system, tools[0].semantics))
+            for loss in changed - set(numerics.other_knobs(self.system, found.semantics)):
                 self._lose(loss.where, loss.what, why, exact=True)
         return found
-
-    def _kept(self, output: Output) -> Defuzzifier:
-        return numerics.defuzzifier_of(self.system, output)
 
     def write(self) -> tuple[str, list[Loss]]:
         """Return the text and the losses."""
@@ -98,9 +97,10 @@ class _Writer:
             lines.extend(self._rule_block(part, split=sum(p.block == part.block for p in parts) > 1))
         if self.reasons:
             raise numerics.cannot(system, ".fll", self.reasons)
-        self.losses.extend(numerics.unsaid_words(system, labels=True, title=True))
-        self.losses.extend(numerics.other_numerics(system, self.profile.semantics, self._becomes))
-        return "\n".join(lines) + "\n", sorted(set(self.losses))
+        text = "\n".join(lines) + "\n"
+        back, _ = read(SourceText("written.fll", text))
+        order = [r for part in parts for r, _ in part.rules]
+        return text, sorted({*self.losses, *losses_of(system, back, order, nan_for_error=True)})
 
     # --- variables -----------------------------------------------------------------------------------------------
 
@@ -138,8 +138,6 @@ class _Writer:
             yield f"  default: {number_text(middle)}"
         else:
             yield "  default: nan"
-        if start == "error":
-            self._lose(f"output '{output.name}'", "else error", "it is nan where no rule fires", exact=True)
         yield f"  lock-previous: {str(isinstance(output.otherwise, Hold)).lower()}"
 
     def _defuzzifier(self, output: Output) -> str:
@@ -172,12 +170,6 @@ class _Writer:
         if not isinstance(variable, Output) and membership.kind in ("singleton", "constant"):
             # A Constant has its value as its degree everywhere; a triangle without sides is 1 at one place.
             return written("triangle", parameters * 3, height) or ""
-        if isinstance(variable, Output) and self._is_averaged(variable, term):
-            low, high = MEMBERSHIP[membership.kind].core(tuple(parameters))
-            if membership.kind != "singleton":
-                what, why = f"the set {membership.kind}", "an average takes its middle only"
-                self._lose(where, what, why, exact=True)
-            return f"Constant {number_text((low + high) / 2)}"
         found = written(membership.kind, parameters, height, python=self.profile.name == "pyfuzzylite")
         if found is None:
             self.reasons.append(f"{where} is of the kind '{membership.kind}'")
@@ -196,11 +188,6 @@ class _Writer:
         if is_taken or (isinstance(variable, Output) and membership.kind == "function"):
             return expr
         return replace_names(expr, {variable.name: Name("x")})
-
-    def _is_averaged(self, output: Output, term: Term) -> bool:
-        """Whether a term is a set that counts with its middle only."""
-        averages = numerics.defuzzifier_of(self.system, output).averages
-        return averages and term.membership.kind in MEMBERSHIP and term.membership.kind != "constant"
 
     # --- rules ---------------------------------------------------------------------------------------------------
 

@@ -6,15 +6,18 @@ from collections.abc import Iterator
 from typing import Final
 from xml.sax.saxutils import quoteattr
 
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.expr import ONE, Expr, number_text
 from fuzzyctl.formats.common import numerics
+from fuzzyctl.formats.common.consequents import with_named_consequents, with_numbers_averaged
+from fuzzyctl.formats.common.read_back import losses_of
 from fuzzyctl.formats.fml.names import CONJUNCTION_WORDS, DEFUZZIFIER_WORDS, DISJUNCTION_WORDS
-from fuzzyctl.formats.fml.written_losses import impossible, losses_of
-from fuzzyctl.formats.fml.written_rules import WrittenRules, takes_numbers
+from fuzzyctl.formats.fml.reader import read
+from fuzzyctl.formats.fml.written_rules import WrittenRules
 from fuzzyctl.formats.fml.written_shapes import WrittenShape, written_consequent, written_shape
 from fuzzyctl.formats.losses import Loss
 from fuzzyctl.formulas import MEMBERSHIP
-from fuzzyctl.model.method import Defuzzifier
+from fuzzyctl.model.method import OVER_RULES, TSUKAMOTO
 from fuzzyctl.model.rule import Rule
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, Membership, Output
@@ -28,11 +31,15 @@ def write(system: FuzzySystem) -> tuple[str, list[Loss]]:
     Raises:
         DiagnosticError: With all reasons, for a system that no `.fml` file can hold.
     """
-    if reasons := (*impossible(system), *numerics.formula_sets(system)):
+    if reasons := (*_impossible(system), *numerics.formula_sets(system)):
         raise numerics.cannot(system, ".fml", reasons)
-    writer = _Writer(system)
+    named, losses = with_named_consequents(system, "c")
+    named, averaged = with_numbers_averaged(named)
+    writer = _Writer(named)
     text = "\n".join(writer.lines()) + "\n"
-    return text, sorted({*writer.losses, *losses_of(system, writer.rules)})
+    back, _ = read(SourceText("written.fml", text))
+    found = losses_of(named, back, writer.order)
+    return text, sorted({*losses, *averaged, *writer.losses, *writer.rules.losses, *found})
 
 
 class _Writer:
@@ -40,6 +47,8 @@ class _Writer:
         self._system = system
         self.losses: list[Loss] = []
         self.rules = WrittenRules(system)
+        #: Positions of the rules in the order of the text.
+        self.order: list[int] = []
 
     def lines(self) -> Iterator[str]:
         yield '<?xml version="1.0" encoding="UTF-8"?>'
@@ -99,16 +108,14 @@ class _Writer:
         method = _word(DEFUZZIFIER_WORDS, defuzzifier.kind, "COG")
         more = f'type="output" accumulation="{word}" defuzzifier="{method}" {default}'
         yield from self._sets(output, "fuzzyVariable", "fuzzyTerm", more)
-        self.losses += _of_method(f"output '{output.name}'", defuzzifier, aggregation)
 
     def _tsk(self, output: Output, default: str) -> Iterator[str]:
         # The range is no attribute of the standard, but no reader minds it, and no other place says it.
         more = f'type="output" combination="WA" {default}'
         yield self._head(output, "tskVariable", more)
-        named = {t.name: t.membership for t in output.terms} | self.rules.unnamed(output.name)
-        for name, membership in named.items():
-            order, coefficients = self._coefficients(output, name, membership)
-            yield f'      <tskTerm name={_quoted(name)} order="{order}">'
+        for term in output.terms:
+            order, coefficients = self._coefficients(output, term.name, term.membership)
+            yield f'      <tskTerm name={_quoted(term.name)} order="{order}">'
             yield from (f"        <tskValue>{number_text(c)}</tskValue>" for c in coefficients)
             yield "      </tskTerm>"
         yield "    </tskVariable>"
@@ -121,27 +128,12 @@ class _Writer:
         if membership.kind == "function":
             self.losses.append(Loss(where, f"term '{name}'", "FML has linear functions only; 0 stands for it"))
             return 0, [0.0]
-        if takes_numbers(membership):
-            return 0, [self._system.number(membership.arguments[0])]
-        given = tuple(self._system.number(a) for a in membership.arguments)
-        left, right = MEMBERSHIP[membership.kind].core(given)
-        why = "in an average only the middle of its core counts, which is written"
-        self.losses.append(Loss(where, f"term '{name}'", why, exact=not self.rules.reads(output.name)))
-        return 0, [(left + right) / 2]
+        return 0, [self._system.number(membership.arguments[0])]
 
     def _default(self, output: Output) -> float:
         if isinstance(output.otherwise, Expr):
             return self._system.number(output.otherwise)
-        where, middle = f"output '{output.name}'", sum(self._domain(output)) / 2
-        if output.otherwise == "midpoint":
-            self.losses.append(Loss(where, "else midpoint", "the number is written", exact=True))
-            return middle
-        if output.otherwise is None:
-            self.losses.append(Loss(where, "that some rule always fires", "FML has a value for that", exact=True))
-            return middle
-        said = output.otherwise if isinstance(output.otherwise, str) else "hold"
-        self.losses.append(Loss(where, f"else {said}", "FML has a number only; the middle of the range is written"))
-        return middle
+        return sum(self._domain(output)) / 2
 
     def _rule_bases(self) -> Iterator[str]:
         for base in self.rules.groups():
@@ -152,6 +144,7 @@ class _Writer:
             norms = f'activationMethod="{act}" andMethod="{conjunction}" orMethod="{disjunction}"'
             yield f"  <{tag} name={_quoted(base.name)} {norms}>"
             for index, rule in base.rules:
+                self.order.append(index - 1)
                 yield from self._rule(index, rule, tsk=base.kind == "tsk")
             yield f"  </{tag}>"
 
@@ -168,19 +161,24 @@ class _Writer:
         yield "      </antecedent>"
         yield f"      <{consequent}><{then}>"
         for c in rule.consequents:
-            term = c.term if isinstance(c.term, str) else self.rules.name_of(c.output, c.term)
-            yield f"        {self.rules.conclusion(c.output, term, c.hedges, clause_tag)}"
+            yield f"        {self.rules.conclusion(c.output, str(c.term), c.hedges, clause_tag)}"
         yield f"      </{then}></{consequent}>"
         yield f"    </{tag}>"
 
 
-def _of_method(where: str, defuzzifier: Defuzzifier, aggregation: str) -> Iterator[Loss]:
-    if defuzzifier.kind not in DEFUZZIFIER_WORDS.values():
-        yield Loss(where, f"defuzzifier '{defuzzifier.kind}'", "COG is written")
-    elif defuzzifier != Defuzzifier(kind=defuzzifier.kind):
-        yield Loss(where, "how the set is sampled", "FML means the exact value")
-    if aggregation not in DISJUNCTION_WORDS.values():
-        yield Loss(where, f"aggregation '{aggregation}'", "MAX is written")
+def _impossible(system: FuzzySystem) -> Iterator[str]:
+    """Yield why no file can hold a system, not even with losses."""
+    for variable in system.inputs:
+        if not variable.terms:
+            yield f"input '{variable.name}' has no terms, and every fuzzyVariable has some"
+    kinds = {o.name: numerics.defuzzifier_of(system, o).kind for o in system.outputs}
+    for name, kind in kinds.items():
+        if kind in TSUKAMOTO and kind != "tsukamoto":
+            yield f"output '{name}': there is no defuzzifier '{kind}'"
+    for number, rule in enumerate(system.rules, 1):
+        for c in rule.consequents:
+            if c.hedges and kinds[c.output] in OVER_RULES:
+                yield f"rule {number}: a consequent of an average, '{c.output}', has no modifiers"
 
 
 def _word(words: dict[str, str], name: str, usual: str) -> str:

@@ -7,15 +7,14 @@ from dataclasses import dataclass
 from typing import Final
 from xml.sax.saxutils import escape, quoteattr
 
-from fuzzyctl.formats.common.anonymous_terms import unnamed_terms
 from fuzzyctl.formats.common.report import Names
 from fuzzyctl.formats.fml.hedges import own_modifier
 from fuzzyctl.formats.fml.names import CONJUNCTION_WORDS, DISJUNCTION_WORDS
 from fuzzyctl.formats.losses import Loss
 from fuzzyctl.model.method import OVER_RULES, RuleMethod
-from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, literals
+from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Membership, Output
+from fuzzyctl.model.variable import Output
 
 #: Modifiers for hedges, apart from `extremely`, which depends on what is meant by it.
 _MODIFIERS: Final = {
@@ -26,11 +25,6 @@ _MODIFIERS: Final = {
     "any": "any",
     "not": "not",
 }
-
-
-def takes_numbers(membership: Membership) -> bool:
-    """Whether a term is a number."""
-    return membership.kind in ("singleton", "constant")
 
 
 @dataclass(frozen=True)
@@ -101,18 +95,6 @@ class WrittenRules:
             named.add(block)
             method = self._system.rule_methods[rules[0][0] - 1]
             yield RuleBase(own if first else names.take(own), kind, implication, method, tuple(rules))
-
-    def unnamed(self, output: str) -> dict[str, Membership]:
-        """Return names for the consequents of an output that have none."""
-        return unnamed_terms(self._system, output, (t.name for t in self._system.output(output).terms))
-
-    def name_of(self, output: str, membership: Membership) -> str:
-        """Return the name of a consequent that has none."""
-        return next(n for n, m in self.unnamed(output).items() if m == membership)
-
-    def reads(self, output: str) -> bool:
-        """Whether rules read an output."""
-        return any(i.variable == output for r in self._system.rules for i in literals(r.antecedent))
 
     def condition(self, index: int, rule: Rule) -> tuple[str, list[str]]:
         """Return the connector of a rule and its clauses; what is joined in itself is a term of its own."""

@@ -82,14 +82,17 @@ def lossy(system):
         (with_output(adaptive=ONE), "adaptive"),
         (with_output(clamped=True), "clamp"),
         (with_output(terms=(term("b", "bell", 2, 1, 3),)), "written as 101 points"),
-        (minimal(method=Method(defuzzifier=Defuzzifier(resolution=101))), "how the set is sampled"),
-        (minimal(method=Method(aggregation="sum")), "aggregation 'sum'"),
+        (
+            minimal(method=Method(defuzzifier=Defuzzifier(resolution=101))),
+            "grid=midpoint): becomes centroid without samples",
+        ),
+        (minimal(method=Method(aggregation="sum")), "aggregation sum"),
         (
             minimal(
                 method=Method(semantics=Semantics(weight="after")),
                 blocks=(minimal().blocks[0].model_copy(update={"weight": Number(0.5)}),),
             ),
-            "weight after: before under 'FML'",
+            "weight after: before under 'exact'",
         ),
         (hedged("very", own=True), "hedge 'bent': FML has no such modifier"),
         (concluding("very", "very"), "hedges 'very very': FML has one modifier for a conclusion; they are left out"),
