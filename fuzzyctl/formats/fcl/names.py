@@ -2,78 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Final
 
-from fuzzyctl.expr import Expr, Number
+from fuzzyctl.formats.common.shape_words import ShapeWord
 from fuzzyctl.formats.common.words import DUAL_OF
-
-Arguments = tuple[Expr, ...]
-
-
-@dataclass(frozen=True)
-class ShapeWord:
-    """What a word behind `TERM name :=` stands for.
-
-    Args:
-        kind: The membership function.
-        parameters: What its parameters are called in the order of the file.
-        ordered: Brings them into the order of `formulas.MEMBERSHIP`.
-        height: Whether a further parameter may give the height, as in fuzzylite.
-    """
-
-    kind: str
-    parameters: tuple[str, ...]
-    ordered: Callable[[Arguments], Arguments] = lambda a: a
-    height: bool = False
-
-
-def doubled(expr: Expr) -> Expr:
-    """Return twice a number."""
-    return Number(2.0 * expr.value, "", expr.span) if isinstance(expr, Number) else 2.0 * expr
-
+from fuzzyctl.formats.fll.vocabulary import TERM_WORDS
 
 #: Words of jFuzzyLogic, in capitals; it takes them in small letters too.
 JFUZZYLOGIC_SHAPES: Final[dict[str, ShapeWord]] = {
-    "TRIAN": ShapeWord("triangle", ("left", "peak", "right")),
-    "TRAPE": ShapeWord("trapezoid", ("left", "left top", "right top", "right")),
-    "GAUSS": ShapeWord("gaussian", ("mean", "deviation")),
-    "GAUSS2": ShapeWord("gaussian2", ("mean", "deviation", "mean", "deviation")),
-    "GBELL": ShapeWord("bell", ("a", "b", "mean"), lambda a: (a[2], a[0], a[1])),
-    "SIGM": ShapeWord("sigmoid", ("gain", "center"), lambda a: (a[1], a[0])),
-    "DSIGM": ShapeWord("sigmoid_difference", ("a1", "c1", "a2", "c2"), lambda a: (a[1], a[0], a[2], a[3])),
-    "COSINE": ShapeWord("cosine", ("half the width", "center"), lambda a: (a[1], doubled(a[0]))),
+    "TRIAN": ShapeWord("triangle", "left peak right"),
+    "TRAPE": ShapeWord("trapezoid", "left left_top right_top right"),
+    "GAUSS": ShapeWord("gaussian", "mean deviation"),
+    "GAUSS2": ShapeWord("gaussian2", "mean deviation mean deviation"),
+    "GBELL": ShapeWord("bell", "a b mean", (2, 0, 1)),
+    "SIGM": ShapeWord("sigmoid", "gain center", (1, 0)),
+    "DSIGM": ShapeWord("sigmoid_difference", "a1 c1 a2 c2", (1, 0, 2, 3)),
+    "COSINE": ShapeWord("cosine", "half_width center", (1, 0), doubled=(1,)),
 }
 
-
-def _fuzzylite(kind: str, *parameters: str) -> ShapeWord:
-    return ShapeWord(kind, parameters, height=True)
-
-
-_FEET: Final = ("left", "left top", "right top", "right")
+#: The words of fuzzylite that messages name first.
+_USUAL: Final = ("Triangle", "Trapezoid", "Rectangle", "Ramp", "Gaussian", "GaussianProduct", "Bell", "Sigmoid")
 
 #: Words of fuzzylite, as it writes them.
-FUZZYLITE_SHAPES: Final[dict[str, ShapeWord]] = {
-    "Triangle": _fuzzylite("triangle", "left", "peak", "right"),
-    "Trapezoid": _fuzzylite("trapezoid", *_FEET),
-    "Rectangle": _fuzzylite("rectangle", "start", "end"),
-    "Ramp": _fuzzylite("ramp", "start", "end"),
-    "Gaussian": _fuzzylite("gaussian", "mean", "deviation"),
-    "GaussianProduct": _fuzzylite("gaussian2", "mean", "deviation", "mean", "deviation"),
-    "Bell": _fuzzylite("bell", "center", "width", "slope"),
-    "Sigmoid": _fuzzylite("sigmoid", "inflection", "slope"),
-    "SigmoidDifference": _fuzzylite("sigmoid_difference", "left", "rising", "falling", "right"),
-    "SigmoidProduct": _fuzzylite("sigmoid_product", "left", "rising", "falling", "right"),
-    "SShape": _fuzzylite("s_shape", "start", "end"),
-    "ZShape": _fuzzylite("z_shape", "start", "end"),
-    "PiShape": _fuzzylite("pi_shape", *_FEET),
-    "Cosine": _fuzzylite("cosine", "center", "width"),
-    "Spike": _fuzzylite("spike", "center", "width"),
-    "Concave": _fuzzylite("concave", "inflection", "end"),
-    "Arc": _fuzzylite("arc", "start", "end"),
-    "SemiEllipse": _fuzzylite("semi_ellipse", "start", "end"),
-}
+FUZZYLITE_SHAPES: Final = {n: TERM_WORDS[n] for n in dict.fromkeys((*_USUAL, *TERM_WORDS)) if n != "Binary"}
 
 #: Words of fuzzylite with a meaning of their own.
 _SPECIAL: Final = ("Binary", "Discrete", "Constant", "Linear", "Function")

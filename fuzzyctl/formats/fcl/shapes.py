@@ -6,11 +6,11 @@ import math
 
 from fuzzyctl.diagnostics.suggestions import counted, did_you_mean, listed
 from fuzzyctl.expr import ONE, ZERO, Binary, Expr, Name, Number
+from fuzzyctl.formats.common.shape_words import ShapeWord
 from fuzzyctl.formats.fcl.names import (
     FUZZYLITE_SHAPES,
     JFUZZYLOGIC_SHAPES,
     SHAPE_WORDS,
-    ShapeWord,
     fuzzylite_word,
 )
 from fuzzyctl.formats.fcl.scope import Scope
@@ -71,20 +71,27 @@ def _numbers(shape: Shape, scope: Scope, name: str) -> tuple[Expr, ...] | None:
 
 
 def _known(word: ShapeWord, shape: Shape, arguments: tuple[Expr, ...], scope: Scope) -> Membership | None:
-    count = len(word.parameters)
+    names = word.form.split()
+    count = len(names)
     assert shape.kind is not None
     if len(arguments) < count:
         message = f"'{shape.kind.text}' takes {counted(count, 'parameter')}, got {len(arguments)}"
-        scope.error("FZ303", message, shape.span, help=f"they are: {', '.join(word.parameters)}")
+        scope.error("FZ303", message, shape.span, help=f"they are: {', '.join(names)}")
         return None
-    height = arguments[count] if word.height and len(arguments) > count else ONE
+    height = arguments[count] if word in FUZZYLITE_SHAPES.values() and len(arguments) > count else ONE
     surplus = len(arguments) - count - (height is not ONE)
     if surplus > 0:
         message = f"'{shape.kind.text}' takes {counted(count, 'parameter')}; the rest has no effect"
         scope.warning("FZ603", message, shape.span, help="remove what is left over")
     if word is JFUZZYLOGIC_SHAPES["DSIGM"]:
         scope.clamped_differences = True
-    return Membership(kind=word.kind, arguments=word.ordered(arguments[:count]), height=height, span=shape.span)
+    ordered = enumerate(word.ordered(arguments[:count]))
+    made = tuple(_doubled(a) if i in word.doubled else a for i, a in ordered)
+    return Membership(kind=word.kind, arguments=made, height=height, span=shape.span)
+
+
+def _doubled(expr: Expr) -> Expr:
+    return Number(2.0 * expr.value, "", expr.span) if isinstance(expr, Number) else 2.0 * expr
 
 
 def _empty_set(shape: Shape, arguments: tuple[Expr, ...], scope: Scope) -> Membership | None:

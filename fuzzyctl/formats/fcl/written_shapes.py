@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Final
 
 from fuzzyctl.expr import (
@@ -19,8 +19,9 @@ from fuzzyctl.expr import (
     to_text,
     walk,
 )
+from fuzzyctl.formats.common.shape_words import words_by_kind
 from fuzzyctl.formats.fcl.dialect import DialectName
-from fuzzyctl.formats.fcl.names import FUZZYLITE_SHAPES
+from fuzzyctl.formats.fcl.names import FUZZYLITE_SHAPES, JFUZZYLOGIC_SHAPES
 from fuzzyctl.formats.fll.formulas import formula
 from fuzzyctl.formats.fuzzylite.discontinuities import as_written
 from fuzzyctl.formulas import MEMBERSHIP, Parameters, piecewise_linear
@@ -34,19 +35,8 @@ _FUZZYLITE_FUNCTIONS: Final = frozenset(
     {*_JFUZZYLOGIC_FUNCTIONS, "sqrt", "min", "max", "atan2", "floor", "ceil", "fmod", "sign", *COMPARISONS}
 )
 
-#: Words of jFuzzyLogic with their parameters in its order.
-_JFUZZYLOGIC: Final[Mapping[str, tuple[str, Callable[[Parameters], Parameters]]]] = {
-    "triangle": ("TRIAN", lambda p: p),
-    "trapezoid": ("TRAPE", lambda p: p),
-    "gaussian": ("GAUSS", lambda p: p),
-    "gaussian2": ("GAUSS2", lambda p: p),
-    "bell": ("GBELL", lambda p: (p[1], p[2], p[0])),
-    "sigmoid": ("SIGM", lambda p: (p[1], p[0])),
-    "sigmoid_difference": ("DSIGM", lambda p: (p[1], p[0], p[2], p[3])),
-    "cosine": ("COSINE", lambda p: (p[1] / 2, p[0])),
-}
-
-_FUZZYLITE: Final = {word.kind: name for name, word in FUZZYLITE_SHAPES.items()}
+_JFUZZYLOGIC: Final = words_by_kind(JFUZZYLOGIC_SHAPES)
+_FUZZYLITE: Final = words_by_kind(FUZZYLITE_SHAPES)
 
 
 def numbers(membership: Membership, values: Mapping[str, float]) -> Parameters:
@@ -107,11 +97,11 @@ def shape_text(membership: Membership, values: Mapping[str, float], dialect: Dia
     if dialect == "fuzzylite":
         shown = as_written(kind, given)
         parameters = shown if height == 1.0 else (*shown, height)
-        return " ".join([_FUZZYLITE[kind], *map(number_text, parameters)])
+        return " ".join([_FUZZYLITE[kind][0], *map(number_text, parameters)])
     if _as_points(membership, given, dialect):
         return _points(MEMBERSHIP[kind].vertices(given), height)
-    word, ordered = _JFUZZYLOGIC[kind]
-    return " ".join([word, *map(number_text, ordered(given))])
+    name, word = _JFUZZYLOGIC[kind]
+    return " ".join([name, *map(number_text, word.parameters(given))])
 
 
 def says_otherwise(membership: Membership, values: Mapping[str, float], dialect: DialectName) -> bool:

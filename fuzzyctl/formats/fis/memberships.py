@@ -8,7 +8,8 @@ from typing import Final
 
 from fuzzyctl.expr import Number, number_text
 from fuzzyctl.formats.common.clamped_inputs import simplest
-from fuzzyctl.formats.fis.vocabulary import OF_FUZZYLITE
+from fuzzyctl.formats.common.shape_words import words_by_kind
+from fuzzyctl.formats.fis.vocabulary import MEMBERSHIP_WORDS, OF_FUZZYLITE
 from fuzzyctl.formats.fuzzylite.discontinuities import as_written
 from fuzzyctl.model.variable import Membership
 
@@ -30,16 +31,16 @@ def vector(values: Values, infinite: str = "Inf") -> str:
     return f"[{' '.join(number(v, infinite) for v in values)}]"
 
 
-def _trapezoid(p: Values) -> Written:
+def _trapezoid(p: Values, words: tuple[str, str, str] = ("trapmf", "linzmf", "linsmf")) -> Written:
     """Return a trapezoid; shoulders that never end are the functions that MATLAB has for them."""
     left, left_top, right_top, right = p
     if math.isinf(left) and math.isinf(right):
         return "trapmf", (-math.inf, -math.inf, math.inf, math.inf)
     if math.isinf(left):
-        return "linzmf", (right_top, right)
+        return words[1], (right_top, right)
     if math.isinf(right):
-        return "linsmf", (left, left_top)
-    return "trapmf", p
+        return words[2], (left, left_top)
+    return words[0], p
 
 
 def _triangle(p: Values) -> Written:
@@ -52,45 +53,22 @@ def _rectangle(p: Values) -> Written:
     return _trapezoid((left, left if math.isfinite(left) else right, right if math.isfinite(right) else left, right))
 
 
-def _pi(p: Values) -> Written:
-    left, left_top, right_top, right = p
-    if math.isinf(left) and math.isinf(right):
-        return "trapmf", (-math.inf, -math.inf, math.inf, math.inf)
-    if math.isinf(left):
-        return "zmf", (right_top, right)
-    if math.isinf(right):
-        return "smf", (left, left_top)
-    return "pimf", p
-
-
 def _ramp(p: Values) -> Written:
     return ("linsmf", p) if p[0] < p[1] else ("linzmf", (p[1], p[0]))
 
 
+#: How kinds are written that have several words, or another one where they never end.
 _WRITERS: Final[dict[str, Callable[[Values], Written]]] = {
     "triangle": _triangle,
     "trapezoid": _trapezoid,
     "rectangle": _rectangle,
     "ramp": _ramp,
-    "gaussian": lambda p: ("gaussmf", (p[1], p[0])),
-    "gaussian2": lambda p: ("gauss2mf", (p[1], p[0], p[3], p[2])),
-    "bell": lambda p: ("gbellmf", (p[1], p[2], p[0])),
-    "sigmoid": lambda p: ("sigmf", (p[1], p[0])),
-    "sigmoid_difference": lambda p: ("dsigmf", (p[1], p[0], p[2], p[3])),
-    "sigmoid_product": lambda p: ("psigmf", (p[1], p[0], p[2], p[3])),
-    "s_shape": lambda p: ("smf", p),
-    "z_shape": lambda p: ("zmf", p),
-    "pi_shape": _pi,
-    "piecewise": lambda p: ("discretemf", p),
-    "concave": lambda p: ("concavemf", p),
-    "cosine": lambda p: ("cosinemf", p),
-    "spike": lambda p: ("spikemf", p),
-    "arc": lambda p: ("arcmf", p),
-    "semi_ellipse": lambda p: ("semiellipsemf", p),
+    "pi_shape": lambda p: _trapezoid(p, ("pimf", "zmf", "smf")),
     "singleton": lambda p: ("constant", p),
-    "constant": lambda p: ("constant", p),
     "linear": lambda p: ("linear", p),
 }
+
+_WORDS: Final = words_by_kind(MEMBERSHIP_WORDS)
 
 
 def written(kind: str, parameters: Values, *, fuzzylite: bool) -> Written | None:
@@ -103,9 +81,12 @@ def written(kind: str, parameters: Values, *, fuzzylite: bool) -> Written | None
     """
     if fuzzylite and kind in ("rectangle", "ramp"):
         return ("rectmf" if kind == "rectangle" else "rampmf"), parameters
-    writer = _WRITERS.get(kind)
-    found = writer(as_written(kind, parameters) if fuzzylite else parameters) if writer is not None else None
-    return _shoulder_of_fuzzylite(*found) if fuzzylite and found is not None else found
+    shown = tuple(as_written(kind, parameters) if fuzzylite else parameters)
+    if kind in _WRITERS:
+        found = _WRITERS[kind](shown)
+        return _shoulder_of_fuzzylite(*found) if fuzzylite else found
+    name, word = _WORDS.get(kind, ("", None))
+    return (name, word.parameters(shown)) if word is not None else None
 
 
 def _shoulder_of_fuzzylite(function: str, parameters: Values) -> Written:

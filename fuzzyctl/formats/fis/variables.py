@@ -13,10 +13,11 @@ from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import Name, Number, replace_names
 from fuzzyctl.formats.common.degree_range import warn_of_degrees_beyond
 from fuzzyctl.formats.common.report import Findings, Names, ParseError, meant
+from fuzzyctl.formats.common.shape_words import Shape, ShapeWord, Values
 from fuzzyctl.formats.fis import values
 from fuzzyctl.formats.fis.sections import Entry, Section
 from fuzzyctl.formats.fis.values import RawTerm, Text
-from fuzzyctl.formats.fis.vocabulary import MEMBERSHIP_WORDS, Dialect, MembershipWord, Shape, Values
+from fuzzyctl.formats.fis.vocabulary import MEMBERSHIP_WORDS, Dialect
 from fuzzyctl.formats.fll.functions import read_formula
 from fuzzyctl.formats.fll.vocabulary import TERM_WORDS
 from fuzzyctl.formats.fuzzylite.degenerate_terms import NOT_BEYOND, membership_as_computed, step_to_itself
@@ -216,7 +217,7 @@ class VariableReader:
         facts = (f"functions: {', '.join((*MEMBERSHIP_WORDS, 'linear'))}",)
         self.findings.error("FZ602", message, raw.function.span, help=help_text, facts=facts)
 
-    def _counted(self, raw: RawTerm, word: MembershipWord) -> tuple[Number, ...] | None:
+    def _counted(self, raw: RawTerm, word: ShapeWord) -> tuple[Number, ...] | None:
         """Return as many parameters as the function takes; surplus ones are left out with a warning."""
         given, name = raw.parameters, raw.function.text
         if word.count is None:

@@ -4,50 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Final, Literal
 
+from fuzzyctl.formats.common.shape_words import Shape, ShapeWord, Values
+
 Dialect = Literal["matlab", "octave", "fuzzylite"]
-
-Values = tuple[float, ...]
-
-#: A kind of the model with its parameters.
-Shape = tuple[str, Values]
-
-
-@dataclass(frozen=True)
-class MembershipWord:
-    """A membership function of `.fis` files.
-
-    Args:
-        count: Number of its parameters; None for pairs without end.
-        shape: Its kind and parameters here, for the parameters in the order of the file.
-        places: Where each parameter of the file goes in the model's order, for places in diagnostics.
-        form: Names of the parameters in the order of the file.
-    """
-
-    count: int | None
-    shape: Callable[[Values], Shape]
-    form: str
-
-
-def _plain(kind: str, *order: int) -> Callable[[Values], Shape]:
-    """Return a shape whose parameters are those of the file in another order."""
-    return lambda p: (kind, tuple(p[i] for i in order))
-
-
-def _gaussian(p: Values) -> Shape:
-    """Return a Gaussian; tuning makes widths negative, and the formula squares them."""
-    return "gaussian", (p[1], abs(p[0]))
-
-
-def _gaussian2(p: Values) -> Shape:
-    return "gaussian2", (p[1], abs(p[0]), p[3], abs(p[2]))
-
-
-def _bell(p: Values) -> Shape:
-    """Return a bell; the formula squares (x - center) / width."""
-    return "bell", (p[2], abs(p[0]), p[1])
 
 
 def _step(at: float, *, rising: bool) -> Shape:
@@ -90,35 +51,31 @@ def _low_peak(p: Values) -> Shape:
     return "piecewise", (a, 0.0, peak, degree, d, 0.0)
 
 
-def _as_it_is(kind: str) -> Callable[[Values], Shape]:
-    return lambda p: (kind, p)
-
-
 #: Membership functions by name: those of MATLAB and, from `rampmf` on, those that fuzzylite adds.
-MEMBERSHIP_WORDS: Final[dict[str, MembershipWord]] = {
-    "trimf": MembershipWord(3, _as_it_is("triangle"), "left peak right"),
-    "trapmf": MembershipWord(4, _trapezoid, "left left_top right_top right"),
-    "gaussmf": MembershipWord(2, _gaussian, "sigma mean"),
-    "gauss2mf": MembershipWord(4, _gaussian2, "sigma1 mean1 sigma2 mean2"),
-    "gbellmf": MembershipWord(3, _bell, "width slope center"),
-    "sigmf": MembershipWord(2, _plain("sigmoid", 1, 0), "slope center"),
-    "dsigmf": MembershipWord(4, _plain("sigmoid_difference", 1, 0, 2, 3), "slope1 center1 slope2 center2"),
-    "psigmf": MembershipWord(4, _plain("sigmoid_product", 1, 0, 2, 3), "slope1 center1 slope2 center2"),
-    "zmf": MembershipWord(2, _edge("z_shape", rising=False), "start end"),
-    "smf": MembershipWord(2, _edge("s_shape", rising=True), "start end"),
-    "pimf": MembershipWord(4, _as_it_is("pi_shape"), "left left_top right_top right"),
-    "linsmf": MembershipWord(2, _ramp, "start end"),
-    "linzmf": MembershipWord(2, _falling_ramp, "start end"),
-    "constant": MembershipWord(1, _as_it_is("constant"), "value"),
-    "rampmf": MembershipWord(2, _as_it_is("ramp"), "start end"),
-    "rectmf": MembershipWord(2, _as_it_is("rectangle"), "left right"),
-    "discretemf": MembershipWord(None, _as_it_is("piecewise"), "x1 y1 x2 y2 ..."),
-    "concavemf": MembershipWord(2, _as_it_is("concave"), "inflection end"),
-    "cosinemf": MembershipWord(2, _as_it_is("cosine"), "center width"),
-    "spikemf": MembershipWord(2, _as_it_is("spike"), "center width"),
-    "binarymf": MembershipWord(2, lambda p: _step(p[0], rising=p[1] > p[0]), "start direction"),
-    "arcmf": MembershipWord(2, _as_it_is("arc"), "start end"),
-    "semiellipsemf": MembershipWord(2, _as_it_is("semi_ellipse"), "start end"),
+MEMBERSHIP_WORDS: Final[dict[str, ShapeWord]] = {
+    "trimf": ShapeWord("triangle", "left peak right"),
+    "trapmf": ShapeWord("trapezoid", "left left_top right_top right", read=_trapezoid),
+    "gaussmf": ShapeWord("gaussian", "sigma mean", (1, 0), magnitudes=(1,)),
+    "gauss2mf": ShapeWord("gaussian2", "sigma1 mean1 sigma2 mean2", (1, 0, 3, 2), magnitudes=(1, 3)),
+    "gbellmf": ShapeWord("bell", "width slope center", (2, 0, 1), magnitudes=(1,)),
+    "sigmf": ShapeWord("sigmoid", "slope center", (1, 0)),
+    "dsigmf": ShapeWord("sigmoid_difference", "slope1 center1 slope2 center2", (1, 0, 2, 3)),
+    "psigmf": ShapeWord("sigmoid_product", "slope1 center1 slope2 center2", (1, 0, 2, 3)),
+    "zmf": ShapeWord("z_shape", "start end", read=_edge("z_shape", rising=False)),
+    "smf": ShapeWord("s_shape", "start end", read=_edge("s_shape", rising=True)),
+    "pimf": ShapeWord("pi_shape", "left left_top right_top right"),
+    "linsmf": ShapeWord("ramp", "start end", read=_ramp),
+    "linzmf": ShapeWord("ramp", "start end", read=_falling_ramp),
+    "constant": ShapeWord("constant", "value"),
+    "rampmf": ShapeWord("ramp", "start end"),
+    "rectmf": ShapeWord("rectangle", "left right"),
+    "discretemf": ShapeWord("piecewise", "x1 y1 x2 y2 ..."),
+    "concavemf": ShapeWord("concave", "inflection end"),
+    "cosinemf": ShapeWord("cosine", "center width"),
+    "spikemf": ShapeWord("spike", "center width"),
+    "binarymf": ShapeWord("rectangle", "start direction", read=lambda p: _step(p[0], rising=p[1] > p[0])),
+    "arcmf": ShapeWord("arc", "start end"),
+    "semiellipsemf": ShapeWord("semi_ellipse", "start end"),
 }
 
 #: Those that only fuzzylite writes.

@@ -11,9 +11,10 @@ from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.expr import ONE, Expr, Name, Number, names_in, replace_names
 from fuzzyctl.formats.common.report import Findings, Names, ParseError, meant
+from fuzzyctl.formats.common.shape_words import ShapeWord
 from fuzzyctl.formats.fll.functions import read_formula
 from fuzzyctl.formats.fll.lines import Line
-from fuzzyctl.formats.fll.vocabulary import TERM_WORDS, TERMS, TermWord
+from fuzzyctl.formats.fll.vocabulary import TERM_WORDS, TERMS
 from fuzzyctl.formats.fuzzylite.degenerate_terms import NOT_BEYOND, membership_as_computed, step_to_itself, with_places
 from fuzzyctl.model.variable import Membership, Term
 from fuzzyctl.support.numerals import TOO_LARGE, to_number
@@ -129,14 +130,15 @@ class TermReader:
         given = [number(span, self.findings) for span in rest]
         return None if any(n is None for n in given) else tuple(n for n in given if n is not None)
 
-    def _shape(self, word: TermWord, kind: str, given: tuple[Number, ...], line: Line) -> Membership | None:
-        if len(given) < word.count:
+    def _shape(self, word: ShapeWord, kind: str, given: tuple[Number, ...], line: Line) -> Membership | None:
+        count = len(word.form.split())
+        if len(given) < count:
             self._too_few(kind, given, word.form, line)
             return None
-        self._surplus(kind, given, word.count + 1)
-        height = given[word.count] if len(given) > word.count else ONE
-        own, parameters = word.shape(tuple(n.value for n in given[: word.count]))
-        arguments = with_places(parameters, given[: word.count])
+        self._surplus(kind, given, count + 1)
+        height = given[count] if len(given) > count else ONE
+        own, parameters = word.shape(tuple(n.value for n in given[:count]))
+        arguments = with_places(parameters, given[:count])
         if kind == "Binary" and given[0] == given[1]:
             return step_to_itself(self.place.input, line.value, self.findings, word=kind)
         found = Membership(kind=own, arguments=arguments, height=_height(height), span=line.value)

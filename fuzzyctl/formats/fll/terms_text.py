@@ -7,12 +7,13 @@ from collections.abc import Sequence
 from typing import Final
 
 from fuzzyctl.expr import number_text
+from fuzzyctl.formats.common.shape_words import words_by_kind
 from fuzzyctl.formats.fll.vocabulary import TERM_WORDS
 from fuzzyctl.formats.fuzzylite.discontinuities import as_written
 
 #: Terms by kind of the model; a rectangle that never ends is fuzzylite's Binary.
 _NAMES: Final[dict[str, str]] = {
-    **{word.kind: name for name, word in TERM_WORDS.items() if name not in ("Binary", "Rectangle")},
+    **{kind: name for kind, (name, _) in words_by_kind(TERM_WORDS).items()},
     "rectangle": "Rectangle",
     "piecewise": "Discrete",
     "singleton": "Constant",

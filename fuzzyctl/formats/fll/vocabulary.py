@@ -3,36 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Final
 
-Values = tuple[float, ...]
-Shape = tuple[str, Values]
-
-
-@dataclass(frozen=True)
-class TermWord:
-    """A term of fuzzylite whose parameters are numbers, with or without a height behind them.
-
-    Args:
-        kind: Its kind in the model.
-        form: Names of the parameters in the order of the file.
-        shape: Its kind and parameters in the model, for those of the file.
-    """
-
-    kind: str
-    form: str
-    shape: Callable[[Values], Shape]
-
-    @property
-    def count(self) -> int:
-        """Number of parameters."""
-        return len(self.form.split())
-
-
-def _same(kind: str, form: str) -> TermWord:
-    return TermWord(kind, form, lambda p: (kind, p))
+from fuzzyctl.formats.common.shape_words import Shape, ShapeWord, Values
 
 
 def _binary(p: Values) -> Shape:
@@ -52,28 +25,26 @@ def _trapezoid(p: Values) -> Shape:
 
 
 #: Terms by name, besides Constant, Linear, Discrete and Function.
-TERM_WORDS: Final[dict[str, TermWord]] = {
-    "Arc": _same("arc", "start end"),
-    "Bell": TermWord("bell", "center width slope", lambda p: ("bell", (p[0], abs(p[1]), p[2]))),
-    "Binary": TermWord("rectangle", "start direction", _binary),
-    "Concave": _same("concave", "inflection end"),
-    "Cosine": _same("cosine", "center width"),
-    "Gaussian": TermWord("gaussian", "mean sigma", lambda p: ("gaussian", (p[0], abs(p[1])))),
-    "GaussianProduct": TermWord(
-        "gaussian2", "mean_a sigma_a mean_b sigma_b", lambda p: ("gaussian2", (p[0], abs(p[1]), p[2], abs(p[3])))
-    ),
-    "PiShape": _same("pi_shape", "left left_top right_top right"),
-    "Ramp": _same("ramp", "start end"),
-    "Rectangle": _same("rectangle", "start end"),
-    "SemiEllipse": _same("semi_ellipse", "start end"),
-    "Sigmoid": _same("sigmoid", "inflection slope"),
-    "SigmoidDifference": _same("sigmoid_difference", "left rising falling right"),
-    "SigmoidProduct": _same("sigmoid_product", "left rising falling right"),
-    "Spike": TermWord("spike", "center width", lambda p: ("spike", (p[0], abs(p[1])))),
-    "SShape": _same("s_shape", "start end"),
-    "Trapezoid": TermWord("trapezoid", "left left_top right_top right", _trapezoid),
-    "Triangle": _same("triangle", "left top right"),
-    "ZShape": _same("z_shape", "start end"),
+TERM_WORDS: Final[dict[str, ShapeWord]] = {
+    "Arc": ShapeWord("arc", "start end"),
+    "Bell": ShapeWord("bell", "center width slope", magnitudes=(1,)),
+    "Binary": ShapeWord("rectangle", "start direction", read=_binary),
+    "Concave": ShapeWord("concave", "inflection end"),
+    "Cosine": ShapeWord("cosine", "center width"),
+    "Gaussian": ShapeWord("gaussian", "mean sigma", magnitudes=(1,)),
+    "GaussianProduct": ShapeWord("gaussian2", "mean_a sigma_a mean_b sigma_b", magnitudes=(1, 3)),
+    "PiShape": ShapeWord("pi_shape", "left left_top right_top right"),
+    "Ramp": ShapeWord("ramp", "start end"),
+    "Rectangle": ShapeWord("rectangle", "start end"),
+    "SemiEllipse": ShapeWord("semi_ellipse", "start end"),
+    "Sigmoid": ShapeWord("sigmoid", "inflection slope"),
+    "SigmoidDifference": ShapeWord("sigmoid_difference", "left rising falling right"),
+    "SigmoidProduct": ShapeWord("sigmoid_product", "left rising falling right"),
+    "Spike": ShapeWord("spike", "center width", magnitudes=(1,)),
+    "SShape": ShapeWord("s_shape", "start end"),
+    "Trapezoid": ShapeWord("trapezoid", "left left_top right_top right", read=_trapezoid),
+    "Triangle": ShapeWord("triangle", "left top right"),
+    "ZShape": ShapeWord("z_shape", "start end"),
 }
 
 #: All names of terms.

@@ -54,29 +54,32 @@ MODIFIERS: Final[dict[str, str]] = {
     "very": "very",
 }
 
-#: Shapes with the number of their parameters.
-SHAPES: Final[dict[str, int]] = {
-    "triangularshape": 3,
-    "trapezoidshape": 4,
-    "trapezoidalshape": 4,
-    "gaussianshape": 2,
-    "leftgaussianshape": 2,
-    "rightgaussianshape": 2,
-    "leftlinearshape": 2,
-    "rightlinearshape": 2,
-    "pishape": 2,
-    "zshape": 2,
-    "sshape": 2,
-    "rectangularshape": 2,
-    "singletonshape": 1,
-}
+#: Shapes as the standard spells them, with their kinds and the number of their parameters; drafts have another word for
+#: a trapezoid. What a shape without a kind is depends on who wrote the document.
+_SHAPES: Final = (
+    ("triangularShape", "triangle", 3),
+    ("trapezoidShape", "trapezoid", 4),
+    ("gaussianShape", "gaussian", 2),
+    ("leftGaussianShape", None, 2),
+    ("rightGaussianShape", None, 2),
+    ("leftLinearShape", None, 2),
+    ("rightLinearShape", None, 2),
+    ("piShape", None, 2),
+    ("zShape", "z_shape", 2),
+    ("sShape", "s_shape", 2),
+    ("rectangularShape", "rectangle", 2),
+    ("singletonShape", "singleton", 1),
+)
+_DRAFTS: Final = (("trapezoidalShape", "trapezoid", 4),)
+
+#: Kinds and numbers of parameters by the names of shapes in small letters.
+SHAPES: Final = {tag.lower(): (kind, count) for tag, kind, count in (*_SHAPES, *_DRAFTS)}
+
+#: Shapes by kind, as the standard spells them.
+TAGS: Final = {kind: tag for tag, kind, _ in _SHAPES if kind is not None}
 
 #: Shapes that are points.
 POINT_SETS: Final = ("pointsetshape", "pointsetmonotonicshape", "usershape", "pointsshape")
 
 #: All shapes as the standard spells them, for messages.
-SHAPE_TAGS: Final = (
-    *("triangularShape", "trapezoidShape", "gaussianShape", "leftGaussianShape", "rightGaussianShape"),
-    *("leftLinearShape", "rightLinearShape", "piShape", "zShape", "sShape", "rectangularShape", "singletonShape"),
-    *("pointSetShape", "circularDefinition"),
-)
+SHAPE_TAGS: Final = (*(tag for tag, _, _ in _SHAPES), "pointSetShape", "circularDefinition")

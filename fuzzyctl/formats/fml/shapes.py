@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Final
 
 from fuzzyctl.diagnostics.suggestions import did_you_mean, listed
@@ -31,26 +30,15 @@ def shape_of(element: Element, scope: Scope, domain: Ends) -> Membership | None:
             help_text = did_you_mean(element.tag, SHAPE_TAGS)
             scope.error("FZ601", f"no shape <{element.tag}>", element.span, facts=facts, help=help_text)
         return None
-    count = SHAPES[name]
+    own, count = SHAPES[name]
     scope.known(element, [f"param{i}" for i in range(1, count + 1)], ())
     given = [scope.number(element, f"param{i}") for i in range(1, count + 1)]
     if any(g is None for g in given):
         return None
     values = tuple(g.value for g in given if g is not None)
-    kind, parameters = _PLAIN[name](values) if name in _PLAIN else _sided(element, values, scope, domain)
+    kind, parameters = (own, values) if own is not None else _sided(element, values, scope, domain)
     return Membership(kind=kind, arguments=tuple(map(Number, parameters)), span=element.span)
 
-
-_PLAIN: Final[dict[str, Callable[[tuple[float, ...]], _Made]]] = {
-    "triangularshape": lambda p: ("triangle", p),
-    "trapezoidshape": lambda p: ("trapezoid", p),
-    "trapezoidalshape": lambda p: ("trapezoid", p),
-    "gaussianshape": lambda p: ("gaussian", p),
-    "rectangularshape": lambda p: ("rectangle", p),
-    "singletonshape": lambda p: ("singleton", p),
-    "zshape": lambda p: ("z_shape", p),
-    "sshape": lambda p: ("s_shape", p),
-}
 
 _SIDES: Final = "'left' shapes are 1 on the left and fall, as in JFML; drafts and FuzzyLogic.jl mirror left and right"
 _MIRRORED: Final = "'Left' shapes rise on their left side, as in drafts of FML; JFML mirrors left and right"

@@ -9,6 +9,7 @@ from dataclasses import replace as replace_fields
 from typing import Final
 
 from fuzzyctl.expr import Compare, Expr, Number, Where, evaluate, replace
+from fuzzyctl.formats.fml.names import TAGS
 from fuzzyctl.formulas import MEMBERSHIP, Parameters, piecewise_linear
 from fuzzyctl.model.variable import Membership
 
@@ -19,18 +20,6 @@ _SAMPLES: Final = 101
 
 #: Shape of point sets that `tsukamoto` can invert.
 _MONOTONE: Final = "pointSetMonotonicShape"
-
-#: Shapes with the same parameters in the same order.
-_SAME: Final = {
-    "triangle": "triangularShape",
-    "trapezoid": "trapezoidShape",
-    "gaussian": "gaussianShape",
-    "rectangle": "rectangularShape",
-    "singleton": "singletonShape",
-    "constant": "singletonShape",
-    "s_shape": "sShape",
-    "z_shape": "zShape",
-}
 
 
 @dataclass(frozen=True)
@@ -73,8 +62,8 @@ def written_shape(membership: Membership, values: Mapping[str, float], domain: E
     given = tuple(evaluate(a, values) for a in membership.arguments)
     height = evaluate(membership.height, values)
     finite = all(map(math.isfinite, given))
-    if height == 1.0 and kind in _SAME and finite:
-        return WrittenShape(_SAME[kind], given)
+    if height == 1.0 and finite and (tag := TAGS.get("singleton" if kind == "constant" else kind)) is not None:
+        return WrittenShape(tag, given)
     if kind == "piecewise":
         return _points(given, height)
     if kind == "gaussian2" and height == 1.0 and (sided := _sided(given, domain)) is not None:
