@@ -32,13 +32,13 @@ class Reading:
 
 
 class ParseError(ValueError):
-    """Raised at a text that cannot be read, with what its diagnostic says."""
+    """Raised at a text that cannot be read, with its diagnostic."""
 
     def __init__(
-        self, message: str, span: Span, code: str = "FZ601", *, help: str = "", facts: tuple[str, ...] = ()
+        self, message: str, span: Span | None, code: str = "FZ601", *, help: str = "", facts: tuple[str, ...] = ()
     ) -> None:
         super().__init__(message)
-        self.message, self.span, self.code, self.help, self.facts = message, span, code, help, facts
+        self.diagnostic = Diagnostic(code, message, span, facts=facts, help=help)
 
 
 class Reporter(Protocol):
@@ -98,7 +98,7 @@ class Findings:
 
     def refuse(self, error: ParseError) -> None:
         """Add the error of what could not be read."""
-        self.error(error.code, error.message, error.span, help=error.help, facts=error.facts)
+        self.diagnostics.append(replace(error.diagnostic, file=self.source.name))
 
     def differs(self, reading: Reading) -> None:
         """Add a warning of what tools read differently."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Final
 
-from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.expr import Expr
-from fuzzyctl.formats.fcl.cursor import MAX_DEPTH, Cursor, Slip
+from fuzzyctl.formats.common.report import ParseError
+from fuzzyctl.formats.fcl.cursor import MAX_DEPTH, Cursor
 from fuzzyctl.formats.fcl.syntax import Clause, Condition, Joined, Negated, RuleLine, Word
 
 #: Keywords that begin a statement of a RULEBLOCK, or end it.
@@ -61,7 +61,7 @@ def _operand(cursor: Cursor, depth: int) -> Condition:
     token = cursor.here
     if depth >= MAX_DEPTH:
         message = f"conditions are nested more than {MAX_DEPTH} deep"
-        raise Slip(Diagnostic("FZ106", message, cursor.span(token, token)))
+        raise ParseError(message, cursor.span(token, token), "FZ106")
     if token.word == "NOT" and cursor.after.word != "IS":
         cursor.take()
         return Negated(_operand(cursor, depth + 1), cursor.span(token))
@@ -93,7 +93,7 @@ def _clause(cursor: Cursor, what: str) -> Clause:
         words.append(cursor.name("a term"))
         if len(words) > MAX_DEPTH:
             message = f"a term has more than {MAX_DEPTH} hedges"
-            raise Slip(Diagnostic("FZ106", message, cursor.span(first)))
+            raise ParseError(message, cursor.span(first), "FZ106")
     return Clause(variable, tuple(words), cursor.span(first))
 
 

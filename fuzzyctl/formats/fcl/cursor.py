@@ -10,6 +10,7 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import did_you_mean, listed
 from fuzzyctl.expr import Expr, Name, Number
+from fuzzyctl.formats.common.report import ParseError
 from fuzzyctl.formats.fcl.syntax import Word
 from fuzzyctl.formats.fcl.tokens import Token, tokenize
 from fuzzyctl.support.numerals import TOO_LARGE
@@ -18,18 +19,10 @@ from fuzzyctl.support.numerals import TOO_LARGE
 MAX_DEPTH: Final = 100
 
 #: Most syntax errors reported one by one; a file with more is no FCL, or has one broken location above them.
-_MOST_SLIPS: Final = 1000
+_MOST_ERRORS: Final = 1000
 
 #: Words that are numbers.
 _NUMBERS: Final = {"NAN": math.nan, "INF": math.inf, "INFINITY": math.inf}
-
-
-class Slip(Exception):  # noqa: N818 - a mistake of the user's, caught where the statement began
-    """Raised at a mistake; carries the diagnostic."""
-
-    def __init__(self, diagnostic: Diagnostic) -> None:
-        super().__init__(diagnostic.message)
-        self.diagnostic = diagnostic
 
 
 class Cursor:
@@ -50,7 +43,7 @@ class Cursor:
         self.diagnostics: list[Diagnostic] = list(found.diagnostics)
         self._tokens = found.tokens
         self._at = 0
-        self._slips = 0
+        self._errors = 0
 
     @property
     def here(self) -> Token:
@@ -88,7 +81,7 @@ class Cursor:
             raise self.unexpected(what)
         return token
 
-    def unexpected(self, what: str, known: Collection[str] = ()) -> Slip:
+    def unexpected(self, what: str, known: Collection[str] = ()) -> ParseError:
         """Return the error that another token is found where `what` is expected."""
         token = self.here
         if token.kind == "end":
@@ -97,7 +90,7 @@ class Cursor:
             message = f"expected {what}, found '{_short(token.text)}'"
         facts = (f"possible here: {listed(known)}",) if known else ()
         help_text = did_you_mean(token.word, known) if known and token.word else ""
-        return Slip(Diagnostic("FZ601", message, self.span(token), facts=facts, help=help_text))
+        return ParseError(message, self.span(token), facts=facts, help=help_text)
 
     def span(self, first: Token, last: Token | None = None) -> Span:
         """Return the place from a token to another one, or to the one taken last."""
@@ -125,7 +118,7 @@ class Cursor:
         if number is not None:
             self.take()
             if math.isinf(number) and not token.word:
-                raise Slip(Diagnostic("FZ108", TOO_LARGE, self.span(first)))
+                raise ParseError(TOO_LARGE, self.span(first), "FZ108")
             return Number(-number if sign == "-" else number, "", self.span(first))
         if token.kind == "name" and not sign:
             self.take()
@@ -144,14 +137,14 @@ class Cursor:
         if token.kind != "end" and not token.first and token.word not in starts:
             raise self.unexpected("a semicolon")
 
-    def report(self, slip: Slip, stops: Collection[str]) -> None:
+    def report(self, error: ParseError, stops: Collection[str]) -> None:
         """Note a mistake, and go on behind the next semicolon or at a keyword that begins a line."""
-        self._slips += 1
-        if self._slips <= _MOST_SLIPS:
-            self.diagnostics.append(slip.diagnostic)
-        elif self._slips == _MOST_SLIPS + 1:
-            message = f"too many errors ({_MOST_SLIPS}); further errors are not reported"
-            self.diagnostics.append(Diagnostic("FZ601", message, slip.diagnostic.span, help="is this an FCL file?"))
+        self._errors += 1
+        if self._errors <= _MOST_ERRORS:
+            self.diagnostics.append(error.diagnostic)
+        elif self._errors == _MOST_ERRORS + 1:
+            message = f"too many errors ({_MOST_ERRORS}); further errors are not reported"
+            self.diagnostics.append(Diagnostic("FZ601", message, error.diagnostic.span, help="is this an FCL file?"))
         while self.here.kind != "end":
             token = self.here
             if token.first and token.word in stops:

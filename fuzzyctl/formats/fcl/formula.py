@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final, cast
 
-from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import Binary, BinaryOp, Call, Expr, Negate, Number, span_of
 from fuzzyctl.formats.common.infix import InfixParser, Operator
-from fuzzyctl.formats.fcl.cursor import MAX_DEPTH, Cursor, Slip
+from fuzzyctl.formats.common.report import ParseError
+from fuzzyctl.formats.fcl.cursor import MAX_DEPTH, Cursor
 from fuzzyctl.formats.fcl.tokens import Token
 
 #: Longest chain of terms, so that no expression is deeper than any reader of it can go.
@@ -59,7 +59,7 @@ class _Formula(InfixParser[Expr, Token]):
         if sign == "^" and self._peek() == "^":
             message = "'a ^ b ^ c' is read from the left by some tools, from the right by others"
             here = self._cursor.span(self._cursor.here, self._cursor.here)
-            raise Slip(Diagnostic("FZ601", message, here, help="write parentheses"))
+            raise ParseError(message, here, help="write parentheses")
         first = span_of(left)
         return Binary(cast(BinaryOp, sign), left, right, self._from(first.start if first is not None else 0, right))
 
@@ -92,12 +92,12 @@ class _Formula(InfixParser[Expr, Token]):
         self._operators += 1
         if self._operators > _MOST_OPERATORS:
             message = f"the expression has more than {_MOST_OPERATORS} operators"
-            raise Slip(Diagnostic("FZ106", message, span_of(last)))
+            raise ParseError(message, span_of(last), "FZ106")
 
     def _from(self, start: int, last: Expr) -> Span:
         place = span_of(last)
         return Span(self._cursor.source, start, place.end if place is not None else self._cursor.before.end)
 
-    def _too_deep(self, place: Token) -> Slip:
+    def _too_deep(self, place: Token) -> ParseError:
         message = f"parentheses are nested more than {MAX_DEPTH} deep"
-        return Slip(Diagnostic("FZ106", message, self._cursor.span(self._cursor.here, self._cursor.here)))
+        return ParseError(message, self._cursor.span(self._cursor.here, self._cursor.here), "FZ106")

@@ -9,8 +9,9 @@ from typing import Final
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.expr import Expr
+from fuzzyctl.formats.common.report import ParseError
 from fuzzyctl.formats.fcl.conditions import RULE_STARTS, rule
-from fuzzyctl.formats.fcl.cursor import Cursor, Slip
+from fuzzyctl.formats.fcl.cursor import Cursor
 from fuzzyctl.formats.fcl.formula import formula
 from fuzzyctl.formats.fcl.names import SHAPE_WORDS
 from fuzzyctl.formats.fcl.syntax import (
@@ -121,10 +122,10 @@ def _statements(cursor: Cursor, opening: str, starts: tuple[str, ...], statement
         try:
             statement()
             cursor.end_statement(stops)
-        except Slip as slip:
+        except ParseError as error:
             if cursor.here is start:
                 cursor.take()  # else the keyword where it begins would end the search for the next statement
-            cursor.report(slip, stops)
+            cursor.report(error, stops)
     cursor.accept(";")
 
 
@@ -174,8 +175,8 @@ def _fuzzy_block(cursor: Cursor) -> FuzzyBlock:
     try:
         variable = cursor.name("a variable")
         cursor.accept(";")
-    except Slip as slip:
-        cursor.diagnostics.append(slip.diagnostic)
+    except ParseError as error:
+        cursor.diagnostics.append(error.diagnostic)
     terms: list[TermLine] = []
     settings: list[Setting] = []
     ranges: list[Range] = []
@@ -200,7 +201,7 @@ def _once(cursor: Cursor, again: bool) -> None:
     if again:
         token = cursor.here
         message = f"{token.word} is given twice in this block"
-        raise Slip(Diagnostic("FZ215", message, cursor.span(token, token), help="keep one of them"))
+        raise ParseError(message, cursor.span(token, token), "FZ215", help="keep one of them")
 
 
 def _term(cursor: Cursor) -> TermLine:
@@ -265,7 +266,7 @@ def _range(cursor: Cursor) -> Range:
     cursor.expect(")", what="')'")
     if low is None or high is None:
         message = "a range has two ends"
-        raise Slip(Diagnostic("FZ601", message, cursor.span(first), help="write, for example: RANGE := (0 .. 10);"))
+        raise ParseError(message, cursor.span(first), help="write, for example: RANGE := (0 .. 10);")
     return Range(low, high, cursor.span(first))
 
 

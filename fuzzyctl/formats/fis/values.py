@@ -68,9 +68,11 @@ def vector(span: Span, findings: Findings) -> tuple[Number, ...] | None:
     try:
         return read_vector(inner)
     except ParseError as error:
-        place = Span(span.source, error.span.start, max(error.span.end, error.span.start + 1))
-        help_text = "parameters are numbers, such as [0 2.5 pi/2]" if error.code == "FZ601" else "write Inf"
-        findings.error(error.code, error.message, place, help=help_text)
+        found = error.diagnostic
+        assert found.span is not None
+        place = Span(span.source, found.span.start, max(found.span.end, found.span.start + 1))
+        help_text = "parameters are numbers, such as [0 2.5 pi/2]" if found.code == "FZ601" else "write Inf"
+        findings.error(found.code, found.message, place, help=help_text)
         return None
 
 

@@ -192,16 +192,33 @@ class RuleReader:
             found.append((" ".join(text.split()), place))
         return found[0][0], found[1][0], found[0][1], found[1][1]
 
-    def _clause(self, clause: Element) -> Antecedent | None:
-        named = self._named(clause)
-        if named is None:
+    def _clause(self, clause: Element, depth: int = 0) -> Antecedent | None:
+        found = self._resolved(clause)
+        return None if found is None else self._meaning(*found, clause.span, depth)
+
+    def _resolved(self, clause: Element, *, concludes: bool = False) -> tuple[tuple[str, str], tuple[str, ...]] | None:
+        """Return variable and term of a clause, and its hedges; None, with an error, where it has none."""
+        named, hedges = self._named(clause), self._modifier(clause)
+        if named is None or hedges is None or not self._declared(*named):
             return None
-        variable, term, place, term_place = named
-        hedges = self._modifier(clause)
-        if hedges is None or not self._declared(variable, term, place, term_place):
+        key = named[:2]
+        if concludes and not self._is_output(key, named[2], clause):
             return None
-        applied = self._applied((variable, term), hedges, clause)
-        return self._meaning((variable, applied[0]), applied[1], clause.span, 0) if applied is not None else None
+        applied = self._applied(key, hedges, clause)
+        return None if applied is None else ((key[0], applied[0]), applied[1])
+
+    def _is_output(self, key: tuple[str, str], place: Span, clause: Element) -> bool:
+        variable, term = key
+        if variable not in self._outputs:
+            message, facts, help_text = unknown("output", variable, sorted(self._outputs))
+            if variable in self._inputs:
+                message = f"'{variable}' is an input, and rules conclude on outputs"
+                help_text = 'declare it: type="output"'
+            self._scope.error("FZ202", message, place, facts=facts, help=help_text)
+            return False
+        if key in self._base.defined:
+            self._scope.error("FZ602", f"a conclusion on '{term}', which is defined by others", clause.span)
+        return key not in self._base.defined
 
     def _declared(self, variable: str, term: str, place: Span, term_place: Span) -> bool:
         terms = self._base.terms.get(variable)
@@ -358,22 +375,12 @@ class RuleReader:
         if child.name in ("and", "or"):
             return self._joined(child, variable, depth + 1)
         if child.name == "clause":
-            return self._clause_of_definition(child, depth)
+            return self._clause(child, depth + 1)
         term = " ".join(child.text.split())
         if child.name != "termname" or not self._declared(variable, term, child.span, child.span):
             return None
         negated = child.attributes.get("complement", "false").strip().lower() == "true"
         return self._meaning((variable, term), ("not",) if negated else (), child.span, depth + 1)
-
-    def _clause_of_definition(self, clause: Element, depth: int) -> Antecedent | None:
-        named = self._named(clause)
-        hedges = self._modifier(clause)
-        if named is None or hedges is None or not self._declared(*named):
-            return None
-        applied = self._applied(named[:2], hedges, clause)
-        return (
-            self._meaning((named[0], applied[0]), applied[1], clause.span, depth + 1) if applied is not None else None
-        )
 
     def _conclusions(self, element: Element) -> tuple[Consequent, ...] | None:
         found = [self._conclusion(c) for c in element.all(*_CLAUSES)]
@@ -383,26 +390,9 @@ class RuleReader:
         return None if any(f is None for f in found) else tuple(f for f in found if f is not None)
 
     def _conclusion(self, clause: Element) -> Consequent | None:
-        named = self._named(clause)
-        hedges = self._modifier(clause)
-        if named is None or hedges is None or not self._declared(*named):
+        found = self._resolved(clause, concludes=True)
+        if found is None:
             return None
-        variable, term, place, _ = named
-        if variable not in self._outputs:
-            message, facts, help_text = unknown("output", variable, sorted(self._outputs))
-            if variable in self._inputs:
-                message, help_text = (
-                    f"'{variable}' is an input, and rules conclude on outputs",
-                    'declare it: type="output"',
-                )
-            self._scope.error("FZ202", message, place, facts=facts, help=help_text)
-            return None
-        if (variable, term) in self._base.defined:
-            self._scope.error("FZ602", f"a conclusion on '{term}', which is defined by others", clause.span)
-            return None
-        applied = self._applied((variable, term), hedges, clause)
-        if applied is None:
-            return None
-        term, hedges = applied
-        hedges = (*hedges, "not") if (variable, term) in self._base.negated else hedges
-        return Consequent(output=variable, term=term, hedges=hedges, span=clause.span)
+        key, hedges = found
+        hedges = (*hedges, "not") if key in self._base.negated else hedges
+        return Consequent(output=key[0], term=key[1], hedges=hedges, span=clause.span)

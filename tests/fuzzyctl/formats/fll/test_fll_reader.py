@@ -272,7 +272,7 @@ class TestTerms:
     def test_what_is_no_formula_is_told(self, text, code):
         with pytest.raises(ParseError) as caught:
             read_formula(Span(SourceText("t", text), 0, len(text)), {"a", "b"})
-        assert caught.value.code == code
+        assert caught.value.diagnostic.code == code
 
 
 class TestRules:
