@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Final, Protocol
+from typing import Any, Final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
 from fuzzyctl.diagnostics.source import SourceText, Span
@@ -41,60 +41,41 @@ class ParseError(ValueError):
         self.diagnostic = Diagnostic(code, message, span, facts=facts, help=help)
 
 
-class Reporter(Protocol):
-    """What takes the warnings and errors of a reader."""
+class Reporter:
+    """Collects the diagnostics of a reader.
 
-    def warning(self, code: str, message: str, span: Span | None, *, help: str = "") -> None:
-        """Add a warning."""
-
-    def error(self, code: str, message: str, span: Span | None, *, help: str = "") -> None:
-        """Add an error."""
-
-
-class Findings:
-    """Collect the diagnostics of one file.
-
-    Args:
-        source: The file.
+    Attributes:
+        diagnostics: What was found so far.
+        file: The name of the file, for diagnostics without a location.
     """
 
-    def __init__(self, source: SourceText) -> None:
-        self.source = source
-        self.diagnostics: list[Diagnostic] = []
+    diagnostics: list[Diagnostic]
+    file = ""
 
     @property
     def failed(self) -> bool:
         """Whether there is an error."""
         return any(d.severity == "error" for d in self.diagnostics)
 
-    def error(
-        self,
-        code: str,
-        message: str,
-        span: Span | None,
-        *,
-        help: str = "",
-        facts: Iterable[str] = (),
-        note: Note | None = None,
-    ) -> None:
-        """Add an error."""
-        notes = (note,) if note is not None else ()
-        found = Diagnostic(code, message, span, facts=tuple(facts), help=help, notes=notes, file=self.source.name)
-        self.diagnostics.append(found)
+    def error(self, code: str, message: str, span: Span | None, **more: Any) -> None:
+        """Add an error; `more` are further fields of a `Diagnostic`."""
+        self.diagnostics.append(Diagnostic(code, message, span, "error", file=self.file, **more))
 
-    def warning(
-        self,
-        code: str,
-        message: str,
-        span: Span | None,
-        *,
-        help: str = "",
-        facts: Iterable[str] = (),
-        note: Note | None = None,
-    ) -> None:
+    def warning(self, code: str, message: str, span: Span | None, **more: Any) -> None:
         """Add a warning."""
-        self.error(code, message, span, help=help, facts=facts, note=note)
-        self.diagnostics[-1] = replace(self.diagnostics[-1], severity="warning")
+        self.diagnostics.append(Diagnostic(code, message, span, "warning", file=self.file, **more))
+
+
+class Findings(Reporter):
+    """The diagnostics of one file.
+
+    Args:
+        source: The file.
+    """
+
+    def __init__(self, source: SourceText) -> None:
+        self.source, self.file = source, source.name
+        self.diagnostics = []
 
     def refuse(self, error: ParseError) -> None:
         """Add the error of what could not be read."""
@@ -106,7 +87,7 @@ class Findings:
 
     def given_twice(self, what: str, span: Span, earlier: Span) -> None:
         """Add the error of what may be given once."""
-        self.error("FZ215", f"{what} is given twice", span, note=Note(earlier, "first given here"))
+        self.error("FZ215", f"{what} is given twice", span, notes=(Note(earlier, "first given here"),))
 
     def too_many(self, count: int, span: Span) -> bool:
         """Whether there are too many lines; it is reported where the count is just above the most."""

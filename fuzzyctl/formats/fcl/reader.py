@@ -84,7 +84,7 @@ def _system(
     rules = BlockRules(block, scope, _vocabulary(inputs, drafts, block))
     _require_parts(block, inputs, rules.found, scope)
     outputs, method, combined = method_of(drafts, rules, scope)
-    if any(d.severity == "error" for d in scope.diagnostics):
+    if scope.failed:
         return None, scope.diagnostics
     name = block.name or PurePath(source.name).stem
     system = FuzzySystem(
@@ -125,6 +125,6 @@ def _require_parts(block: sx.FunctionBlock, inputs: list[Input], rules: list[Rul
         place = block.rules[0].span if block.rules else block.span
         message = "the rule block has no rule" if block.rules else "the function block has no RULEBLOCK"
         scope.error("FZ212", message, place, help="add, for example: RULE 1 : IF x IS low THEN y IS high;")
-    elif not rules and not any(d.severity == "error" for d in scope.diagnostics):
+    elif not rules and not scope.failed:
         message = "every rule block with rules is switched off"
         scope.error("FZ212", message, block.rules[0].span, help="write in one of them: ENABLED : TRUE")

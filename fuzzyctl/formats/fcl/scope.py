@@ -7,10 +7,11 @@ from collections.abc import Collection
 from dataclasses import dataclass, field
 from typing import Final
 
-from fuzzyctl.diagnostics.diagnostic import Diagnostic, Severity
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import did_you_mean, listed
 from fuzzyctl.expr import CONSTANTS, FUNCTIONS, Binary, Call, Expr, ExprError, Name, Negate, Number, evaluate, span_of
+from fuzzyctl.formats.common.report import Reporter
 from fuzzyctl.formats.fcl.dialect import Dialect
 from fuzzyctl.formats.fcl.syntax import Word
 from fuzzyctl.formats.fuzzylite.functions import ARGUMENTS, expanded
@@ -22,7 +23,7 @@ _SAME: Final = {"ln": "log", "fabs": "abs"}
 
 
 @dataclass
-class Scope:
+class Scope(Reporter):
     """What is declared in a function block, and what was found wrong in it.
 
     Args:
@@ -45,17 +46,6 @@ class Scope:
     readable: dict[str, str] = field(default_factory=dict)
     empty_sets: list[tuple[float, float]] = field(default_factory=list)
     _told: set[str] = field(default_factory=set)
-
-    def error(self, code: str, message: str, span: Span | None, **more: object) -> None:
-        """Note an error; `more` are further fields of a `Diagnostic`."""
-        self._note(code, message, span, "error", more)
-
-    def warning(self, code: str, message: str, span: Span | None, **more: object) -> None:
-        """Note a warning."""
-        self._note(code, message, span, "warning", more)
-
-    def _note(self, code: str, message: str, span: Span | None, severity: Severity, more: dict[str, object]) -> None:
-        self.diagnostics.append(Diagnostic(code, message, span, severity, **more))  # type: ignore[arg-type]  # fields by name
 
     def spelt(self, name: str, known: Collection[str], span: Span) -> str | None:
         """Return a declared name, found by its letters where only capitals differ, as the standard allows."""

@@ -134,7 +134,9 @@ class _File:
         for again in engines[1:]:
             note = Note(engines[0].head.span, "the first one is here")
             message = "the file has a second engine"
-            self.findings.error("FZ215", message, again.head.span, help="put each into a file of its own", note=note)
+            self.findings.error(
+                "FZ215", message, again.head.span, help="put each into a file of its own", notes=(note,)
+            )
         for kind, blocks in (("inputvariable", self.inputs), ("outputvariable", self.outputs)):
             if not blocks and not self.findings.failed:
                 self.findings.error("FZ212", f"the file has no {SPELT[kind]}", None, help=f"write: {SPELT[kind]}: NAME")

@@ -181,4 +181,4 @@ def named_twice(blocks: Sequence[Block], names: Sequence[str], findings: Finding
         earlier = first.setdefault(name, block)
         if earlier is not block:
             note = Note(earlier.head.span, "first declared here")
-            findings.error("FZ201", f"variable '{name}' is declared twice", block.head.value, note=note)
+            findings.error("FZ201", f"variable '{name}' is declared twice", block.head.value, notes=(note,))

@@ -38,7 +38,7 @@ def read(source: SourceText) -> tuple[FuzzySystem | None, list[Diagnostic]]:
         return None, scope.diagnostics
     system = _system(root, scope, source)
     scope.tell_unsure()
-    failed = any(d.severity == "error" for d in scope.diagnostics)
+    failed = scope.failed
     return (None if failed else system), scope.diagnostics
 
 
@@ -74,7 +74,7 @@ def _system(root: Element, scope: Scope, source: SourceText) -> FuzzySystem | No
     keep = not all(_WRITTEN.fullmatch(b.name) for b in rules.blocks)
     found = combined(rules.blocks, sets, keep=keep)
     outputs = [o.model_copy(update={"implication": found.implications.get(o.name)}) for o in outputs]
-    if any(d.severity == "error" for d in scope.diagnostics) or not outputs:
+    if scope.failed or not outputs:
         return None
     method = _method(Method(semantics=_semantics(rules), **found.method), outputs)
     return FuzzySystem(
@@ -95,7 +95,7 @@ def _require_parts(root: Element, base: KnowledgeBase, rules: RuleReader, scope:
     if not base.outputs:
         help_text = 'add: <fuzzyVariable type="output" ...>'
         scope.error("FZ212", "the knowledge base has no output", root.span, help=help_text)
-    if not rules.rules and not any(d.severity == "error" for d in scope.diagnostics):
+    if not rules.rules and not scope.failed:
         scope.error("FZ212", "the document has no rule", root.span, help="add: <mamdaniRuleBase ...>")
 
 

@@ -11,6 +11,7 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import did_you_mean, listed
 from fuzzyctl.expr import Number
+from fuzzyctl.formats.common.report import Reporter
 from fuzzyctl.formats.fml.document import Element
 from fuzzyctl.support.numerals import to_number
 
@@ -22,7 +23,7 @@ _MOST_STRANGERS: Final = 20
 
 
 @dataclass
-class Scope:
+class Scope(Reporter):
     """The diagnostics of a document.
 
     Args:
@@ -34,14 +35,6 @@ class Scope:
     draft: bool = False
     diagnostics: list[Diagnostic] = field(default_factory=list)
     unsure: dict[str, Span] = field(default_factory=dict)
-
-    def error(self, code: str, message: str, span: Span | None, *, facts: tuple[str, ...] = (), help: str = "") -> None:
-        """Note an error."""
-        self.diagnostics.append(Diagnostic(code, message, span, "error", facts, help))
-
-    def warning(self, code: str, message: str, span: Span | None, *, help: str = "") -> None:
-        """Note a warning."""
-        self.diagnostics.append(Diagnostic(code, message, span, "warning", help=help))
 
     def known(self, element: Element, attributes: Collection[str], children: Collection[str]) -> None:
         """Tell attributes without effect, and refuse elements that do not belong here."""
