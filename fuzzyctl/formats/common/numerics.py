@@ -15,7 +15,7 @@ from fuzzyctl.model.method import MAXIMA, Defuzzifier
 from fuzzyctl.model.rule import literals
 from fuzzyctl.model.semantics import KNOBS, Semantics
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Membership, Output
+from fuzzyctl.model.variable import Hold, Membership, Output
 
 #: Norms that ask whether a degree equals 0 or 1, or a sum of two 1.
 _ASK_EQUALITY: Final = ("drastic", "nilpotent", "hamacher")
@@ -41,6 +41,35 @@ def defuzzifier_of(system: FuzzySystem, output: Output) -> Defuzzifier:
     return output.defuzzifier or system.method.defuzzifier
 
 
+def middle_of(system: FuzzySystem, output: Output) -> float:
+    """Return the middle of the range of an output."""
+    return value(system, output.lower) / 2 + value(system, output.upper) / 2
+
+
+def value_unfired(system: FuzzySystem, output: Output) -> float | None:
+    """Return the value of an output where no rule fires, or before any has fired; None for NaN and for an error."""
+    own = output.otherwise
+    start = own.start if isinstance(own, Hold) else own
+    if isinstance(start, Expr):
+        return value(system, start)
+    return middle_of(system, output) if start == "midpoint" or own == Hold() else None
+
+
+def used_norms(system: FuzzySystem) -> set[str]:
+    """Return the norms of a system, its rule blocks and its outputs."""
+    own = system.method
+    named = [own.conjunction, own.disjunction, own.implication, own.aggregation]
+    named += [n for o in system.outputs for n in (o.implication, o.aggregation) if n is not None]
+    named += [n for b in system.rule_blocks for n in (b.conjunction, b.disjunction, b.implication) if n is not None]
+    return set(named)
+
+
+def used_hedges(system: FuzzySystem) -> tuple[set[str], set[str]]:
+    """Return the hedges of conditions and those of conclusions."""
+    of_conditions = {h for r in system.rules for i in literals(r.antecedent) for h in i.hedges}
+    return of_conditions, {h for r in system.rules for c in r.consequents for h in c.hedges}
+
+
 def other_knobs(system: FuzzySystem, there: Semantics) -> Iterator[Loss]:
     """Yield the knobs that are others in the tool of a format, and change numbers of a system."""
     own = system.method.semantics
@@ -53,11 +82,8 @@ def other_knobs(system: FuzzySystem, there: Semantics) -> Iterator[Loss]:
 def _matters(system: FuzzySystem, knob: str, there: Semantics) -> bool:
     """Whether a system would compute other numbers with the value of a knob that it has there."""
     methods = [defuzzifier_of(system, o) for o in system.outputs]
-    norms = {system.method.conjunction, system.method.disjunction, system.method.implication, system.method.aggregation}
-    norms |= {n for o in system.outputs for n in (o.implication, o.aggregation) if n is not None}
-    norms |= {n for b in system.rule_blocks for n in (b.conjunction, b.disjunction, b.implication) if n is not None}
-    hedges = {h for r in system.rules for i in literals(r.antecedent) for h in i.hedges}
-    consequent_hedges = {h for r in system.rules for c in r.consequents for h in c.hedges}
+    norms = used_norms(system)
+    hedges, consequent_hedges = used_hedges(system)
     kinds = {t.membership.kind for v in (*system.inputs, *system.outputs) for t in v.terms}
     weighted = any(value(system, r.weight) != 1 for r in system.rules)
     outputs = {o.name for o in system.outputs}

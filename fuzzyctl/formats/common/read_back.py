@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from fuzzyctl.expr import Expr
 from fuzzyctl.formats.common.clamped_inputs import holding_matters
-from fuzzyctl.formats.common.numerics import defuzzifier_of, other_knobs, shares_terms
+from fuzzyctl.formats.common.numerics import defuzzifier_of, middle_of, other_knobs, shares_terms
 from fuzzyctl.formats.fz import defuzzifier_text, otherwise_text
 from fuzzyctl.formats.losses import Loss
 from fuzzyctl.model.method import Defuzzifier
@@ -115,7 +115,7 @@ def _of_output(system: FuzzySystem, output: Output, back: FuzzySystem, read: Out
 def _of_otherwise(system: FuzzySystem, output: Output, found: Output, *, nan_for_error: bool) -> Iterator[Loss]:
     """Yield what an output is where no rule fires, as far as it is something else."""
     where = f"output '{output.name}'"
-    middle = system.number(output.lower) / 2 + system.number(output.upper) / 2
+    middle = middle_of(system, output)
     said, read = (_value(system, o.otherwise, middle) for o in (output, found))
     if output.otherwise is None:
         if found.otherwise is not None:

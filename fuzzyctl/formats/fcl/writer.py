@@ -14,6 +14,7 @@ from fuzzyctl.formats.common.consequents import with_named_consequents, with_num
 from fuzzyctl.formats.common.identifiers import with_names
 from fuzzyctl.formats.common.read_back import losses_of
 from fuzzyctl.formats.common.report import Names
+from fuzzyctl.formats.common.words import up_to_any
 from fuzzyctl.formats.fcl.dialect import USUAL_NUMERICS, DialectName
 from fuzzyctl.formats.fcl.names import (
     ACCUMULATION_WORDS,
@@ -29,12 +30,11 @@ from fuzzyctl.formats.fcl.written_shapes import (
     needs_jfuzzylogic,
     shape_text,
 )
-from fuzzyctl.formats.fuzzylite.conditions import up_to_any
 from fuzzyctl.formats.fuzzylite.weighted import as_inverted_there, inferred_otherwise
 from fuzzyctl.formats.losses import Loss
 from fuzzyctl.formulas import HEDGES
 from fuzzyctl.model.method import TSUKAMOTO
-from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, is_joined_by, literals
+from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, is_joined_by
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Input, Membership, Output
 
@@ -118,8 +118,7 @@ def dialect_for(system: FuzzySystem) -> DialectName:
 
 
 def _needs_fuzzylite(system: FuzzySystem) -> bool:
-    hedges = {h for r in system.rules for i in literals(r.antecedent) for h in i.hedges}
-    hedges |= {h for r in system.rules for c in r.consequents for h in c.hedges}
+    hedges = set().union(*numerics.used_hedges(system))
     if hedges - {"not"} or any(o.clamped for o in system.outputs):
         return True
     if any(isinstance(o.otherwise, Hold) and isinstance(o.otherwise.start, Expr) for o in system.outputs):
@@ -255,24 +254,11 @@ class _Writer:
 
     def _default(self, output: Output) -> str:
         """Return what stands behind DEFAULT, nothing where it says what the numerics say anyway."""
-        otherwise = output.otherwise
-        if isinstance(otherwise, Hold):
-            held = isinstance(otherwise.start, Expr) or otherwise.start is None
-            if self.dialect == "fuzzylite":
-                start = number_text(self._start(output, otherwise)) if held else "nan"
-                return f"{start} | NC"
-            return "NC"
-        if otherwise == "midpoint":
-            return number_text(self._middle(output))
-        if isinstance(otherwise, Expr):
-            return number_text(self._system.number(otherwise))
-        return "nan" if self.dialect == "fuzzylite" else ""
-
-    def _start(self, output: Output, hold: Hold) -> float:
-        return self._system.number(hold.start) if isinstance(hold.start, Expr) else self._middle(output)
-
-    def _middle(self, output: Output) -> float:
-        return self._system.number(output.lower) / 2 + self._system.number(output.upper) / 2
+        start = numerics.value_unfired(self._system, output)
+        text = "nan" if start is None else number_text(start)
+        if isinstance(output.otherwise, Hold):
+            return f"{text} | NC" if self.dialect == "fuzzylite" else "NC"
+        return text if start is not None or self.dialect == "fuzzylite" else ""
 
     def _rule_block(self, part: BlockPart, name: str) -> Iterator[str]:
         yield f"RULEBLOCK {name}"

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from typing import Final
 
 from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.expr import Expr
 from fuzzyctl.formats.common import numerics
 from fuzzyctl.formats.common.blocks import flattened
 from fuzzyctl.formats.common.clamped_inputs import with_shoulders
@@ -27,7 +26,6 @@ from fuzzyctl.formats.fuzzylite.weighted import as_inverted_there, inferred_othe
 from fuzzyctl.formats.losses import Loss
 from fuzzyctl.model.method import MAXIMA
 from fuzzyctl.model.profiles import Profile, profile
-from fuzzyctl.model.rule import literals
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Input, LinguisticVariable, Membership, Output, Term
 
@@ -199,24 +197,21 @@ class _Writer:
         yield f"Name={_quoted(variable.name)}"
         yield f"Range={vector((low, high))}"
         if isinstance(variable, Output):
-            yield from self._fallback(variable, (low + high) / 2)
+            yield from self._fallback(variable)
             if variable.clamped and self.dialect == "fuzzylite":
                 yield "LockRange=1"
         yield f"NumMFs={len(variable.terms)}"
         for i, term in enumerate(variable.terms, 1):
             yield f"MF{i}={_quoted(term.name)}:{self._term(variable, term)}"
 
-    def _fallback(self, output: Output, middle: float) -> Iterator[str]:
+    def _fallback(self, output: Output) -> Iterator[str]:
         """Write what the output is where no rule fires, as far as the tool lets a file say so."""
         if self.dialect != "fuzzylite":
             return
-        own = output.otherwise
-        start = own.start if isinstance(own, Hold) else own
-        if own == "midpoint" or (isinstance(own, Hold) and start is None):
-            yield f"Default={number(middle)}"
-        elif isinstance(start, Expr):
-            yield f"Default={number(numerics.value(self.system, start))}"
-        if isinstance(own, Hold):
+        start = numerics.value_unfired(self.system, output)
+        if start is not None:
+            yield f"Default={number(start)}"
+        if isinstance(output.otherwise, Hold):
             yield "LockPrevious=1"
 
     def _term(self, variable: LinguisticVariable, term: Term) -> str:
@@ -259,11 +254,7 @@ class _Writer:
 
 def _needs_octave(system: FuzzySystem) -> bool:
     """Whether a system has norms or hedges that MATLAB does not have, and Octave does."""
-    method = system.method
-    norms = {method.conjunction, method.disjunction, method.implication, method.aggregation}
-    norms |= {n for o in system.outputs for n in (o.implication, o.aggregation) if n is not None}
-    hedges = {h for r in system.rules for i in literals(r.antecedent) for h in i.hedges}
-    hedges |= {h for r in system.rules for c in r.consequents for h in c.hedges}
+    norms, hedges = numerics.used_norms(system), set().union(*numerics.used_hedges(system))
     return bool(norms - {"min", "product", "max", "probabilistic_sum", "sum"} or hedges - {"not", "any"})
 
 

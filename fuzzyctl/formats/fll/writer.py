@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import Final
 
@@ -12,10 +13,10 @@ from fuzzyctl.formats.common.blocks import BlockPart, block_parts
 from fuzzyctl.formats.common.consequents import with_named_consequents, with_numbers_averaged
 from fuzzyctl.formats.common.identifiers import with_identifiers
 from fuzzyctl.formats.common.read_back import losses_of
-from fuzzyctl.formats.common.words import DUAL_OF, first_words
+from fuzzyctl.formats.common.shape_words import words_by_kind
+from fuzzyctl.formats.common.words import DUAL_OF, first_words, up_to_any
 from fuzzyctl.formats.fll.formulas import formula
 from fuzzyctl.formats.fll.reader import read
-from fuzzyctl.formats.fll.terms_text import written
 from fuzzyctl.formats.fll.vocabulary import (
     ACTIVATION_WORDS,
     FUNCTION_WORDS,
@@ -24,8 +25,9 @@ from fuzzyctl.formats.fll.vocabulary import (
     RULE_WORDS,
     S_NORMS,
     T_NORMS,
+    TERM_WORDS,
 )
-from fuzzyctl.formats.fuzzylite.conditions import up_to_any
+from fuzzyctl.formats.fuzzylite.discontinuities import as_written
 from fuzzyctl.formats.fuzzylite.weighted import as_inverted_there
 from fuzzyctl.formats.losses import Loss
 from fuzzyctl.model.method import Activation, Defuzzifier
@@ -47,6 +49,17 @@ _WEIGHTED: Final = {
     "tsukamoto_sum": "WeightedSum Tsukamoto",
     "inverse_tsukamoto": "WeightedAverage TakagiSugeno",
     "inverse_tsukamoto_sum": "WeightedSum TakagiSugeno",
+}
+
+
+#: Terms by kind of the model; a rectangle that never ends is fuzzylite's Binary.
+_NAMES: Final[dict[str, str]] = {
+    **{kind: name for kind, (name, _) in words_by_kind(TERM_WORDS).items()},
+    "rectangle": "Rectangle",
+    "piecewise": "Discrete",
+    "singleton": "Constant",
+    "constant": "Constant",
+    "linear": "Linear",
 }
 
 
@@ -116,11 +129,11 @@ class _Writer:
         locked = variable.clamped if isinstance(variable, Output) else not getattr(variable, "extrapolate", False)
         yield f"  lock-range: {str(locked).lower()}"
         if isinstance(variable, Output):
-            yield from self._output(variable, (low + high) / 2)
+            yield from self._output(variable)
         for term in variable.terms:
             yield f"  term: {term.name} {self._term(variable, term)}"
 
-    def _output(self, output: Output, middle: float) -> Iterator[str]:
+    def _output(self, output: Output) -> Iterator[str]:
         own = numerics.defuzzifier_of(self.system, output)
         aggregation = output.aggregation or self.system.method.aggregation
         # Rules that stand by themselves are added up, where fuzzylite would join those of one term.
@@ -131,13 +144,8 @@ class _Writer:
             self.reasons.append(f"output '{output.name}': there is no aggregation '{aggregation}'")
         yield f"  aggregation: {word}"
         yield f"  defuzzifier: {self._defuzzifier(output)}"
-        start = output.otherwise.start if isinstance(output.otherwise, Hold) else output.otherwise
-        if isinstance(start, Expr):
-            yield f"  default: {number_text(numerics.value(self.system, start))}"
-        elif start == "midpoint" or (isinstance(output.otherwise, Hold) and start is None):
-            yield f"  default: {number_text(middle)}"
-        else:
-            yield "  default: nan"
+        start = numerics.value_unfired(self.system, output)
+        yield f"  default: {number_text(start) if start is not None else 'nan'}"
         yield f"  lock-previous: {str(isinstance(output.otherwise, Hold)).lower()}"
 
     def _defuzzifier(self, output: Output) -> str:
@@ -169,8 +177,8 @@ class _Writer:
         height = numerics.value(self.system, membership.height)
         if not isinstance(variable, Output) and membership.kind in ("singleton", "constant"):
             # A Constant has its value as its degree everywhere; a triangle without sides is 1 at one place.
-            return written("triangle", parameters * 3, height) or ""
-        found = written(membership.kind, parameters, height, python=self.profile.name == "pyfuzzylite")
+            return _written("triangle", parameters * 3, height) or ""
+        found = _written(membership.kind, parameters, height, python=self.profile.name == "pyfuzzylite")
         if found is None:
             self.reasons.append(f"{where} is of the kind '{membership.kind}'")
         return found or ""
@@ -259,3 +267,17 @@ class _Writer:
         if set(text) & set("#;"):
             self._lose(where, what, f"'#' and ';' have no place in it; it becomes '{found}'", exact=True)
         return found
+
+
+def _written(kind: str, parameters: Sequence[float], height: float, *, python: bool = False) -> str | None:
+    """Return a term as a file for fuzzylite, or pyfuzzylite, has it; None for a kind that it does not have."""
+    name = _NAMES.get(kind)
+    if name is None:
+        return None
+    shown = list(as_written(kind, parameters, python=python))
+    if kind == "rectangle" and any(map(math.isinf, shown)):
+        left, right = shown
+        name, shown = "Binary", ([left, math.inf] if math.isfinite(left) else [right, -math.inf])
+    if height != 1:
+        shown.append(height)
+    return " ".join([name, *map(number_text, shown)])
