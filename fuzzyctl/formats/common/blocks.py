@@ -9,7 +9,7 @@ from typing import Any
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.formats.common.report import Names
 from fuzzyctl.model.method import Activation, Method, RuleMethod
-from fuzzyctl.model.rule import Rule, RuleBlock
+from fuzzyctl.model.rule import And, Or, Rule, RuleBlock, parts_of
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Output
 
@@ -21,8 +21,8 @@ class FoundBlock:
     Args:
         name: Its name, empty for none; the first of several that has none is no block then.
         rules: Its rules.
-        conjunction: How they join by `and`, None where none does.
-        disjunction: How they join by `or`, None where none does.
+        conjunction: How they join by `and`; it counts only where one does.
+        disjunction: How they join by `or`; it counts only where one does.
         implication: What activations make of the sets that they conclude, None where they conclude none.
         activation: Which of them act.
         span: Where it begins.
@@ -92,10 +92,14 @@ def combined(found: Sequence[FoundBlock], sets: Collection[str], *, keep: bool) 
 
 
 def _without_idle(block: FoundBlock, sets: Collection[str]) -> FoundBlock:
-    """Return a block without an implication that no output of its rules heeds."""
-    if any(o in sets for o in block.outputs):
-        return block
-    return replace(block, implication=None)
+    """Return a block without norms by which no rule joins, and an implication that no output of its rules heeds."""
+    joins = {type(part) for rule in block.rules for part in parts_of(rule.antecedent)}
+    return replace(
+        block,
+        conjunction=block.conjunction if And in joins else None,
+        disjunction=block.disjunction if Or in joins else None,
+        implication=block.implication if any(o in sets for o in block.outputs) else None,
+    )
 
 
 def _first(blocks: Iterable[FoundBlock], name: str) -> Any:

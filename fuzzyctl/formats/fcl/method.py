@@ -56,10 +56,13 @@ class BlockRules:
             self.norms.append((own, rules))
             self.found.extend(rules)
             if rules:
-                needed = own.conjunction if "AND" in joins else None, own.disjunction if "OR" in joins else None
                 # So the writer calls the rules of no block.
                 name = "" if part.name == "rules" and not self.blocks else part.name
-                self.blocks.append(FoundBlock(name, tuple(rules), *needed, own.implication, Activation(), part.span))
+                self.blocks.append(
+                    FoundBlock(
+                        name, tuple(rules), own.conjunction, own.disjunction, own.implication, Activation(), part.span
+                    )
+                )
         if resolver.mixed is not None and not same_either_way(resolver.mixed):
             _tell_mixed(resolver.mixed, scope)
 

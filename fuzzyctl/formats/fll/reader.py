@@ -11,18 +11,16 @@ from typing import Final
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.expr import Number
-from fuzzyctl.formats.common.blocks import combined, without_common
+from fuzzyctl.formats.common.blocks import FoundBlock, combined, without_common
 from fuzzyctl.formats.common.report import Findings
 from fuzzyctl.formats.fll.lines import SPELT, Block, split
 from fuzzyctl.formats.fll.methods import defuzzifier, is_none, norm
 from fuzzyctl.formats.fll.rule_blocks import (
-    RuleBlock,
-    found_block,
     read_rule_blocks,
     report_no_rule,
     require_norms,
 )
-from fuzzyctl.formats.fll.rules import Known, RuleReader
+from fuzzyctl.formats.fll.rules import RuleReader
 from fuzzyctl.formats.fll.terms import Place
 from fuzzyctl.formats.fll.variables import (
     Variable,
@@ -89,13 +87,14 @@ class _File:
         findings = self.findings
         self._check_blocks()
         inputs, outputs = self._variables()
-        known = {v.name: self._known(v, v in outputs) for v in (*inputs, *outputs)}
+        known = {v.name: v for v in (*inputs, *outputs)}
         enabled = [v for v in outputs if v.enabled]
         for variable in outputs:
             if not variable.enabled:
                 message = f"output '{variable.name}' is disabled; it is left out, and what rules say of it"
                 findings.warning("FZ611", message, variable.span, help="enable it, or remove it")
-        blocks = read_rule_blocks(self._of("ruleblock"), RuleReader(known, findings), findings)
+        read = read_rule_blocks(self._of("ruleblock"), RuleReader(known, findings), findings)
+        blocks = [found for _, found in read]
         if not enabled and outputs and not findings.failed:
             findings.error("FZ212", "all outputs are disabled", outputs[0].span, help="enable one")
         if not blocks and not findings.failed:
@@ -103,11 +102,10 @@ class _File:
         ranges = [self._input_range(v) for v in inputs]
         made = [self._output(v, blocks, ranges) for v in enabled]
         sets = [o.name for o in made if o.defuzzifier is not None and not o.defuzzifier.over_rules]
-        require_norms(blocks, sets, findings)
+        require_norms(read, sets, findings)
         if findings.failed:
             return None
-        named = any(b.block.head.value.text for b in blocks)
-        rules = combined([found_block(b) for b in blocks], sets, keep=named)
+        rules = combined(blocks, sets, keep=any(b.name for b in blocks))
         # A norm that no rule needs is kept all the same.
         usual = {n: getattr(blocks[0], n) for n in ("conjunction", "disjunction", "implication")}
         method = Method(
@@ -165,10 +163,6 @@ class _File:
             )
         return found[0], found[1]
 
-    def _known(self, variable: Variable, is_output: bool) -> Known:
-        names = tuple(t.name for t in variable.terms)
-        return Known(variable.name, names, is_output, variable.enabled, variable.unread)
-
     def _input_range(self, variable: Variable) -> tuple[Number, Number]:
         return finite_range(variable, corners(t.membership for t in variable.terms), self.findings)
 
@@ -188,7 +182,7 @@ class _File:
         )
 
     def _output(
-        self, variable: Variable, blocks: Sequence[RuleBlock], ranges: Sequence[tuple[Number, Number]]
+        self, variable: Variable, blocks: Sequence[FoundBlock], ranges: Sequence[tuple[Number, Number]]
     ) -> Output:
         findings = self.findings
         block = variable.block

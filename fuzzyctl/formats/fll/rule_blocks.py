@@ -3,38 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import Final
 
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.formats.common.blocks import FoundBlock
 from fuzzyctl.formats.common.report import Findings
 from fuzzyctl.formats.fll.lines import Block
 from fuzzyctl.formats.fll.methods import activation, is_none, norm
-from fuzzyctl.formats.fll.rules import Read, RuleReader
+from fuzzyctl.formats.fll.rules import RuleReader
 from fuzzyctl.formats.fll.variables import flag
 from fuzzyctl.formats.fll.vocabulary import T_NORMS
-from fuzzyctl.model.method import Activation
+from fuzzyctl.model.rule import And, Or, is_joined_by
+
+#: What joins the conditions of a rule: its key, its word, its kind and a norm to suggest.
+_CONNECTIVES: Final[tuple[tuple[str, str, type[And] | type[Or], str], ...]] = (
+    ("conjunction", "and", And, "Minimum"),
+    ("disjunction", "or", Or, "Maximum"),
+)
 
 
-@dataclass(frozen=True)
-class RuleBlock:
-    """A block of rules; the norms are None where the block has none."""
-
-    block: Block
-    rules: tuple[Read, ...]
-    conjunction: str | None
-    disjunction: str | None
-    implication: str | None
-    activation: Activation
-
-    @property
-    def outputs(self) -> set[str]:
-        """The outputs that its rules set."""
-        return {c.output for read in self.rules for c in read.rule.consequents}
-
-
-def read_rule_blocks(blocks: Sequence[Block], rules: RuleReader, findings: Findings) -> list[RuleBlock]:
-    """Return the blocks that are enabled and have rules."""
+def read_rule_blocks(blocks: Sequence[Block], rules: RuleReader, findings: Findings) -> list[tuple[Block, FoundBlock]]:
+    """Return the blocks that are enabled and have rules; the norms are None where a block has none."""
     found = []
     for block in blocks:
         if not flag(block.line("enabled"), True, findings):
@@ -45,26 +34,27 @@ def read_rule_blocks(blocks: Sequence[Block], rules: RuleReader, findings: Findi
             continue
         made = _rule_block(block, rules, findings)
         if made.rules:
-            found.append(made)
+            found.append((block, made))
     return found
 
 
-def _rule_block(block: Block, rules: RuleReader, findings: Findings) -> RuleBlock:
+def _rule_block(block: Block, rules: RuleReader, findings: Findings) -> FoundBlock:
     read = [rules.read(line.value) for line in block.all("rule")]
     implication, method = block.line("implication"), block.line("activation")
     if implication is None and method is not None and method.value.text in T_NORMS:
         implication, method = method, None  # fuzzylite 4 and 5 called the implication so
-    return RuleBlock(
-        block,
+    return FoundBlock(
+        block.head.value.text,
         tuple(r for r in read if r is not None),
         norm(block.line("conjunction"), findings, kind="and"),
         norm(block.line("disjunction"), findings, kind="or"),
         norm(implication, findings, kind="and"),
         activation(method, findings),
+        block.head.span,
     )
 
 
-def require_norms(blocks: Sequence[RuleBlock], sets: Sequence[str], findings: Findings) -> None:
+def require_norms(blocks: Sequence[tuple[Block, FoundBlock]], sets: Sequence[str], findings: Findings) -> None:
     """Report blocks that lack a norm which their rules need.
 
     Args:
@@ -72,38 +62,19 @@ def require_norms(blocks: Sequence[RuleBlock], sets: Sequence[str], findings: Fi
         sets: The outputs whose defuzzifiers look at sets, which need an implication.
         findings: Where it goes.
     """
-    for block in blocks:
-        for key, own in (("conjunction", block.conjunction), ("disjunction", block.disjunction)):
-            word = "and" if key == "conjunction" else "or"
-            joining = next((r for r in block.rules if _joins(r, key)), None)
-            if joining is not None and own is None and is_none(block.block.line(key)):
+    for block, found in blocks:
+        for key, word, kind, usual in _CONNECTIVES:
+            joining = next((r for r in found.rules if is_joined_by(kind, r.antecedent)), None)
+            if joining is not None and getattr(found, key) is None and is_none(block.line(key)):
                 message = f"the rule joins by '{word}', and its rule block has no {key}"
-                usual = "Minimum" if word == "and" else "Maximum"
-                findings.error("FZ212", message, joining.rule.span, help=f"write: {key}: {usual}")
-        lacks = block.implication is None and is_none(block.block.line("implication"))
+                findings.error("FZ212", message, joining.span, help=f"write: {key}: {usual}")
+        lacks = found.implication is None and is_none(block.line("implication"))
         for output in sets if lacks else ():
-            if output in block.outputs:
+            if output in found.outputs:
                 message = f"the rule block sets '{output}', which is a fuzzy set, and has no implication"
-                if not is_none(block.block.line("activation")):
+                if not is_none(block.line("activation")):
                     message += " that is available"
-                findings.error("FZ212", message, block.block.head.span, help="write: implication: Minimum")
-
-
-def _joins(read: Read, key: str) -> bool:
-    return read.uses_and if key == "conjunction" else read.uses_or
-
-
-def found_block(block: RuleBlock) -> FoundBlock:
-    """Return a block with the norms that its rules need."""
-    return FoundBlock(
-        block.block.head.value.text,
-        tuple(r.rule for r in block.rules),
-        block.conjunction if any(r.uses_and for r in block.rules) else None,
-        block.disjunction if any(r.uses_or for r in block.rules) else None,
-        block.implication,
-        block.activation,
-        block.block.head.span,
-    )
+                findings.error("FZ212", message, block.head.span, help="write: implication: Minimum")
 
 
 def report_no_rule(blocks: Sequence[Block], first: Block, findings: Findings) -> None:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Final
 
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import ONE, Number
 from fuzzyctl.formats.common.infix import Operator, SpanParser
 from fuzzyctl.formats.common.report import Findings, ParseError, meant
+from fuzzyctl.formats.fll.variables import Variable
 from fuzzyctl.formats.fll.vocabulary import HEDGE_WORDS
 from fuzzyctl.formats.fuzzylite.degenerate_terms import NOT_BEYOND
 from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Or, Rule
@@ -28,36 +28,8 @@ _AFTER_TERM: Final = ("and", "or", "then", "with", "(", ")")
 _DEEPEST: Final = 50
 
 
-@dataclass(frozen=True)
-class Known:
-    """A variable as rules see it.
-
-    Args:
-        name: Its name.
-        terms: Names of its terms.
-        is_output: Whether it is an output.
-        enabled: Whether it is enabled; the propositions of a disabled one are false.
-        unread: Names of terms that are declared and could not be read, which has been reported.
-    """
-
-    name: str
-    terms: tuple[str, ...]
-    is_output: bool
-    enabled: bool
-    unread: frozenset[str] = frozenset()
-
-
 class UnreadTermError(ValueError):
     """Raised for a rule that names a term which has been reported."""
-
-
-@dataclass(frozen=True)
-class Read:
-    """A rule with the norms it needs."""
-
-    rule: Rule
-    uses_and: bool
-    uses_or: bool
 
 
 class RuleReader:
@@ -68,11 +40,11 @@ class RuleReader:
         findings: Where mistakes go.
     """
 
-    def __init__(self, variables: Mapping[str, Known], findings: Findings) -> None:
+    def __init__(self, variables: Mapping[str, Variable], findings: Findings) -> None:
         self.variables = variables
         self.findings = findings
 
-    def read(self, span: Span) -> Read | None:
+    def read(self, span: Span) -> Rule | None:
         """Return a rule; None for one that is reported as broken or without effect."""
         try:
             return _RuleText(span, self.variables).read(self.findings)
@@ -87,15 +59,14 @@ class _RuleText(SpanParser[Antecedent]):
     infix: Mapping[str, Operator] = {"or": Operator(1, run=True), "and": Operator(2, run=True)}
     deepest = _DEEPEST
 
-    def __init__(self, span: Span, variables: Mapping[str, Known]) -> None:
+    def __init__(self, span: Span, variables: Mapping[str, Variable]) -> None:
         self.span = span
         self.variables = variables
         self.tokens = [
             Span(span.source, m.start(), m.end()) for m in _TOKEN.finditer(span.source.text, span.start, span.end)
         ]
-        self.uses: set[str] = set()
 
-    def read(self, findings: Findings) -> Read | None:
+    def read(self, findings: Findings) -> Rule | None:
         self._expect("if")
         antecedent = self.parse()
         self._expect("then")
@@ -108,8 +79,7 @@ class _RuleText(SpanParser[Antecedent]):
             message, help_text = "the rule sets only disabled outputs, so it has no effect", "enable one, or remove it"
             findings.warning("FZ611", message, self.span, help=help_text)
             return None
-        rule = Rule(antecedent=antecedent, consequents=consequents, weight=weight, span=self.span)
-        return Read(rule, "and" in self.uses, "or" in self.uses)
+        return Rule(antecedent=antecedent, consequents=consequents, weight=weight, span=self.span)
 
     def _required(self, what: str) -> Span:
         if self.next >= len(self.tokens):
@@ -126,7 +96,6 @@ class _RuleText(SpanParser[Antecedent]):
         return self._text().lower()
 
     def _joined(self, sign: str, operands: Sequence[Antecedent], places: Sequence[Span]) -> Antecedent:
-        self.uses.add(sign)
         return (And if sign == "and" else Or)(operands=tuple(operands), span=self.span)
 
     def _atom(self) -> Antecedent:
@@ -145,7 +114,7 @@ class _RuleText(SpanParser[Antecedent]):
     def _proposition(self) -> Is:
         variable, start = self._variable(output=False)
         hedges = self._hedges(variable)
-        if hedges and hedges[-1] == "any" and (self._text() not in variable.terms or self._text() in ("and", "or")):
+        if hedges and hedges[-1] == "any" and (self._text() not in variable.names or self._text() in ("and", "or")):
             term = self._any_term(variable, start)
         else:
             term = self._term(variable)
@@ -154,14 +123,14 @@ class _RuleText(SpanParser[Antecedent]):
         place = start.to(self.tokens[self.next - 1])
         return Is(variable=variable.name, term=term, hedges=hedges, span=place)
 
-    def _any_term(self, variable: Known, start: Span) -> str:
+    def _any_term(self, variable: Variable, start: Span) -> str:
         """Return some term: `any` needs none."""
-        if not variable.terms:
+        if not variable.names:
             message = f"'{variable.name}' has no term, which even 'any' needs here"
             raise ParseError(message, start, "FZ203", help="give it a term")
-        return variable.terms[0]
+        return variable.names[0]
 
-    def _variable(self, *, output: bool) -> tuple[Known, Span]:
+    def _variable(self, *, output: bool) -> tuple[Variable, Span]:
         place = self._required("a variable")
         name = place.text
         variable = self.variables.get(name)
@@ -176,12 +145,12 @@ class _RuleText(SpanParser[Antecedent]):
         self._expect("is")
         return variable, place
 
-    def _hedges(self, variable: Known) -> tuple[str, ...]:
+    def _hedges(self, variable: Variable) -> tuple[str, ...]:
         """Return the hedges before a term; a term of such a name is a term where no term follows it."""
         found: list[str] = []
         while self._text() in HEDGE_WORDS:
             following = self.tokens[self.next + 1].text if self.next + 1 < len(self.tokens) else ""
-            if self._text() in variable.terms and not (following in variable.terms or following in HEDGE_WORDS):
+            if self._text() in variable.names and not (following in variable.names or following in HEDGE_WORDS):
                 break
             found.append(self._required("a hedge").text)
             if len(found) > _DEEPEST:
@@ -190,18 +159,18 @@ class _RuleText(SpanParser[Antecedent]):
                 )
         return tuple(found)
 
-    def _term(self, variable: Known) -> str:
+    def _term(self, variable: Variable) -> str:
         place = self._required("a term")
         if place.text in variable.unread:
             raise UnreadTermError
-        if place.text not in variable.terms:
+        if place.text not in variable.names:
             if place.text.lower() in _AFTER_TERM:
                 message = f"expected a term of '{variable.name}', found '{place.text}'"
-                facts = (f"terms of '{variable.name}': {', '.join(variable.terms) or 'none'}",)
+                facts = (f"terms of '{variable.name}': {', '.join(variable.names) or 'none'}",)
                 raise ParseError(message, place, help=_FORM, facts=facts)
             message = f"'{variable.name}' has no term '{place.text[:40]}'"
-            facts = (f"terms of '{variable.name}': {', '.join(variable.terms) or 'none'}",)
-            known = [*variable.terms, *HEDGE_WORDS]
+            facts = (f"terms of '{variable.name}': {', '.join(variable.names) or 'none'}",)
+            known = [*variable.names, *HEDGE_WORDS]
             raise ParseError(message, place, "FZ203", help=meant(place.text, known), facts=facts)
         return place.text
 

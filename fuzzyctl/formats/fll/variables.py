@@ -27,10 +27,11 @@ class Variable:
         label: Its description.
         lower, upper: The ends of its range, perhaps infinite.
         terms: Its terms.
-        enabled: Whether rules see it.
+        enabled: Whether it is enabled; the propositions of a disabled one are false.
         lock_range: Whether it is held within its range.
         block: Where it is declared.
-        unread: Names of terms that could not be read.
+        unread: Names of terms that are declared and could not be read, which has been reported.
+        is_output: Whether it is an output.
     """
 
     name: str
@@ -42,6 +43,12 @@ class Variable:
     lock_range: bool
     block: Block
     unread: frozenset[str]
+    is_output: bool
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of its terms."""
+        return tuple(t.name for t in self.terms)
 
     @property
     def span(self) -> Span:
@@ -97,6 +104,7 @@ def read_variable(block: Block, name: str, place: Place, findings: Findings) -> 
         lock_range=flag(block.line("lock-range"), False, findings),
         block=block,
         unread=frozenset(w[0].text for line in block.all("term") if (w := words(line.value))) - {t.name for t in read},
+        is_output=not place.is_input,
     )
 
 
