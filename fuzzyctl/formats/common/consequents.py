@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from fuzzyctl.expr import Number
-from fuzzyctl.formats.common.numerics import defuzzifier_of, value
+from fuzzyctl.formats.common.numerics import defuzzifier_of
 from fuzzyctl.formats.losses import Loss
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.model.rule import Consequent, literals
@@ -67,7 +67,7 @@ def _with_numbers(system: FuzzySystem, output: Output, losses: list[Loss]) -> Ou
     for term in output.terms:
         own = term.membership
         if own.kind in MEMBERSHIP and own.kind != "constant":
-            low, high = MEMBERSHIP[own.kind].core(tuple(value(system, a) for a in own.arguments))
+            low, high = MEMBERSHIP[own.kind].core(tuple(system.number(a) for a in own.arguments))
             number = Membership(kind="constant", arguments=(Number((low + high) / 2),), span=own.span)
             if MEMBERSHIP[own.kind].fuzzy:
                 why = "in an average only the middle of its core counts, which is written"

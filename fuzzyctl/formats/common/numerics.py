@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
-from fuzzyctl.expr import Expr, Number, names_in
+from fuzzyctl.expr import Expr, names_in
 from fuzzyctl.formats.common.clamped_inputs import ENDLESS
 from fuzzyctl.formats.losses import Loss
 from fuzzyctl.formulas import MEMBERSHIP
@@ -31,11 +31,6 @@ def cannot(system: FuzzySystem, format: str, reasons: Sequence[str]) -> Diagnost
     return DiagnosticError([Diagnostic("FZ608", message, system.span, facts=tuple(found), file=system.path)])
 
 
-def value(system: FuzzySystem, expr: Expr) -> float:
-    """Return the value of an expression over the params of a well-formed system."""
-    return expr.value if isinstance(expr, Number) else system.number(expr)
-
-
 def defuzzifier_of(system: FuzzySystem, output: Output) -> Defuzzifier:
     """Return the defuzzifier of an output: its own or the system's."""
     return output.defuzzifier or system.method.defuzzifier
@@ -43,7 +38,7 @@ def defuzzifier_of(system: FuzzySystem, output: Output) -> Defuzzifier:
 
 def middle_of(system: FuzzySystem, output: Output) -> float:
     """Return the middle of the range of an output."""
-    return value(system, output.lower) / 2 + value(system, output.upper) / 2
+    return system.number(output.lower) / 2 + system.number(output.upper) / 2
 
 
 def value_unfired(system: FuzzySystem, output: Output) -> float | None:
@@ -51,7 +46,7 @@ def value_unfired(system: FuzzySystem, output: Output) -> float | None:
     own = output.otherwise
     start = own.start if isinstance(own, Hold) else own
     if isinstance(start, Expr):
-        return value(system, start)
+        return system.number(start)
     return middle_of(system, output) if start == "midpoint" or own == Hold() else None
 
 
@@ -85,7 +80,7 @@ def _matters(system: FuzzySystem, knob: str, there: Semantics) -> bool:
     norms = used_norms(system)
     hedges, consequent_hedges = used_hedges(system)
     kinds = {t.membership.kind for v in (*system.inputs, *system.outputs) for t in v.terms}
-    weighted = any(value(system, r.weight) != 1 for r in system.rules)
+    weighted = any(system.number(r.weight) != 1 for r in system.rules)
     outputs = {o.name for o in system.outputs}
     relevant = {
         "weight": weighted and any(not m.over_rules for m in methods) and norms != {"product"},
@@ -115,11 +110,11 @@ def _least_decides(system: FuzzySystem, there: Semantics) -> bool:
     """
     if max(system.method.semantics.least or 0.0, there.least or 0.0) == 0.0:
         return False
-    if any(value(system, r.weight) < _SMALL for r in system.rules):
+    if any(system.number(r.weight) < _SMALL for r in system.rules):
         return True
     used = {(i.variable, i.term) for r in system.rules for i in literals(r.antecedent)}
     terms = [t.membership for v in system.inputs for t in v.terms if (v.name, t.name) in used]
-    small = any(value(system, m.height) < _SMALL for m in terms)
+    small = any(system.number(m.height) < _SMALL for m in terms)
     return small or any(m.kind in ENDLESS or (m.kind == "function" and names_in(m.arguments[0])) for m in terms)
 
 
@@ -128,11 +123,11 @@ def _places_leave(system: FuzzySystem, output: Output) -> bool:
     kind = defuzzifier_of(system, output).kind
     if "tsukamoto" not in kind:
         return False
-    low, high = value(system, output.lower), value(system, output.upper)
+    low, high = system.number(output.lower), system.number(output.upper)
     if kind.startswith("inverse"):
         return not (low <= 0.0 and high >= 1.0)
     # Beyond its height a term has a degree nowhere, and rules of one term may add up to more than 1.
-    if shares_terms(system, output) or any(value(system, t.membership.height) != 1 for t in output.terms):
+    if shares_terms(system, output) or any(system.number(t.membership.height) != 1 for t in output.terms):
         return True
     return not all(low <= end <= high for t in output.terms for end in _ends(system, t.membership))
 
@@ -142,7 +137,7 @@ def _ends(system: FuzzySystem, membership: Membership) -> tuple[float, float]:
     if membership.kind in ENDLESS or membership.kind not in MEMBERSHIP:
         return -math.inf, math.inf
     formula = MEMBERSHIP[membership.kind]
-    p = tuple(value(system, a) for a in membership.arguments)
+    p = tuple(system.number(a) for a in membership.arguments)
     if not formula.monotone(p):
         return -math.inf, math.inf
     bends = [x for x in formula.pieces(p) if math.isfinite(x)]

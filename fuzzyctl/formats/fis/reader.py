@@ -139,10 +139,7 @@ class _Assembly:
         name = settings.name or PurePath(self.findings.source.name).stem
         common = {o.defuzzifier for o in made}
         method = Method(
-            conjunction=settings.conjunction,
-            disjunction=settings.disjunction,
-            implication=settings.implication,
-            aggregation=settings.aggregation,
+            **settings.norms,
             defuzzifier=made[0].defuzzifier or self.profile.defuzzifier("centroid"),
             semantics=self.profile.semantics,
         )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 from fuzzyctl.formats.common.report import Findings, meant
 from fuzzyctl.formats.fis import values, vocabulary
@@ -35,16 +35,14 @@ class Settings:
     Args:
         name: Name of the system.
         kind: One of the types.
-        conjunction, disjunction, implication, aggregation, defuzzifier: As the model calls them.
+        norms: The norms of a `Method`, by field.
+        defuzzifier: Its kind, as the model calls it.
         entry: Where the defuzzifier is named, None where it is the usual one.
     """
 
     name: str
     kind: str
-    conjunction: str
-    disjunction: str
-    implication: str
-    aggregation: str
+    norms: dict[str, Any]
     defuzzifier: str
     entry: Entry | None
 
@@ -123,10 +121,12 @@ def read_settings(file: Sections, section: Section, findings: Findings) -> Setti
     return Settings(
         name=values.string(name).text if name is not None else "",
         kind=kind,
-        conjunction=method("AndMethod", vocabulary.CONJUNCTION_WORDS, "product" if sugeno else "min"),
-        disjunction=method("OrMethod", vocabulary.DISJUNCTION_WORDS, "probabilistic_sum" if sugeno else "max"),
-        implication=method("ImpMethod", vocabulary.CONJUNCTION_WORDS, "product" if sugeno else "min"),
-        aggregation=method("AggMethod", aggregations, "sum" if sugeno else "max"),
+        norms={
+            "conjunction": method("AndMethod", vocabulary.CONJUNCTION_WORDS, "product" if sugeno else "min"),
+            "disjunction": method("OrMethod", vocabulary.DISJUNCTION_WORDS, "probabilistic_sum" if sugeno else "max"),
+            "implication": method("ImpMethod", vocabulary.CONJUNCTION_WORDS, "product" if sugeno else "min"),
+            "aggregation": method("AggMethod", aggregations, "sum" if sugeno else "max"),
+        },
         defuzzifier=method("DefuzzMethod", vocabulary.DEFUZZIFIER_WORDS, usual),
         entry=entry,
     )

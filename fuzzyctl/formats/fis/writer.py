@@ -193,7 +193,7 @@ class _Writer:
             yield ""
 
     def _variable(self, variable: LinguisticVariable) -> Iterator[str]:
-        low, high = (numerics.value(self.system, end) for end in (variable.lower, variable.upper))
+        low, high = (self.system.number(end) for end in (variable.lower, variable.upper))
         yield f"Name={_quoted(variable.name)}"
         yield f"Range={vector((low, high))}"
         if isinstance(variable, Output):
@@ -224,11 +224,11 @@ class _Writer:
             elif "," in text:  # it parts terms at commas, so that it refuses the whole file
                 self.reasons.append(f"{where} is a formula with a function of several numbers")
             return f"'function',[{text}]"
-        parameters = [numerics.value(self.system, a) for a in membership.arguments]
-        height = numerics.value(self.system, membership.height)
+        parameters = [self.system.number(a) for a in membership.arguments]
+        height = self.system.number(membership.height)
         if membership.kind == "piecewise" and height == 1 and self.dialect != "fuzzylite":
             membership, height = as_matlab_has_it(membership, parameters)
-            parameters = [numerics.value(self.system, a) for a in membership.arguments]
+            parameters = [self.system.number(a) for a in membership.arguments]
         if height != 1:
             return self._low(membership, parameters, height, where)
         if isinstance(variable, Input) and membership.kind in ("singleton", "constant"):

@@ -7,7 +7,6 @@ from decimal import Decimal
 from typing import Final
 
 from fuzzyctl.expr import Binary, Expr, Name, Number
-from fuzzyctl.formats.common import numerics
 from fuzzyctl.formats.fis.memberships import number
 from fuzzyctl.formats.fis.vocabulary import Dialect
 from fuzzyctl.formats.losses import Loss
@@ -52,7 +51,7 @@ class WrittenRules:
             connective, codes = 1, {self._some_input(): "0.99" if connective == 1 else "-0.99"}
         if_part = " ".join(codes.get(v.name, "0") for v in self._system.inputs)
         then_part = " ".join(self._consequent(o, rule, where) for o in self._system.outputs)
-        return f"{if_part}, {then_part} ({number(numerics.value(self._system, rule.weight))}) : {connective}"
+        return f"{if_part}, {then_part} ({number(self._system.number(rule.weight))}) : {connective}"
 
     def _some_input(self) -> str:
         return next((v for v in self._system.inputs if v.terms), self._system.inputs[0]).name

@@ -123,7 +123,7 @@ class _Writer:
         if variable.label:
             where = f"{'output' if is_output else 'input'} '{variable.name}'"
             yield f"  description: {self._plain(variable.label, where, 'the label')}"
-        low, high = (numerics.value(self.system, end) for end in (variable.lower, variable.upper))
+        low, high = (self.system.number(end) for end in (variable.lower, variable.upper))
         yield "  enabled: true"
         yield f"  range: {number_text(low)} {number_text(high)}"
         locked = variable.clamped if isinstance(variable, Output) else not getattr(variable, "extrapolate", False)
@@ -173,8 +173,8 @@ class _Writer:
             if text is None:
                 self.reasons.append(f"{where} is a formula with a function that fuzzylite does not have")
             return f"Function {text}"
-        parameters = [numerics.value(self.system, a) for a in membership.arguments]
-        height = numerics.value(self.system, membership.height)
+        parameters = [self.system.number(a) for a in membership.arguments]
+        height = self.system.number(membership.height)
         if not isinstance(variable, Output) and membership.kind in ("singleton", "constant"):
             # A Constant has its value as its degree everywhere; a triangle without sides is 1 at one place.
             return _written("triangle", parameters * 3, height) or ""
@@ -226,7 +226,7 @@ class _Writer:
         if own.comparison is not None:
             parts.append(own.comparison)
         if own.threshold is not None:
-            parts.append(number_text(numerics.value(self.system, own.threshold)))
+            parts.append(number_text(self.system.number(own.threshold)))
         return " ".join(parts)
 
     def _rule(self, rule: Rule, where: str, *, dual: bool) -> str:
@@ -234,7 +234,7 @@ class _Writer:
         consequents = " and ".join(
             f"{c.output} is {' '.join([*self._hedges(c.hedges, where), str(c.term)])}" for c in rule.consequents
         )
-        weight = numerics.value(self.system, rule.weight)
+        weight = self.system.number(rule.weight)
         return f"if {antecedent} then {consequents}{f' with {number_text(weight)}' if weight != 1 else ''}"
 
     def _antecedent(self, antecedent: Antecedent, where: str, *, dual: bool, negated: bool, inside: str) -> str:

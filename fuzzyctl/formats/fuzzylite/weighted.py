@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from typing import Final, Literal
 
 from fuzzyctl.expr import Number
-from fuzzyctl.formats.common.numerics import defuzzifier_of, value
+from fuzzyctl.formats.common.numerics import defuzzifier_of
 from fuzzyctl.formulas import Parameters
 from fuzzyctl.model.method import TSUKAMOTO
 from fuzzyctl.model.system import FuzzySystem
@@ -61,7 +61,7 @@ def _output_inverted_there(system: FuzzySystem, output: Output, reasons: list[st
     terms = []
     for term in output.terms:
         own = term.membership
-        found = _inverted_there(own.kind, tuple(value(system, a) for a in own.arguments))
+        found = _inverted_there(own.kind, tuple(system.number(a) for a in own.arguments))
         if found is None:
             known = ", ".join(sorted(INVERTED_THERE))
             what = f"term '{term.name}' of '{output.name}' is of the kind '{own.kind}'"
