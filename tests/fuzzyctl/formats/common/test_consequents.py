@@ -66,3 +66,31 @@ def test_only_the_middle_of_a_core_is_a_loss_in_fml_where_rules_read_the_set(rea
     text = SYSTEM.format(term="plain") + more + (reads or "if x is low then v is one\n")
     _, losses = FORMATS["fml"].write(loads(text))
     assert [loss.exact for loss in losses if "the middle of its core" in str(loss)] == [exact]
+
+
+SETS = """
+system s
+defuzzifier {defuzzifier}
+input x in [0, 10] extrapolate
+  low = triangle(-inf, 0, 10)
+  high = triangle(0, 10, inf)
+output u in [-50, 50] else midpoint
+  few = triangle(5, 6, 9)
+  many = trapezoid(10, 12, 14, 15)
+if x is low then u is few
+if x is high then u is many
+"""
+
+
+@pytest.mark.parametrize("format", ["fll", "fis", "fcl", "fml"])
+@pytest.mark.parametrize("defuzzifier", ["center_average", "weighted_sum"])
+def test_sets_count_with_the_middles_of_their_cores_in_averages_and_sums(format, defuzzifier):
+    system = loads(SETS.format(defuzzifier=defuzzifier))
+    text, losses = FORMATS[format].write(system)
+    assert ("output 'u'", "term 'many'", True) in [(x.where, x.what, x.exact) for x in losses]
+    if (format, defuzzifier) == ("fml", "weighted_sum"):
+        assert "defuzzifier weighted_sum" in [x.what for x in losses if not x.exact]
+        return
+    (back,), _ = FORMATS[format].read(SourceText(f"t.{format}", text))
+    kernel, there = compile_system(system, "python"), compile_system(back, "python")
+    assert [there(x) for x in (0.0, 2.5, 7.0, 10.0)] == pytest.approx([kernel(x) for x in (0.0, 2.5, 7.0, 10.0)])
