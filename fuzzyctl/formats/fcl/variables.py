@@ -10,10 +10,9 @@ from fuzzyctl.diagnostics.diagnostic import Note
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import did_you_mean, listed
 from fuzzyctl.expr import Expr, Number
+from fuzzyctl.formats.common import ranges
 from fuzzyctl.formats.common.degree_range import warn_of_degrees_beyond
-from fuzzyctl.formats.common.ranges import linear_range
 from fuzzyctl.formats.common.report import Names
-from fuzzyctl.formats.fcl import ranges
 from fuzzyctl.formats.fcl import syntax as sx
 from fuzzyctl.formats.fcl.names import METHOD_WORDS
 from fuzzyctl.formats.fcl.scope import Scope
@@ -343,7 +342,7 @@ class VariableResolver:
         if term.membership.kind == "function":
             return ranges.of_function(arguments[0], ends, values)
         coefficients = [self._scope.value(a) or 0.0 for a in arguments]
-        return linear_range(coefficients, ends.values())
+        return ranges.linear_range(coefficients, ends.values())
 
     def _tell_estimated(self) -> None:
         """Say in one warning which ranges of inputs were estimated: the standard gives inputs none."""

@@ -9,9 +9,8 @@ from typing import Final
 
 from fuzzyctl.diagnostics.suggestions import did_you_mean, listed
 from fuzzyctl.expr import Expr, Number
-from fuzzyctl.formats.common.ranges import linear_range
+from fuzzyctl.formats.common import ranges
 from fuzzyctl.formats.common.report import Names
-from fuzzyctl.formats.fcl import ranges
 from fuzzyctl.formats.fml.document import Element
 from fuzzyctl.formats.fml.names import ACCUMULATION_WORDS, DEFUZZIFIER_WORDS, SHAPES
 from fuzzyctl.formats.fml.scope import Scope
@@ -290,7 +289,7 @@ class VariableReader:
             if isinstance(i.lower, Number) and isinstance(i.upper, Number)
         ]
         values = ([a.value for a in t.membership.arguments if isinstance(a, Number)] for t in terms)
-        supports = [linear_range(given, ends) for given in values]
+        supports = [ranges.linear_range(given, ends) for given in values]
         low_end, high_end = ranges.of_terms(supports) or (0.0, 1.0)
         return Number(low_end), Number(high_end)
 
