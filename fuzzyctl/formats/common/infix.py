@@ -10,7 +10,7 @@ from typing import Generic, TypeVar
 from fuzzyctl.diagnostics.source import Span
 
 Node = TypeVar("Node")
-Place = TypeVar("Place")
+Location = TypeVar("Location")
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Operator:
     run: bool = False
 
 
-class InfixParser(Generic[Node, Place]):
+class InfixParser(Generic[Node, Location]):
     """Parser of operands with operators between them and before them.
 
     A dialect says what its tokens are (`_peek`, `_take`), what an operand is (`_atom`), and what operators make of
@@ -46,12 +46,12 @@ class InfixParser(Generic[Node, Place]):
     depth = 0
 
     _peek: Callable[[], str]
-    _take: Callable[[], Place]
+    _take: Callable[[], Location]
     _atom: Callable[[], Node]
-    _unary: Callable[[str, Node, Place], Node]
-    _binary: Callable[[str, Node, Node, Place], Node]
-    _joined: Callable[[str, Sequence[Node], Sequence[Place]], Node]
-    _too_deep: Callable[[Place], Exception]
+    _unary: Callable[[str, Node, Location], Node]
+    _binary: Callable[[str, Node, Node, Location], Node]
+    _joined: Callable[[str, Sequence[Node], Sequence[Location]], Node]
+    _too_deep: Callable[[Location], Exception]
 
     def parse(self, least: int = 0) -> Node:
         """Take an expression of operators of at least some level."""
@@ -60,9 +60,9 @@ class InfixParser(Generic[Node, Place]):
             if operator.run:
                 left = self._run(sign, operator.level + 1, left)
                 continue
-            place = self._take()
-            right = self._nested(operator.level, place) if operator.right else self.parse(operator.level + 1)
-            left = self._binary(sign, left, right, place)
+            location = self._take()
+            right = self._nested(operator.level, location) if operator.right else self.parse(operator.level + 1)
+            left = self._binary(sign, left, right, location)
         return left
 
     def _operand(self, least: int) -> Node:
@@ -70,30 +70,30 @@ class InfixParser(Generic[Node, Place]):
         level = self.prefix.get(sign := self._peek())
         if level is None:
             return self._atom()
-        place = self._take()
-        return self._unary(sign, self._nested(level, place), place)
+        location = self._take()
+        return self._unary(sign, self._nested(level, location), location)
 
-    def _nested(self, least: int, place: Place) -> Node:
+    def _nested(self, least: int, location: Location) -> Node:
         """Take an expression one level of nesting further down."""
-        self._enter(place)
+        self._enter(location)
         found = self.parse(least)
         self.depth -= 1
         return found
 
-    def _enter(self, place: Place) -> None:
+    def _enter(self, location: Location) -> None:
         self.depth += 1
         if self.depth > self.deepest:
-            raise self._too_deep(place)
+            raise self._too_deep(location)
 
     def _run(self, sign: str, least: int, first: Node) -> Node:
-        places = [self._take()]
-        operands = [self._of_run(first, places[0]), self._of_run(self.parse(least), places[0])]
+        locations = [self._take()]
+        operands = [self._of_run(first, locations[0]), self._of_run(self.parse(least), locations[0])]
         while self._peek() == sign:
-            places.append(self._take())
-            operands.append(self._of_run(self.parse(least), places[-1]))
-        return self._joined(sign, operands, places)
+            locations.append(self._take())
+            operands.append(self._of_run(self.parse(least), locations[-1]))
+        return self._joined(sign, operands, locations)
 
-    def _of_run(self, operand: Node, place: Place) -> Node:
+    def _of_run(self, operand: Node, location: Location) -> Node:
         """Return an operand as it enters a run."""
         return operand
 

@@ -41,7 +41,7 @@ def losses_of(
 
 
 def _of_words(system: FuzzySystem, back: FuzzySystem, where: str) -> Iterator[Loss]:
-    """Yield what says nothing to a kernel and has no place in the text."""
+    """Yield what a kernel does not read and the text does not say."""
     variables, read = [*system.inputs, *system.outputs], [*back.inputs, *back.outputs]
     has_unit = any(v.unit for v in variables) or any(p.unit for p in system.params)
     found = {
