@@ -42,18 +42,21 @@ def losses_of(
 
 def _of_words(system: FuzzySystem, back: FuzzySystem, where: str) -> Iterator[Loss]:
     """Yield what a kernel does not read and the text does not say."""
-    variables, read = [*system.inputs, *system.outputs], [*back.inputs, *back.outputs]
-    has_unit = any(v.unit for v in variables) or any(p.unit for p in system.params)
     found = {
         "the title": (system.title, back.title),
         "the source": (system.citation, back.citation),
-        "labels of variables": (any(v.label for v in variables), any(v.label for v in read)),
-        "units": (has_unit, any(v.unit for v in read)),
+        "units of params": (any(p.unit for p in system.params), any(p.unit for p in back.params)),
         "guarantees": (system.guarantees, back.guarantees),
     }
     for what, (said, kept) in found.items():
         if said and not kept:
             yield Loss(where, what, "the format has none", exact=True)
+    for variables, read in ((system.inputs, back.inputs), (system.outputs, back.outputs)):
+        for own, there in zip(variables, read, strict=False):
+            for field in ("label", "unit"):
+                if getattr(own, field) and not getattr(there, field):
+                    kind = "output" if isinstance(own, Output) else "input"
+                    yield Loss(f"{kind} '{own.name}'", f"the {field}", "the format has none", exact=True)
     if system.params:
         yield Loss(where, f"params {', '.join(p.name for p in system.params)}", "written as their values", exact=True)
     if any(isinstance(b, RuleTable) for b in system.tables_and_rules):

@@ -90,10 +90,10 @@ class TestWhatIsLost:
         system = loads(TIP)
         exact, others = self.lost("fll", system)
         assert exact == [
+            ("input 'service'", "the unit"),
             ("system 'tip'", "guarantees"),
             ("system 'tip'", "params steep"),
             ("system 'tip'", "the source"),
-            ("system 'tip'", "units"),
         ]
         assert others == [("output 'tip'", "defuzzifier centroid without samples")]
 

@@ -58,8 +58,8 @@ def test_words_for_people_change_no_number():
         if x is low and x is not high then y is low
         if x is high or x is not low then y is high weight 0.5
     """)
-    words = ["the title", "the source", "labels of variables", "units", "guarantees", "params k"]
-    assert lost(plain) == [("system 's'", word, True) for word in words]
+    of_system = [("system 's'", word, True) for word in ("the title", "the source", "guarantees")]
+    assert lost(plain) == [*of_system, ("input 'x'", "the label", True), ("input 'x'", "the unit", True), PARAMS]
 
 
 @pytest.mark.parametrize(
