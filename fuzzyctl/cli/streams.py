@@ -19,7 +19,7 @@ _ESCAPED: Final = re.compile("[\\x7f-\\x9f\\u202a-\\u202e\\u2066-\\u2069\\ud800-
 
 #: New objects between two collections of garbage. A command makes large trees and hardly any cycles; with Python's 700
 #: the collector takes half of the time that a large file does.
-_COLLECTED: Final = 100_000
+_COLLECTED: Final = 400_000
 
 
 class Program(click.Group):

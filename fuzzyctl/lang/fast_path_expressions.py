@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
 from typing import Any, Final, Literal, cast
 
 from fuzzyctl import expr as ex
@@ -19,7 +18,11 @@ _TOKEN: Final = re.compile(rf"[ \t]*(?:({NUMBER})(?![\w.])|({NAME})(?![\w.])|(<=
 #: Names that mean something else where an operator is expected, or everywhere.
 _LOGIC: Final = frozenset({"and", "or", "not"})
 _KEYWORDS: Final = _LOGIC | {"within", "when", "unit"}
-_COMPARISONS: Final = frozenset({"<", "<=", ">", ">=", "==", "!="})
+#: How strongly operators bind; `^` and signs are read with their operand.
+_OR, _AND, _NOT, _COMPARISON, _SUM, _PRODUCT, _POWER = range(1, 8)
+_LEVELS: Final = {"or": _OR, "and": _AND, "+": _SUM, "-": _SUM, "*": _PRODUCT, "/": _PRODUCT} | dict.fromkeys(
+    ("<", "<=", ">", ">=", "==", "!="), _COMPARISON
+)
 
 
 class NotPlainError(Exception):
@@ -65,60 +68,50 @@ class Reader:
 
     def claim(self) -> ex.Expr:
         """Read an expression that may be a condition."""
-        return self._chain("or", self._conjunction)
-
-    def _conjunction(self) -> ex.Expr:
-        return self._chain("and", self._denial)
-
-    def _chain(self, op: Literal["and", "or"], operand: Callable[[], ex.Expr]) -> ex.Expr:
-        operands = [operand()]
-        while self.name == op:
-            self.advance()
-            operands.append(operand())
-        if len(operands) == 1:
-            return operands[0]
-        return ex.Logic(op, tuple(operands), self._join(operands[0], operands[-1]))
-
-    def _denial(self) -> ex.Expr:
-        if self.name != "not":
-            return self._comparison()
-        at = Span(self.source, self.start, self.stop)
-        self.advance()
-        operand = self._denial()
-        return ex.Logic("not", (operand,), at.to(ex.span_of(operand) or at))
-
-    def _comparison(self) -> ex.Expr:
-        left = self.sum()
-        if self.sign not in _COMPARISONS:
-            return left
-        op = cast(ex.CompareOp, self.sign)
-        self.advance()
-        right = self.sum()
-        return ex.Compare(op, left, right, self._join(left, right))
+        return self._joined(_OR)
 
     def sum(self) -> ex.Expr:
         """Read an arithmetic expression."""
-        left = self._product()
-        while self.sign in ("+", "-"):
-            left = self._pair(left, self._product)
+        return self._joined(_SUM)
+
+    def _joined(self, weakest: int) -> ex.Expr:
+        """Read operands joined by operators that bind at least as strongly as `weakest`.
+
+        Each pair of parentheses takes few levels of Python's stack: an expression as deep as allowed is plain, too.
+        """
+        left = self._denied() if self.name == "not" and weakest <= _NOT else self._signed()
+        while (level := _LEVELS.get(self.sign or self.name, 0)) >= weakest:
+            left = self._chain(left, level) if level < _NOT else self._pair(left, level)
         return left
 
-    def _product(self) -> ex.Expr:
-        left = self._signed()
-        while self.sign in ("*", "/"):
-            left = self._pair(left, self._signed)
-        return left
+    def _chain(self, left: ex.Expr, level: int) -> ex.Expr:
+        op = cast(Literal["and", "or"], self.name)
+        operands = [left]
+        while self.name == op:
+            self.advance()
+            operands.append(self._joined(level + 1))
+        return ex.Logic(op, tuple(operands), self._join(operands[0], operands[-1]))
 
-    def _pair(self, left: ex.Expr, operand: Any) -> ex.Expr:
-        op = cast(ex.BinaryOp, self.sign)
+    def _denied(self) -> ex.Expr:
+        at = Span(self.source, self.start, self.stop)
         self.advance()
-        right = operand()
-        return ex.Binary(op, left, right, self._join(left, right))
+        operand = self._joined(_NOT)
+        return ex.Logic("not", (operand,), at.to(ex.span_of(operand) or at))
+
+    def _pair(self, left: ex.Expr, level: int) -> ex.Expr:
+        op: Any = self.sign
+        self.advance()
+        right = self._joined(level + 1)
+        if level > _COMPARISON:
+            return ex.Binary(op, left, right, self._join(left, right))
+        if _LEVELS.get(self.sign) == _COMPARISON:
+            raise NotPlainError
+        return ex.Compare(op, left, right, self._join(left, right))
 
     def _signed(self) -> ex.Expr:
         if self.sign not in ("+", "-"):
             base = self._atom()
-            return self._pair(base, self._signed) if self.sign == "^" else base
+            return self._pair(base, _POWER) if self.sign == "^" else base
         sign, at = self.sign, Span(self.source, self.start, self.stop)
         self.advance()
         operand = self._signed()
