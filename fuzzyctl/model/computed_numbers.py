@@ -29,7 +29,8 @@ class Numbers:
     def __init__(self, system: FuzzySystem, *, partial: bool = False) -> None:
         self.system = system
         self.params = ParamValues(system.params, partial=True) if partial else system.param_values
-        self._shapes: dict[int, list[Shape]] = {}
+        self._given_of: dict[int, list[Shape]] = {}
+        self._shapes_of: dict[int, list[Shape]] = {}
 
     @property
     def variables(self) -> tuple[LinguisticVariable, ...]:
@@ -72,14 +73,19 @@ class Numbers:
 
     def given(self, variable: LinguisticVariable) -> list[Shape]:
         """Return the terms that are fuzzy sets and whose parameters can be computed, good or bad."""
-        found = self._shapes.get(id(variable))
+        found = self._given_of.get(id(variable))
         if found is None:
-            found = self._shapes[id(variable)] = list(self._given(variable))
+            found = self._given_of[id(variable)] = list(self._given(variable))
         return found
 
     def shapes(self, variable: LinguisticVariable) -> list[Shape]:
         """Return the terms that are fuzzy sets with sound parameters."""
-        return [(t, p) for t, p in self.given(variable) if MEMBERSHIP[t.membership.kind].mistake(p) is None]
+        found = self._shapes_of.get(id(variable))
+        if found is None:
+            given = self.given(variable)
+            found = [(t, p) for t, p in given if MEMBERSHIP[t.membership.kind].mistake(p) is None]
+            self._shapes_of[id(variable)] = found
+        return found
 
     def core(self, shape: Shape) -> float:
         """Return the middle of the core of a term."""

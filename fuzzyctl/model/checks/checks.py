@@ -11,7 +11,7 @@ from fuzzyctl.expr import Expr, Number, names_in
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.model.checks.hints import jumping_tables
 from fuzzyctl.model.checks.parameters import VALUE_CHECKS, computed_numbers
-from fuzzyctl.model.checks.partitions import by_line, removal
+from fuzzyctl.model.checks.partitions import helps_by_line, removal
 from fuzzyctl.model.checks.semantics import misfitting_semantics
 from fuzzyctl.model.checks.symmetry import odd_cells
 from fuzzyctl.model.checks.terms import SHAPE_CHECKS, SHAPE_HINTS
@@ -230,12 +230,13 @@ def unused_terms(system: FuzzySystem) -> Iterator[Diagnostic]:
     for variable in (*system.inputs, *system.outputs):
         if variable.name not in touched:
             continue
-        kept = by_line(t for t in variable.terms if (variable.name, t.name) in used)
         only_peaks = variable.name not in in_antecedents and _takes_peaks(system, variable)
+        kept = (t for t in variable.terms if (variable.name, t.name) in used)
+        helps = helps_by_line(kept, only_peaks=only_peaks)
         for term in variable.terms:
             if (variable.name, term.name) not in used:
                 message = f"no rule uses term '{term.name}' of '{variable.name}'"
-                facts, help_text = removal(term, kept, only_peaks=only_peaks)
+                facts, help_text = removal(term, helps, only_peaks=only_peaks)
                 yield Diagnostic("FZ208", message, term.span, "warning", facts, help_text)
 
 

@@ -81,15 +81,17 @@ def _met(sets: Sequence[_Set], gaps: Sequence[tuple[_Set, _Set]]) -> list[list[_
     met: list[list[_Set]] = [[] for _ in gaps]
     for s in sets:
         (low, at_low), (high, at_high) = s.vertices[0], s.vertices[-1]
-        first = bisect_left(stops, low) if at_low == 0.0 else 0
-        last = bisect_right(starts, high) if at_high == 0.0 else len(gaps)
+        first = bisect_right(stops, low) if at_low == 0.0 else 0
+        last = bisect_left(starts, high) if at_high == 0.0 else len(gaps)
         for own in met[first:last]:
             own.append(s)
     return met
 
 
 def _sum_off(sets: Sequence[_Set], low: float, high: float) -> tuple[float, float] | None:
-    """Return a place between two cores where the degrees do not sum to 1, and their sum there; None for none."""
+    """Return a point between two cores where the degrees do not sum to 1, and their sum there; None for none."""
+    if len(sets) == 2 and _is_crossing(sets[0], sets[1], low, high):
+        return None
     corners = sorted({low, high} | {x for s in sets for x, _ in s.vertices if low < x < high})
     for a, b in pairwise(corners):
         for share in _LOOKS:
@@ -100,41 +102,56 @@ def _sum_off(sets: Sequence[_Set], low: float, high: float) -> tuple[float, floa
     return None
 
 
+def _is_crossing(falling: _Set, rising: _Set, low: float, high: float) -> bool:
+    """Return whether one set falls from 1 to 0 between two points while the other rises, as on a `terms` line."""
+    return falling.vertices[-2:] == ((low, 1.0), (high, 0.0)) and rising.vertices[:2] == ((low, 0.0), (high, 1.0))
+
+
 #: A `terms` line: the name of its source, and its number.
 _Line = tuple[str, int]
 
 
-def by_line(terms: Iterable[Term]) -> dict[_Line, list[Term]]:
-    """Return the triangles of each `terms` line."""
+def helps_by_line(terms: Iterable[Term], *, only_peaks: bool) -> dict[_Line, str]:
+    """Return for each `terms` line how to remove an unused term of it without changing any number.
+
+    Args:
+        terms: The terms of one variable that rules use.
+        only_peaks: Whether the peaks of the terms are all that counts.
+    """
     found: dict[_Line, list[Term]] = {}
     for term in terms:
         line = _line_of(term)
         if line is not None:
             found.setdefault(line, []).append(term)
-    return found
+    return {line: _help_of(own, only_peaks) for line, own in found.items()}
 
 
-def removal(term: Term, used: Mapping[_Line, Sequence[Term]], *, only_peaks: bool) -> tuple[tuple[str, ...], str]:
+def _help_of(used: Sequence[Term], only_peaks: bool) -> str:
+    if len(used) > _MOST_WRITTEN:
+        return "use it in a rule, or keep it in its place and write 'allow FZ208'"
+    return f"use it in a rule; to remove it, write the others as they are: {_written(used, only_peaks)}"
+
+
+def removal(term: Term, helps: Mapping[_Line, str], *, only_peaks: bool) -> tuple[tuple[str, ...], str]:
     """Return what the removal of an unused term would change, and how to remove it without changing any number.
 
     Args:
         term: The term.
-        used: The terms of its variable that rules use, by their lines.
+        helps: Those of the lines of its variable, see `helps_by_line`.
         only_peaks: Whether the peaks of the terms are all that counts.
 
     Returns:
         The fact, if the removal changes anything, and the help.
     """
     line = _line_of(term)
-    rest = used.get(line, ()) if line is not None else ()
+    help_text = helps.get(line) if line is not None else None
     behind = term.span.source.text[term.span.end : term.span.end + 20] if term.span is not None else ""
     has_peak = behind.lstrip().startswith("@")
-    if not rest or (has_peak and only_peaks):
+    if help_text is None or (has_peak and only_peaks):
         return (), "remove it, or use it in a rule"
-    fact = "without it the terms beside it reach further" if has_peak else "without it the peaks of its line move"
-    if len(rest) > _MOST_WRITTEN:
-        return (fact,), "use it in a rule, or keep it in its place and write 'allow FZ208'"
-    return (fact,), f"use it in a rule; to remove it, write the others as they are: {_written(rest, only_peaks)}"
+    return (
+        "without it the terms beside it reach further" if has_peak else "without it the peaks of its line move",
+    ), help_text
 
 
 def _line_of(term: Term) -> _Line | None:
