@@ -25,6 +25,8 @@ from fuzzyctl.lang.parser import MAX_OPERATORS, parse
 from fuzzyctl.loading import load as loading
 from fuzzyctl.loading.assembly import MAX_FILES
 from fuzzyctl.loading.load import load, loads
+from fuzzyctl.model.checks.partitions import spoilt_partitions
+from fuzzyctl.model.computed_numbers import Numbers
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.params import ParamValues
 from fuzzyctl.resolve.context import Context
@@ -212,6 +214,15 @@ def test_nested_parentheses_are_split_in_one_piece(monkeypatch):
     assert (line.word, line.comment) == ("if", "# (a")
 
 
+@pytest.mark.parametrize(
+    "value",
+    ["(1 + " * 90 + "1" + ")" * 90, "-" * 90 + "1", "2^" * 90 + "1", "max(1, " * 90 + "1" + ")" * 90],
+)
+def test_expressions_as_deep_as_allowed_are_read_without_the_grammar(value, monkeypatch):
+    monkeypatch.setattr("fuzzyctl.lang.parser.parse_by_grammar", lambda *_: pytest.fail("the grammar is asked"))
+    assert parse(SourceText("worst.fz", f"param p = {value}"))[0].statements
+
+
 def counted_calls(monkeypatch, target):
     """Replace a function by itself, and return a list that grows with each call of it."""
     module, name = target.rsplit(".", 1)
@@ -256,6 +267,32 @@ def test_samples_are_not_computed_where_no_work_is_left(monkeypatch):
     calls = counted_calls(monkeypatch, "fuzzyctl.analysis.coverage.box_search.seen_points")
     uncovered_of(flat, Work(0))
     assert not calls
+
+
+def test_degrees_of_a_terms_line_are_not_added_up(monkeypatch):
+    monkeypatch.setattr("fuzzyctl.model.checks.partitions._Set.degree", lambda *_: pytest.fail("one is computed"))
+    known = " ".join(f"t{k}" for k in range(10))
+    system = loads(f"system s\n{HEAD.replace('low high', known)}if x is t0 then y is small\n")
+    assert not list(spoilt_partitions(Numbers(system)))
+
+
+def test_the_help_for_unused_terms_is_written_once_for_a_terms_line(monkeypatch):
+    calls = counted_calls(monkeypatch, "fuzzyctl.model.checks.partitions._written")
+    known = " ".join(f"t{k}" for k in range(10))
+    head = HEAD.replace("low high", known)
+    _, diagnostics = checked(f"system s\n{head}if x is t0 then y is small\n")
+    assert len([d for d in diagnostics if d.code == "FZ208"]) == 10  # nine terms of the input, one of the output
+    assert len(calls) == 2
+
+
+def test_a_hole_reaches_along_all_inputs_at_little_work():
+    """Whether a hole can be extended where the rule fires is not looked for in each of 7^k cells."""
+    flat = plan(loads(text_of("inputs-of-a-thousand-terms-in-one-rule", 0.1)))
+    work = Work(COVERAGE)
+    hole = Search(flat, flat.outputs[0], True, work).verdict()
+    assert COVERAGE - work.left < 0.5 * BUDGET
+    ((name, short),) = ((n, s) for n, s in hole.region.items() if (s.lower, s.upper) != (0.0, 1.0))
+    assert (name, short.lower, round(99 * short.upper)) == ("a89", 0.0, 88)
 
 
 def test_own_hedges_spend_work_for_each_box():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from itertools import pairwise, product
@@ -40,6 +41,8 @@ BUDGET: Final = 800_000
 _DEGREE, _STEP, _COPIED, _MOVED = 8, 0.5, 0.2, 4
 #: Units of a step that is long.
 _LONG: Final = 100
+#: Most cells that are looked at one by one to extend a hole.
+MOST_CELLS: Final = 1000
 #: Boxes that are halved where cells alone do not decide.
 SPLITS: Final = 4000
 
@@ -289,33 +292,44 @@ class Search:
         return all(self._activation(s, truths)[1] <= 0.0 for s in self.rules)
 
     def _grown(self, position: tuple[int, ...]) -> Hole:
-        """Extend a hole of one cell to a box of cells, input by input."""
+        """Extend a hole of one cell to a box of cells, input by input, as long as there is work left."""
         ranges = [(c, c) for c in position]
-        for k, own in enumerate(self.cells):
-            for step in (-1, 1):
-                while True:
-                    edge = ranges[k][0] - 1 if step < 0 else ranges[k][1] + 1
-                    slab = [range(a, b + 1) if j != k else (edge,) for j, (a, b) in enumerate(ranges)]
-                    if not 0 <= edge < len(own) or not self._all_holes(slab):
-                        break
-                    ranges[k] = (edge, ranges[k][1]) if step < 0 else (ranges[k][0], edge)
+        with suppress(SpentError):
+            self._extend(ranges)
         sides = {}
         for k, (first, last) in enumerate(ranges):
             a, b = self.cells[k][first], self.cells[k][last]
             sides[self.used[k]] = Side(a.ends[0], b.ends[1], a.is_point, b.is_point)
         return self._hole(sides)
 
-    def _all_holes(self, slab: Sequence[Sequence[int]]) -> bool:
-        """Return whether no rule fires in all cells of a slab, looked at together or one by one."""
-        try:
-            hulls: dict[str, Interval] = {}
-            for k, own in enumerate(slab):
-                inside = [self._degrees_of(k, c) for c in own]
-                self.work.spend(_COPIED * len(own) * len(inside[0]))
-                hulls |= {n: hull(degrees[n] for degrees in inside) for n in inside[0]}
-            return self._is_silent(hulls) or all(self._is_hole(position) for position in product(*slab))
-        except SpentError:
-            return False
+    def _extend(self, ranges: list[tuple[int, int]]) -> None:
+        """Extend the first and last cells of a hole along each input."""
+        hulls = [self._degrees_of(k, first) for k, (first, _) in enumerate(ranges)]
+        for k, own in enumerate(self.cells):
+            for step in (-1, 1):
+                while True:
+                    edge = ranges[k][0] - 1 if step < 0 else ranges[k][1] + 1
+                    if not 0 <= edge < len(own):
+                        break
+                    at_edge = self._degrees_of(k, edge)
+                    sides = [*hulls[:k], at_edge, *hulls[k + 1 :]]
+                    slab = [range(a, b + 1) if j != k else (edge,) for j, (a, b) in enumerate(ranges)]
+                    if not self._are_holes(sides, slab):
+                        break
+                    ranges[k] = (edge, ranges[k][1]) if step < 0 else (ranges[k][0], edge)
+                    hulls[k] = {n: hull([degree, at_edge[n]]) for n, degree in hulls[k].items()}
+
+    def _are_holes(self, hulls: Sequence[Mapping[str, Interval]], slab: Sequence[Sequence[int]]) -> bool:
+        """Return whether no rule fires in all cells of a slab, looked at together or, if they are few, one by one.
+
+        Args:
+            hulls: The degrees in the slab, by input.
+            slab: The cells of each input.
+        """
+        self.work.spend(_COPIED * len(self.degrees))
+        if self._is_silent({name: degree for side in hulls for name, degree in side.items()}):
+            return True
+        return math.prod(map(len, slab)) <= MOST_CELLS and all(map(self._is_hole, product(*slab)))
 
     def _hole(self, sides: dict[int, Side]) -> Hole:
         """Name a region; inputs that do not matter keep their whole range."""
