@@ -1,15 +1,17 @@
-"""Check rule files at the limits of the language, and say how much processor time each takes.
+"""Run a command on rule files at the limits of the language, and print how much processor time each takes.
 
     python tests/fuzz/worst.py
     python tests/fuzz/worst.py --size 0.1 piecewise systems
+    python tests/fuzz/worst.py --limit 20 --command "diff FILE FILE"
 
-Prints seconds, exit code, memory and name of each worst case of worst_files.py, or of those whose name holds one of
-the words given; exit code 1 if one takes longer than --limit. A case that takes much longer is stopped. Not part of
-the test suite, which checks smaller files.
+Prints seconds, exit code, memory and name of each worst case of worst_files/, or of those whose name contains one of
+the words given; exit code 1 if one takes longer than --limit or more than --memory, or ends in a traceback. A case that
+takes much longer is stopped. Not part of the test suite, which checks smaller files.
 """
 
 import argparse
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -32,13 +34,22 @@ main()
 TRACEBACK = -1
 
 
+def words_of(command, files):
+    """Return the words of a command: FILE stands for the first of some files, INPUTS for values of its inputs."""
+    (file, text), *_ = files.items()
+    inputs = [f"{name}=0.3" for name in dict.fromkeys(re.findall(r"^input (\w+) in", text, re.MULTILINE))]
+    words = command.split()
+    words = words if "FILE" in words else [*words, "FILE"]
+    return [w for word in words for w in (inputs if word == "INPUTS" else [file if word == "FILE" else word])]
+
+
 def measured(name, size, command, stop):
     """Run a command on a worst case; returns processor seconds, exit code and largest memory in MiB."""
     with tempfile.TemporaryDirectory() as folder:
         files = CASES[name](size)
         for file, text in files.items():
             Path(folder, file).write_text(text, encoding="utf-8")
-        words = [sys.executable, "-c", PROGRAM, str(stop), *command, next(iter(files))]
+        words = [sys.executable, "-c", PROGRAM, str(stop), *words_of(command, files)]
         with open(os.devnull, "wb") as nothing, tempfile.TemporaryFile() as errors:
             process = subprocess.Popen(words, cwd=folder, stdout=nothing, stderr=errors)
             _, status, usage = os.wait4(process.pid, 0)
@@ -54,20 +65,21 @@ def main():
     parser.add_argument("--size", type=float, default=1.0, help="1 for files at the limits")
     parser.add_argument("--limit", type=float, default=5.0, help="processor seconds that a case may take")
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--command", default="check")
+    parser.add_argument("--memory", type=int, default=1536, help="MiB that a case may take")
+    parser.add_argument("--command", default="check", help="with FILE and INPUTS where they are not at the end")
     parser.add_argument("words", nargs="*", help="parts of names of cases")
     arguments = parser.parse_args()
     chosen = [name for name in CASES if not arguments.words or any(w in name for w in arguments.words)]
     stop = int(2 * arguments.limit) + 1
     slow = []
     with ThreadPoolExecutor(arguments.jobs) as pool:
-        runs = [pool.submit(measured, n, arguments.size, arguments.command.split(), stop) for n in chosen]
+        runs = [pool.submit(measured, n, arguments.size, arguments.command, stop) for n in chosen]
         for name, run in zip(chosen, runs, strict=True):
             seconds, code, memory = run.result()
             print(f"{seconds:7.2f} s {code:4d} {memory:5d} MiB  {name}", flush=True)
-            if seconds > arguments.limit or code not in (0, 1, 3):
+            if seconds > arguments.limit or memory > arguments.memory or code not in (0, 1, 2, 3):
                 slow.append(name)
-    print(f"{len(chosen)} cases, {len(slow)} above {arguments.limit:g} s: {', '.join(slow) or 'none'}")
+    print(f"{len(chosen)} cases, {len(slow)} above the limits: {', '.join(slow) or 'none'}")
     sys.exit(bool(slow))
 
 
