@@ -8,16 +8,16 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Final
 
-from fuzzyctl.analysis import clock
 from fuzzyctl.analysis.bounds import OutputBound, output_bounds
 from fuzzyctl.analysis.multilinear.slopes import steepest
 from fuzzyctl.analysis.multilinear.surface import Surface, surface_of
 from fuzzyctl.analysis.witnesses import Judge
+from fuzzyctl.analysis.work import SECOND, Work
 from fuzzyctl.kernels.plan.build import Plan, plan
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.support import arguments
 
-#: Seconds that one end of one output may take.
+#: Seconds that one end of one output may take, see `extents`.
 TIMEOUT: Final = 5.0
 #: How near a bound must come to an attained value, as a part of the bounds of the consequents: of the values that are
 #: attained, which are fewer, it is about one percent.
@@ -51,7 +51,8 @@ def extents(system: FuzzySystem, *, timeout: float = TIMEOUT) -> tuple[Extent, .
 
     Args:
         system: A well-formed system.
-        timeout: Seconds that one end of one output may take.
+        timeout: Seconds that one end of one output, and each slope, may take on a usual machine. Operations are
+            counted, no clock is read, so that bounds are the same in every run.
 
     Returns:
         One for each output, in order.
@@ -129,7 +130,7 @@ class _BySubdivision:
     def __init__(self, system: FuzzySystem, flat: Plan, timeout: float) -> None:
         from fuzzyctl.analysis.branch_and_bound.boxed_system import System
 
-        self.boxed, self.timeout = System(system, flat), timeout
+        self.boxed, self.most = System(system, flat), SECOND * timeout
         self.judge = Judge(system)
 
     def least(self, output: int, sign: int) -> tuple[float, list[float] | None]:
@@ -139,19 +140,14 @@ class _BySubdivision:
         known = self.boxed.bounds[self.boxed.outputs[output]]
         span = known.hi - known.lo
         gap = GAP * span if math.isfinite(span) and span else GAP
-        bound, point = least(self.boxed, output, sign, gap, self._value(output, sign), self.deadline)
+        bound, point = least(self.boxed, output, sign, gap, self._value(output, sign), Work(self.most))
         return sign * bound, point
 
     def steepest(self, output: int, position: int) -> float:
         """Return a bound of the slope along an input."""
         from fuzzyctl.analysis.branch_and_bound.minimum import steepest
 
-        return steepest(self.boxed, output, position, self.deadline)
-
-    @property
-    def deadline(self) -> float:
-        """When the next search has to stop."""
-        return clock.now() + self.timeout
+        return steepest(self.boxed, output, position, Work(self.most))
 
     def _value(self, output: int, sign: int) -> Callable[[list[float]], float]:
         name = self.boxed.outputs[output]

@@ -9,7 +9,10 @@ from typing import Final
 
 from fuzzyctl.expr import Expr, walk
 from fuzzyctl.kernels.plan.build import OutputPlan, Plan
+from fuzzyctl.kernels.program.program import Accumulate, Assign, Program
 
+#: Units for a second of one core.
+SECOND: Final = 1_000_000
 #: Units for all proofs and searches of one check, whatever the number of systems and outputs.
 CHECK: Final = 1_500_000
 #: Units for the coverage of one output.
@@ -28,6 +31,8 @@ _ENCLOSED: Final = 1.5
 _COMPILED: Final = 20
 #: Units for an operation of a kernel, or a term at a sample.
 _EVALUATED: Final = 0.2
+#: Units for a node of a program over many boxes, and for each number of its arrays: ends of values and slopes.
+_NODE, _NUMBER = 8, 0.0023
 #: Samples that stand for those of an adaptive integral, whose stretches begin at the places of its terms: in all, and
 #: for each term where there are many.
 _ADAPTIVE: Final = 500
@@ -74,6 +79,18 @@ class Work:
 def units_of(expr: Expr) -> float:
     """Return what it takes to compute intervals of an expression."""
     return 5 + _ENCLOSED * sum(1 for _ in walk(expr))
+
+
+def enclosing(program: Program, inputs: int, boxes: int) -> float:
+    """Return what it takes to enclose a program and its slopes along the inputs over some boxes, all at once."""
+    nodes = entries = 0
+    for statement in program.body:
+        if isinstance(statement, Assign | Accumulate):
+            own = [statement] if isinstance(statement, Assign) else [*statement.body, *statement.sums]
+            count = sum(1 for part in own for _ in walk(part.value))
+            nodes += count
+            entries += count if isinstance(statement, Assign) else count * statement.count
+    return _NODE * nodes + _NUMBER * entries * boxes * (1 + 2 * inputs)
 
 
 def sampling(output: OutputPlan, terms: int) -> float:

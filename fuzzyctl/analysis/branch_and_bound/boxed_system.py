@@ -18,6 +18,7 @@ from fuzzyctl.analysis.coverage.coverage import uncovered_of
 from fuzzyctl.analysis.kernel_errors import kernel_errors
 from fuzzyctl.analysis.multilinear.surface import surface_of
 from fuzzyctl.analysis.slices import needed
+from fuzzyctl.analysis.work import enclosing
 from fuzzyctl.expr import CONSTANTS, Call, Expr, Name, walk
 from fuzzyctl.kernels.algorithms.grid import Grid, grid_of
 from fuzzyctl.kernels.inference import inference
@@ -81,6 +82,17 @@ class System:
         counts = [s.count for s in self.program.body if isinstance(s, Accumulate)]
         return max(16, min(1024, _ARRAY // max([1, *counts])))
 
+    def units(self, output: int, boxes: int) -> float:
+        """Return the work of enclosing an output and its slopes over some boxes."""
+        return enclosing(self._part([output]), len(self.inputs), boxes)
+
+    def _part(self, wanted: Sequence[int]) -> Program:
+        """Return the part of the program that some outputs depend on."""
+        key = tuple(wanted)
+        if key not in self._parts:
+            self._parts[key] = needed(self.program, wanted)
+        return self._parts[key]
+
     def inputs_of(self, lo: Array, hi: Array, *, sloped: bool) -> dict[str, Enclosure]:
         """Return the enclosures of the inputs by name.
 
@@ -97,10 +109,7 @@ class System:
         """Enclose some outputs at some arguments; and say which boxes give no value."""
         names = dict(zip(self.program.arguments, arguments, strict=True))
         runner = Interpreter(names, self._state)
-        key = tuple(wanted)
-        if key not in self._parts:
-            self._parts[key] = needed(self.program, wanted)
-        found = runner.run(self._parts[key], wanted)
+        found = runner.run(self._part(wanted), wanted)
         exact = [self.errors[k] for k in wanted]
         return [_widened(e, off) if off else e for e, off in zip(found, exact, strict=True)], runner.void
 

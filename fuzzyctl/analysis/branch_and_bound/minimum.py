@@ -8,19 +8,21 @@ from typing import Final
 
 import numpy as np
 
-from fuzzyctl.analysis import clock
 from fuzzyctl.analysis.branch_and_bound.boxed_system import System
 from fuzzyctl.analysis.branch_and_bound.queue import Search, middles, signed_points, start_of
+from fuzzyctl.analysis.work import Work
 from fuzzyctl.kernels.interval.vector import Array, negative
 
 #: Boxes of a step that are evaluated by the kernel.
 _TRIED: Final = 4
 #: A slope is known well enough when its bound exceeds what two points show by this part.
 _SLOPE_GAP: Final = 0.05
+#: Units of work for a box that waits, in each step.
+_WAITING: Final = 0.05
 
 
 def least(
-    system: System, output: int, sign: int, gap: float, value: Callable[[list[float]], float], deadline: float
+    system: System, output: int, sign: int, gap: float, value: Callable[[list[float]], float], work: Work
 ) -> tuple[float, list[float] | None]:
     """Bound sign · output from below.
 
@@ -30,7 +32,7 @@ def least(
         sign: 1 or -1.
         gap: How far the bound may be below an attained value.
         value: What a kernel gives for sign · output at a point; NaN for none.
-        deadline: When to stop, by `clock.now`.
+        work: What may be computed.
 
     Returns:
         The bound, and a point that comes near it, None if none was found.
@@ -39,7 +41,7 @@ def least(
     if cells is None:
         return -math.inf, None
     with np.errstate(all="ignore"):
-        return _Least(system, output, sign, value).run(*cells, gap, deadline)
+        return _Least(system, output, sign, value).run(*cells, gap, work)
 
 
 class _Least:
@@ -48,11 +50,11 @@ class _Least:
         self.best = math.inf
         self.point: list[float] | None = None
 
-    def run(self, lo: Array, hi: Array, gap: float, deadline: float) -> tuple[float, list[float] | None]:
-        search = Search(self.system, lo, hi, deadline, None)
+    def run(self, lo: Array, hi: Array, gap: float, work: Work) -> tuple[float, list[float] | None]:
+        search = Search(self.system, lo, hi, math.inf, None)
         bounds = np.full(lo.shape[1], -np.inf)
         settled = math.inf
-        while search.lo.shape[1] and not search.is_over:
+        while search.lo.shape[1] and not search.is_full and work.takes(_units(search, self.output)):
             # The lowest bounds stand last, where the next batch is taken from.
             order = np.argsort(-bounds, kind="stable")
             search.lo, search.hi, bounds = search.lo[:, order], search.hi[:, order], bounds[order]
@@ -96,7 +98,7 @@ class _Least:
                     self.best, self.point = value, point
 
 
-def steepest(system: System, output: int, position: int, deadline: float) -> float:
+def steepest(system: System, output: int, position: int, work: Work) -> float:
     """Bound the slope of an output along an input; infinite where it may jump."""
     cells = system.cells([])
     if cells is None or not system.is_continuous(output):
@@ -104,15 +106,15 @@ def steepest(system: System, output: int, position: int, deadline: float) -> flo
     lo, hi = cells
     whole = (lo < hi).all(axis=0)
     with np.errstate(all="ignore"):
-        return _steepest(system, output, position, Search(system, lo[:, whole], hi[:, whole], deadline, None), deadline)
+        return _steepest(system, output, position, Search(system, lo[:, whole], hi[:, whole], math.inf, None), work)
 
 
-def _steepest(system: System, output: int, position: int, search: Search, deadline: float) -> float:
+def _steepest(system: System, output: int, position: int, search: Search, work: Work) -> float:
     bounds, shown, settled = np.full(search.lo.shape[1], np.inf), 0.0, 0.0
-    while search.lo.shape[1]:
+    while search.lo.shape[1] and not search.is_full:
         order = np.argsort(bounds, kind="stable")
         search.lo, search.hi, bounds = search.lo[:, order], search.hi[:, order], bounds[order]
-        if bounds[-1] <= shown * (1.0 + _SLOPE_GAP) or clock.now() > deadline:
+        if bounds[-1] <= shown * (1.0 + _SLOPE_GAP) or not work.takes(_units(search, output)):
             break
         count = min(system.batch, len(bounds))
         bounds = bounds[: len(bounds) - count]
@@ -126,6 +128,12 @@ def _steepest(system: System, output: int, position: int, search: Search, deadli
         settled = max(settled, float(own[keep][~halved].max(initial=0.0)))
         bounds = np.concatenate([bounds, own[keep][halved], own[keep][halved]])
     return max(settled, float(bounds.max(initial=0.0)))
+
+
+def _units(search: Search, output: int) -> float:
+    """Return the work of the next batch, in which the output is enclosed over boxes and at points in them."""
+    waiting = int(search.lo.shape[1])
+    return 2.0 * search.system.units(output, min(search.system.batch, waiting)) + _WAITING * waiting
 
 
 def _slopes(system: System, output: int, position: int, lo: Array, hi: Array) -> Array:

@@ -97,7 +97,12 @@ class Search:
     @property
     def is_over(self) -> bool:
         """Whether time or room is used up."""
-        return clock.now() > self.deadline or self.lo.shape[1] > _MOST
+        return clock.now() > self.deadline or self.is_full
+
+    @property
+    def is_full(self) -> bool:
+        """Whether room is used up."""
+        return int(self.lo.shape[1]) > _MOST
 
     def halted(
         self, claim: str, step: Callable[[], Witness | None], why_stuck: Callable[[], str], *, wider: str = ""

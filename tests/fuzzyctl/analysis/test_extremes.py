@@ -111,3 +111,15 @@ def test_the_bound_of_each_box_holds_in_it(name, sign):
         for other in np.linspace(0, 1, 5):
             values = sign * system(e=lo[0] + share * (hi[0] - lo[0]), de=lo[1] + other * (hi[1] - lo[1]))
             assert np.all(values >= bound)
+
+
+@pytest.mark.parametrize("name", ["curves", "minimum", "centroid"])
+def test_bounds_and_slopes_do_not_depend_on_a_clock(name, monkeypatch):
+    monkeypatch.setattr("fuzzyctl.analysis.clock.now", lambda: pytest.fail("the time is read"))
+    (first,), (second,) = (extents(SYSTEMS[name], timeout=0.2) for _ in range(2))
+    assert first == second
+
+
+def test_more_time_gives_tighter_slopes():
+    short, long = (extents(SYSTEMS["curves"], timeout=t)[0].steepness["e"] for t in (0.005, 1.0))
+    assert long < short < np.inf
