@@ -30,7 +30,7 @@ class Checked:
     Args:
         system: None when there are errors.
         verdicts: What quick methods say of its guarantees.
-        diagnostics: All of them, in the order of their places.
+        diagnostics: All of them, sorted by location.
     """
 
     system: FuzzySystem | None
@@ -55,7 +55,7 @@ def check(
             given params; who sets params afterwards may leave it out here and prove them then.
 
     Returns:
-        The system, None when there are errors, and all diagnostics in the order of their places.
+        The system, None when there are errors, and all diagnostics sorted by location.
 
     Raises:
         DiagnosticError: When the file cannot be read as text at all.
@@ -86,7 +86,7 @@ def check_source(
             checked as the file is.
 
     Returns:
-        The systems without errors, and all diagnostics in the order of their places.
+        The systems without errors, and all diagnostics sorted by location.
     """
     from fuzzyctl.analysis.work import Work
 

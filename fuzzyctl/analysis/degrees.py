@@ -149,7 +149,7 @@ def _chosen(flat: Plan, rule: RulePlan, strength: Interval) -> Interval:
 
 
 def breakpoints(variable: InputPlan, sets: Sequence[SetPlan]) -> list[float]:
-    """Return the places where the formulas of some terms of an input change, and its range, as far as it reaches."""
+    """Return the values at which the formulas of some terms of an input change, and the ends of its range."""
     found = {variable.lower, variable.upper}
     for term in sets:
         corners = [x for x, _ in term.vertices] or term.pieces

@@ -220,9 +220,9 @@ def _dead_term(system: FuzzySystem, idle: _Idle, named: Named) -> Diagnostic:
     message = f"term '{term}' of '{name}' has degree 0 in the whole range [{low:.6g}, {high:.6g}]"
     facts = [f"{counted(len(rules), 'rule')} with it never fire{'s' if len(rules) == 1 else ''}"] if rules else []
     declared = variable.term(term)
-    place = declared.span if declared is not None else variable.span
+    location = declared.span if declared is not None else variable.span
     help_text = "widen the range, or move the term into it"
-    return Diagnostic("FZ404", message, place, "warning", (*facts, *_lost(idle, rules)), help_text)
+    return Diagnostic("FZ404", message, location, "warning", (*facts, *_lost(idle, rules)), help_text)
 
 
 def _dead_rule(idle: _Idle, rule: Rule, reason: str) -> Diagnostic:

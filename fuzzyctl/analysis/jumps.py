@@ -27,10 +27,10 @@ from fuzzyctl.model.variable import Output
 
 #: Changes below this part of an output's range are none that anyone would feel.
 LEAST: Final = 1e-3
-#: Most points at which the other inputs stand while one is moved over a place.
+#: Most points at which the other inputs stand while one is moved over a candidate.
 MOST_POINTS: Final = 100
-#: Most places looked at.
-MOST_PLACES: Final = 100
+#: Most candidates looked at: values of inputs at which an output may jump.
+MOST_CANDIDATES: Final = 100
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Jump:
         at: Where.
         before, after: The output there and at a neighbouring number, or at both of them, the smaller one first.
         others: Values of the other inputs.
-        places: At how many values of inputs the output jumps.
+        count: At how many values of inputs the output jumps.
         silent: Whether no rule fires on one side.
     """
 
@@ -51,7 +51,7 @@ class Jump:
     before: float
     after: float
     others: dict[str, float]
-    places: int
+    count: int
     silent: bool
 
     @property
@@ -87,15 +87,15 @@ def largest_jump(flat: Plan, name: str, verdict: Verdict, search: _Evaluation | 
     output = flat.outputs[position]
     if flat.initial_state:
         return None  # it also depends on what was before
-    places = list(islice(_places(flat, output, isinstance(verdict, Hole)), MOST_PLACES))
-    if not places:
+    candidates = list(islice(_candidates(flat, output, isinstance(verdict, Hole)), MOST_CANDIDATES))
+    if not candidates:
         return None
     search = _Evaluation(flat, Work()) if search is None else search
     value, found = search.of(position), []
-    for place in places:
+    for position_of, x in candidates:
         if search.work.left <= 0.0:
             break
-        jump = _at(flat, output, value, search.others(place[0]), *place)
+        jump = _at(flat, output, value, search.others(position_of), position_of, x)
         found.extend([jump] if jump is not None else [])
     if not found:
         return None
@@ -103,7 +103,7 @@ def largest_jump(flat: Plan, name: str, verdict: Verdict, search: _Evaluation | 
     return Jump(best.input, best.at, best.before, best.after, best.others, len(found), best.silent)
 
 
-def _places(flat: Plan, output: OutputPlan, has_hole: bool) -> Iterator[tuple[int, float]]:
+def _candidates(flat: Plan, output: OutputPlan, has_hole: bool) -> Iterator[tuple[int, float]]:
     """Yield inputs and values at which an output may jump."""
     for i, variable in enumerate(flat.inputs):
         sets = [d.set for d in flat.degrees if d.variable == i]
@@ -209,7 +209,7 @@ def _diagnostic(output: Output, jump: Jump) -> Diagnostic:
         facts.append(f"no rule fires beyond, and 'else {output.otherwise}' holds")
     else:
         facts.append(f"a term of '{jump.input}' jumps there")
-    if jump.places > 1:
-        facts.append(f"it jumps at {counted(jump.places, 'place')} in all; this is the largest jump found")
+    if jump.count > 1:
+        facts.append(f"it jumps at {counted(jump.count, 'value')} in all; this is the largest jump found")
     help_text = "let terms overlap there; where the jump is meant, write 'allow FZ405'"
     return Diagnostic("FZ405", message, output.span, "hint", tuple(facts), help_text)

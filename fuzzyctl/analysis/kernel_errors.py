@@ -147,9 +147,9 @@ def _off_terms(output: OutputPlan, band: Band) -> Fraction:
     used = sorted({e.term for e in output.implied}, key=lambda t: output.terms[t].peak)
     first, last = (Fraction(output.terms[t].peak) for t in (used[0], used[-1]))
     step = (last - first) / band.last
-    places = [first + k * step for k in range(band.low, band.high + 2)]
+    points = [first + k * step for k in range(band.low, band.high + 2)]
     low, high = Fraction(output.lower), Fraction(output.upper)
-    return max(_off_triangles(_within(_finite(output.terms[t].vertices), low, high), places) for t in used)
+    return max(_off_triangles(_within(_finite(output.terms[t].vertices), low, high), points) for t in used)
 
 
 def _off_even(knots: Sequence[Fraction]) -> Fraction:
@@ -161,8 +161,8 @@ def _off_triangles(corners: Sequence[tuple[Fraction, Fraction]], knots: Sequence
     """Return how far a term is from the triangle over three neighbouring knots that it is nearest to."""
     top = max(range(len(knots)), key=lambda k: _at(corners, knots[k]))
     ideal = [(x, Fraction(int(k == top))) for k, x in enumerate(knots)]
-    places = [*knots, *(x for x, _ in corners if knots[0] <= x <= knots[-1])]
-    return max(abs(_at(corners, x) - _at(ideal, x)) for x in places)
+    points = [*knots, *(x for x, _ in corners if knots[0] <= x <= knots[-1])]
+    return max(abs(_at(corners, x) - _at(ideal, x)) for x in points)
 
 
 def _within(

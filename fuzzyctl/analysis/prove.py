@@ -37,7 +37,7 @@ from fuzzyctl.analysis.multilinear import decide, slopes
 from fuzzyctl.analysis.multilinear.surface import Surface, surface_of
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict
 from fuzzyctl.analysis.witnesses import Judge
-from fuzzyctl.analysis.work import SEARCH, SPENT, SpentError, Work
+from fuzzyctl.analysis.work import COVERAGE, SEARCH, SPENT, SpentError, Work
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.expr import Binary, Expr, span_of, to_text, walk
 from fuzzyctl.kernels.plan.build import Plan, plan
@@ -61,6 +61,9 @@ _AT_FIRST: Final = "no point is found that breaks the claim with what is at firs
 
 #: What decides claims that subdivision cannot settle, such as equalities; said of systems that do not interpolate.
 _EXACTLY: Final = "of a system that interpolates ('and product', 'center_average') it is decided exactly"
+
+#: Why `total` of an output is undecided for lack of work in a proof, which no time limit changes.
+_TOO_MUCH: Final = f"it takes more than {COVERAGE:,} units of work, the most for the coverage of an output"
 
 #: Progress callback of a long proof: the claim, boxes settled, boxes open.
 Progress = Callable[[str, int, int], None]
@@ -193,11 +196,11 @@ class Prover:
         part = self._part_without_value(guarantee, claim_of(self.system, guarantee))
         if part is None:
             return None
-        place, help_text = part[0], "leave such points out with 'when'"
-        if isinstance(place, Binary) and place.op == "/":
-            place, help_text = place.right, f"{help_text}, or multiply both sides"
+        culprit, help_text = part[0], "leave such points out with 'when'"
+        if isinstance(culprit, Binary) and culprit.op == "/":
+            culprit, help_text = culprit.right, f"{help_text}, or multiply both sides"
         message = f"the guarantee {_lacks(*part)}"
-        return Diagnostic("FZ307", message, span_of(place) or guarantee.span, help=help_text)
+        return Diagnostic("FZ307", message, span_of(culprit) or guarantee.span, help=help_text)
 
     def _part_without_value(self, guarantee: Guarantee, claim: Claim) -> tuple[Expr, dict[str, float]] | None:
         return sampling.without_value(guarantee, claim, self.plan, self.judge)
@@ -258,7 +261,8 @@ class Prover:
         if point is not None:
             return Refuted(claim.text, self.judge.silent(output, point))
         if isinstance(found, Unclear):
-            return Undecided(claim.text, found.reason)
+            is_proof = found.spent and self.work is None
+            return Undecided(claim.text, _TOO_MUCH if is_proof else found.reason)
         if claim.region == ALWAYS:
             return Undecided(claim.text, unclear_at(found))
         return Undecided(claim.text, f"no rule fires where {found}; no point of the region is found there")
@@ -287,10 +291,10 @@ class Prover:
 
         if self._boxed is None:
             self._boxed = System(self.system, self.plan)
-        told = None if self.progress is None else partial(self.progress, claim.text)
+        progress = None if self.progress is None else partial(self.progress, claim.text)
         if isinstance(claim.truth, Slope):
-            return box_slopes.decide_slope(self._boxed, claim, claim.truth, self.judge, self.timeout, told)
-        return branching.decide(self._boxed, claim, self.judge, self.timeout, told)
+            return box_slopes.decide_slope(self._boxed, claim, claim.truth, self.judge, self.timeout, progress)
+        return branching.decide(self._boxed, claim, self.judge, self.timeout, progress)
 
 
 def diagnostics(system: FuzzySystem) -> list[Diagnostic]:

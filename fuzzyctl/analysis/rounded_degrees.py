@@ -32,9 +32,9 @@ _ALLOWANCE: Final = 2.0
 _CLOSE: Final = tuple(10.0 ** (-0.25 * k) for k in range(4, 62))
 #: Samples of a stretch: evenly, and closer and closer to both ends.
 _SAMPLES: Final = tuple(sorted({k / 32 for k in range(1, 32)} | {*_CLOSE} | {1.0 - c for c in _CLOSE}))
-#: Units of `analysis.work`, that is microseconds: for a level of a hedge, and for a place of a term.
+#: Units of `analysis.work`, that is microseconds: for a level of a hedge, and for a breakpoint of a term.
 _UNITS_OF_LEVEL: Final = 300.0
-_UNITS_OF_PLACE: Final = 100.0
+_UNITS_OF_BREAKPOINT: Final = 100.0
 
 Degree = Callable[[float], float]
 
@@ -52,18 +52,18 @@ def area_of_rounding(output: OutputPlan, term: SetPlan, work: Work) -> float:
     for k in range(len(term.changes)):
         work.spend(_UNITS_OF_LEVEL * len(_levels(term.changes[k])))
         if _is_steep(term.changes[k:]):
-            places = places_of(output, [term])
-            work.spend(_UNITS_OF_PLACE * len(places))
+            breakpoints = places_of(output, [term])
+            work.spend(_UNITS_OF_BREAKPOINT * len(breakpoints))
             degree = scalar_function(replace(term, changes=term.changes[:k]).degree_of_x)
-            total += _area(degree, _hedged(term.changes[k:]), places)
+            total += _area(degree, _hedged(term.changes[k:]), breakpoints)
     total *= _ALLOWANCE / (output.upper - output.lower)
     return total if total > COVERED else 0.0
 
 
-def _area(degree: Degree, hedged: Degree, places: list[float]) -> float:
+def _area(degree: Degree, hedged: Degree, breakpoints: list[float]) -> float:
     """Return the area between a hedged set and the same set of rounded degrees."""
     total = 0.0
-    for a, b in pairwise(places):
+    for a, b in pairwise(breakpoints):
         before, last = a, 0.0
         for x in (a + (b - a) * s for s in _SAMPLES):
             changed = _changed(hedged, degree(x))

@@ -104,7 +104,7 @@ def _broken(claim: Claim, plan: Plan, judge: Judge, point: list[float]) -> Witne
         return judge.broken(claim.truth, claim.region, point)
     slope, k = claim.truth, judge.inputs.index(claim.truth.input)
     error = judge.rounding(slope.output)
-    for far in _places(plan, k):
+    for far in _coordinates(plan, k):
         found = judge.broken_slope(slope, point, far, error) if far > point[k] else None
         if found is not None:
             return found
@@ -119,10 +119,10 @@ def units_of_claim(claim: Claim) -> float:
 
 def points(plan: Plan) -> Iterator[tuple[float, ...]]:
     """Yield corners of terms and middles between them, then the same with -0.0."""
-    places = [_places(plan, i) for i in range(len(plan.inputs))]
-    signed = [[*own, -0.0] if own[0] <= 0.0 <= own[-1] else own for own in places]
+    coordinates = [_coordinates(plan, i) for i in range(len(plan.inputs))]
+    signed = [[*own, -0.0] if own[0] <= 0.0 <= own[-1] else own for own in coordinates]
     negative = filter(_has_minus_zero, islice(product(*signed), _SIGNED))
-    yield from islice(chain(product(*places), negative), POINTS)
+    yield from islice(chain(product(*coordinates), negative), POINTS)
 
 
 def with_signs(point: Sequence[float], sides: Sequence[tuple[float, float]]) -> Iterator[list[float]]:
@@ -142,12 +142,12 @@ def _has_minus_zero(point: tuple[float, ...]) -> bool:
     return any(x == 0.0 and math.copysign(1.0, x) < 0.0 for x in point)
 
 
-def _places(plan: Plan, position: int) -> list[float]:
+def _coordinates(plan: Plan, position: int) -> list[float]:
     """Return corners and middles of an input; where they are too many for all inputs together, fewer."""
     variable = plan.inputs[position]
     corners = breakpoints(variable, [d.set for d in plan.degrees if d.variable == position])
-    places = sorted({*corners, *(0.5 * a + 0.5 * b for a, b in pairwise(corners))})
+    coordinates = sorted({*corners, *(0.5 * a + 0.5 * b for a, b in pairwise(corners))})
     most = max(3, round(POINTS ** (1.0 / len(plan.inputs))))
-    if len(places) <= most:
-        return places
-    return [places[round(k * (len(places) - 1) / (most - 1))] for k in range(most)]
+    if len(coordinates) <= most:
+        return coordinates
+    return [coordinates[round(k * (len(coordinates) - 1) / (most - 1))] for k in range(most)]

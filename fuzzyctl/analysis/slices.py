@@ -13,7 +13,7 @@ from fuzzyctl.kernels.program.program import Accumulate, Assign, Fold, Program, 
 
 
 def needed(program: Program, wanted: Sequence[int]) -> Program:
-    """Return a program with the statements that some results depend on; all results keep their places."""
+    """Return a program with the statements that some results depend on; all results keep their indices."""
     names = _used(program.results[k] for k in wanted)
     kept: list[Statement] = []
     for statement in reversed(program.body):

@@ -283,9 +283,9 @@ class Judge:
             broken = (-rise if slope.word == "increasing" else rise) > slope.tolerance + 2 * error
         if not broken:
             return None
-        places = [dict(zip(self.inputs, p, strict=True)) for p in (first, second)]
+        points = [dict(zip(self.inputs, p, strict=True)) for p in (first, second)]
         sides = [(f"{slope.output} at {slope.input} = {p[k]:.9g}", v) for p, v in ((first, a), (second, b))]
-        return Witness(places[0], tuple(sides), places[1])
+        return Witness(points[0], tuple(sides), points[1])
 
 
 def _called(function: str, *values: float) -> float:

@@ -33,8 +33,8 @@ _COMPILED: Final = 20
 _EVALUATED: Final = 0.2
 #: Units for a node of a program over many boxes, and for each number of its arrays: ends of values and slopes.
 _NODE, _NUMBER = 8, 0.0023
-#: Samples that stand for those of an adaptive integral, whose stretches begin at the places of its terms: in all, and
-#: for each term where there are many.
+#: Samples that stand for those of an adaptive integral, whose intervals begin at the breakpoints of its terms: in all,
+#: and for each term where there are many.
 _ADAPTIVE: Final = 500
 _ADAPTIVE_TERM: Final = 100
 

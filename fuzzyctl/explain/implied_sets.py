@@ -70,12 +70,12 @@ class ImpliedSets:
         return tuple(reduce(self._join, degrees) for degrees in zip(*curves, strict=True)) if curves else ()
 
     @property
-    def has_places(self) -> bool:
-        """Whether rules leave a place each in the output, as by Tsukamoto's method, and no set."""
+    def has_crisp_values(self) -> bool:
+        """Whether rules give a crisp value each, as by Tsukamoto's method, and no set."""
         return self.output.inverts or self.output.takes_degrees
 
-    def places(self, rules: Iterable[tuple[int, float, int]]) -> list[tuple[float, float]]:
-        """Return the positions of rules with the activation applied to each; arguments as for `together`.
+    def crisp_values(self, rules: Iterable[tuple[int, float, int]]) -> list[tuple[float, float]]:
+        """Return the crisp values of rules with the activation applied to each; arguments as for `together`.
 
         A function of the inputs has none.
         """
@@ -84,18 +84,18 @@ class ImpliedSets:
             term = self._term(rule, nth)
             if term.expression is not None:
                 continue
-            # Where the sum runs over terms, rules of one term leave one place together.
+            # Where the sum runs over terms, rules of one term give one value together.
             key: object = term if self.output.merge != "rules" else (rule, nth)
             felt[key] = (term, self._join(felt[key][1], own) if key in felt else own)
-        return [(self._place(term, strength), strength) for term, strength in felt.values()]
+        return [(self._crisp_value(term, strength), strength) for term, strength in felt.values()]
 
-    def _place(self, term: SetPlan, strength: float) -> float:
+    def _crisp_value(self, term: SetPlan, strength: float) -> float:
         output = self.output
         if output.inverts:
             # As kernels do: see `defuzzify`.
             limited = output.places == "clamped" and (term.height != 1.0 or output.merge != "rules")
             share = scalar_function(term.share(Name("w"), limited=limited))(strength)
-            place = float(scalar_function(term.inverse(Name("w")))(share))
+            value = float(scalar_function(term.inverse(Name("w")))(share))
         else:
-            place = float(scalar_function(term.degree(Name("w")))(strength))
-        return min(max(place, output.lower), output.upper) if output.places == "clamped" else place
+            value = float(scalar_function(term.degree(Name("w")))(strength))
+        return min(max(value, output.lower), output.upper) if output.places == "clamped" else value

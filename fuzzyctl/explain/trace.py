@@ -281,9 +281,9 @@ def _slopes(flat: Plan, found: _Traced, point: list[float]) -> dict[str, dict[st
         if math.isfinite(x):
             step = max(step, math.ulp(x))
         # Far from 0 the neighbours are rounded, and so is how far they are.
-        places = [(x - step, x - (x - step)), (x + step, (x + step) - x)] if math.isfinite(x) else [(x, step)] * 2
-        left, right = (outputs([*point[:k], place, *point[k + 1 :]]) for place, _ in places)
-        (_, before), (_, after) = places
+        points = [(x - step, x - (x - step)), (x + step, (x + step) - x)] if math.isfinite(x) else [(x, step)] * 2
+        left, right = (outputs([*point[:k], x_beside, *point[k + 1 :]]) for x_beside, _ in points)
+        (_, before), (_, after) = points
         for o, output in enumerate(flat.outputs):
             slopes[output.name][variable.name] = ((here[o] - left[o]) / before, (right[o] - here[o]) / after)
     return slopes

@@ -80,9 +80,9 @@ def _ends(
     variable: LinguisticVariable, low: float, high: float, found: Trace, sets: ImpliedSets
 ) -> tuple[float, float]:
     """Return the ends of an output's axis: its range, and numbers beyond it, as sums and functions have them."""
-    places = [place for place, _ in sets.places(_own(found, variable))] if sets.has_places else []
+    values = [value for value, _ in sets.crisp_values(_own(found, variable))] if sets.has_crisp_values else []
     numbers = [c.value for rule in found.rules for c in rule.contributions if c.output == variable.name]
-    return _with_room(low, high, [*numbers, *places, found.outputs[variable.name]])
+    return _with_room(low, high, [*numbers, *values, found.outputs[variable.name]])
 
 
 def _with_room(low: float, high: float, numbers: Sequence[float | None]) -> tuple[float, float]:
@@ -137,9 +137,9 @@ def _cell(ax: Any, system: FuzzySystem, found: Trace, rule: FiredRule, column: _
 def _begins_crowded(column: _Column, rule: int, own: Sequence[Contribution]) -> bool:
     """Return whether a number or a place stands where names begin, in the first fifth of the axis."""
     numbers = [c.value for c in own if c.value is not None]
-    if column.sets is not None and column.sets.has_places:
+    if column.sets is not None and column.sets.has_crisp_values:
         felt = [(rule, c.felt, nth) for nth, c in enumerate(own) if c.value is None]
-        numbers += [place for place, _ in column.sets.places(felt)]
+        numbers += [value for value, _ in column.sets.crisp_values(felt)]
     low, high = column.ends
     return any(low <= n < 0.8 * low + 0.2 * high for n in numbers)
 
@@ -161,8 +161,8 @@ def _consequent(ax: Any, column: _Column, rule: int, nth: int, contribution: Con
         ax.vlines(contribution.value, 0, contribution.felt, color=OUTPUT, lw=3)
         return
     assert column.sets is not None, "rules contribute to outputs only"
-    if column.sets.has_places:
-        _spikes(ax, column.sets.places([(rule, contribution.felt, nth)]))
+    if column.sets.has_crisp_values:
+        _spikes(ax, column.sets.crisp_values([(rule, contribution.felt, nth)]))
         if (shape := column.sets.consequent(rule, nth)) is not None and column.sets.output.inverts:
             ax.plot(column.x, shape, color=OUTPUT, lw=1)
         return
@@ -172,10 +172,10 @@ def _consequent(ax: Any, column: _Column, rule: int, nth: int, contribution: Con
         ax.fill_between(column.x, cut, color=OUTPUT, alpha=0.35, lw=0)
 
 
-def _spikes(ax: Any, places: Sequence[tuple[float, float]]) -> None:
-    """Draw places as high as they are felt."""
-    for place, felt in places:
-        ax.vlines(place, 0, felt, color=OUTPUT, lw=3)
+def _spikes(ax: Any, values: Sequence[tuple[float, float]]) -> None:
+    """Draw crisp values as high as the activations applied to them."""
+    for value, felt in values:
+        ax.vlines(value, 0, felt, color=OUTPUT, lw=3)
 
 
 def _names(ax: Any, names: Sequence[tuple[str, str]], *, on_the_right: bool = False) -> None:
@@ -199,8 +199,8 @@ def _last_row(ax: Any, found: Trace, column: _Column) -> None:
     contributions = [c for rule in found.rules for c in rule.contributions if c.output == name]
     _spikes(ax, [(c.value, c.felt) for c in contributions if c.value is not None])
     own = _own(found, column.variable)
-    if column.sets.has_places:
-        _spikes(ax, column.sets.places(own))
+    if column.sets.has_crisp_values:
+        _spikes(ax, column.sets.crisp_values(own))
     elif together := column.sets.together(own):
         _union(ax, column.x, together)
     value = found.outputs[name]

@@ -161,7 +161,7 @@ class System:
                     assert isinstance(output, Name)
                     taken[expr] = self.strength(list(own.values()), self.outputs.index(output.name))
                     return taken[expr]
-                where = self._place_of(expr.function)
+                where = self._output_of(expr.function)
                 if where is None:
                     return None
                 (taken[expr],), quiet = where[0].evaluate([interpreter.enclose(a) for a in expr.arguments], [where[1]])
@@ -171,7 +171,7 @@ class System:
         interpreter = Interpreter(names, call=call)
         return [interpreter.enclose(e) for e in exprs], void
 
-    def _place_of(self, name: str) -> tuple[System, int] | None:
+    def _output_of(self, name: str) -> tuple[System, int] | None:
         """Return the system and the position of an output, of this system or of one it is compared with."""
         if name in self.outputs:
             return self, self.outputs.index(name)
@@ -182,7 +182,7 @@ class System:
         """Return the outputs that are named at the point itself, by system, each with its name there."""
         found: dict[System, list[tuple[int, str]]] = {}
         for name in dict.fromkeys(n for e in exprs for n in _names(e)):
-            where = self._place_of(name)
+            where = self._output_of(name)
             if where is not None:
                 found.setdefault(where[0], []).append((where[1], name))
         return found
@@ -194,11 +194,11 @@ class System:
 
     def cells(self, truths: Sequence[Truth]) -> tuple[Array, Array] | None:
         """Cut the inputs where terms bend and where conditions change; None for too many cells."""
-        places = [self._places(i) for i in range(len(self.inputs))]
+        breakpoints = [self._breakpoints(i) for i in range(len(self.inputs))]
         for truth in truths:
             for bound in bounds_in(truth):
-                self._add_conditions(bound, places)
-        sides = [self._sides(i, own) for i, own in enumerate(places)]
+                self._add_conditions(bound, breakpoints)
+        sides = [self._sides(i, own) for i, own in enumerate(breakpoints)]
         count = prod(len(own) for own in sides)
         if count > MOST_CELLS:
             sides = [[self.whole(i)] if len(own) > 3 else own for i, own in enumerate(sides)]
@@ -208,11 +208,11 @@ class System:
         ends = np.array(list(product(*sides)), dtype=np.float64).reshape(-1, len(sides), 2)
         return np.ascontiguousarray(ends[:, :, 0].T), np.ascontiguousarray(ends[:, :, 1].T)
 
-    def _places(self, position: int) -> set[float]:
+    def _breakpoints(self, position: int) -> set[float]:
         sets = [d.set for d in self.plan.degrees if d.variable == position]
         return {x for s in sets for x in ([v[0] for v in s.vertices] or s.pieces)}
 
-    def _add_conditions(self, bound: Bound, places: list[set[float]]) -> None:
+    def _add_conditions(self, bound: Bound, breakpoints: list[set[float]]) -> None:
         """Add where a comparison of one input changes, and where outputs taken elsewhere bend."""
         left, right = self.reader.read(bound.left), self.reader.read(bound.right)
         if left is None or right is None:
@@ -220,24 +220,24 @@ class System:
         own = left.plus(right, Fraction(-1))
         line = own.line()
         if line is not None and line.input is not None:
-            places[line.input].add(float(-line.shift / line.factor))
+            breakpoints[line.input].add(float(-line.shift / line.factor))
         systems = [self, *self.compared.values()]
         for taken in own.outputs:
             other = systems[taken.system]
             for i, argument in enumerate(taken.arguments):
                 if argument.input is not None and (other is not self or argument != self.reader.here[0][i]):
-                    bends = [Fraction(x) for x in (*other._places(i), *other.whole(i)) if isfinite(x)]
-                    places[argument.input] |= {float((x - argument.shift) / argument.factor) for x in bends}
+                    bends = [Fraction(x) for x in (*other._breakpoints(i), *other.whole(i)) if isfinite(x)]
+                    breakpoints[argument.input] |= {float((x - argument.shift) / argument.factor) for x in bends}
 
     def whole(self, position: int) -> tuple[float, float]:
         """Return the ends of what an input may be."""
         variable = self.plan.inputs[position]
         return (-inf, inf) if variable.extrapolate else (variable.lower, variable.upper)
 
-    def _sides(self, position: int, places: set[float]) -> list[tuple[float, float]]:
+    def _sides(self, position: int, breakpoints: set[float]) -> list[tuple[float, float]]:
         """Return points and the floats strictly between them."""
         lower, upper = self.whole(position)
-        inner = sorted(x for x in places if lower < x < upper and isfinite(x))
+        inner = sorted(x for x in breakpoints if lower < x < upper and isfinite(x))
         points = [lower, *inner, upper]
         found: list[tuple[float, float]] = [(x, x) for x in points if isfinite(x)]
         for a, b in pairwise(points):

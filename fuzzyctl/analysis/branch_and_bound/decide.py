@@ -6,7 +6,16 @@ import numpy as np
 
 from fuzzyctl.analysis import clock
 from fuzzyctl.analysis.branch_and_bound.boxed_system import System, surely_false, surely_true
-from fuzzyctl.analysis.branch_and_bound.queue import FIRST, NEAR, TRIED, Search, Told, middles, signed_points, start_of
+from fuzzyctl.analysis.branch_and_bound.queue import (
+    FIRST,
+    NEAR,
+    TRIED,
+    BoxProgress,
+    Search,
+    middles,
+    signed_points,
+    start_of,
+)
 from fuzzyctl.analysis.claims import Bound, Claim, bounds_in, is_limit
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Witness
 from fuzzyctl.analysis.witnesses import Judge
@@ -14,7 +23,7 @@ from fuzzyctl.expr import Compare
 from fuzzyctl.kernels.interval.vector import Array
 
 
-def decide(system: System, claim: Claim, judge: Judge, timeout: float, told: Told | None) -> Verdict:
+def decide(system: System, claim: Claim, judge: Judge, timeout: float, progress: BoxProgress | None) -> Verdict:
     """Decide a claim about points by subdivision."""
     deadline = clock.now() + timeout
     cells = system.cells([claim.truth, claim.region])
@@ -24,7 +33,7 @@ def decide(system: System, claim: Claim, judge: Judge, timeout: float, told: Tol
     if witness is not None:
         return Refuted(claim.text, witness)
     with np.errstate(all="ignore"):
-        return _Pointwise(system, claim, judge, Search(system, *cells, deadline, told)).verdict()
+        return _Pointwise(system, claim, judge, Search(system, *cells, deadline, progress)).verdict()
 
 
 def first_witness(claim: Claim, judge: Judge, lo: Array, hi: Array, deadline: float) -> Witness | None:
@@ -75,13 +84,13 @@ class _Pointwise:
         exprs = [b.left - b.right for b in self.compared]
         found, _ = self.system.enclose(exprs, *self.search.stuck[0], sloped=False)
         if any(np.isinf(e.lo).any() for e in found):
-            return "values may be infinite there, or none at all; 'when' can leave such places out"
+            return "values may be infinite there, or none at all; 'when' can leave such points out"
         if any(
             (e.lo + float(b.tolerance) < -NEAR * (1.0 + e.size)).any()
             for b, e in zip(self.compared, found, strict=True)
         ):
-            return "too little is known of values there, as where rules hardly fire; 'when' can leave such places out"
-        advice = "; a tolerance, such as 'within 1e-9', settles such places" if self._is_loosened else ""
+            return "too little is known of values there, as where rules hardly fire; 'when' can leave such points out"
+        advice = "; a tolerance, such as 'within 1e-9', settles such points" if self._is_loosened else ""
         return f"it comes as close to its bound as rounding{advice}"
 
     @property

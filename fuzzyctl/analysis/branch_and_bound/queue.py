@@ -28,8 +28,8 @@ _MOST: Final = 2_000_000
 #: Open boxes that a verdict shows.
 _SHOWN: Final = 10
 
-#: Progress callback: the numbers of settled and of open boxes.
-Told = Callable[[int, int], None]
+#: Progress callback of a search: the numbers of settled and of open boxes.
+BoxProgress = Callable[[int, int], None]
 
 
 class Search:
@@ -42,7 +42,7 @@ class Search:
         progress: Called after each batch.
     """
 
-    def __init__(self, system: System, lo: Array, hi: Array, deadline: float, progress: Told | None) -> None:
+    def __init__(self, system: System, lo: Array, hi: Array, deadline: float, progress: BoxProgress | None) -> None:
         self.system, self.lo, self.hi = system, lo, hi
         self.deadline, self.progress, self.settled = deadline, progress, 0
         self.stuck: list[tuple[Array, Array]] = []

@@ -6,7 +6,7 @@ import numpy as np
 
 from fuzzyctl.analysis import clock
 from fuzzyctl.analysis.branch_and_bound.boxed_system import System
-from fuzzyctl.analysis.branch_and_bound.queue import FIRST, NEAR, TRIED, Search, Told, middles, signed_points
+from fuzzyctl.analysis.branch_and_bound.queue import FIRST, NEAR, TRIED, BoxProgress, Search, middles, signed_points
 from fuzzyctl.analysis.claims import Claim, Slope
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Witness
 from fuzzyctl.analysis.witnesses import Judge
@@ -14,7 +14,7 @@ from fuzzyctl.kernels.interval.vector import Array
 
 
 def decide_slope(
-    system: System, claim: Claim, slope: Slope, judge: Judge, timeout: float, told: Told | None
+    system: System, claim: Claim, slope: Slope, judge: Judge, timeout: float, progress: BoxProgress | None
 ) -> Verdict:
     """Decide a word about slopes by subdivision."""
     deadline = clock.now() + timeout
@@ -32,7 +32,7 @@ def decide_slope(
             return Refuted(claim.text, witness)
     if not system.is_continuous(output):
         return Undecided(claim.text, f"'{slope.output}' is not known to be continuous")
-    search = Search(system, lo[:, whole], hi[:, whole], deadline, told)
+    search = Search(system, lo[:, whole], hi[:, whole], deadline, progress)
     with np.errstate(all="ignore"):
         return _Sloped(system, claim, slope, judge, search).verdict(output, axis)
 
@@ -80,7 +80,7 @@ class _Sloped:
         assert found.slopes is not None
         down, up = (np.broadcast_to(s, lo.shape)[axis] for s in found.slopes)
         if self._excess(down, up).max() > NEAR * max(1.0, self.slope.limit):
-            return "there one formula takes over from another, and slopes are known too roughly beside such places"
+            return "there one formula takes over from another, and slopes are known too roughly beside such points"
         return "the slope comes as close to its bound as rounding"
 
     def _step(self, output: int, axis: int) -> Witness | None:

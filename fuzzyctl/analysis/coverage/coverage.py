@@ -173,10 +173,10 @@ def _undecided(flat: Plan, output: Output, planned: OutputPlan, verdict: Undecid
 
 
 def _silent(
-    output: Output, place: str, stopped: str, before: tuple[str, ...] = (), after: tuple[str, ...] = ()
+    output: Output, region: str, stopped: str, before: tuple[str, ...] = (), after: tuple[str, ...] = ()
 ) -> Diagnostic:
-    """Report a place where no rule moves an output, with what stops those that fire there, if any does."""
-    message = f"no rule {'moves' if stopped else 'fires for'} output '{output.name}' {place}"
+    """Report a point or a region where no rule moves an output, with what stops those that fire there, if any does."""
+    message = f"no rule {'moves' if stopped else 'fires for'} output '{output.name}' {region}"
     facts = (*before, stopped or "without 'else' some rule must fire everywhere", ELSEWHERE, *after)
     change = "let a rule move it there" if stopped else "let a term of the inputs reach there"
     help_text = f"{change}, or say 'output {output.name} ... else VALUE'"

@@ -31,7 +31,9 @@ class Silence:
         self.position = next(k for k, o in enumerate(flat.outputs) if o.name == name)
         #: Whether no output reads another one, so that all may be silent at once.
         self.apart = not any(o.reads for o in flat.outputs)
-        self.flat = replace(flat, outputs=tuple(_told(o, own=self.apart or o.name == name) for o in flat.outputs))
+        self.flat = replace(
+            flat, outputs=tuple(_nan_where_silent(o, own=self.apart or o.name == name) for o in flat.outputs)
+        )
         self.state: list[Any] = [self.flat.initial_state] if self.flat.initial_state else []
 
     def of(self, name: str, work: Work) -> Silence:
@@ -95,8 +97,8 @@ def _digits(x: float) -> str:
     return short if float(short) == x else repr(x)
 
 
-def _told(output: OutputPlan, *, own: bool) -> OutputPlan:
-    """Return an output with an `else` that tells silence: NaN for the one asked about, and for others that raise."""
+def _nan_where_silent(output: OutputPlan, *, own: bool) -> OutputPlan:
+    """Return an output with an `else` of NaN, for the one asked about and for others that raise."""
     known: Otherwise = output.otherwise.start if isinstance(output.otherwise, HeldPlan) else output.otherwise
     return replace(output, otherwise=math.nan if own or not isinstance(known, float) else known)
 

@@ -113,11 +113,11 @@ class _Decision:
             for taken in own.outputs:
                 surface = self._surface(taken)
                 for k, i in enumerate(surface.inputs):
-                    _add_places(found, taken.arguments[i], surface.corners[k])
+                    _add_breakpoints(found, taken.arguments[i], surface.corners[k])
         for own in self.region.values():
             line = own.line()
             assert line is not None
-            _add_places(found, line, [Fraction(0)])
+            _add_breakpoints(found, line, [Fraction(0)])
         return [self._within(i, own) for i, own in enumerate(found)]
 
     def _within(self, position: int, found: set[Fraction]) -> list[Fraction]:
@@ -285,7 +285,7 @@ class _Decision:
         return None
 
 
-def _add_places(found: list[set[Fraction]], line: Line, corners: Sequence[Fraction]) -> None:
+def _add_breakpoints(found: list[set[Fraction]], line: Line, corners: Sequence[Fraction]) -> None:
     """Add where a line of an input reaches some corners."""
     if line.input is not None and line.factor:
         found[line.input] |= {(c - line.shift) / line.factor for c in corners}

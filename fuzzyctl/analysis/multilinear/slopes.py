@@ -100,10 +100,10 @@ def _coefficients(surface: Surface, output: int, k: int, cell: Sequence[tuple[in
             surface.sums_at(output, (*corner[:k], end, *corner[k + 1 :]))
             for corner, end in ((a, cell[k][0]), (b, cell[k][1]))
         )
-        place = tuple(
+        index = tuple(
             (x != cell[j][0]) + (y != cell[j][0]) for j, (x, y) in enumerate(zip(a, b, strict=True)) if j != k
         )
-        totals[place] = totals.get(place, Fraction(0)) + v1 * w0 - v0 * w1
+        totals[index] = totals.get(index, Fraction(0)) + v1 * w0 - v0 * w1
     yield from totals.values()
 
 

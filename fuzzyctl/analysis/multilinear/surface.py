@@ -65,29 +65,16 @@ class Surface:
 
     def sums(self, output: int, point: Sequence[Fraction]) -> tuple[Fraction, Fraction]:
         """Return the same at a point, one value for each input of the system."""
-        places = [self._place(k, point[i]) for k, i in enumerate(self.inputs)]
-        if all(len(place) == 1 for place in places):
-            return self.sums_at(output, tuple(place[0][0] for place in places))
+        weights = [_weights(self.corners[k], point[i]) for k, i in enumerate(self.inputs)]
+        if all(len(own) == 1 for own in weights):
+            return self.sums_at(output, tuple(own[0][0] for own in weights))
         above = below = Fraction(0)
-        for choice in product(*places):
-            share = math.prod((c[1] for c in choice), start=Fraction(1))
-            if share:
+        for choice in product(*weights):
+            weight = math.prod((c[1] for c in choice), start=Fraction(1))
+            if weight:
                 a, b = self.sums_at(output, tuple(c[0] for c in choice))
-                above, below = above + share * a, below + share * b
+                above, below = above + weight * a, below + weight * b
         return above, below
-
-    def _place(self, k: int, x: Fraction) -> list[tuple[int, Fraction]]:
-        """Return the corners beside a value, each with its share."""
-        corners = self.corners[k]
-        if x <= corners[0]:
-            return [(0, Fraction(1))]
-        if x >= corners[-1]:
-            return [(len(corners) - 1, Fraction(1))]
-        i = bisect_right(corners, x) - 1
-        if x == corners[i]:
-            return [(i, Fraction(1))]
-        share = (x - corners[i]) / (corners[i + 1] - corners[i])
-        return [(i, 1 - share), (i + 1, share)]
 
     def _raw_sums(self, output: int, corner: tuple[int, ...]) -> tuple[Fraction, Fraction]:
         key = (output, corner)
@@ -164,7 +151,7 @@ def surface_of(plan: Plan, *, most: int = MOST) -> Surface | None:
 
 
 def _corners(plan: Plan, position: int) -> tuple[Fraction, ...]:
-    """Return all places where a term of an input bends, within its range."""
+    """Return the breakpoints of the terms of an input within its range."""
     variable = plan.inputs[position]
     found = {Fraction(x) for d in plan.degrees if d.variable == position for x, _ in d.set.vertices}
     if variable.extrapolate:
@@ -278,17 +265,21 @@ class _Error:
         return max(polynomial, 4.0 * (len(values) + 8 * n + 8) * _U * whole)
 
 
+def _weights(knots: Sequence[Fraction], x: Fraction) -> list[tuple[int, Fraction]]:
+    """Return the indices of the knots beside a value, each with its weight in a linear interpolation."""
+    if x <= knots[0]:
+        return [(0, Fraction(1))]
+    i = bisect_right(knots, x) - 1
+    if i == len(knots) - 1 or x == knots[i]:
+        return [(i, Fraction(1))]
+    weight = (x - knots[i]) / (knots[i + 1] - knots[i])
+    return [(i, 1 - weight), (i + 1, weight)]
+
+
 def _interpolated(knots: Sequence[Sequence[Fraction]], values: Sequence[float], point: Sequence[Fraction]) -> Fraction:
-    places: list[list[tuple[int, Fraction]]] = []
-    for own, x in zip(knots, point, strict=True):
-        i = max(min(bisect_right(own, x) - 1, len(own) - 1), 0)
-        if x <= own[0] or i == len(own) - 1 or x == own[i]:
-            places.append([(i if x > own[0] else 0, Fraction(1))])
-        else:
-            share = (x - own[i]) / (own[i + 1] - own[i])
-            places.append([(i, 1 - share), (i + 1, share)])
+    weights = [_weights(own, x) for own, x in zip(knots, point, strict=True)]
     total = Fraction(0)
-    for choice in product(*places):
+    for choice in product(*weights):
         index = 0
         for (i, _), own in zip(choice, knots, strict=True):
             index = index * len(own) + i

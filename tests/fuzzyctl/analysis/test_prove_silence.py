@@ -140,3 +140,9 @@ class TestStrengths:
         assert isinstance(verdict, Refuted)
         assert 1 <= verdict.witness.point["x"] <= 2
         assert words(gap, "total(y) >= 0.001 when x <= 0.99") == ["Proved"]
+
+
+def test_without_work_left_a_proof_names_its_own_limit(monkeypatch):
+    monkeypatch.setattr("fuzzyctl.analysis.coverage.coverage.COVERAGE", 0)
+    (verdict,) = verdicts(LINE, "total(u)")
+    assert verdict.reason == "it takes more than 1,200,000 units of work, the most for the coverage of an output"
