@@ -9,7 +9,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from tests.bench import cores, nan, params
+from tests.bench import cores, coverage, nan, params
 from tests.bench.workloads import WORKLOADS
 
 NUMBA = pytest.importorskip("numba")
@@ -31,3 +31,9 @@ def test_the_cost_of_one_more_value_is_measured(tmp_path, monkeypatch) -> None:
     file, name, values = params.SWEPT[0]
     text = params.with_param((params.RULES / file).read_text(encoding="utf-8"), name, values[0])
     assert 0.0 < params.seconds(text, "python") < 60.0
+
+
+def test_both_ways_to_prove_coverage_are_compared() -> None:
+    pairs, *seconds = coverage.compared(coverage.complete(2, 3))
+    assert pairs == [("covered", "covered")]
+    assert all(0.0 < s < 60.0 for s in seconds)
