@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Final, Self
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError, UnknownNameError
@@ -226,9 +227,17 @@ class _Contributions:
         is_mean = not output.sums and off <= _SAME * max((abs(v) for _, v in pairs), default=0.0)
         return cls(output, effects, values, whole, result if is_mean else None)
 
+    @cached_property
+    def _entries(self) -> dict[int, list[int]]:
+        """The positions of the consequents of each rule."""
+        found: dict[int, list[int]] = {}
+        for k, entry in enumerate(self.output.implied):
+            found.setdefault(entry.rule, []).append(k)
+        return found
+
     def by(self, rule: int, consequents: Sequence[Consequent]) -> list[Contribution]:
         """Return the contributions of a rule whose consequents are given."""
-        entries = [k for k, e in enumerate(self.output.implied) if e.rule == rule]
+        entries = self._entries.get(rule, [])
         # A rule may set an output several times; its entries stand in the order of its consequents.
         named = [c for c in consequents if c.output == self.output.name]
         parts = []

@@ -18,6 +18,7 @@ from fuzzyctl.analysis.degrees import Truths
 from fuzzyctl.analysis.work import COVERAGE, SpentError, Work
 from fuzzyctl.cli.main import main
 from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.explain.trace import _Contributions
 from fuzzyctl.kernels.plan.build import degree_name, plan
 from fuzzyctl.lang.csv_table import parse_csv_table
 from fuzzyctl.lang.lines import LogicalLine, split
@@ -123,6 +124,26 @@ def test_work_grows_with_the_size_of_a_file(name, size):
 def test_loops_grow_with_the_size_of_a_file(name, size):
     small, large = (lines_of(lambda s=s: checked(text_of(name, s))) for s in (size, 2 * size))
     assert large < 2.6 * small
+
+
+RULE = "if x is low then y is small\n"
+
+
+def test_an_explanation_looks_for_the_consequents_of_all_rules_once():
+    class Counted(tuple):
+        read = 0
+
+        def __iter__(self):
+            Counted.read += 1
+            return super().__iter__()
+
+    system = loads(f"system s\n{HEAD}{RULE * 5}")
+    output = plan(system).outputs[0]
+    output = replace(output, implied=Counted(output.implied))
+    contributions = _Contributions(output, [1.0] * 5, [None] * 5, 5.0, None)
+    for position, rule in enumerate(system.rules):
+        assert len(contributions.by(position, rule.consequents)) == 1
+    assert Counted.read == 1
 
 
 @pytest.mark.parametrize(("name", "size", "most"), COUNTED)
