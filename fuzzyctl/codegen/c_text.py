@@ -12,6 +12,7 @@ from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.simplify import FALSE, TRUE, read, reads
 from fuzzyctl.codegen.unit import Precision
 from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where
+from fuzzyctl.kernels.program.builder import is_atom
 from fuzzyctl.kernels.program.program import (
     STATE,
     Accumulate,
@@ -24,7 +25,6 @@ from fuzzyctl.kernels.program.program import (
     Program,
     Refuse,
     Statement,
-    is_atom,
 )
 
 INDENT: Final = "    "

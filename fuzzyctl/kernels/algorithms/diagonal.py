@@ -20,7 +20,8 @@ from fuzzyctl.kernels.inference.defuzzify.centroid import handover
 from fuzzyctl.kernels.inference.defuzzify.defuzzify import closed_form, middle, support_hull
 from fuzzyctl.kernels.inference.inference import raw_names
 from fuzzyctl.kernels.plan.build import OutputPlan, Plan, SetPlan, degree_name
-from fuzzyctl.kernels.program.program import NAN, Branches, Builder, Program, any_nan, clip, minus, plus, times
+from fuzzyctl.kernels.program.builder import Builder, any_nan, clip, minus, plus, times
+from fuzzyctl.kernels.program.program import NAN, Branches, Program
 
 _HALF: Final = Number(0.5)
 _SIXTH: Final = Number(1 / 6)

@@ -16,22 +16,8 @@ from fuzzyctl.expr import Expr, Name, Number, Where, names_in
 from fuzzyctl.kernels.algorithms.grid import Grid, Table
 from fuzzyctl.kernels.inference.inference import raw_names
 from fuzzyctl.kernels.plan.build import Plan
-from fuzzyctl.kernels.program.program import (
-    NAN,
-    Assign,
-    Between,
-    Builder,
-    Item,
-    Locate,
-    Offset,
-    Place,
-    Program,
-    any_nan,
-    clip,
-    minus,
-    plus,
-    times,
-)
+from fuzzyctl.kernels.program.builder import Builder, any_nan, clip, minus, plus, times
+from fuzzyctl.kernels.program.program import NAN, Assign, Between, Item, Locate, Offset, Place, Program
 
 #: Most coefficients of one sum over all cells: 1 MiB.
 MOST_COEFFICIENTS: Final = 1 << 17

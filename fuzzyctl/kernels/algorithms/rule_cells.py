@@ -20,21 +20,8 @@ from fuzzyctl.kernels.algorithms.grid import ROUNDING, degree_at, is_continuous,
 from fuzzyctl.kernels.inference.defuzzify.defuzzify import average, consequent_hull
 from fuzzyctl.kernels.inference.inference import raw_names
 from fuzzyctl.kernels.plan.build import OutputPlan, Plan, SetPlan, degree_name
-from fuzzyctl.kernels.program.program import (
-    NAN,
-    Builder,
-    Item,
-    Locate,
-    Offset,
-    Place,
-    Program,
-    Refuse,
-    any_nan,
-    clip,
-    minus,
-    plus,
-    times,
-)
+from fuzzyctl.kernels.program.builder import Builder, any_nan, clip, minus, plus, times
+from fuzzyctl.kernels.program.program import NAN, Item, Locate, Offset, Place, Program, Refuse
 
 #: Most numbers of all tables together: 1 MiB.
 MOST_NUMBERS: Final = 1 << 17

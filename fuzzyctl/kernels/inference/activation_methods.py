@@ -8,7 +8,7 @@ from typing import Final
 
 from fuzzyctl.expr import ONE, ZERO, Compare, Expr, Logic, Number, Where
 from fuzzyctl.kernels.plan.build import ActivationPlan
-from fuzzyctl.kernels.program.program import Builder, minus, plus
+from fuzzyctl.kernels.program.builder import Builder, minus, plus
 
 
 def acting(builder: Builder, method: ActivationPlan, activations: Sequence[Expr]) -> list[Expr]:

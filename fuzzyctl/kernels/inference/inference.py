@@ -35,7 +35,8 @@ from fuzzyctl.kernels.plan.build import (
     degree_name,
     step_name,
 )
-from fuzzyctl.kernels.program.program import NAN, STATE, Builder, Item, Program, Refuse, any_nan, clip, times
+from fuzzyctl.kernels.program.builder import Builder, any_nan, clip, times
+from fuzzyctl.kernels.program.program import NAN, STATE, Item, Program, Refuse
 
 
 def evaluation(plan: Plan, *, many: bool = False, branches: bool = False, most_pairs: int | None = None) -> Program:

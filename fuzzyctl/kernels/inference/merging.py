@@ -10,7 +10,7 @@ from fuzzyctl.expr import ZERO, Compare, Expr, Logic, Number, Where, replace_nam
 from fuzzyctl.formulas import aggregation
 from fuzzyctl.kernels.inference.defuzzify.defuzzify import Activation
 from fuzzyctl.kernels.plan.build import OutputPlan
-from fuzzyctl.kernels.program.program import Builder
+from fuzzyctl.kernels.program.builder import Builder
 
 
 def merged(

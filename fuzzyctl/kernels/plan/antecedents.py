@@ -14,7 +14,7 @@ from fuzzyctl.kernels.plan.consequents import own_set, set_of, term_of_output
 from fuzzyctl.kernels.plan.expressions import constants_of, guarded, require_known
 from fuzzyctl.kernels.plan.plan import ChainPlan, DegreePlan, chain_name, degree_name, step_name
 from fuzzyctl.kernels.plan.sets import SetPlan
-from fuzzyctl.kernels.program.program import DEEPEST, depth
+from fuzzyctl.kernels.program.builder import DEEPEST, depth
 from fuzzyctl.model.guarantee import Hedge
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or
 from fuzzyctl.model.system import FuzzySystem

@@ -23,7 +23,7 @@ from fuzzyctl.expr import (
     walk,
 )
 from fuzzyctl.formulas import Vertex, formula_of, held
-from fuzzyctl.kernels.program.program import clip
+from fuzzyctl.kernels.program.builder import clip
 from fuzzyctl.records import record
 
 #: The name of the variable itself in the expression of a `function` term of an input.

@@ -10,7 +10,8 @@ from fuzzyctl.analysis.coverage.coverage import uncovered
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.expr import Binary, Name, Number
 from fuzzyctl.kernels.compile import compile as compile_system
-from fuzzyctl.kernels.program.program import Assign, Builder, depth
+from fuzzyctl.kernels.program.builder import Builder, depth
+from fuzzyctl.kernels.program.program import Assign
 from fuzzyctl.model.rule import And, Is, Not
 from tests.sizes import examples
 

@@ -13,7 +13,8 @@ from fuzzyctl.kernels.inference.defuzzify.sampling import joined
 from fuzzyctl.kernels.inference.defuzzify.turning_points import turning_points
 from fuzzyctl.kernels.inference.degrees.tabulated import degree_of
 from fuzzyctl.kernels.plan.build import OutputPlan, SetPlan
-from fuzzyctl.kernels.program.program import Assign, Builder, Locate, Quadrature, clip, minus, plus, times
+from fuzzyctl.kernels.program.builder import Builder, clip, minus, plus, times
+from fuzzyctl.kernels.program.program import Assign, Locate, Quadrature
 from fuzzyctl.kernels.program.quadrature import NODES
 
 #: Where the slopes of curved terms change much, in multiples of their widths: bell-shaped ones that vanish fast, those

@@ -11,7 +11,7 @@ from fuzzyctl.kernels.inference.defuzzify.centroid import Height
 from fuzzyctl.kernels.inference.defuzzify.envelope import sorted_atoms
 from fuzzyctl.kernels.inference.defuzzify.maxima import Hits, place_of, tolerance
 from fuzzyctl.kernels.plan.build import OutputPlan, SetPlan
-from fuzzyctl.kernels.program.program import Builder, clip, minus, plus, times
+from fuzzyctl.kernels.program.builder import Builder, clip, minus, plus, times
 from fuzzyctl.kernels.program.scalar import scalar_function
 
 #: Left and right end of where a set has some degree at least.

@@ -8,7 +8,8 @@ from typing import Final
 
 from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Logic, Name, Number, Where
 from fuzzyctl.kernels.inference.defuzzify.sampling import HALF, Carried, Samples, total
-from fuzzyctl.kernels.program.program import Assign, Builder, Fold, clip, minus, plus, times
+from fuzzyctl.kernels.program.builder import Builder, clip, minus, plus, times
+from fuzzyctl.kernels.program.program import Assign, Fold
 
 #: Parts of the area that are taken for rounding: where half of it ends up to this, a gap may follow.
 SLACK: Final = 1e-13

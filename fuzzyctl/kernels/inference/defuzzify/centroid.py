@@ -17,7 +17,7 @@ from typing import Final
 from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Number, Where
 from fuzzyctl.formulas import Vertex
 from fuzzyctl.kernels.plan.build import OutputPlan
-from fuzzyctl.kernels.program.program import Builder, minus, plus, times
+from fuzzyctl.kernels.program.builder import Builder, minus, plus, times
 
 #: (term, its activation as an atom, the largest value the activation can have)
 Height = tuple[int, Expr, float]

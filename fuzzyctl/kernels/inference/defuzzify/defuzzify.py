@@ -19,7 +19,8 @@ from fuzzyctl.kernels.inference.defuzzify.maxima import sampled_maximum
 from fuzzyctl.kernels.inference.defuzzify.piecewise_linear import straight_bisector, straight_maximum
 from fuzzyctl.kernels.inference.defuzzify.sampling import Samples, sample_points, sampled_degrees, sampled_moments
 from fuzzyctl.kernels.plan.build import OutputPlan, SetPlan
-from fuzzyctl.kernels.program.program import NAN, STATE, Builder, Item, clip, times
+from fuzzyctl.kernels.program.builder import Builder, clip, times
+from fuzzyctl.kernels.program.program import NAN, STATE, Item
 from fuzzyctl.kernels.program.scalar import scalar_function
 from fuzzyctl.model.method import MAXIMA
 

@@ -15,7 +15,7 @@ from itertools import combinations, pairwise
 from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Logic, Number, Where
 from fuzzyctl.kernels.inference.defuzzify.centroid import Height, Line, Piece, is_handover, line_ends, pieces, uncrossed
 from fuzzyctl.kernels.plan.build import OutputPlan
-from fuzzyctl.kernels.program.program import Builder, clip, minus, plus, times
+from fuzzyctl.kernels.program.builder import Builder, clip, minus, plus, times
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from fuzzyctl.expr import ONE, ZERO, Call, Compare, CompareOp, Expr, Logic, Numb
 from fuzzyctl.kernels.inference.defuzzify.centroid import in_units, unit_of
 from fuzzyctl.kernels.inference.defuzzify.sampling import HALF, Carried, Samples, Step, largest
 from fuzzyctl.kernels.plan.build import OutputPlan
-from fuzzyctl.kernels.program.program import Builder, clip, minus, plus, times
+from fuzzyctl.kernels.program.builder import Builder, clip, minus, plus, times
 
 #: Degrees that fall short of the largest by less than this part of it count as largest, unless a file says otherwise.
 TOLERANCE: Final = 1e-9

@@ -11,7 +11,7 @@ from fuzzyctl.kernels.inference.defuzzify.centroid import Height
 from fuzzyctl.kernels.inference.defuzzify.envelope import Knot, joints, largest_of, outline, segments
 from fuzzyctl.kernels.inference.defuzzify.maxima import Hits, place_of, tolerance
 from fuzzyctl.kernels.plan.build import OutputPlan
-from fuzzyctl.kernels.program.program import Builder, minus, plus, times
+from fuzzyctl.kernels.program.builder import Builder, minus, plus, times
 
 _HALF: Final = Number(0.5)
 #: Degrees that are the same but for rounding.

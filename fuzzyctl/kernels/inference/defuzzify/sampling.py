@@ -11,7 +11,8 @@ from typing import Final
 from fuzzyctl.expr import ZERO, Call, Expr, Name, Number
 from fuzzyctl.formulas import aggregation, conjunction
 from fuzzyctl.kernels.plan.build import OutputPlan, SetPlan
-from fuzzyctl.kernels.program.program import Accumulate, Assign, Builder, Fold, Item, times
+from fuzzyctl.kernels.program.builder import Builder, times
+from fuzzyctl.kernels.program.program import Accumulate, Assign, Fold, Item
 from fuzzyctl.kernels.program.scalar import scalar_function
 
 #: (term, its activation as an atom, the largest value the activation can have)

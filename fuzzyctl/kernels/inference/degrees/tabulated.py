@@ -11,7 +11,8 @@ from typing import Final
 
 from fuzzyctl.expr import Compare, Expr, Number, Where
 from fuzzyctl.kernels.plan.sets import SetPlan
-from fuzzyctl.kernels.program.program import Builder, Item, Place
+from fuzzyctl.kernels.program.builder import Builder
+from fuzzyctl.kernels.program.program import Item, Place
 
 #: Terms of more corners than this stand in tables.
 MOST_CHOICES: Final = 32

@@ -15,8 +15,9 @@ from itertools import count
 from typing import Final
 
 from fuzzyctl.expr import ONE, Binary, Expr, Name, Number, names_in, walk
+from fuzzyctl.kernels.program.builder import SUMMANDS, times
 from fuzzyctl.kernels.program.passes.inline import ONCE, expressions
-from fuzzyctl.kernels.program.program import SUMMANDS, Assign, Program, Statement, times
+from fuzzyctl.kernels.program.program import Assign, Program, Statement
 
 #: Products of two numbers up to this one, and sums of them, stay finite.
 LARGEST: Final = 1e150

@@ -7,18 +7,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from fuzzyctl.expr import Binary, Expr, Name, Where, children, names_in
-from fuzzyctl.kernels.program.program import (
-    DEEPEST,
-    Assign,
-    Branches,
-    Guarded,
-    Locate,
-    Offset,
-    Program,
-    Refuse,
-    Row,
-    Statement,
-)
+from fuzzyctl.kernels.program.builder import DEEPEST
+from fuzzyctl.kernels.program.program import Assign, Branches, Guarded, Locate, Offset, Program, Refuse, Row, Statement
 
 #: Statements that run at most once; in loops a number may have another value where it is needed.
 ONCE = (Assign, Branches, Guarded, Locate, Offset, Refuse, Row)

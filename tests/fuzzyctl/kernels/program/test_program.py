@@ -6,8 +6,10 @@ import pytest
 from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, Logic, Name, Negate, Number, Where
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import plan
+from fuzzyctl.kernels.program.builder import Builder, any_nan, clip, plus, times
+from fuzzyctl.kernels.program.passes.speculate import speculated
 from fuzzyctl.kernels.program.printer import ARRAYS, SCALAR, number, text
-from fuzzyctl.kernels.program.program import Assign, Builder, Item, any_nan, clip, plus, speculated, times
+from fuzzyctl.kernels.program.program import Assign, Item
 from fuzzyctl.kernels.program.scalar import RUNTIME, scalar_function
 
 X, Y = Name("x"), Name("y")

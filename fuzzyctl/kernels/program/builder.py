@@ -1,0 +1,200 @@
+"""Builder of programs: names for values, each value computed once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import reduce
+from itertools import count
+from typing import Final
+
+from fuzzyctl.expr import (
+    ONE,
+    SOFT,
+    ZERO,
+    Binary,
+    Call,
+    Compare,
+    Expr,
+    Logic,
+    Name,
+    Negate,
+    Number,
+    Where,
+    children,
+    replace,
+)
+from fuzzyctl.kernels.program.primitives import step
+from fuzzyctl.kernels.program.program import Assign, Item, Locate, Statement
+
+#: Deeper expressions are written as several statements, since parsers stop at some depth (CPython's at 200).
+DEEPEST: Final = 40
+#: Most values added up in one statement.
+SUMMANDS: Final = 32
+
+
+class Builder:
+    """Write a program: names for values, each value computed once.
+
+    Args:
+        most_pairs: Above how many pairs of lines an exact centroid is an adaptive integral, and terms of many corners
+            stand in tables; None where neither is available, in analyses and in other languages.
+    """
+
+    def __init__(self, *, most_pairs: int | None = None) -> None:
+        self.most_pairs = most_pairs
+        self.statements: list[Statement] = []
+        self.tables: dict[str, tuple[float, ...]] = {}
+        self._known: dict[Expr, Expr] = {}
+        self._fresh = count(1)
+        self._places: dict[tuple[Expr, tuple[float, ...]], tuple[str, Expr]] = {}
+
+    def inner(self) -> Builder:
+        """Return a builder for the body of a loop; it shares names and tables."""
+        builder = Builder(most_pairs=self.most_pairs)
+        builder.tables, builder._fresh = self.tables, self._fresh
+        return builder
+
+    def located(self, x: Expr, knots: tuple[float, ...]) -> tuple[str, Expr]:
+        """Return the name of the position of the knot at or below an atom, and how far the atom lies beyond it."""
+        if (x, knots) not in self._places:
+            name, rest = self.fresh(), self.fresh()
+            self.statements.append(Locate(name, rest, x, self.table(knots), knots, 1))
+            self._places[x, knots] = name, Name(rest)
+        return self._places[x, knots]
+
+    def let(self, value: Expr) -> Expr:
+        """Return a name or a number that stands for a value."""
+        value = self.flat(value)
+        if is_atom(value):
+            return value
+        if depth(value) > DEEPEST:
+            value, _ = self._shallow(value)
+        if value not in self._known:
+            name = self.fresh()
+            self.statements.append(Assign(name, value))
+            self._known[value] = Name(name)
+        return self._known[value]
+
+    def _shallow(self, value: Expr) -> tuple[Expr, int]:
+        """Return a value, and its depth, with names for its deep parts.
+
+        Choices stay whole: only the chosen side may be computed.
+        """
+        if not isinstance(value, Binary | Call | Negate):
+            return value, depth(value)
+        parts: list[Expr] = []
+        deepest = 0
+        for part in children(value):
+            own, height = self._shallow(part)
+            if height >= DEEPEST:
+                own, height = self.let(own), 0
+            parts.append(own)
+            deepest = max(deepest, height)
+        match value:
+            case Binary(op=op):
+                return Binary(op, parts[0], parts[1]), deepest + 1
+            case Call(function=function):
+                return Call(function, tuple(parts)), deepest + 1
+        return -parts[0], deepest + 1
+
+    def flat(self, value: Expr) -> Expr:
+        """Return a value in which `min` and `max` are pairs of atoms, and `sign` and comparisons are choices.
+
+        Printers write those as comparisons, which name each operand twice.
+        """
+
+        def change(node: Expr) -> Expr:
+            match node:
+                case Call(function="min" | "max" as function, arguments=arguments):
+                    return reduce(lambda a, b: Call(function, (self.let(a), self.let(b))), arguments)
+                case Call(function="clip", arguments=(x, low, high)):
+                    return Call("clip", (self.let(x), low, high))
+                case Binary(op="*", left=left, right=right) if left == right and not is_atom(left):
+                    root = self.let(left)
+                    return root * root
+                case Call(function="sign", arguments=(x,)):
+                    x = self.let(x)
+                    negative = Where(Compare("<", x, ZERO), Number(-1.0), times(x, ZERO))
+                    return Where(Compare(">", x, ZERO), ONE, negative)
+                case Call(function=function, arguments=arguments) if function in SOFT:
+                    return step(function, arguments, self.let)
+            return node
+
+        return replace(value, change)
+
+    def fresh(self) -> str:
+        """Return a name that is not taken."""
+        return f"v{next(self._fresh)}"
+
+    def table(self, values: Iterable[float]) -> str:
+        """Return the name of a constant array."""
+        content = tuple(values)
+        for name, known in self.tables.items():
+            if known == content:
+                return name
+        name = f"T{len(self.tables)}"
+        self.tables[name] = content
+        return name
+
+    def total(self, terms: Iterable[Expr]) -> Expr:
+        """Return the sum of some values, 0 for none."""
+        total: Expr = ZERO
+        for k, part in enumerate(t for t in terms if t != ZERO):
+            # Named now and then, so that no sum is deep; the order of the additions stays.
+            total = plus(total if k % SUMMANDS else self.let(total), part)
+        return self.let(total)
+
+    def largest(self, terms: Iterable[Expr]) -> Expr:
+        """Return the largest of some values, 0 for none."""
+        parts = list(terms)
+        return self.let(Call("max", tuple(parts))) if parts else ZERO
+
+    def smallest(self, terms: Iterable[Expr]) -> Expr:
+        """Return the smallest of some values, 0 for none."""
+        parts = list(terms)
+        return self.let(Call("min", tuple(parts))) if parts else ZERO
+
+
+def is_atom(value: Expr) -> bool:
+    """Return whether a value costs nothing to write twice."""
+    return isinstance(value, Name | Number | Item)
+
+
+def depth(value: Expr) -> int:
+    """Return how deep an expression is nested, 0 for an atom."""
+    level, deepest = [value], -1
+    while level:
+        deepest += 1
+        level = [part for node in level for part in children(node)]
+    return deepest
+
+
+def plus(a: Expr, b: Expr) -> Expr:
+    """Return a + b without what adds nothing."""
+    return b if a == ZERO else a if b == ZERO else a + b
+
+
+def minus(a: Expr, b: Expr) -> Expr:
+    """Return a - b without what takes nothing."""
+    return a if b == ZERO else a - b
+
+
+def times(a: Expr, b: Expr) -> Expr:
+    """Return a · b; a factor 1 is left out."""
+    if a == ONE:
+        return b
+    if b == ONE:
+        return a
+    return a * b
+
+
+def clip(x: Expr, lower: float | Expr, upper: float | Expr) -> Expr:
+    """Return an atom held within a range of numbers or atoms; NaN stays NaN."""
+    low, high = (end if isinstance(end, Expr) else Number(end) for end in (lower, upper))
+    return Call("clip", (x, low, high))
+
+
+def any_nan(names: Iterable[Expr]) -> Expr:
+    """Return whether some value is NaN, the only number that differs from itself."""
+    tests = tuple(Compare("!=", x, x) for x in names)
+    return tests[0] if len(tests) == 1 else Logic("or", tests)
