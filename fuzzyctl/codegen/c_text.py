@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from fuzzyctl.codegen.errors import CodegenError
-from fuzzyctl.codegen.simplify import FALSE, TRUE, read, reads
+from fuzzyctl.codegen.simplify import FALSE, TRUE
 from fuzzyctl.codegen.unit import Precision
 from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where
 from fuzzyctl.kernels.program.builder import is_atom
@@ -26,6 +26,7 @@ from fuzzyctl.kernels.program.program import (
     Refuse,
     Statement,
 )
+from fuzzyctl.kernels.program.traversal import read, reads
 
 INDENT: Final = "    "
 #: Most knots counted by comparisons; more are searched by bisection.

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import pairwise
 
-from fuzzyctl.codegen.simplify import expressions, read, reads
 from fuzzyctl.codegen.unit import Unit
 from fuzzyctl.expr import Expr, Name, walk
 from fuzzyctl.formats.fz import rule_text
 from fuzzyctl.kernels.algorithms.interpolation import coefficients
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.program.program import Assign, Item, Locate, Place, Program
+from fuzzyctl.kernels.program.traversal import expressions, read, reads
 from fuzzyctl.model.variable import LinguisticVariable
 
 

@@ -8,7 +8,7 @@ from typing import Final
 
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.names import PYTHON_FUNCTION_RESERVED, PYTHON_RESERVED, Names
-from fuzzyctl.codegen.simplify import functions, renamed
+from fuzzyctl.codegen.simplify import functions, renamed, require_printable
 from fuzzyctl.codegen.unit import Unit, described
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.program.printer import IEEE_SCALAR, INDENT, INTERPRETED, Dialect, block, index_text, text
@@ -111,6 +111,7 @@ def module(unit: Unit) -> str:
     names = Names([*PYTHON_RESERVED, name])
     arguments = [names.claim(i.name) for i in flat.inputs]
     rates = inference.rates(flat) if flat.states else None
+    require_printable(unit.algorithm.printed)
     programs = [("", unit.algorithm.printed), *([("R", rates)] if rates else [])]
     lines = [f"# {line}".rstrip() for line in described(unit)]
     lines += ["", "import math", "import sys", "from math import inf, nan", ""]

@@ -12,13 +12,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from fuzzyctl.codegen.comments import argument_notes, result_notes, table_notes, value_notes
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.names import ST_RESERVED, Names
-from fuzzyctl.codegen.simplify import functions, mapped, with_prefix
+from fuzzyctl.codegen.simplify import functions, with_prefix
 from fuzzyctl.codegen.st_guards import PARTIAL
 from fuzzyctl.codegen.st_text import INDENT, STText
 from fuzzyctl.codegen.unit import Unit, described, printable
 from fuzzyctl.codegen.wrapping import broken, folded
 from fuzzyctl.expr import Binary, Call, Expr, Number
 from fuzzyctl.kernels.program.program import Refuse
+from fuzzyctl.kernels.program.traversal import map_expressions
 
 
 def block_name(unit: Unit) -> str:
@@ -72,7 +73,7 @@ class _Block:
         self.valid = [names.claim(f"{o}_valid") for o in self.outputs]
         adaptive = [f"consequent_{k}" for k in range(len(unit.plan.states))]
         self.states = [names.claim(s) for s in (*adaptive, *(f"held_{self.outputs[o]}" for o in unit.plan.held))]
-        self.rates = with_prefix(mapped(unit.rates, _quotient), "R") if unit.rates is not None else None
+        self.rates = with_prefix(map_expressions(unit.rates, _quotient), "R") if unit.rates is not None else None
         if self.rates is not None and any(isinstance(s, Refuse) for s in self.rates.body):
             raise CodegenError("rates that may be refused are not written in Structured Text")
         _require_first_values(unit)

@@ -13,7 +13,7 @@ from typing import Final
 
 from fuzzyctl.codegen.c_text import single_text
 from fuzzyctl.codegen.errors import CodegenError
-from fuzzyctl.codegen.simplify import FALSE, TRUE, folding, read
+from fuzzyctl.codegen.simplify import FALSE, TRUE, folding
 from fuzzyctl.codegen.st_guards import (
     TESTED,
     function_of,
@@ -38,6 +38,7 @@ from fuzzyctl.kernels.program.program import (
     Refuse,
     Statement,
 )
+from fuzzyctl.kernels.program.traversal import read
 
 INDENT: Final = "  "
 #: Standard functions of IEC 61131-3 for those of programs.

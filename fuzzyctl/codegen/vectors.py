@@ -14,13 +14,13 @@ import numpy as np
 from fuzzyctl.analysis.degrees import breakpoints
 from fuzzyctl.codegen.c_text import single
 from fuzzyctl.codegen.errors import CodegenError
-from fuzzyctl.codegen.simplify import mapped
 from fuzzyctl.codegen.single_precision import LANES, Numbers, Roundings, nearest
 from fuzzyctl.codegen.unit import Unit
 from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
 from fuzzyctl.expr import Compare, Expr, Number
 from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.inference import inference
+from fuzzyctl.kernels.program.traversal import map_expressions
 
 #: Most corners, and random points.
 CORNERS: Final = 100
@@ -129,7 +129,7 @@ class Reference:
         self._evaluate = python_backend.compile_source(python_backend.evaluation_source(program), program, names)
         self._coarse = self._evaluate
         if unit.precision == "float":
-            coarse = mapped(program, _as_single)
+            coarse = map_expressions(program, _as_single)
             self._coarse = python_backend.compile_source(python_backend.evaluation_source(coarse), coarse, names)
         self._single = _Single(unit) if unit.precision == "float" else None
         self.state = list(unit.plan.initial_state)

@@ -17,7 +17,8 @@ from fuzzyctl.kernels.algorithms.grid import Grid, Table
 from fuzzyctl.kernels.inference.inference import raw_names
 from fuzzyctl.kernels.plan.build import Plan
 from fuzzyctl.kernels.program.builder import Builder, any_nan, clip, minus, plus, times
-from fuzzyctl.kernels.program.program import NAN, Assign, Between, Item, Locate, Offset, Place, Program
+from fuzzyctl.kernels.program.program import NAN, Between, Item, Locate, Offset, Place, Program
+from fuzzyctl.kernels.program.traversal import parts, statements, writes
 
 #: Most coefficients of one sum over all cells: 1 MiB.
 MOST_COEFFICIENTS: Final = 1 << 17
@@ -147,8 +148,7 @@ def _contracted(builder: Builder, table: str, cell: str, along: _Along, longest:
     inner, side, place, name = builder.inner(), builder.fresh(), builder.fresh(), builder.fresh()
     inner.statements.append(Offset(place, (*([(cell, 1)] if cell else []), (side, stride))))
     value = _contracted(inner, table, place, others, longest)
-    body = tuple(s for s in inner.statements if isinstance(s, Assign | Offset | Between))
-    builder.statements.append(Between(name, side, share, body, value))
+    builder.statements.append(Between(name, side, share, tuple(inner.statements), value))
     return Name(name)
 
 
@@ -274,21 +274,7 @@ def _read(builder: Builder, value: Expr) -> set[str]:
     """Return the names that a value is computed from; positions are not among them, since they hide that one is NaN."""
     found = {n.name for n in names_in(value)}
     for statement in reversed(builder.statements):
-        match statement:
-            case Assign(name=name, value=own) if name in found:
-                found |= {n.name for n in names_in(own)}
-            case Locate(rest=name, x=own) if name in found:
-                found |= {n.name for n in names_in(own)}
-            case Between(name=name) if name in found:
-                found |= _inside(statement)
+        given = {statement.rest} if isinstance(statement, Locate) else writes(statement)
+        if given & found:
+            found |= {n.name for own in statements([statement]) for e in parts(own).values for n in names_in(e)}
     return found
-
-
-def _inside(statement: Assign | Offset | Between) -> set[str]:
-    """Return the names that stand in a statement and those inside it."""
-    match statement:
-        case Assign(value=value):
-            return {n.name for n in names_in(value)}
-        case Between(share=share, body=body, value=value):
-            return {n.name for e in (share, value) for n in names_in(e)}.union(*map(_inside, body))
-    return set()

@@ -170,7 +170,7 @@ class Between:
     name: str
     side: str
     share: Expr
-    body: tuple[Assign | Offset | Between, ...]
+    body: tuple[Statement, ...]
     value: Expr
 
 
@@ -183,7 +183,7 @@ class Quadrature:
         area: Name of the area.
         kind: Name of the function: `moments` or `half`.
         x: Name of the place.
-        body: Assignments for each place.
+        body: Statements for each place.
         value: The degree there.
         given: Names that body and value read besides the place.
         places: Name of the table, whose entries rise.
@@ -194,7 +194,7 @@ class Quadrature:
     area: str
     kind: str
     x: str
-    body: tuple[Assign | Locate, ...]
+    body: tuple[Statement, ...]
     value: Expr
     given: tuple[str, ...]
     places: str

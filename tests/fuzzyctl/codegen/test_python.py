@@ -8,9 +8,11 @@ import pytest
 
 from fuzzyctl import compile as compile_system
 from fuzzyctl import loads
+from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.python_source import module, module_name
 from fuzzyctl.codegen.unit import prepare
 from fuzzyctl.codegen.vectors import STEP, vectors
+from tests.frozen.systems import SYSTEMS
 
 
 def run(unit):
@@ -52,6 +54,12 @@ class TestNumbers:
         kernel = compile_system(loads(text), backend="numpy")
         for point in ((0.5, 0.3), (-0.5, 0.0), (1e17, 1.0), (math.inf, 0.5), (-math.inf, 0.5), (-0.0, 1.0)):
             assert function(*point) == pytest.approx(kernel(*point), nan_ok=True, rel=1e-15), point
+
+
+def test_an_adaptive_integral_is_refused():
+    text = SYSTEMS["centroid_curved"]
+    with pytest.raises(CodegenError, match="adaptive integral, which generated code has not; sample it"):
+        module(prepare(loads(text), text))
 
 
 def adapt(state, rates, plan):

@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Final
 
-from fuzzyctl.expr import Expr, walk
+from fuzzyctl.expr import walk
 from fuzzyctl.kernels.program.printer import MOST_COUNTED
 from fuzzyctl.kernels.program.program import (
     Accumulate,
-    Assign,
     Between,
     Fold,
     Locate,
     Program,
     Quadrature,
-    Refuse,
     Statement,
 )
+from fuzzyctl.kernels.program.traversal import parts, statements
 
 #: More operations than this take numba longer than most programs run: it compiles about a thousand in a second, and as
 #: many again for arrays.
@@ -33,25 +31,12 @@ def operations(program: Program) -> int:
 
     Loops count once, however often they run; so do constant tables, which stand in memory.
     """
-    return sum(map(_of, program.body)) + _nodes(program.results)
+    return sum(map(_own, statements(program.body))) + sum(1 for value in program.results for _ in walk(value))
 
 
-def _of(statement: Statement) -> int:
-    match statement:
-        case Assign(value=value) | Refuse(condition=value):
-            return _nodes([value])
-        case Locate(knots=knots):
-            return _COUNTED * len(knots) if len(knots) <= MOST_COUNTED else _LOOP
-        case Accumulate(body=body, sums=sums):
-            return _LOOP + sum(map(_of, (*body, *sums)))
-        case Fold(first=first, body=body, then=then):
-            return _LOOP + sum(map(_of, (*first, *body, *then)))
-        case Between(share=share, body=body, value=value):
-            return _LOOP + sum(map(_of, body)) + _nodes([share, value])
-        case Quadrature(body=body, value=value, marks=marks):
-            return _LOOP + sum(map(_of, body)) + _nodes([value, *marks])
-    return 1
-
-
-def _nodes(values: Iterable[Expr]) -> int:
-    return sum(1 for value in values for _ in walk(value))
+def _own(statement: Statement) -> int:
+    """Return the operations of a statement without those of statements inside it."""
+    if isinstance(statement, Locate):
+        return _COUNTED * len(statement.knots) if len(statement.knots) <= MOST_COUNTED else _LOOP
+    nodes = sum(1 for value in parts(statement).values for _ in walk(value))
+    return nodes + (_LOOP if isinstance(statement, Accumulate | Fold | Between | Quadrature) else 0)

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
-from fuzzyctl.expr import Expr, names_in, walk
+from fuzzyctl.expr import Expr, names_in
 from fuzzyctl.kernels.backends import blocks
 from fuzzyctl.kernels.backends.numpy import quadrature
 from fuzzyctl.kernels.backends.python.backend import point_text
@@ -19,19 +19,12 @@ from fuzzyctl.kernels.program.printer import ARRAYS, INDENT, block, set_function
 from fuzzyctl.kernels.program.program import (
     STATE,
     Accumulate,
-    Assign,
     Between,
     Fold,
-    Item,
-    Locate,
-    Offset,
-    Place,
     Program,
     Quadrature,
-    Refuse,
-    Row,
-    Statement,
 )
+from fuzzyctl.kernels.program.traversal import locals_of, parts, read, reads, writes
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -68,55 +61,30 @@ def block_source(program: Program) -> str:
 
 def _last_uses(program: Program) -> list[set[str]]:
     """Return for each statement the names that nothing after it needs."""
-    needed = {n for r in program.results for n in _needs(r)} | set(program.arguments)
+    needed = set(program.arguments).union(*map(read, program.results))
     dead: list[set[str]] = []
-    for statement in reversed(program.body):
-        named = _names(statement)
+    for named in reversed(_names(program)):
         dead.append(named - needed)
         needed |= named
     return dead[::-1]
 
 
-def _names(statement: Statement) -> set[str]:
-    """Return the names that a statement gives or needs."""
-    match statement:
-        case Assign(name=name, value=value):
-            return {name} | _needs(value)
-        case Locate(name=name, rest=rest, x=x):
-            return {name, rest} | _needs(x)
-        case Offset(name=name, parts=parts):
-            return {name, *(part for part, _ in parts)}
-        case Row(names=names, place=place):
-            return {*names, place}
-        case Accumulate(counter=counter, body=body, sums=sums):
-            own = {counter, *(s.name for s in body)}
-            return {n for s in (*body, *sums) for n in _names(s)} - own
-        case Fold(counter=counter, first=first, body=body, then=then):
-            own = {counter, *(s.name for s in body)}
-            return {n for s in (*first, *body, *then) for n in _names(s)} - own
-        case Between(name=name, side=side, share=share, body=body, value=value):
-            # What is named inside, too: it takes memory up to the end.
-            return {name, side, *(n for s in body for n in _names(s))} | _needs(share) | _needs(value)
-        case Quadrature(found=found, area=area, given=given, marks=marks):
-            return {found, area, *given, *(n for m in marks for n in _needs(m))}
-        case Refuse(condition=condition):
-            return _needs(condition)
-    raise TypeError(f"arrays have no {type(statement).__name__}")
-
-
-def _needs(value: Expr) -> set[str]:
-    indices = (i.index for i in walk(value) if isinstance(i, Item))
-    return {n.name for n in names_in(value)} | {i.name for i in indices if isinstance(i, Place)}
+def _names(program: Program) -> list[set[str]]:
+    """Return for each statement the names that it gives or needs."""
+    arrays = {STATE, *(name for name, _ in program.tables)}
+    # What a loop over corners names inside takes memory up to the end.
+    inside = [locals_of(s) if isinstance(s, Between) else set() for s in program.body]
+    return [(writes(s) | reads(s) | own) - arrays for s, own in zip(program.body, inside, strict=True)]
 
 
 def _most_alive(program: Program) -> int:
     """Return how many arrays are needed at the same time."""
     alive, most = set(program.arguments), 0
-    for statement, dead in zip(program.body, _last_uses(program), strict=True):
-        alive |= _names(statement)
+    for statement, named, dead in zip(program.body, _names(program), _last_uses(program), strict=True):
+        alive |= named
         inner = len(statement.body) + len(statement.sums) if isinstance(statement, Accumulate) else 0
         if isinstance(statement, Fold):  # what is carried on stands beside what it is computed from
-            inner = 3 * (len(statement.first) + len(statement.body) + len(statement.then))
+            inner = 3 * len(parts(statement).inner)
         most = max(most, len(alive) + inner)
         alive -= dead
     return most

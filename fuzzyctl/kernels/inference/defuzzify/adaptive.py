@@ -14,8 +14,10 @@ from fuzzyctl.kernels.inference.defuzzify.turning_points import turning_points
 from fuzzyctl.kernels.inference.degrees.tabulated import degree_of
 from fuzzyctl.kernels.plan.build import OutputPlan, SetPlan
 from fuzzyctl.kernels.program.builder import Builder, clip, minus, plus, times
-from fuzzyctl.kernels.program.program import Assign, Locate, Quadrature
+from fuzzyctl.kernels.program.program import Quadrature
 from fuzzyctl.kernels.program.quadrature import NODES
+from fuzzyctl.kernels.program.traversal import parts as parts_of
+from fuzzyctl.kernels.program.traversal import writes
 
 #: Where the slopes of curved terms change much, in multiples of their widths: bell-shaped ones that vanish fast, those
 #: that vanish as an exponential does, and those that vanish as a power does.
@@ -44,11 +46,10 @@ def adaptive(builder: Builder, output: OutputPlan, heights: Sequence[Height]) ->
     place = inner.let(plus(times(Name(x), Number(unit)), Number(middle)))
     parts = [(h, inner.let(degree_of(inner, output.terms[t], place)), output.terms[t]) for t, h, _ in heights]
     value = inner.let(joined(output, inner, parts))
-    body = tuple(s for s in inner.statements if isinstance(s, Assign | Locate))
-    own = {x, *(s.name for s in body), *(s.rest for s in body if isinstance(s, Locate))}
-    values = [s.x if isinstance(s, Locate) else s.value for s in body]
-    read = [n.name for e in (*values, value) for n in names_in(e)]
-    given = tuple(dict.fromkeys(n for n in read if n not in own))
+    body = tuple(inner.statements)
+    own = {x}.union(*map(writes, body))
+    named = [n.name for e in (*(e for s in body for e in parts_of(s).values), value) for n in names_in(e)]
+    given = tuple(dict.fromkeys(n for n in named if n not in own))
     table = builder.table((p - middle) / unit for p in places_of(output, [output.terms[t] for t, _, _ in heights]))
     found, area = builder.fresh(), builder.fresh()
     kind = "half" if output.kind == "bisector" else "moments"

@@ -8,7 +8,6 @@ degree of a row is multiplied once a row, and the sum of all strengths becomes a
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import count
@@ -16,8 +15,9 @@ from typing import Final
 
 from fuzzyctl.expr import ONE, Binary, Expr, Name, Number, names_in, walk
 from fuzzyctl.kernels.program.builder import SUMMANDS, times
-from fuzzyctl.kernels.program.passes.inline import ONCE, expressions
+from fuzzyctl.kernels.program.passes.inline import ONCE
 from fuzzyctl.kernels.program.program import Assign, Program, Statement
+from fuzzyctl.kernels.program.traversal import expressions, uses
 
 #: Products of two numbers up to this one, and sums of them, stay finite.
 LARGEST: Final = 1e150
@@ -151,28 +151,22 @@ def _is_sum(value: Expr | None) -> bool:
 
 def _may_overflow(program: Program) -> bool:
     """Return whether what a degree of 0 is multiplied by may be infinite once sums are taken apart."""
-    numbers = (n.value for s in program.body for e in expressions(s) for n in walk(e) if isinstance(n, Number))
+    numbers = (n.value for e in expressions(program) for n in walk(e) if isinstance(n, Number))
     return any(LARGEST < abs(value) < math.inf for value in numbers)
 
 
 def _steps(program: Program) -> int:
     """Count the operations of arithmetic."""
-    return sum(isinstance(n, Binary) for s in program.body for e in expressions(s) for n in walk(e))
-
-
-def _uses(program: Program) -> Counter[str]:
-    uses = Counter(n.name for s in program.body for e in expressions(s) for n in names_in(e))
-    uses.update(n.name for r in program.results for n in names_in(r))
-    return uses
+    return sum(isinstance(n, Binary) for e in expressions(program) for n in walk(e))
 
 
 def _needed(program: Program) -> Program:
     """Return a program without assignments that nothing needs."""
-    uses = _uses(program)
+    used = uses(program)
     body: list[Statement] = []
     for statement in reversed(program.body):
-        if isinstance(statement, Assign) and not uses[statement.name]:
-            uses.subtract(n.name for n in names_in(statement.value))
+        if isinstance(statement, Assign) and not used[statement.name]:
+            used.subtract(n.name for n in names_in(statement.value))
         else:
             body.append(statement)
     return replace(program, body=tuple(reversed(body)))

@@ -7,12 +7,12 @@ only take part in maxima, as they do before sets are joined, a test for each ter
 from __future__ import annotations
 
 import math
-from collections import Counter
 from dataclasses import replace
 from typing import Final
 
-from fuzzyctl.expr import ZERO, Binary, Call, Expr, Name, Number, names_in
+from fuzzyctl.expr import ZERO, Binary, Call, Expr, Name, Number
 from fuzzyctl.kernels.program.program import Assign, Branches, Guarded, Program, Refuse, Statement
+from fuzzyctl.kernels.program.traversal import uses
 
 #: Fewer strengths than this cost less than the tests.
 LEAST: Final = 8
@@ -47,7 +47,7 @@ class _Found:
     def __init__(self, program: Program) -> None:
         self.degrees = {n: n for s in program.body if isinstance(s, Branches) for n in s.names}
         self.assigned = {s.name: s.value for s in program.body if isinstance(s, Assign)}
-        self.uses = Counter(n.name for e in _expressions(program) for n in names_in(e))
+        self.uses = uses(program)
         self.guards: dict[str, str] = {}
         for name, value in self.assigned.items():
             guard = self._guard(value)
@@ -103,16 +103,3 @@ class _Found:
 def _is_share(value: Expr) -> bool:
     """Return whether a value is a number that makes no degree negative or NaN."""
     return isinstance(value, Number) and 0.0 <= value.value < math.inf
-
-
-def _expressions(program: Program) -> list[Expr]:
-    found = list(program.results)
-    for s in program.body:
-        match s:
-            case Assign(value=value):
-                found.append(value)
-            case Branches(x=x, values=values):
-                found += [x, *(v for own in values for v in own)]
-            case Refuse(condition=condition):
-                found.append(condition)
-    return found

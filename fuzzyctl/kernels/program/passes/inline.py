@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
 from dataclasses import replace
 
-from fuzzyctl.expr import Binary, Expr, Name, Where, children, names_in
+from fuzzyctl.expr import Binary, Expr, Name, Where, children
 from fuzzyctl.kernels.program.builder import DEEPEST
 from fuzzyctl.kernels.program.program import Assign, Branches, Guarded, Locate, Offset, Program, Refuse, Row, Statement
+from fuzzyctl.kernels.program.traversal import statements, uses
 
 #: Statements that run at most once; in loops a number may have another value where it is needed.
 ONCE = (Assign, Branches, Guarded, Locate, Offset, Refuse, Row)
@@ -18,22 +18,20 @@ def inlined(program: Program) -> Program:
     """Return a program that computes the same, in the same steps, with fewer names."""
     if not all(isinstance(s, ONCE) for s in program.body):
         return program
-    uses = Counter(n.name for s in program.body for e in expressions(s) for n in names_in(e))
-    uses.update(n.name for r in program.results for n in names_in(r))
-    given = Counter(s.name for s in program.body if isinstance(s, Assign))
-    given.update(a.name for s in program.body if isinstance(s, Guarded) for a in s.body)
+    used = uses(program)
+    given = Counter(s.name for s in statements(program.body) if isinstance(s, Assign))
     waiting: dict[str, tuple[Expr, int]] = {}
     body: list[Statement] = []
     for statement in program.body:
         if isinstance(statement, Assign):
             value, depth = _filled(statement.value, waiting)
-            if uses[statement.name] == 1 and given[statement.name] == 1:
+            if used[statement.name] == 1 and given[statement.name] == 1:
                 waiting[statement.name] = value, depth
             statement = Assign(statement.name, value)
         body.append(statement)
     results = tuple(_filled(r, waiting)[0] for r in program.results)
     # What has been written elsewhere was taken off the list.
-    gone = {n for n in uses if uses[n] == 1 and given[n] == 1} - waiting.keys()
+    gone = {n for n in used if used[n] == 1 and given[n] == 1} - waiting.keys()
     kept = tuple(s for s in body if not (isinstance(s, Assign) and s.name in gone))
     return replace(program, body=kept, results=results)
 
@@ -59,20 +57,3 @@ def _filled(value: Expr, waiting: dict[str, tuple[Expr, int]]) -> tuple[Expr, in
 
 def _depth(value: Expr) -> int:
     return 1 + max((_depth(part) for part in children(value)), default=-1)
-
-
-def expressions(statement: Statement) -> Iterator[Expr]:
-    """Return what a statement that runs at most once computes with."""
-    match statement:
-        case Assign(value=value):
-            yield value
-        case Branches(x=x, values=values):
-            yield x
-            yield from (v for own in values for v in own)
-        case Guarded(name=name, body=body):
-            yield Name(name)
-            yield from (a.value for a in body)
-        case Locate(x=x):
-            yield x
-        case Refuse(condition=condition):
-            yield condition

@@ -13,9 +13,9 @@ from fuzzyctl.kernels.algorithms.select import COMPILED, algorithm_of
 from fuzzyctl.kernels.backends.python.backend import compile_source, evaluation_source
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import plan
-from fuzzyctl.kernels.program.passes.inline import expressions
 from fuzzyctl.kernels.program.program import Locate, Quadrature
 from fuzzyctl.kernels.program.scalar import scalar_function
+from fuzzyctl.kernels.program.traversal import parts
 
 #: Places and degrees of a curve, with a flat part.
 CURVE = [(0.1 * k + 1.0, round(math.exp(-((0.1 * k - 4.0) ** 2)), 6) if k % 7 else 0.25) for k in range(101)]
@@ -41,7 +41,7 @@ def shifted(count, by=0.001):
 
 
 def nodes(program):
-    return sum(1 for s in program.body if not isinstance(s, Quadrature) for e in expressions(s) for _ in walk(e))
+    return sum(1 for s in program.body if not isinstance(s, Quadrature) for e in parts(s).values for _ in walk(e))
 
 
 PLACES = [0.0, 1.0, 5.95, 11.0, 12.0, *(x for x, _ in CURVE), *(float(x) for x in np.linspace(0, 12, 500))]
