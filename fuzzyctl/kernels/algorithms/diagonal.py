@@ -21,7 +21,7 @@ from fuzzyctl.kernels.inference.defuzzify.defuzzify import closed_form, middle, 
 from fuzzyctl.kernels.inference.inference import raw_names
 from fuzzyctl.kernels.plan.build import OutputPlan, Plan, SetPlan, degree_name
 from fuzzyctl.kernels.program.builder import Builder, any_nan, clip, minus, plus, times
-from fuzzyctl.kernels.program.program import NAN, Branches, Program
+from fuzzyctl.kernels.program.program import NAN, Program
 
 _HALF: Final = Number(0.5)
 _SIXTH: Final = Number(1 / 6)
@@ -108,16 +108,15 @@ def diagonals_of(plan: Plan) -> Diagonals | str:
     return Diagonals(both, tuple(bands))
 
 
-def window(plan: Plan, own: Diagonals, *, branches: bool = False) -> Program:
+def window(plan: Plan, own: Diagonals) -> Program:
     """Write the program that integrates over the pieces around the rules that act.
 
     Args:
         plan: The plan.
         own: Its bands.
-        branches: Whether it is for generated Python, where a branch costs less than arithmetic.
     """
     builder, raw = Builder(), raw_names(plan)
-    places = [_place(builder, raw[a.position], a, branches=branches) for a in own.axes]
+    places = [_place(builder, raw[a.position], a) for a in own.axes]
     results = [Where(any_nan(raw), NAN, _centroid(builder, own.axes, band, places)) for band in own.bands]
     return Program(
         arguments=tuple(x.name for x in raw),
@@ -251,16 +250,11 @@ def _run(table: dict[tuple[int, int], int], last: int) -> tuple[tuple[int, int],
     return None
 
 
-def _place(builder: Builder, x: Expr, axis: Axis, *, branches: bool) -> tuple[Expr, Expr]:
+def _place(builder: Builder, x: Expr, axis: Axis) -> tuple[Expr, Expr]:
     """Write between which knots an input lies, and how far beyond the first of them, from 0 to 1."""
     knots = axis.knots
     held = builder.let(clip(x, knots[0], knots[-1]))
     shares = [times(minus(held, Number(a)), Number(1.0 / (b - a))) for a, b in pairwise(knots)]
-    if branches:
-        names = builder.fresh(), builder.fresh()
-        values = tuple((Number(float(k)), share) for k, share in enumerate(shares))
-        builder.statements.append(Branches(names, held, knots[1:-1], values))
-        return Name(names[0]), Name(names[1])
     beyond = [Compare(">=", held, Number(k)) for k in knots[1:-1]]
     number = builder.total(Where(c, ONE, ZERO) for c in beyond)
     if axis.is_even:

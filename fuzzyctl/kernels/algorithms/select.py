@@ -14,7 +14,6 @@ from fuzzyctl.kernels.algorithms.rule_cells import Active
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import Plan
 from fuzzyctl.kernels.program.passes.factor import factored
-from fuzzyctl.kernels.program.passes.guard import skipping
 from fuzzyctl.kernels.program.passes.inline import inlined
 from fuzzyctl.kernels.program.program import Program
 
@@ -90,8 +89,8 @@ class Algorithm:
         if self._gains(rule_cells.LEAST_GAIN_INTERPRETED):
             return self.point
         if self.diagonals is not None:
-            return inlined(window(self.plan, self.diagonals, branches=True))
-        return inlined(factored(skipping(inference.evaluation(self.plan, branches=True, most_pairs=INTERPRETED))))
+            return inlined(self.point)
+        return inlined(factored(inference.evaluation(self.plan, most_pairs=INTERPRETED)))
 
     @cached_property
     def many(self) -> Program:

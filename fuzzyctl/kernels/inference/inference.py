@@ -21,7 +21,6 @@ from fuzzyctl.expr import (
 from fuzzyctl.formulas import aggregation
 from fuzzyctl.kernels.inference.activation_methods import acting
 from fuzzyctl.kernels.inference.defuzzify.defuzzify import Activation, defuzzify
-from fuzzyctl.kernels.inference.degrees.branched import branched
 from fuzzyctl.kernels.inference.degrees.tabulated import degree_of
 from fuzzyctl.kernels.inference.merging import merged
 from fuzzyctl.kernels.plan.build import (
@@ -39,18 +38,17 @@ from fuzzyctl.kernels.program.builder import Builder, any_nan, clip, times
 from fuzzyctl.kernels.program.program import NAN, STATE, Item, Program, Refuse
 
 
-def evaluation(plan: Plan, *, many: bool = False, branches: bool = False, most_pairs: int | None = None) -> Program:
+def evaluation(plan: Plan, *, many: bool = False, most_pairs: int | None = None) -> Program:
     """Write the program that computes all outputs.
 
     Args:
         plan: What to compute.
         many: Whether it is for loops over points, which are to have no choices.
-        branches: Whether it is for generated Python, where a branch costs less than a term that is 0.
         most_pairs: See `Builder`: how large exact centroids may be, in a program that may have tables and integrals.
 
     Its results are NaN where an input is NaN, and where an output is NaN that they depend on.
     """
-    front = _Front(plan, many=many, branches=branches, most_pairs=most_pairs)
+    front = _Front(plan, many=many, most_pairs=most_pairs)
     for position in plan.order:
         front.write_output(position)
     builder = front.builder
@@ -191,10 +189,8 @@ class _Front:
     Rules that read an output are written once that output is.
     """
 
-    def __init__(
-        self, plan: Plan, *, many: bool = False, branches: bool = False, most_pairs: int | None = None
-    ) -> None:
-        self.plan, self.builder, self.many, self.branches = plan, Builder(most_pairs=most_pairs), many, branches
+    def __init__(self, plan: Plan, *, many: bool = False, most_pairs: int | None = None) -> None:
+        self.plan, self.builder, self.many = plan, Builder(most_pairs=most_pairs), many
         self._exact = _jumps(plan)
         self.raw = raw_names(plan)
         self.clamped = [_clamped(self.builder, i, x) for i, x in zip(plan.inputs, self.raw, strict=True)]
@@ -226,12 +222,6 @@ class _Front:
             self._write_rules()
 
     def _write_degrees(self, variable: int, x: Expr) -> None:
-        own = {degree_name(i): d.set for i, d in enumerate(self.plan.degrees) if d.variable == variable}
-        if self.branches and len(own) > 2 and all(d.has_sides for d in own.values()):
-            names = tuple(self.builder.fresh() for _ in own)
-            self.builder.statements.append(branched(names, x, list(own.values())))
-            self._known |= {n: Name(v) for n, v in zip(own, names, strict=True)}
-            return
         for i, d in enumerate(self.plan.degrees):
             if d.variable == variable:
                 sides = self.many and d.set.has_sides

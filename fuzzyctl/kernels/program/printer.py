@@ -11,9 +11,7 @@ from fuzzyctl.kernels.program.program import (
     Accumulate,
     Assign,
     Between,
-    Branches,
     Fold,
-    Guarded,
     Item,
     Locate,
     Offset,
@@ -229,21 +227,6 @@ class _Writer:
         raise TypeError(f"{type(expr).__name__} has no text in a program")
 
 
-def _branches(statement: Branches, dialect: Dialect) -> list[str]:
-    x = text(statement.x, dialect)
-
-    def halved(first: int, last: int) -> list[str]:
-        if first == last:
-            values = (text(v, dialect) for v in statement.values[first])
-            return [f"{n} = {v}" for n, v in zip(statement.names, values, strict=True)]
-        middle = (first + last + 1) // 2
-        upper, lower = halved(middle, last), halved(first, middle - 1)
-        test = f"if {x} >= {number(statement.cuts[middle - 1])}:"
-        return [test, *(INDENT + line for line in upper), "else:", *(INDENT + line for line in lower)]
-
-    return halved(0, len(statement.cuts))
-
-
 def _tuple(texts: Sequence[str]) -> str:
     return f"({', '.join(texts)},)" if texts else "()"
 
@@ -290,11 +273,6 @@ def block(
                 yield from (pad + line for line in dialect.locate(statement, text(x, dialect)))
             case Offset(name=name, parts=parts):
                 yield f"{pad}{name} = {_offset(parts)}"
-            case Branches():
-                yield from (pad + line for line in _branches(statement, dialect))
-            case Guarded(name=name, body=body):
-                yield f"{pad}if {name}:"
-                yield from block(body, dialect, refuse, depth + 1)
             case Row(names=names, table=table, place=place):
                 yield f"{pad}{', '.join(names)} = {dialect.row(table, place)}"
             case Accumulate(count=count, counter=counter, body=body, sums=sums):

@@ -90,36 +90,6 @@ class Row:
 
 
 @record(frozen=True, slots=True)
-class Branches:
-    """Give names to values that depend on where an atom lies; only generated Python has branches.
-
-    Args:
-        names: What is given a value.
-        x: The atom.
-        cuts: Rising; values change there, and at a cut those to its right count.
-        values: For each stretch between cuts, and beyond them, one value for each name.
-    """
-
-    names: tuple[str, ...]
-    x: Expr
-    cuts: tuple[float, ...]
-    values: tuple[tuple[Expr, ...], ...]
-
-
-@record(frozen=True, slots=True)
-class Guarded:
-    """Run statements only where a value is not 0; only generated Python has branches.
-
-    Args:
-        name: The value.
-        body: What is run.
-    """
-
-    name: str
-    body: tuple[Assign, ...]
-
-
-@record(frozen=True, slots=True)
 class Accumulate:
     """Add up over the entries of constant tables.
 
@@ -219,7 +189,7 @@ class Refuse:
         return f"no rule fires for output '{self.output}'"
 
 
-Statement = Assign | Locate | Offset | Row | Branches | Guarded | Accumulate | Fold | Between | Quadrature | Refuse
+Statement = Assign | Locate | Offset | Row | Accumulate | Fold | Between | Quadrature | Refuse
 
 
 @record(frozen=True)

@@ -17,9 +17,7 @@ from fuzzyctl.kernels.program.program import (
     Accumulate,
     Assign,
     Between,
-    Branches,
     Fold,
-    Guarded,
     Item,
     Locate,
     Offset,
@@ -61,10 +59,6 @@ def parts(statement: Statement) -> Parts:
             return Parts((name,), reads=tuple(n for n, _ in own))
         case Row(names=names, table=table, place=place):
             return Parts(names, reads=(table, place))
-        case Branches(names=names, x=x, values=rows):
-            return Parts(names, (x, *(v for row in rows for v in row)))
-        case Guarded(name=name, body=body):
-            return Parts(_named(body), (Name(name),), body)
         case Accumulate(counter=counter, body=body, sums=sums):
             return Parts(_named(sums), (), (*body, *sums), counters=(counter,))
         case Fold(counter=counter, first=first, body=body, then=then):
@@ -102,11 +96,6 @@ def rebuilt(statement: Statement, value: Callable[[Expr], Expr], name: Callable[
             return Offset(name(own), tuple((name(n), stride) for n, stride in summed))
         case Row(names=names, table=table, place=place):
             return Row(tuple(map(name, names)), name(table), name(place))
-        case Branches(names=names, x=x, values=rows):
-            changed = tuple(tuple(map(value, row)) for row in rows)
-            return replace(statement, names=tuple(map(name, names)), x=value(x), values=changed)
-        case Guarded(name=own, body=body):
-            return Guarded(name(own), assigned(body))
         case Accumulate(count=count, counter=own, body=body, sums=sums):
             return Accumulate(count, name(own), assigned(body), assigned(sums))
         case Fold(count=count, counter=own, first=first, body=body, then=then):

@@ -1,1 +1,1 @@
-"""Membership degrees as programs, by table or by branches."""
+"""Membership degrees as programs."""
