@@ -13,7 +13,6 @@ from fuzzyctl.kernels.algorithms.grid import Grid, grid_of
 from fuzzyctl.kernels.algorithms.rule_cells import Active
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import Plan
-from fuzzyctl.kernels.program.passes.factor import factored
 from fuzzyctl.kernels.program.passes.inline import inlined
 from fuzzyctl.kernels.program.program import Program
 
@@ -90,7 +89,7 @@ class Algorithm:
             return self.point
         if self.diagonals is not None:
             return inlined(self.point)
-        return inlined(factored(inference.evaluation(self.plan, most_pairs=INTERPRETED)))
+        return inlined(inference.evaluation(self.plan, most_pairs=INTERPRETED))
 
     @cached_property
     def many(self) -> Program:
