@@ -18,7 +18,6 @@ from fuzzyctl.kernels.program.program import (
     Place,
     Quadrature,
     Refuse,
-    Row,
     Statement,
 )
 
@@ -53,7 +52,6 @@ class Dialect:
         decay: Name of the exponential function where its argument is not positive, so that it cannot overflow.
         item: Text of an array item.
         divide: Text of a quotient.
-        row: Text of a row of a table, from its name and that of the place.
         constant: Text of a number.
     """
 
@@ -66,7 +64,6 @@ class Dialect:
     item: Callable[[str, int | str | Place], str] = lambda array, index: f"{array}[{index_text(index)}]"
     divide: Callable[[str, str], str] = lambda a, b: f"({a} / {b})"
     decay: str = "exp"
-    row: Callable[[str, str], str] = lambda table, place: f"{table}[{place}]"
     nested: bool = False
     integral: Callable[[Quadrature, str, str], str] = lambda s, given, marks: (
         f"{s.kind}({s.function}, marked({s.places}, {marks}), {given})"
@@ -169,7 +166,6 @@ ARRAYS = Dialect(
     logic=(" & ", " | ", "logical_not"),
     locate=lambda s, x: [f"{s.name}, {s.rest} = locate({x}, {s.table}, {s.stride})"],
     item=_array_item,
-    row=lambda table, place: f"{table}.take({place}, 0).T",
     # Constants stay plain Python numbers, and Python refuses to divide those by zero.
     divide=lambda a, b: f"divide({a}, {b})",
 )
@@ -273,8 +269,6 @@ def block(
                 yield from (pad + line for line in dialect.locate(statement, text(x, dialect)))
             case Offset(name=name, parts=parts):
                 yield f"{pad}{name} = {_offset(parts)}"
-            case Row(names=names, table=table, place=place):
-                yield f"{pad}{', '.join(names)} = {dialect.row(table, place)}"
             case Accumulate(count=count, counter=counter, body=body, sums=sums):
                 yield from (f"{pad}{s.name} = 0.0" for s in sums)
                 yield f"{pad}for {counter} in range({count}):"

@@ -75,21 +75,6 @@ class Offset:
 
 
 @record(frozen=True, slots=True)
-class Row:
-    """Give names to a row of a constant table; only generated Python has rows, see `python_rows`.
-
-    Args:
-        names: One for each number of the row.
-        table: Name of the array, which holds rows there.
-        place: Name of the integer that says which row.
-    """
-
-    names: tuple[str, ...]
-    table: str
-    place: str
-
-
-@record(frozen=True, slots=True)
 class Accumulate:
     """Add up over the entries of constant tables.
 
@@ -189,7 +174,7 @@ class Refuse:
         return f"no rule fires for output '{self.output}'"
 
 
-Statement = Assign | Locate | Offset | Row | Accumulate | Fold | Between | Quadrature | Refuse
+Statement = Assign | Locate | Offset | Accumulate | Fold | Between | Quadrature | Refuse
 
 
 @record(frozen=True)

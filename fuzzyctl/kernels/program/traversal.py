@@ -25,7 +25,6 @@ from fuzzyctl.kernels.program.program import (
     Program,
     Quadrature,
     Refuse,
-    Row,
     Statement,
 )
 
@@ -57,8 +56,6 @@ def parts(statement: Statement) -> Parts:
             return Parts((name, rest), (x,), reads=(table,))
         case Offset(name=name, parts=own):
             return Parts((name,), reads=tuple(n for n, _ in own))
-        case Row(names=names, table=table, place=place):
-            return Parts(names, reads=(table, place))
         case Accumulate(counter=counter, body=body, sums=sums):
             return Parts(_named(sums), (), (*body, *sums), counters=(counter,))
         case Fold(counter=counter, first=first, body=body, then=then):
@@ -94,8 +91,6 @@ def rebuilt(statement: Statement, value: Callable[[Expr], Expr], name: Callable[
             return replace(statement, name=name(own), rest=name(rest), x=value(x), table=name(table))
         case Offset(name=own, parts=summed):
             return Offset(name(own), tuple((name(n), stride) for n, stride in summed))
-        case Row(names=names, table=table, place=place):
-            return Row(tuple(map(name, names)), name(table), name(place))
         case Accumulate(count=count, counter=own, body=body, sums=sums):
             return Accumulate(count, name(own), assigned(body), assigned(sums))
         case Fold(count=count, counter=own, first=first, body=body, then=then):

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Final
 
 from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
-from fuzzyctl.kernels.program.passes.rows import with_rows
 from fuzzyctl.kernels.program.printer import IEEE_SCALAR, INDENT, INTERPRETED, SCALAR, Dialect, block, text
 from fuzzyctl.kernels.program.program import STATE, Program
 from fuzzyctl.kernels.program.scalar import RUNTIME, execute
@@ -17,7 +16,6 @@ RESULT: Final = "result"
 
 def evaluation_source(program: Program) -> str:
     """Return the text of the function `kernel(x0, ..., C)` that returns the outputs."""
-    program, _ = with_rows(program)
     results = ", ".join(text(r, SCALAR) for r in program.results)
     end = f"return {results}" if len(program.results) == 1 else f"return ({results})"
     return _function("kernel", program, [], [end], INTERPRETED)
@@ -49,8 +47,7 @@ def _body(program: Program, dialect: Dialect) -> Iterator[str]:
 
 def compile_source(source: str, program: Program, input_names: Sequence[str]) -> Callable[..., Any]:
     """Turn the text of a function into the function."""
-    _, tables = with_rows(program)
-    namespace: dict[str, Any] = {**RUNTIME, **tables}
+    namespace: dict[str, Any] = {**RUNTIME, **dict(program.tables)}
 
     def no_rule_fires(output: str, point: Sequence[float]) -> NoRuleFiresError:
         return NoRuleFiresError(output, point_text(input_names, point))

@@ -7,11 +7,11 @@ from dataclasses import replace
 
 from fuzzyctl.expr import Binary, Expr, Name, Where, children
 from fuzzyctl.kernels.program.builder import DEEPEST
-from fuzzyctl.kernels.program.program import Assign, Locate, Offset, Program, Refuse, Row, Statement
+from fuzzyctl.kernels.program.program import Assign, Locate, Offset, Program, Refuse, Statement
 from fuzzyctl.kernels.program.traversal import statements, uses
 
 #: Statements that run at most once; in loops a number may have another value where it is needed.
-ONCE = (Assign, Locate, Offset, Refuse, Row)
+ONCE = (Assign, Locate, Offset, Refuse)
 
 
 def inlined(program: Program) -> Program:

@@ -9,7 +9,6 @@ from fuzzyctl.expr import Name, Number
 from fuzzyctl.kernels.algorithms.select import algorithm_of
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.build import plan
-from fuzzyctl.kernels.program.passes.rows import with_rows
 from fuzzyctl.kernels.program.program import (
     STATE,
     Accumulate,
@@ -23,7 +22,6 @@ from fuzzyctl.kernels.program.program import (
     Program,
     Quadrature,
     Refuse,
-    Row,
     Statement,
 )
 from fuzzyctl.kernels.program.traversal import (
@@ -49,7 +47,6 @@ KINDS = [
     (Assign("a", X + Item("T", Place("p"))), {"a"}, {"x", "T", "p"}, set()),
     (Locate("p", "r", X, "T", (0.0, 1.0), 1), {"p", "r"}, {"x", "T"}, set()),
     (Offset("q", (("p", 1), ("o", 3))), {"q"}, {"p", "o"}, set()),
-    (Row(("a", "b"), "T", "p"), {"a", "b"}, {"T", "p"}, set()),
     (Accumulate(3, "k", (Assign("a", LOOP_ITEM),), (Assign("s", A + X),)), {"s"}, {"T", "x"}, {"k", "a"}),
     (Fold(3, "k", (Assign("c", X),), (Assign("a", Name("c")),), (Assign("c", A),)), {"c"}, {"x"}, {"k", "a"}),
     (
@@ -78,7 +75,6 @@ def programs(text: str) -> list[Program]:
         chosen.interpreted,
         chosen.many,
         chosen.arrays,
-        with_rows(chosen.interpreted)[0],
     ]
     return [*forms, inference.trace(planned)]
 
