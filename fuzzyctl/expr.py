@@ -311,12 +311,12 @@ def sign(x: float) -> float:
 
 def floor(x: float) -> float:
     """Return the largest whole number not above x, with the sign of x where it is 0; NaN and infinities stay."""
-    return math.copysign(float(math.floor(x)), x) if abs(x) < _WHOLE else x
+    return math.copysign(float(math.floor(x)), x) if abs(x) < 2.0**53 else x  # from there on all numbers are whole
 
 
 def rounded(x: float) -> float:
     """Return the nearest whole number, of two the even one; NaN and infinities stay."""
-    whole = float(round(x)) if abs(x) < _WHOLE else x
+    whole = float(round(x)) if abs(x) < 2.0**53 else x
     return x if whole == x else whole
 
 
@@ -336,9 +336,6 @@ def _power(base: float, exponent: float) -> float:
         raise ValueError
     return float(value)
 
-
-#: From here on all numbers are whole.
-_WHOLE: Final = 2.0**53
 
 _BINARY: Final[dict[str, Callable[[float, float], float]]] = {
     "+": lambda a, b: a + b,

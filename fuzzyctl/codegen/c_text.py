@@ -13,6 +13,7 @@ from fuzzyctl.codegen.simplify import FALSE, TRUE
 from fuzzyctl.codegen.unit import Precision
 from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where
 from fuzzyctl.kernels.program.builder import is_atom
+from fuzzyctl.kernels.program.primitives import ALIASES, PRIMITIVES
 from fuzzyctl.kernels.program.program import (
     STATE,
     Accumulate,
@@ -31,21 +32,6 @@ from fuzzyctl.kernels.program.traversal import read, reads
 INDENT: Final = "    "
 #: Most knots counted by comparisons; more are searched by bisection.
 COUNTED: Final = 9
-#: Functions of <math.h>.
-LIBM: Final[Mapping[str, str]] = {
-    "power": "pow",
-    **{n: n for n in ("sqrt", "exp", "log", "sin", "cos", "tan", "atan2", "floor", "fmod")},
-}
-#: Functions that generated files bring along, each with its arguments and value.
-HELPERS: Final[Mapping[str, tuple[str, str]]] = {
-    "smaller": ("a b", "(a < b) ? a : b"),
-    "larger": ("a b", "(a > b) ? a : b"),
-    "clip": ("x low high", "(x < low) ? low : ((x > high) ? high : x)"),
-    "held": ("x", "(x > {zero}) ? ((x < {one}) ? x : {one}) : {zero}"),
-    "abs": ("x", "(x > {zero}) ? x : ({zero} - x)"),
-    "divide": ("a b", "a / b"),
-}
-_ALIAS: Final = {"min": "smaller", "max": "larger"}
 
 
 @dataclass
@@ -57,7 +43,7 @@ class CText:
         prefix: Name of the system, before the names of its functions.
         names: Identifiers of the program's arguments.
         states: Texts of the entries of the state.
-        helpers: Functions of `HELPERS` used so far.
+        helpers: Primitives used so far that need a function of their own.
         libm: Whether <math.h> is used so far.
         notes: Lines of comment before values of the program, by name.
     """
@@ -103,7 +89,7 @@ class CText:
             case Where(condition=condition, then=then, otherwise=otherwise):
                 return f"({self.condition(condition)} ? {self.text(then)} : {self.text(otherwise)})"
             case Call(function=function, arguments=arguments):
-                return self._call(_ALIAS.get(function, function), arguments)
+                return self._call(ALIASES.get(function, function), arguments)
         raise CodegenError(f"a {type(expr).__name__} cannot be printed as a number")
 
     def condition(self, expr: Expr) -> str:
@@ -139,16 +125,17 @@ class CText:
 
     def _call(self, function: str, arguments: Sequence[Expr]) -> str:
         texts = [self.text(a) for a in arguments]
-        if function in LIBM:
+        own = PRIMITIVES.get(function)
+        if own is None:
+            raise CodegenError(f"the function {function!r} has no text in C")
+        if own.c.isidentifier():
             self.libm = True
             suffix = "f" if self.precision == "float" else ""
-            return f"{LIBM[function]}{suffix}({', '.join(texts)})"
+            return f"{own.c}{suffix}({', '.join(texts)})"
         if function == "divide":
             return f"({texts[0]} / {texts[1]})"
         if function in ("smaller", "larger", "clip") and all(is_atom(a) for a in arguments):
             return self._selection(function, arguments, texts)
-        if function not in HELPERS:
-            raise CodegenError(f"the function {function!r} has no text in C")
         self.helpers.add(function)
         return f"{self.prefix}_{function}({', '.join(texts)})"
 
@@ -253,13 +240,13 @@ class CText:
         return list(values) if self.precision == "double" else [single(v) for v in values]
 
     def helper_lines(self) -> Iterator[str]:
-        """Yield the functions of `HELPERS` that were used."""
+        """Yield the functions of primitives that were used."""
         zero, one, real = self.number(0.0), self.number(1.0), self.precision
         for name in sorted(self.helpers):
-            arguments, value = HELPERS[name]
-            parameters = ", ".join(f"{real} {a}" for a in arguments.split())
+            own = PRIMITIVES[name]
+            parameters = ", ".join(f"{real} {a}" for a in own.arguments.split())
             yield f"static {real} {self.prefix}_{name}({parameters})"
-            yield f"{{\n{INDENT}return {value.format(zero=zero, one=one)};\n}}\n"
+            yield f"{{\n{INDENT}return {own.c.format(zero=zero, one=one)};\n}}\n"
 
 
 def _reads_table(statement: Locate) -> bool:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+import ast
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from inspect import getsource, isfunction
 from typing import Final
 
 from fuzzyctl.codegen.errors import CodegenError
@@ -11,60 +13,10 @@ from fuzzyctl.codegen.names import PYTHON_FUNCTION_RESERVED, PYTHON_RESERVED, Na
 from fuzzyctl.codegen.simplify import functions, renamed, require_printable
 from fuzzyctl.codegen.unit import Unit, described
 from fuzzyctl.kernels.inference import inference
+from fuzzyctl.kernels.program.ieee import FUNCTIONS
 from fuzzyctl.kernels.program.printer import IEEE_SCALAR, INDENT, INTERPRETED, Dialect, block, index_text, text
 from fuzzyctl.kernels.program.program import STATE, Locate, Place, Program
 
-#: What programs may call: the names each needs besides itself, and its text.
-_HELPERS: Final[Mapping[str, tuple[tuple[str, ...], str]]] = {
-    "divide": (
-        (),
-        """
-def divide(a, b):
-    if b != 0.0:
-        return a / b
-    if a == 0.0 or a != a or b != b:
-        return nan
-    return math.copysign(inf, a) * math.copysign(1.0, b)
-""",
-    ),
-    "smaller": ((), "\ndef smaller(a, b):\n    return a if a < b else b\n"),
-    "larger": ((), "\ndef larger(a, b):\n    return a if a > b else b\n"),
-    "held": ((), "\ndef held(x):\n    return (x if x < 1.0 else 1.0) if x > 0.0 else 0.0\n"),
-    "power": (
-        ("divide",),
-        """
-def power(a, b):
-    try:
-        return math.pow(a, b)
-    except OverflowError:
-        return math.copysign(inf, a) if b % 2.0 == 1.0 else inf
-    except ValueError:
-        return divide(1.0, math.copysign(0.0, a) if b % 2.0 == 1.0 else 0.0) if a == 0.0 else nan
-""",
-    ),
-    "log": ((), "\ndef log(x):\n    return -inf if x == 0.0 else math.log(x) if x > 0.0 else nan\n"),
-    "exp": (
-        (),
-        "\ndef exp(x):\n    try:\n        return math.exp(x)\n    except OverflowError:\n        return inf\n",
-    ),
-    "decay": ((), "\ndecay = math.exp\n"),
-    "atan2": ((), "\natan2 = math.atan2\n"),
-    "abs": ((), ""),
-    "floor": (
-        (),
-        "\ndef floor(x):\n    return math.copysign(float(math.floor(x)), x) if abs(x) < 9007199254740992.0 else x\n",
-    ),
-    "fmod": (
-        (),
-        "\ndef fmod(a, b):\n    try:\n        return math.fmod(a, b)\n    except ValueError:\n        return nan\n",
-    ),
-} | {
-    name: (
-        (),
-        f"\ndef {name}(x):\n    try:\n        return math.{name}(x)\n    except ValueError:\n        return nan\n",
-    )
-    for name in ("sqrt", "sin", "cos", "tan")
-}
 #: Functions that the printer writes as comparisons.
 _PRINTED: Final = {"min", "max", "clip", "sign"}
 
@@ -132,14 +84,27 @@ def module(unit: Unit) -> str:
 
 
 def _helpers(used: set[str]) -> Iterator[str]:
+    """Yield the text of the primitives that are called, and of what these call."""
     wanted = used - _PRINTED
-    unknown = wanted - set(_HELPERS)
+    unknown = wanted - set(FUNCTIONS)
     if unknown:
         raise CodegenError(f"the function {min(unknown)!r} has no text in Python")
-    wanted |= {other for name in wanted for other in _HELPERS[name][0]}
-    if "exp" in wanted:
-        wanted.add("decay")
-    yield from (_HELPERS[name][1] for name in sorted(wanted) if _HELPERS[name][1])
+    wanted |= ({"divide"} if "power" in wanted else set()) | ({"decay"} if "exp" in wanted else set())
+    for name in sorted(wanted - {"abs"}):
+        yield (
+            _plain(FUNCTIONS[name]) if isfunction(FUNCTIONS[name]) else f"\n{name} = math.{FUNCTIONS[name].__name__}\n"
+        )
+
+
+def _plain(function: Callable[..., float]) -> str:
+    """Return the text of a function without types and docstring, which a module of numbers does not need."""
+    tree = ast.parse(getsource(function))
+    (own,) = tree.body
+    assert isinstance(own, ast.FunctionDef), "primitives are functions"
+    own.body, own.returns = own.body[1:], None
+    for argument in own.args.args:
+        argument.annotation = None
+    return f"\n{ast.unparse(tree)}\n"
 
 
 def _evaluation(unit: Unit, name: str, arguments: Sequence[str]) -> Iterator[str]:

@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.simplify import FALSE, TRUE
 from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where
+from fuzzyctl.kernels.backends.numpy.backend import FUNCTIONS
+from fuzzyctl.kernels.program.primitives import ALIASES
 from fuzzyctl.kernels.program.program import (
     STATE,
     Accumulate,
@@ -36,30 +38,12 @@ LANES: Final = 6
 #: Numbers at once, points times lanes times entries of the longest loop.
 _AT_ONCE: Final = 1 << 20
 
-_FUNCTIONS: Final[dict[str, Any]] = {
-    "smaller": lambda a, b: np.where(a < b, a, b),
-    "larger": lambda a, b: np.where(a > b, a, b),
-    "clip": lambda x, low, high: np.where(x < low, low, np.where(x > high, high, x)),
-    "held": lambda x: np.where(x > 0.0, np.where(x < 1.0, x, 1.0), 0.0),
-    "abs": np.abs,
-    "divide": np.divide,
-    "sqrt": np.sqrt,
-    "exp": np.exp,
-    "log": np.log,
-    "sin": np.sin,
-    "cos": np.cos,
-    "tan": np.tan,
-    "atan2": np.arctan2,
-    "floor": np.floor,
-    "fmod": np.fmod,
-}
-_FUNCTIONS["min"], _FUNCTIONS["max"] = _FUNCTIONS["smaller"], _FUNCTIONS["larger"]
 _OPERATORS: Final[dict[str, Any]] = {
     "+": np.add,
     "-": np.subtract,
     "*": np.multiply,
     "/": np.divide,
-    "^": np.power,
+    "^": FUNCTIONS["power"],
 }
 _SIGNS: Final[dict[str, Any]] = {
     "<": np.less,
@@ -168,10 +152,8 @@ class Roundings:
                 return self._rounded(_OPERATORS[op](self._value(left), self._value(right)))
             case Where(condition=condition, then=then, otherwise=otherwise):
                 return np.where(self._truth(condition), self._value(then), self._value(otherwise))
-            case Call(function=function, arguments=arguments) if function in _FUNCTIONS:
-                return self._rounded(_FUNCTIONS[function](*map(self._value, arguments)))
-            case Call(function="power", arguments=(a, b)):
-                return self._rounded(np.power(self._value(a), self._value(b)))
+            case Call(function=function, arguments=arguments) if ALIASES.get(function, function) in FUNCTIONS:
+                return self._rounded(FUNCTIONS[ALIASES.get(function, function)](*map(self._value, arguments)))
         raise CodegenError(f"a {type(expr).__name__} has no single precision")
 
     def _item(self, array: str, index: int | str | Place) -> Any:

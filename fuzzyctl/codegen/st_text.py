@@ -26,6 +26,7 @@ from fuzzyctl.codegen.st_guards import (
 )
 from fuzzyctl.codegen.unit import Precision
 from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where, children, replace, walk
+from fuzzyctl.kernels.program.primitives import ALIASES, PRIMITIVES
 from fuzzyctl.kernels.program.program import (
     STATE,
     Accumulate,
@@ -41,21 +42,6 @@ from fuzzyctl.kernels.program.program import (
 from fuzzyctl.kernels.program.traversal import read
 
 INDENT: Final = "  "
-#: Standard functions of IEC 61131-3 for those of programs.
-_STANDARD: Final[Mapping[str, str]] = {
-    "min": "MIN",
-    "smaller": "MIN",
-    "max": "MAX",
-    "larger": "MAX",
-    "abs": "ABS",
-    "sqrt": "SQRT",
-    "exp": "EXP",
-    "log": "LN",
-    "sin": "SIN",
-    "cos": "COS",
-    "tan": "TAN",
-    "power": "EXPT",
-}
 #: The largest numbers of the two types stand for infinity, which has no literal.
 _LARGEST: Final[Mapping[Precision, float]] = {"double": 1.7976931348623157e308, "float": 3.4028234663852886e38}
 
@@ -265,18 +251,14 @@ class STText:
         raise CodegenError(f"a {type(expr).__name__} cannot be printed as a number")
 
     def _call(self, function: str, texts: Sequence[str]) -> str:
-        if function == "clip":
-            return f"LIMIT({texts[1]}, {texts[0]}, {texts[2]})"
-        if function == "held":
-            return f"LIMIT({self.number(0.0)}, {texts[0]}, {self.number(1.0)})"
-        if function == "divide":
-            return f"({texts[0]} / {texts[1]})"
         if function == "whole":
-            kind = self.real
-            return f"DINT_TO_{kind}(TRUNC({texts[0]}))"
-        if function not in _STANDARD:
+            return f"DINT_TO_{self.real}(TRUNC({texts[0]}))"
+        own = PRIMITIVES.get(ALIASES.get(function, function))
+        if own is None or not own.st:
             raise CodegenError(f"Structured Text has no standard function for '{function}'")
-        return f"{_STANDARD[function]}({', '.join(texts)})"
+        if own.st.isidentifier():
+            return f"{own.st}({', '.join(texts)})"
+        return own.st.format(*texts, zero=self.number(0.0), one=self.number(1.0))
 
     def _item(self, array: str, index: int | str | Place) -> str:
         if array == STATE:

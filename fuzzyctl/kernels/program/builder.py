@@ -23,7 +23,7 @@ from fuzzyctl.expr import (
     children,
     replace,
 )
-from fuzzyctl.kernels.program.primitives import step
+from fuzzyctl.kernels.program.lowering import step
 from fuzzyctl.kernels.program.program import Assign, Item, Locate, Statement
 
 #: Deeper expressions are written as several statements, since parsers stop at some depth (CPython's at 200).

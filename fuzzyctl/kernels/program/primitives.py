@@ -1,48 +1,70 @@
-"""Comparisons and roundings expressed by the primitives that all targets have."""
+"""Table of primitives: every function that printed programs call, with its text for each target.
+
+A target is one column. Texts are values over the arguments; a single word is a function of the target's library. Python
+has functions in `ieee`, and intervals in `interval`. `lowering` makes comparisons and roundings of these.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Final
-
-from fuzzyctl.expr import COMPARISONS, ONE, ZERO, Call, Compare, Expr, Logic, Number, Where
-
-_HALF: Final = Number(0.5)
+from collections.abc import Mapping
+from typing import Final, NamedTuple
 
 
-def step(function: str, arguments: Sequence[Expr], let: Callable[[Expr], Expr]) -> Expr:
-    """Return a function of `expr.SOFT` as a choice over `floor` and `fmod`.
+class Primitive(NamedTuple):
+    """One function.
 
     Args:
-        function: Its name.
-        arguments: What it is applied to.
-        let: Names a value, so that it is computed once.
+        arguments: Names of its arguments.
+        numpy: For arrays.
+        numba: For compiled Python, after the header of its modules.
+        c: For C99, with literals of the precision for {zero} and {one}.
+        st: For IEC 61131-3, with arguments by position; empty where it has no such function.
     """
-    a, *others = (let(x) for x in arguments)
-    match function, others:
-        case "ceil", []:
-            return -Call("floor", (-a,))
-        case "round", []:
-            return _rounded(a, let)
-        case "mod", [b]:
-            rest = let(Call("fmod", (a, b)))
-            below = Logic("and", (Compare("<", rest, ZERO), Compare(">", b, ZERO)))
-            above = Logic("and", (Compare(">", rest, ZERO), Compare("<", b, ZERO)))
-            return Where(Logic("or", (below, above)), rest + b, rest)
-        case "ne", [b]:  # without "!=", which some targets cannot tell from a test for NaN
-            return Where(Compare("==", a, b), ZERO, ONE)
-        case _, [b] if function in COMPARISONS:
-            return Where(Compare(COMPARISONS[function], a, b), ONE, ZERO)
-    return Call(function, (a, *others))
+
+    arguments: str
+    numpy: str
+    numba: str
+    c: str
+    st: str
 
 
-def _rounded(x: Expr, let: Callable[[Expr], Expr]) -> Expr:
-    """Return the nearest whole number; halfway between two the even one, which is twice another."""
-    below = let(Call("floor", (x,)))
-    rest = let(x - below)
-    half = let(_HALF * below)
-    ties = Logic("and", (Compare("==", rest, _HALF), Compare("==", Call("floor", (half,)), half)))
-    stays = Logic("or", (Compare("<", rest, _HALF), ties))
-    # Where there is nothing beyond a whole number, x is one, infinite, or NaN.
-    up = Where(Compare(">", rest, ZERO), below + 1.0, x)
-    return Where(Logic("and", (Compare(">", rest, ZERO), stays)), below, up)
+def _library(arguments: str, name: str, st: str, *, numpy: str = "", c: str = "") -> Primitive:
+    return Primitive(arguments, numpy or name, name, c or name, st)
+
+
+#: By name; the comment says what it computes where the name does not.
+PRIMITIVES: Final[Mapping[str, Primitive]] = {
+    # Quotient of IEEE 754: infinite or NaN for a divisor of 0.
+    "divide": Primitive("a b", "divide", "a / b", "a / b", "({0} / {1})"),
+    # The second argument where one of them is NaN.
+    "smaller": Primitive("a b", "where(a < b, a, b)", "smaller", "(a < b) ? a : b", "MIN"),
+    "larger": Primitive("a b", "where(a > b, a, b)", "larger", "(a > b) ? a : b", "MAX"),
+    # The first argument held between the others; NaN stays NaN.
+    "clip": Primitive(
+        "x low high", "clip", "clip", "(x < low) ? low : ((x > high) ? high : x)", "LIMIT({1}, {0}, {2})"
+    ),
+    # The argument held within [0, 1], 0 for NaN.
+    "held": Primitive(
+        "x",
+        "where(x > 0.0, where(x < 1.0, x, 1.0), 0.0)",
+        "(x if x < 1.0 else 1.0) if x > 0.0 else 0.0",
+        "(x > {zero}) ? ((x < {one}) ? x : {one}) : {zero}",
+        "LIMIT({zero}, {0}, {one})",
+    ),
+    "abs": _library("x", "abs", "ABS", c="(x > {zero}) ? x : ({zero} - x)"),
+    "power": _library("a b", "power", "EXPT", c="pow"),
+    "sqrt": _library("x", "sqrt", "SQRT"),
+    "exp": _library("x", "exp", "EXP"),
+    "log": _library("x", "log", "LN"),
+    "sin": _library("x", "sin", "SIN"),
+    "cos": _library("x", "cos", "COS"),
+    "tan": _library("x", "tan", "TAN"),
+    "atan2": _library("y x", "atan2", "", numpy="arctan2"),
+    # The largest whole number that is not above the argument.
+    "floor": _library("x", "floor", ""),
+    # The remainder with the sign of the first argument.
+    "fmod": _library("a b", "fmod", ""),
+}
+
+#: Other names of primitives: what `expr` calls them.
+ALIASES: Final[Mapping[str, str]] = {"min": "smaller", "max": "larger"}

@@ -11,8 +11,8 @@ from numbers import Real
 from typing import Any, Final
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError
-from fuzzyctl.expr import SCALAR_FUNCTIONS, SOFT, Expr, floor, names_in
-from fuzzyctl.kernels.program import quadrature
+from fuzzyctl.expr import SCALAR_FUNCTIONS, SOFT, Expr, names_in
+from fuzzyctl.kernels.program import ieee, quadrature
 from fuzzyctl.kernels.program.printer import INDENT, SCALAR, text
 
 
@@ -43,44 +43,15 @@ def as_number(value: object, what: str = "an input") -> float:
 
 
 def _ieee(function: Callable[..., float]) -> Callable[..., float]:
-    """Return a function of `math` that gives NaN and infinities where Python raises."""
+    """Return a function that gives NaN where it raised."""
 
     def safe(*arguments: float) -> float:
         try:
             return function(*arguments)
         except ValueError:
             return math.nan
-        except OverflowError:
-            return math.inf
 
     return safe
-
-
-def _divide(a: float, b: float) -> float:
-    if b != 0.0:
-        return a / b
-    if a == 0.0 or a != a or b != b:
-        return math.nan
-    return math.copysign(math.inf, a) * math.copysign(1.0, b)
-
-
-def _log(x: float) -> float:
-    return -math.inf if x == 0.0 else math.log(x) if x > 0.0 else math.nan
-
-
-def power(a: float, b: float) -> float:
-    """Return a^b as IEEE 754 has it: infinities and NaN where Python raises."""
-    try:
-        return math.pow(a, b)
-    except OverflowError:
-        return math.copysign(math.inf, a) if b % 2.0 == 1.0 else math.inf
-    except ValueError:
-        return _divide(1.0, math.copysign(0.0, a) if b % 2.0 == 1.0 else 0.0) if a == 0.0 else math.nan
-
-
-def held(x: float) -> float:
-    """Return a number held within [0, 1], 0 for NaN."""
-    return (x if x < 1.0 else 1.0) if x > 0.0 else 0.0
 
 
 #: What generated text may call, and nothing else: `__builtins__` holds only what its loops need.
@@ -92,21 +63,7 @@ RUNTIME: Final[Mapping[str, Any]] = {
     "nan": math.nan,
     "inf": math.inf,
     "as_number": as_number,
-    "divide": _divide,
-    "smaller": lambda a, b: a if a < b else b,
-    "larger": lambda a, b: a if a > b else b,
-    "held": held,
-    "power": power,
-    "sqrt": _ieee(math.sqrt),
-    "exp": _ieee(math.exp),
-    "decay": math.exp,
-    "log": _log,
-    "sin": _ieee(math.sin),
-    "cos": _ieee(math.cos),
-    "tan": _ieee(math.tan),
-    "atan2": math.atan2,
-    "floor": floor,
-    "fmod": _ieee(math.fmod),
+    **ieee.FUNCTIONS,
 }
 #: What `scalar_function` calls besides: programs have choices in the place of these.
 _CHOICES: Final[Mapping[str, Any]] = {n: _ieee(f) for n, f in SCALAR_FUNCTIONS.items() if n in (*SOFT, "sign")}

@@ -32,6 +32,7 @@ from fuzzyctl.kernels.backends.numba.integrals import SCALAR, integral_lines
 from fuzzyctl.kernels.backends.numba.parameters import TABLE, Numbers
 from fuzzyctl.kernels.backends.python.backend import RESULT
 from fuzzyctl.kernels.program.passes.speculate import speculated
+from fuzzyctl.kernels.program.primitives import PRIMITIVES
 from fuzzyctl.kernels.program.printer import (
     INDENT,
     MOST_COUNTED,
@@ -57,12 +58,6 @@ from fuzzyctl.kernels.backends.numba.intrinsics import larger, smaller
 power = np.power
 floor, fmod = np.floor, np.fmod
 '''
-
-#: What expressions of the user may call, each written only into modules that do.
-_HELPERS: Final = {
-    "divide": ("a, b", "a / b"),
-    "held": ("x", "(x if x < 1.0 else 1.0) if x > 0.0 else 0.0"),
-}
 
 
 #: Finds the last of some rising numbers in a table that is not above x; the first one for NaN. Inlined, with a count
@@ -203,9 +198,10 @@ def _unmistakable(line: str) -> str:
 def _helpers(lines: list[str]) -> Iterator[str]:
     if any("search(" in line for line in lines):
         yield _SEARCH
-    for name, (arguments, value) in _HELPERS.items():
-        if any(f"{name}(" in line for line in lines):
-            yield f'\n\n@njit(error_model="numpy")\ndef {name}({arguments}):\n{INDENT}return {value}\n'
+    for name, own in PRIMITIVES.items():
+        if not own.numba.isidentifier() and any(f"{name}(" in line for line in lines):
+            arguments = ", ".join(own.arguments.split())
+            yield f'\n\n@njit(error_model="numpy")\ndef {name}({arguments}):\n{INDENT}return {own.numba}\n'
 
 
 def compile_source(source: str) -> Callable[..., Any]:

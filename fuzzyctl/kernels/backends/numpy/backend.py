@@ -14,6 +14,7 @@ from fuzzyctl.kernels.backends import blocks
 from fuzzyctl.kernels.backends.numpy import quadrature
 from fuzzyctl.kernels.backends.python.backend import point_text
 from fuzzyctl.kernels.program.passes.schedule import late
+from fuzzyctl.kernels.program.primitives import PRIMITIVES
 from fuzzyctl.kernels.program.printer import ARRAYS, INDENT, block, set_function, text
 from fuzzyctl.kernels.program.program import (
     STATE,
@@ -171,8 +172,21 @@ def _locate(x: FloatArray, knots: FloatArray, stride: int) -> tuple[Any, FloatAr
     return position * stride if stride != 1 else position, rest
 
 
+def _primitive(name: str) -> Any:
+    """Return a primitive for arrays from its text in the table."""
+    own = PRIMITIVES[name]
+    if own.numpy.isidentifier():
+        return getattr(np, own.numpy)
+    names: dict[str, Any] = {"where": np.where}
+    exec(f"def {name}({', '.join(own.arguments.split())}): return {own.numpy}", names)  # noqa: S102 - a constant text
+    return names[name]
+
+
+#: The primitives for arrays.
+FUNCTIONS: Final[Mapping[str, Any]] = {name: _primitive(name) for name in PRIMITIVES}
+
 _RUNTIME: Final[dict[str, Any]] = {
-    "__builtins__": {"range": range, "abs": abs},
+    "__builtins__": {"range": range},
     "nan": np.nan,
     "inf": np.inf,
     "refuse": _refuse,
@@ -182,21 +196,7 @@ _RUNTIME: Final[dict[str, Any]] = {
     "marked": quadrature.marked,
     "where": np.where,
     "logical_not": np.logical_not,
-    "divide": np.divide,
-    "clip": np.clip,
     "minimum": np.minimum,
     "maximum": np.maximum,
-    "smaller": lambda a, b: np.where(a < b, a, b),
-    "larger": lambda a, b: np.where(a > b, a, b),
-    "held": lambda x: np.where(x > 0.0, np.where(x < 1.0, x, 1.0), 0.0),
-    "power": np.power,
-    "sqrt": np.sqrt,
-    "exp": np.exp,
-    "log": np.log,
-    "sin": np.sin,
-    "cos": np.cos,
-    "tan": np.tan,
-    "atan2": np.arctan2,
-    "floor": np.floor,
-    "fmod": np.fmod,
+    **FUNCTIONS,
 }

@@ -1,40 +1,58 @@
-"""Comparisons and roundings are in every kernel what they are where numbers are computed, ties and signs included."""
+"""The table of primitives has no gaps: each target knows each of them, and all compute the same numbers."""
 
 import itertools
 import math
 
+import numpy as np
 import pytest
 
-from fuzzyctl import compile, loads
-from fuzzyctl.expr import FUNCTIONS, SOFT, Call, ExprError, Number, evaluate
+from fuzzyctl.expr import FUNCTIONS as LANGUAGE
+from fuzzyctl.expr import SOFT
+from fuzzyctl.kernels.backends.numpy.backend import FUNCTIONS as ARRAYS
+from fuzzyctl.kernels.interval import scalar
+from fuzzyctl.kernels.interval.vector import Enclosure
+from fuzzyctl.kernels.interval.vector_functions import applied
+from fuzzyctl.kernels.program.ieee import FUNCTIONS
+from fuzzyctl.kernels.program.primitives import ALIASES, PRIMITIVES
 
-NAMES = sorted(SOFT)
-TEXT = (
-    "system steps\ndefuzzifier weighted_average\ninput x in [-9, 9] extrapolate\n  any = trapezoid(-inf, -9, 9, inf)\n"
-    "input y in [-9, 9] extrapolate\n"
-    + "".join(f"output u_{n} in [-9, 9] else 0\n" for n in NAMES)
-    + "".join(f"if x is any then u_{n} is function({n}({'x, y' if FUNCTIONS[n][0] == 2 else 'x'}))\n" for n in NAMES)
-)
-QUARTERS = [k / 4 for k in range(-11, 12)]
-POINTS = [
-    *itertools.product(QUARTERS, (-1.5, 0.0, 0.75, 2.0)),
-    (0.49999999999999994, 1.0),
-    (-1e17, 3.0),
-    (2.5, math.inf),
-]
+NUMBERS = [-math.inf, -800.0, -2.5, -1.0, -0.0, 0.0, 0.3, 1.0, 2.0, 800.0, math.inf, math.nan]
+#: Functions that Structured Text has not.
+NOT_STANDARD = {"atan2", "floor", "fmod"}
 
 
-def computed(function, *arguments):
-    call = Call(function, tuple(map(Number, arguments[: FUNCTIONS[function][0]])))
-    try:
-        return evaluate(call, {})
-    except ExprError:  # there is no remainder of a division by 0
-        return math.nan
+def arguments(name):
+    count = len(PRIMITIVES[name].arguments.split())
+    points = itertools.product(NUMBERS, repeat=count)
+    return [p for p in points if name != "clip" or p[1] <= p[2]]
 
 
-@pytest.mark.parametrize("backend", ["python", "numpy", "numba"])
-def test_kernels_compute_what_expressions_say(backend):
-    kernel = compile(loads(TEXT), backend=backend)
-    for point in POINTS:
-        found = dict(zip(NAMES, map(float, kernel(*point)), strict=True))
-        assert found == pytest.approx({n: computed(n, *point) for n in NAMES}, abs=0, rel=0, nan_ok=True), point
+@pytest.mark.parametrize("name", PRIMITIVES)
+class TestEveryPrimitive:
+    def test_has_a_text_for_every_target(self, name):
+        own = PRIMITIVES[name]
+        assert own.numpy
+        assert own.numba
+        assert own.c
+        assert bool(own.st) == (name not in NOT_STANDARD)
+
+    def test_computes_the_same_for_floats_and_arrays(self, name):
+        points = arguments(name)
+        with np.errstate(all="ignore"):
+            arrays = ARRAYS[name](*np.array(points).T)
+        np.testing.assert_allclose([FUNCTIONS[name](*p) for p in points], arrays, rtol=1e-15)
+
+
+@pytest.mark.parametrize("name", sorted(set(PRIMITIVES) - {"clip", "power"}))
+def test_intervals_hold_what_it_computes(name):
+    """Intervals have powers as an operator, and enclose `clip` only for arrays."""
+    for point in arguments(name):
+        value = FUNCTIONS[name](*point)
+        if all(map(math.isfinite, point)) and math.isfinite(value):
+            low, high = scalar.applied(name, [(x, x) for x in point])
+            assert low <= value <= high
+            own = applied(name, [Enclosure(np.array([x]), np.array([x]), None, np.array(0.0)) for x in point])
+            assert own.lo <= value <= own.hi
+
+
+def test_what_rule_files_call_is_a_primitive_or_made_of_primitives():
+    assert {ALIASES.get(name, name) for name in set(LANGUAGE) - SOFT} - {"sign"} <= set(PRIMITIVES)
