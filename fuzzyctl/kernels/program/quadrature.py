@@ -10,6 +10,7 @@ arithmetic, tuples and one list of floats.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Final
 
@@ -91,6 +92,8 @@ LOOSENED: Final = 100.0
 LOOSER: Final = 3
 #: Parts of half the area that are taken for rounding: where the area ends up to this, a gap may follow.
 SLACK: Final = 1e-13
+#: A bound that no area comes to.
+NOWHERE: Final = math.nan
 #: Most steps to find a place within a stretch, and where they end, as a part of its length.
 STEPS: Final = 60
 NEAR: Final = 1e-15
@@ -157,16 +160,30 @@ def moments(function: SetFunction, places: Sequence[float], given: Given) -> tup
 def integrals(function: SetFunction, places: Sequence[float], given: Given) -> tuple[float, float, float]:
     """Return moment and area, and the error of a stretch up to which it was not halved."""
     allowed = OF_ALL * rough_area(function, places, given)
-    moment, area, is_complete = summed(function, places, given, allowed)
+    moment, area, is_complete, _, _, _ = summed(function, places, given, allowed, NOWHERE)
     for _ in range(LOOSER):
         if not is_complete:
             allowed *= LOOSENED
-            moment, area, is_complete = summed(function, places, given, allowed)
+            moment, area, is_complete, _, _, _ = summed(function, places, given, allowed, NOWHERE)
     return moment, area, allowed
 
 
-def summed(function: SetFunction, places: Sequence[float], given: Given, allowed: float) -> tuple[float, float, bool]:
-    """Return moment and area for an allowed error of each stretch, and whether there were enough stretches for it."""
+def summed(
+    function: SetFunction, places: Sequence[float], given: Given, allowed: float, bound: float
+) -> tuple[float, float, bool, float, float, float]:
+    """Add up stretches from the left until the area comes to a bound.
+
+    Args:
+        function: The set.
+        places: Where it is cut, at least two.
+        given: What it depends on besides the place.
+        allowed: Error up to which a stretch is not halved.
+        bound: An area; NOWHERE for all stretches.
+
+    Returns:
+        Moment and area before the stretch in which the area comes to the bound, whether there were enough stretches for
+        the allowed error, the ends of this stretch, and its own area; its area is 0 where the area nowhere does.
+    """
     rounded = ROUNDED * max(abs(places[0]), abs(places[len(places) - 1]))
     area = 0.0
     moment = 0.0
@@ -190,48 +207,14 @@ def summed(function: SetFunction, places: Sequence[float], given: Given, allowed
                 ends[top] = center
             else:
                 is_complete = is_complete and not is_off
+                if area + own >= bound:
+                    return moment, area, is_complete, left, right, own
                 area += own
                 moment += own * center + about
                 left = right
                 top -= 1
-    return moment, area, is_complete
-
-
-def reach(
-    function: SetFunction, places: Sequence[float], given: Given, allowed: float, bound: float
-) -> tuple[float, float, float, float]:
-    """Go from the left until the area comes to a bound, with the same stretches as `summed`.
-
-    Returns:
-        The area before the stretch where it does, the ends of this stretch, and its own area; the whole area and 0 if
-        it does nowhere.
-    """
-    rounded = ROUNDED * max(abs(places[0]), abs(places[len(places) - 1]))
-    area = 0.0
-    left_over = MOST
-    ends = [0.0] * (DEEPEST + 1)
-    for k in range(len(places) - 1):
-        left = places[k]
-        ends[0] = places[k + 1]
-        top = 0
-        reserve = left_over - left_over // min(len(places) - 1 - k, 4)
-        while top >= 0:
-            right = ends[top]
-            center = 0.5 * left + 0.5 * right
-            own, _, error = stretch(function, given, center, 0.5 * (right - left))
-            left_over -= 1
-            is_off = error > allowed and error > OF_OWN * own and error * (right - left) > rounded * own
-            if is_off and top < DEEPEST and left_over > reserve and left < center < right:
-                top += 1
-                ends[top] = center
-            else:
-                if area + own >= bound:
-                    return area, left, right, own
-                area += own
-                left = right
-                top -= 1
     end = places[len(places) - 1]
-    return area, end, end, 0.0
+    return moment, area, is_complete, end, end, 0.0
 
 
 def within(function: SetFunction, given: Given, left: float, right: float, wanted: float, whole: float) -> float:
@@ -263,8 +246,8 @@ def half(function: SetFunction, places: Sequence[float], given: Given) -> tuple[
     """Return where the area to the left is half of all, and the area; at a gap the middle of the gap."""
     _, whole, allowed = integrals(function, places, given)
     wanted = 0.5 * whole
-    area, left, right, own = reach(function, places, given, allowed, (1.0 - SLACK) * wanted)
-    _, after, _, _ = reach(function, places, given, allowed, (1.0 + SLACK) * wanted)
+    _, area, _, left, right, own = summed(function, places, given, allowed, (1.0 - SLACK) * wanted)
+    _, _, _, after, _, _ = summed(function, places, given, allowed, (1.0 + SLACK) * wanted)
     if after > right:
         return 0.5 * right + 0.5 * after, whole
     return within(function, given, left, right, wanted - area, own), whole

@@ -31,14 +31,13 @@ _FUNCTIONS: Final = {
         quadrature.integrals,
         quadrature.moments,
         quadrature.within,
-        quadrature.reach,
         quadrature.half,
     )
 }
 #: What each of the functions that programs call needs besides itself.
 _NEEDED: Final = {
     "moments": ("stretch", "rough_area", "summed", "integrals", "moments"),
-    "half": ("stretch", "rough_area", "summed", "integrals", "within", "reach", "half"),
+    "half": ("stretch", "rough_area", "summed", "integrals", "within", "half"),
 }
 #: How functions are compiled that others call.
 _PLAIN: Final = '@njit(error_model="numpy")'

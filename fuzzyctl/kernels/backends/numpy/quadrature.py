@@ -68,26 +68,30 @@ def moments(
     function: ArrayFunction, places: FloatArray, given: tuple[FloatArray | float, ...]
 ) -> tuple[FloatArray, FloatArray]:
     """Return first moments and areas; see `quadrature.moments`."""
-    shape, flat, ends = _flat(given, places)
-    moment, area = np.empty(flat.shape[1]), np.empty(flat.shape[1])
-    size = _part(ends, flat)
-    for start in range(0, flat.shape[1], size):
-        part = slice(start, start + size)
-        moment[part], area[part] = _moments(function, ends[part], flat[:, part])
-    return moment.reshape(shape), area.reshape(shape)
+    return _in_parts(_moments, function, places, given)
 
 
 def half(
     function: ArrayFunction, places: FloatArray, given: tuple[FloatArray | float, ...]
 ) -> tuple[FloatArray, FloatArray]:
     """Return where areas are half, and the areas; see `quadrature.half`."""
+    return _in_parts(_half, function, places, given)
+
+
+def _in_parts(
+    integrate: Callable[[ArrayFunction, FloatArray, FloatArray], tuple[FloatArray, FloatArray]],
+    function: ArrayFunction,
+    places: FloatArray,
+    given: tuple[FloatArray | float, ...],
+) -> tuple[FloatArray, FloatArray]:
+    """Integrate some points at a time."""
     shape, flat, ends = _flat(given, places)
-    place, area = np.empty(flat.shape[1]), np.empty(flat.shape[1])
+    found, area = np.empty(flat.shape[1]), np.empty(flat.shape[1])
     size = _part(ends, flat)
     for start in range(0, flat.shape[1], size):
         part = slice(start, start + size)
-        place[part], area[part] = _half(function, ends[part], flat[:, part])
-    return place.reshape(shape), area.reshape(shape)
+        found[part], area[part] = integrate(function, ends[part], flat[:, part])
+    return found.reshape(shape), area.reshape(shape)
 
 
 def _memory() -> int:
@@ -202,7 +206,7 @@ class _Row:
         self.whole: FloatArray = self.up_to[:, -1].copy()
 
     def reached(self, bound: FloatArray) -> tuple[FloatArray, _Stretches]:
-        """Return the areas before the stretches within which areas come to bounds, and these; see `quadrature.reach`.
+        """Return the areas before the stretches within which areas come to bounds, and these; see `quadrature.summed`.
 
         Where the area never does, the stretch is the end of the last one.
         """

@@ -16,9 +16,9 @@ from fuzzyctl.kernels.program.quadrature import (
     half,
     marked,
     moments,
-    reach,
     rough_area,
     stretch,
+    summed,
     within,
 )
 
@@ -118,7 +118,7 @@ class TestReach:
     @pytest.mark.parametrize("bound", [0.01, 0.3, 0.455, 0.6, 0.9])
     def test_the_bound_is_passed_within_the_stretch(self, bound):
         allowed = OF_ALL * rough_area(clipped, self.PLACES, self.GIVEN)
-        area, left, right, own = reach(clipped, self.PLACES, self.GIVEN, allowed, bound)
+        _, area, _, left, right, own = summed(clipped, self.PLACES, self.GIVEN, allowed, bound)
         assert area < bound <= area + own
         assert moments(clipped, (0.0, *(p for p in (1.0,) if p < left), left), self.GIVEN)[1] == pytest.approx(
             area, abs=CLOSE
@@ -127,7 +127,7 @@ class TestReach:
 
     def test_what_is_never_reached_gives_the_whole(self):
         allowed = OF_ALL * rough_area(clipped, self.PLACES, self.GIVEN)
-        area, left, right, own = reach(clipped, self.PLACES, self.GIVEN, allowed, 1.0)
+        _, area, _, left, right, own = summed(clipped, self.PLACES, self.GIVEN, allowed, 1.0)
         assert area == pytest.approx(2 * 0.7 - 0.49, abs=CLOSE)
         assert (left, right, own) == (2.0, 2.0, 0.0)
 
