@@ -81,7 +81,7 @@ PYTHON_RESERVED: Final = _words(
 #: What a function must not be called, besides: variables of the function `main`, which calls it.
 PYTHON_FUNCTION_RESERVED: Final = PYTHON_RESERVED | _words("arguments values value point name error")
 
-#: What generated text calls its own values: arguments, values, tables, speculated values.
+#: What generated text calls its own values: arguments, values, tables.
 _OWN: Final = re.compile(r"(r?[vstxcku]|r|rate|consequent|result|held)\d+(_.*)?$|c$", re.IGNORECASE)
 #: What tells names of a rule file from those.
 _SUFFIXED: Final = re.compile(r"_fz(_\d+)?$")

@@ -31,7 +31,6 @@ from fuzzyctl.kernels.backends.numba.corner_loops import is_in_passes, pass_line
 from fuzzyctl.kernels.backends.numba.integrals import SCALAR, integral_lines
 from fuzzyctl.kernels.backends.numba.parameters import TABLE, Numbers
 from fuzzyctl.kernels.backends.python.backend import RESULT
-from fuzzyctl.kernels.program.passes.speculate import speculated
 from fuzzyctl.kernels.program.primitives import PRIMITIVES
 from fuzzyctl.kernels.program.printer import (
     INDENT,
@@ -120,7 +119,6 @@ def batch_source(program: Program) -> str:
     (index of the first point where no rule fires) + (position among the refusals). The text of the kernel is inside the
     loop, since a call would keep the loop from being vectorised, and so are its numbers, which then are in registers.
     """
-    program = speculated(program)
     pad = INDENT * 2
     refused = [s.output for s in program.body if isinstance(s, Refuse)]
 

@@ -4,12 +4,8 @@ import numpy as np
 import pytest
 
 from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, Logic, Name, Negate, Number, Where
-from fuzzyctl.kernels.inference import inference
-from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.kernels.program.builder import Builder, any_nan, clip, plus, times
-from fuzzyctl.kernels.program.passes.speculate import speculated
 from fuzzyctl.kernels.program.printer import ARRAYS, SCALAR, number, text
-from fuzzyctl.kernels.program.program import Assign, Item
 from fuzzyctl.kernels.program.scalar import RUNTIME, scalar_function
 
 X, Y = Name("x"), Name("y")
@@ -52,16 +48,6 @@ class TestClip:
     def test_any_nan_tells_nan_only(self):
         function = scalar_function(Where(any_nan([X, Y]), ONE, ZERO))
         assert [function(1.0, math.inf), function(math.nan, 0.0), function(0.0, math.nan)] == [0.0, 1.0, 1.0]
-
-
-class TestSpeculated:
-    def test_leaves_choices_between_atoms_only(self, ais):
-        program = speculated(inference.evaluation(plan(ais)))
-        for statement in program.body:
-            assert isinstance(statement, Assign)
-            for node in (statement.value,):
-                if isinstance(node, Where):
-                    assert all(isinstance(side, Name | Number | Item) for side in (node.then, node.otherwise))
 
 
 class TestPrinter:
