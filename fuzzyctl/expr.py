@@ -21,32 +21,6 @@ MAX_DEPTH: Final = 100
 BinaryOp = Literal["+", "-", "*", "/", "^"]
 CompareOp = Literal["<", "<=", ">", ">=", "==", "!="]
 
-#: Functions a rule file may call, with the numbers of arguments they take (None: one or more).
-FUNCTIONS: Final[dict[str, tuple[int, int | None]]] = {
-    "abs": (1, 1),
-    "min": (1, None),
-    "max": (1, None),
-    "sqrt": (1, 1),
-    "exp": (1, 1),
-    "log": (1, 1),
-    "sin": (1, 1),
-    "cos": (1, 1),
-    "tan": (1, 1),
-    "atan2": (2, 2),
-    "sign": (1, 1),
-    "floor": (1, 1),
-    "ceil": (1, 1),
-    "round": (1, 1),
-    "mod": (2, 2),
-    "fmod": (2, 2),
-    "lt": (2, 2),
-    "le": (2, 2),
-    "gt": (2, 2),
-    "ge": (2, 2),
-    "eq": (2, 2),
-    "ne": (2, 2),
-}
-
 #: Functions that are 1 where a comparison holds and 0 where it does not, under the names of IEC 61131-3.
 COMPARISONS: Final[dict[str, CompareOp]] = {"lt": "<", "le": "<=", "gt": ">", "ge": ">=", "eq": "==", "ne": "!="}
 
@@ -345,31 +319,35 @@ _BINARY: Final[dict[str, Callable[[float, float], float]]] = {
     "^": _power,
 }
 
-#: The functions for floats; they raise where they have no value.
-SCALAR_FUNCTIONS: Final[dict[str, Callable[..., float]]] = {
-    "abs": abs,
-    "min": lambda *values: min(values),
-    "max": lambda *values: max(values),
-    "sqrt": math.sqrt,
-    "exp": math.exp,
-    "log": math.log,
-    "sin": math.sin,
-    "cos": math.cos,
-    "tan": math.tan,
-    "atan2": math.atan2,
-    "sign": sign,
-    "floor": floor,
-    "ceil": lambda x: -floor(-x),
-    "round": rounded,
-    "mod": modulo,
-    "fmod": math.fmod,
-    "lt": lambda a, b: float(a < b),
-    "le": lambda a, b: float(a <= b),
-    "gt": lambda a, b: float(a > b),
-    "ge": lambda a, b: float(a >= b),
-    "eq": lambda a, b: float(a == b),
-    "ne": lambda a, b: float(a != b),
+#: The functions, with how many arguments they take (None: one or more); they raise where they have no value.
+_FUNCTIONS: Final[dict[str, tuple[Callable[..., float], int | None]]] = {
+    "abs": (abs, 1),
+    "min": (lambda *values: min(values), None),
+    "max": (lambda *values: max(values), None),
+    "sqrt": (math.sqrt, 1),
+    "exp": (math.exp, 1),
+    "log": (math.log, 1),
+    "sin": (math.sin, 1),
+    "cos": (math.cos, 1),
+    "tan": (math.tan, 1),
+    "atan2": (math.atan2, 2),
+    "sign": (sign, 1),
+    "floor": (floor, 1),
+    "ceil": (lambda x: -floor(-x), 1),
+    "round": (rounded, 1),
+    "mod": (modulo, 2),
+    "fmod": (math.fmod, 2),
+    "lt": (lambda a, b: float(a < b), 2),
+    "le": (lambda a, b: float(a <= b), 2),
+    "gt": (lambda a, b: float(a > b), 2),
+    "ge": (lambda a, b: float(a >= b), 2),
+    "eq": (lambda a, b: float(a == b), 2),
+    "ne": (lambda a, b: float(a != b), 2),
 }
+#: Functions a rule file may call, with the least and the largest number of arguments that they take (None: any).
+FUNCTIONS: Final[dict[str, tuple[int, int | None]]] = {n: (count or 1, count) for n, (_, count) in _FUNCTIONS.items()}
+#: The functions for floats.
+SCALAR_FUNCTIONS: Final[dict[str, Callable[..., float]]] = {n: function for n, (function, _) in _FUNCTIONS.items()}
 
 _PRECEDENCE: Final = {"or": 1, "and": 2, "not": 3, "compare": 4, "+": 5, "-": 5, "*": 6, "/": 6, "neg": 7, "^": 8}
 

@@ -118,13 +118,7 @@ def window(plan: Plan, own: Diagonals) -> Program:
     builder, raw = Builder(), raw_names(plan)
     places = [_place(builder, raw[a.position], a) for a in own.axes]
     results = [Where(any_nan(raw), NAN, _centroid(builder, own.axes, band, places)) for band in own.bands]
-    return Program(
-        arguments=tuple(x.name for x in raw),
-        state=0,
-        tables=tuple(builder.tables.items()),
-        body=tuple(builder.statements),
-        results=tuple(results),
-    )
+    return builder.program(raw, results)
 
 
 def _is_plain(plan: Plan) -> bool:

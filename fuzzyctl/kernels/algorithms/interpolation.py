@@ -261,13 +261,7 @@ def _finished(plan: Plan, builder: Builder, outputs: Sequence[Expr]) -> Program:
         read = _read(builder, output)
         unread = [x for x in raw if x.name not in read]
         results.append(Where(any_nan(unread), NAN, output) if unread else output)
-    return Program(
-        arguments=tuple(x.name for x in raw),
-        state=0,
-        tables=tuple(builder.tables.items()),
-        body=tuple(builder.statements),
-        results=tuple(results),
-    )
+    return builder.program(raw, results)
 
 
 def _read(builder: Builder, value: Expr) -> set[str]:

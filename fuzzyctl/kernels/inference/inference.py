@@ -127,9 +127,7 @@ def term_degree(term: SetPlan) -> Program:
     builder = Builder()
     x = Name(_raw_name(0))
     value = builder.let(term.degree(x))
-    return Program(
-        (x.name,), 0, tuple(builder.tables.items()), tuple(builder.statements), (Where(any_nan([x]), NAN, value),)
-    )
+    return builder.program([x], [Where(any_nan([x]), NAN, value)])
 
 
 def _leaves(output: OutputPlan, state: Expr, change: Expr) -> Expr:
@@ -139,13 +137,8 @@ def _leaves(output: OutputPlan, state: Expr, change: Expr) -> Expr:
 
 
 def _program(plan: Plan, builder: Builder, results: list[Expr], *, with_state: bool = True) -> Program:
-    return Program(
-        arguments=tuple(_raw_name(i) for i in range(len(plan.inputs))),
-        state=len(plan.initial_state) if with_state else 0,
-        tables=tuple(builder.tables.items()),
-        body=tuple(builder.statements),
-        results=tuple(results),
-    )
+    state = len(plan.initial_state) if with_state else 0
+    return builder.program(raw_names(plan), results, state=state)
 
 
 def raw_names(plan: Plan) -> tuple[Name, ...]:

@@ -24,7 +24,7 @@ from fuzzyctl.expr import (
     replace,
 )
 from fuzzyctl.kernels.program.lowering import step
-from fuzzyctl.kernels.program.program import Assign, Item, Locate, Statement
+from fuzzyctl.kernels.program.program import Assign, Item, Locate, Program, Statement
 
 #: Deeper expressions are written as several statements, since parsers stop at some depth (CPython's at 200).
 DEEPEST: Final = 40
@@ -148,6 +148,11 @@ class Builder:
         """Return the largest of some values, 0 for none."""
         parts = list(terms)
         return self.let(Call("max", tuple(parts))) if parts else ZERO
+
+    def program(self, arguments: Iterable[Name], results: Iterable[Expr], *, state: int = 0) -> Program:
+        """Return what was written as a program; `state` is the length of its array argument."""
+        names, tables = tuple(x.name for x in arguments), tuple(self.tables.items())
+        return Program(names, state, tables, tuple(self.statements), tuple(results))
 
     def smallest(self, terms: Iterable[Expr]) -> Expr:
         """Return the smallest of some values, 0 for none."""
