@@ -1,4 +1,4 @@
-"""The scripts that print the figures of docs/reference/performance.md still run; what they print is not judged here."""
+"""The scripts that print the figures of the docs still run; what they print is not judged here."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from tests.bench import cores, coverage, nan, params
+from tests.bench import cores, coverage, nan, optimisations, params
+from tests.bench.trials import CORPUS, OPTIMISATIONS, SIZES
 from tests.bench.workloads import WORKLOADS
 
 NUMBA = pytest.importorskip("numba")
@@ -37,3 +38,26 @@ def test_both_ways_to_prove_coverage_are_compared() -> None:
     pairs, *seconds = coverage.compared(coverage.complete(2, 3))
     assert pairs == [("covered", "covered")]
     assert all(0.0 < s < 60.0 for s in seconds)
+
+
+class TestOptimisations:
+    #: Another text for each use, but for numbers that only `kernel.value` takes from a table.
+    PRINTED = tuple(own for own in OPTIMISATIONS if own.name != "parameters")
+    TEXTS = (*(w.text for w in WORKLOADS), *SIZES.values(), *CORPUS.values())
+
+    @pytest.mark.parametrize("optimisation", PRINTED, ids=lambda own: own.name)
+    def test_each_is_switched_off(self, optimisation) -> None:
+        assert any(optimisations.changed_uses(optimisation, text) for text in self.TEXTS)
+
+    @pytest.mark.parametrize("optimisation", OPTIMISATIONS, ids=lambda own: own.name)
+    def test_each_has_a_row_in_the_docs(self, optimisation) -> None:
+        page = Path(__file__).parents[2] / "docs/explanation/optimisations.md"
+        assert f"\n| {optimisation.name} | " in page.read_text(encoding="utf-8")
+
+    def test_each_is_measured_with_and_without(self, monkeypatch) -> None:
+        monkeypatch.setattr(optimisations, "ROUNDS", 1)
+        monkeypatch.setattr(optimisations, "SECONDS", 0.0)
+        (decay,) = (own for own in OPTIMISATIONS if own.name == "decay")
+        found = optimisations.measured(decay, WORKLOADS[3].text)
+        assert set(found) == {"Python", "to callable"}
+        assert all(0.0 < ratio < 1e6 for ratio in found.values())

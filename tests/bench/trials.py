@@ -1,0 +1,158 @@
+"""The optimisations of kernels, how each is switched off, and systems of the sizes for which they are made."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+from fuzzyctl.kernels.algorithms import interpolation, select
+from fuzzyctl.kernels.backends.numba import parameters, typed_kernels
+from fuzzyctl.kernels.backends.numba import source as numba_backend
+from fuzzyctl.kernels.backends.numpy import backend as numpy_backend
+from fuzzyctl.kernels.backends.python import backend as python_backend
+from fuzzyctl.kernels.inference import inference
+from fuzzyctl.kernels.inference.defuzzify import centroid
+from fuzzyctl.kernels.program.printer import SCALAR, counted_or_searched
+from tests.bench.growth import complete
+from tests.bench.workloads import RULES
+from tests.frozen.systems import SYSTEMS
+
+SAMPLES = Path(__file__).parents[1] / "fuzzyctl/formats"
+_FOREIGN = (
+    *("samples/all_terms.fll", "samples/heater_fuzzylite.fis", "samples/old.fll", "samples/one_line.fll"),
+    *("samples/pendulum.fis", "samples/portfolio_octave.fis", "samples/tipper.fis", "samples/tipper.fll"),
+    *("fcl/fuzzylite.fcl", "fcl/standard.fcl", "fml/draft.fml", "fml/mamdani.fml"),
+)
+#: Shipped rule files, files of other tools, and a system for each method.
+CORPUS: Mapping[str, str] = {
+    **{p.name: p.read_text(encoding="utf-8") for p in sorted(RULES.glob("*.fz"))},
+    **{Path(p).name: str(SAMPLES / p) for p in _FOREIGN},
+    **SYSTEMS,
+}
+
+
+def sugeno(inputs: int, terms: int, kind: str = "gaussian") -> str:
+    """Return a complete first-order Takagi-Sugeno table."""
+    rng = random.Random(1)
+    lines = ["system s", "and product", "defuzzifier weighted_average"]
+    for i in range(inputs):
+        lines.append(f"input x{i} in [0, 1]")
+        shape = "{}, 0.2" if kind == "gaussian" else "{} - 0.3, {}, {} + 0.3"
+        lines += [f"  t{k} = {kind}({shape.replace('{}', repr(k / (terms - 1)))})" for k in range(terms)]
+    combinations = list(product(range(terms), repeat=inputs))
+    lines.append("output u in [-50, 50]")
+    for n, _ in enumerate(combinations):
+        lines.append(f"  c{n} = linear({', '.join(f'{rng.uniform(-2, 2):.3f}' for _ in range(inputs + 1))})")
+    for n, own in enumerate(combinations):
+        lines.append(f"if {' and '.join(f'x{i} is t{k}' for i, k in enumerate(own))} then u is c{n}")
+    return "\n".join(lines) + "\n"
+
+
+def mamdani(terms: int, defuzzifier: str = "centroid") -> str:
+    """Return a table of two inputs whose consequents follow no pattern."""
+    rng = random.Random(1)
+    names = " ".join(f"t{k}" for k in range(terms))
+    lines = ["system s", f"defuzzifier {defuzzifier}"]
+    lines += [line for v in ("input x0", "input x1", "output u") for line in (f"{v} in [0, 1]", f"  terms {names}")]
+    lines += ["table u = x0 x x1", f"  {names}"]
+    lines += [f"  t{k} | {' '.join(rng.choices(names.split(), k=terms))}" for k in range(terms)]
+    return "\n".join(lines) + "\n"
+
+
+def curves(count: int, corners: int) -> str:
+    """Return a system of measured curves of many corners."""
+    rng = random.Random(1)
+    lines = ["system s", "defuzzifier weighted_average"]
+    for i in range(2):
+        lines.append(f"input x{i} in [0, 1]")
+        for k in range(count // 2):
+            pairs = ", ".join(f"{n / (corners - 1):.6g}, {rng.uniform(0.1, 1):.3f}" for n in range(corners))
+            lines.append(f"  t{k} = piecewise({pairs})")
+    lines += ["output u in [0, 1]", *(f"  c{k} = constant({k / count})" for k in range(count // 2))]
+    lines += [f"if x0 is t{k} and x1 is t{k} then u is c{k}" for k in range(count // 2)]
+    return "\n".join(lines) + "\n"
+
+
+SIZES: Mapping[str, str] = {
+    "product, 729 rules of 6 inputs": complete(6, 3, "product", "weighted_average"),
+    "product, 256 rules of 8 inputs": complete(8, 2, "product", "weighted_average"),
+    "product, 441 rules of 2 inputs": complete(2, 21, "product", "weighted_average"),
+    "min, 625 rules of 4 inputs": complete(4, 5, "min", "weighted_average"),
+    "min, 121 rules of 2 inputs": complete(2, 11, "min", "weighted_average"),
+    "centroid, 49 rules, any table": mamdani(7),
+    "centroid, 121 rules, any table": mamdani(11),
+    "centroid(resolution=100), 49 rules": mamdani(7, "centroid(resolution=100)"),
+    "Sugeno, Gaussian, 49 rules of 2 inputs": sugeno(2, 7),
+    "Sugeno, Gaussian, 125 rules of 3 inputs": sugeno(3, 5),
+    "Sugeno, triangles, 49 rules of 2 inputs": sugeno(2, 7, "triangle"),
+    "20 curves of 50 corners": curves(20, 50),
+}
+
+
+@dataclass(frozen=True)
+class Optimisation:
+    """One optimisation.
+
+    Args:
+        name: Its name in docs/explanation/optimisations.md.
+        patches: Owner, attribute and value of what switches it off.
+    """
+
+    name: str
+    patches: tuple[tuple[Any, str, Any], ...]
+
+
+def _refused(*_given: Any, **_named: Any) -> str:
+    return "it is switched off"
+
+
+def _same(program: Any) -> Any:
+    return program
+
+
+def _dialects(**changed: Any) -> tuple[tuple[Any, str, Any], ...]:
+    names = ("_COMPILED", "_COMPILED_MANY")
+    return tuple((numba_backend, n, replace(getattr(numba_backend, n), **changed)) for n in names)
+
+
+class _InText(parameters.Numbers):
+    """The numbers of a program, all of them in its text."""
+
+    def __init__(self, program: Any) -> None:
+        super().__init__(program)
+        self.shares, self.values = False, []
+
+
+_ALL_COUNTED = partial(counted_or_searched, most=10**9)
+
+_INTERPRETED = python_backend.INTERPRETED
+_EVALUATION = inference.evaluation
+
+OPTIMISATIONS = (
+    Optimisation("interpolation", ((select, "grid_of", _refused),)),
+    Optimisation("cells", ((interpolation, "_has_cells", lambda *_: False),)),
+    Optimisation("ramps", ((interpolation, "MOST_RAMPS", 0),)),
+    Optimisation("loops over corners", ((interpolation, "LOOPED", 99),)),
+    Optimisation("corner loops in batches", ((numba_backend, "is_in_passes", lambda _: False),)),
+    Optimisation("rule cells", ((select.rule_cells, "active_of", _refused),)),
+    Optimisation("diagonals", ((select, "diagonals_of", _refused),)),
+    Optimisation("neighbours", ((centroid, "is_handover", lambda _: False),)),
+    Optimisation("tables of degrees", ((inference, "degree_of", lambda _, term, x: term.degree(x)),)),
+    Optimisation("inlining", ((select, "inlined", _same),)),
+    Optimisation("decisions", ((python_backend, "INTERPRETED", replace(_INTERPRETED, locate=_ALL_COUNTED)),)),
+    Optimisation("decay", ((python_backend, "INTERPRETED", replace(_INTERPRETED, decay="exp")),)),
+    Optimisation("search", _dialects(locate=_ALL_COUNTED)),
+    Optimisation("intrinsics", _dialects(smaller=SCALAR.smaller, larger=SCALAR.larger)),
+    Optimisation(
+        "degrees without choices",
+        ((inference, "evaluation", lambda *own, many=False, **named: _EVALUATION(*own, **named)),),
+    ),
+    Optimisation("schedule", ((numpy_backend, "late", _same),)),
+    Optimisation("release", ((numpy_backend, "_last_uses", lambda program: [set() for _ in program.body]),)),
+    Optimisation("parameters", ((typed_kernels, "Numbers", _InText),)),
+)
