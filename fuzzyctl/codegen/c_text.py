@@ -189,12 +189,8 @@ class CText:
                 case Offset(name=name, parts=parts):
                     total = " + ".join(n if s == 1 else f"({s}U * {n})" for n, s in parts)
                     yield f"{pad}const size_t {name} = {total};"
-                case Accumulate(count=count, counter=k, body=body, sums=sums):
-                    yield from (f"{pad}{real} {s.name} = {self.number(0.0)};" for s in sums)
-                    yield f"{pad}for (size_t {k} = 0U; {k} < {count}U; ++{k}) {{"
-                    yield from self.block(body, refusals, depth + 1)
-                    yield from (f"{pad}{INDENT}{s.name} = {s.name} + {self.text(s.value)};" for s in sums)
-                    yield f"{pad}}}"
+                case Accumulate():
+                    yield from self.block([statement.fold], refusals, depth)
                 case Fold(count=count, counter=k, first=first, body=body, then=then):
                     yield from (f"{pad}{real} {s.name} = {bare(self.text(s.value))};" for s in first)
                     yield f"{pad}for (size_t {k} = 0U; {k} < {count}U; ++{k}) {{"

@@ -110,16 +110,8 @@ class STText:
                 case Offset(name=name, parts=parts):
                     self.integers.append(name)
                     yield f"{pad}{name} := {' + '.join(n if s == 1 else f'{s} * {n}' for n, s in parts)};"
-                case Accumulate(count=count, counter=k, body=body, sums=sums):
-                    self.integers.append(k)
-                    self._carried([*body, *(Assign(s.name, Name(s.name) + s.value) for s in sums)])
-                    for s in sums:
-                        yield from self.assigned(self._declared(s.name), Number(0.0), depth)
-                    yield f"{pad}FOR {k} := 0 TO {count - 1} DO"
-                    yield from self.block(body, refusals, depth + 1)
-                    for s in sums:
-                        yield from self.assigned(s.name, Name(s.name) + s.value, depth + 1)
-                    yield f"{pad}END_FOR;"
+                case Accumulate():
+                    yield from self.block([statement.fold], refusals, depth)
                 case Fold(count=count, counter=k, first=first, body=body, then=then):
                     self.integers.append(k)
                     self._carried([*first, *body, *then])

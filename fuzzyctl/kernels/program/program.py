@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from fuzzyctl.expr import Expr, Number
+from fuzzyctl.expr import Expr, Name, Number
 from fuzzyctl.records import record
 
 #: One object, so that programs that hold it compare equal.
@@ -89,6 +89,13 @@ class Accumulate:
     counter: str
     body: tuple[Assign, ...]
     sums: tuple[Assign, ...]
+
+    @property
+    def fold(self) -> Fold:
+        """The same as values that are carried along."""
+        first = tuple(Assign(s.name, Number(0.0)) for s in self.sums)
+        then = tuple(Assign(s.name, Name(s.name) + s.value) for s in self.sums)
+        return Fold(self.count, self.counter, first, self.body, then)
 
 
 @record(frozen=True, slots=True)
