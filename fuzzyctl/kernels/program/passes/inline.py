@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import replace
 
 from fuzzyctl.expr import Binary, Expr, Name, Where, children
 from fuzzyctl.kernels.program.builder import DEEPEST
 from fuzzyctl.kernels.program.program import Assign, Locate, Offset, Program, Refuse, Statement
-from fuzzyctl.kernels.program.traversal import statements, uses
+from fuzzyctl.kernels.program.traversal import uses
 
 #: Statements that run at most once; in loops a number may have another value where it is needed.
 ONCE = (Assign, Locate, Offset, Refuse)
@@ -19,19 +18,18 @@ def inlined(program: Program) -> Program:
     if not all(isinstance(s, ONCE) for s in program.body):
         return program
     used = uses(program)
-    given = Counter(s.name for s in statements(program.body) if isinstance(s, Assign))
     waiting: dict[str, tuple[Expr, int]] = {}
     body: list[Statement] = []
     for statement in program.body:
         if isinstance(statement, Assign):
             value, depth = _filled(statement.value, waiting)
-            if used[statement.name] == 1 and given[statement.name] == 1:
+            if used[statement.name] == 1:
                 waiting[statement.name] = value, depth
             statement = Assign(statement.name, value)
         body.append(statement)
     results = tuple(_filled(r, waiting)[0] for r in program.results)
     # What has been written elsewhere was taken off the list.
-    gone = {n for n in used if used[n] == 1 and given[n] == 1} - waiting.keys()
+    gone = {n for n in used if used[n] == 1} - waiting.keys()
     kept = tuple(s for s in body if not (isinstance(s, Assign) and s.name in gone))
     return replace(program, body=kept, results=results)
 
