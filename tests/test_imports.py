@@ -150,6 +150,14 @@ def test_third_parties_have_one_home(path):
             )
 
 
+def test_the_reference_interpreter_shares_only_the_model_with_the_kernels():
+    names = {name for path in (ROOT / "tests" / "reference").glob("*.py") for name in imported(path)}
+    assert {".".join(n.split(".")[:2]) for n in names if n.split(".")[0] == "fuzzyctl"} == {
+        "fuzzyctl.expr",
+        "fuzzyctl.model",
+    }
+
+
 def test_dwmr_takes_fuzzyctl_through_one_module_of_control():
     users = {
         p.name

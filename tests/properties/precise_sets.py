@@ -11,13 +11,18 @@ import itertools
 import math
 import random
 import re
+import sys
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import mpmath
 import numpy as np
 from mpmath import mpf
 
+sys.path.insert(0, str(Path(__file__).parents[2]))
+
 import fuzzyctl
+from tests.reference.formulas import ARRAY, HEDGES, Numbers, chosen, degree, norm
 
 mpmath.mp.dps = 30
 
@@ -33,61 +38,13 @@ IMPLICATIONS = (
 #: What the reference documentation states: a part of the range, and the rounding of degrees where the area is small.
 BOUND, ROUNDING = 1e-12, 2e-15
 
+PRECISE = Numbers(mpmath, mpf, chosen)
 
-class Numbers:
-    """The functions that degrees need, for floats in arrays and for numbers of mpmath."""
-
-    def __init__(self, module, number, choose):
-        self.exp, self.sin, self.sqrt, self.number, self.choose = module.exp, module.sin, module.sqrt, number, choose
-
-    def held(self, x):
-        return self.choose(x > 0, self.choose(x < 1, x, self.number(1)), self.number(0))
-
-    def smaller(self, a, b):
-        return self.choose(a < b, a, b)
-
-
-MP = Numbers(mpmath, mpf, lambda condition, a, b: a if condition else b)
-NP = Numbers(np, np.float64, lambda condition, a, b: np.where(condition, a, b))
-
-
-def straight(n, x, corners):
-    """Go straight between corners; constant beyond them."""
-    found = n.number(corners[0][1]) + 0 * x
-    for (a, p), (b, q) in itertools.pairwise(corners):
-        slope = (n.number(q) - n.number(p)) / (n.number(b) - n.number(a))
-        side = n.number(p) + slope * (x - a)
-        # Beyond it the degree is exact: the root of what rounding leaves of 0 is not small.
-        found = n.choose(x > a, n.choose(x < b, side, n.number(q) + 0 * x), found)
-    return found
-
-
-def sigmoid(n, x, center, slope):
-    return 1 / (1 + n.exp(-n.number(slope) * (x - center)))
-
-
-def s_shape(n, x, a, b):
-    u = n.held((x - a) / (n.number(b) - a))
-    return n.choose(2 * u <= 1, 2 * u * u, 1 - 2 * (1 - u) ** 2)
-
-
-KINDS = {
-    "ramp": lambda n, x, a, b: n.held((x - a) / (n.number(b) - a)),
-    "triangle": lambda n, x, a, b, c: straight(n, x, ((a, 0), (b, 1), (c, 0))),
-    "trapezoid": lambda n, x, a, b, c, d: straight(n, x, ((a, 0), (b, 1), (c, 1), (d, 0))),
-    "gaussian": lambda n, x, m, s: n.exp(-(((x - m) / n.number(s)) ** 2) / 2),
-    "gaussian2": lambda n, x, m, s, o, t: (
-        n.choose(x < m, n.exp(-(((x - m) / n.number(s)) ** 2) / 2), 1 + 0 * x)
-        * n.choose(x > o, n.exp(-(((x - o) / n.number(t)) ** 2) / 2), 1 + 0 * x)
-    ),
-    "bell": lambda n, x, c, w, s: 1 / (1 + abs((x - c) / n.number(w)) ** (2 * n.number(s))),
-    "sigmoid": sigmoid,
-    "sigmoid_difference": lambda n, x, a, r, f, b: abs(sigmoid(n, x, a, r) - sigmoid(n, x, b, f)),
-    "sigmoid_product": lambda n, x, a, r, f, b: sigmoid(n, x, a, r) * sigmoid(n, x, b, f),
-    "s_shape": s_shape,
-    "pi_shape": lambda n, x, a, b, c, d: n.choose(x < b, s_shape(n, x, a, b), s_shape(n, -x, -d, -c)),
-    "spike": lambda n, x, c, w: n.exp(-10 * abs((x - c) / n.number(w))),
-}
+#: Kinds of terms that are drawn.
+KINDS = tuple(
+    "ramp triangle trapezoid gaussian gaussian2 bell sigmoid sigmoid_difference sigmoid_product s_shape pi_shape "
+    "spike".split()
+)
 
 
 def own_hedges(draw):
@@ -124,32 +81,7 @@ def own_hedges(draw):
     )
 
 
-BUILT_IN = {
-    "not": lambda n, x: 1 - x,
-    "very": lambda n, x: x * x,
-    "somewhat": lambda n, x: n.sqrt(x),
-    "extremely": lambda n, x: n.choose(2 * x <= 1, 2 * x * x, 1 - 2 * (1 - x) ** 2),
-}
-
-
-def norm(n, name, h, d):
-    """Imply a degree by an activation."""
-    match name:
-        case "min":
-            return n.smaller(h + 0 * d, d)
-        case "product":
-            return h * d
-        case "bounded_difference":
-            return n.choose(h + d > 1, h + d - 1, 0 * d)
-        case "drastic_product":
-            return n.choose(d >= 1, h + 0 * d, d if h == 1 else 0 * d)
-        case "einstein_product":
-            return h * d / (2 - (h + d - h * d))
-        case "hamacher_product":
-            return h * d / (h + d - h * d)
-        case "nilpotent_minimum":
-            return n.choose(h + d > 1, n.smaller(h + 0 * d, d), 0 * d)
-    raise ValueError(name)
+BUILT_IN = ("not", "very", "somewhat", "extremely")
 
 
 @dataclass
@@ -162,9 +94,9 @@ class Drawn:
     activation: float = 1.0
 
     def degree(self, n, x):
-        found = KINDS[self.kind](n, x, *self.parameters)
+        found = degree(n, self.kind, self.parameters, x)
         for hedge in self.hedges:
-            found = BUILT_IN[hedge](n, found) if isinstance(hedge, str) else n.held(hedge[1](n, found))
+            found = HEDGES[hedge](n, found) if isinstance(hedge, str) else n.within_unit(hedge[1](n, found))
         return found
 
 
@@ -207,7 +139,7 @@ def drawn_term(draw, low, high):
     if not kind.startswith("sigmoid_") or draw.random() < 0.4:
         hedges.append(own_hedges(draw))
     if draw.random() < 0.3:
-        hedges.insert(draw.randint(0, len(hedges)), draw.choice(list(BUILT_IN)))
+        hedges.insert(draw.randint(0, len(hedges)), draw.choice(BUILT_IN))
     return Drawn(kind, parameters, hedges, round(10 ** draw.uniform(-3, 0), 6))
 
 
@@ -314,7 +246,7 @@ def places_of(case):
         x = np.unique(ends[:-1, None] + (ends[1:] - ends[:-1])[:, None] * SAMPLES)
         for function in functions:
             with np.errstate(all="ignore"):
-                values = np.asarray(function(NP, x))
+                values = np.asarray(function(ARRAY, x))
             for k in np.flatnonzero(np.sign(values[:-1]) * np.sign(values[1:]) < 0):
                 found.add(crossing(function, x[k], x[k + 1]))
             found |= {mpf(float(v)) for v in x[np.flatnonzero((values == 0) & (np.roll(values, 1) != 0))]}
@@ -323,12 +255,12 @@ def places_of(case):
 
 def crossing(function, a, b):
     a, b = mpf(float(a)), mpf(float(b))
-    if function(MP, a) * function(MP, b) >= 0:  # one of them is 0 but for the rounding of floats
-        return min(a, b, key=lambda x: abs(function(MP, x)))
-    is_low = function(MP, a) < 0
+    if function(PRECISE, a) * function(PRECISE, b) >= 0:  # one of them is 0 but for the rounding of floats
+        return min(a, b, key=lambda x: abs(function(PRECISE, x)))
+    is_low = function(PRECISE, a) < 0
     for _ in range(70):
         middle = (a + b) / 2
-        if (function(MP, middle) < 0) == is_low:
+        if (function(PRECISE, middle) < 0) == is_low:
             a = middle
         else:
             b = middle
@@ -341,7 +273,7 @@ def integrated(case, places):
     whole = mpmath.mpc(0)
     for a, b in itertools.pairwise(places):
         if b - a > mpf(10) ** -25:
-            whole += mpmath.quad(lambda x: case.degree(MP, x) * mpmath.mpc(1, x - middle), _cut(a, b), maxdegree=7)
+            whole += mpmath.quad(lambda x: case.degree(PRECISE, x) * mpmath.mpc(1, x - middle), _cut(a, b), maxdegree=7)
     return whole.real, whole.imag
 
 

@@ -1,16 +1,15 @@
-"""Slow and obvious references: sets in rational arithmetic, and integrals between places found by root finding."""
+"""Exact values of aggregated sets: in rational arithmetic, and by integrals between locations found by root finding."""
 
 import math
 from bisect import bisect_right
 from fractions import Fraction
+from functools import reduce
 from itertools import combinations, pairwise
 
 import numpy as np
 from scipy.optimize import brentq
 
-from fuzzyctl.expr import Name
-from fuzzyctl.formulas import AGGREGATIONS, CONJUNCTIONS, MEMBERSHIP
-from fuzzyctl.kernels.backends.numpy.backend import array_function
+from tests.reference.formulas import ARRAY, degree, norm
 
 
 class Straight:
@@ -79,8 +78,10 @@ class Straight:
         return self.area_up_to(self.upper)
 
     def centroid(self):
+        """Return the centroid as a fraction; None for an empty set."""
         moment = sum((x1 - x0) * (x0 * (2 * y0 + y1) + x1 * (y0 + 2 * y1)) / 6 for x0, y0, x1, y1 in self.parts)
-        return float(moment / self.area)
+        area = self.area
+        return moment / area if area else None
 
     def points(self):
         """Yield corners with the larger limit of each term from both sides."""
@@ -128,28 +129,27 @@ class Curved:
 
     def __init__(self, terms, implication, aggregation, lower, upper):
         self.lower, self.upper = lower, upper
-        imply = array_function(CONJUNCTIONS[implication](Name("a"), Name("b")))
-        join = array_function(AGGREGATIONS[aggregation](Name("a"), Name("b")))
-        degrees = [array_function(MEMBERSHIP[kind].degree(Name("x"), p)) for kind, p, _ in terms]
+        degrees = [lambda x, kind=kind, p=p: degree(ARRAY, kind, p, x) for kind, p, _ in terms]
         heights = [h for *_, h in terms]
-        implied = [lambda x, d=d, h=h: imply(h, d(x)) for d, h in zip(degrees, heights, strict=True)]
-
-        def degree(x):
-            total = implied[0](x)
-            for own in implied[1:]:
-                total = join(total, own(x))
-            return total
-
-        self.degree = degree
+        implied = [lambda x, d=d, h=h: norm(ARRAY, implication, h, d(x)) for d, h in zip(degrees, heights, strict=True)]
+        self.degree = lambda x: reduce(lambda a, b: norm(ARRAY, aggregation, a, b), [own(x) for own in implied])
         gaps = [lambda x, d=d, h=h: d(x) - h for d, h in zip(degrees, heights, strict=True)]
         gaps += [lambda x, d=d, h=h: d(x) - (1.0 - h) for d, h in zip(degrees, heights, strict=True)]
         gaps += [lambda x, a=a, b=b: a(x) - b(x) for a, b in combinations(implied, 2)]
         if aggregation in ("bounded_sum", "nilpotent_maximum"):
             gaps += [lambda x, a=a, b=b: a(x) + b(x) - 1.0 for a, b in combinations(implied, 2)]
-        corners = [x for kind, p, _ in terms for f in (MEMBERSHIP[kind],) for x in (*f.core(p), *f.pieces(p))]
+        locations = [x for _, p, _ in terms for x in p]
+        locations += [p[0] + side * p[1] / 2 for kind, p, _ in terms if kind == "cosine" for side in (-1, 1)]
         # Sides of two parabolas bend where these meet.
-        corners += [0.5 * (a + b) for kind, p, _ in terms if "shape" in kind for a, b in pairwise(p)]
-        places = {lower, upper} | {x for x in corners if lower < x < upper}
+        locations += [0.5 * (a + b) for kind, p, _ in terms if "shape" in kind for a, b in pairwise(p)]
+        # Where two sigmoids are equal their difference has no slope.
+        locations += [
+            (rise * a - fall * b) / (rise - fall)
+            for kind, p, _ in terms
+            if kind == "sigmoid_difference"
+            for a, rise, fall, b in [p]
+        ]
+        places = {lower, upper} | {x for x in locations if lower < x < upper}
         grid = np.linspace(lower, upper, self.FINE + 1)
         for gap in gaps:
             values = np.broadcast_to(gap(grid), grid.shape)
