@@ -63,7 +63,7 @@ def straight(n, x, points):
         if a == b:
             found = n.choose(x < a, found, n.choose(x > a, q, n.larger(found, max(p, q))))
         else:
-            side = n.smaller((p * (b - x) + q * (x - a)) / (b - a), max(p, q))
+            side = q if p == q else (p * (b - x) + q * (x - a)) / (b - a)
             found = n.choose(x > a, n.choose(x < b, side, q), found)
     return found
 
@@ -76,6 +76,12 @@ def gaussian(n, x, mean, sigma):
 def gaussian2(n, x, left, sigma_left, right, sigma_right):
     rise = 1 if abs(left) == math.inf else n.choose(x < left, gaussian(n, x, left, sigma_left), 1)
     return rise if abs(right) == math.inf else rise * n.choose(x > right, gaussian(n, x, right, sigma_right), 1)
+
+
+def bell(n, x, center, width, slope):
+    z = abs((x - center) / width)
+    small = n.choose(z < 1, z, n.quotient(1, z, 0)) ** (2 * slope)
+    return n.choose(z < 1, 1, small) / (1 + small)
 
 
 def sigmoid(n, x, inflection, slope):
@@ -114,7 +120,7 @@ def cosine(n, x, center, width):
 CURVES = {
     "gaussian": gaussian,
     "gaussian2": gaussian2,
-    "bell": lambda n, x, center, width, slope: 1 / (1 + abs((x - center) / width) ** (2 * slope)),
+    "bell": bell,
     "sigmoid": sigmoid,
     "sigmoid_difference": lambda n, x, a, rise, fall, b: abs(sigmoid(n, x, a, rise) - sigmoid(n, x, b, fall)),
     "sigmoid_product": lambda n, x, a, rise, fall, b: sigmoid(n, x, a, rise) * sigmoid(n, x, b, fall),
