@@ -1,4 +1,4 @@
-"""Systems drawn at random that use everything the model has."""
+"""Systems drawn at random: those that use everything the model has, and plain ones for rational arithmetic."""
 
 import math
 
@@ -45,6 +45,7 @@ STRAIGHT = ("triangle", "trapezoid", "rectangle", "ramp", "piecewise")
 AREA = tuple(k for k in (*SHAPES, *SIZED) if k != "singleton")
 FINITE_CORE = tuple(k for k in (*SHAPES, *SIZED) if k != "sigmoid")
 RANGES = ((-0.06, 0.06), (0.0, 10.0), (-3.0, 5.0))
+PLAIN_RANGES = (*RANGES, (1000.0, 1001.0))
 HEIGHTS = st.sampled_from([1.0, 1.0, 1.0, 0.7])
 
 
@@ -88,14 +89,13 @@ def functions(draw, count):
 
 
 @st.composite
-def antecedents(draw, variables, depth=2):
+def antecedents(draw, variables, hedges=(), depth=2):
     shape = draw(st.sampled_from(["is", "is", "and", "or", "not"])) if depth else "is"
     if shape == "is":
         variable = draw(st.sampled_from(variables))
-        hedges = draw(st.lists(st.sampled_from([*HEDGES, "soft"]), max_size=2)) if draw(st.booleans()) else []
-        term = draw(st.sampled_from([t for t in variable.terms if t.membership.kind != "linear"]))
-        return Is(variable=variable.name, term=term.name, hedges=tuple(hedges))
-    part = antecedents(variables, depth=depth - 1)
+        chosen = draw(st.lists(st.sampled_from(hedges), max_size=2)) if hedges and draw(st.booleans()) else []
+        return Is(variable=variable.name, term=draw(st.sampled_from(variable.terms)).name, hedges=tuple(chosen))
+    part = antecedents(variables, hedges, depth - 1)
     if shape == "not":
         return Not(operand=draw(part))
     operands = tuple(draw(st.lists(part, min_size=2, max_size=3)))
@@ -233,7 +233,7 @@ def systems(draw, kinds=(*OVER_SETS, *OVER_RULES), held=False):
         readable = [*inputs, *made[:first]]
         rules[block].append(
             Rule(
-                antecedent=draw(antecedents(readable)),
+                antecedent=draw(antecedents(readable, [*HEDGES, "soft"])),
                 consequents=tuple(consequents),
                 weight=Number(draw(st.sampled_from([1.0, 1.0, 0.3, 0.0]))),
             )
@@ -259,10 +259,91 @@ def systems(draw, kinds=(*OVER_SETS, *OVER_RULES), held=False):
 
 
 @st.composite
-def points(draw, system, count=8):
+def linear_terms(draw, lower, upper, kinds=("triangle", "trapezoid")):
+    kind = draw(st.sampled_from(kinds))
+    if kind == "gaussian":
+        place = draw(st.integers(0, 8)) / 8
+        sigma = (upper - lower) * draw(st.sampled_from([0.05, 0.2, 0.5]))
+        return Membership(kind=kind, arguments=(Number(lower + place * (upper - lower)), Number(sigma)))
+    if kind == "singleton":
+        return Membership(kind=kind, arguments=(Number(lower + draw(st.integers(0, 8)) / 8 * (upper - lower)),))
+    count = 3 if kind == "triangle" else 4
+    # A grid makes corners coincide, so that sides are vertical and terms meet; floats make them miss each other.
+    place = st.integers(-2, 10).map(lambda i: i / 8) | st.floats(-0.2, 1.2).map(lambda p: round(p, 9))
+    spots = sorted(draw(st.lists(place, min_size=count, max_size=count)))
+    values = [lower + p * (upper - lower) for p in spots]
+    if draw(st.integers(0, 3)) == 0:
+        values[0] = -math.inf
+    if draw(st.integers(0, 3)) == 0:
+        values[-1] = math.inf
+    return Membership(kind=kind, arguments=tuple(Number(v) for v in values))
+
+
+def terms(lower, upper, kinds):
+    return st.lists(linear_terms(lower, upper, kinds), min_size=1, max_size=3).map(
+        lambda found: tuple(Term(name=n, membership=m) for n, m in zip("abc", found, strict=False))
+    )
+
+
+@st.composite
+def plain_systems(draw, averages=None, extrapolate=True):
+    """A system of straight sets, centroids and averages, plain enough for rational arithmetic.
+
+    Args:
+        averages: Whether its outputs are averages; None for either.
+        extrapolate: Whether inputs may go through the formulas beyond their ranges.
+    """
+    averages = draw(st.booleans()) if averages is None else averages
+    resolution = None if averages else draw(st.sampled_from([None, None, None, 7]))
+    inputs = []
+    for name, (lower, upper) in zip("xyz", draw(st.permutations(PLAIN_RANGES)), strict=False):
+        own = draw(terms(lower, upper, ("triangle", "trapezoid", "gaussian", "singleton")))
+        free = extrapolate and draw(st.integers(0, 4)) == 0
+        inputs.append(Input(name=name, lower=Number(lower), upper=Number(upper), terms=own, extrapolate=free))
+    inputs = inputs[: draw(st.integers(1, 3))]
+    outputs = []
+    for name, (lower, upper) in zip("uv", draw(st.permutations(PLAIN_RANGES)), strict=False):
+        kinds = ("triangle", "trapezoid")
+        kinds = (*kinds, "singleton") if averages else kinds if resolution is None else (*kinds, "gaussian")
+        otherwise = draw(st.sampled_from([None, Number(lower - 1.0), Number(lower), "midpoint", "nan", "error"]))
+        own = draw(terms(lower, upper, kinds))
+        outputs.append(Output(name=name, lower=Number(lower), upper=Number(upper), terms=own, otherwise=otherwise))
+    outputs = outputs[: draw(st.integers(1, 2))]
+    rules = []
+    for _ in range(draw(st.integers(1, 6))):
+        chosen = draw(st.sampled_from([outputs[:1], outputs, outputs[-1:]]))
+        consequents = tuple(
+            Consequent(output=o.name, term=draw(st.sampled_from(o.terms)).name) for o in dict.fromkeys(chosen)
+        )
+        weight = Number(draw(st.sampled_from([1.0, 1.0, 1.0, 0.3, 0.0])))
+        rules.append(Rule(antecedent=draw(antecedents(inputs)), consequents=consequents, weight=weight))
+    method = Method(
+        conjunction=draw(st.sampled_from(["min", "product", "bounded_difference"])),
+        disjunction=draw(st.sampled_from(["max", "probabilistic_sum", "bounded_sum"])),
+        implication=draw(st.sampled_from(["min", "product"])),
+        aggregation=draw(st.sampled_from(["max", "sum"])),
+        defuzzifier=Defuzzifier(
+            kind="weighted_average" if averages else "centroid",
+            resolution=resolution,
+            grid=draw(st.sampled_from(["midpoint", "endpoints"])),
+        ),
+    )
+    return FuzzySystem(name="s", method=method, inputs=tuple(inputs), outputs=tuple(outputs), blocks=tuple(rules))
+
+
+#: What laws are tested on.
+KINDS = {"plain": plain_systems(), "any": systems()}
+#: Where corners of terms are, and beyond the ends, as parts of a range.
+GRID = [*(i / 10 for i in range(-1, 12)), *(i / 8 for i in range(-2, 11))]
+
+
+@st.composite
+def points(draw, system, count=8, special=False):
+    """Points around the ranges of the inputs; `special` ones have coordinates that are infinite or NaN."""
+
     def one(variable):
         lower, upper = variable.lower.value, variable.upper.value
-        inside = st.floats(-0.2, 1.2).map(lambda p: lower + p * (upper - lower))
-        return inside | st.integers(-1, 11).map(lambda i: lower + i / 10 * (upper - lower))
+        around = (st.floats(-0.3, 1.3) | st.sampled_from(GRID)).map(lambda p: lower + p * (upper - lower))
+        return around | st.sampled_from([math.inf, -math.inf, math.nan]) if special else around
 
     return [tuple(draw(one(i)) for i in system.inputs) for _ in range(count)]

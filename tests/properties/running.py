@@ -1,13 +1,9 @@
 """How drawn systems are run: how many of them, evaluated at a point, and without outputs that raise."""
 
-import math
-
 import numpy as np
 from hypothesis import HealthCheck, Phase, settings
 
-from fuzzyctl.analysis.bounds import output_bounds
 from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
-from fuzzyctl.kernels.compile import compile as compile_system
 from tests.sizes import examples
 
 
@@ -42,14 +38,3 @@ def total(system):
         o.model_copy(update={"otherwise": "nan"}) if o.otherwise in (None, "error") else o for o in system.outputs
     )
     return system.model_copy(update={"outputs": outputs})
-
-
-def check_samples(system, points):
-    """Every number that a kernel returns lies within the proved bounds of its output."""
-    bounds, kernel = output_bounds(system), compile_system(system, "python")
-    for point in points:
-        found = evaluated(kernel, point)
-        if not isinstance(found, str):
-            for output, value in zip(system.outputs, found, strict=True):
-                bound = bounds[output.name]
-                assert math.isnan(value) or bound.lo <= value <= bound.hi

@@ -10,6 +10,7 @@ import os
 
 import hypothesis.strategies as st
 import numpy as np
+import pytest
 from hypothesis import given, note
 
 from fuzzyctl import loads
@@ -19,9 +20,8 @@ from fuzzyctl.analysis.multilinear.surface import surface_of
 from fuzzyctl.diagnostics.diagnostic import FuzzyctlError
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.plan.build import plan
-from tests.properties.drawn_systems import systems as drawn_systems
+from tests.properties.drawn_systems import KINDS
 from tests.properties.drawn_tables import systems as drawn_tables
-from tests.properties.plain_systems import systems as plain_systems
 from tests.properties.running import quick, total
 from tests.sizes import examples
 
@@ -108,16 +108,11 @@ def check_bounds(system, seed):
             assert abs(e.hi - e.hi_found) <= off
 
 
+@pytest.mark.parametrize("kind", KINDS)
 @DRAWN
 @given(st.data())
-def test_bounds_hold_with_terms_norms_and_centroids(data):
-    check_bounds(data.draw(plain_systems()), data.draw(st.integers(0, 1000)))
-
-
-@DRAWN
-@given(st.data())
-def test_bounds_hold_whatever_a_system_is_made_of(data):
-    check_bounds(data.draw(drawn_systems()), data.draw(st.integers(0, 1000)))
+def test_bounds_hold_whatever_a_system_is_made_of(kind, data):
+    check_bounds(data.draw(KINDS[kind]), data.draw(st.integers(0, 1000)))
 
 
 @DRAWN

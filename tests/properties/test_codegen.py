@@ -14,16 +14,15 @@ from fuzzyctl.codegen.files import generate
 from fuzzyctl.codegen.unit import prepare
 from fuzzyctl.codegen.vectors import vectors
 from tests.fuzzyctl.codegen.structured_text import differences
-from tests.properties.drawn_systems import systems as drawn_systems
-from tests.properties.plain_systems import systems as plain_systems
+from tests.properties.drawn_systems import plain_systems, systems
 from tests.properties.running import quick
 
 STRICT = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wconversion", "-Wdouble-promotion"]
 
 
-any_system = drawn_systems() | plain_systems()
+any_system = systems() | plain_systems()
 #: Those that hold a value have a state, which the self-test of C carries on.
-held_system = drawn_systems(held=True)
+held_system = systems(held=True)
 
 
 def prepared(system, target="c", **options):

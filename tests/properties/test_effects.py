@@ -4,6 +4,7 @@ from collections import Counter
 
 import hypothesis.strategies as st
 import numpy as np
+import pytest
 from hypothesis import given, note
 
 from fuzzyctl.analysis.coverage.coverage import uncovered_of
@@ -13,8 +14,7 @@ from fuzzyctl.formats.fz import antecedent_text
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.model.rule import RuleBlock, RuleTable
-from tests.properties.drawn_systems import systems as drawn_systems
-from tests.properties.plain_systems import systems as plain_systems
+from tests.properties.drawn_systems import KINDS
 from tests.properties.running import quick, total
 
 
@@ -66,13 +66,8 @@ def text_of(rule):
     return f"if {antecedent_text(rule.antecedent, top=True)}"
 
 
+@pytest.mark.parametrize("kind", KINDS)
 @quick(60)
 @given(st.data())
-def test_rules_without_effect_can_go(data):
-    check_effects(data.draw(plain_systems()), data.draw(st.integers(0, 1000)))
-
-
-@quick(60)
-@given(st.data())
-def test_rules_without_effect_can_go_whatever_a_system_is_made_of(data):
-    check_effects(data.draw(drawn_systems()), data.draw(st.integers(0, 1000)))
+def test_rules_without_effect_can_go(kind, data):
+    check_effects(data.draw(KINDS[kind]), data.draw(st.integers(0, 1000)))

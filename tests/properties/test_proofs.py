@@ -9,6 +9,7 @@ from fractions import Fraction
 
 import hypothesis.strategies as st
 import numpy as np
+import pytest
 from hypothesis import given, note
 
 from fuzzyctl import Proved, Refuted, loads, prove
@@ -19,9 +20,8 @@ from fuzzyctl.diagnostics.diagnostic import FuzzyctlError, NoRuleFiresError
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.kernels.plan.build import plan
 from tests.properties.around import points_around
-from tests.properties.drawn_systems import systems as drawn_systems
+from tests.properties.drawn_systems import KINDS
 from tests.properties.drawn_tables import systems as drawn_tables
-from tests.properties.plain_systems import systems as plain_systems
 from tests.properties.running import quick
 from tests.properties.test_active import systems as active_tables
 from tests.properties.test_diagonals import systems as tables_of_diagonals
@@ -109,16 +109,11 @@ def check_enclosures(system, seed, *, count=12, straight=True):
                 assert fine.all()
 
 
+@pytest.mark.parametrize("kind", KINDS)
 @DRAWN
 @given(st.data())
-def test_enclosures_hold_what_kernels_return(data):
-    check_enclosures(data.draw(plain_systems()), data.draw(st.integers(0, 1000)))
-
-
-@DRAWN
-@given(st.data())
-def test_enclosures_hold_whatever_a_system_is_made_of(data):
-    check_enclosures(data.draw(drawn_systems()), data.draw(st.integers(0, 1000)))
+def test_enclosures_hold_what_kernels_return(kind, data):
+    check_enclosures(data.draw(KINDS[kind]), data.draw(st.integers(0, 1000)))
 
 
 @quick(COUNT // 3, COUNT // 3)

@@ -10,8 +10,7 @@ from fuzzyctl.diagnostics.diagnostic import DiagnosticError, NoRuleFiresError
 from fuzzyctl.explain.trace import trace
 from fuzzyctl.kernels.compile import compile as compile_system
 from fuzzyctl.model.profiles import PROFILES, as_profile
-from tests.properties.drawn_systems import points, systems
-from tests.properties.plain_systems import systems as plain_systems
+from tests.properties.drawn_systems import plain_systems, points, systems
 from tests.properties.running import evaluated, quick
 
 ODD = st.sampled_from([math.nan, math.inf, -math.inf])
