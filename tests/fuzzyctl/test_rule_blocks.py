@@ -5,7 +5,6 @@ import math
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 import fuzzyctl
 from fuzzyctl import DiagnosticError, dumps, loads
@@ -15,7 +14,6 @@ from fuzzyctl.analysis.coverage.box_search import Hole
 from fuzzyctl.analysis.coverage.coverage import uncovered
 from fuzzyctl.analysis.verdicts import Refuted, Undecided
 from fuzzyctl.building import build
-from fuzzyctl.cli.main import main
 from fuzzyctl.comparison.changes import changes
 from fuzzyctl.convert.markdown import page
 from fuzzyctl.convert.python_module import module_text
@@ -27,6 +25,9 @@ from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.loading.load import examine
 from fuzzyctl.model.rule import RuleBlock
 from fuzzyctl.model.system import FuzzySystem
+from tests.commands import runner
+
+run = runner()
 
 HEAD = """
 system s
@@ -268,7 +269,7 @@ class TestChanges:
         one, other = tmp_path / "a.fz", tmp_path / "b.fz"
         one.write_text(averages(f"{BOTH}{EITHER}"), encoding="utf-8")
         other.write_text(averages(f"{BOTH}rules late or bounded_sum\n{EITHER}"), encoding="utf-8")
-        result = CliRunner().invoke(main, ["compare", str(one), str(other)])
+        result = run("compare", one, other)
         assert "rules" in result.output, result.output
 
 
@@ -276,13 +277,13 @@ def test_commands_show_blocks(tmp_path):
     file = tmp_path / "s.fz"
     rules = f"if e is off then u is b\nrules late or bounded_sum implication product\n{EITHER}{BOTH}"
     file.write_text(sets(rules), encoding="utf-8")
-    shown = CliRunner().invoke(main, ["show", str(file)]).output
+    shown = run("show", file).output
     assert "\n  rules late or bounded_sum implication product\n  if e is on or d is on then u is b\n" in shown
     assert "implication  min and product" in shown
-    data = json.loads(CliRunner().invoke(main, ["show", str(file), "--format", "json"]).output)
+    data = json.loads(run("show", file, "--format", "json").output)
     assert data["rules"][1]["method"] == {"or": "bounded_sum", "implication": "product"}
     assert [set(r) for r in data["rules"][1]["rules"]] == [{"rule"}, {"rule"}]
-    why = CliRunner().invoke(main, ["why", str(file), "e=0.6", "d=0.5"]).output
+    why = run("why", file, "e=0.6", "d=0.5").output
     assert "if e is on or d is on then u is b   (rules late)" in why
 
 
@@ -291,7 +292,7 @@ def test_generated_code_knows_blocks(tmp_path):
     rules = f"{EITHER}rules late and product activation highest(count=1)\n{BOTH}{EITHER}"
     file.write_text(averages(rules), encoding="utf-8")
     for target in ("c", "st", "python"):
-        result = CliRunner().invoke(main, ["codegen", str(file), "--target", target, "-o", str(tmp_path / target)])
+        result = run("codegen", file, "--target", target, "-o", tmp_path / target)
         assert result.exit_code == 0, result.output
     (module,) = (tmp_path / "python").glob("*.py")
     space = {}

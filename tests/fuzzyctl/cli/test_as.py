@@ -2,11 +2,10 @@ import json
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 
 from fuzzyctl import as_profile, load
-from fuzzyctl.cli.main import main
 from fuzzyctl.model.profiles import PROFILES
+from tests.commands import runner
 
 TIPPER = """system tip
 input service in [0, 10]
@@ -20,9 +19,7 @@ if service is good then tip is generous
 require bounded(tip, 0, 30)
 """
 
-
-def run(*arguments):
-    return CliRunner().invoke(main, list(arguments))
+run = runner()
 
 
 @pytest.fixture

@@ -3,17 +3,14 @@
 import json
 
 import pytest
-from click.testing import CliRunner
 
 from fuzzyctl import load
-from fuzzyctl.cli.main import main
 from fuzzyctl.support.shipped import rules_folder
+from tests.commands import runner
 
 RULES = rules_folder()
 
-
-def run(*arguments):
-    return CliRunner().invoke(main, ["bounds", *map(str, arguments)])
+run = runner("bounds")
 
 
 def test_bounds_are_attained_at_the_points_shown():

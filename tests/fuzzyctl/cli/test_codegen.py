@@ -5,10 +5,9 @@ import resource
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 
-from fuzzyctl.cli.main import main
 from fuzzyctl.support.shipped import rules_folder
+from tests.commands import runner
 
 RULES = Path(__file__).resolve().parents[3] / "rules"
 AIS = RULES / "ais_reaction.fz"
@@ -17,7 +16,7 @@ AIS = RULES / "ais_reaction.fz"
 @pytest.fixture
 def run(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    return lambda *arguments: CliRunner().invoke(main, ["codegen", *map(str, arguments)])
+    return runner("codegen")
 
 
 def names(folder):
@@ -177,7 +176,7 @@ class TestGuarantees:
     def test_warnings_that_the_file_denies_are_refused_as_check_does(self, run, tmp_path):
         text = OPEN.replace("system gaussians", "deny FZ403\nsystem gaussians") + "if x is low then u is a weight 0\n"
         (tmp_path / "open.fz").write_text(text, encoding="utf-8")
-        assert CliRunner().invoke(main, ["check", "open.fz"]).exit_code == 1
+        assert runner()("check", "open.fz").exit_code == 1
         result = run("open.fz", "--target", "c")
         assert result.exit_code == 1
         assert "error[FZ403]" in result.stderr
@@ -266,6 +265,6 @@ def test_a_system_whose_name_is_too_long_for_a_file_is_told_so(tmp_path):
     path = tmp_path / "long.fz"
     text = (rules_folder() / "ais_reaction.fz").read_text(encoding="utf-8")
     path.write_text(text.replace("system ais_reaction", f"system {'a' * 199}"), encoding="utf-8")
-    result = CliRunner().invoke(main, ["codegen", str(path), "--target", "c", "-o", str(tmp_path / "out")])
+    result = runner("codegen")(path, "--target", "c", "-o", tmp_path / "out")
     assert result.exit_code == 1
     assert "give the system a shorter name" in result.stderr

@@ -3,13 +3,10 @@
 import json
 
 import pytest
-from click.testing import CliRunner
 
-from fuzzyctl.cli.main import main
+from tests.commands import runner
 
-
-def run(*arguments):
-    return CliRunner().invoke(main, [*map(str, arguments)])
+run = runner()
 
 
 @pytest.fixture

@@ -3,14 +3,11 @@
 import json
 
 import pytest
-from click.testing import CliRunner
 
 import fuzzyctl
-from fuzzyctl.cli.main import main
+from tests.commands import runner
 
-
-def run(*arguments):
-    return CliRunner().invoke(main, ["convert", *map(str, arguments)])
+run = runner("convert")
 
 
 @pytest.fixture

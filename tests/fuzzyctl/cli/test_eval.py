@@ -4,18 +4,15 @@ import json
 import math
 
 import pytest
-from click.testing import CliRunner
 
-from fuzzyctl.cli.main import main
 from fuzzyctl.support.shipped import rules_folder
 from tests.bench import startup
+from tests.commands import runner
 
 AIS = str(rules_folder() / "ais_reaction.fz")
 TIPPER = str(rules_folder() / "tipper.fz")
 
-
-def run(*arguments, stdin=None):
-    return CliRunner().invoke(main, ["eval", *map(str, arguments)], input=stdin)
+run = runner("eval")
 
 
 class TestPoint:
@@ -203,7 +200,7 @@ def test_a_name_may_hold_the_sign_that_ends_it(tmp_path):
         "[Output1]\nName='y'\nRange=[0 1]\nNumMFs=1\nMF1='m':'linear',[2 1]\n[Rules]\n1, 1 (1) : 1\n",
         encoding="utf-8",
     )
-    result = CliRunner().invoke(main, ["eval", str(path), "b=c=0.25"])
+    result = run(path, "b=c=0.25")
     assert result.exit_code == 0, result.output
     assert result.stdout == "y = 1.5\n"
 

@@ -1,15 +1,12 @@
 import json
 
 import pytest
-from click.testing import CliRunner
 
 from fuzzyctl.cli import pages
-from fuzzyctl.cli.main import main
 from fuzzyctl.diagnostics.diagnostic import CODES
+from tests.commands import runner
 
-
-def run(*arguments):
-    return CliRunner().invoke(main, ["explain", *arguments])
+run = runner("explain")
 
 
 class TestExplain:

@@ -3,13 +3,10 @@ import os
 import threading
 
 import pytest
-from click.testing import CliRunner
 
-from fuzzyctl.cli.main import main
+from tests.commands import runner
 
-
-def run(*arguments, stdin=None):
-    return CliRunner().invoke(main, ["fmt", *map(str, arguments)], input=stdin)
+run = runner("fmt")
 
 
 @pytest.fixture
@@ -67,7 +64,7 @@ class TestDiff:
 
     def test_a_terminal_shows_it_in_colour(self, untidy, monkeypatch):
         monkeypatch.setattr("fuzzyctl.cli.fmt.use_color", lambda stream: True)
-        shown = CliRunner().invoke(main, ["fmt", "--diff", str(untidy)], color=True).stdout
+        shown = run("--diff", untidy, color=True).stdout
         assert "\x1b[31m-N|  N  Z\x1b[0m\n\x1b[32m+  N |  N  Z\x1b[0m\n" in shown
         assert "\x1b[36m@@" in shown
 
@@ -80,7 +77,7 @@ class TestDiff:
     @pytest.mark.parametrize("change", [str, lambda t: t.rstrip("\n"), lambda t: t.replace("\n", "\r\n")])
     def test_patch_makes_the_canonical_layout_of_it(self, untidy, base, change):
         untidy.write_bytes(change(untidy.read_text()).encode())
-        diff = CliRunner().invoke(main, ["fmt", "--diff", str(untidy)]).stdout_bytes
+        diff = run("--diff", untidy).stdout_bytes
         patched = _patched(untidy.read_bytes().decode(), diff.decode())
         assert patched == base
 

@@ -18,12 +18,14 @@ def test_help_fits_80_columns(program, name):
     assert [line for line in result.output.splitlines() if len(line) > 80] == []
 
 
-def test_no_summary_of_a_command_is_cut():
-    summaries = (
-        CliRunner().invoke(main, ["--help"], env={"COLUMNS": "80"}).output.split("Commands:")[1].split("\n\n")[0]
-    )
-    assert len(summaries.strip().splitlines()) == len(commands_of(main))
-    assert "..." not in summaries
+@pytest.mark.parametrize("program", [main, dwmr], ids=["fuzzyctl", "dwmr"])
+def test_no_summary_of_a_command_is_cut_or_ends_at_an_abbreviation(program):
+    shown = CliRunner().invoke(program, ["--help"], env={"COLUMNS": "80"}).output
+    lines = shown.partition("Commands:\n")[2].partition("\n\n")[0].splitlines()
+    assert len(lines) == len(commands_of(program))
+    for line in lines:
+        assert line.endswith(".")
+        assert not line.endswith(("...", "Figs.", "Eqs.", "Table.", "e.g."))
 
 
 def test_one_option_names_the_file_to_write():

@@ -1,9 +1,8 @@
 import pytest
-from click.testing import CliRunner
 
 import fuzzyctl
-from fuzzyctl.cli.main import main
 from fuzzyctl.cli.new import starter
+from tests.commands import runner
 
 
 @pytest.fixture(autouse=True)
@@ -12,8 +11,7 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-def run(*arguments):
-    return CliRunner().invoke(main, list(arguments))
+run = runner()
 
 
 class TestNew:

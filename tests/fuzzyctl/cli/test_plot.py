@@ -1,15 +1,12 @@
 import pytest
-from click.testing import CliRunner
 
-from fuzzyctl.cli.main import main
 from fuzzyctl.cli.plot import _axes
 from fuzzyctl.support.shipped import rules_folder
+from tests.commands import runner
 
 TIPPER = str(rules_folder() / "tipper.fz")
 
-
-def run(*arguments):
-    return CliRunner().invoke(main, list(map(str, arguments)))
+run = runner()
 
 
 class TestPlotSurface:

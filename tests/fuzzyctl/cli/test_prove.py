@@ -3,17 +3,14 @@
 import json
 
 import pytest
-from click.testing import CliRunner
 
 from fuzzyctl.analysis.prove import Prover
-from fuzzyctl.cli.main import main
 from fuzzyctl.support.shipped import rules_folder
+from tests.commands import runner
 
 RULES = rules_folder()
 
-
-def run(*arguments):
-    return CliRunner().invoke(main, ["prove", *map(str, arguments)])
+run = runner("prove")
 
 
 @pytest.fixture

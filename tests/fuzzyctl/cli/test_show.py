@@ -1,14 +1,13 @@
 import json
 
 import pytest
-from click.testing import CliRunner
 
 import fuzzyctl
 from fuzzyctl.cli.layout import laid_out
-from fuzzyctl.cli.main import main
 from fuzzyctl.cli.summary import summary
 from fuzzyctl.model.method import Method
 from fuzzyctl.support.shipped import rules_folder
+from tests.commands import runner
 
 EVERYTHING = """\
 system one "A title that is so long that it must be broken somewhere on a narrow terminal"
@@ -58,7 +57,7 @@ table y, z = x
 
 
 def run(*arguments, columns="120"):
-    return CliRunner(env={"COLUMNS": columns}).invoke(main, ["show", *map(str, arguments)])
+    return runner("show", COLUMNS=columns)(*arguments)
 
 
 @pytest.fixture

@@ -3,9 +3,9 @@
 import json
 
 import pytest
-from click.testing import CliRunner
 
 from fuzzyctl.cli.main import main
+from tests.commands import runner
 
 #: Each command that reads a rule file, with what else it takes.
 COMMANDS = {
@@ -37,8 +37,7 @@ def spare(base):
     return base + "param spare = 0\nrequire u <= 2\n"
 
 
-def run(*arguments, text=None):
-    return CliRunner().invoke(main, list(map(str, arguments)), input=text)
+run = runner()
 
 
 @pytest.fixture(autouse=True)
@@ -52,7 +51,7 @@ class TestStandardInput:
         (tmp_path / "a.fz").write_text(base)
         from_file = run(command, "a.fz", *COMMANDS[command])
         (tmp_path / "out.fz").unlink(missing_ok=True)
-        piped = run(command, "-", *COMMANDS[command], text=base)
+        piped = run(command, "-", *COMMANDS[command], stdin=base)
         assert piped.exit_code == from_file.exit_code == 0
         assert piped.output.replace("<stdin>", "a.fz").replace("-  and", "a.fz  and").replace("- as", "a.fz as") == (
             from_file.output
@@ -62,7 +61,7 @@ class TestStandardInput:
         assert set(main.list_commands(None)) - {"new", "explain", "doctor"} == {*COMMANDS, "diff", "fmt"}
 
     def test_has_its_name_in_diagnostics(self, base):
-        result = run("check", "-", text=base.replace("N  Z", "N  Y", 1))
+        result = run("check", "-", stdin=base.replace("N  Z", "N  Y", 1))
         assert result.exit_code == 1
         assert "<stdin>:21:11: error[FZ203]" in result.output
 
@@ -70,7 +69,7 @@ class TestStandardInput:
         head, rest = base.split("input y")
         (tmp_path / "part.fz").write_text("input y" + rest.split("output u")[0])
         text = f'{head}use "part.fz"\noutput u' + rest.split("output u")[1]
-        assert run("check", "-", text=text).output == "<stdin>: base: 6 rules, no errors\n"
+        assert run("check", "-", stdin=text).output == "<stdin>: base: 6 rules, no errors\n"
 
     @pytest.mark.parametrize("command", ["diff", "compare"])
     def test_is_one_of_two_files(self, tmp_path, base, command):
@@ -81,13 +80,13 @@ class TestStandardInput:
         expected = run(command, "a.fz", "b.fz", *options)
         assert expected.stdout.count("\n") == 1 if command == "diff" else "no difference" not in expected.stdout
         for files, text, name in ((["-", "b.fz"], base, "a.fz"), (["a.fz", "-"], changed, "b.fz")):
-            piped = run(command, *files, *options, text=text)
+            piped = run(command, *files, *options, stdin=text)
             assert piped.exit_code == expected.exit_code
             assert piped.stdout == expected.stdout.replace(name, "-")
 
     def test_of_a_diff_has_its_mistakes_reported_with_those_of_the_file(self, tmp_path, base):
         (tmp_path / "a.fz").write_text(base.replace("[0, 10]", "[0, q]"))
-        result = run("diff", "-", "a.fz", text=base.replace("N  Z", "N  Y", 1))
+        result = run("diff", "-", "a.fz", stdin=base.replace("N  Z", "N  Y", 1))
         assert result.exit_code == 1
         for part in ("<stdin>:21:11: error[FZ203]", "a.fz:11:16: error[FZ202]"):
             assert part in result.stderr
@@ -95,25 +94,25 @@ class TestStandardInput:
     def test_of_a_diff_may_hold_several_systems(self, tmp_path, base):
         (tmp_path / "a.fz").write_text(base)
         two = base + base.replace("system base", "system other")
-        assert run("diff", "-", "a.fz", "--system", "base", text=two).exit_code == 0
-        result = run("diff", "-", "a.fz", text=two)
+        assert run("diff", "-", "a.fz", "--system", "base", stdin=two).exit_code == 0
+        result = run("diff", "-", "a.fz", stdin=two)
         assert result.exit_code == 1
         assert "<stdin>: error[FZ502]: system 'other'" in result.stderr
 
     def test_of_a_diff_has_its_allowed_codes_compared(self, tmp_path, base):
         (tmp_path / "a.fz").write_text(base)
-        assert "+ diagnostic FZ208" in run("diff", "a.fz", "-", text=f"{base}allow FZ208\n").stdout
+        assert "+ diagnostic FZ208" in run("diff", "a.fz", "-", stdin=f"{base}allow FZ208\n").stdout
 
     @pytest.mark.parametrize(
         "arguments", [["eval", "-", "--points", "-"], ["compare", "-", "-"], ["diff", "-", "-"], ["fmt", "-", "-"]]
     )
     def test_is_read_once(self, base, arguments):
-        result = run(*arguments, text=base)
+        result = run(*arguments, stdin=base)
         assert result.exit_code == 2
         assert "'-' is given twice" in result.output
 
     def test_is_bounded_as_files_are(self):
-        result = run("check", "-", text=" " * ((1 << 20) + 1))
+        result = run("check", "-", stdin=" " * ((1 << 20) + 1))
         assert result.exit_code == 1
         assert "FZ003" in result.output
 

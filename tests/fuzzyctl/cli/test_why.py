@@ -2,13 +2,12 @@ import json
 import math
 
 import pytest
-from click.testing import CliRunner
 
 from fuzzyctl import load, loads
-from fuzzyctl.cli.main import main
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError, UnknownNameError
 from fuzzyctl.explain.trace import trace
 from fuzzyctl.support.shipped import rules_folder
+from tests.commands import runner
 
 RULES = rules_folder()
 
@@ -34,10 +33,7 @@ if x is high and y is P then v is b
 if x is high and y is N then w is one
 """
 
-
-@pytest.fixture
-def run():
-    return lambda *arguments: CliRunner().invoke(main, ["why", *arguments])
+run = runner("why")
 
 
 class TestTrace:
@@ -91,7 +87,7 @@ class TestTrace:
 
 
 class TestWhy:
-    def test_prints_rules_by_their_activation(self, run):
+    def test_prints_rules_by_their_activation(self):
         result = run(str(RULES / "tipper.fz"), "service=7", "food=8")
         assert result.exit_code == 0
         lines = result.output.splitlines()
@@ -101,11 +97,11 @@ class TestWhy:
         assert [line.split()[0] for line in rules] == ["0.5", "0.4111", "1.866e-05"]
         assert rules[0].endswith("if service is excellent or food is delicious then tip is generous")
 
-    def test_shows_as_many_rules_as_asked_for(self, run):
+    def test_shows_as_many_rules_as_asked_for(self):
         result = run(str(RULES / "tipper.fz"), "service=7", "food=8", "--rules", "1")
         assert "and 2 more; --rules shows more of them" in result.output
 
-    def test_gives_data_to_programs(self, run, tmp_path):
+    def test_gives_data_to_programs(self, tmp_path):
         (tmp_path / "m.fz").write_text(MIXED, encoding="utf-8")
         data = json.loads(run(str(tmp_path / "m.fz"), "x=99", "y=1", "--format", "json").stdout)
         assert data["outputs"]["w"] is None
@@ -113,20 +109,20 @@ class TestWhy:
         assert data["diagnostics"][0]["code"] == "FZ504"
 
     @pytest.mark.parametrize("suffix", ["png", "svg", "pdf"])
-    def test_draws_systems_of_every_kind(self, run, tmp_path, suffix):
+    def test_draws_systems_of_every_kind(self, tmp_path, suffix):
         (tmp_path / "m.fz").write_text(MIXED, encoding="utf-8")
         picture = tmp_path / f"why.{suffix}"
         result = run(str(tmp_path / "m.fz"), "x=4", "y=0.5", "-o", str(picture))
         assert result.exit_code == 0, result.output
         assert picture.stat().st_size > 1000
 
-    def test_a_missing_input_is_named_with_its_range(self, run):
+    def test_a_missing_input_is_named_with_its_range(self):
         result = run(str(RULES / "tipper.fz"), "service=7")
         assert result.exit_code == 1
         assert "input 'food' has no value" in result.output
         assert "write: fuzzyctl why FILE service=VALUE food=VALUE" in result.output
 
-    def test_a_picture_of_no_known_kind_is_refused(self, run, tmp_path):
+    def test_a_picture_of_no_known_kind_is_refused(self, tmp_path):
         result = run(str(RULES / "tipper.fz"), "service=7", "food=8", "-o", str(tmp_path / "why.bmp"))
         assert result.exit_code == 1
         assert "no picture format" in result.output
