@@ -291,16 +291,20 @@ class TestStartUp:
             (["run", "paper", "--set", "rules.ais_reaction.file=tipper.fz"], 1),
             (["sweep", "nowhere.toml"], 2),
             (["compare", "paper", "--set", "robot.mass=-1"], 1),
+            (["check", "--help"], 0),
+            (["check", "paper", "csv-path"], 0),
+            (["show"], 0),
+            (["show", "csv-path"], 0),
+            (["new", "mine"], 0),
         ],
     )
-    def test_loads_nothing_heavy_before_a_run(self, arguments, status):
+    def test_loads_nothing_heavy_before_a_run(self, tmp_path, arguments, status):
         code = (
             "import sys\nfrom dwmr.cli.main import COMMANDS, main\n"
             "try:\n    main(sys.argv[1:])\nexcept SystemExit as stop:\n    status = stop.code\n"
             "heavy = {'numba', 'matplotlib', 'scipy', 'distributed', 'pyarrow'} & set(sys.modules)\n"
             "print('HEAVY', sorted(heavy), status)\n"
         )
-        done = subprocess.run(
-            [sys.executable, "-c", code, *arguments], capture_output=True, text=True, timeout=LONG, check=True
-        )
+        words = [sys.executable, "-c", code, *arguments]
+        done = subprocess.run(words, capture_output=True, text=True, timeout=LONG, check=True, cwd=tmp_path)
         assert done.stdout.splitlines()[-1] == f"HEAVY [] {status}"

@@ -2,14 +2,11 @@
 
 import json
 import os
-import subprocess
-import sys
 
 import pytest
 
 from dwmr.scenario.file import find, read, shipped_names
 from fuzzyctl.support.shipped import rules_folder
-from tests.dwmr.process import LONG
 
 
 class TestNew:
@@ -179,18 +176,3 @@ class TestShow:
         assert dwmr("show", "papr")[0] == 2
         assert dwmr("show", "--set", "run.horizon=3")[0] == 2
         assert dwmr("show", "paper", "--set", "robot.mass=-1")[0] == 1
-
-
-@pytest.mark.parametrize(
-    "arguments", [["check", "paper", "csv-path"], ["show"], ["show", "csv-path"], ["new", "mine"], ["check", "--help"]]
-)
-def test_nothing_heavy_is_loaded(arguments, tmp_path):
-    code = (
-        "import sys\nfrom dwmr.cli.main import main\n"
-        "try:\n    main(sys.argv[1:])\nexcept SystemExit:\n    pass\n"
-        "print('HEAVY', sorted({'numba', 'matplotlib', 'scipy'} & set(sys.modules)))\n"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", code, *arguments], capture_output=True, text=True, timeout=LONG, check=True, cwd=tmp_path
-    )
-    assert done.stdout.splitlines()[-1] == "HEAVY []"
