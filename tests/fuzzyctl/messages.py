@@ -38,6 +38,13 @@ def only(found):
     return f"{line} {code}", words
 
 
+def says(place, part, *pairs, after="", folder=None):
+    """Assert that a changed base text gives one message, at a place and with some words."""
+    where, words = only(said(*pairs, after=after, folder=folder))
+    assert where == place
+    assert part in words
+
+
 def places(found):
     """Return the errors found as `line code`."""
     return [f"{line} {code}" for line, code, _ in found if code not in WARNINGS]

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.fuzzyctl.messages import only, said
+from tests.fuzzyctl.messages import only, said, says
 
 CROSSED = (
     ("input e in [-1, 1]\n  terms N Z P", "input e in [-1, 1]\n  terms N Z P\ninput d in [0, 1]\n  terms N Z P"),
@@ -61,24 +61,20 @@ class TestTheFormOfATable:
 
     @pytest.mark.parametrize("rows", ["  N | a\n  Z | a\n  P | b", "  | N Z P\n  | a a b"])
     def test_a_table_without_header_is_shown_its_own_form(self, rows):
-        where, words = only(said(("    N Z P\n  | a a b", rows)))
-        assert where == "8 FZ212"
-        assert "the form is: a line 'N Z P', below it a line '| CELL CELL CELL'" in words
+        says(
+            "8 FZ212", "the form is: a line 'N Z P', below it a line '| CELL CELL CELL'", ("    N Z P\n  | a a b", rows)
+        )
 
 
 class TestTables:
     def test_swapped_rows_and_columns_are_seen_at_once(self):
         crossed = ("table u = e\n    N Z P\n  | a a b\n", "table u = e x d\n N Z P\nA | a a b\nB | b b a\n")
         other = ("output u", "input d in [0, 1]\n  terms A B\noutput u")
-        where, words = only(said(crossed, other))
-        assert where == "10 FZ214"
-        assert "write: table u = d x e" in words
+        says("10 FZ214", "write: table u = d x e", crossed, other)
 
     def test_cells_for_too_few_outputs_are_named_once(self):
         two = (("output u", "output v in [0, 1]\n  terms lo=0 hi=1\noutput u"), ("table u = e", "table u, v = e"))
-        where, words = only(said(*two))
-        assert where == "12 FZ207"
-        assert "1 term for 2 outputs | and so do 2 other cells" in words
+        says("12 FZ207", "1 term for 2 outputs | and so do 2 other cells", *two)
 
 
 TWO_WAY = (
@@ -98,25 +94,17 @@ class TestRowsAndHeadersAsPapersPrintThem:
     )
     def test_a_row_without_its_bar_is_shown_with_it(self, without, place, help_text):
         bars = [(f"{label} |", f"{label}  ") for label in "AB" if label in without]
-        where, words = only(said(*TWO_WAY, *bars))
-        assert where == place
-        assert help_text in words
+        says(place, help_text, *TWO_WAY, *bars)
 
     def test_so_is_that_of_a_one_way_table(self):
-        where, words = only(said(("| a a b", "  a a b")))
-        assert where == "10 FZ102"
-        assert "write '| a a b'" in words
+        says("10 FZ102", "write '| a a b'", ("| a a b", "  a a b"))
 
     def test_a_line_below_a_table_that_is_no_row_is_none(self):
-        where, words = only(said(after="fi e is N\n"))
-        assert where == "11 FZ101"
-        assert "begins no statement" in words
+        says("11 FZ101", "begins no statement", after="fi e is N\n")
 
     @pytest.mark.parametrize("corner", ["d\\e", "d/e", "d \\ e |"])
     def test_a_corner_is_to_be_left_out(self, corner):
-        where, words = only(said(*TWO_WAY, ("    N Z P\n  A", f" {corner} N Z P\n  A")))
-        assert where == "11 FZ102"
-        assert "leave it out" in words
+        says("11 FZ102", "leave it out", *TWO_WAY, ("    N Z P\n  A", f" {corner} N Z P\n  A"))
 
     def test_so_is_one_that_is_a_name(self):
         where, words = only(said(*TWO_WAY, ("    N Z P\n  A", "  d N Z P\n  A")))
@@ -129,6 +117,4 @@ class TestRowsAndHeadersAsPapersPrintThem:
         assert words.endswith("a rule may read an output: if u is a and ... then ...")
 
     def test_so_is_the_bar_of_a_header(self):
-        where, words = only(said(*TWO_WAY, ("    N Z P\n  A", "  | N Z P\n  A")))
-        assert where == "10 FZ212"
-        assert "leave the bar of the first line out" in words
+        says("10 FZ212", "leave the bar of the first line out", *TWO_WAY, ("    N Z P\n  A", "  | N Z P\n  A"))

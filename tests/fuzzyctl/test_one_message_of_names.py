@@ -6,7 +6,7 @@ import pytest
 
 from fuzzyctl.analysis.check import check_source
 from fuzzyctl.diagnostics.source import SourceText
-from tests.fuzzyctl.messages import BASE, only, places, said
+from tests.fuzzyctl.messages import BASE, only, places, said, says
 
 
 class TestGivenTwice:
@@ -60,14 +60,10 @@ class TestWordsOfRules:
     @pytest.mark.parametrize("word", ["and", "or", "then"])
     def test_a_missing_term_is_missed(self, word):
         rule = {"and": "if e is  and e is N then u is a", "or": "if e is  or e is N then u is a"}
-        where, words = only(said(after=rule.get(word, "if e is  then u is a")))
-        assert where == "11 FZ102"
-        assert f"a term is missing before '{word}'" in words
+        says("11 FZ102", f"a term is missing before '{word}'", after=rule.get(word, "if e is  then u is a"))
 
     def test_a_missing_connective_is_missed(self):
-        where, words = only(said(after="if e is N e is Z then u is a"))
-        assert where == "11 FZ102"
-        assert "'and' or 'or' is missing before 'e'" in words
+        says("11 FZ102", "'and' or 'or' is missing before 'e'", after="if e is N e is Z then u is a")
 
 
 class TestMisspeltClaims:
@@ -76,9 +72,7 @@ class TestMisspeltClaims:
         [("increasng(u, e)", "increasing"), ("monotone(u, e)", "increasing"), ("bound(u, 0, 1)", "bounded")],
     )
     def test_they_are_no_question_of_numbers_and_truth_values(self, claim, meant):
-        where, words = only(said(after=f"require {claim}\n"))
-        assert where == "11 FZ202"
-        assert f"did you mean '{meant}'?" in words
+        says("11 FZ202", f"did you mean '{meant}'?", after=f"require {claim}\n")
 
 
 class TestNamesThatAreMissingOrWrong:
@@ -130,9 +124,7 @@ class TestNamesThatAreMissingOrWrong:
         ],
     )
     def test_terms(self, terms, part):
-        where, words = only(said(("terms N Z P", terms)))
-        assert where == ("4 FZ201" if "twice" in part else "4 FZ214")
-        assert part in words
+        says(("4 FZ201" if "twice" in part else "4 FZ214"), part, ("terms N Z P", terms))
 
     @pytest.mark.parametrize("word", ["and", "or", "then", "weight", "inf", "pi", "not"])
     def test_words_of_the_language_name_nothing(self, word):
