@@ -13,7 +13,8 @@ from fuzzyctl.model.semantics import Semantics
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Input, Membership, Output, Term
 
-X, Y = Name("x"), Name("y")
+#: Names of two inputs, three outputs, three terms and a hedge.
+NAMES = ("x", "y", "u", "v", "w", "a", "b", "c", "soft")
 
 #: Parameters of each kind over the range [0, 1]; places are scaled to the range, sizes by its width.
 SHAPES = {
@@ -70,22 +71,23 @@ def input_terms(draw, name, lower, upper):
     return draw(memberships(lower, upper, tuple(SHAPES) + tuple(SIZED)))
 
 
-FUNCTIONS = (
-    Binary("-", Binary("*", X, X), Number(2.0)),
-    Call("cos", (X,)),
-    Binary("/", Number(1.0), Binary("+", Number(1.0), Binary("^", X, Number(2.0)))),
-    Call("max", (X, Number(1.0), Call("min", (X, Number(0.5))))),
-    Binary("*", Call("lt", (X, Number(0.25))), Call("ne", (X, Number(0.0)))),
-    Binary("-", Call("ge", (X, Call("cos", (X,)))), Call("eq", (X, Number(0.5)))),
-)
+def functions_of(x):
+    return (
+        Binary("-", Binary("*", x, x), Number(2.0)),
+        Call("cos", (x,)),
+        Binary("/", Number(1.0), Binary("+", Number(1.0), Binary("^", x, Number(2.0)))),
+        Call("max", (x, Number(1.0), Call("min", (x, Number(0.5))))),
+        Binary("*", Call("lt", (x, Number(0.25))), Call("ne", (x, Number(0.0)))),
+        Binary("-", Call("ge", (x, Call("cos", (x,)))), Call("eq", (x, Number(0.5)))),
+    )
 
 
 @st.composite
-def functions(draw, count):
+def functions(draw, count, x):
     if draw(st.booleans()):
         factors = [draw(st.sampled_from([0.0, 1.0, -2.5])) for _ in range(count + 1)]
         return Membership(kind="linear", arguments=tuple(map(Number, factors)))
-    return Membership(kind="function", arguments=(draw(st.sampled_from(FUNCTIONS)),))
+    return Membership(kind="function", arguments=(draw(st.sampled_from(functions_of(Name(x)))),))
 
 
 @st.composite
@@ -139,11 +141,11 @@ def shapes_of(draw, own):
 
 
 @st.composite
-def outputs(draw, name, kinds, held):
+def outputs(draw, name, terms, kinds, held):
     lower, upper = draw(st.sampled_from(RANGES))
     own = draw(defuzzifiers(draw(st.sampled_from(kinds))))
     shapes, (implication, aggregation) = shapes_of(draw, own)
-    terms = [Term(name=n, membership=draw(memberships(lower, upper, shapes))) for n in ("a", "b", "c")]
+    terms = [Term(name=n, membership=draw(memberships(lower, upper, shapes))) for n in terms]
     otherwise = [None, Number(lower - 1.0), "midpoint", "nan", "nan", "error"]
     if held:
         otherwise += [Hold(), Hold(start="nan"), Hold(start=Number(upper + 1.0))]
@@ -160,7 +162,7 @@ def outputs(draw, name, kinds, held):
     )
 
 
-def hedges_of(output, how):
+def hedges_of(output, how, soft):
     """The hedges that a consequent of an output may have."""
     own = output.defuzzifier
     if own.over_rules and how == "set":
@@ -168,7 +170,7 @@ def hedges_of(output, how):
     if own.over_rules and how == "undone":
         return [h for h in HEDGES if inverse_hedge(h) is not None]
     if own.over_rules or how not in ("set", "undone") or own.resolution:
-        return [*HEDGES, "soft"]
+        return [*HEDGES, soft]
     if own.kind in MAXIMA:  # of straight sides what `not` makes of them has straight sides, too
         return ["not"] if all(t.membership.kind in STRAIGHT for t in output.terms) else []
     return ["not", "not", "very"]
@@ -198,14 +200,14 @@ def block_methods(draw, implies):
 
 
 @st.composite
-def systems(draw, kinds=(*OVER_SETS, *OVER_RULES), held=False):
+def systems(draw, kinds=(*OVER_SETS, *OVER_RULES), held=False, names=NAMES):
     """A system; `held` allows outputs that hold their previous value, so that kernels have a state."""
-    inputs = []
-    for name in ("x", "y")[: draw(st.integers(1, 2))]:
+    inputs, named, soft = [], names[5:8], names[8]
+    for name in names[: draw(st.integers(1, 2))]:
         lower, upper = draw(st.sampled_from(RANGES))
-        terms = [Term(name=n, membership=draw(input_terms(name, lower, upper))) for n in ("a", "b", "c")]
+        terms = [Term(name=n, membership=draw(input_terms(name, lower, upper))) for n in named]
         inputs.append(Input(name=name, lower=Number(lower), upper=Number(upper), terms=tuple(terms)))
-    made = [draw(outputs(name, kinds, held)) for name in "uvw"[: draw(st.integers(1, 3))]]
+    made = [draw(outputs(name, named, kinds, held)) for name in names[2 : draw(st.integers(3, 5))]]
     activation = draw(activations())
     how = draw(st.sampled_from(["set", "activation", "carried", "undone"]))
     # Maxima that are exact have a closed form only where all rules imply in the same way.
@@ -220,10 +222,10 @@ def systems(draw, kinds=(*OVER_SETS, *OVER_RULES), held=False):
     for block, chosen in sorted(heads, key=lambda head: head[0]):
         consequents = []
         for k in chosen:
-            term = draw(st.sampled_from("abc"))
+            term = draw(st.sampled_from(named))
             if made[k].defuzzifier.kind in OVER_RULES[:3] and draw(st.booleans()):
-                term = draw(functions(len(inputs)))
-            allowed = hedges_of(made[k], how) if isinstance(term, str) and draw(st.booleans()) else []
+                term = draw(functions(len(inputs), names[0]))
+            allowed = hedges_of(made[k], how, soft) if isinstance(term, str) and draw(st.booleans()) else []
             hedges = draw(st.lists(st.sampled_from(allowed), max_size=2)) if allowed else []
             consequents.append(Consequent(output=made[k].name, term=term, hedges=tuple(hedges)))
         # A rule may read the outputs declared before all those it sets, and before all those that rules set which it
@@ -233,7 +235,7 @@ def systems(draw, kinds=(*OVER_SETS, *OVER_RULES), held=False):
         readable = [*inputs, *made[:first]]
         rules[block].append(
             Rule(
-                antecedent=draw(antecedents(readable, [*HEDGES, "soft"])),
+                antecedent=draw(antecedents(readable, [*HEDGES, soft])),
                 consequents=tuple(consequents),
                 weight=Number(draw(st.sampled_from([1.0, 1.0, 0.3, 0.0]))),
             )
@@ -244,10 +246,10 @@ def systems(draw, kinds=(*OVER_SETS, *OVER_RULES), held=False):
         activation=activation,
         semantics=Semantics(consequent_hedges=how),
     )
-    soft = Hedge(name="soft", parameter="x", expression=Binary("+", Binary("^", X, Number(1.5)), Number(-0.1)))
+    power = Binary("-", Binary("^", Name("x"), Number(1.5)), Number(0.1))
     return FuzzySystem(
         name="s",
-        hedges=(soft,),
+        hedges=(Hedge(name=soft, parameter="x", expression=power),),
         method=method,
         inputs=tuple(inputs),
         outputs=tuple(draw(st.permutations(made))),
