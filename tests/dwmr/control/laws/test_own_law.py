@@ -112,8 +112,15 @@ def raising(folder, name, stage, statement):
     return made
 
 
-@pytest.mark.parametrize("statement", ["raise SystemExit(3)", "raise KeyboardInterrupt", "1 // 0"])
-@pytest.mark.parametrize("stage", STAGES)
+#: Each stage and each error once in the test line, all pairs of them before a release.
+RAISING = [
+    pytest.param(stage, statement, marks=[] if i % 3 == j else [pytest.mark.long])
+    for i, stage in enumerate(STAGES)
+    for j, statement in enumerate(["raise SystemExit(3)", "raise KeyboardInterrupt", "1 // 0"])
+]
+
+
+@pytest.mark.parametrize(("stage", "statement"), RAISING)
 def test_that_raises_is_reported_with_its_file_and_line(folder, stage, statement, monkeypatch):
     if stage == "run":
         monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")  # compiled code has no such exceptions
