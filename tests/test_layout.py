@@ -28,8 +28,7 @@ THROUGH = {
     "fuzzyctl/formats/fll": "fuzzyctl/formats/fll/test_fll_reader.py fuzzyctl/formats/fll/test_fll_writer.py",
     "fuzzyctl/formats/fml": "fuzzyctl/formats/fml/test_fml_reader.py fuzzyctl/formats/fml/test_fml_round_trip.py",
     "fuzzyctl/formulas": "fuzzyctl/formulas/test_memberships.py",
-    "fuzzyctl/kernels": "fuzzyctl/kernels/test_engine.py fuzzyctl/kernels/test_exact.py properties/test_engine.py "
-    "properties/test_interpolation.py properties/test_active.py",
+    "fuzzyctl/kernels": "fuzzyctl/kernels/test_engine.py fuzzyctl/kernels/test_exact.py properties/test_engine.py",
     "fuzzyctl/lang": "fuzzyctl/lang/test_parser.py fuzzyctl/lang/test_mistakes.py fuzzyctl/lang/test_recovery.py",
     "fuzzyctl/model": "fuzzyctl/model/test_system.py fuzzyctl/model/checks/test_checks.py",
     "fuzzyctl/plot": "fuzzyctl/cli/test_plot.py",
