@@ -18,7 +18,8 @@ THROUGH = {
     "fuzzyctl/cli": "fuzzyctl/cli/test_check.py fuzzyctl/cli/test_compare.py fuzzyctl/cli/test_help.py",
     "fuzzyctl/codegen": "fuzzyctl/codegen/test_c.py fuzzyctl/codegen/test_st.py fuzzyctl/codegen/test_fixed.py "
     "fuzzyctl/codegen/test_table.py fuzzyctl/codegen/test_python.py",
-    "fuzzyctl/comparison": "fuzzyctl/comparison/test_changes.py fuzzyctl/comparison/test_differences.py",
+    "fuzzyctl/comparison": "fuzzyctl/comparison/test_changes.py fuzzyctl/comparison/test_differences.py "
+    "fuzzyctl/cli/test_compare.py",
     "fuzzyctl/convert": "fuzzyctl/convert/test_markdown.py fuzzyctl/cli/test_convert.py",
     "fuzzyctl/diagnostics": "fuzzyctl/diagnostics/test_diagnostic.py fuzzyctl/cli/test_terminal.py",
     "fuzzyctl/explain": "fuzzyctl/cli/test_why.py",
@@ -30,7 +31,7 @@ THROUGH = {
     "fuzzyctl/formulas": "fuzzyctl/formulas/test_memberships.py",
     "fuzzyctl/kernels": "fuzzyctl/kernels/test_engine.py fuzzyctl/kernels/test_exact.py properties/test_engine.py",
     "fuzzyctl/lang": "fuzzyctl/lang/test_parser.py fuzzyctl/lang/test_mistakes.py fuzzyctl/lang/test_recovery.py",
-    "fuzzyctl/model": "fuzzyctl/model/test_system.py fuzzyctl/model/checks/test_checks.py",
+    "fuzzyctl/model": "fuzzyctl/model/test_system.py fuzzyctl/model/checks/test_checks.py fuzzyctl/cli/test_as.py",
     "fuzzyctl/plot": "fuzzyctl/cli/test_plot.py",
     "fuzzyctl/records.py": "fuzzyctl/test_expr.py",
     "fuzzyctl/resolve": "fuzzyctl/resolve/test_rules.py fuzzyctl/resolve/test_settings.py",
