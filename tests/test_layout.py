@@ -33,7 +33,6 @@ THROUGH = {
     "fuzzyctl/lang": "fuzzyctl/lang/test_parser.py fuzzyctl/lang/test_mistakes.py fuzzyctl/lang/test_recovery.py",
     "fuzzyctl/model": "fuzzyctl/model/test_system.py fuzzyctl/model/checks/test_checks.py fuzzyctl/cli/test_as.py",
     "fuzzyctl/plot": "fuzzyctl/cli/test_plot.py fuzzyctl/cli/test_why.py",
-    "fuzzyctl/records.py": "fuzzyctl/test_expr.py",
     "fuzzyctl/resolve": "fuzzyctl/resolve/test_rules.py fuzzyctl/resolve/test_settings.py",
     "fuzzyctl/support": "fuzzyctl/test_arbitrary_arguments.py fuzzyctl/loading/test_load.py",
     "dwmr/calibration": "dwmr/calibration/test_calibration.py",
@@ -46,7 +45,7 @@ THROUGH = {
     "dwmr/output": "dwmr/output/test_data.py dwmr/cli/test_cli.py",
     "dwmr/page": "dwmr/page/test_page.py",
     "dwmr/reference": "dwmr/reference/test_compiled.py dwmr/simulation/test_simulate.py",
-    "dwmr/scenario": "dwmr/scenario/test_file.py dwmr/scenario/test_checks.py",
+    "dwmr/scenario": "dwmr/scenario/test_file.py dwmr/scenario/test_checks.py dwmr/cli/test_scenarios.py",
     "dwmr/simulation": "dwmr/simulation/test_simulate.py",
     "dwmr/sweep": "dwmr/sweep/test_sweep.py",
 }

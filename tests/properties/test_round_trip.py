@@ -16,7 +16,6 @@ from fuzzyctl.lang.syntax import RESERVED
 from fuzzyctl.loading.load import loads
 from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
 from fuzzyctl.model.rule import Cell, Rule, RuleBlock, RuleTable
-from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Membership
 from fuzzyctl.resolve.context import CLAIM_FUNCTIONS
 from tests.properties.drawn_systems import OVER_RULES, antecedents, systems
@@ -128,7 +127,7 @@ def written_systems(draw):
         "blocks": (*rules, table, *blocks),
         "guarantees": (draw(guarantees(outputs[0].name, inputs, param)),),
     }
-    return FuzzySystem(**{k: getattr(system, k) for k in FuzzySystem.model_fields} | changes)
+    return system.model_copy(update=changes)
 
 
 def well_formed(system):
