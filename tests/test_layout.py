@@ -11,7 +11,8 @@ MIRRORS = {"fuzzyctl": ROOT / "fuzzyctl", "dwmr": ROOT / "apps" / "dwmr"}
 #: packages inside, too, unless they have their own.
 THROUGH = {
     "fuzzyctl/analysis": "fuzzyctl/analysis/test_prove.py fuzzyctl/analysis/test_bounds.py fuzzyctl/cli/test_check.py",
-    "fuzzyctl/analysis/branch_and_bound": "fuzzyctl/analysis/test_engine.py fuzzyctl/analysis/test_prove_slopes.py",
+    "fuzzyctl/analysis/branch_and_bound": "fuzzyctl/analysis/test_prove.py fuzzyctl/analysis/test_prove_slopes.py "
+    "fuzzyctl/analysis/test_extremes.py",
     "fuzzyctl/analysis/coverage": "fuzzyctl/analysis/coverage/test_coverage.py",
     "fuzzyctl/analysis/multilinear": "fuzzyctl/analysis/test_prove.py fuzzyctl/analysis/test_prove_slopes.py",
     "fuzzyctl/building": "fuzzyctl/building/test_build.py",
