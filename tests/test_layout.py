@@ -16,7 +16,8 @@ THROUGH = {
     "fuzzyctl/analysis/coverage": "fuzzyctl/analysis/coverage/test_coverage.py",
     "fuzzyctl/analysis/multilinear": "fuzzyctl/analysis/test_prove.py fuzzyctl/analysis/test_prove_slopes.py",
     "fuzzyctl/building": "fuzzyctl/building/test_build.py",
-    "fuzzyctl/cli": "fuzzyctl/cli/test_check.py fuzzyctl/cli/test_compare.py fuzzyctl/cli/test_help.py",
+    "fuzzyctl/cli": "fuzzyctl/cli/test_check.py fuzzyctl/cli/test_compare.py fuzzyctl/cli/test_doctor.py "
+    "fuzzyctl/cli/test_eval.py fuzzyctl/cli/test_help.py fuzzyctl/cli/test_show.py",
     "fuzzyctl/codegen": "fuzzyctl/codegen/test_c.py fuzzyctl/codegen/test_st.py fuzzyctl/codegen/test_fixed.py "
     "fuzzyctl/codegen/test_table.py fuzzyctl/codegen/test_python.py",
     "fuzzyctl/comparison": "fuzzyctl/comparison/test_changes.py fuzzyctl/comparison/test_differences.py "
