@@ -23,10 +23,19 @@ output y in [0, 1] else 0
 
 def case(make):
     """Register a function that yields the pieces of one file, up to the largest size of a file."""
-    name = make.__name__.replace("_", "-")
+    _register(make.__name__.replace("_", "-"), make)
+    return make
+
+
+def repetitions(cases):
+    """Register files by name: what is repeated, numbered, and before it the pieces of a beginning."""
+    for name, pieces in cases.items():
+        _register(name, lambda size, pieces=pieces: repeated(*pieces))
+
+
+def _register(name, make):
     head = () if "systems" in name else ("system worst\n",)
     CASES[name] = lambda size: {f"{name}.fz": cut(chain(head, make(size)), size)}
-    return make
 
 
 def files_case(make):

@@ -1,20 +1,30 @@
 """Worst cases of guarantees and units."""
 
-from worst_files.case import HEAD, case, computed, cut, inputs_of, repeated
+from worst_files.case import HEAD, case, computed, cut, inputs_of, repeated, repetitions
 
 SMALL = HEAD.replace(" else 0", "") + "if x is low then y is small\nif x is high then y is large\n"
 SQUARE = inputs_of(2, "a b c d e f g") + "output y in [0, 1]\n  terms small large\n"
+
 SQUARE += "table y = x0 x x1\n  a b c d e f g\n" + "".join(f"{t} | {'small large ' * 3}small\n" for t in "abcdefg")
 
-
-@case
-def claims_that_hold(size):
-    yield from repeated("require y <= 1 + @\n", SMALL)
-
-
-@case
-def claims_that_are_refuted(size):
-    yield from repeated("require y <= 0.5 + 0 * @\n", SMALL)
+repetitions(
+    {
+        "claims-that-hold": ("require y <= 1 + @\n", SMALL),
+        "claims-that-are-refuted": ("require y <= 0.5 + 0 * @\n", SMALL),
+        "claims-about-slopes": ("require lipschitz(y, x0) <= 100 + @\n", SQUARE),
+        "claims-about-slopes-that-are-refuted": ("require increasing(y, x0)\n", SQUARE),
+        "claims-of-totality": ("require total(y) >= 0.1\n", SQUARE),
+        "claims-with-conditions": ("require y <= 1 when " + " and ".join(["x >= 0"] * 40) + "\n", SMALL),
+        "claims-about-unknown-names": ("require yy@ <= 1\n", SMALL),
+        "claims-of-unlike-units": (
+            "require y <= x\n",
+            SMALL.replace("input x in [0, 1]", 'input x in [0, 1] unit "m"').replace(
+                "output y in [0, 1]", 'output y in [0, 1] unit "s"'
+            ),
+        ),
+        "a-long-unit": ("m^2 s per ", HEAD.replace("y in [0, 1]", 'y in [0, 1] unit "m"'), 'param p = 1 unit "'),
+    }
+)
 
 
 @case
@@ -23,53 +33,13 @@ def claims_that_are_hard(size):
 
 
 @case
-def claims_about_slopes(size):
-    yield from repeated("require lipschitz(y, x0) <= 100 + @\n", SQUARE)
-
-
-@case
-def claims_about_slopes_that_are_refuted(size):
-    yield from repeated("require increasing(y, x0)\n", SQUARE)
-
-
-@case
-def claims_of_totality(size):
-    yield from repeated("require total(y) >= 0.1\n", SQUARE)
-
-
-@case
 def claims_that_are_long(size):
     yield from computed(size, 90, f"require {' + '.join(['y'] * 90)} <= @ + 100\n", SMALL)
 
 
 @case
-def claims_with_conditions(size):
-    yield from repeated("require y <= 1 when " + " and ".join(["x >= 0"] * 40) + "\n", SMALL)
-
-
-@case
 def claims_at_other_points(size):
     yield from computed(size, 39, "require " + " + ".join(f"y(x + {k}, 0)" for k in range(20)) + " <= 1\n", SMALL)
-
-
-@case
-def claims_about_unknown_names(size):
-    yield from repeated("require yy@ <= 1\n", SMALL)
-
-
-@case
-def claims_of_unlike_units(size):
-    yield from repeated(
-        "require y <= x\n",
-        SMALL.replace("input x in [0, 1]", 'input x in [0, 1] unit "m"').replace(
-            "output y in [0, 1]", 'output y in [0, 1] unit "s"'
-        ),
-    )
-
-
-@case
-def a_long_unit(size):
-    yield from repeated("m^2 s per ", HEAD.replace("y in [0, 1]", 'y in [0, 1] unit "m"'), 'param p = 1 unit "')
 
 
 @case

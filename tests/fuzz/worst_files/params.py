@@ -1,6 +1,20 @@
 """Worst cases of params, expressions and own hedges."""
 
-from worst_files.case import HEAD, SUGENO, TERMS, case, computed, cut, names, repeated
+from worst_files.case import HEAD, SUGENO, TERMS, case, computed, cut, names, repeated, repetitions
+
+repetitions(
+    {
+        "params-of-the-same-name": ("param p = @\n", HEAD),
+        "params-without-use": ("param p@ = @\n", HEAD, "if x is low then y is small\n"),
+        "a-long-sum": ("1 + ", HEAD, "param p = "),
+        "a-long-function": ("1, ", HEAD, "param p = max("),
+        "more-operators-than-allowed": ("param p@ = " + "2^" * 90 + "1\n", HEAD),
+        "long-numbers": ("param p@ = " + "9" * 5000 + "e-4999\n", HEAD),
+        "own-hedges": ("hedge h@(x) = x^@\n", HEAD, "if x is low then y is small\n"),
+        "hedges-in-a-row": ("if x is " + "very " * 90 + "low then y is small\n", HEAD),
+        "too-many-hedges-in-a-row": ("very ", HEAD, "if x is "),
+    }
+)
 
 
 @case
@@ -40,26 +54,6 @@ def params_that_name_all_before(size):
 
 
 @case
-def params_of_the_same_name(size):
-    yield from repeated("param p = @\n", HEAD)
-
-
-@case
-def params_without_use(size):
-    yield from repeated("param p@ = @\n", HEAD, "if x is low then y is small\n")
-
-
-@case
-def a_long_sum(size):
-    yield from repeated("1 + ", HEAD, "param p = ")
-
-
-@case
-def a_long_function(size):
-    yield from repeated("1, ", HEAD, "param p = max(")
-
-
-@case
 def a_function_of_many_arguments(size):
     yield HEAD + "param p = max(" + cut(repeated("1, "), 0.99 * size) + "1)\n"
 
@@ -90,18 +84,8 @@ def deep_powers(size):
 
 
 @case
-def more_operators_than_allowed(size):
-    yield from repeated("param p@ = " + "2^" * 90 + "1\n", HEAD)
-
-
-@case
 def powers_of_powers(size):
     yield from computed(size, 3, "param p@ = 9^9^9^9\n", HEAD)
-
-
-@case
-def long_numbers(size):
-    yield from repeated("param p@ = " + "9" * 5000 + "e-4999\n", HEAD)
 
 
 @case
@@ -109,11 +93,6 @@ def functions_as_terms(size):
     terms = "".join(f"  f{k} = function({' + '.join(['x^2'] * 40)} - {k})\n" for k in range(int(TERMS * size)))
     rules = "".join(f"if x is f{k} then y is small\n" for k in range(int(TERMS * size)))
     yield f"input x in [0, 1]\n{terms}{SUGENO}{rules}".replace(" else 0", "")
-
-
-@case
-def own_hedges(size):
-    yield from repeated("hedge h@(x) = x^@\n", HEAD, "if x is low then y is small\n")
 
 
 def hedged_consequents(size, hedge):
@@ -157,13 +136,3 @@ def own_hedges_in_a_row(size):
     heads = "".join(f"hedge h{k}(x) = {' * '.join(['x'] * 80)}\n" for k in range(100))
     rule = "if x is " + " ".join(names(90, "h")) + " low then y is small\n"
     yield from repeated(rule, HEAD.replace(" else 0", ""), heads)
-
-
-@case
-def hedges_in_a_row(size):
-    yield from repeated("if x is " + "very " * 90 + "low then y is small\n", HEAD)
-
-
-@case
-def too_many_hedges_in_a_row(size):
-    yield from repeated("very ", HEAD, "if x is ")

@@ -1,17 +1,17 @@
 """Worst cases of systems of one file."""
 
-from worst_files.case import HEAD, case, cut, names, repeated
+from worst_files.case import HEAD, case, cut, names, repeated, repetitions
 from worst_files.tables import table
 
-
-@case
-def small_systems(size):
-    yield from repeated(f"system s@\n{HEAD}if x is low then y is small\n")
-
-
-@case
-def systems_of_shared_variables(size):
-    yield from repeated("system s@\nif x is low then y is small\n", HEAD)
+repetitions(
+    {
+        "small-systems": (f"system s@\n{HEAD}if x is low then y is small\n",),
+        "systems-of-shared-variables": ("system s@\nif x is low then y is small\n", HEAD),
+        "empty-systems": ("system s@\n", HEAD),
+        "systems-of-one-name": (f"system s\n{HEAD}if x is low then y is small\n",),
+        "systems-with-claims-about-each-other": (f"system s@\n{HEAD}if x is low then y is small\nrequire y == s0.y\n",),
+    }
+)
 
 
 @case
@@ -27,21 +27,6 @@ def systems_that_share_a_table(size):
     yield HEAD.split("\n", 2)[2].replace(" else 0", "")
     yield from table(known, known)
     yield from repeated("system s@\n")
-
-
-@case
-def empty_systems(size):
-    yield from repeated("system s@\n", HEAD)
-
-
-@case
-def systems_of_one_name(size):
-    yield from repeated(f"system s\n{HEAD}if x is low then y is small\n")
-
-
-@case
-def systems_with_claims_about_each_other(size):
-    yield from repeated(f"system s@\n{HEAD}if x is low then y is small\nrequire y == s0.y\n")
 
 
 @case

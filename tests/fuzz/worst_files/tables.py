@@ -2,7 +2,21 @@
 
 import random
 
-from worst_files.case import HEAD, SUGENO, TERMS, case, cut, files_case, names, repeated
+from worst_files.case import HEAD, SUGENO, TERMS, case, cut, files_case, names, repeated, repetitions
+
+repetitions(
+    {
+        "a-table-with-many-rows": ("low | small large\n", HEAD, "table y = x x x\n  low high\n"),
+        "a-table-with-one-long-row": (" small", HEAD, "table y = x\n  low high\n  |"),
+        "a-table-with-a-long-header": (" low", HEAD, "table y = x\n "),
+        "tables": ("table y = x\n  low high\n  | small large\n", HEAD),
+        "tables-under-a-condition": (
+            "with x is low and x is not high\ntable y = x\n  low high\n  | small large\n",
+            HEAD,
+        ),
+        "tables-without-a-header": ("table y = x\n", HEAD),
+    }
+)
 
 
 def table(rows, columns, cell="small", ends="\n"):
@@ -73,36 +87,6 @@ def a_table_of_functions(size):
     known = names(141 * size)
     yield f"input x in [0, 1]\n  terms {' '.join(known)}\ninput z in [0, 1]\n  terms {' '.join(known)}\n{SUGENO}"
     yield from table(known, known, "linear(1,2,3)")
-
-
-@case
-def a_table_with_many_rows(size):
-    yield from repeated("low | small large\n", HEAD, "table y = x x x\n  low high\n")
-
-
-@case
-def a_table_with_one_long_row(size):
-    yield from repeated(" small", HEAD, "table y = x\n  low high\n  |")
-
-
-@case
-def a_table_with_a_long_header(size):
-    yield from repeated(" low", HEAD, "table y = x\n ")
-
-
-@case
-def tables(size):
-    yield from repeated("table y = x\n  low high\n  | small large\n", HEAD)
-
-
-@case
-def tables_under_a_condition(size):
-    yield from repeated("with x is low and x is not high\ntable y = x\n  low high\n  | small large\n", HEAD)
-
-
-@case
-def tables_without_a_header(size):
-    yield from repeated("table y = x\n", HEAD)
 
 
 @files_case
