@@ -27,7 +27,9 @@ if TYPE_CHECKING:
     )
     from fuzzyctl.formats.fz import dump, dumps
     from fuzzyctl.kernels.compile import Kernel, compile
-    from fuzzyctl.loading.load import load, load_all, loads
+    from fuzzyctl.kernels.steps.step import Step
+    from fuzzyctl.loading.load import load, load_all, load_controller, loads
+    from fuzzyctl.model.controller import Controller
     from fuzzyctl.model.profiles import as_profile
     from fuzzyctl.model.system import FuzzySystem
     from fuzzyctl.model.variable import LinguisticVariable
@@ -37,6 +39,7 @@ __version__ = "0.1.0"
 _HOMES = {
     "ArgumentError": "fuzzyctl.diagnostics.diagnostic",
     "BackendUnavailableError": "fuzzyctl.diagnostics.diagnostic",
+    "Controller": "fuzzyctl.model.controller",
     "Diagnostic": "fuzzyctl.diagnostics.diagnostic",
     "DiagnosticError": "fuzzyctl.diagnostics.diagnostic",
     "FuzzyctlError": "fuzzyctl.diagnostics.diagnostic",
@@ -47,6 +50,7 @@ _HOMES = {
     "OutputBound": "fuzzyctl.analysis.bounds",
     "Proved": "fuzzyctl.analysis.verdicts",
     "Refuted": "fuzzyctl.analysis.verdicts",
+    "Step": "fuzzyctl.kernels.steps.step",
     "Undecided": "fuzzyctl.analysis.verdicts",
     "UnknownNameError": "fuzzyctl.diagnostics.diagnostic",
     "ValueOutOfBoundsError": "fuzzyctl.diagnostics.diagnostic",
@@ -58,6 +62,7 @@ _HOMES = {
     "dumps": "fuzzyctl.formats.fz",
     "load": "fuzzyctl.loading.load",
     "load_all": "fuzzyctl.loading.load",
+    "load_controller": "fuzzyctl.loading.load",
     "loads": "fuzzyctl.loading.load",
     "output_bounds": "fuzzyctl.analysis.bounds",
     "prove": "fuzzyctl.analysis.prove",
@@ -66,6 +71,7 @@ _HOMES = {
 __all__ = [
     "ArgumentError",
     "BackendUnavailableError",
+    "Controller",
     "Diagnostic",
     "DiagnosticError",
     "FuzzySystem",
@@ -76,6 +82,7 @@ __all__ = [
     "OutputBound",
     "Proved",
     "Refuted",
+    "Step",
     "Undecided",
     "UnknownNameError",
     "ValueOutOfBoundsError",
@@ -87,6 +94,7 @@ __all__ = [
     "dumps",
     "load",
     "load_all",
+    "load_controller",
     "loads",
     "output_bounds",
     "prove",

@@ -146,6 +146,15 @@ class Where(Expr):
     otherwise: Expr
 
 
+@record(frozen=True, slots=True)
+class Keyword(Expr):
+    """`name=value` among the arguments of a call, in controllers."""
+
+    name: str
+    value: Expr
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+
 ZERO: Final = Number(0.0)
 ONE: Final = Number(1.0)
 
@@ -176,6 +185,8 @@ def children(expr: Expr) -> tuple[Expr, ...]:
             return arguments
         case Where(condition=condition, then=then, otherwise=otherwise):
             return (condition, then, otherwise)
+        case Keyword(value=value):
+            return (value,)
     return ()
 
 
@@ -220,6 +231,8 @@ def replace(expr: Expr, change: Callable[[Expr], Expr]) -> Expr:
             return change(Call(function, tuple(replace(a, change) for a in arguments)))
         case Where(condition=condition, then=then, otherwise=otherwise):
             return change(Where(replace(condition, change), replace(then, change), replace(otherwise, change)))
+        case Keyword(name=name, value=value):
+            return change(Keyword(name, replace(value, change)))
     return change(expr)
 
 
@@ -394,6 +407,8 @@ def _text(expr: Expr, outer: int) -> str:
         case Logic(op=logic, operands=operands):
             own = _PRECEDENCE[logic]
             return _wrap(f" {logic} ".join(_text(o, own + 1) for o in operands), own, outer)
+        case Keyword(name=name, value=value):
+            return f"{name}={_text(value, 0)}"
     raise TypeError(f"{type(expr).__name__} has no text in a rule file")
 
 

@@ -27,7 +27,7 @@ ORDER = [
 SUBORDER = {
     "analysis": [["coverage", "multilinear"], ["branch_and_bound"]],
     "formats": [["common"], ["fuzzylite"], ["fll"], ["fcl", "fis"], ["fml"]],
-    "kernels": [["program"], ["interval", "plan"], ["inference"], ["algorithms"], ["backends"]],
+    "kernels": [["program"], ["interval", "plan"], ["inference"], ["algorithms"], ["backends"], ["steps"]],
     "kernels/backends": [["python"], ["numba"], ["numpy"]],
     "kernels/inference": [["degrees"], ["defuzzify"]],
     "kernels/program": [["passes"]],

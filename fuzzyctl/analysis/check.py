@@ -21,6 +21,7 @@ from fuzzyctl.support.reading import MAX_BYTES, read_source
 if TYPE_CHECKING:
     from fuzzyctl.analysis.verdicts import Verdict
     from fuzzyctl.analysis.work import Work
+    from fuzzyctl.model.controller import Controller
 
 
 @dataclass(frozen=True)
@@ -70,13 +71,14 @@ def check(
         return (None if _has_errors(diagnostics) else path), diagnostics
     path = arguments.path(path, "; 'loads' takes texts")
     source = read_source(path, max_bytes=max_bytes)
-    return choose(source, *check_source(source, folder=Path(path).parent, guarantees=guarantees), system)
+    blocks, diagnostics = check_source(source, folder=Path(path).parent, guarantees=guarantees)
+    return choose(source, [b for b in blocks if isinstance(b, FuzzySystem)], diagnostics, system)
 
 
 def check_source(
     source: SourceText, *, folder: Path | None = None, guarantees: bool = True, profile: str | None = None
-) -> tuple[tuple[FuzzySystem, ...], list[Diagnostic]]:
-    """Check all systems of a source text.
+) -> tuple[tuple[FuzzySystem | Controller, ...], list[Diagnostic]]:
+    """Check all systems and controllers of a source text.
 
     Args:
         source: The text.
@@ -86,7 +88,7 @@ def check_source(
             checked as the file is.
 
     Returns:
-        The systems without errors, and all diagnostics sorted by location.
+        The systems and controllers without errors, and all diagnostics sorted by location.
     """
     from fuzzyctl.analysis.work import Work
 
@@ -98,7 +100,7 @@ def check_source(
         diagnostics = [*diagnostics, *found]
         if not _has_errors(found):
             sound.append(system)
-    return tuple(sound), examined.reported(diagnostics)
+    return (*sound, *examined.controllers), examined.reported(diagnostics)
 
 
 def check_changed(

@@ -26,6 +26,7 @@ from fuzzyctl.diagnostics.diagnostic import CODES, Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.suggestions import counted, did_you_mean
 
 if TYPE_CHECKING:
+    from fuzzyctl.model.controller import Controller
     from fuzzyctl.model.system import FuzzySystem
 
 #: What `--deny` takes besides codes.
@@ -91,14 +92,18 @@ def check(
     return UNDECIDED if undecided else DONE
 
 
-def _clean(system: FuzzySystem, diagnostics: list[Diagnostic]) -> str:
-    """Return what is said of a system without errors; a quiet command too says why it ends with exit code 3."""
+def _clean(system: FuzzySystem | Controller, diagnostics: list[Diagnostic]) -> str:
+    """Return what is said of a block without errors; a quiet command too says why it ends with exit code 3."""
+    from fuzzyctl.model.system import FuzzySystem
+
+    if not isinstance(system, FuzzySystem):
+        return f"{system.name}: {counted(len(system.results), 'output')}, no errors"
     undecided = {d.span for d in diagnostics if d.code == UNCOVERED}
     coverage = "; coverage not decided" if any(o.span in undecided for o in system.outputs) else ""
     return f"{system.name}: {counted(len(system.rules), 'rule')}, no errors{coverage}"
 
 
-def _check_file(file: str, profile: str | None) -> tuple[tuple[FuzzySystem, ...], list[Diagnostic]]:
+def _check_file(file: str, profile: str | None) -> tuple[tuple[FuzzySystem | Controller, ...], list[Diagnostic]]:
     from fuzzyctl.analysis.check import check_source
 
     try:

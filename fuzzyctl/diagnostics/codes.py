@@ -46,6 +46,7 @@ CODES: Final[dict[str, str]] = {
     "FZ217": "outputs depend on each other in a circle",
     "FZ218": "a file cannot be used",
     "FZ219": "a hedge is used by nothing",
+    "FZ220": "equations depend on each other in a circle",
     "FZ301": "feet and peaks are out of order",
     "FZ302": "a parameter has a bad value",
     "FZ303": "wrong number of parameters",

@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from functools import cache, cached_property
 from numbers import Real
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, overload
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, BackendUnavailableError, UnknownNameError
 from fuzzyctl.kernels.algorithms.select import ALGORITHMS, algorithm_of
@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
+    from fuzzyctl.kernels.steps.step import Step
+    from fuzzyctl.model.controller import Controller
+
     FloatArray = npt.NDArray[np.float64]
 
 __all__ = ["ALGORITHMS", "BACKENDS", "ByName", "Kernel", "compile", "degrees"]
@@ -30,18 +33,26 @@ __all__ = ["ALGORITHMS", "BACKENDS", "ByName", "Kernel", "compile", "degrees"]
 BACKENDS: Final = ("auto", "numba", "numpy", "python")
 
 
-def compile(system: FuzzySystem, backend: str = "auto", *, algorithm: str = "auto") -> Kernel:
-    """Compile a system.
+@overload
+def compile(system: FuzzySystem, backend: str = "auto", *, algorithm: str = "auto") -> Kernel: ...
+
+
+@overload
+def compile(system: Controller, backend: str = "auto", *, algorithm: str = "auto") -> Step: ...
+
+
+def compile(system: FuzzySystem | Controller, backend: str = "auto", *, algorithm: str = "auto") -> Kernel | Step:
+    """Compile a system to a kernel, or a controller to a step.
 
     Args:
-        system: A well-formed system.
+        system: A well-formed system or controller.
         backend: "numba"; "numpy", which evaluates arrays with numpy and single points with generated Python; "python",
             which loops over the points of an array with the same Python; or "auto", which is numba where it can be
             imported, else numpy, and a warning says so once. Of systems that numba would take longer over than most
             programs run, "auto" is numpy too (`compile_cost`). numba compiles at the first call, and at the first
             batch.
         algorithm: "interpolation", "diagonals", "active" or "rules", which compute the same, up to rounding; or "auto",
-            which takes the fastest that the system allows.
+            which takes the fastest that the system allows. For a controller, that of all systems that it calls.
 
     Raises:
         UnknownNameError: For another backend or algorithm.
@@ -49,17 +60,27 @@ def compile(system: FuzzySystem, backend: str = "auto", *, algorithm: str = "aut
         BackendUnavailableError: For a backend whose package cannot be imported.
         DiagnosticError: For a defuzzifier that the terms do not suit.
     """
-    if not isinstance(system, FuzzySystem):
-        raise ArgumentError(f"compile takes a FuzzySystem, got {type(system).__name__}")
     for what, given, known in (("backend", backend, BACKENDS), ("algorithm", algorithm, ALGORITHMS)):
         if not isinstance(given, str):
             raise ArgumentError(f"the {what} must be one of {', '.join(known)}, got {type(given).__name__}")
         if given not in known:
             raise UnknownNameError(what, given, known)
+    if not isinstance(system, FuzzySystem):
+        return _step(system, _resolve(backend), algorithm)
     planned, chosen = plan(system), _resolve(backend)
     if backend == "auto" and chosen == "numba" and takes_long(planned, algorithm):
         chosen = "numpy"  # which has no wait
     return Kernel(planned, chosen, algorithm)
+
+
+def _step(controller: Controller, backend: str, algorithm: str) -> Step:
+    from fuzzyctl.kernels.plan.equations import equations_of
+    from fuzzyctl.kernels.steps.step import Step
+    from fuzzyctl.model.controller import Controller
+
+    if not isinstance(controller, Controller):
+        raise ArgumentError(f"compile takes a FuzzySystem or a Controller, got {type(controller).__name__}")
+    return Step(equations_of(controller), backend, algorithm)
 
 
 def takes_long(planned: Plan, algorithm: str = "auto") -> bool:

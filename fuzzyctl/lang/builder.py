@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 import unicodedata
 from typing import Any, Final, TypeVar
 
@@ -16,6 +17,9 @@ from fuzzyctl.lang.lines import LogicalLine
 
 #: What a name may be made of.
 NAME_RULE: Final = "a name begins with a letter or '_' and goes on with letters, digits and '_'"
+
+#: What units of time and percentages multiply a number by, as a quotient, so that 5 ms is the double nearest to 0.005.
+_UNITS: Final = {"us": (1, 1e6), "ms": (1, 1e3), "s": (1, 1), "min": (60, 1), "h": (3600, 1), "%": (1, 100)}
 
 _Tree = TypeVar("_Tree", ex.Expr, sx.Truth)
 
@@ -149,8 +153,50 @@ class Builder(Transformer[Token, Any]):
     def option(self, name: Token, value: Token) -> sx.Option:
         return sx.Option(self._word(name), self._word(value))
 
-    def param(self, _keyword: Token, name: Token, value: ex.Expr, _unit: Token | None, unit: Token | None) -> sx.Param:
-        return sx.Param(self.line, self._word(name), value, self._string(unit))
+    def param(
+        self,
+        _keyword: Token,
+        name: Token,
+        _in: Token | None,
+        bounds: sx.Bounds | None,
+        value: ex.Expr,
+        _unit: Token | None,
+        unit: Token | None,
+    ) -> sx.Param:
+        return sx.Param(self.line, self._word(name), value, self._string(unit), bounds)
+
+    def bounds(self, left: Token, lower: ex.Expr, upper: ex.Expr, right: Token) -> sx.Bounds:
+        return sx.Bounds(lower, upper, left == "(", right == ")", self._at(left).to(self._at(right)))
+
+    # -- statements of controllers
+
+    def head(self, keyword: Token, name: Token, title: Token | None) -> sx.Head:
+        return sx.Head(self.line, self._word(keyword), self._word(name), self._string(title))
+
+    def function(self, _keyword: Token, name: Token, parameters: tuple[sx.Word, ...], value: ex.Expr) -> sx.Function:
+        return sx.Function(self.line, self._word(name), parameters, value)
+
+    def signal(
+        self,
+        keyword: Token,
+        name: Token,
+        label: Token | None,
+        _in: Token | None,
+        bounds: sx.Bounds | None,
+        _unit: Token | None,
+        unit: Token | None,
+        value: ex.Expr | None = None,
+    ) -> sx.Signal:
+        text = self._string
+        return sx.Signal(self.line, self._word(keyword), self._word(name), text(label), bounds, text(unit), value)
+
+    defined = signal
+
+    def equation(self, keyword: Token, name: Token, value: ex.Expr) -> sx.Equation:
+        return sx.Equation(self.line, self._word(keyword), self._word(name), value)
+
+    def every(self, _keyword: Token, period: ex.Expr) -> sx.Every:
+        return sx.Every(self.line, period)
 
     def input(self, keyword: Token, name: Token, label: Token | None, _in: Token, *rest: Any) -> sx.Variable:
         (lower, upper), *clauses = rest
@@ -307,6 +353,18 @@ class Builder(Transformer[Token, Any]):
 
     def number(self, token: Token) -> ex.Number:
         return ex.Number(self._float(token), str(token), self._at(token))
+
+    def quantity(self, token: Token) -> ex.Number:
+        """Read a number with a unit of time [s] or a percentage."""
+        number = re.match(r"[\d.]+(?:[eE][+-]?\d+)?", token)
+        assert number is not None, "the grammar lets nothing else pass"
+        factor, divisor = _UNITS[token[number.end() :].strip()]
+        value = self._float(token.update(value=number[0])) * factor / divisor
+        return ex.Number(value, str(token), self._at(token))
+
+    def keyword(self, name: Token, value: ex.Expr) -> ex.Keyword:
+        span = self._at(name)
+        return ex.Keyword(self._word(name).text, value, span.to(ex.span_of(value) or span))
 
     def name(self, token: Token) -> ex.Name:
         return ex.Name(self._word(token).text, self._at(token))

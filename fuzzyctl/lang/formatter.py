@@ -22,7 +22,9 @@ _TOKEN: Final = re.compile(rf'"[^"\n]*"|{_NUMBER}|{_MEMBER}|<=|>=|==|!=|[^\s]')
 _CELL_TOKEN: Final = re.compile(rf"{_NUMBER}|{NAME}|[^\s]")
 
 #: Words after which an opening parenthesis stands apart.
-_APART: Final = frozenset({"and", "or", "not", "if", "else", "then", "when", "within", "rate", "weight", "require"})
+_APART: Final = frozenset(
+    {"in", "and", "or", "not", "if", "else", "then", "when", "within", "rate", "weight", "require"}
+)
 _BINARY: Final = frozenset({"+", "-", "*", "/", "<=", ">=", "==", "!=", "<", ">", "="})
 _SETTINGS: Final = frozenset({"and", "or", "implication", "aggregation", "activation", "defuzzifier", "semantics"})
 _INDENT: Final = "  "
@@ -76,7 +78,8 @@ def _column_kind(line: LogicalLine) -> str:
         return "terms"
     if line.kind == "statement" and line.word in _SETTINGS:
         return "settings"
-    return "params" if line.kind == "statement" and line.word == "param" else ""
+    aligned = ("param", "let", "next") if line.in_block else ("param",)
+    return line.word if line.kind in ("statement", "block_statement") and line.word in aligned else ""
 
 
 def _lay_out(source: SourceText, block: list[LogicalLine]) -> Iterator[_Laid]:
@@ -87,7 +90,7 @@ def _lay_out(source: SourceText, block: list[LogicalLine]) -> Iterator[_Laid]:
     elif kind == "settings":
         width = max(len(line.word) for line in block)
         codes = [_setting(text, width) for text in texts]
-    elif kind in ("terms", "params"):
+    elif kind in ("terms", "param", "let", "next"):
         codes = _equal_signs([_code(line, text) for line, text in zip(block, texts, strict=True)])
     else:
         codes = [_code(line, text) for line, text in zip(block, texts, strict=True)]
@@ -110,6 +113,10 @@ def _code(line: LogicalLine, text: str) -> str:
     if line.kind == "term_line":
         head, rest = tokens[:2], tokens[2:]
         return f"{_INDENT}{head[0]} = {_spaced(rest, tight='=', text=text)}"
+    if line.in_block and "=" in tokens:
+        # Only the first equals sign stands apart; the others name arguments of calls.
+        at = tokens.index("=")
+        return f"{_spaced(tokens[:at], tight='', text=text)} = {_spaced(tokens[at + 1 :], tight='=', text=text)}"
     return _spaced(tokens, tight="", text=text)
 
 

@@ -29,7 +29,7 @@ def grammar_text() -> str:
 @cache
 def _machine() -> tuple[Lark, Builder]:
     builder = Builder()
-    starts = ["statement", "term_line", "header", "row", "label", "cell"]
+    starts = ["statement", "block_statement", "term_line", "header", "row", "label", "cell"]
     lark = Lark(
         grammar_text(),
         parser="lalr",

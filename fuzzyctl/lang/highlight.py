@@ -23,7 +23,7 @@ from pygments.token import (
 
 from fuzzyctl.expr import CONSTANTS, FUNCTIONS
 from fuzzyctl.formulas import MEMBERSHIP
-from fuzzyctl.lang.syntax import NAME, STATEMENT_KEYWORDS
+from fuzzyctl.lang.syntax import BLOCK_KEYWORDS, NAME, STATEMENT_KEYWORDS
 
 #: Words of the language that stand within a line.
 CLAUSES: Final = (
@@ -45,13 +45,32 @@ CLAUSES: Final = (
     "within",
 )
 
+#: Functions of controllers with state, and the others that only controllers have.
+OPERATORS: Final = (
+    "delay", "derivative", "difference", "hysteresis", "integral", "lowpass", "previous", "rate_limit",
+)  # fmt: skip
+CONTROLLER_FUNCTIONS: Final = ("clamp", "where")
+
 #: Words that are consequents where a parenthesis follows.
 CONSEQUENTS: Final = ("constant", "function", "linear")
 #: Words that behind `else` may have a parenthesis.
 FALLBACKS: Final = ("hold",)
 
 #: Statements that give something a name.
-DECLARATIONS: Final = ("hedge", "input", "output", "param", "rules", "system")
+DECLARATIONS: Final = (
+    "block",
+    "controller",
+    "function",
+    "hedge",
+    "input",
+    "let",
+    "next",
+    "output",
+    "param",
+    "rules",
+    "state",
+    "system",
+)
 
 #: What a piece of text is: its scope in a TextMate grammar, and its token in Pygments.
 TOKENS: Final[dict[str, Any]] = {
@@ -80,6 +99,8 @@ _LEAD = r"^([ \t]*)"
 #: A statement's keyword is a name where `=` or `|` follows: `table = triangle(...)` is a term.
 _STATEMENT = r"\b(?![ \t]*[=|])"
 
+_CALLED = (*MEMBERSHIP, *FUNCTIONS, *CONSEQUENTS, *FALLBACKS, *OPERATORS, *CONTROLLER_FUNCTIONS)
+
 #: Each pattern with what it marks: one scope for the whole, or one for each group, which then cover all of it.
 PATTERNS: Final[tuple[tuple[str, str | tuple[str, ...]], ...]] = (
     (r"#[^\n]*", _COMMENT),
@@ -90,13 +111,13 @@ PATTERNS: Final[tuple[tuple[str, str | tuple[str, ...]], ...]] = (
         rf"{_LEAD}(table)({_STATEMENT}[^=\n]*)(=)([ \t]*)({NAME})([ \t]+)(x\b|×)",
         (_BLANK, _KEYWORD, _NAME, _OPERATOR, _BLANK, _NAME, _BLANK, _KEYWORD),
     ),
-    (rf"{_LEAD}({_any(STATEMENT_KEYWORDS)})({_STATEMENT})", (_BLANK, _KEYWORD, _BLANK)),
+    (rf"{_LEAD}({_any([*STATEMENT_KEYWORDS, *BLOCK_KEYWORDS])})({_STATEMENT})", (_BLANK, _KEYWORD, _BLANK)),
     (rf"{_LEAD}({NAME})([ \t]*)(=)", (_BLANK, _DECLARED, _BLANK, _OPERATOR)),
     (rf"{_LEAD}({NAME})([ \t]*)(\|)", (_BLANK, _NAME, _BLANK, _OPERATOR)),
-    (rf"\b(?:{_any([*MEMBERSHIP, *FUNCTIONS, *CONSEQUENTS, *FALLBACKS])})(?=[ \t]*\()", _FUNCTION),
+    (rf"\b(?:{_any(_CALLED)})(?=[ \t]*\()", _FUNCTION),
     (rf"\b(?:{_any(CONSTANTS)})\b", _CONSTANT),
     (rf"\b(?:{_any(CLAUSES)})\b", _KEYWORD),
-    (r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?(?![\w.])", _NUMBER),
+    (r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?(?:[ \t]*(?:%|(?:us|ms|s|min|h)(?!\w))|(?![\w.]))", _NUMBER),
     (NAME, _NAME),
     (r"<=|>=|==|!=|[-+*/^<>=|@.]", _OPERATOR),
     (r"[()\[\],]", _PUNCTUATION),

@@ -14,12 +14,14 @@ from typing import Final, Literal
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.formulas import MEMBERSHIP
-from fuzzyctl.lang.syntax import NAME, STATEMENT_KEYWORDS
+from fuzzyctl.lang.syntax import BLOCK_KEYWORDS, HEADS, NAME, STATEMENT_KEYWORDS
 from fuzzyctl.records import record
 
 #: Which start symbol of the grammar a line is parsed with; "unknown" is a mistake, "blank" has no code.
-#: "label" and "cell" are fields of a CSV file.
-LineKind = Literal["statement", "term_line", "header", "row", "label", "cell", "unknown", "blank"]
+#: "block_statement" is a line of a controller; "label" and "cell" are fields of a CSV file.
+LineKind = Literal[
+    "statement", "block_statement", "term_line", "header", "row", "label", "cell", "unknown", "blank"
+]  # fmt: skip
 
 #: Deepest nesting of parentheses.
 MAX_NESTING: Final = 100
@@ -35,9 +37,11 @@ _TERM = re.compile(rf"\s*{NAME}\s*=")
 _NAMES = re.compile(rf"\s*{NAME}(?:\s+{NAME})*\s*")
 # No row has two bars, so `require |` with a second one is a guarantee.
 _KEYWORD_LINE = re.compile(rf"\s*(?:(?:{'|'.join(STATEMENT_KEYWORDS)})\b(?!\s*[=|])|require\s*\|[^|]*\|)")
+_BLOCK_LINE = re.compile(rf"\s*(?:{'|'.join(BLOCK_KEYWORDS)})\b(?!\s*[=|])")
 # A rule may be broken before `and` and `or`, so these do not end an open parenthesis. Each of the next three looks at
 # one line only: blank lines below an open parenthesis would be read again from each of them.
 _NEW_STATEMENT = re.compile(rf"[^\S\n]*(?!(?:and|or)\b)(?:{'|'.join(STATEMENT_KEYWORDS)})\b(?!\s*[=|])")
+_NEW_BLOCK_STATEMENT = re.compile(rf"[^\S\n]*(?:{'|'.join(BLOCK_KEYWORDS)})\b(?!\s*[=|(])")
 _TERM_LINE = re.compile(rf"[^\S\n]*{NAME}\s*=\s*(?:{'|'.join(MEMBERSHIP)})\s*\(")
 _ROW_LINE = re.compile(rf"[^\S\n]*(?:{NAME}\s*)?\|")
 
@@ -54,6 +58,7 @@ class LogicalLine:
         word: Its first word, or an empty string.
         mistake: What is wrong with its parentheses or strings, found while splitting.
         closed: Whether it is a statement that ends with a string, such as a table from a file: no header follows.
+        in_block: Whether it belongs to a controller.
     """
 
     start: int
@@ -63,6 +68,7 @@ class LogicalLine:
     word: str
     mistake: Diagnostic | None = None
     closed: bool = False
+    in_block: bool = False
 
 
 @dataclass
@@ -90,29 +96,31 @@ def split(source: SourceText) -> Iterator[LogicalLine]:
             current = _Open(at, end, [], comment, simple[2] is not None)
             at = simple.end() if simple[4] else None
         else:
-            current, at = _collect(source, at)
+            current, at = _collect(source, at, in_block=above is not None and above.in_block)
         line = _close(source, current, above)
         above = above if line.kind == "blank" else line
         yield line
 
 
-def _collect(source: SourceText, start: int) -> tuple[_Open, int | None]:
+def _collect(source: SourceText, start: int, *, in_block: bool) -> tuple[_Open, int | None]:
     """Return the line that begins at an offset, piece by piece, and where the next one begins, None for the last."""
     current, text = _Open(start, start, []), source.text
     for match in _PIECE.finditer(text, start):
         if match[0] != "\n":
-            _take(source, current, match[0], match.start())
-        elif not current.opened or _resumes(text, match.end()):
+            _take(source, current, match[0], match.start(), in_block=in_block)
+        elif not current.opened or _resumes(text, match.end(), in_block=in_block):
             return current, match.end()
     return current, None
 
 
-def _resumes(text: str, at: int) -> bool:
+def _resumes(text: str, at: int, *, in_block: bool) -> bool:
     """Whether the line that begins here cannot be the rest of an open parenthesis."""
+    if in_block:
+        return _NEW_BLOCK_STATEMENT.match(text, at) is not None
     return bool(_NEW_STATEMENT.match(text, at) or _TERM_LINE.match(text, at) or _ROW_LINE.match(text, at))
 
 
-def _take(source: SourceText, current: _Open, piece: str, at: int) -> None:
+def _take(source: SourceText, current: _Open, piece: str, at: int, *, in_block: bool) -> None:
     if piece.startswith("#"):
         # A comment inside parentheses is part of the code's extent; only one at the end stands apart.
         if current.opened:
@@ -132,7 +140,7 @@ def _take(source: SourceText, current: _Open, piece: str, at: int) -> None:
                 help="give a part of the expression a name with 'param'",
             )
     elif piece in ")]":
-        _shut(source, current, piece, at)
+        _shut(source, current, piece, at, half_open=in_block)
     elif piece == "|":
         current.bar = True
     elif piece.startswith('"') and (len(piece) == 1 or not piece.endswith('"')):
@@ -144,13 +152,13 @@ def _take(source: SourceText, current: _Open, piece: str, at: int) -> None:
         )
 
 
-def _shut(source: SourceText, current: _Open, piece: str, at: int) -> None:
+def _shut(source: SourceText, current: _Open, piece: str, at: int, *, half_open: bool) -> None:
     place = Span(source, at, at + 1)
     if not current.opened:
         current.mistake = current.mistake or Diagnostic("FZ103", f"'{piece}' closes nothing", place, help="remove it")
         return
     opening = source.text[current.opened.pop()]
-    if (opening, piece) not in {("(", ")"), ("[", "]")}:
+    if (opening, piece) not in {("(", ")"), ("[", "]")} and not half_open:
         right = ")" if opening == "(" else "]"
         current.mistake = current.mistake or Diagnostic(
             "FZ103", f"'{opening}' is closed by '{piece}'", place, help=f"write '{right}'"
@@ -166,10 +174,19 @@ def _close(source: SourceText, current: _Open, above: LogicalLine | None) -> Log
         )
     code = source.text[current.start : current.end]
     word = _WORD.match(code)
-    kind = _kind(code, current.bar, above)
-    return LogicalLine(
-        current.start, current.end, current.comment, kind, word[1] if word else "", mistake, code.endswith('"')
+    first = word[1] if word else ""
+    begins = word is not None and bool(_KEYWORD_LINE.match(code))
+    in_block = (above is not None and above.in_block and not (begins and first == "system")) or (
+        begins and first in HEADS
     )
+    kind = _block_kind(code) if in_block else _kind(code, current.bar, above)
+    return LogicalLine(current.start, current.end, current.comment, kind, first, mistake, code.endswith('"'), in_block)
+
+
+def _block_kind(code: str) -> LineKind:
+    if not code or code.isspace():
+        return "blank"
+    return "block_statement" if _BLOCK_LINE.match(code) else "unknown"
 
 
 def _kind(code: str, bar: bool, above: LogicalLine | None) -> LineKind:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
@@ -11,7 +12,7 @@ from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import closest, look_alikes
 from fuzzyctl.lang.common_errors import NO_RULE, SPELLINGS, corner, repair
 from fuzzyctl.lang.lines import LogicalLine
-from fuzzyctl.lang.syntax import NAME, STATEMENT_KEYWORDS
+from fuzzyctl.lang.syntax import BLOCK_KEYWORDS, NAME, STATEMENT_KEYWORDS
 
 if TYPE_CHECKING:
     from lark.exceptions import UnexpectedInput, UnexpectedToken
@@ -31,6 +32,8 @@ FORMS: Final[dict[str, str]] = {
     "defuzzifier": "defuzzifier centroid | centroid(resolution=1000) | center_average | weighted_average | ...",
     "param": 'param NAME = expression unit "..."',
     "hedge": "hedge NAME(x) = expression over x",
+    "function": "function NAME(a, b) = expression over a and b",
+    "controller": 'controller NAME "title"',
     "input": 'input NAME "label" in [low, high] unit "..."',
     "output": 'output NAME "label" in [low, high] unit "..." else VALUE',
     "terms": "terms NB@-1 ZO@0 PB@1, or terms NB ZO PB, or terms NB=0 ZO=0 PB=0",
@@ -41,6 +44,19 @@ FORMS: Final[dict[str, str]] = {
     "require": "require EXPRESSION >= EXPRESSION within 1e-12 when CONDITION",
     "allow": 'allow FZ208 "reason"',
     "deny": 'deny FZ208 "reason"',
+}
+
+#: How the statements of controllers are written where systems have none or another form.
+BLOCK_FORMS: Final[dict[str, str]] = {
+    **{k: FORMS[k] for k in BLOCK_KEYWORDS if k in FORMS},
+    "param": 'param NAME in [low, high] = expression unit "..."',
+    "input": 'input NAME "label" in [low, high] unit "..."',
+    "output": 'output NAME "label" in [low, high] unit "..." = EXPRESSION',
+    "state": 'state NAME "label" in [low, high] unit "..." = START',
+    "let": "let NAME = EXPRESSION",
+    "next": "next STATE = EXPRESSION",
+    "every": "every 5 ms",
+    "block": "block NAME = CONTROLLER(input, ..., param=value)",
 }
 
 _BELOW: Final[dict[str, str]] = {
@@ -90,7 +106,8 @@ def describe(source: SourceText, line: LogicalLine, error: UnexpectedInput) -> D
     if place is not None:
         help_text = "leave it out: the header line holds the terms of the columns and nothing else"
         return Diagnostic("FZ102", "a table of a rule file has no corner", Span(source, *place), help=help_text)
-    form = FORMS.get(line.word, "") if line.kind == "statement" else _BELOW.get(line.kind, "")
+    forms = BLOCK_FORMS if line.in_block else FORMS
+    form = forms.get(line.word, "") if line.kind in ("statement", "block_statement") else _BELOW.get(line.kind, "")
     help_text = f"the form is: {form}" if form else ""
     from lark.exceptions import UnexpectedCharacters, UnexpectedToken  # here, since only broken lines need them
 
@@ -214,10 +231,14 @@ def _bad_number(source: SourceText, at: int, help_text: str) -> Diagnostic:
 
 def meant_keyword(word: str) -> str | None:
     """Return the keyword that the first word of a line most likely means."""
+    return _meant(word, STATEMENT_KEYWORDS)
+
+
+def _meant(word: str, keywords: Sequence[str]) -> str | None:
     small = word.lower()
-    if small in STATEMENT_KEYWORDS:
+    if small in keywords:
         return small
-    return closest(word, STATEMENT_KEYWORDS) if len(word) > 2 else None
+    return closest(word, keywords) if len(word) > 2 else None
 
 
 def describe_unknown_line(source: SourceText, line: LogicalLine, block: str) -> Diagnostic:
@@ -229,19 +250,31 @@ def describe_unknown_line(source: SourceText, line: LogicalLine, block: str) -> 
         if not char.isascii() or not char.isprintable():
             return _bad_character(source, line, start, "")
         return Diagnostic(
-            "FZ101", f"a line cannot begin with '{char}'", Span(source, start, start + 1), facts=(_keywords(),)
+            "FZ101",
+            f"a line cannot begin with '{char}'",
+            Span(source, start, start + 1),
+            facts=(_keywords(STATEMENT_KEYWORDS),),
         )
     place = Span(source, start, start + len(line.word))
-    if line.word.lower() in STATEMENT_KEYWORDS:
+    keywords, forms = (BLOCK_KEYWORDS, BLOCK_FORMS) if line.in_block else (STATEMENT_KEYWORDS, FORMS)
+    if line.word.lower() in keywords and line.word != line.word.lower():
         return capital_keyword(line.word, place, "FZ101")
     if line.word in ("then", "is", "not"):
         help_text = "a rule is one line, which goes on in the next only inside parentheses"
         return Diagnostic("FZ101", f"'{line.word}' begins no statement", place, help=help_text)
-    near = meant_keyword(line.word)
-    hint = f"did you mean '{near}'? the form is: {FORMS[near]}" if near else ""
+    if line.word in keywords:
+        return Diagnostic("FZ102", "unexpected '=' or '|'", place, help=f"the form is: {forms[line.word]}")
+    if line.word in (BLOCK_FORMS.keys() - FORMS.keys()):
+        message = f"'{line.word}' belongs to a controller"
+        return Diagnostic("FZ101", message, place, help=f"put it below a line: {FORMS['controller']}")
+    if line.in_block and line.word in FORMS:
+        message = f"'{line.word}' belongs to a system, not to a controller"
+        return Diagnostic("FZ101", message, place, help="put it below a 'system' line, and call that system")
+    near = _meant(line.word, keywords)
+    hint = f"did you mean '{near}'? the form is: {forms[near]}" if near else ""
     if not hint and block == "variable":
         hint = f"a term is written: {_BELOW['term_line']}"
-    facts = (*look_alikes(line.word), _keywords())
+    facts = (*look_alikes(line.word), _keywords(keywords))
     return Diagnostic("FZ101", f"'{line.word}' begins no statement", place, facts=facts, help=hint)
 
 
@@ -255,5 +288,5 @@ def orphan(source: SourceText, line: LogicalLine, wanted: str) -> Diagnostic:
     return Diagnostic("FZ110", "unexpected table row outside of a table", place, help=f"the form is: {FORMS['table']}")
 
 
-def _keywords() -> str:
-    return f"statements begin with: {', '.join(STATEMENT_KEYWORDS)}"
+def _keywords(keywords: Sequence[str]) -> str:
+    return f"statements begin with: {', '.join(keywords)}"

@@ -130,6 +130,9 @@ class _Assembler:
         """Take the next line; `below` is the one after it."""
         if line.kind == "term_line" and is_nameless(self.source, line):
             line = dataclasses.replace(line, kind="statement")
+        if line.in_block:
+            self._take_block_line(line)
+            return
         if self.block == "table" and line.mistake is None and self._lacks_bar(line, below):
             self.barless.append(line)
             return
@@ -147,6 +150,18 @@ class _Assembler:
         else:
             self._close_block()
             self._take_statement(line)
+
+    def _take_block_line(self, line: LogicalLine) -> None:
+        """Take a line of a controller: each is a statement of its own."""
+        self._close_block()
+        self._drop_condition()
+        node = self._parse(line, line.kind) if line.kind != "unknown" else None
+        if line.kind == "unknown":
+            self.diagnostics.append(line.mistake or describe_unknown_line(self.source, line, ""))
+        if node is None:
+            self._remember_words(line)
+        else:
+            self.statements.append(node)
 
     def _lacks_bar(self, line: LogicalLine, below: LogicalLine | None) -> bool:
         header = next((n for n in self.lines if isinstance(n, sx.HeaderLine)), None)
@@ -193,7 +208,7 @@ class _Assembler:
             self.lost_input = self.lost_input or meant == "input" or is_variable
 
     def _take_statement(self, line: LogicalLine) -> None:
-        node = self._parse(line, "statement")
+        node = self._parse(line, line.kind)
         if line.word != "table":
             self._drop_condition()
         elif node is None:

@@ -23,6 +23,8 @@ STATEMENT_KEYWORDS: Final = (
     "defuzzifier",
     "param",
     "hedge",
+    "function",
+    "controller",
     "input",
     "output",
     "terms",
@@ -30,6 +32,29 @@ STATEMENT_KEYWORDS: Final = (
     "with",
     "table",
     "if",
+    "require",
+    "allow",
+    "deny",
+)
+
+#: Words that begin a block of equations.
+HEADS: Final = ("controller",)
+
+#: Words that begin a statement within such a block; some are those of a system, with a form of their own.
+BLOCK_KEYWORDS: Final = (
+    *HEADS,
+    "system",
+    "source",
+    "use",
+    "param",
+    "function",
+    "input",
+    "output",
+    "state",
+    "let",
+    "next",
+    "every",
+    "block",
     "require",
     "allow",
     "deny",
@@ -153,12 +178,24 @@ class Allow(Statement):
 
 
 @record(frozen=True, slots=True, eq=False)
+class Bounds:
+    """`in [low, high]`; a parenthesis in place of a bracket excludes the end."""
+
+    lower: Expr
+    upper: Expr
+    without_lower: bool
+    without_upper: bool
+    span: Span
+
+
+@record(frozen=True, slots=True, eq=False)
 class Param(Statement):
-    """`param NAME = expression unit "..."`."""
+    """`param NAME in [low, high] = expression unit "..."`."""
 
     name: Word
     expression: Expr
     unit: str
+    bounds: Bounds | None = None
 
 
 @record(frozen=True, slots=True, eq=False)
@@ -400,6 +437,55 @@ class Require(Statement):
     claim: Expr
     within: Expr | None
     when: Expr | None
+
+
+# -- controllers
+
+
+@record(frozen=True, slots=True, eq=False)
+class Head(Statement):
+    """`controller NAME "title"`."""
+
+    keyword: Word
+    name: Word
+    title: str
+
+
+@record(frozen=True, slots=True, eq=False)
+class Function(Statement):
+    """`function NAME(a, b) = expression`."""
+
+    name: Word
+    parameters: tuple[Word, ...]
+    expression: Expr
+
+
+@record(frozen=True, slots=True, eq=False)
+class Signal(Statement):
+    """`input`, `output` or `state` of a controller; an input has no value."""
+
+    keyword: Word
+    name: Word
+    label: str
+    bounds: Bounds | None
+    unit: str
+    value: Expr | None
+
+
+@record(frozen=True, slots=True, eq=False)
+class Equation(Statement):
+    """`let`, `next` or `block` with a name and an expression."""
+
+    keyword: Word
+    name: Word
+    value: Expr
+
+
+@record(frozen=True, slots=True, eq=False)
+class Every(Statement):
+    """`every PERIOD`."""
+
+    period: Expr
 
 
 @record(frozen=True, slots=True, eq=False)

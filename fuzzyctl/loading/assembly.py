@@ -23,21 +23,23 @@ MAX_FILES: Final = 64
 MAX_BROUGHT: Final = 1 << 20
 
 #: What `use` takes from a file.
-_DECLARATIONS = (sx.Param, sx.Hedge, sx.Variable)
+_DECLARATIONS = (sx.Param, sx.Hedge, sx.Variable, sx.Function)
 
 
 @dataclass(frozen=True)
 class Part:
-    """The statements of one system.
+    """The statements of one system or controller.
 
     Args:
         tree: Its own statements.
-        shared: Statements that it has in common with other systems: those before the first of several systems, and
-            those of used files.
+        shared: Statements that it has in common with others: those before the first of several, and those of used
+            files.
+        head: Its first line, None for a system without a `system` line.
     """
 
     tree: sx.SyntaxTree
     shared: tuple[sx.Statement, ...]
+    head: sx.System | sx.Head | None = None
 
     def is_shared(self, span: Span | None) -> bool:
         """Whether a place lies in a shared statement or in the lines below it."""
@@ -52,17 +54,21 @@ def _end(statement: sx.Statement) -> int:
 
 
 def split(tree: sx.SyntaxTree) -> list[Part]:
-    """Split a file into its systems; what stands before the first of several belongs to all of them."""
-    heads = [i for i, s in enumerate(tree.statements) if isinstance(s, sx.System)]
+    """Split a file into its systems and other blocks; what comes before the first of several belongs to all of them."""
+    heads = [i for i, s in enumerate(tree.statements) if isinstance(s, sx.System | sx.Head)]
     if len(heads) < 2:
-        return [Part(tree, tree.used)]
+        first = tree.statements[heads[0]] if heads else None
+        assert first is None or isinstance(first, sx.System | sx.Head)
+        return [Part(tree, tree.used, first)]
     # One tuple for all of them: systems times statements would fill the memory.
     shared = (*tree.used, *tree.statements[: heads[0]])
     ends = [*heads[1:], len(tree.statements)]
-    return [
-        Part(dataclasses.replace(tree, statements=tree.statements[a:b]), shared)
-        for a, b in zip(heads, ends, strict=True)
-    ]
+    parts = []
+    for a, b in zip(heads, ends, strict=True):
+        head = tree.statements[a]
+        assert isinstance(head, sx.System | sx.Head)
+        parts.append(Part(dataclasses.replace(tree, statements=tree.statements[a:b]), shared, head))
+    return parts
 
 
 def bring_in(tree: sx.SyntaxTree, folder: Path | None) -> tuple[sx.SyntaxTree, list[Diagnostic]]:
@@ -175,7 +181,7 @@ class _Reader:
         self.lost_variable = self.lost_variable or tree.lost_variable
         self.lost_input = self.lost_input or tree.lost_input
         self.diagnostics.extend(mistakes)
-        heads = [i for i, s in enumerate(tree.statements) if isinstance(s, sx.System)]
+        heads = [i for i, s in enumerate(tree.statements) if isinstance(s, sx.System | sx.Head)]
         common = tree.statements[: heads[0]] if heads else tree.statements
         return [*self.use(common, chain), *(s for s in common if isinstance(s, _DECLARATIONS))]
 

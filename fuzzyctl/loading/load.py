@@ -6,7 +6,7 @@ import dataclasses
 import os
 from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final, TypeVar
 
 from fuzzyctl.diagnostics.diagnostic import CODES, ArgumentError, Diagnostic, DiagnosticError, Note
 from fuzzyctl.diagnostics.source import SourceText
@@ -23,14 +23,27 @@ from fuzzyctl.resolve import resolve
 from fuzzyctl.support import arguments
 from fuzzyctl.support.reading import MAX_BYTES, decode, read_source
 
+if TYPE_CHECKING:
+    from fuzzyctl.model.controller import Controller
+
 #: Most systems of a file, and most statements that they share, counted once for each system.
 MAX_SYSTEMS: Final = 200
 MAX_SHARED: Final = 20_000
 
-#: By file its systems.
-Opened = dict[Path, tuple[FuzzySystem, ...]]
+#: By file its systems and controllers.
+Opened = dict[Path, tuple["FuzzySystem | Controller", ...]]
 
-__all__ = ["MAX_BYTES", "decode", "examine", "examine_all", "load", "load_all", "loads", "read_source"]
+__all__ = [
+    "MAX_BYTES",
+    "decode",
+    "examine",
+    "examine_all",
+    "load",
+    "load_all",
+    "load_controller",
+    "loads",
+    "read_source",
+]
 
 
 def load(path: str | os.PathLike[str], *, system: str | None = None, max_bytes: int = MAX_BYTES) -> FuzzySystem:
@@ -99,6 +112,34 @@ def loads(text: str, name: str = "<text>", *, system: str | None = None) -> Fuzz
     return _required(examine(source, system=chosen_name(system), hints=False))
 
 
+def load_controller(
+    path: str | os.PathLike[str], controller: str | None = None, *, max_bytes: int = MAX_BYTES
+) -> Controller:
+    """Read a controller from a rule file.
+
+    Args:
+        path: The file.
+        controller: Name of the controller; required if the file holds several.
+        max_bytes: Largest size that is read [bytes].
+
+    Raises:
+        DiagnosticError: With all errors of the file; for a file that holds no controller, or several without a chosen
+            name.
+        ArgumentError: For an argument of another type.
+        ValueOutOfBoundsError: For `max_bytes` out of its bounds.
+    """
+    path = arguments.path(path)
+    source = read_source(path, max_bytes=arguments.bytes_allowed(max_bytes))
+    found = look_through(source, folder=Path(path).parent, hints=False)
+    errors = [d for d in found.reported(found.diagnostics) if d.severity == "error"]
+    if errors:
+        raise DiagnosticError(errors)
+    chosen = _chosen(source, found.controllers, "controller", chosen_name(controller))
+    if isinstance(chosen, Diagnostic):
+        raise DiagnosticError([chosen])
+    return chosen
+
+
 def chosen_name(system: object) -> str | None:
     """Return the name of the system that is chosen among several.
 
@@ -143,18 +184,29 @@ def choose(
     """Pick the one system of a file, or the one named; None when there are errors."""
     if any(d.severity == "error" for d in diagnostics):
         return None, diagnostics
-    names = [s.name for s in systems]
-    if system is None and len(systems) == 1:
-        return systems[0], diagnostics
-    if system in names:
-        return systems[names.index(system)], diagnostics
-    if system is None:
-        message, help_text = "the file holds several systems, and none is chosen", f"name one, such as '{names[0]}'"
+    found = _chosen(source, systems, "system", system)
+    return (None, [*diagnostics, found]) if isinstance(found, Diagnostic) else (found, diagnostics)
+
+
+_Block = TypeVar("_Block", "FuzzySystem", "Controller")
+
+
+def _chosen(source: SourceText, blocks: Sequence[_Block], kind: str, name: str | None) -> _Block | Diagnostic:
+    """Pick the one system or controller of a file, or the one named; what is wrong where there is none."""
+    names = [b.name for b in blocks]
+    if name is None and len(blocks) == 1:
+        return blocks[0]
+    if name in names:
+        return blocks[names.index(name)]
+    if not blocks:
+        message, help_text = f"the file holds no {kind}", ""
+    elif name is None:
+        message, help_text = f"the file holds several {kind}s, and none is chosen", f"name one, such as '{names[0]}'"
     else:
-        near = closest(system, names)
-        message, help_text = f"the file holds no system '{system}'", f"did you mean '{near}'?" if near else ""
-    facts = (f"systems: {', '.join(names)}",)
-    return None, [*diagnostics, Diagnostic("FZ502", message, facts=facts, help=help_text, file=source.name)]
+        near = closest(name, names)
+        message, help_text = f"the file holds no {kind} '{name}'", f"did you mean '{near}'?" if near else ""
+    facts = (f"{kind}s: {', '.join(names)}",) if names else ()
+    return Diagnostic("FZ502", message, facts=facts, help=help_text, file=source.name)
 
 
 def examine_all(
@@ -177,12 +229,14 @@ class Examined:
         systems: Those without errors.
         diagnostics: All of them, whatever the file allows or denies.
         policy: The lines that say what it does.
+        controllers: The controllers without errors.
     """
 
     source: SourceText
     systems: tuple[FuzzySystem, ...]
     diagnostics: list[Diagnostic]
     policy: tuple[sx.Allow, ...] = ()
+    controllers: tuple[Controller, ...] = ()
 
     def reported(self, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
         """Return diagnostics in order, as the lines of the file want them."""
@@ -217,6 +271,8 @@ def look_through(
     if crowd is not None:
         return Examined(source, (), [*diagnostics, crowd], tuple(policy))
     for part in parts:
+        if isinstance(part.head, sx.Head):
+            continue
         system, found = _examine_part(part, broken, hints)
         # Warnings are of the file as it is, not of what its repair would be.
         diagnostics.extend(d for d in found if d.severity == "error" or not tree.repaired)
@@ -224,14 +280,21 @@ def look_through(
     diagnostics.extend(_same_names(systems))
     used = _Used(tree, folder, {} if opened is None else opened)
     linked, more = link(systems, used.system, broken=any(d.severity == "error" for d in diagnostics))
+    controllers: tuple[Controller, ...] = ()
+    if any(isinstance(part.head, sx.Head) for part in parts):
+        from fuzzyctl.loading.controllers import Controllers
+
+        blocks = Controllers(parts, linked, used.block)
+        controllers = blocks.all()
+        diagnostics.extend(blocks.diagnostics)
     # What was read after repairs is no system of the file, but its mistakes are those of the file.
     found = [in_original(d) for d in (*diagnostics, *more, *used.mistakes)]
-    return Examined(source, () if mistakes else linked, found, tuple(policy))
+    return Examined(source, () if mistakes else linked, found, tuple(policy), () if mistakes else controllers)
 
 
 def _crowded(source: SourceText, parts: Sequence[Part]) -> Diagnostic | None:
     """Report a file with more systems than are read, or with too much that is read for each of them."""
-    place = next((s.name.span for s in parts[-1].tree.statements if isinstance(s, sx.System)), None)
+    place = next((s.name.span for s in parts[-1].tree.statements if isinstance(s, sx.System | sx.Head)), None)
     if len(parts) > MAX_SYSTEMS:
         message = f"the file holds {len(parts)} systems, more than {MAX_SYSTEMS}"
         return Diagnostic("FZ112", message, place, help="spread them over several files")
@@ -255,24 +318,29 @@ class _Used:
         self.opened = opened
         names = dict.fromkeys(s.path for s in tree.statements if isinstance(s, sx.Use))
         self.paths = [folder / name for name in names] if folder is not None else []
-        self.systems: dict[str, FuzzySystem] = {}
+        self.blocks: dict[str, FuzzySystem | Controller] = {}
         self.mistakes: list[Diagnostic] = []
+
+    def block(self, name: str) -> FuzzySystem | Controller | None:
+        """Return the system or controller of that name in the first file that holds one."""
+        while name not in self.blocks and self.paths:
+            path = self.paths.pop(0)
+            self.blocks = {s.name: s for s in self._opened(path)} | self.blocks
+        return self.blocks.get(name)
 
     def system(self, name: str) -> FuzzySystem | None:
         """Return the system of that name in the first file that holds one."""
-        while name not in self.systems and self.paths:
-            path = self.paths.pop(0)
-            self.systems = {s.name: s for s in self._opened(path)} | self.systems
-        return self.systems.get(name)
+        found = self.block(name)
+        return found if isinstance(found, FuzzySystem) else None
 
-    def _opened(self, path: Path) -> tuple[FuzzySystem, ...]:
+    def _opened(self, path: Path) -> tuple[FuzzySystem | Controller, ...]:
         """Return the systems of a file, read once however many ways lead to it."""
         key = path.resolve()
         if key not in self.opened:
             self.opened[key] = ()
             found = look_through(read_source(path), folder=path.parent, hints=False, opened=self.opened)
             self.mistakes.extend(d for d in found.reported(found.diagnostics) if d.severity == "error")
-            self.opened[key] = found.systems
+            self.opened[key] = (*found.systems, *found.controllers)
         return self.opened[key]
 
 

@@ -9,12 +9,23 @@ from fuzzyctl.model.node import Node
 
 
 @dataclass(frozen=True, kw_only=True)
+class Bounds(Node):
+    """A range of numbers; each end belongs to it unless it is left out."""
+
+    lower: Expr
+    upper: Expr
+    without_lower: bool = False
+    without_upper: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
 class Param(Node):
     """A named constant; its expression may use params declared anywhere in the system."""
 
     name: str
     expression: Expr
     unit: str = ""
+    bounds: Bounds | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

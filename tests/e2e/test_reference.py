@@ -21,12 +21,15 @@ from fuzzyctl.diagnostics import diagnostic
 from fuzzyctl.kernels.compile import ALGORITHMS, BACKENDS
 from fuzzyctl.lang import syntax
 from fuzzyctl.lang.grammar import grammar_text
+from fuzzyctl.lang.mistakes import BLOCK_FORMS
 from fuzzyctl.lang.syntax import MAX_NAME
 from fuzzyctl.loading.assembly import MAX_FILES
 from fuzzyctl.model.method import ACTIVATIONS, DEFUZZIFIERS, Grid
+from fuzzyctl.model.operators import OPERATORS
 from fuzzyctl.model.profiles import PROFILES
 from fuzzyctl.model.variable import Fallback
 from fuzzyctl.resolve.claims import FORMS
+from fuzzyctl.resolve.controllers import FUNCTIONS
 from fuzzyctl.resolve.defuzzifiers import RESOLUTIONS
 from fuzzyctl.resolve.rules import MAX_OUTPUTS, MAX_RULES
 from fuzzyctl.resolve.variables import MAX_TERMS
@@ -97,8 +100,11 @@ class TestReference:
             *get_args(Grid),
             *expr.FUNCTIONS,
             *expr.CONSTANTS,
+            *BLOCK_FORMS,
+            *OPERATORS,
+            *FUNCTIONS,
         ]
-        page = without_code(DOCS / "reference" / "language.md")
+        page = "".join(without_code(DOCS / "reference" / name) for name in ("language.md", "controllers.md"))
         shown = set(re.findall(r"\w+", " ".join(re.findall(r"`([^`\n]+)`", page))))
         assert [w for w in words if w not in shown] == []
 

@@ -13,7 +13,18 @@ from pygments.token import Error, Keyword, Name, Number, String, Whitespace
 
 from fuzzyctl.cli.new import starter
 from fuzzyctl.lang import highlight, syntax
-from fuzzyctl.lang.highlight import CLAUSES, CONSEQUENTS, FALLBACKS, TOKENS, FuzzyLexer, textmate
+from fuzzyctl.lang.highlight import (
+    CLAUSES,
+    CONSEQUENTS,
+    CONTROLLER_FUNCTIONS,
+    FALLBACKS,
+    OPERATORS,
+    TOKENS,
+    FuzzyLexer,
+    textmate,
+)
+from fuzzyctl.model import operators
+from fuzzyctl.resolve.controllers import FUNCTIONS
 from fuzzyctl.support.shipped import rules_folder
 
 ROOT = Path(__file__).parents[1].parent.parent
@@ -41,9 +52,9 @@ class TestKeywords:
     def test_they_are_those_of_the_grammar(self):
         words = keywords_of_the_grammar()
         assert len(words) > 30
-        assert words == {*syntax.STATEMENT_KEYWORDS, *CLAUSES, *CONSEQUENTS, *FALLBACKS, "x"}
+        assert words == {*syntax.STATEMENT_KEYWORDS, *syntax.BLOCK_KEYWORDS, *CLAUSES, *CONSEQUENTS, *FALLBACKS, "x"}
 
-    @pytest.mark.parametrize("word", syntax.STATEMENT_KEYWORDS)
+    @pytest.mark.parametrize("word", sorted({*syntax.STATEMENT_KEYWORDS, *syntax.BLOCK_KEYWORDS}))
     def test_a_statement_begins_with_one(self, word):
         assert tokens(f"  {word} something")[1] == (Keyword, word)
 
@@ -55,6 +66,10 @@ class TestKeywords:
     @pytest.mark.parametrize("word", CLAUSES)
     def test_clauses_stand_within_a_line(self, word):
         assert (Keyword, word) in tokens(f"output u in [0, 1] {word} N")
+
+    def test_operators_are_those_of_the_model(self):
+        assert set(OPERATORS) == set(operators.OPERATORS)
+        assert set(CONTROLLER_FUNCTIONS) == set(FUNCTIONS)
 
 
 class TestLexer:

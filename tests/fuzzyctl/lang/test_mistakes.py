@@ -19,7 +19,7 @@ class TestDescribe:
         assert diagnose("param k =").message == "the line ends too early"
 
     def test_it_says_what_was_expected(self):
-        assert diagnose("param k x").facts == ("expected '='",)
+        assert diagnose("hedge k(x) x").facts == ("expected '='",)
 
     @pytest.mark.parametrize(
         ("text", "part"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 from typing import TYPE_CHECKING, Any
 
-from fuzzyctl.kernels.backends.numba.source import batch_source, compile_source
+from fuzzyctl.kernels.backends.numba.source import batch_source, compile_source, sequence_source
 from fuzzyctl.kernels.program.program import Program
 
 if TYPE_CHECKING:
@@ -52,3 +52,8 @@ class Loop:
 def loop(program: Program) -> Loop:
     """Return the loop that computes a program at many points."""
     return Loop(compile_source(batch_source(program)))
+
+
+def sequence(program: Program, outputs: int) -> Loop:
+    """Return the loop that computes a program along time; its states are one row, which each point changes."""
+    return Loop(compile_source(sequence_source(program, outputs)))

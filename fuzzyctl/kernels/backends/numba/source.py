@@ -142,6 +142,33 @@ def batch_source(program: Program) -> str:
     return _module(program, signature, [*lines, *body, f"{INDENT}return -1"])
 
 
+def sequence_source(program: Program, outputs: int) -> str:
+    """Return the text of a module with the compiled loop `kernel(points, state, results, table, count)` over time.
+
+    As above, but each point takes the state that the one before has left, and only the first results of the program are
+    stored; the others are the next state, which at the end is that after the last point.
+    """
+    pad = INDENT * 2
+    refused = [s.output for s in program.body if isinstance(s, Refuse)]
+
+    def refuse(condition: str, output: str) -> list[str]:
+        return [f"if {condition}:", f"{INDENT}return {len(refused)} * i + {refused.index(output)}"]
+
+    def item(array: str, index: int | str | Place) -> str:
+        return f"states[{index}]" if array == STATE else _COMPILED.item(array, index)
+
+    dialect = replace(_COMPILED, item=item)
+    signature = f"int64({', '.join(['CPointer(float64)'] * 4)}, int64)"
+    body = [f"{pad}{x} = points[{len(program.arguments)} * i + {k}]" for k, x in enumerate(program.arguments)]
+    body += block(program.body, dialect, refuse, 2)
+    values = [text(r, dialect) for r in program.results]
+    body += [f"{pad}results[{outputs} * i + {k}] = {value}" for k, value in enumerate(values[:outputs])]
+    body += [f"{pad}n{k} = {value}" for k, value in enumerate(values[outputs:])]
+    body += [f"{pad}states[{k}] = n{k}" for k in range(len(values) - outputs)]
+    lines = [f"def kernel(points, states, results, {TABLE}, count):", f"{INDENT}for i in range(count):"]
+    return _module(program, signature, [*lines, *body, f"{INDENT}return -1"])
+
+
 def _dialect(numbers: Numbers | None) -> Dialect:
     return _COMPILED if numbers is None else numbers.dialect(_COMPILED, MOST_COUNTED)
 

@@ -1,0 +1,1 @@
+"""Steps of controllers: one function over explicit state."""

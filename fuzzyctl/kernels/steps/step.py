@@ -1,0 +1,240 @@
+"""The step of a controller, compiled: inputs and state in, outputs and the next state out."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, final
+
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError, ValueOutOfBoundsError
+from fuzzyctl.kernels.backends.arguments import float_array, writable
+from fuzzyctl.kernels.backends.python import backend as python_backend
+from fuzzyctl.kernels.plan.equations import DT, Equations
+from fuzzyctl.kernels.program.program import Refuse
+from fuzzyctl.kernels.program.scalar import as_number
+from fuzzyctl.kernels.steps.program import step_program
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    FloatArray = npt.NDArray[np.float64]
+
+
+@final
+class Step:
+    """A compiled controller without state of its own: the state is the caller's.
+
+    `step(x0, x1, ..., state)` gives the outputs, one number or a tuple, and the next state; a controller without period
+    takes `dt=` [s] as well.
+
+    Args:
+        equations: What it computes.
+        backend: "numba", "numpy" or "python".
+        algorithm: How systems are computed, see `compile`.
+    """
+
+    def __init__(self, equations: Equations, backend: str, algorithm: str = "auto") -> None:
+        self.equations, self.backend = equations, backend
+        self.input_names = equations.inputs
+        self.output_names = tuple(name for name, _ in equations.outputs)
+        self.state_names = tuple(s.name for s in equations.states)
+        self.period = equations.period
+        self._program = step_program(equations, algorithm)
+
+    def __repr__(self) -> str:
+        return f"Step({', '.join(self.input_names)} -> {', '.join(self.output_names)}; {self.backend})"
+
+    def start(self) -> FloatArray:
+        """Return the state before the first step, shape (states,)."""
+        import numpy as np
+
+        return np.array([s.start for s in self.equations.states], dtype=np.float64)
+
+    def __call__(self, *arguments: Any, dt: float | None = None) -> tuple[Any, FloatArray]:
+        """Make one step.
+
+        Args:
+            arguments: The inputs in order, then the state, shape (states,).
+            dt: Time since the step before [s], for a controller without period.
+
+        Returns:
+            The outputs, a float or a tuple of floats, and the next state, shape (states,).
+
+        Raises:
+            ArgumentError: For a wrong number of arguments, or one of another type.
+            ValueOutOfBoundsError: For a `dt` that is not positive.
+            NoRuleFiresError: Where no rule of a system fires whose output says `else error`.
+        """
+        import numpy as np
+
+        if len(arguments) != len(self.input_names) + 1:
+            names = ", ".join((*self.input_names, "state"))
+            raise ArgumentError(f"expected {len(self.input_names) + 1} arguments ({names}), got {len(arguments)}")
+        *inputs, state = arguments
+        kept = float_array(state, "state")
+        self._require_states(kept, ())
+        results = np.empty(len(self.output_names) + len(self.state_names))
+        given = [as_number(x) for x in inputs] + self._times(dt)
+        try:
+            self.jit(*given, *([writable(kept)] if self.state_names else []), results)
+        except ArithmeticError as error:
+            output = {s.message: s.output for s in self._program.body if isinstance(s, Refuse)}.get(str(error))
+            if output is None:
+                raise
+            raise NoRuleFiresError(output, python_backend.point_text(self._argument_names(), given)) from None
+        outputs = results[: len(self.output_names)].tolist()
+        return outputs[0] if len(outputs) == 1 else tuple(outputs), results[len(self.output_names) :]
+
+    def _times(self, dt: float | None) -> list[float]:
+        if self.period is not None:
+            if dt is not None:
+                raise ArgumentError(f"the controller has a period of {self.period:g} s, so that 'dt' is not given")
+            return []
+        if dt is None:
+            raise ArgumentError("'dt' is missing: the controller has no 'every' line")
+        if not as_number(dt) > 0:
+            raise ValueOutOfBoundsError(DT, dt, "> 0 s")
+        return [as_number(dt)]
+
+    def run(self, inputs: Any, state: Any = None, *, dt: Any = None) -> tuple[FloatArray, FloatArray]:
+        """Make a step for each row of the inputs, one after the other.
+
+        Args:
+            inputs: Shape (n, inputs); for one input also (n,).
+            state: The state before the first step, shape (states,); None for `start()`.
+            dt: Times since the step before [s], one number or shape (n,), for a controller without period.
+
+        Returns:
+            The outputs, shape (n,) for one, (n, outputs) for several, and the state after the last step.
+
+        Raises:
+            ArgumentError: For arrays of another shape or not of numbers.
+            ValueOutOfBoundsError: For a `dt` that is not positive.
+            NoRuleFiresError: At the first step where no rule of a system fires whose output says `else error`.
+        """
+        import numpy as np
+
+        points = self._points(inputs, dt, dimensions=2)
+        kept = self.start() if state is None else float_array(state, "state").copy()
+        self._require_states(kept, ())
+        results = np.empty((len(points), len(self.output_names)))
+        self._run(points, kept, results)
+        return (results[:, 0] if results.shape[1] == 1 else results), kept
+
+    def batch(self, inputs: Any, states: Any, *, dt: Any = None) -> tuple[FloatArray, FloatArray]:
+        """Make one step of many copies of the controller side by side.
+
+        Args:
+            inputs: Shape (..., inputs); for one input also without that axis.
+            states: Shape (..., states).
+            dt: Time since the step before [s], one number or shape (...), for a controller without period.
+
+        Returns:
+            The outputs, shape (...) for one, (..., outputs) for several, and the next states, shape (..., states).
+
+        Raises:
+            ArgumentError: For arrays of another shape or not of numbers.
+            ValueOutOfBoundsError: For a `dt` that is not positive.
+            NoRuleFiresError: For the first copy where no rule of a system fires whose output says `else error`.
+        """
+        import numpy as np
+
+        points = self._points(inputs, dt)
+        shape, outputs = points.shape[:-1], len(self.output_names)
+        kept = float_array(states, "states")
+        self._require_states(kept, shape)
+        results = np.empty((*shape, outputs + len(self.state_names)))
+        flat = results.reshape(-1, results.shape[-1])
+        rows = np.ascontiguousarray(kept).reshape(len(flat), -1) if self.state_names else None
+        self._fill(np.ascontiguousarray(points).reshape(len(flat), points.shape[-1]), rows, flat)
+        return (results[..., 0] if outputs == 1 else results[..., :outputs]), results[..., outputs:]
+
+    def _points(self, inputs: Any, dt: Any, dimensions: int | None = None) -> FloatArray:
+        """Return the inputs; without a period the times since the step before are a last column."""
+        import numpy as np
+
+        points = float_array(inputs, "inputs")
+        width = len(self.input_names)
+        if width == 1 and (points.ndim == 0 or points.shape[-1] != 1 or points.ndim + 1 == dimensions):
+            points = points[..., np.newaxis]
+        if points.ndim == 0 or points.shape[-1] != width or points.ndim != (dimensions or points.ndim):
+            rows = "n" if dimensions else "..."
+            names = ", ".join(self.input_names)
+            raise ArgumentError(f"the inputs must have the shape ({rows}, {width}) for {names}, got {points.shape}")
+        if self.period is not None or dt is None:
+            self._times(dt)
+            return points
+        times = float_array(dt, DT)
+        if times.ndim and times.shape != points.shape[:-1]:
+            raise ArgumentError(f"'dt' must be one number or have the shape {points.shape[:-1]}, got {times.shape}")
+        if not np.all(times > 0):
+            raise ValueOutOfBoundsError(DT, float(times[~(times > 0)].flat[0]), "> 0 s")
+        return np.concatenate([points, np.broadcast_to(times, points.shape[:-1])[..., np.newaxis]], axis=-1)
+
+    def _require_states(self, states: FloatArray, shape: tuple[int, ...]) -> None:
+        wanted = (*shape, len(self.state_names))
+        if states.shape != wanted:
+            raise ArgumentError(f"the state must have the shape {wanted}, got {states.shape}")
+
+    @cached_property
+    def _fill(self) -> Any:
+        """What fills the results of copies side by side."""
+        if self.backend == "numpy":
+            from fuzzyctl.kernels.backends.numpy import backend as numpy_backend
+
+            return numpy_backend.compile_batch(self._program, self._argument_names())
+        if self.backend == "python":
+            return self._fill_by_calls
+        from fuzzyctl.kernels.backends.numba.loop import loop
+
+        return self._checked(loop(self._program))
+
+    @cached_property
+    def _run(self) -> Any:
+        """What makes steps along time; the state is left in its second argument."""
+        if self.backend != "numba":
+            return self._run_by_calls
+        from fuzzyctl.kernels.backends.numba.loop import sequence
+
+        return self._checked(sequence(self._program, len(self.output_names)))
+
+    def _checked(self, loop: Any) -> Any:
+        """Return what fills results by machine code, and raises where no rule fires."""
+        refused = [s.output for s in self._program.body if isinstance(s, Refuse)]
+
+        def fill(points: FloatArray, states: FloatArray | None, results: FloatArray) -> None:
+            found = loop(points, states, results)
+            if found >= 0:
+                first, kind = divmod(found, len(refused))
+                raise NoRuleFiresError(refused[kind], python_backend.point_text(self._argument_names(), points[first]))
+
+        return fill
+
+    def _fill_by_calls(self, points: FloatArray, states: FloatArray | None, results: FloatArray) -> None:
+        for k, point in enumerate(points.tolist()):
+            self.jit(*point, *(() if states is None else (states[k].tolist(),)), results[k])
+
+    def _run_by_calls(self, points: FloatArray, state: FloatArray, results: FloatArray) -> None:
+        outputs, kept = len(self.output_names), state.tolist()
+        row = [0.0] * (outputs + len(kept))
+        for k, point in enumerate(points.tolist()):
+            self.jit(*point, *((kept,) if kept else ()), row)
+            results[k], kept = row[:outputs], row[outputs:]
+        state[:] = kept
+
+    def _argument_names(self) -> tuple[str, ...]:
+        return self.input_names if self.period is not None else (*self.input_names, DT)
+
+    @cached_property
+    def jit(self) -> Any:
+        """The function (x0, ..., dt, state, results), for use in loops of the caller's own.
+
+        It stores the outputs, then the next state, into `results`, shape (outputs + states,); `dt` is left out for a
+        controller with a period, and `state` for one without states.
+        """
+        if self.backend == "numba":
+            from fuzzyctl.kernels.backends.numba import source as numba_backend
+
+            return numba_backend.compile_source(numba_backend.storing_source(self._program))
+        source = python_backend.storing_source(self._program)
+        return python_backend.compile_source(source, self._program, self._argument_names())

@@ -1,0 +1,270 @@
+"""Steps of controllers beside plain loops, and the same numbers from every backend."""
+
+import math
+
+import numpy as np
+import pytest
+
+import fuzzyctl
+from fuzzyctl import ArgumentError, NoRuleFiresError, ValueOutOfBoundsError
+
+BACKENDS = ("python", "numpy", "numba")
+
+SURFACE = """
+system surface
+input e in [-1, 1]
+  terms N Z P
+output u in [-1, 1]{otherwise}
+  terms N@-1 Z@0 P@1
+defuzzifier center_average
+{rules}
+"""
+PROPORTIONAL = SURFACE.format(otherwise="", rules="table u = e\n    N Z P\n  | N Z P")
+SILENT = SURFACE.format(otherwise=" else error", rules="if e is P then u is P")
+
+
+@pytest.fixture
+def controller(tmp_path):
+    """Load a controller from its text."""
+
+    def load(text, name=None):
+        path = tmp_path / "c.fz"
+        path.write_text(text, encoding="utf-8")
+        return fuzzyctl.load_controller(path, name)
+
+    return load
+
+
+def outputs_of(controller, inputs, backend="python", **options):
+    return fuzzyctl.compile(controller, backend).run(inputs, **options)[0]
+
+
+def previous(x, dt):
+    return [3.0, *x[:-1]]
+
+
+def difference(x, dt):
+    return [0.0, *np.diff(x)]
+
+
+def filtered(x, dt):
+    found, d = [], 0.0
+    for change in difference(x, dt):
+        d = (0.5 * d + change) / (0.5 + dt)
+        found.append(d)
+    return found
+
+
+def integral(x, dt):
+    return [1.0 + dt * sum(x[:k]) for k in range(len(x))]
+
+
+def held_integral(x, dt):
+    found, total = [], 0.0
+    for value in x:
+        found.append(total)
+        total += dt * value if value <= 0.5 else 0.0
+    return found
+
+
+def lowpass(x, dt):
+    found = [x[0]]
+    for value in x[1:]:
+        found.append(found[-1] + dt / (0.5 + dt) * (value - found[-1]))
+    return found
+
+
+def rate_limit(x, dt):
+    found = [x[0]]
+    for value in x[1:]:
+        found.append(min(max(value, found[-1] - 2 * dt), found[-1] + 2 * dt))
+    return found
+
+
+def hysteresis(x, dt):
+    found, on = [], 0.0
+    for value in x:
+        on = 1.0 if value >= 0.3 else 0.0 if value <= -0.3 else on
+        found.append(on)
+    return found
+
+
+def delay(x, dt):
+    return [7.0, 7.0, 7.0, *x[:-3]]
+
+
+OPERATORS = {
+    "previous(x, start=3)": previous,
+    "difference(x)": difference,
+    "derivative(x)": lambda x, dt: [d / dt for d in difference(x, dt)],
+    "derivative(x, filter=0.5)": filtered,
+    "integral(x, start=1)": integral,
+    "integral(x, hold = x > 0.5)": held_integral,
+    "lowpass(x, 0.5)": lowpass,
+    "rate_limit(x, 2)": rate_limit,
+    "hysteresis(x, -0.3, 0.3)": hysteresis,
+    "delay(x, 3, start=7)": delay,
+    "where(x > 0 and not x > 0.5, 1, x)": lambda x, dt: [1.0 if 0 < v <= 0.5 else v for v in x],
+    "clamp(x, -0.25, 0.5)": lambda x, dt: [min(max(v, -0.25), 0.5) for v in x],
+    "x * 50 % + 500 ms": lambda x, dt: [v / 2 + 0.5 for v in x],
+}
+
+
+class TestOperators:
+    @pytest.mark.parametrize("text", OPERATORS)
+    def test_each_is_a_plain_loop(self, controller, text):
+        x = np.random.default_rng(4).uniform(-1, 1, 50)
+        found = outputs_of(controller(f"controller c\ninput x\noutput y = {text}\n"), x, dt=0.01)
+        assert found == pytest.approx(OPERATORS[text](list(x), 0.01), rel=1e-13, abs=1e-15)
+
+    def test_each_use_has_a_state_of_its_own(self, controller):
+        both = controller("controller c\ninput a\ninput b\noutput u = previous(a)\noutput v = previous(b)\n")
+        assert outputs_of(both, [[1, 2], [3, 4]], dt=1.0).tolist() == [[0, 0], [1, 2]]
+
+    def test_equal_uses_share_one(self, controller):
+        step = fuzzyctl.compile(controller("controller c\ninput a\noutput u = previous(a) - previous(a)\n"), "python")
+        assert len(step.state_names) == 1
+
+
+PID = """
+controller pid
+input r
+input y
+param Kp = 2
+param Ti = 0.8
+param Td = 0.1
+let e  = r - y
+let u0 = Kp * (e + integral(e, hold = u0 != u) / Ti - Td * derivative(y, filter=20 ms))
+output u = clamp(u0, -3, 3)
+every 10 ms
+"""
+
+
+def plain_pid(rows):
+    total, d, last, found, dt = 0.0, 0.0, None, [], 0.01
+    for r, y in rows:
+        d = (0.02 * d + (0.0 if last is None else y - last)) / (0.02 + dt)
+        u0 = 2 * ((r - y) + total / 0.8 - 0.1 * d)
+        u = min(max(u0, -3.0), 3.0)
+        total += 0.0 if u0 != u else dt * (r - y)
+        last = y
+        found.append(u)
+    return found
+
+
+class TestController:
+    @pytest.mark.parametrize("backend", BACKENDS)
+    def test_a_pid_with_anti_windup_is_the_loop_that_one_writes_by_hand(self, controller, backend):
+        rows = np.random.default_rng(7).uniform(-1.5, 1.5, (10_000, 2))
+        found = outputs_of(controller(PID), rows, backend)
+        assert np.abs(found).max() == 3.0
+        assert found == pytest.approx(plain_pid(rows), rel=1e-12, abs=1e-12)
+
+    def test_a_system_is_called_by_position_and_by_name(self, controller):
+        text = PROPORTIONAL + "controller c\ninput x\noutput a = surface(x)\noutput b = surface(e = x) * 2\n"
+        assert outputs_of(controller(text), [0.3, -0.6], dt=1.0) == pytest.approx(np.array([[0.3, 0.6], [-0.6, -1.2]]))
+
+    def test_params_of_a_system_are_given_by_name(self, controller):
+        text = PROPORTIONAL.replace("input e in [-1, 1]", "param top = 1\ninput e in [-top, top]")
+        text += "controller c\ninput x\nparam k = 2\noutput a = surface(x, top = 2*k)\n"
+        assert outputs_of(controller(text), [1.0], dt=1.0) == pytest.approx([0.25])
+
+    def test_several_outputs_of_a_system_have_the_name_of_the_call(self, controller):
+        text = PROPORTIONAL + "output w in [0, 1]\n  terms a@0 b@1\nif e is not P then w is a\nif e is P then w is b\n"
+        text += "controller c\ninput x\nlet t = surface(x)\noutput a = t.u\noutput b = t.w\n"
+        assert outputs_of(controller(text), [1.0, 0.0], dt=1.0).tolist() == [[1.0, 1.0], [0.0, 0.0]]
+
+    def test_blocks_have_states_and_params_of_their_own(self, controller):
+        text = (
+            "controller inner\ninput x\nparam k = 1\nstate s = 0\nnext s = s + k*x\noutput y = s\n"
+            "controller outer\ninput x\nblock a = inner(x)\nblock b = inner(x, k=10)\nblock c = inner(a.y)\n"
+            "output u = a.y\noutput v = b.y\noutput w = c.y\n"
+        )
+        found = outputs_of(controller(text, "outer"), [1.0, 1.0, 1.0], dt=1.0)
+        assert found.tolist() == [[0, 0, 0], [1, 10, 0], [2, 20, 1]]
+
+    def test_the_order_of_the_lines_does_not_matter(self, controller):
+        lines = PID.strip().split("\n")
+        turned = controller("\n".join([lines[0], *reversed(lines[1:])]))
+        rows = np.random.default_rng(8).uniform(-1, 1, (20, 2))
+        same = fuzzyctl.compile(turned, "python").run(rows[:, ::-1])[0]
+        assert same.tolist() == outputs_of(controller(PID), rows).tolist()
+
+    def test_functions_take_their_arguments_once(self, controller):
+        text = "function twice(a) = a + a\ncontroller c\ninput x\noutput y = twice(twice(previous(x, start=1)))\n"
+        assert outputs_of(controller(text), [5.0, 0.0], dt=1.0).tolist() == [4.0, 20.0]
+
+
+class TestStep:
+    @pytest.mark.parametrize("backend", BACKENDS)
+    def test_all_ways_give_the_same_numbers(self, controller, backend):
+        step = fuzzyctl.compile(controller(PID), backend)
+        rows = np.random.default_rng(3).uniform(-1, 1, (30, 2))
+        outputs, last = step.run(rows)
+        state, copies = step.start(), np.tile(step.start(), (4, 1))
+        for row, output in zip(rows, outputs, strict=True):
+            one, state = step(*row, state)
+            many, copies = step.batch(np.tile(row, (4, 1)), copies)
+            assert one == output
+            assert many.tolist() == [output] * 4
+        assert state.tolist() == last.tolist()
+
+    @pytest.mark.parametrize("backend", BACKENDS)
+    def test_nan_gives_nan_and_leaves_the_state(self, controller, backend):
+        step = fuzzyctl.compile(controller(PID), backend)
+        _, state = step.run([[1.0, 0.5], [1.0, 0.4]])
+        output, after = step(math.nan, 0.3, state)
+        assert math.isnan(output)
+        assert after.tolist() == state.tolist()
+        assert math.isnan(step.run([[1.0, math.nan]], state)[0][0])
+
+    @pytest.mark.parametrize("backend", BACKENDS)
+    def test_a_rule_base_with_a_gap_is_an_error_of_the_step(self, controller, backend):
+        step = fuzzyctl.compile(controller(SILENT + "controller c\ninput x\noutput y = surface(x)\n"), backend)
+        assert step(0.5, step.start(), dt=1.0)[0] == 1.0
+        for call in (
+            lambda: step(-0.5, step.start(), dt=1.0),
+            lambda: step.run([0.5, -0.5], dt=1.0),
+            lambda: step.batch([0.5, -0.5], np.empty((2, 0)), dt=1.0),
+        ):
+            with pytest.raises(NoRuleFiresError, match=r"x = -0\.5"):
+                call()
+
+    def test_the_time_is_an_argument_or_a_period(self, controller):
+        free = fuzzyctl.compile(controller("controller c\ninput x\noutput y = dt\n"), "python")
+        fixed = fuzzyctl.compile(controller(PID), "python")
+        assert free(0.0, free.start(), dt=0.25)[0] == 0.25
+        assert free.run([0.0, 0.0], dt=[0.25, 0.5])[0].tolist() == [0.25, 0.5]
+        assert (free.period, fixed.period) == (None, 0.01)
+        with pytest.raises(ArgumentError, match="'dt' is missing"):
+            free(0.0, free.start())
+        with pytest.raises(ArgumentError, match=r"period of 0\.01 s"):
+            fixed(0.0, 0.0, fixed.start(), dt=0.1)
+        for dt in (0.0, -1.0, math.nan):
+            with pytest.raises(ValueOutOfBoundsError, match="dt"):
+                free(0.0, free.start(), dt=dt)
+            with pytest.raises(ValueOutOfBoundsError, match="dt"):
+                free.run([0.0, 0.0], dt=[0.1, dt])
+
+    def test_arguments_of_another_shape_are_refused(self, controller):
+        step = fuzzyctl.compile(controller(PID), "python")
+        state = step.start()
+        for call in (
+            lambda: step(0.0, state),
+            lambda: step(0.0, 0.0, state[:-1]),
+            lambda: step.run([0.0, 0.0, 0.0]),
+            lambda: step.run([[0.0, 0.0]], state[:-1]),
+            lambda: step.batch([[0.0, 0.0]], state),
+            lambda: step.batch([[0.0, 0.0, 0.0]], [state]),
+            lambda: step("a", 0.0, state),
+        ):
+            with pytest.raises(ArgumentError):
+                call()
+
+    def test_the_callers_arrays_stay_as_they_are(self, controller):
+        step = fuzzyctl.compile(controller(PID), "numba")
+        state = step.start()
+        state.flags.writeable = False
+        step(0.3, 0.2, state)
+        step.run([[0.3, 0.2]] * 5, state)
+        assert state.tolist() == step.start().tolist()

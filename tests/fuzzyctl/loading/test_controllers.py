@@ -1,0 +1,75 @@
+"""Controllers of a file: what they may contain, and how large they may be."""
+
+import pytest
+
+import fuzzyctl
+from fuzzyctl import DiagnosticError
+from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.loading.load import look_through
+
+HEAD = "controller c\ninput x\n"
+RULE = """system rule
+input e in [-1, 1]
+  terms N P
+output u in [-1, 1]
+  terms N P
+table u = e
+  N P
+| N P
+"""
+
+
+def found_in(text):
+    return look_through(SourceText("c.fz", text)).diagnostics
+
+
+def large(count):
+    doubling = "".join(f"function f{k}(x) = f{k - 1}(x) * f{k - 1}(x + 1)\n" for k in range(1, count))
+    nested = "".join(f"function f{k}(x) = {'(' * 40}f{k - 1}(x){'*2)' * 40}\n" for k in range(1, count))
+    inside = "".join(
+        f"controller c{k}\ninput x\nblock a = c{k - 1}(x)\nblock b = c{k - 1}(x)\noutput y = a.y + b.y\n"
+        for k in range(1, count)
+    )
+    first = "function f0(x) = x + 1\n"
+    return {
+        "functions that double": (first + doubling + HEAD + f"output y = f{count - 1}(x)\n", "FZ112"),
+        "functions that nest": (first + nested + HEAD + f"output y = f{count - 1}(x)\n", "FZ106"),
+        "controllers that double": ("controller c0\ninput x\noutput y = previous(x)\n" + inside, "FZ112"),
+    }
+
+
+class TestSize:
+    @pytest.mark.parametrize("kind", large(2))
+    def test_what_grows_without_bounds_is_a_mistake(self, kind):
+        text, code = large(40)[kind]
+        assert code in [d.code for d in found_in(text)]
+
+    def test_a_long_chain_of_equations_is_no_mistake(self):
+        chain = "".join(f"let a{k} = a{k + 1} + 1\n" for k in range(2000))
+        assert found_in(HEAD + chain + "let a2000 = x\noutput y = a0\n") == []
+
+
+class TestFiles:
+    def test_a_file_uses_the_controllers_and_systems_of_another(self, tmp_path):
+        (tmp_path / "parts.fz").write_text(RULE + HEAD + "output y = 2 * rule(x)\n", encoding="utf-8")
+        text = 'use "parts.fz"\ncontroller top\ninput x\nblock a = c(x)\noutput z = a.y + rule(x)\n'
+        (tmp_path / "top.fz").write_text(text, encoding="utf-8")
+        step = fuzzyctl.compile(fuzzyctl.load_controller(tmp_path / "top.fz"), "python")
+        assert step(1.0, step.start(), dt=1.0)[0] == 3 * fuzzyctl.load(tmp_path / "parts.fz")(e=1.0)
+
+    def test_one_of_several_is_named(self, tmp_path):
+        (tmp_path / "two.fz").write_text(HEAD + "output y = x\n" + HEAD.replace("c\n", "d\n", 1) + "output y = x\n")
+        assert fuzzyctl.load_controller(tmp_path / "two.fz", "d").name == "d"
+        for name, message in ((None, "several controllers"), ("e", "no controller 'e'")):
+            with pytest.raises(DiagnosticError, match=message):
+                fuzzyctl.load_controller(tmp_path / "two.fz", name)
+
+    def test_a_file_of_controllers_holds_no_system(self, tmp_path):
+        (tmp_path / "one.fz").write_text(HEAD + "output y = x\n", encoding="utf-8")
+        with pytest.raises(DiagnosticError, match="holds no system"):
+            fuzzyctl.load(tmp_path / "one.fz")
+
+    def test_a_file_of_systems_holds_no_controller(self, tmp_path):
+        (tmp_path / "one.fz").write_text(RULE, encoding="utf-8")
+        with pytest.raises(DiagnosticError, match="holds no controller"):
+            fuzzyctl.load_controller(tmp_path / "one.fz")

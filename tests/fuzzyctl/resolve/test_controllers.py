@@ -1,0 +1,132 @@
+"""Mistakes in controllers: each with its code, its message and the text that it points at."""
+
+import pytest
+
+from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.loading.load import look_through
+
+SYSTEM = """system rule
+param k = 1
+input e in [-1, 1]
+  terms N P
+output u in [-1, 1]
+  terms N P
+table u = e
+  N P
+| N P
+"""
+HEAD = "controller c\ninput x\n"
+
+
+def found_in(text):
+    examined = look_through(SourceText("c.fz", text))
+    return [(d.code, d.message, d.span.text if d.span else "") for d in examined.diagnostics if d.severity == "error"]
+
+
+#: What follows the head of a controller, and the one mistake in it.
+MISTAKES = {
+    "output y = z": ("FZ202", "no name 'z'", "z"),
+    "output y = sine(x)": ("FZ202", "no function or system 'sine'", "sine(x)"),
+    "state s = 0\noutput y = s": ("FZ212", "state 's' has no 'next' line", "s"),
+    "next x = 1\noutput y = x": ("FZ202", "no state 'x'", "x"),
+    "state s = 0\nnext s = 1\nnext s = 2\noutput y = s": (
+        "FZ215",
+        "the next value of 's' is given twice",
+        "next s = 2",
+    ),
+    "let a = 1\nlet a = 2\noutput y = a": ("FZ201", "'a' is declared twice", "a"),
+    "let dt = 1\noutput y = dt": ("FZ201", "'dt' is a word of controllers and cannot name a let", "dt"),
+    "let a = x": ("FZ212", "controller 'c' has no outputs", "c"),
+    "every 0 s\noutput y = x": ("FZ302", "the period is 0 s, not positive", "0 s"),
+    "every 1 s\nevery 2 s\noutput y = x": ("FZ215", "'every' is given twice", "every 2 s"),
+    "param k in [2, 3] = 1\noutput y = k": ("FZ302", "param 'k' is 1, outside of [2, 3]", "1"),
+    "param k in (0, 1) = 0\noutput y = k": ("FZ302", "param 'k' is 0, outside of (0, 1)", "0"),
+    "param k in [3, 2] = 1\noutput y = k": ("FZ304", "the range of 'k' is empty: 3 is not below 2", "[3, 2]"),
+    "param k = k\noutput y = k": ("FZ308", "param 'k' depends on itself: k → k", "k"),
+    "param k = 1/0\noutput y = k": ("FZ307", "division by zero", "1/0"),
+    "state s in [0, 1] = 2\nnext s = s\noutput y = s": (
+        "FZ302",
+        "the start of state 's' is 2, outside of [0, 1]",
+        "2",
+    ),
+    "output y = where(x, 1, 2)": ("FZ307", "expected a condition, found a number", "x"),
+    "output y = 1 + (x > 2)": ("FZ307", "expected a number, found a condition", "x > 2"),
+    "output y = clamp(x, 1)": ("FZ303", "'clamp' takes 3 arguments, not 2", "clamp(x, 1)"),
+    "output y = lowpass(x)": ("FZ303", "wrong arguments of 'lowpass'", "lowpass(x)"),
+    "output y = previous(x, begin=2)": ("FZ303", "wrong arguments of 'previous'", "previous(x, begin=2)"),
+    "output y = min(x, a=2)": ("FZ303", "unexpected named argument 'a'", "a=2"),
+    "output y = delay(x, 2.5)": (
+        "FZ302",
+        "a delay of 2.5 samples: expected a whole number from 1 to 10,000",
+        "2.5",
+    ),
+    "output y = delay(x, 1e9)": (
+        "FZ302",
+        "a delay of 1e+09 samples: expected a whole number from 1 to 10,000",
+        "1e9",
+    ),
+    "let a = b\nlet b = a\noutput y = a": ("FZ220", "algebraic loop: 'a' depends on itself within one step", "a"),
+    "block b = c(x)\noutput y = b.y": ("FZ217", "controller 'c' contains itself", "c"),
+    "block b = x\noutput y = x": ("FZ214", "expected a call of a controller", "x"),
+    "block b = none(x)\noutput y = b.y": ("FZ202", "no controller 'none'", "none(x)"),
+    "require previous(x) > 0\noutput y = x": (
+        "FZ214",
+        "'previous' keeps a state, which only 'let', 'next' and 'output' lines may have",
+        "previous(x)",
+    ),
+    "function f(a) = a + b\noutput y = f(x)": ("FZ202", "no parameter or param 'b'", "b"),
+    "function f(a) = f(a)\noutput y = f(x)": ("FZ217", "function 'f' calls itself", "f"),
+    "function f(a, a) = a\noutput y = f(x, x)": ("FZ201", "parameter 'a' is given twice", "a"),
+    "function clamp(a) = a\noutput y = x": ("FZ201", "there is a function 'clamp' already", "clamp"),
+    "terms A B\noutput y = x": ("FZ101", "'terms' belongs to a system, not to a controller", "terms"),
+    "lett a = 2\noutput y = x": ("FZ101", "'lett' begins no statement", "lett"),
+    "let a\noutput y = x": ("FZ102", "the line ends too early", "a"),
+}
+
+#: The same where a file holds the system `rule` as well.
+CALLS = {
+    "output y = rule()": ("FZ303", "'rule' lacks a value for: e", "rule"),
+    "output y = rule(x, x)": ("FZ303", "'rule' takes 1 input, not 2", "rule(x, x"),
+    "output y = rule(x, e=x)": ("FZ303", "argument 'e' is given twice", "e=x"),
+    "output y = rule(x, q=x)": ("FZ202", "'rule' has no input or param 'q'", "q=x"),
+    "output y = rule(x, k=x)": ("FZ202", "no param 'x'", "x"),
+    "block b = rule(x)\noutput y = x": ("FZ214", "'rule' is a system, and 'block' takes a controller", "rule(x"),
+}
+
+
+class TestMistakes:
+    @pytest.mark.parametrize("text", MISTAKES)
+    def test_each_has_its_message_and_nothing_else_is_reported(self, text):
+        code, message, place = MISTAKES[text]
+        ((found_code, found_message, found_place),) = found_in(HEAD + text + "\n")
+        assert (found_code, found_message) == (code, message)
+        assert found_place.startswith(place.removesuffix(")"))
+
+    @pytest.mark.parametrize("text", CALLS)
+    def test_calls_of_systems_are_checked(self, text):
+        code, message, place = CALLS[text]
+        ((found_code, found_message, found_place),) = found_in(SYSTEM + HEAD + text + "\n")
+        assert (found_code, found_message) == (code, message)
+        assert found_place.startswith(place)
+
+    def test_all_are_found_at_once(self):
+        text = HEAD + "let a = zz\nstate s = 0\nevery 0 s\nparam k in [2, 3] = 1\noutput y = where(x, 1, 2)\nfoo\n"
+        assert sorted(code for code, _, _ in found_in(text)) == ["FZ101", "FZ202", "FZ212", "FZ302", "FZ302", "FZ307"]
+
+    def test_a_mistake_inside_a_block_is_reported_once(self):
+        text = "controller a\ninput x\noutput y = q\n" + HEAD + "block b = a(x)\noutput z = b.y\n"
+        assert [message for _, message, _ in found_in(text)] == ["no name 'q'"]
+
+    def test_a_system_with_a_state_is_refused(self):
+        system = SYSTEM.replace("output u in [-1, 1]", "output u in [-1, 1] else hold")
+        ((code, message, _),) = found_in(system + HEAD + "output y = rule(x)\n")
+        assert (code, message) == ("FZ214", "output 'u' of 'rule' keeps a state, which controllers cannot hold yet")
+
+    @pytest.mark.parametrize("word", ["let", "state", "next", "block", "every"])
+    def test_words_of_controllers_are_names_in_systems(self, word):
+        text = SYSTEM.replace("terms N P\noutput", f"{word} = ramp(1, -1)\n  P = ramp(-1, 1)\noutput", 1)
+        assert found_in(text.replace("\n  N P\n| N P", f"\n  {word} P\n| N P")) == []
+
+    def test_systems_do_not_take_statements_of_controllers(self):
+        ((code, message, _),) = found_in(SYSTEM + "state s = 1\n")
+        assert (code, message) == ("FZ101", "'state' belongs to a controller")
