@@ -159,7 +159,7 @@ def _refuse(condition: Any, output: str) -> None:
 
 def _locate(x: FloatArray, knots: FloatArray, stride: int) -> tuple[Any, FloatArray]:
     """Return the position of the knot at or below each value times a stride, and how far the value lies beyond it."""
-    held = np.clip(x, float(knots[0]), float(knots[-1]))
+    held = np.atleast_1d(np.clip(x, float(knots[0]), float(knots[-1])))  # of a system called with a constant
     if len(knots) > 16:
         position = np.searchsorted(knots[1:], held, side="right")
         position[np.isnan(held)] = 0

@@ -1,0 +1,104 @@
+"""Drawn controllers with every operator: all backends make the same steps, and none writes to what it is given."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import fuzzyctl
+from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.loading.load import look_through
+from tests.properties.running import quick
+
+RULE = """system rule
+and product
+defuzzifier center_average
+input e in [-2, 2]
+  terms N Z P
+input d in [-2, 2]
+  terms N Z P
+output u in [-1, 1]
+  terms N@-1 Z@0 P@1
+table u = e x d
+     N Z P
+  N | N N Z
+  Z | N Z P
+  P | Z P P
+"""
+
+#: Forms of equations over values a and b that are computed before.
+FORMS = (
+    "{a} + 0.5 * {b}",
+    "{a} * {b}",
+    "{a} / (1 + abs({b}))",
+    "where({a} > {b}, {b}, -{a})",
+    "where({a} > 0 and not {b} < 0.5 or {b} == {a}, 1, {b})",
+    "clamp({a}, -1, abs({b}))",
+    "rule({a}, {b})",
+    "rule(d={a}, e=0.5)",
+    "twice({a}) - {b}",
+    "previous({a}, start=0.25)",
+    "difference({a})",
+    "derivative({a}, filter=0.5 s)",
+    "integral({a}, hold={b} > 1)",
+    "lowpass({a}, 0.3)",
+    "rate_limit({a}, 2)",
+    "hysteresis({a}, -0.2, 0.2)",
+    "delay({a}, 3)",
+    "limit.y + {a}",
+    "k + {a}",
+)
+
+
+@st.composite
+def controllers(draw):
+    """Draw the text of a controller of two inputs; the order of its lines is drawn, too."""
+    names = ["x", "y"]
+    lines = ["input x", "input y", "param k in [0, 1] = 0.5", "block limit = inner(x, k=2)"]
+    for number in range(draw(st.integers(2, 10))):
+        a, b = draw(st.sampled_from(names)), draw(st.sampled_from(names))
+        lines.append(f"let v{number} = {draw(st.sampled_from(FORMS)).format(a=a, b=b)}")
+        names.append(f"v{number}")
+    lines += [f"state s = 1\nnext s = 0.9 * s + 0.1 * {draw(st.sampled_from(names))}", f"output z = {names[-1]} + s"]
+    lines += [f"output w = {draw(st.sampled_from(names))}"]
+    inner = "controller inner\ninput x\nparam k = 1\nlet y = clamp(k * previous(x), -1, 1)\noutput o = y\n"
+    head = (
+        "function twice(a) = a + a\n" + RULE + inner.replace("let y", "let m").replace("output o = y", "output y = m")
+    )
+    return head + "controller drawn\n" + "\n".join(draw(st.permutations(lines))) + "\n"
+
+
+def step_of(text, backend):
+    examined = look_through(SourceText("c.fz", text))
+    assert [d for d in examined.diagnostics if d.severity == "error"] == []
+    return fuzzyctl.compile(examined.controllers[-1], backend)
+
+
+def require_equal(text, backends):
+    rows = np.random.default_rng(len(text)).uniform(-2, 2, (40, 2))
+    rows[20, 1] = np.nan
+    first, *others = (step_of(text, backend).run(rows, dt=0.05) for backend in backends)
+    assert np.isnan(first[0][20]).all()
+    assert np.isfinite(np.delete(first[0], 20, axis=0)).all()
+    for other in others:
+        for found, expected in zip(other, first, strict=True):
+            np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
+
+
+@given(controllers())
+@quick(60)
+def test_numpy_makes_the_steps_of_generated_python(text):
+    steps = [step_of(text, backend) for backend in ("python", "numpy")]
+    states = [np.tile(step.start(), (3, 1)) for step in steps]
+    for row in np.random.default_rng(1).uniform(-2, 2, (15, 3, 2)):
+        found = [step.batch(row, state, dt=0.05) for step, state in zip(steps, states, strict=True)]
+        np.testing.assert_allclose(found[1][0], found[0][0], rtol=1e-12, atol=1e-12)
+        states = [state for _, state in found]
+    require_equal(text, ["python", "numpy"])
+
+
+@pytest.mark.long
+@given(controllers())
+@quick(20)
+def test_compiled_steps_are_those_of_generated_python(text):
+    require_equal(text, ["python", "numba"])
