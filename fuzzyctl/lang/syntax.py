@@ -55,7 +55,6 @@ BLOCK_KEYWORDS: Final = (
     "next",
     "every",
     "block",
-    "require",
     "allow",
     "deny",
 )

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from fuzzyctl.expr import Expr
-from fuzzyctl.model.guarantee import Bounds, Guarantee, Param
+from fuzzyctl.model.guarantee import Bounds, Param
 from fuzzyctl.model.node import Node
 from fuzzyctl.model.params import ParamValues
 from fuzzyctl.model.system import FuzzySystem
@@ -85,7 +85,6 @@ class Controller(Node):
         updates: The next value of each state.
         instances: Controllers inside this one.
         period: The sample time [s]; None where `dt` is an argument of each step.
-        guarantees: The `require` statements.
         systems: The fuzzy systems that it calls.
         controllers: The controllers that its instances are of.
         path: The file it was read from, or an empty string.
@@ -103,7 +102,6 @@ class Controller(Node):
     updates: tuple[Definition, ...] = ()
     instances: tuple[Instance, ...] = ()
     period: Expr | None = None
-    guarantees: tuple[Guarantee, ...] = ()
     systems: tuple[FuzzySystem, ...] = ()
     controllers: tuple[Controller, ...] = ()
     path: str = ""

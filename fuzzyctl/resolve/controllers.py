@@ -21,7 +21,7 @@ from fuzzyctl.model.controller import (
     Signal,
     State,
 )
-from fuzzyctl.model.guarantee import Bounds, Guarantee, Param
+from fuzzyctl.model.guarantee import Bounds, Param
 from fuzzyctl.model.operators import OPERATORS
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold
@@ -140,7 +140,7 @@ class _Resolution:
 
     def build(self, statements: Sequence[sx.Statement], path: str) -> Controller:
         """Resolve the statements; those without a meaning are reported and left out."""
-        parts: dict[str, list[object]] = {k: [] for k in ("params", "functions", *_STATEMENTS, "guarantees", "source")}
+        parts: dict[str, list[object]] = {k: [] for k in ("params", "functions", *_STATEMENTS, "source")}
         period: ex.Expr | None = None
         for s in statements:
             match s:
@@ -156,8 +156,6 @@ class _Resolution:
                     parts[keyword.text].append(self._equation(s))
                 case sx.Every():
                     period = self._period(s, period)
-                case sx.Require():
-                    parts["guarantees"].append(self._require(s))
                 case sx.Citation(text=text):
                     parts["source"].append(text)
         self.incomplete = any(p is None for found in parts.values() for p in found)
@@ -175,7 +173,6 @@ class _Resolution:
             "results": "output",
             "updates": "next",
             "instances": "block",
-            "guarantees": "guarantees",
         }
         return Controller(
             name=self.head.name.text,
@@ -260,7 +257,7 @@ class _Resolution:
             self._unknown_call(s.value, "controller")
             return None
         inputs = [i.name for i in block.inputs]
-        if not self._arguments(s.value, inputs, [p.name for p in block.params]):
+        if not self._arguments(s.value, inputs, [p.name for p in block.params], self.formula):
             return None
         return Instance(name=s.name.text, controller=block.name, arguments=s.value.arguments, span=s.name.span)
 
@@ -268,13 +265,6 @@ class _Resolution:
         if period is not None:
             self.context.report("FZ215", "'every' is given twice", s.span, help="remove one of them")
         return s.period if self.context.check_names(s.period, self.context.params, "param") else period
-
-    def _require(self, s: sx.Require) -> Guarantee | None:
-        parts = [e for e in (s.claim, s.when) if e is not None]
-        fine = all([self.formula(e, truth=True, pure=True) for e in parts])
-        if s.within is not None:
-            fine = self.context.check_names(s.within, self.context.params, "param") and fine
-        return Guarantee(claim=s.claim, within=s.within, when=s.when, span=s.span) if fine else None
 
     def _require_updates(self, statements: Sequence[sx.Statement]) -> None:
         """Check that each state has its next value, once, and that nothing else has one."""
@@ -399,7 +389,7 @@ class _Resolution:
                 )
                 return False
             inputs, params = [i.name for i in block.inputs], [p.name for p in block.params]
-            return self._arguments(call, inputs, params)
+            return self._arguments(call, inputs, params, inner)
         if isinstance(block, Controller):
             help_text = f"give it a name: block NAME = {ex.to_text(call)}"
             self.context.report(
@@ -456,7 +446,9 @@ class _Resolution:
                 checks.append(inner(value, name == "hold"))
         return all(checks)
 
-    def _arguments(self, call: ex.Call, inputs: Sequence[str], params: Sequence[str]) -> bool:
+    def _arguments(
+        self, call: ex.Call, inputs: Sequence[str], params: Sequence[str], inner: Callable[..., bool]
+    ) -> bool:
         """Check the arguments of a system or controller: its inputs in order or by name, its params by name."""
         given = [a for a in call.arguments if not isinstance(a, ex.Keyword)]
         fine = True
@@ -467,12 +459,12 @@ class _Resolution:
             fine = False
         for argument in call.arguments:
             if not isinstance(argument, ex.Keyword):
-                fine = self.formula(argument, truth=False) and fine
+                fine = inner(argument, truth=False) and fine
             elif argument.name in bound:
                 self.context.report("FZ303", f"argument '{argument.name}' is given twice", argument.span)
                 fine = False
             elif argument.name in inputs:
-                fine = self.formula(argument.value, truth=False) and fine
+                fine = inner(argument.value, truth=False) and fine
             elif argument.name in params:
                 fine = self.context.check_names(argument.value, self.context.params, "param") and fine
             else:

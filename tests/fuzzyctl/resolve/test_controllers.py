@@ -69,10 +69,11 @@ MISTAKES = {
     "block b = c(x)\noutput y = b.y": ("FZ217", "controller 'c' contains itself", "c"),
     "block b = x\noutput y = x": ("FZ214", "expected a call of a controller", "x"),
     "block b = none(x)\noutput y = b.y": ("FZ202", "no controller 'none'", "none(x)"),
-    "require previous(x) > 0\noutput y = x": (
+    "require x > 0\noutput y = x": ("FZ101", "'require' belongs to a system, not to a controller", "require"),
+    "function f(a) = previous(a)\noutput y = f(x)": (
         "FZ214",
         "'previous' keeps a state, which only 'let', 'next' and 'output' lines may have",
-        "previous(x)",
+        "previous(a)",
     ),
     "function f(a) = a + b\noutput y = f(x)": ("FZ202", "no parameter or param 'b'", "b"),
     "function f(a) = f(a)\noutput y = f(x)": ("FZ217", "function 'f' calls itself", "f"),
@@ -90,6 +91,7 @@ CALLS = {
     "output y = rule(x, e=x)": ("FZ303", "argument 'e' is given twice", "e=x"),
     "output y = rule(x, q=x)": ("FZ202", "'rule' has no input or param 'q'", "q=x"),
     "output y = rule(x, k=x)": ("FZ202", "no param 'x'", "x"),
+    "function f(a) = rule(x)\noutput y = f(x)": ("FZ202", "no parameter or param 'x'", "x"),
     "block b = rule(x)\noutput y = x": ("FZ214", "'rule' is a system, and 'block' takes a controller", "rule(x"),
 }
 
