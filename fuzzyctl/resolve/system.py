@@ -57,6 +57,11 @@ def resolve(
     crowd = _crowded(whole)
     if crowd is not None:
         return None, [crowd]
+    for statement in tree.statements:
+        if isinstance(statement, sx.Function):
+            help_text = "move it above the first 'system' or 'controller' line, or into a controller"
+            message = f"function '{statement.name.text}' lies in a system, where only controllers have functions"
+            context.report("FZ214", message, statement.name.span, help=help_text)
     heads = _declare(context, whole)
     _check_heads(context, whole, heads, broken)
     system = _build(context, whole, shared, heads[0] if heads else None, broken=broken)

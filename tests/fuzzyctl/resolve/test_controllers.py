@@ -124,6 +124,11 @@ class TestMistakes:
         ((code, message, _),) = found_in(system + HEAD + "output y = rule(x)\n")
         assert (code, message) == ("FZ214", "output 'u' of 'rule' keeps a state, which controllers cannot hold yet")
 
+    def test_a_function_inside_a_system_is_not_passed_over(self):
+        ((code, message, place),) = found_in(SYSTEM + "function f(a) = a\n")
+        assert (code, place) == ("FZ214", "f")
+        assert message == "function 'f' lies in a system, where only controllers have functions"
+
     @pytest.mark.parametrize("word", ["let", "state", "next", "block", "every"])
     def test_words_of_controllers_are_names_in_systems(self, word):
         text = SYSTEM.replace("terms N P\noutput", f"{word} = ramp(1, -1)\n  P = ramp(-1, 1)\noutput", 1)
