@@ -159,6 +159,10 @@ ZERO: Final = Number(0.0)
 ONE: Final = Number(1.0)
 
 
+#: What an overflow is reported as.
+TOO_LARGE: Final = "the value is too large"
+
+
 class ExprError(ValueError):
     """Raised when an expression has no value; `span` is the innermost part that fails."""
 
@@ -280,14 +284,14 @@ def _checked(compute: Callable[..., float], arguments: tuple[float, ...], span: 
     except ZeroDivisionError:
         raise ExprError("division by zero", span) from None
     except OverflowError:
-        raise ExprError("the value is too large", span) from None
+        raise ExprError(TOO_LARGE, span) from None
     except ValueError:
         raise ExprError("an argument lies outside the function's domain", span) from None
     if math.isnan(value):
         raise ExprError("the value is not a real number", span)
     # Python's products and sums overflow to infinity without a word.
     if math.isinf(value) and not any(map(math.isinf, arguments)):
-        raise ExprError("the value is too large", span)
+        raise ExprError(TOO_LARGE, span)
     return value
 
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+import operator
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from dataclasses import replace as replace_fields
 from typing import Final
 
-from fuzzyctl.expr import Compare, Expr, Number, Where, evaluate, replace
+from fuzzyctl.expr import TOO_LARGE, Binary, Call, Compare, Expr, ExprError, Number, Where, evaluate, replace
 from fuzzyctl.formats.fml.names import TAGS
 from fuzzyctl.formulas import MEMBERSHIP, Parameters, piecewise_linear
 from fuzzyctl.model.variable import Membership
@@ -141,16 +142,34 @@ def _sampled(kind: str, given: Parameters, height: float, domain: Ends) -> Writt
     return WrittenShape("pointSetShape", tuple(found), said, exact=False)
 
 
+#: What comparisons of numbers say.
+_HOLDS: Final[dict[str, Callable[[float, float], bool]]] = {
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+    "==": operator.eq,
+}
+
+
 def _degree(kind: str, given: Parameters, x: float) -> float:
-    """Return the degree of a place; formulas choose by comparisons of numbers."""
+    """Return the degree at a value; formulas choose by comparisons of numbers."""
 
     def settled(expr: Expr) -> Expr:
-        if not isinstance(expr, Where):
-            return expr
-        condition = expr.condition
-        assert isinstance(condition, Compare)
-        left, right = evaluate(condition.left, {}), evaluate(condition.right, {})
-        holds = {"<": left < right, "<=": left <= right, ">": left > right, ">=": left >= right, "==": left == right}
-        return expr.then if holds[condition.op] else expr.otherwise
+        match expr:
+            case Where(condition=Compare(op=op, left=left, right=right), then=then, otherwise=otherwise):
+                return then if _HOLDS[op](evaluate(left, {}), evaluate(right, {})) else otherwise
+            case Call(function="exp") | Binary(op="^") if _is_too_large(expr):
+                return Number(math.inf)  # as in a steep sigmoid, far from its middle
+        return expr
 
     return min(1.0, max(0.0, evaluate(replace(MEMBERSHIP[kind].degree(Number(x), given), settled), {})))
+
+
+def _is_too_large(expr: Expr) -> bool:
+    """Return whether no double holds the value of an expression."""
+    try:
+        evaluate(expr, {})
+    except ExprError as error:
+        return error.message == TOO_LARGE
+    return False

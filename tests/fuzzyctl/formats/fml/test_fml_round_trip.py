@@ -12,6 +12,7 @@ from fuzzyctl.expr import ONE, Binary, Call, Name, Number
 from fuzzyctl.formats.fml import read, write
 from fuzzyctl.formats.fml.hedges import OWN_HEDGES
 from fuzzyctl.kernels.compile import compile as compile_system
+from fuzzyctl.loading.load import loads
 from fuzzyctl.model.checks.checks import check_model
 from fuzzyctl.model.guarantee import Hedge
 from fuzzyctl.model.method import Defuzzifier, Method
@@ -262,3 +263,12 @@ def test_a_large_file_takes_bounded_time():
         system = read_back(head + ("    <rule " + rule + "</rule>\n") * 2000 + end)
         assert len(system.rules) == 2000
         read(SourceText("x.fml", "<fuzzySystem>" + "<x/>" * 100_000 + "</fuzzySystem>"))
+
+
+@pytest.mark.parametrize("term", ["sigmoid(500, -5)", "sigmoid_difference(200, 40, 30, 800)", "bell(500, 0.001, 60)"])
+def test_steep_curves_over_a_wide_range_are_written(term):
+    output = "output y in [0, 1]\n  l = triangle(0, 0.2, 0.4)\n"
+    text = f"system s\ninput x in [0, 1000]\n  a = {term}\n{output}if x is a then y is l\n"
+    written, losses = write(loads(text))
+    assert losses
+    assert read_back(written).inputs[0].terms[0].name == "a"
