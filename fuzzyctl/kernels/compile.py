@@ -74,7 +74,7 @@ def compile(system: FuzzySystem | Controller, backend: str = "auto", *, algorith
 
 
 def _step(controller: Controller, backend: str, algorithm: str) -> Step:
-    from fuzzyctl.kernels.plan.equations import equations_of
+    from fuzzyctl.kernels.plan.expansion import equations_of
     from fuzzyctl.kernels.steps.step import Step
     from fuzzyctl.model.controller import Controller
 

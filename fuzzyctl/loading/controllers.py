@@ -7,7 +7,7 @@ from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.expr import Expr, ExprError, evaluate, span_of
-from fuzzyctl.kernels.plan.equations import DEEPEST_INSTANCES, equations_of
+from fuzzyctl.kernels.plan.expansion import DEEPEST_INSTANCES, equations_of
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.loading.assembly import Part
 from fuzzyctl.model.controller import Controller, Signal

@@ -1,0 +1,393 @@
+"""From a controller to ordered equations: functions, operators with state, instances and calls of systems expanded."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Final
+
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.diagnostics.source import Span
+from fuzzyctl.expr import (
+    CONSTANTS,
+    ONE,
+    ZERO,
+    Call,
+    Compare,
+    Expr,
+    Keyword,
+    Logic,
+    Name,
+    Number,
+    Where,
+    children,
+    evaluate,
+    span_of,
+)
+from fuzzyctl.kernels.plan.equations import DT, Equation, Equations, Evaluation, KeptState, ordered
+from fuzzyctl.model.controller import Controller, Definition, Function, Result
+from fuzzyctl.model.operators import OPERATORS
+from fuzzyctl.model.system import FuzzySystem
+
+#: Most parts of expressions that a controller expands to, and their deepest nesting.
+MOST_PARTS: Final = 50_000
+DEEPEST: Final = 200
+#: Most levels of controllers inside controllers.
+DEEPEST_INSTANCES: Final = 20
+#: Most steps that `delay` keeps.
+MOST_SAMPLES: Final = 10_000
+
+
+def equations_of(controller: Controller) -> Equations:
+    """Expand a well-formed controller.
+
+    Raises:
+        DiagnosticError: For an algebraic loop, with the names that form it.
+    """
+    expansion = _Expansion()
+    period = None if controller.period is None else evaluate(controller.period, controller.param_values.values)
+    scope = _Scope(controller, "", {s.name: Name(s.name) for s in controller.inputs}, period)
+    expansion.enter(scope)
+    outputs = tuple((r.name, scope.names[r.name]) for r in controller.results)
+    return Equations(
+        inputs=tuple(s.name for s in controller.inputs),
+        states=tuple(expansion.states),
+        body=ordered(expansion.body),
+        outputs=outputs,
+        updates=tuple(expansion.updates[s.name] for s in expansion.states),
+        period=period,
+        parts=expansion.parts,
+    )
+
+
+def _defined(controller: Controller) -> tuple[Definition | Result, ...]:
+    return (*controller.definitions, *controller.results)
+
+
+@dataclass
+class _Scope:
+    """What the names of one controller stand for."""
+
+    controller: Controller
+    prefix: str
+    names: dict[str, Expr]
+    period: float | None
+
+    def __post_init__(self) -> None:
+        controller = self.controller
+        values = controller.param_values.values
+        self.names |= {name: Number(value) for name, value in values.items() if name not in self.names}
+        own = [s.name for s in controller.states] + [d.name for d in _defined(controller)]
+        self.names |= {name: Name(self.prefix + name) for name in own}
+        self.names[DT] = Name(DT) if self.period is None else Number(self.period)
+        self.functions = {f.name: f for f in controller.functions}
+        self.systems = {s.name: s for s in controller.systems}
+
+    def constant(self, expr: Expr) -> float:
+        """Compute an expression over params."""
+        return evaluate(expr, {n: e.value for n, e in self.names.items() if isinstance(e, Number)})
+
+
+@dataclass
+class _Expansion:
+    """Collects the equations of a controller and of its instances."""
+
+    states: list[KeptState] = field(default_factory=list)
+    body: list[Equation | Evaluation] = field(default_factory=list)
+    updates: dict[str, Expr] = field(default_factory=dict)
+    _calls: dict[tuple[FuzzySystem, tuple[Expr, ...]], tuple[str, ...]] = field(default_factory=dict)
+    _operators: dict[tuple[str, tuple[Expr, ...], str], Expr] = field(default_factory=dict)
+    _count: int = 0
+    parts: int = 0
+    _depth: int = 0
+    #: The functions that are being expanded.
+    _functions: list[str] = field(default_factory=list)
+
+    def enter(self, scope: _Scope) -> None:
+        """Take the equations of a controller whose inputs and params are known."""
+        controller = scope.controller
+        if scope.prefix.count(".") > DEEPEST_INSTANCES:
+            message = f"controllers lie more than {DEEPEST_INSTANCES} levels inside each other"
+            raise DiagnosticError([Diagnostic("FZ106", message, controller.span)])
+        for state in controller.states:
+            name = scope.prefix + state.name
+            self.states.append(KeptState(name, scope.constant(state.start), state.bounds))
+        for instance in controller.instances:
+            self._enter_instance(scope, instance.name, instance.controller, instance.arguments)
+        for item in _defined(controller):
+            name = scope.prefix + item.name
+            value = self._several(scope, item.name, item.value)
+            if value is not None:
+                self.body.append(Equation(name, value, item.span))
+        for update in controller.updates:
+            self.updates[scope.prefix + update.name] = self.expanded(update.value, scope)
+
+    def _enter_instance(self, scope: _Scope, name: str, of: str, arguments: tuple[Expr, ...]) -> None:
+        inner = next(c for c in scope.controller.controllers if c.name == of)
+        inputs = [s.name for s in inner.inputs]
+        given, named = _split(arguments)
+        bound = dict(zip(inputs, given, strict=False)) | {n: v for n, v in named.items() if n in inputs}
+        params = {n: scope.constant(v) for n, v in named.items() if n not in inputs}
+        names: dict[str, Expr] = {}
+        for key, value in bound.items():
+            prefixed = f"{scope.prefix}{name}.{key}"
+            self.body.append(Equation(prefixed, self.expanded(value, scope), span_of(value)))
+            names[key] = Name(prefixed)
+        own = _Scope(with_values(inner, params), f"{scope.prefix}{name}.", names, scope.period)
+        for result in inner.results:
+            scope.names[f"{name}.{result.name}"] = Name(f"{scope.prefix}{name}.{result.name}")
+        self.enter(own)
+
+    def _several(self, scope: _Scope, name: str, value: Expr) -> Expr | None:
+        """Return what a definition stands for; None for a call of a system with several outputs."""
+        if isinstance(value, Call) and value.function in scope.systems:
+            names = self._evaluation(value, scope)
+            outputs = scope.systems[value.function].outputs
+            if len(outputs) > 1:
+                scope.names |= {f"{name}.{o.name}": Name(n) for o, n in zip(outputs, names, strict=True)}
+                return None
+        return self.expanded(value, scope)
+
+    def expanded(self, expr: Expr, scope: _Scope) -> Expr:
+        """Return an expression over names of equations, states and inputs.
+
+        Raises:
+            DiagnosticError: For an expansion that is too large, too deep or without end.
+        """
+        self.parts += 1
+        if self.parts > MOST_PARTS:
+            message = f"the controller expands to more than {MOST_PARTS:,} parts of expressions"
+            help_text = "give values that are used several times a name with 'let'"
+            raise DiagnosticError([Diagnostic("FZ112", message, span_of(expr), help=help_text)])
+        if self._depth > DEEPEST:
+            message = f"the expression nests deeper than {DEEPEST} levels where its functions are expanded"
+            help_text = "split it: give parts a name with 'let'"
+            raise DiagnosticError([Diagnostic("FZ106", message, span_of(expr), help=help_text)])
+        self._depth += 1
+        try:
+            return self._expanded(expr, scope)
+        finally:
+            self._depth -= 1
+
+    def _expanded(self, expr: Expr, scope: _Scope) -> Expr:
+        match expr:
+            case Number():
+                return expr
+            case Name(name=name):
+                return Number(CONSTANTS[name]) if name in CONSTANTS else scope.names[name]
+            case Call(function=function) if function in OPERATORS:
+                return self._operator(expr, scope)
+            case Call(function=function, arguments=arguments) if function in scope.functions:
+                return self._applied(scope.functions[function], arguments, scope, expr.span)
+            case Call(function=function) if function in scope.systems:
+                return Name(self._evaluation(expr, scope)[0])
+            case Call(function="where", arguments=(condition, then, otherwise)):
+                return Where(*(self.expanded(e, scope) for e in (condition, then, otherwise)))
+            case Call(function="clamp", arguments=arguments):
+                x, low, high = (self.expanded(a, scope) for a in arguments)
+                return Call("min", (Call("max", (x, low)), high))
+        return _rebuilt(expr, [self.expanded(e, scope) for e in children(expr)])
+
+    def _applied(self, function: Function, arguments: tuple[Expr, ...], scope: _Scope, span: Span | None) -> Expr:
+        if function.name in self._functions:
+            circle = " → ".join([*self._functions[self._functions.index(function.name) :], function.name])
+            message = f"function '{function.name}' calls itself"
+            raise DiagnosticError([Diagnostic("FZ217", message, function.span, facts=(circle,))])
+        values = [self.named(self.expanded(a, scope), function.name) for a in arguments]
+        inner = _Scope(scope.controller, scope.prefix, {}, scope.period)
+        inner.names |= dict(zip(function.parameters, values, strict=True))
+        self._functions.append(function.name)
+        value = self.expanded(function.expression, inner)
+        self._functions.pop()
+        return value
+
+    def _evaluation(self, call: Call, scope: _Scope) -> tuple[str, ...]:
+        """Return the names of the outputs of a system for some arguments."""
+        system = scope.systems[call.function]
+        inputs = [i.name for i in system.inputs]
+        given, named = _split(call.arguments)
+        bound = dict(zip(inputs, given, strict=False)) | {n: v for n, v in named.items() if n in inputs}
+        params = {n: scope.constant(v) for n, v in named.items() if n not in inputs}
+        system = system.with_params(**params) if params else system
+        arguments = tuple(self.expanded(bound[i], scope) for i in inputs)
+        key = (system, arguments)
+        if key not in self._calls:
+            start = self.fresh(scope.prefix + call.function)
+            self._calls[key] = tuple(f"{start}.{o.name}" for o in system.outputs)
+            self.body.append(Evaluation(system, arguments, self._calls[key], call.span))
+        return self._calls[key]
+
+    def _operator(self, call: Call, scope: _Scope) -> Expr:
+        given, named = _split(call.arguments)
+        x, *rest = given
+        settings = dict(zip(OPERATORS[call.function].settings, rest, strict=False)) | named
+        key = (call.function, call.arguments, scope.prefix)
+        if key not in self._operators:
+            use = _Use(self, scope, self.fresh(scope.prefix + call.function), settings, call)
+            self._operators[key] = _EXPANSIONS[call.function](use, x)
+        return self._operators[key]
+
+    def named(self, value: Expr, hint: str) -> Expr:
+        """Return a name for a value, or the value itself where it is one."""
+        if isinstance(value, Name | Number):
+            return value
+        name = self.fresh(hint)
+        self.body.append(Equation(name, value, span_of(value)))
+        return Name(name)
+
+    def fresh(self, hint: str) -> str:
+        """Return a name that no controller can declare."""
+        self._count += 1
+        return f"{hint}#{self._count}"
+
+    def keep(self, name: str, start: float, update: Expr) -> Name:
+        """Add a state and return its value before the step."""
+        self.states.append(KeptState(name, start))
+        self.updates[name] = update
+        return Name(name)
+
+
+@dataclass(frozen=True)
+class _Use:
+    """One use of an operator with state."""
+
+    expansion: _Expansion
+    scope: _Scope
+    name: str
+    settings: Mapping[str, Expr]
+    call: Call
+
+    @property
+    def dt(self) -> Expr:
+        return self.scope.names[DT]
+
+    @property
+    def is_first(self) -> Expr:
+        """Whether this is the first step."""
+        name = "#started"
+        if name not in self.expansion.updates:
+            self.expansion.keep(name, 0.0, ONE)
+        return Compare("==", Name(name), ZERO)
+
+    def constant(self, setting: str, default: float = 0.0) -> float:
+        return self.scope.constant(self.settings[setting]) if setting in self.settings else default
+
+    def value(self, expr: Expr) -> Expr:
+        return self.expansion.expanded(expr, self.scope)
+
+    def atom(self, expr: Expr) -> Expr:
+        return self.expansion.named(self.value(expr), self.name)
+
+    def keep(self, suffix: str, start: float, update: Expr) -> Name:
+        return self.expansion.keep(f"{self.name}{suffix}", start, update)
+
+    def result(self, value: Expr) -> Expr:
+        return self.expansion.named(value, self.name)
+
+
+def _previous(use: _Use, x: Expr) -> Expr:
+    return use.keep("", use.constant("start"), use.value(x))
+
+
+def _difference(use: _Use, x: Expr) -> Expr:
+    value = use.atom(x)
+    before = use.keep("", 0.0, value)
+    return use.result(Where(use.is_first, ZERO, value - before))
+
+
+def _derivative(use: _Use, x: Expr) -> Expr:
+    difference = _difference(use, x)
+    if "filter" not in use.settings:
+        return use.result(difference / use.dt)
+    lag = use.value(use.settings["filter"])
+    name = f"{use.name}.filtered"
+    value = use.result((lag * Name(name) + difference) / (lag + use.dt))
+    use.expansion.keep(name, 0.0, value)
+    return value
+
+
+def _integral(use: _Use, x: Expr) -> Expr:
+    name, value = f"{use.name}.sum", use.value(x)
+    moved: Expr = Name(name) + use.dt * value
+    if "hold" in use.settings:
+        moved = Where(use.value(use.settings["hold"]), Name(name), moved)
+    return use.expansion.keep(name, use.constant("start"), moved)
+
+
+def _lowpass(use: _Use, x: Expr) -> Expr:
+    value, lag = use.atom(x), use.value(use.settings["time"])
+    name = f"{use.name}.filtered"
+    moved = Name(name) + use.dt / (lag + use.dt) * (value - Name(name))
+    result = use.result(Where(use.is_first, value, moved))
+    use.expansion.keep(name, 0.0, result)
+    return result
+
+
+def _rate_limit(use: _Use, x: Expr) -> Expr:
+    value = use.atom(x)
+    most = use.expansion.named(use.value(use.settings["rate"]) * use.dt, use.name)
+    name = f"{use.name}.limited"
+    held = Call("min", (Call("max", (value, Name(name) - most)), Name(name) + most))
+    result = use.result(Where(use.is_first, value, held))
+    use.expansion.keep(name, 0.0, result)
+    return result
+
+
+def _hysteresis(use: _Use, x: Expr) -> Expr:
+    value = use.atom(x)
+    low, high = (use.value(use.settings[s]) for s in ("low", "high"))
+    name = f"{use.name}.on"
+    on = Where(Compare(">=", value, high), ONE, Where(Compare("<=", value, low), ZERO, Name(name)))
+    result = use.result(on)
+    use.expansion.keep(name, use.constant("start"), result)
+    return result
+
+
+def _delay(use: _Use, x: Expr) -> Expr:
+    samples, start = use.constant("samples"), use.constant("start")
+    if not (samples == int(samples) and 1 <= samples <= MOST_SAMPLES):
+        message = f"a delay of {samples:g} samples: expected a whole number from 1 to {MOST_SAMPLES:,}"
+        raise DiagnosticError([Diagnostic("FZ302", message, span_of(use.settings["samples"]))])
+    value = use.value(x)
+    for k in range(int(samples)):
+        value = use.keep(f".{k}", start, value)
+    return value
+
+
+#: What writes the equations of each operator.
+_EXPANSIONS: Final[dict[str, Callable[[_Use, Expr], Expr]]] = {
+    "previous": _previous,
+    "difference": _difference,
+    "derivative": _derivative,
+    "integral": _integral,
+    "lowpass": _lowpass,
+    "rate_limit": _rate_limit,
+    "hysteresis": _hysteresis,
+    "delay": _delay,
+}
+
+
+def with_values(controller: Controller, values: Mapping[str, float]) -> Controller:
+    """Return a controller with some params set to numbers."""
+    params = tuple(
+        dataclasses.replace(p, expression=Number(values[p.name])) if p.name in values else p for p in controller.params
+    )
+    return dataclasses.replace(controller, params=params)
+
+
+def _split(arguments: tuple[Expr, ...]) -> tuple[list[Expr], dict[str, Expr]]:
+    """Return arguments by position and by name."""
+    given = [a for a in arguments if not isinstance(a, Keyword)]
+    return given, {a.name: a.value for a in arguments if isinstance(a, Keyword)}
+
+
+def _rebuilt(expr: Expr, parts: list[Expr]) -> Expr:
+    """Return an expression with other parts."""
+    match expr:
+        case Call(function=function, span=span):
+            return Call(function, tuple(parts), span)
+        case Logic(op=op, span=span):
+            return Logic(op, tuple(parts), span)
+    fields = [f.name for f in dataclasses.fields(expr) if isinstance(getattr(expr, f.name), Expr)]
+    return dataclasses.replace(expr, **dict(zip(fields, parts, strict=True)))
