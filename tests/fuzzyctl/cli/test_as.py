@@ -192,3 +192,77 @@ def test_a_circle_that_degrees_may_have_is_an_error_with_its_place_where_values_
         assert result.exit_code == 1
         assert "circle.fz:13:4: error[FZ217]: outputs depend on each other in a circle" in result.output
         assert "under profile 'matlab'" in result.output
+
+
+WITHOUT_CONDITION = """[System]
+Name='fan'
+Type='sugeno'
+Version=2.0
+NumInputs=1
+NumOutputs=1
+NumRules=2
+AndMethod='prod'
+OrMethod='probor'
+DefuzzMethod='wtaver'
+
+[Input1]
+Name='heat'
+Range=[0 10]
+NumMFs=1
+MF1='low':'trimf',[0 5 10]
+
+[Output1]
+Name='power'
+Range=[0 30]
+NumMFs=2
+MF1='low':'constant',[5]
+MF2='high':'constant',[25]
+
+[Rules]
+0, 1 (1) : 1
+0, 2 (1) : 1
+"""
+
+
+class TestRulesWithoutCondition:
+    """fuzzylite leaves out rules of a `.fis` file that have no condition; here they act under its profiles, too."""
+
+    @pytest.fixture
+    def fan(self, tmp_path):
+        path = tmp_path / "fan.fis"
+        path.write_text(WITHOUT_CONDITION)
+        return str(path)
+
+    @pytest.mark.parametrize("command", [["eval", "heat=5"], ["check"], ["why", "heat=5"]])
+    @pytest.mark.parametrize("profile", ["fuzzylite", "fuzzylite_6"])
+    def test_each_is_reported_under_a_profile_of_fuzzylite(self, fan, command, profile):
+        result = run(command[0], fan, *command[1:], "--as", profile)
+        assert result.exit_code == 0, result.output
+        assert "fan.fis:26:1: warning[FZ609]" in result.output
+        assert "fan.fis:27:1: warning[FZ609]" in result.output
+        assert f"under profile '{profile}' it acts all the same" in result.output
+        assert "leaves such a rule out; what only such rules set is 'nan' there" in result.output
+
+    def test_a_comparison_reports_them(self, fan):
+        result = run("compare", fan, "--as", "matlab,fuzzylite", "--points", "10")
+        assert "fan.fis:26:1: warning[FZ609]" in result.output
+
+    def test_other_profiles_act_so_themselves(self, fan):
+        assert "FZ609" not in run("eval", fan, "heat=5").output
+        assert "FZ609" not in run("eval", fan, "heat=5", "--as", "octave").output
+
+    def test_a_file_of_fuzzylite_reports_them_once(self, fan):
+        path = Path(fan)
+        path.write_text(
+            path.read_text().replace("Version=2.0", "Version=6.0")
+            + "#Code automatically generated with fuzzylite 6.0.\n"
+        )
+        assert run("eval", fan, "heat=5", "--as", "fuzzylite").output.count("warning[FZ609]") == 2
+
+    def test_rule_files_have_a_hedge_that_fuzzylite_has_too(self, tmp_path):
+        path = tmp_path / "tip.fz"
+        text = TIPPER.format("")
+        path.write_text(text.replace(" is ", " is any ", 1))
+        result = run("eval", str(path), "service=2", "--as", "fuzzylite")
+        assert result.exit_code == 0, result.output
+        assert "FZ609" not in result.output
