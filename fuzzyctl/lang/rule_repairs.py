@@ -7,12 +7,18 @@ from collections.abc import Iterator
 from typing import Final
 
 from fuzzyctl.diagnostics.suggestions import closest
+from fuzzyctl.expr import FUNCTIONS
 from fuzzyctl.lang.edits import Edit, Repair, Surroundings
 from fuzzyctl.lang.notations import NUMBER, by_pattern, head
+from fuzzyctl.lang.other_tools import known_kind
 from fuzzyctl.lang.syntax import NAME
 
 _RULE_WORDS: Final = "is|and|or|not|then|weight"
 _WORD: Final = rf"(?!(?:{_RULE_WORDS})\b){NAME}"
+#: A decimal, with a comma where that is usual.
+_WEIGHT: Final = r"\d+(?:[.,]\d*)?|[.,]\d+"
+#: A formula without commas but those of calls.
+_FORMULA: Final = r"(?:[^,()]|\((?:[^()]|\([^()]*\))*\))+?"
 _IS: Final = "a variable and its term are joined by 'is'"
 _UNLESS: Final = "'unless' is written 'and not'"
 _MIXED: Final = "AND and OR are mixed; in other languages AND comes first"
@@ -96,11 +102,27 @@ def _parentheses(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
         yield Edit(closing, closing + 1, ", " if follows else "", "consequents have no parentheses")
 
 
+def _weight_in_parentheses(groups: list[str], around: Surroundings) -> str | None:
+    value = (groups[3] or groups[4]).replace(",", ".")
+    called = known_kind(groups[1]) is not None or groups[1] in FUNCTIONS
+    return f" weight {value}" if not called and float(value) <= 1 else None
+
+
+def _bare_term(groups: list[str], around: Surroundings) -> str | None:
+    return None if groups[2] in around.declared.params | around.declared.variables else groups[2]
+
+
 def _number_or_formula(groups: list[str], around: Surroundings) -> str | None:
     value = groups[2].strip()
+    own = re.findall(rf"(?m)^\s*function\s+({NAME})", around.declared.text)
+    if not set(re.findall(rf"({NAME})\s*\(", value)) <= {*FUNCTIONS, *own}:
+        # A membership function, or a term before parentheses.
+        return None
     if re.fullmatch(NUMBER, value):
         return f"constant({value})"
     names = set(re.findall(NAME, value))
+    if re.fullmatch(rf"\(\s*{NAME}\s*\)", value) and not names <= around.declared.variables | around.declared.params:
+        return None
     if (
         "-" in value
         and re.fullmatch(rf"{NAME}(?:-{NAME})+", value)
@@ -193,8 +215,17 @@ RULES: Final[tuple[Repair, ...]] = (
         heads="if with",
     ),
     by_pattern(
-        r"(?P<x>\s*(?:\(\s*([\d.]+)\s*\)|\[\s*([\d.]+)\s*\]))\s*$",
-        lambda g, _: f" weight {g[2] or g[3]}",
+        r"\bis\s+(?P<x>(constant|linear|function)\s+\()", "{2}(", "the parenthesis follows its function", heads="if"
+    ),
+    by_pattern(
+        rf"\bis\s+(?:not\s+)?(?P<x>\(\s*({NAME})\s*\))",
+        _bare_term,
+        "a term has no parentheses",
+        heads="if with",
+    ),
+    by_pattern(
+        rf"(\w+)\)*(?P<x>\s*(?:\(\s*({_WEIGHT})\s*\)|\[\s*({_WEIGHT})\s*\]))\s*$",
+        _weight_in_parentheses,
         "a weight begins with 'weight'",
         heads="if",
     ),
@@ -238,7 +269,7 @@ RULES: Final[tuple[Repair, ...]] = (
         heads="if",
     ),
     by_pattern(
-        rf"(?:\bthen\s+|,\s*){NAME}\s+is\s+(?!(?:linear|function|constant)\s*\()(?P<x>([^,]*[-+*/^(][^,]*?))(?=\s*(?:$|,|\bweight\b))",
+        rf"(?:\bthen\s+|,\s*){NAME}\s+is\s+(?!(?:linear|function|constant)\s*\()(?P<x>({_FORMULA}))(?=\s*(?:$|,|\bweight\b))",
         _number_or_formula,
         "a formula is a consequent as function(FORMULA)",
         heads="if",

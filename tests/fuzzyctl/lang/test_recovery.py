@@ -46,10 +46,22 @@ class TestMeaning:
             "require u(e=1) <= 1",
             "input v in [0, 100] %",
             "param k = -5 % -3",
+            "if e is N then u is triangle(0, 1, 2)",
+            "if e is N then u is gaussmf(2, 5)",
+            "if e is N then u is gaussmf (2)",
+            "if e is N then u is q(3)",
         ],
     )
     def test_open_lines_are_not_rewritten(self, line):
         assert [d.help for d in diagnostics(f"{line}\n{BASE}") if d.help.startswith("write")] == []
+
+    def test_a_formula_may_call_functions_of_the_file(self):
+        text = f"{BASE}function half(a) = a / 2\nif e is N then u is half(e) + max(e, 0)\n"
+        assert [d.help for d in diagnostics(text)] == ["write: if e is N then u is function(half(e) + max(e, 0))"]
+
+    def test_the_parenthesis_of_a_constant_is_no_weight(self):
+        (found,) = diagnostics(f"{BASE}if e = N then u is constant (5)\n")
+        assert found.help == "write: if e is N then u is constant(5)"
 
     def test_variables_may_be_called_like_keywords_in_capitals(self):
         text = BASE.replace("input e ", "input X ").replace("input de ", "input Y ") + "TABLE u = X * Y\n"
