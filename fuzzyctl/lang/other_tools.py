@@ -57,6 +57,9 @@ ORDERS: Final[dict[str, Form]] = {
     "sigm": _form("FCL", "slope inflection"),
 }
 
+#: Words of other tools that a misspelt membership function may be like; 'gauss' is too like 'gauss2'.
+PEER_KINDS: Final = tuple(w for w, meant in PEER_WORDS.items() if meant and meant[0] in MEMBERSHIP and w != "gauss")
+
 #: Those of scikit-fuzzy, which are called with the universe first and take their parameters apart.
 SCIKIT_ORDERS: Final[dict[str, Form]] = {
     "gaussmf": _form("scikit-fuzzy", "mean sigma"),
@@ -71,6 +74,21 @@ SCIKIT_ORDERS: Final[dict[str, Form]] = {
 def known_kind(word: str) -> str | None:
     """Return the membership function that a word means, in capitals, with other underscores or in another tool."""
     return word if word in MEMBERSHIP else _meant(word, tuple(MEMBERSHIP))
+
+
+def differing_order(kind: str, word: str) -> str:
+    """Return how the order of parameters differs in another tool; an empty string where it does not.
+
+    Args:
+        kind: The membership function.
+        word: A word of another tool that means it, or its own name, for which MATLAB's stands.
+    """
+    # MATLAB's linsmf has the order of the ramp here; only linzmf, by its own name, has another.
+    theirs = word if word in ORDERS else next((w for w in ORDERS if known_kind(w) == kind != "ramp"), None)
+    if theirs is None:
+        return ""
+    form, ours = ORDERS[theirs], ", ".join(MEMBERSHIP[kind].parameters)
+    return f"{form.tool} writes {theirs}({', '.join(form.parameters)}), here it is {kind}({ours}): the order differs"
 
 
 def known_setting(keyword: str, word: str) -> str | None:

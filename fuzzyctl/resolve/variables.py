@@ -11,6 +11,7 @@ from fuzzyctl import expr as ex
 from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.formulas import MEMBERSHIP, MembershipFormula
 from fuzzyctl.lang import syntax as sx
+from fuzzyctl.lang.other_tools import PEER_KINDS, differing_order, known_kind
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.variable import Fallback, Hold, Input, Membership, Output, Term
 from fuzzyctl.resolve.context import Context
@@ -181,15 +182,7 @@ def _term(context: Context, statement: sx.Variable, line: sx.TermLine) -> Term |
         return Term(name=line.name.text, membership=membership, span=line.span) if membership is not None else None
     formula = MEMBERSHIP.get(line.kind.text)
     if formula is None:
-        known = [*MEMBERSHIP, "function", *([] if is_input else ["linear"])]
-        near = context.near(line.kind.text, known)
-        context.report(
-            "FZ202",
-            f"no membership function '{line.kind.text}'",
-            line.kind.span,
-            facts=(f"membership functions: {', '.join(known)}",),
-            help=f"did you mean '{near}'?" if near else "",
-        )
+        _report_unknown_kind(context, line.kind, [*MEMBERSHIP, "function", *([] if is_input else ["linear"])])
         return None
     arguments = _arguments(context, line, formula)
     if arguments is None:
@@ -197,6 +190,21 @@ def _term(context: Context, statement: sx.Variable, line: sx.TermLine) -> Term |
     given, height = arguments
     membership = Membership(kind=formula.name, arguments=given, height=height, span=line.kind.span)
     return Term(name=line.name.text, membership=membership, span=line.span)
+
+
+def _report_unknown_kind(context: Context, word: sx.Word, known: list[str]) -> None:
+    """Report a word that is no membership function, with the form of the one that it most likely means."""
+    near = context.near(word.text, [*known, *PEER_KINDS])
+    kind = near if near is None or near in known else known_kind(near)
+    facts, help_text = [f"membership functions: {', '.join(known)}"], f"did you mean '{kind}'?" if kind else ""
+    if near is not None and kind in MEMBERSHIP:
+        help_text += f" the form is: {_form(MEMBERSHIP[kind])}"
+        facts += filter(None, [differing_order(kind, near)])
+    context.report("FZ202", f"no membership function '{word.text}'", word.span, facts=facts, help=help_text)
+
+
+def _form(formula: MembershipFormula) -> str:
+    return f"{formula.name}({', '.join(formula.parameters)}{', ...' if formula.variadic else ''})"
 
 
 def _function(context: Context, statement: sx.Variable, line: sx.TermLine) -> Membership | None:
@@ -241,7 +249,7 @@ def _arguments(
     context: Context, line: sx.TermLine, formula: MembershipFormula
 ) -> tuple[tuple[ex.Expr, ...], ex.Expr] | None:
     """Return the parameters of a term in order, and its height."""
-    form = f"{formula.name}({', '.join(formula.parameters)}{', ...' if formula.variadic else ''})"
+    form = _form(formula)
     given: dict[str, ex.Expr] = {}
     rest: list[ex.Expr] = []
     height: ex.Expr = ex.ONE

@@ -2,8 +2,11 @@ import math
 
 import pytest
 
+from fuzzyctl.analysis.check import check_source
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.formats.fz import dumps
+from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.loading.load import loads
 
 
@@ -132,3 +135,56 @@ class TestBareInputs:
     def test_an_input_that_nothing_can_read_has_its_terms_missing(self):
         with pytest.raises(DiagnosticError, match="input 'k' has no terms"):
             loads(BARE.format(f="constant(1)"))
+
+
+class TestUnknownMembershipFunctions:
+    """The form is printed, and how the order of another tool differs: its numbers would read as others here."""
+
+    @pytest.mark.parametrize(
+        ("term", "kind", "order"),
+        [
+            ("gaussmf(2)", "gaussian", "MATLAB writes gaussmf(sigma, mean)"),
+            ("gaussmf(2, 5, 7)", "gaussian", "MATLAB writes gaussmf(sigma, mean)"),
+            ("gausmf(2, 5)", "gaussian", "MATLAB writes gaussmf(sigma, mean)"),
+            ("guassmf(2, 5)", "gaussian", "MATLAB writes gaussmf(sigma, mean)"),
+            ("gaussianmf(2, 5)", "gaussian", "MATLAB writes gaussmf(sigma, mean)"),
+            ("gauss2(1, 2, 1, 5)", "gaussian2", "MATLAB writes gauss2mf(sigma_left, mean_left, "),
+            ("gaussian2mf(1, 2, 1, 5)", "gaussian2", "MATLAB writes gauss2mf(sigma_left, mean_left, "),
+            ("sigmoidmf(5, 2)", "sigmoid", "MATLAB writes sigmf(slope, inflection)"),
+            ("sigmoid_mf(5, 2)", "sigmoid", "MATLAB writes sigmf(slope, inflection)"),
+            ("sig(5, 2)", "sigmoid", "FCL writes sigm(slope, inflection)"),
+            ("gbelmf(2, 4, 6)", "bell", "MATLAB writes gbellmf(width, slope, center)"),
+            ("bellmf(2, 4, 6)", "bell", "MATLAB writes gbellmf(width, slope, center)"),
+            ("dsigmf(5, 2, 5)", "sigmoid_difference", "MATLAB writes dsigmf(rising, left, falling, right)"),
+            ("dsigm(5, 2, 5, 7)", "sigmoid_difference", "MATLAB writes dsigmf(rising, left, falling, right)"),
+            ("psigm(5, 2, 5, 7)", "sigmoid_product", "MATLAB writes psigmf(rising, left, falling, right)"),
+            ("linzm(5, 2)", "ramp", "MATLAB writes linzmf(end, start)"),
+        ],
+    )
+    def test_of_another_order_say_so(self, term, kind, order):
+        found = unknown_kind(term)
+        form = f"{kind}({', '.join(MEMBERSHIP[kind].parameters)})"
+        assert found.help == f"did you mean '{kind}'? the form is: {form}"
+        assert found.facts[1].startswith(order)
+        assert found.facts[1].endswith(f", here it is {form}: the order differs")
+
+    @pytest.mark.parametrize(
+        ("term", "form"),
+        [
+            ("trinagle(0, 5, 10)", "triangle(left, peak, right)"),
+            ("trimf(1, 2)", "triangle(left, peak, right)"),
+            ("linsm(1, 2)", "ramp(start, end)"),
+            ("pisewise(0, 0, 1, 1)", "piecewise(x1, y1, ...)"),
+        ],
+    )
+    def test_of_the_same_order_have_their_form_only(self, term, form):
+        found = unknown_kind(term)
+        assert found.help == f"did you mean '{form.partition('(')[0]}'? the form is: {form}"
+        assert len(found.facts) == 1
+
+
+def unknown_kind(term):
+    """What is reported of a term."""
+    text = f"system t\ninput x in [0, 10]\n  a = {term}\noutput y in [0, 1] else 0\n  b = triangle(0, 1, 1)\n"
+    found = check_source(SourceText("t.fz", text))[1]
+    return next(d for d in found if d.message.startswith("no membership function"))
