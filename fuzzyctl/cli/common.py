@@ -239,13 +239,20 @@ def assignments(texts: Iterable[str], known: Sequence[str], kind: str) -> dict[s
         except OverflowError:
             mistakes.append(Diagnostic("FZ503", f"{kind} '{name}' = {number} is larger than 1.8e308"))
         except ValueError:
-            pointed = number.replace(",", ".") if re.fullmatch(r"[-+]?\d+,\d+", number) else ""
-            facts = ("decimals are written with a point",) if pointed else ()
-            message, help_text = f"{kind} '{name}' is no number: '{number}'", f"write {name}={pointed or '0.5'}"
-            mistakes.append(Diagnostic("FZ503", message, facts=facts, help=help_text))
+            mistakes.append(_no_number(kind, name, number))
     if mistakes:
         raise DiagnosticError(mistakes)
     return values
+
+
+def _no_number(kind: str, name: str, text: str) -> Diagnostic:
+    message = f"{kind} '{name}' is no number: '{text}'"
+    if not re.fullmatch(r"[-+]?\d+,\d+", text, re.ASCII):
+        return Diagnostic("FZ503", message, help=f"the form is: {name}=NUMBER")
+    fact = "decimals are written with a point"
+    if re.fullmatch(r"[-+]?[1-9]\d{0,2},\d{3}", text):
+        fact = f"{fact}, thousands without a separator: {text.replace(',', '')}"
+    return Diagnostic("FZ503", message, facts=(fact,), help=f"write {name}={text.replace(',', '.')}")
 
 
 def _split(text: str, known: Sequence[str]) -> tuple[str, str, str]:

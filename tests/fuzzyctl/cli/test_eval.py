@@ -51,6 +51,17 @@ class TestPoint:
         assert "help: write service=7.5" in result.output
         assert "help: write food=-1.25" in result.output
 
+    @pytest.mark.parametrize("value", ["50%", "7,", "7;5", "1.000,5", "1_000", "７", "seven", "", "1 000"])
+    def test_no_number_is_made_up_for_a_value_that_is_none(self, value):
+        result = run(TIPPER, f"service={value}", "food=8")
+        assert result.exit_code == 1
+        assert "= help: the form is: service=NUMBER\n" in result.output
+
+    def test_a_comma_may_separate_thousands(self):
+        result = run(TIPPER, "service=1,000", "food=8")
+        assert "= decimals are written with a point, thousands without a separator: 1000\n" in result.output
+        assert "thousands" not in run(TIPPER, "service=0,125", "food=8").output
+
     def test_a_value_that_overflows_is_no_infinity(self):
         result = run(AIS, "sigma=1e400", "dsigma=inf")
         assert result.exit_code == 1
