@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 
 import click
@@ -28,7 +29,9 @@ def explain(code: str | None, form: str) -> int:
         return DONE
     name = f"FZ{code:0>3}" if code.isdecimal() and code.isascii() else code.upper()
     if name not in CODES:
-        hint = did_you_mean(name, CODES) or "'fuzzyctl explain' lists the codes"
+        same = f"FZ{re.sub('[^0-9]', '', code):0>3}"
+        near = f"did you mean '{same}'?" if same in CODES else did_you_mean(name, CODES)
+        hint = near or "'fuzzyctl explain' lists the codes"
         raise click.BadParameter(f"no diagnostic code '{code}'; {hint}", param_hint="CODE")
     page = read_page(name)
     if form == "json":

@@ -46,6 +46,18 @@ class Program(click.Group):
             self.add_command(getattr(import_module(module), function), cmd_name)
         return super().get_command(ctx, cmd_name)
 
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Return the command that the first argument names; an unknown one is reported with the one most like it."""
+        known = self.list_commands(ctx)
+        if not ctx.resilient_parsing and not args[0].startswith("-") and args[0] not in known:
+            from fuzzyctl.diagnostics.suggestions import did_you_mean
+
+            hint = did_you_mean(args[0], known)
+            raise click.UsageError(f"No such command {args[0]!r}{f'; {hint}' if hint else '.'}", ctx)
+        return super().resolve_command(ctx, args)
+
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the list of commands."""
         if not self.deferred:

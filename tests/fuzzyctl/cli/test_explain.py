@@ -40,6 +40,12 @@ class TestExplain:
         assert "no diagnostic code 'FZ2203'; did you mean 'FZ2" in result.output
         assert run("nonsense").exit_code == 2
 
+    @pytest.mark.parametrize(("written", "meant"), [("E203", "FZ203"), ("fz-203", "FZ203"), ("FZ2", "FZ002")])
+    def test_a_code_of_other_letters_or_fewer_digits_is_suggested(self, written, meant):
+        result = run(written)
+        assert result.exit_code == 2
+        assert f"no diagnostic code '{written}'; did you mean '{meant}'?" in result.output
+
     def test_json_has_the_page_as_written(self):
         data = json.loads(run("FZ203", "--format", "json").output)
         assert data["title"] == CODES["FZ203"]

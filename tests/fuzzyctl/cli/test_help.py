@@ -31,3 +31,18 @@ def test_no_summary_of_a_command_is_cut_or_ends_at_an_abbreviation(program):
 def test_one_option_names_the_file_to_write():
     options = [o for c in commands_of(main).values() for o in c.params if isinstance(o, click.Option)]
     assert {tuple(o.opts) for o in options if "-o" in o.opts or "--output" in o.opts} == {("-o", "--output")}
+
+
+@pytest.mark.parametrize(
+    ("program", "written", "meant"), [(main, "chek", "check"), (main, "plot-term", "plot-terms"), (dwmr, "runn", "run")]
+)
+def test_an_unknown_command_is_reported_with_the_one_most_like_it(program, written, meant):
+    result = CliRunner().invoke(program, [written])
+    assert result.exit_code == 2
+    assert f"Error: No such command '{written}'; did you mean '{meant}'?\n" in result.output
+
+
+def test_an_option_is_no_command():
+    result = CliRunner().invoke(main, ["--chek"])
+    assert result.exit_code == 2
+    assert "No such option" in result.output
