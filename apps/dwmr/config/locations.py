@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -10,6 +10,7 @@ from dwmr.config.overrides import split_key
 from dwmr.config.toml_locations import key_places
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import SourceText, Span
+from fuzzyctl.diagnostics.suggestions import closest
 
 #: Table whose values every robot takes over unless it has its own.
 COMMON = "robot"
@@ -70,6 +71,17 @@ class Places:
                 if candidate and (span := self._exact(candidate)):
                     return ".".join(path), span, ""
         return ".".join(path), None, ""
+
+    def did_you_mean(self, key: str, known: Collection[str]) -> str:
+        """Return a help that names the known key most like the last part of a key, or an empty string.
+
+        An argument of the command line gets the whole key, as it is written there.
+        """
+        table, _, name = key.rpartition(".")
+        near = closest(name, known)
+        in_argument = any(f"{written}.".startswith(f"{key}.") for written in self.overrides)
+        whole = f"{table}.{near}" if table and in_argument else near
+        return f"did you mean '{whole}'?" if near else ""
 
     def diagnostic(self, code: str, key: str, message: str, *, facts: Sequence[str] = (), help: str = "") -> Diagnostic:
         """Return a diagnostic about a key; its message stays as given."""

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
-from fuzzyctl.diagnostics.suggestions import closest, did_you_mean
+from fuzzyctl.diagnostics.suggestions import closest
 from fuzzyctl.loading.assembly import files_read
 from fuzzyctl.support.reading import is_special
 from fuzzyctl.support.shipped import rules_folder
@@ -116,7 +116,7 @@ class RuleFiles:
         key = f"rules.{role}.{name}"
         message = f"{key}: {self.path(role).name} has no param {name!r}"
         facts = (f"its params are {', '.join(known)}",) if known else ("it has no params",)
-        return self.places.diagnostic("FZ902", key, message, facts=facts, help=did_you_mean(name, known))
+        return self.places.diagnostic("FZ902", key, message, facts=facts, help=self.places.did_you_mean(key, known))
 
     def computed_param(self, role: str, name: str, sources: Sequence[str]) -> Diagnostic:
         """Describe a param that the scenario sets and the file of a role computes from others."""

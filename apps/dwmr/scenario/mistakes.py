@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Sequence
 from types import UnionType
@@ -14,6 +15,7 @@ from dwmr.control.roles import ROLES
 from dwmr.scenario.model import FULL_TURN, Scenario
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.suggestions import did_you_mean
+from fuzzyctl.support.shipped import rules_folder
 
 #: Mistakes of the elements of one list that are reported; a list with more of them is another list.
 MOST_OF_A_LIST = 10
@@ -125,7 +127,7 @@ def _diagnose(error: Any, places: Places, prefix: tuple[str, ...]) -> Diagnostic
             parent = key.rpartition(".")[0] or "a scenario"
             facts = (f"{parent} has the keys {', '.join(known)}",)
             hint = _elsewhere(path[-1]) if len(typed) == 1 else ""
-            hint = hint or did_you_mean(path[-1], known)
+            hint = hint or places.did_you_mean(key, known)
             return Diagnostic("FZ902", f"unknown key {key}", span, facts=facts, help=hint, file=file)
         case "missing" if len(path) > 1 and path[0] == "rules" and path[1] not in ROLES:
             return unknown_role(places, path[1])
@@ -218,9 +220,16 @@ def _known_keys(path: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _elsewhere(key: str) -> str:
-    """Name the table of a scenario that has a key which was given outside of any table, if just one has."""
+    """Name the table of a scenario, or the rule file, that has a key given outside of any table, if just one has."""
     owners = [table for table in _known_keys(()) if key in _known_keys((table,))]
+    owners += [f"rules.{role}" for role in ROLES if re.search(rf"(?m)^param +{re.escape(key)}\b", _shipped(role))]
     return f"did you mean '{owners[0]}.{key}'?" if len(owners) == 1 else ""
+
+
+def _shipped(role: str) -> str:
+    """Return the text of the shipped rule file of a role; an empty string where there is none."""
+    path = rules_folder() / f"{role}.fz"
+    return path.read_text(encoding="utf-8") if path.is_file() else ""
 
 
 def _as_written(path: tuple[str, ...]) -> tuple[str, ...]:
@@ -268,4 +277,4 @@ def _is_model(kind: Any) -> bool:
 def unknown_role(places: Places, role: str) -> Diagnostic:
     """Describe a table of [rules] that no control law asks for."""
     key, facts = f"rules.{role}", (f"the roles are {', '.join(ROLES)}",)
-    return places.diagnostic("FZ902", key, f"unknown key {key}", facts=facts, help=did_you_mean(role, ROLES))
+    return places.diagnostic("FZ902", key, f"unknown key {key}", facts=facts, help=places.did_you_mean(key, ROLES))

@@ -220,7 +220,11 @@ def cases(tmp_path):
             1,
             ["service, food"],
         ),
-        "an unknown param": (["paper", "--set", "rules.ais_reaction.k_t=1"], 1, ["did you mean 'k_s'?"]),
+        "an unknown param": (
+            ["paper", "--set", "rules.ais_reaction.k_t=1"],
+            1,
+            ["did you mean 'rules.ais_reaction.k_s'?"],
+        ),
         "a peak that is too high": (
             ["paper", "--rules", peak],
             1,

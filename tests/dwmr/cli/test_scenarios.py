@@ -111,6 +111,28 @@ class TestCheck:
         assert f"unknown key {key}" in said
         assert ("did you mean 'run.horizon'?" in said) == (key == "horizon")
 
+    @pytest.mark.parametrize(
+        ("key", "meant"),
+        [
+            ("run.horizn", "run.horizon"),
+            ("run.substep", "run.substeps"),
+            ("robots.follower1.mas", "robots.follower1.mass"),
+            ("rules.ais_reactoin.k_s", "rules.ais_reaction"),
+            ("rules.ais_reaction.k_t", "rules.ais_reaction.k_s"),
+            ("k_s", "rules.ais_reaction.k_s"),
+            ("half_width", "rules.fcafsmc.half_width"),
+        ],
+    )
+    def test_proposes_a_key_as_it_is_written_in_an_argument(self, dwmr, key, meant):
+        status, _, said = dwmr("check", "paper", "--set", f"{key}=20")
+        assert status == 1
+        assert f"help: did you mean '{meant}'?" in said
+
+    def test_proposes_a_key_of_a_file_without_its_table(self, dwmr, tmp_path):
+        path = tmp_path / "mine.toml"
+        path.write_text('extends = "paper"\n[run]\nhorizn = 20\n', encoding="utf-8")
+        assert "help: did you mean 'horizon'?" in dwmr("check", str(path))[2]
+
     def test_shows_warnings_and_goes_on(self, dwmr):
         status, said, warnings = dwmr("check", "paper", "--set", "run.horizon=1.003")
         assert (status, "no errors" in said, "warning[FZ904]" in warnings) == (0, True, True)

@@ -184,7 +184,7 @@ class TestRoles:
 
     def test_suggest_the_param_that_was_meant(self):
         one = refusal(lambda: rules("rules.fcafsmc.gama=2").system("fcafsmc", {}))
-        assert one.help == "did you mean 'gamma'?"
+        assert one.help == "did you mean 'rules.fcafsmc.gamma'?"
 
 
 class TestOverlay:
