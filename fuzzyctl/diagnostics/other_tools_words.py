@@ -125,6 +125,7 @@ PEER_WORDS: Final[dict[str, tuple[str, ...]]] = {
     "include": ("use",),
     "import": ("use",),
     "rule": ("if",),
+    "else": (),
     "rules": ("table",),
     "ruleblock": ("table",),
     "variable": ("input",),

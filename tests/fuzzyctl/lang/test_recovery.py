@@ -63,6 +63,11 @@ class TestMeaning:
         (found,) = diagnostics(f"{BASE}if e = N then u is constant (5)\n")
         assert found.help == "write: if e is N then u is constant(5)"
 
+    @pytest.mark.parametrize("rule", ["if e iz N then u is a", "if e is N, then u is"])
+    def test_else_below_a_rule_that_cannot_be_read_is_no_misspelt_keyword(self, rule):
+        found = [d for d in diagnostics(f"{BASE}{rule}\nelse u is b\n") if d.span.text == "else"]
+        assert [(d.message, d.help) for d in found] == [("'else' begins no statement", "")]
+
     def test_variables_may_be_called_like_keywords_in_capitals(self):
         text = BASE.replace("input e ", "input X ").replace("input de ", "input Y ") + "TABLE u = X * Y\n"
         assert [d.help for d in diagnostics(text) if "TABLE" in d.message] == ["write: table u = X x Y"]
