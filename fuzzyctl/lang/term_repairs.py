@@ -167,8 +167,8 @@ TERMS: Final[tuple[Repair, ...]] = (
     _in_rows(by_pattern(r"\|\s*(?P<x>[^\n]*\w\s*[|,&][^\n]*)$", _bars, _SPACED)),
     _in_rows(
         by_pattern(
-            rf"(?<=\s){NAME}\*(?P<x>({NAME}))(?=\s|$)",
-            lambda g, a: f"({g[2]})" if g[2] in a.declared.params else None,
+            rf"(?<=\s)({NAME})\*(?P<x>({NAME}))(?=\s|$)",
+            lambda g, a: f"({g[3]})" if g[3] in a.declared.params and g[1] not in a.declared.variables else None,
             "a weight other than a number is written in parentheses",
         )
     ),

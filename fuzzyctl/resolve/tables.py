@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
+from itertools import pairwise
+from typing import Final
 
 from fuzzyctl import expr as ex
+from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import counted
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.repaired_text import rewritten
@@ -12,6 +16,9 @@ from fuzzyctl.model.rule import Cell, RuleTable
 from fuzzyctl.model.variable import Membership
 from fuzzyctl.resolve.context import Context
 from fuzzyctl.resolve.rules import is_unsure, known_term, resolve_antecedent, resolve_function, terms_of
+
+_WHOLE: Final = re.compile(r"[^\s,#]+")
+_NO_RULE: Final = "write '.' in a cell where there is to be no rule"
 
 
 def resolve_table(context: Context, statement: sx.Table) -> RuleTable | None:
@@ -54,7 +61,8 @@ def _cells(
     columns = statement.header.terms if framed else None
     found = []
     for row in statement.rows:
-        counted_right = columns is None or _has_count(context, row, columns)
+        counted_right = not _begins_with_input(context, outputs, row)
+        counted_right = counted_right and (columns is None or _has_count(context, row, columns))
         cells = tuple(_cell(context, outputs, c) for c in row.cells) if counted_right else ()
         found.append((row, cells))
     # Only a table without mistakes goes beyond the checks of numbers, so gaps need no filling.
@@ -119,21 +127,42 @@ def _same_counts(context: Context, statement: sx.Table) -> bool:
     message = f"the cell names {counted(len(cell.terms), 'term')} for {counted(due, 'output')}"
     help_text = "join the terms of a cell with '/', one an output"
     if due == 1:
-        help_text = _quotient(context, cell) or "name one term"
+        help_text = _as_expression(context, cell.span) or "name one term"
     more = len(odd) - 1
     facts = (f"and so {'does' if more == 1 else 'do'} {counted(more, 'other cell')}",) if more else ()
     context.report("FZ207", message, cell.span, facts=facts, help=help_text)
     return False
 
 
-def _quotient(context: Context, cell: sx.CellText) -> str:
-    """Say how a cell is written that is a quotient of numbers, params and variables; nothing for other cells."""
-    text = cell.span.text
-    words = {t.text for t in cell.terms if isinstance(t, sx.Word)}
-    if not words <= {*context.params, *context.inputs, *context.outputs} or "(" in text:
+def _as_expression(context: Context, cell: Span) -> str:
+    """Say how a cell is written that is an expression of numbers, params and variables; nothing for other cells."""
+    words = set(re.findall(sx.NAME, cell.text))
+    if not words <= {*context.params, *context.inputs, *context.outputs} or "(" in cell.text:
         return ""
-    formula = f"({text})" if words <= context.params.keys() else f"function({text})"
-    return f"write: {rewritten(cell.span, formula)}"
+    formula = f"({cell.text})" if words <= context.params.keys() else f"function({cell.text})"
+    return f"write: {rewritten(cell, formula)}"
+
+
+def _whole(cell: sx.CellText) -> Span:
+    """Return a cell with its weight and with what follows it without a blank, as the parts of a sum do."""
+    found = _WHOLE.match(cell.span.source.text, cell.span.start)
+    return cell.span if found is None else Span(cell.span.source, *found.span())
+
+
+def _begins_with_input(context: Context, outputs: Sequence[sx.Variable], row: sx.RowLine) -> bool:
+    """Report a cell that begins with an input: an expression without its parentheses."""
+    for cell in row.cells:
+        word = cell.terms[0] if len(outputs) == 1 and cell.terms else None
+        if not isinstance(word, sx.Word) or word.text not in context.inputs:
+            continue
+        if word.text in terms_of(outputs[0]) or is_unsure(outputs[0]):
+            continue
+        message = f"'{word.text}' is an input, not a term of '{outputs[0].name.text}'"
+        whole = _whole(cell)
+        help_text = _as_expression(context, whole) or "a formula of inputs is written function(...)"
+        context.report("FZ203", message, whole, help=help_text)
+        return True
+    return False
 
 
 def _has_corner(context: Context, columns: sx.Variable, header: sx.HeaderLine) -> bool:
@@ -246,7 +275,7 @@ def _check_labels(
             code,
             f"the table has no {what} for {names} of '{variable.name.text}'",
             place,
-            help=f"add the {what}; write '.' in a cell where there is to be no rule",
+            help=f"add the {what}; {_NO_RULE}",
         )
         return False
     return ok
@@ -258,12 +287,14 @@ def _has_count(context: Context, row: sx.RowLine, header: Sequence[sx.Word]) -> 
         return True
     place = row.cells[len(header)].span if len(row.cells) > len(header) else row.span
     many = "too many" if len(row.cells) > len(header) else "too few"
+    sums = (_whole(c) for c, after in pairwise(row.cells) if c.span.end == after.span.start)
+    help_text = next((_as_expression(context, whole) for whole in sums), "") if many == "too many" else _NO_RULE
     context.report(
         "FZ207",
         f"the row has {counted(len(row.cells), 'cell')}, {many} for {counted(len(header), 'column')}",
         place,
         facts=(f"columns: {', '.join(w.text for w in header)}",),
-        help="write '.' in a cell where there is to be no rule" if len(row.cells) < len(header) else "",
+        help=help_text,
     )
     return False
 
