@@ -214,6 +214,13 @@ RULES: Final[tuple[Repair, ...]] = (
         "each term has its variable",
         heads="if with",
     ),
+    by_pattern(r"\w(?P<x>\s*\.)\s*$", "", "a rule ends without a full stop", heads="if with"),
+    by_pattern(
+        r"\bweight\s+(?P<x>(\d{1,2}(?:\.\d+)?|100)\s*%)\s*$",
+        lambda g, _: f"{float(g[2]) / 100:g}",
+        "a weight is a number from 0 to 1",
+        heads="if",
+    ),
     by_pattern(
         r"\bis\s+(?P<x>(constant|linear|function)\s+\()", "{2}(", "the parenthesis follows its function", heads="if"
     ),

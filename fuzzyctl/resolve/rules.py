@@ -113,12 +113,15 @@ def resolve_antecedent(context: Context, truth: sx.Truth) -> Antecedent | None:
 
 def _runs_on(context: Context, hedges: Sequence[sx.Word]) -> bool:
     """Report words of the language among what stands between `is` and the term: the antecedent has run on."""
-    for before, word in zip((None, *hedges), hedges, strict=False):
+    for k, (before, word) in enumerate(zip((None, *hedges), hedges, strict=False)):
         small = word.text.lower()
         if small not in RULE_WORDS or word.text in HEDGES or word.text in context.hedges:
             continue
         if word.text != small:
             context.diagnostics.append(capital_keyword(word.text, word.span))
+        elif small == "is" and k >= 2 and hedges[k - 2].text.lower() == "xor":
+            help_text = "'A xor B' is written: (A or B) and not (A and B), each of them INPUT is TERM"
+            context.report("FZ102", "there is no connective 'xor'", hedges[k - 2].span, help=help_text)
         elif small == "is":
             place = before or word
             context.report("FZ102", f"'and' or 'or' is missing before '{place.text}'", place.span)
@@ -167,8 +170,11 @@ def _term_runs_on(context: Context, text: sx.ConsequentText) -> bool:
     assert isinstance(text.term, sx.Word)
     for word, after in pairwise((*text.hedges, text.term)):
         if word.text in terms and word.text not in HEDGES and word.text not in context.hedges:
-            near = closest(after.text, ["weight"])
-            help_text = "did you mean 'weight'?" if near else f"a rule ends with its last term: {FORMS['if']}"
+            help_text = f"a rule ends with its last term: {FORMS['if']}"
+            if after.span.source.text.startswith(" weight ", after.span.end):
+                help_text = f"remove '{after.text}'"
+            elif closest(after.text, ["weight"]):
+                help_text = "did you mean 'weight'?"
             context.report("FZ102", f"unexpected '{after.text}'", after.span, help=help_text)
             return True
     return False

@@ -4,6 +4,7 @@ from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from fuzzyctl.expr import Number
 from fuzzyctl.loading.load import loads
 from fuzzyctl.model.rule import And, Is, Not, Or
+from tests.fuzzyctl.messages import only, said
 
 
 def errors(text):
@@ -154,3 +155,23 @@ class TestRequire:
     )
     def test_a_malformed_claim_is_refused(self, changed, claim, code):
         assert set(errors(changed(after=f"require {claim}\n"))) == {(code, 21)}
+
+
+class TestWordsOfOtherTools:
+    def test_xor_is_no_connective(self):
+        place, words = only(said(after="if e is N xor e is P then u is a\n"))
+        assert place == "11 FZ102"
+        assert words.startswith("there is no connective 'xor' | 'A xor B' is written: (A or B) and not (A and B)")
+
+    @pytest.mark.parametrize(
+        ("end", "advice"),
+        [
+            ("a with weight 0.5", "remove 'with'"),
+            ("a weigth 0.5", "did you mean 'weight'?"),
+            ("a hardly", "a rule ends with its last term"),
+        ],
+    )
+    def test_a_word_behind_the_last_term(self, end, advice):
+        found = said(after=f"if e is N then u is {end}\n")
+        assert any(advice in words for _, _, words in found), found
+        assert advice == "did you mean 'weight'?" or not any("did you mean 'weight'" in words for _, _, words in found)
