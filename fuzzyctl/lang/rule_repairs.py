@@ -115,8 +115,9 @@ def _bare_term(groups: list[str], around: Surroundings) -> str | None:
 def _number_or_formula(groups: list[str], around: Surroundings) -> str | None:
     value = groups[2].strip()
     own = re.findall(rf"(?m)^\s*function\s+({NAME})", around.declared.text)
-    if not set(re.findall(rf"({NAME})\s*\(", value)) <= {*FUNCTIONS, *own}:
-        # A membership function, or a term before parentheses.
+    unknown = set(re.findall(rf"({NAME})\s*\(", value)) - {*FUNCTIONS, *own}
+    if any(value.startswith(name) or known_kind(name) for name in unknown):
+        # A term before parentheses, or a membership function.
         return None
     if re.fullmatch(NUMBER, value):
         return f"constant({value})"

@@ -59,6 +59,13 @@ class TestMeaning:
         text = f"{BASE}function half(a) = a / 2\nif e is N then u is half(e) + max(e, 0)\n"
         assert [d.help for d in diagnostics(text)] == ["write: if e is N then u is function(half(e) + max(e, 0))"]
 
+    def test_an_unknown_function_in_a_formula_is_reported_beside_its_repair(self):
+        _, found = check_source(SourceText("t.fz", f"{BASE}if e is N then u is 2*e + flor(e)\n"))
+        assert [d.help for d in found if d.severity == "error"] == [
+            "write: if e is N then u is function(2*e + flor(e))",
+            "did you mean 'floor'?",
+        ]
+
     def test_the_parenthesis_of_a_constant_is_no_weight(self):
         (found,) = diagnostics(f"{BASE}if e = N then u is constant (5)\n")
         assert found.help == "write: if e is N then u is constant(5)"
