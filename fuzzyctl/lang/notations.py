@@ -64,7 +64,7 @@ def _block_comment(groups: list[str], around: Surroundings) -> str:
 
 
 def _semicolons(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
-    """Drop semicolons at the end of a line; inside parentheses they are commas, elsewhere they begin a new line."""
+    """Drop semicolons at the end of a line; inside parentheses they are commas, between cells blanks."""
     depth, opened = 0, 0
     for i, char in enumerate(code):
         if char in "([":
@@ -79,8 +79,6 @@ def _semicolons(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
             yield Edit(i, i + 1, "", _ENDS)
         elif around.block == "table" and head(code) not in STATEMENT_KEYWORDS:
             yield Edit(i, i + 1, " ", "cells are separated by blanks")
-        else:
-            yield Edit(i, i + 1, "\n", "a line holds one statement")
 
 
 def _commas_of_decimals(code: str, opened: int, semicolon: int) -> Iterator[Edit]:
@@ -242,6 +240,7 @@ def _outside_tables(repair: Repair) -> Repair:
 _SIGNED: Final = r"[-+]?[\w.]+"
 
 STATEMENTS: Final[tuple[Repair, ...]] = (
+    by_pattern(";", "\n", "a line holds one statement"),
     by_pattern(r"^\s*(?P<x>(?:rule\s*\w*\s*[:.)]|r?\d+\s*[.:)])\s*)(?=if\b)", "", "rules have no name or number"),
     by_pattern(r"^\s*(?P<x>\}|\{|end\w*)\s*$", "", "a block ends where the next statement begins"),
     by_pattern(r"(?P<x>\s*(?:[{:,]|\bdo))\s*$", "", _ENDS),

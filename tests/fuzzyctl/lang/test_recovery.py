@@ -50,6 +50,9 @@ class TestMeaning:
             "if e is N then u is gaussmf(2, 5)",
             "if e is N then u is gaussmf (2)",
             "if e is N then u is q(3)",
+            "if e is N; de is N then u is a",
+            "if e is N and; de is N then u is a",
+            "if e is N then u is a; nonsense here",
         ],
     )
     def test_open_lines_are_not_rewritten(self, line):
