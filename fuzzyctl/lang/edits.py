@@ -120,6 +120,17 @@ class Draft:
             ends[e.start : e.end] = [max(first, last)] * len(e.text)
         return Draft(text, origin, ends, done)
 
+    def before_comment(self) -> tuple[Draft, Draft]:
+        """Return the code of the line, with all edits, and its comment with the blanks before it."""
+        at = masked(self.text).find("#")
+        at = len(self.text if at < 0 else self.text[:at].rstrip())
+        code = Draft(self.text[:at], self.origin[: at + 1], self.ends[:at], self.edits)
+        return code, Draft(self.text[at:], self.origin[at:], self.ends[at:])
+
+    def followed_by(self, rest: Draft) -> Draft:
+        """Return the line with what is behind it."""
+        return Draft(self.text + rest.text, self.origin[:-1] + rest.origin, self.ends + rest.ends, self.edits)
+
     def repaired_by(self, repair: Repair, around: Surroundings) -> Draft:
         """Return the line after a repair; itself where the repair finds nothing."""
         edits = list(islice(repair(masked(self.text), self.text, around), _MOST + 1))

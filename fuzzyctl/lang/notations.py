@@ -63,6 +63,31 @@ def _block_comment(groups: list[str], around: Surroundings) -> str:
     return f"# {inner}" if not groups[4] else ""
 
 
+#: Statements in which `%` and `//` may be operators: those that hold expressions outside of parentheses.
+_EXPRESSIONS: Final = re.compile(
+    rf"\s*(?:(?:param|hedge|function|require|let|next|state|every|block)\b|output\b[^=]*=\s*(?![\[(])|"
+    rf"{NAME}\s*:?=\s*(?!{NAME}\s*\())",
+    re.IGNORECASE,
+)
+#: What goes on with an expression behind `//`, and behind `%`, which may be a percent sign too.
+_OPERAND: Final = re.compile(r"\s*[-+]?[\d(]")
+_OPERATION: Final = re.compile(r"\s*(?:[-+*/^%<>=!,#\d()\]]|(?:unit|within|when|and|or)\b)")
+#: What begins with a number and is a text, such as `3 points` and `1st`.
+_NUMBERED: Final = re.compile(r"\s*\d+(?:(?:st|nd|rd|th)\b|\s+(?!(?:unit|within|when|and|or)\b)[^\W\d])")
+
+
+def _comment_behind(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
+    """Replace the sign of a comment behind code; in an expression it may be an operator or a percent sign."""
+    computes = _EXPRESSIONS.match(code) is not None
+    for m in re.finditer(r"(?<=[\s;)\]}\"])(?<!unit )(//+|%+)(?!\s*$)", code):
+        before, behind = code[: m.start()], code[m.end() :]
+        inside = len(re.findall(r"[(\[]", before)) > len(re.findall(r"[)\]]", before))
+        goes_on = (_OPERATION if m[0] == "%" else _OPERAND).match(behind) and not _NUMBERED.match(behind)
+        if not (goes_on and (computes or inside)):
+            yield Edit(m.start(), m.end(), "#", COMMENT)
+            return
+
+
 def _semicolons(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
     """Drop semicolons at the end of a line; inside parentheses they are commas, between cells blanks."""
     depth, opened = 0, 0
@@ -115,7 +140,7 @@ def _signs(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
 CHARACTERS: Final[tuple[Repair, ...]] = (
     by_pattern(r"(?P<x>\(\*(.*?)\*\)|/\*(.*?)\*/)[ \t]*(?=(\S)?)", _block_comment, COMMENT),
     by_pattern(r"^[ \t]*(?P<x>;+|--+|//+|%+|'+(?=[^'\n]*$))", "#", COMMENT),
-    by_pattern(r"(?<=[\s;)\]}\"])(?<!unit )(?P<x>//+|%+)(?!\s*(?:[-+]?[\d(]|$))", "#", COMMENT),
+    _comment_behind,
     by_pattern(r"[“”„‟«»″]", '"', _QUOTES),
     by_pattern(r"(?<![\w'])'([^'\n]*)'", '"{1}"', _QUOTES),
     _semicolons,

@@ -176,19 +176,29 @@ def _fixed(draft: Draft, kind: LineKind, around: Surroundings, reads_line: Reads
         sure = sure.repaired_by(repair, around)
     if sure is not draft and _reads(sure.text, kind, reads_line):
         return sure, True
-    current, made = sure, list[Repair]()
+    # Repairs of the end of a line expect it before the comment.
+    code, comment = (sure, None) if "\n" in sure.text else sure.before_comment()
+    fixed = _read_after(code, lambda d: _reads(d.text, kind, reads_line), around)
+    if fixed is None:
+        return sure, False
+    return fixed if comment is None else fixed.followed_by(comment), True
+
+
+def _read_after(draft: Draft, reads: Callable[[Draft], bool], around: Surroundings) -> Draft | None:
+    """Return a line after the repairs that it needs; None where it cannot be read after any."""
+    current, made = draft, list[Repair]()
     for repair in _REPAIRS:
         after = current.repaired_by(repair, around)
         if after is not current:
             made.append(repair)
-            if _reads(after.text, kind, reads_line):
-                return _needed(sure, made, lambda d: _reads(d.text, kind, reads_line), around), True
+            if reads(after):
+                return _needed(draft, made, reads, around)
         current = after
     for repair in _REPAIRS:
-        alone = sure.repaired_by(repair, around)
-        if alone is not sure and _reads(alone.text, kind, reads_line):
-            return alone, True
-    return sure, False
+        alone = draft.repaired_by(repair, around)
+        if alone is not draft and reads(alone):
+            return alone
+    return None
 
 
 def _needed(draft: Draft, repairs: list[Repair], reads: Callable[[Draft], bool], around: Surroundings) -> Draft:
