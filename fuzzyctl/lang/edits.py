@@ -54,6 +54,13 @@ class Declared:
         return frozenset(re.findall(r"(?im)^[ \t]*output[ \t]+(\w+)", self.text))
 
     @cached_property
+    def names(self) -> frozenset[str]:
+        """Names of params, inputs, outputs and terms, as far as their lines look like declaring one."""
+        items = " ".join(re.findall(r"(?im)^[ \t]*terms\b([^\n#]*)", self.text))
+        functions = re.findall(r"(?m)^[ \t]*(\w+)[ \t]*=[ \t]*\w+[ \t]*\(", self.text)
+        return self.variables | self.params | frozenset((*re.findall(r"(?<![\w@=.])[^\W\d]\w*", items), *functions))
+
+    @cached_property
     def terms(self) -> frozenset[str]:
         """Names of terms, as far as rules and rows look like naming one."""
         rows = " ".join(re.findall(r"\|([^\n#]*)", self.text))

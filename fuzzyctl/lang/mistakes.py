@@ -94,6 +94,7 @@ _TERMINALS: Final[dict[str, str]] = {
 RULE_WORDS: Final = frozenset({"is", "and", "or", "not", "then", "weight"})
 
 _NO_TERM: Final = re.compile(r"\bis\s+(and|or|then|\))(?!\w)")
+_THEN: Final = re.compile(r"\bthen\b")
 _WORD: Final = re.compile(NAME)
 #: What is found where the weight of a rule is expected.
 _NEAR_WEIGHT: Final = re.compile(rf"(?<!\w)((?>{NAME}))\s++[-+]?(?:\.?\d\S*+|\([^()]*+\))\s*+(?:#.*)?$")
@@ -259,7 +260,8 @@ def describe_unknown_line(source: SourceText, line: LogicalLine, block: str) -> 
     keywords, forms = (BLOCK_KEYWORDS, BLOCK_FORMS) if line.in_block else (STATEMENT_KEYWORDS, FORMS)
     if line.word.lower() in keywords and line.word != line.word.lower():
         return capital_keyword(line.word, place, "FZ101")
-    if line.word in ("then", "is", "not"):
+    near = _meant(line.word, keywords)
+    if line.word in ("then", "is", "not") or (near != "if" and _THEN.search(text)):
         help_text = "a rule is one line, which goes on in the next only inside parentheses"
         return Diagnostic("FZ101", f"'{line.word}' begins no statement", place, help=help_text)
     if line.word in keywords:
@@ -270,7 +272,6 @@ def describe_unknown_line(source: SourceText, line: LogicalLine, block: str) -> 
     if line.in_block and line.word in FORMS:
         message = f"'{line.word}' belongs to a system, not to a controller"
         return Diagnostic("FZ101", message, place, help="put it below a 'system' line, and call that system")
-    near = _meant(line.word, keywords)
     hint = f"did you mean '{near}'? the form is: {forms[near]}" if near else ""
     if not hint and block == "variable":
         hint = f"a term is written: {_BELOW['term_line']}"

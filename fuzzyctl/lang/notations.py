@@ -185,8 +185,12 @@ def _misspelt(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
     found = re.match(rf"\s*({NAME})(?=[\s(])(?!\s*[:=|])", code)
     if found is None or found[1] in STATEMENT_KEYWORDS or found[1] in _KEYWORDS["if"] or len(found[1]) < 3:
         return
+    if found[1] in around.declared.names:
+        # It begins a row without its bar, or the rest of a rule.
+        return
     near = closest(found[1], STATEMENT_KEYWORDS)
-    if near is not None:
+    # `allow` takes any words; its codes are known by their form.
+    if near is not None and (near not in ("allow", "deny") or re.match(r"\s+FZ\d", code[found.end() :])):
         why = "; ".join((f"did you mean '{near}'?", *look_alikes(found[1])))
         yield Edit(found.start(1), found.end(1), near, why)
 

@@ -240,7 +240,7 @@ class Examined:
 
     def reported(self, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
         """Return diagnostics in order, as the lines of the file want them."""
-        return apply_policy(in_order(self.source, diagnostics), self.policy)
+        return [in_original(d) for d in apply_policy(in_order(self.source, diagnostics), self.policy)]
 
 
 def look_through(
@@ -269,7 +269,7 @@ def look_through(
     parts = split(tree)
     crowd = _crowded(source, parts)
     if crowd is not None:
-        return Examined(source, (), [*diagnostics, crowd], tuple(policy))
+        return Examined(source, (), [in_original(d) for d in (*diagnostics, crowd)], tuple(policy))
     for part in parts:
         if isinstance(part.head, sx.Head):
             continue

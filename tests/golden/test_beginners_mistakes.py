@@ -114,6 +114,12 @@ def test_the_repaired_line_leaves_no_error(case):
     assert [d for d in left if d.severity == "error"] == []
 
 
+@each
+def test_the_lines_shown_are_those_of_the_file(case):
+    spans = [s for d in case.diagnostics for s in (d.span, *(n.span for n in d.notes))]
+    assert {s.source.text for s in spans} == {case.text}
+
+
 def test_all_mistakes_of_a_file_are_reported_at_once():
     """One mistake a line, as far as no two are of one line, in one file."""
     taken, wrong = set(), {}

@@ -108,7 +108,53 @@ class TestMeaning:
             assert "write 'N | a b'" in [d.help for d in diagnostics(f"{BASE}{table}  {row}\n")], row
 
 
+class TestDeclaredNames:
+    """A line that begins with a declared name begins with no misspelt keyword."""
+
+    SYSTEM = "system s\ndefuzzifier centroid\n" + "".join(
+        f"{kind} {name} in [0, 10]\n  terms low high\n"
+        for kind, name in (("input", "e"), ("input", "de"), ("output", "u"))
+    )
+
+    def _said(self, below):
+        _, found = check_source(SourceText("t.fz", self.SYSTEM + below))
+        return [(d.code, d.span.line, d.message, d.help) for d in found if d.severity == "error"]
+
+    @pytest.mark.parametrize(
+        ("table", "row"),
+        [
+            ("table u = e\n  low high\n  low high\n", "| low high"),
+            ("table u = e x de\n  low high\n  low high low\n  high low high\n", "low | high low"),
+            ("table u = e\n  low high\n  low high\nrequire u <= 10\n", "| low high"),
+        ],
+    )
+    def test_may_begin_a_row_without_its_bar(self, table, row):
+        assert self._said(table) == [("FZ102", 11, "the row lacks its bar", f"write '{row}'")]
+
+    def test_may_begin_the_second_line_of_a_rule(self):
+        first, second = self._said("if e is\n low then u is low\n")
+        assert (first[0], first[1]) == ("FZ102", 9)
+        assert second[1:] == (
+            10,
+            "'low' begins no statement",
+            "a rule is one line, which goes on in the next only inside parentheses",
+        )
+
+    def test_codes_are_known_by_their_form(self):
+        rule = "if e is low then u is low\n"
+        assert [said[3] for said in self._said(f"{rule}alow FZ208\n")] == ["write: allow FZ208"]
+        assert [said[2] for said in self._said(f"{rule}lows many\n")] == ["'lows' begins no statement"]
+
+
 class TestLocations:
+    def test_of_codes_are_in_the_text_as_it_was_written(self):
+        source = SourceText("t.fz", BASE + "alow FZ999\n")
+        _, found = check_source(source)
+        assert [(d.code, d.span.source is source, d.span.text) for d in found] == [
+            ("FZ213", True, "FZ999"),
+            ("FZ101", True, "alow"),
+        ]
+
     def test_are_those_of_the_text_as_it_was_written(self):
         text = BASE + "IF e IS N && e IS Q THEN u IS a;\n/* note */\nif e is Q then u is q\n"
         _, found = check_source(SourceText("t.fz", text))
