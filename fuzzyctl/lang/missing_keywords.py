@@ -37,7 +37,8 @@ def headless(source: SourceText, line: LogicalLine, below: LogicalLine | None) -
         below: The next line with code, None at the end.
     """
     text = source.text[line.start : line.end]
-    following = source.text[below.start : below.end] if below is not None else ""
+    # Settings and other statements of names only are no header.
+    following = source.text[below.start : below.end] if below is not None and below.kind != "statement" else ""
     if _VARIABLE.match(text):
         return "variable"
     table = _TABLE.fullmatch(text)

@@ -143,6 +143,7 @@ CHARACTERS: Final[tuple[Repair, ...]] = (
     _comment_behind,
     by_pattern(r"[“”„‟«»″]", '"', _QUOTES),
     by_pattern(r"(?<![\w'])'([^'\n]*)'", '"{1}"', _QUOTES),
+    by_pattern(r"(?<!\w)[‘’‚‛]([^‘’\n]*)[‘’](?!\w)", '"{1}"', _QUOTES),
     _semicolons,
     by_pattern(r"\s*&&\s*|\s*&\s*(?=\(|\w+\s*(?:\bis\b|[=~!])|~|!)", " and ", "the conjunction is written 'and'"),
     by_pattern(r"\s*\|\|\s*", " or ", "the disjunction is written 'or'"),
@@ -266,10 +267,41 @@ def _outside_tables(repair: Repair) -> Repair:
     return only
 
 
+def _bare_name(groups: list[str], around: Surroundings) -> str | None:
+    name = groups[1][1:-1].strip()
+    return name if re.fullmatch(NAME, name) else None
+
+
+_TEXT: Final = r"(?P<x>\"[^\"\n]*\")"
+_NAMED: Final = "input|output|param|hedge|rules|function|and|or|implication|aggregation|defuzzifier|activation"
+
+
+def _unquoted(pattern: str, *, heads: str = "") -> Repair:
+    return by_pattern(pattern, _bare_name, "names have no quotes", heads=heads)
+
+
+_UNQUOTED: Final = _unquoted(_TEXT)
+
+
+def _unquoted_cells(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
+    if around.block == "table" and ("|" in code or re.fullmatch(r"(?:\s*\"[^\"]*\")+\s*", code)):
+        yield from _UNQUOTED(code, text, around)
+
+
+#: Texts where names stand: anywhere in rules and tables, first in other statements, before and behind `=`.
+_QUOTED: Final[tuple[Repair, ...]] = (
+    _unquoted(rf"(?<!from ){_TEXT}", heads="if with terms table require"),
+    _unquoted(rf"(?:^\s*(?:{_NAMED})|\b(?:implication|aggregation|defuzzifier))\s+{_TEXT}"),
+    _unquoted(rf"^\s*{_TEXT}(?=\s*[:=])"),
+    _unquoted(rf"^\s*{NAME}\s*:?=\s*{_TEXT}\s*$"),
+    _unquoted_cells,
+)
+
 _SIGNED: Final = r"[-+]?[\w.]+"
 
 STATEMENTS: Final[tuple[Repair, ...]] = (
     by_pattern(";", "\n", "a line holds one statement"),
+    *_QUOTED,
     by_pattern(r"^\s*(?P<x>(?:rule\s*\w*\s*[:.)]|r?\d+\s*[.:)])\s*)(?=if\b)", "", "rules have no name or number"),
     by_pattern(r"^\s*(?P<x>\}|\{|end\w*)\s*$", "", "a block ends where the next statement begins"),
     by_pattern(r"(?P<x>\s*(?:[{:,]|\bdo))\s*$", "", _ENDS),

@@ -146,6 +146,12 @@ class TestDeclaredNames:
         assert [said[2] for said in self._said(f"{rule}lows many\n")] == ["'lows' begins no statement"]
 
 
+def test_an_assignment_above_a_setting_is_no_table():
+    assert [d.message for d in diagnostics("engine = mamdani\nand min\n")] == [
+        "unexpected term outside of an input or output"
+    ]
+
+
 class TestLocations:
     def test_of_codes_are_in_the_text_as_it_was_written(self):
         source = SourceText("t.fz", BASE + "alow FZ999\n")
