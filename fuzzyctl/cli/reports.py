@@ -94,7 +94,8 @@ def _region(span: Span) -> tuple[int, int, int, int]:
 
 
 def _text(d: Diagnostic) -> str:
-    return "\n".join(map(printable, [d.message, *d.facts, *([f"help: {d.help}"] if d.help else [])]))
+    text = "\n".join([d.message, *d.facts, *([f"help: {d.help}"] if d.help else [])])
+    return "\n".join(map(printable, text.split("\n")))
 
 
 def _uri(name: str) -> str:

@@ -35,7 +35,7 @@ class Diagnostic:
         span: Where it is, or None when it has no place in a text.
         severity: "error", "warning" or "hint".
         facts: Lines that help to see why, such as the names that would have been right.
-        help: What to do about it, or an empty string.
+        help: What to do about it, or an empty string; lines to be typed may follow, each as a line of its own.
         notes: Other places that matter.
         file: Shown as the place when there is no span.
     """
@@ -108,10 +108,10 @@ def render(
 
     def add(text: str, label: str = "") -> None:
         colon = ": " if label else ""
-        text = spelt(printable(text), encoding)
-        first, *rest = wrapped(text, width, first=margin + 2 + len(label + colon), indent=margin + 2)
+        head, *below = (spelt(printable(line), encoding) for line in text.split("\n"))
+        first, *rest = wrapped(head, width, first=margin + 2 + len(label + colon), indent=margin + 2)
         lines.append(f"{pad}= {paint(label, 'cyan')}{colon}{first}")
-        lines.extend(f"{pad}  {line}" for line in rest)
+        lines.extend(f"{pad}  {line}" for line in (*rest, *(f"  {line}" for line in below)))
 
     for fact in diagnostic.facts:
         add(fact)

@@ -9,6 +9,8 @@ from functools import cached_property
 from itertools import islice
 from typing import Final
 
+from fuzzyctl.lang.syntax import NAME, STATEMENT_KEYWORDS
+
 #: A line that needs more edits of one kind holds no slip.
 _MOST: Final = 40
 
@@ -61,6 +63,19 @@ class Declared:
         return self.variables | self.params | frozenset((*re.findall(r"(?<![\w@=.])[^\W\d]\w*", items), *functions))
 
     @cached_property
+    def words(self) -> dict[str, set[str]]:
+        """All words in the lines of each variable, among them its terms."""
+        found: dict[str, set[str]] = {}
+        variable = ""
+        for line in self.text.split("\n"):
+            first, *others = re.findall(NAME, line) or [""]
+            if first.lower() in STATEMENT_KEYWORDS and first.lower() != "terms":
+                variable = others[0] if others and first.lower() in ("input", "output") else ""
+            if variable:
+                found.setdefault(variable, set()).update((first, *others))
+        return found
+
+    @cached_property
     def terms(self) -> frozenset[str]:
         """Names of terms, as far as rules and rows look like naming one."""
         rows = " ".join(re.findall(r"\|([^\n#]*)", self.text))
@@ -76,11 +91,13 @@ class Surroundings:
         declared: The names that the whole text declares.
         above: The last rule above the line, after those to which it is the `else`.
         statement: The last statement above the line, whose block may go on; an empty string where there is none.
+        is_first: Whether the line is the first one below it.
     """
 
     declared: Declared
     above: tuple[str, ...] = ()
     statement: str = ""
+    is_first: bool = False
 
     @property
     def block(self) -> str:

@@ -25,7 +25,7 @@ def foreign(node: Any, text: str) -> Diagnostic | None:
     match node:
         case sx.TermLine(kind=kind, arguments=arguments):
             return _odd_term(kind, arguments)
-        case sx.Setting(keyword=keyword, value=value):
+        case sx.Setting(keyword=keyword, value=value) | sx.Activation(keyword=keyword, kind=value):
             meant = known_setting(keyword.text, value.text)
             return None if meant is None else Diagnostic("FZ213", f"'{value.text}' is '{meant}' here", value.span)
         case sx.Variable(clauses=clauses):

@@ -115,6 +115,10 @@ def _commas_of_decimals(code: str, opened: int, semicolon: int) -> Iterator[Edit
         yield Edit(previous + m.start(), previous + m.end(), ".", _DECIMAL)
 
 
+def _end_of_rule(groups: list[str], around: Surroundings) -> str | None:
+    return None if groups[2] in around.declared.names else ""
+
+
 _WORDS_OF_SIGNS: Final = {"∧": " and ", "∨": " or ", "¬": "not ", "→": " then ", "⇒": " then ", "∈": " in "}
 
 
@@ -144,6 +148,7 @@ CHARACTERS: Final[tuple[Repair, ...]] = (
     by_pattern(r"[“”„‟«»″]", '"', _QUOTES),
     by_pattern(r"(?<![\w'])'([^'\n]*)'", '"{1}"', _QUOTES),
     by_pattern(r"(?<!\w)[‘’‚‛]([^‘’\n]*)[‘’](?!\w)", '"{1}"', _QUOTES),
+    by_pattern(r"\bthen\b.*(?<!\bis)(?P<x>[\s;]+(end_?if))(?=[\s;]*(?:#|$))", _end_of_rule, _ENDS, heads="if"),
     _semicolons,
     by_pattern(r"\s*&&\s*|\s*&\s*(?=\(|\w+\s*(?:\bis\b|[=~!])|~|!)", " and ", "the conjunction is written 'and'"),
     by_pattern(r"\s*\|\|\s*", " or ", "the disjunction is written 'or'"),
@@ -217,7 +222,7 @@ def _setting_of(groups: list[str], around: Surroundings) -> str | None:
 
 
 def _value_of_setting(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
-    for m in re.finditer(rf"\b(and|or|implication|aggregation|defuzzifier)\s+({NAME})", code):
+    for m in re.finditer(rf"\b(and|or|implication|aggregation|defuzzifier|activation)\s+({NAME})", code):
         meant = known_setting(m[1], m[2])
         if meant is not None:
             more = remark(m[2])
@@ -297,11 +302,31 @@ _QUOTED: Final[tuple[Repair, ...]] = (
     _unquoted_cells,
 )
 
+
+def _header(groups: list[str], around: Surroundings) -> str | None:
+    """Drop the bars of the line below a table where all between them are terms of its columns, but for a corner."""
+    corner, *cells = (cell.strip() for cell in groups[1].strip().strip("|").split("|"))
+    column = re.findall(NAME, around.statement)[-1:]
+    if not around.is_first or around.block != "table" or not column:
+        return None
+    terms = around.declared.words.get(column[0], set())
+    is_corner = around.declared.variables.issuperset(re.split(r"\s*[\\/]\s*", corner)) or not corner
+    names = cells if is_corner else [corner, *cells]
+    distinct = len(set(names)) == len(names) > 0
+    return f"{groups[2]}{' '.join(names)}" if distinct and terms.issuperset(names) else None
+
+
 _SIGNED: Final = r"[-+]?[\w.]+"
 
 STATEMENTS: Final[tuple[Repair, ...]] = (
     by_pattern(";", "\n", "a line holds one statement"),
     *_QUOTED,
+    by_pattern(
+        r"^(?P<x>(\s*)[^|\n]*\|[^\n]*\|[^\n]*)$", _header, "the header holds the terms of the columns and no bars"
+    ),
+    by_pattern(
+        r"^\s*(?P<x>\|?(?:\s*:?-{2,}:?\s*\|)+\s*(?::?-{2,}:?)?)\s*$", "", "a table has no line between header and rows"
+    ),
     by_pattern(r"^\s*(?P<x>(?:rule\s*\w*\s*[:.)]|r?\d+\s*[.:)])\s*)(?=if\b)", "", "rules have no name or number"),
     by_pattern(r"^\s*(?P<x>\}|\{|end\w*)\s*$", "", "a block ends where the next statement begins"),
     by_pattern(r"(?P<x>\s*(?:[{:,]|\bdo))\s*$", "", _ENDS),
@@ -313,6 +338,11 @@ STATEMENTS: Final[tuple[Repair, ...]] = (
     by_pattern(r"^\s*(?P<x>else\s+)(?=if\b)", "", "rules have no 'else', each acts on its own"),
     by_pattern(rf"^\s*(?P<x>)(?={NAME}\s+is\s+.*(?:\bthen\b|=>|->))", "if ", "a rule begins with 'if'"),
     by_pattern(r"^\s*(?P<x>assert|ensure|guarantee|prove)\b", "require", "a guarantee begins with 'require'"),
+    by_pattern(
+        rf"^\s*(?:(?:hedge|function)\s+{NAME}\s*\([^()]*\)|(?:let|next|block)\s+{NAME})(?P<x>\s*(?::=|:|<-)\s*)",
+        " = ",
+        "a value is assigned with '='",
+    ),
     by_pattern(
         rf"^\s*(?P<x>const|constant|let|var|parameter|def|real|float|double)(?=\s+{NAME}\s*:?=)",
         "param",

@@ -24,6 +24,7 @@ _VALUES: Final[dict[str, tuple[str, ...]]] = {
     "implication": tuple(IMPLICATIONS),
     "aggregation": tuple(AGGREGATIONS),
     "defuzzifier": _DEFUZZIFIERS,
+    "activation": ("general", "first", "last", "highest", "lowest", "proportional", "threshold"),
 }
 
 

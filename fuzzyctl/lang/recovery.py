@@ -147,11 +147,12 @@ def _surrounded(
     """Yield the lines of some numbers, each with what is above it; lines above are read once for all of them."""
     declared = Declared(text)
     chain: tuple[str, ...] = ()
-    statement = ""
+    statement, is_first = "", False
     for k, line in enumerate(lines):
         if k in wanted:
-            yield k, line, Surroundings(declared, chain if len(chain) <= _CHAIN else (), statement)
+            yield k, line, Surroundings(declared, chain if len(chain) <= _CHAIN else (), statement, is_first)
         word = line.word.lower()
+        is_first = word in STATEMENT_KEYWORDS
         if word in STATEMENT_KEYWORDS and word != "terms":
             statement = text[line.start : line.end].strip()
         rule = _RULE.match(text, line.start, line.end) if word in ("if", "else") else None
@@ -169,6 +170,9 @@ def _ends(text: str, line: LogicalLine) -> tuple[int, ...]:
 
 def _fixed(draft: Draft, kind: LineKind, around: Surroundings, reads_line: ReadsLine) -> tuple[Draft, bool]:
     """Return a line after repairs, and whether it can be read then."""
+    if around.block == "table" and around.is_first and kind == "row":
+        # A header with bars; a row is known by its bar.
+        kind = "header"
     if len(draft.text) > _LONGEST or _GAP.search(draft.text) or _reads(draft.text, kind, reads_line):
         return draft, False
     sure = draft
@@ -237,8 +241,10 @@ def _report(source: SourceText, draft: Draft, first: Diagnostic, *, whole: bool)
         column = source.column_of(e.start)
         facts.append(f"column {column}: {_instruction(source, e)}{'' if e.why in said else f': {e.why}'}")
         said.add(e.why)
-    written = " / ".join(line.strip() for line in draft.text.split("\n") if line.strip())
-    line = f"write: {written}" if written else "remove the line"
+    written = [line.strip() for line in draft.text.split("\n") if line.strip()]
+    line = f"write: {written[0]}" if written else "remove the line"
+    if len(written) > 1:
+        line = "\n".join((f"write {len(written)} lines:", *written))
     help_text = line if whole else _instruction(source, lead)
     if whole and first.code in ("FZ103", "FZ104", "FZ109") and lead.why != COMMENT and len({e.why for e in edits}) == 1:
         # What is not closed is named as it was before the repair, which may be anywhere behind it.

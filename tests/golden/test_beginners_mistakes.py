@@ -107,9 +107,9 @@ def test_each_line_is_reported_once(case):
 def test_the_repaired_line_leaves_no_error(case):
     repaired = {}
     for d in errors(case):
-        found = re.fullmatch(r"(?:write: (?P<line>.*)|remove the line)", d.help)
+        found = re.fullmatch(r"(?:write: (?P<line>.*)|write \d lines:\n(?P<lines>(?:.*\n?)+)|remove the line)", d.help)
         assert found, d.help
-        repaired[d.span.line - 1] = (found["line"] or "").replace(" / ", "\n")
+        repaired[d.span.line - 1] = found["line"] or found["lines"] or ""
     _, left = check_source(SourceText("tip.fz", replaced(repaired)))
     assert [d for d in left if d.severity == "error"] == []
 

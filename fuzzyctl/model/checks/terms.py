@@ -29,7 +29,7 @@ def misfitting_defuzzifier(numbers: Numbers) -> Iterator[Diagnostic]:
                 "FZ214",
                 f"adaptive output '{output.name}' needs a defuzzifier over rules, not '{method.kind}'",
                 output.span,
-                help="write: defuzzifier weighted_average",
+                help=_BY_AVERAGE,
             )
         if output.adaptive is not None:
             continue
@@ -74,7 +74,7 @@ def _without_area(output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:
     message = f"term '{first.name}' of '{output.name}' is {what} and has no area, so it has no {method.kind}"
     facts = (f"so have {', '.join(repr(t.name) for t in others)}",) if others else ()
     place = first.membership.span or first.span
-    yield Diagnostic("FZ214", message, place, facts=facts, help="write: defuzzifier weighted_average")
+    yield Diagnostic("FZ214", message, place, facts=facts, help=_BY_AVERAGE)
 
 
 def _without_centroid(system: FuzzySystem, output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:
@@ -108,10 +108,11 @@ def _without_sets(output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:
         if kind not in MEMBERSHIP or not MEMBERSHIP[kind].fuzzy:
             what = "is a formula" if kind == "formula" else "is no set"
             message = f"term '{term.name}' of '{output.name}' {what}, and '{method.kind}' takes its degrees"
-            help_text = _BY_POINTS if kind == "formula" else "write: defuzzifier weighted_average"
+            help_text = _BY_POINTS if kind == "formula" else _BY_AVERAGE
             yield Diagnostic("FZ214", message, term.membership.span or term.span, help=help_text)
 
 
+_BY_AVERAGE: Final = "in the line of the defuzzifier write: defuzzifier weighted_average"
 _BY_POINTS: Final = "approximate it by points of its curve: piecewise(x1, degree1, x2, degree2, ...)"
 
 
@@ -141,7 +142,7 @@ def _without_names(system: FuzzySystem, output: Output, method: Defuzzifier) -> 
         c = system.rules[r].consequents[k]
         if isinstance(c.term, Membership):
             message = f"'{method.kind}' takes terms of '{output.name}', not numbers or functions"
-            yield Diagnostic("FZ214", message, c.term.span or c.span, help="write: defuzzifier weighted_average")
+            yield Diagnostic("FZ214", message, c.term.span or c.span, help=_BY_AVERAGE)
 
 
 def initial_consequents_outside(numbers: Numbers) -> Iterator[Diagnostic]:

@@ -1,9 +1,14 @@
 """Reading on after repairs: valid files are left alone, locations are those of the text as it was written."""
 
+import json
+import re
+
 import pytest
 
 from fuzzyctl import loads
 from fuzzyctl.analysis.check import check_source
+from fuzzyctl.cli.reports import as_sarif
+from fuzzyctl.diagnostics.diagnostic import render
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.lang.parser import parse
 from fuzzyctl.support.shipped import rules_folder
@@ -144,6 +149,64 @@ class TestDeclaredNames:
         rule = "if e is low then u is low\n"
         assert [said[3] for said in self._said(f"{rule}alow FZ208\n")] == ["write: allow FZ208"]
         assert [said[2] for said in self._said(f"{rule}lows many\n")] == ["'lows' begins no statement"]
+
+
+class TestTablesWithBars:
+    VARIABLES = "".join(
+        f"{kind} {name} in [0, 10]\n  terms {terms}\n"
+        for kind, name, terms in (
+            ("input", "e", "low high"),
+            ("input", "de", "small large"),
+            ("output", "u", "low high"),
+        )
+    )
+
+    def _helps(self, *lines):
+        return [d.help for d in diagnostics("\n".join((self.VARIABLES, *lines)))]
+
+    @pytest.mark.parametrize("corner", ["", "e", "e \\ de", "| e", "|"])
+    def test_become_rows_of_one_bar(self, corner):
+        found = self._helps("table u = e x de", f"  {corner} | small | large |", "|---|:---:|---|", "low | low | high")
+        assert found == ["write: small large", "remove the line", "write: low | low high"]
+
+    def test_a_header_of_terms_only_has_no_corner(self):
+        assert self._helps("table u = e", "  | low | high |", "  | low | high |") == [
+            "write: low high",
+            "write: | low high",
+        ]
+
+    def test_a_first_row_is_no_header(self):
+        assert self._helps("table u = e x de", "low | low | high")[0] == "write: low | low high"
+        assert self._helps("table u = de x e", "small | low | high")[0] == "write: small | low high"
+
+
+class TestSeveralLines:
+    def test_are_shown_below_each_other(self):
+        (found,) = diagnostics("param a = 1; param b = 2")
+        assert found.help == "write 2 lines:\nparam a = 1\nparam b = 2"
+        assert render(found).split("\n")[-3:] == [
+            "  = help: write 2 lines:",
+            "      param a = 1",
+            "      param b = 2",
+        ]
+
+    def test_are_lines_of_a_report(self):
+        _, found = check_source(SourceText("t.fz", "param a = 1; param b = 2"))
+        results = json.loads(as_sarif(found))["runs"][0]["results"]
+        assert any("help: write 2 lines:\nparam a = 1\n" in r["message"]["text"] for r in results)
+
+
+@pytest.mark.parametrize(
+    "line", ["hedge h(x) := x^2", "function f(a, b) : a + b", "controller c\nlet a := 2", "controller c\nnext a <- 2"]
+)
+def test_a_value_is_assigned_with_the_equals_sign(line):
+    (found,) = diagnostics(line)
+    assert found.help == "write: " + re.sub(r" (:=|:|<-)", " =", line.split("\n")[-1])
+
+
+def test_a_term_may_have_the_name_that_ends_other_rules():
+    text = "input e in [0, 1]\n  terms low end_if\nIF e IS low THEN u IS very end_if\n"
+    assert [d.help for d in diagnostics(text)] == ["write: if e is low then u is very end_if"]
 
 
 def test_an_assignment_above_a_setting_is_no_table():
