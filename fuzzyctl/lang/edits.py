@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -61,6 +62,11 @@ class Declared:
         items = " ".join(re.findall(r"(?im)^[ \t]*terms\b([^\n#]*)", self.text))
         functions = re.findall(r"(?m)^[ \t]*(\w+)[ \t]*=[ \t]*\w+[ \t]*\(", self.text)
         return self.variables | self.params | frozenset((*re.findall(r"(?<![\w@=.])[^\W\d]\w*", items), *functions))
+
+    @cached_property
+    def counts(self) -> Counter[str]:
+        """How often each word occurs in the text."""
+        return Counter(re.findall(NAME, self.text))
 
     @cached_property
     def words(self) -> dict[str, set[str]]:

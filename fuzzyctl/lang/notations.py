@@ -79,7 +79,7 @@ _NUMBERED: Final = re.compile(r"\s*\d+(?:(?:st|nd|rd|th)\b|\s+(?!(?:unit|within|
 def _comment_behind(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
     """Replace the sign of a comment behind code; in an expression it may be an operator or a percent sign."""
     computes = _EXPRESSIONS.match(code) is not None
-    for m in re.finditer(r"(?<=[\s;)\]}\"])(?<!unit )(//+|%+)(?!\s*$)", code):
+    for m in re.finditer(r"(?<=[\s;)\]}\"])(?<!unit )(//+|%+(?!\s*(?://|#)))(?!\s*(?:$|else\b|unit\b))", code):
         before, behind = code[: m.start()], code[m.end() :]
         inside = len(re.findall(r"[(\[]", before)) > len(re.findall(r"[)\]]", before))
         goes_on = (_OPERATION if m[0] == "%" else _OPERAND).match(behind) and not _NUMBERED.match(behind)
@@ -278,11 +278,17 @@ def _bare_name(groups: list[str], around: Surroundings) -> str | None:
 
 
 _TEXT: Final = r"(?P<x>\"[^\"\n]*\")"
-_NAMED: Final = "input|output|param|hedge|rules|function|and|or|implication|aggregation|defuzzifier|activation"
+_NAMED: Final = "param|hedge|rules|function|and|or|implication|aggregation|defuzzifier|activation"
 
 
-def _unquoted(pattern: str, *, heads: str = "") -> Repair:
-    return by_pattern(pattern, _bare_name, "names have no quotes", heads=heads)
+def _used_name(groups: list[str], around: Surroundings) -> str | None:
+    """Return the name of a variable that other lines use; others may be labels whose name is missing."""
+    name = _bare_name(groups, around)
+    return name if name is not None and around.declared.counts[name] > 1 else None
+
+
+def _unquoted(pattern: str, name: _New = _bare_name, *, heads: str = "") -> Repair:
+    return by_pattern(pattern, name, "names have no quotes", heads=heads)
 
 
 _UNQUOTED: Final = _unquoted(_TEXT)
@@ -296,6 +302,7 @@ def _unquoted_cells(code: str, text: str, around: Surroundings) -> Iterator[Edit
 #: Texts where names stand: anywhere in rules and tables, first in other statements, before and behind `=`.
 _QUOTED: Final[tuple[Repair, ...]] = (
     _unquoted(rf"(?<!from ){_TEXT}", heads="if with terms table require"),
+    _unquoted(rf"^\s*(?:input|output)\s+{_TEXT}", _used_name),
     _unquoted(rf"(?:^\s*(?:{_NAMED})|\b(?:implication|aggregation|defuzzifier))\s+{_TEXT}"),
     _unquoted(rf"^\s*{_TEXT}(?=\s*[:=])"),
     _unquoted(rf"^\s*{NAME}\s*:?=\s*{_TEXT}\s*$"),

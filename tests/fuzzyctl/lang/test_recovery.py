@@ -55,6 +55,8 @@ class TestMeaning:
             "if e is N then u is gaussmf(2, 5)",
             "if e is N then u is gaussmf (2)",
             "if e is N then u is q(3)",
+            'output "U" in [0, 1]',
+            "output v in [0, 1] % else 1",
             "if e is N; de is N then u is a",
             "if e is N and; de is N then u is a",
             "if e is N then u is a; nonsense here",
@@ -86,6 +88,10 @@ class TestMeaning:
     def test_percent_signs_of_expressions_begin_no_comment(self, value):
         (found,) = diagnostics(f"param k := {value} // 2nd\n{BASE}")
         assert found.help == f"write: param k = {value} # 2nd"
+
+    def test_a_percent_sign_before_a_comment_stays(self):
+        (found,) = diagnostics(f"if e is N then u is a weight 5 % // note\n{BASE}")
+        assert found.help == "write '#' for '//'"
 
     def test_variables_may_be_called_like_keywords_in_capitals(self):
         text = BASE.replace("input e ", "input X ").replace("input de ", "input Y ") + "TABLE u = X * Y\n"
