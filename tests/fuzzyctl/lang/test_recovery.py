@@ -84,6 +84,7 @@ class TestMeaning:
     def test_else_below_a_rule_that_cannot_be_read_is_no_misspelt_keyword(self, rule):
         found = [d for d in diagnostics(f"{BASE}{rule}\nelse u is b\n") if d.span.text == "else"]
         assert [(d.message, d.help) for d in found] == [("'else' begins no statement", "")]
+
     @pytest.mark.parametrize("value", ["5 %", "5 % + 3", '5 % unit "V"', "min(5 %, 3)"])
     def test_percent_signs_of_expressions_begin_no_comment(self, value):
         (found,) = diagnostics(f"param k := {value} // 2nd\n{BASE}")
@@ -91,7 +92,7 @@ class TestMeaning:
 
     def test_a_percent_sign_before_a_comment_stays(self):
         (found,) = diagnostics(f"if e is N then u is a weight 5 % // note\n{BASE}")
-        assert found.help == "write '#' for '//'"
+        assert found.help == "write: if e is N then u is a weight 0.05 # note"
 
     def test_variables_may_be_called_like_keywords_in_capitals(self):
         text = BASE.replace("input e ", "input X ").replace("input de ", "input Y ") + "TABLE u = X * Y\n"
