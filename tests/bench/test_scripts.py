@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import sys
+from importlib.machinery import PathFinder
 from pathlib import Path
 
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from tests.bench import cores, coverage, nan, optimisations, params
+from tests.bench import cores, coverage_methods, nan, optimisations, params
 from tests.bench.trials import CORPUS, OPTIMISATIONS, SIZES
 from tests.bench.workloads import WORKLOADS
 
@@ -34,8 +35,16 @@ def test_the_cost_of_one_more_value_is_measured(tmp_path, monkeypatch) -> None:
     assert 0.0 < params.seconds(text, "python") < 60.0
 
 
+def test_no_script_hides_a_package_of_the_same_name() -> None:
+    """A script's own folder comes first on the path: numba imports `coverage`, for one."""
+    folder = Path(__file__).parent
+    path = [p for p in sys.path if Path(p).resolve() != folder]
+    hidden = [p.stem for p in folder.glob("*.py") if PathFinder.find_spec(p.stem, path) is not None]
+    assert hidden == []
+
+
 def test_both_ways_to_prove_coverage_are_compared() -> None:
-    pairs, *seconds = coverage.compared(coverage.complete(2, 3))
+    pairs, *seconds = coverage_methods.compared(coverage_methods.complete(2, 3))
     assert pairs == [("covered", "covered")]
     assert all(0.0 < s < 60.0 for s in seconds)
 

@@ -1,6 +1,6 @@
 """Compare the search for points without a firing rule with branch and bound over boxes, in verdicts and time.
 
-    python tests/bench/coverage.py
+    python tests/bench/coverage_methods.py
 
 Of the kept systems, the shipped ones, 200 drawn ones and complete rule bases of many inputs.
 """
