@@ -271,7 +271,9 @@ def _cell_term(term: str | Membership) -> str:
 def membership_text(membership: Membership) -> str:
     """Return a membership function or a consequent with its parameters."""
     arguments = [to_text(a) for a in membership.arguments]
-    if membership.height != ONE:
+    if membership.height != ONE and membership.kind in ("function", "formula"):  # formulas take no 'height='
+        arguments = [to_text(membership.height * membership.arguments[0])]
+    elif membership.height != ONE:
         arguments.append(f"height={to_text(membership.height)}")
     return f"{'function' if membership.kind == 'formula' else membership.kind}({', '.join(arguments)})"
 

@@ -1,7 +1,10 @@
+from dataclasses import replace
+
 import pytest
 
 from fuzzyctl.diagnostics.diagnostic import ValueOutOfBoundsError
 from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.expr import Number
 from fuzzyctl.formats.fz import dump, dumps
 from fuzzyctl.loading.load import load, loads
 from fuzzyctl.support.shipped import rules_folder
@@ -61,3 +64,12 @@ class TestDumps:
         for title in ('a "quoted" title', "two\nlines", "e\u0301"):
             with pytest.raises(ValueOutOfBoundsError, match="title"):
                 dumps(system.model_copy(update={"title": title}))
+
+    def test_a_formula_of_less_than_full_height_has_it_in_its_text(self, changed):
+        system = loads(changed(("triangle(-1, 0, 1)", "function(1 - abs(x))")))
+        (term,) = [t for t in system.inputs[0].terms if t.membership.kind == "function"]
+        lower = replace(term, membership=replace(term.membership, height=Number(0.5)))
+        x = replace(system.inputs[0], terms=tuple(lower if t is term else t for t in system.inputs[0].terms))
+        built = replace(system, inputs=(x, *system.inputs[1:]))
+        assert "function(0.5 * (1 - abs(x)))" in dumps(built)
+        assert loads(dumps(built))(x=0.3, y=2) == built(x=0.3, y=2)

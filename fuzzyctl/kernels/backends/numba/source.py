@@ -1,7 +1,7 @@
 """Programs as machine code: generated modules in a cache folder of the user, compiled by numba once and for all.
 
-numba can only keep code that stands in a file, so the text goes to a file named by its own hash. A file that exists is
-never rewritten, because numba recognises stale code by the file's time.
+numba can only keep code that stands in a file, so the text goes to a file named by its own hash. A file with these
+bytes is never rewritten, because numba recognises stale code by the file's time.
 """
 
 from __future__ import annotations
