@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from fuzzyctl.codegen import c_selftest, c_source, fixed_source, python_source, st_source
+from fuzzyctl.codegen import c_fixed_source, c_selftest, c_source, python_source, st_source
 from fuzzyctl.codegen.c_layout import CLayout
 from fuzzyctl.codegen.fixed import Fixed
 from fuzzyctl.codegen.unit import Unit
@@ -48,7 +48,7 @@ def generate(unit: Unit, target: str, fixed: Fixed | None = None) -> Generated:
     """
     names = [o.name for o in unit.plan.outputs]
     if fixed is not None:
-        return Generated(fixed_source.files(unit, fixed), dict(zip(names, fixed.errors, strict=True)))
+        return Generated(c_fixed_source.files(unit, fixed), dict(zip(names, fixed.errors, strict=True)))
     errors = dict(zip(names, unit.table.errors, strict=True)) if unit.table else {}
     if target == "python":
         return Generated({f"{python_source.module_name(unit)}.py": python_source.module(unit)}, errors)

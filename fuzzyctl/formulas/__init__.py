@@ -9,22 +9,18 @@ from collections.abc import Collection, Iterable
 from typing import Final
 
 from fuzzyctl.formulas.formula import MembershipFormula, Parameters, Vertex
+from fuzzyctl.formulas.hedges import HEDGE_SUMMARIES, HEDGES, Hedge, hedge, inverse_hedge
 from fuzzyctl.formulas.memberships import MEMBERSHIP, VARIANTS, formula_of
 from fuzzyctl.formulas.norms import (
     AGGREGATIONS,
     CONJUNCTIONS,
     DISJUNCTIONS,
-    HEDGE_SUMMARIES,
-    HEDGES,
     IMPLICATIONS,
-    Hedge,
     Norm,
     aggregation,
     conjunction,
     disjunction,
-    hedge,
     held,
-    inverse_hedge,
     one_minus,
 )
 

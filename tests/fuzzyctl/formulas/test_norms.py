@@ -1,16 +1,14 @@
-"""Norms and hedges keep their laws."""
+"""Norms keep their laws."""
 
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from fuzzyctl.expr import Name, Number
+from fuzzyctl.expr import Name
 from fuzzyctl.formulas import (
     AGGREGATIONS,
     CONJUNCTIONS,
     DISJUNCTIONS,
-    HEDGE_SUMMARIES,
-    HEDGES,
     IMPLICATIONS,
     exact_centroid_possible,
 )
@@ -97,33 +95,3 @@ class TestNorms:
         assert not exact_centroid_possible("triangle", "hamacher_product", "max")
         assert not exact_centroid_possible("triangle", "min", "probabilistic_sum")
         assert not exact_centroid_possible("linear", "min", "max")
-
-
-class TestHedges:
-    @pytest.mark.parametrize("name", HEDGES)
-    @QUICK
-    @given(x=UNIT)
-    def test_keep_degrees_between_zero_and_one(self, name, x):
-        assert (
-            0 <= scalar_function(HEDGES[name](Name("x")))(x) <= 1
-            if name != "any"
-            else HEDGES[name](Name("x")) == Number(1.0)
-        )
-
-    @pytest.mark.parametrize("name", HEDGES)
-    @QUICK
-    @given(x=UNIT)
-    @example(x=0.5)
-    def test_are_their_formulas(self, name, x):
-        expected = reference.HEDGES[name](reference.FLOAT, x)
-        assert scalar_function(HEDGES[name](Name("x")))(x) == pytest.approx(expected, rel=1e-15)
-
-    @QUICK
-    @given(x=UNIT)
-    def test_seldom_undoes_extremely(self, x):
-        assert scalar_function(
-            HEDGES["seldom"](Number(scalar_function(HEDGES["extremely"](Name("x")))(x)))
-        )() == pytest.approx(x, abs=1e-7)
-
-    def test_are_all_explained(self):
-        assert HEDGE_SUMMARIES.keys() == HEDGES.keys()
