@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import Final
 
@@ -27,6 +27,10 @@ _POWER: Final = tuple(0.5 * 3.0**k for k in range(40))
 #: Implications that bend where a degree is the activation, and those that bend or jump where both together are 1.
 _AT_ACTIVATION: Final = ("min",)
 _AT_REST: Final = ("bounded_difference", "nilpotent_minimum")
+#: Norms that jump. Where a set vanishes, or is 1, the values on both sides of a jump beside that place tell too little
+#: from each other for the integral to find it. Such places have others beside them, at these parts of the range.
+_JUMPING: Final = frozenset({"nilpotent_minimum", "nilpotent_maximum"})
+_BESIDE: Final = (1e-8, 1e-6, 1e-4, 1e-2)
 #: Places nearer to another one than this part of their distance from the middle of their term are left out.
 _NEAR: Final = 0.3
 
@@ -90,7 +94,18 @@ def places_of(output: OutputPlan, terms: Sequence[SetPlan]) -> list[float]:
                 for x in (center - multiple * width, center + multiple * width):
                     if lower < x < upper and all(abs(x - p) > _NEAR * multiple * width for p in found):
                         found.add(x)
+    found |= {x for t in terms for x in _beside_jumps(output, t) if lower < x < upper}
     return sorted(found)
+
+
+def _beside_jumps(output: OutputPlan, term: SetPlan) -> Iterator[float]:
+    """Yield places beside those of a term whose implied set jumps where no closed form says."""
+    lower, upper = output.lower, output.upper
+    if has_cuts(term) or not {output.implication_of(term), output.aggregation} & _JUMPING:
+        return
+    for place in (lower, upper, *term.pieces, *turning_points(term, lower, upper)):
+        for part in _BESIDE:
+            yield from (place - part * (upper - lower), place + part * (upper - lower))
 
 
 def _scales(term: SetPlan) -> list[tuple[float, float, tuple[float, ...]]]:

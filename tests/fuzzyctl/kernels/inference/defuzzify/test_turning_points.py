@@ -69,6 +69,17 @@ class TestNarrowNotches:
         kernel = fuzzyctl.compile(notched(defuzzifier="bisector"), backend=backend)
         assert kernel(0.01) == pytest.approx(0.505, abs=1e-14)
 
+    @pytest.mark.parametrize("power", [1, 2, 3])
+    @pytest.mark.parametrize("rest", [1e-2, 3e-4, 2e-5, 1e-6, 3e-8])
+    def test_the_centroid_sees_the_gap_about_a_zero_where_a_norm_jumps(self, backend, power, rest):
+        hedge = f"dip(x) = abs(x - 0.29)^{power}"
+        made = system("ramp(0, 1)", "dip a", hedges=[hedge], implication="nilpotent_minimum")
+        # Degrees up to the rest count for nothing: a gap of that height, as wide on both sides of 0.29.
+        gap = rest ** (1 / power)
+        area = (0.29 ** (power + 1) + 0.71 ** (power + 1) - 2 * gap ** (power + 1)) / (power + 1)
+        exact = 0.29 + (0.71 ** (power + 2) - 0.29 ** (power + 2)) / (power + 2) / area
+        assert fuzzyctl.compile(made, backend=backend)(1.0 - rest) == pytest.approx(exact, abs=1e-12)
+
     def test_the_centroid_sees_where_two_sigmoids_are_equal(self, backend):
         kernel = fuzzyctl.compile(system("sigmoid_difference(0.27, 20, 5, 0.66)"), backend=backend)
         assert kernel(0.003) == pytest.approx(0.5011233588708, abs=1e-12)
