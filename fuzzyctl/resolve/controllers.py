@@ -379,15 +379,8 @@ class _Resolution:
             return self.context.check_call(call) and all([inner(a) for a in arguments])
         block = self._found(function)
         if isinstance(block, FuzzySystem):
-            kept = next(
-                (o.name for o in block.outputs if o.adaptive is not None or isinstance(o.otherwise, Hold)), None
-            )
-            if kept is not None:
-                message = f"output '{kept}' of '{function}' keeps a state, which controllers cannot hold yet"
-                self.context.report(
-                    "FZ214", message, call.span, help="call a system without 'adaptive' and 'else hold'"
-                )
-                return False
+            if pure and any(o.adaptive is not None or isinstance(o.otherwise, Hold) for o in block.outputs):
+                return self._refuse_state(call)
             inputs, params = [i.name for i in block.inputs], [p.name for p in block.params]
             return self._arguments(call, inputs, params, inner)
         if isinstance(block, Controller):
@@ -424,9 +417,7 @@ class _Resolution:
     def _operator(self, call: ex.Call, inner: Callable[..., bool], *, pure: bool) -> bool:
         operator = OPERATORS[call.function]
         if pure:
-            message = f"'{call.function}' keeps a state, which only 'let', 'next' and 'output' lines may have"
-            self.context.report("FZ214", message, call.span, help="give it a name with 'let'")
-            return False
+            return self._refuse_state(call)
         given = [a for a in call.arguments if not isinstance(a, ex.Keyword)]
         settings = dict(zip(operator.settings, given[1:], strict=False))
         fine = bool(given) and len(given) <= 1 + len(operator.settings)
@@ -445,6 +436,11 @@ class _Resolution:
             else:
                 checks.append(inner(value, name == "hold"))
         return all(checks)
+
+    def _refuse_state(self, call: ex.Call) -> bool:
+        message = f"'{call.function}' keeps a state, which only 'let', 'next' and 'output' lines may have"
+        self.context.report("FZ214", message, call.span, help="give it a name with 'let'")
+        return False
 
     def _arguments(
         self, call: ex.Call, inputs: Sequence[str], params: Sequence[str], inner: Callable[..., bool]

@@ -49,14 +49,16 @@ def evaluation(plan: Plan, *, many: bool = False, most_pairs: int | None = None)
     Its results are NaN where an input is NaN, and where an output is NaN that they depend on.
     """
     front = _Front(plan, many=many, most_pairs=most_pairs)
-    for position in plan.order:
+    results = _results(front)
+    return _program(plan, front.builder, results)
+
+
+def _results(front: _Front) -> list[Expr]:
+    """Write all outputs and return their values."""
+    for position in front.plan.order:
         front.write_output(position)
-    builder = front.builder
-    results: list[Expr] = []
-    for position in range(len(plan.outputs)):
-        value = builder.let(front.outputs[position])
-        results.append(Where(front.nan(position), NAN, value))
-    return _program(plan, builder, results)
+    values = [front.builder.let(front.outputs[position]) for position in range(len(front.plan.outputs))]
+    return [Where(front.nan(position), NAN, value) for position, value in enumerate(values)]
 
 
 def strengths(plan: Plan) -> Program:
@@ -73,6 +75,17 @@ def rates(plan: Plan) -> Program:
     The rate takes the raw inputs, ξ the clamped ones.
     """
     front = _adaptive_front(plan)
+    return _program(plan, front.builder, _rates(plan, front))
+
+
+def evaluation_with_rates(plan: Plan, *, most_pairs: int | None = None) -> Program:
+    """Write the program that computes all outputs, then the rates; see `evaluation` and `rates`."""
+    front = _Front(plan, most_pairs=most_pairs)
+    results = _results(front)
+    return _program(plan, front.builder, [*results, *_rates(plan, front)])
+
+
+def _rates(plan: Plan, front: _Front) -> list[Expr]:
     builder = front.builder
     raw = {i.name: x for i, x in zip(plan.inputs, front.raw, strict=True)}
     results: list[Expr] = []
@@ -83,7 +96,7 @@ def rates(plan: Plan) -> Program:
         # An infinite input times a rule that does not fire would be NaN.
         change = builder.let(Where(Compare(">", xi, ZERO), times(rate, xi), ZERO))
         results.append(Where(front.nan(o), NAN, Where(_leaves(output, Item(STATE, s), change), ZERO, change)))
-    return _program(plan, builder, results)
+    return results
 
 
 def trace(plan: Plan) -> Program:

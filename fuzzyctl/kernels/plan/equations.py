@@ -34,12 +34,21 @@ class Evaluation:
         system: The system, its params set.
         arguments: One for each of its inputs.
         names: Names for its outputs.
+        states: Names of its states, in the order of its plan and one after the other in `Equations.states`.
+        updates: Names for their next values.
     """
 
     system: FuzzySystem
     arguments: tuple[Expr, ...]
     names: tuple[str, ...]
     span: Span | None = field(default=None, compare=False, repr=False)
+    states: tuple[str, ...] = ()
+    updates: tuple[str, ...] = ()
+
+    @property
+    def defined(self) -> tuple[str, ...]:
+        """The names that it gives a value."""
+        return (*self.names, *self.updates)
 
 
 @record(frozen=True)
@@ -88,7 +97,7 @@ def ordered(body: list[Equation | Evaluation]) -> tuple[Equation | Evaluation, .
     """
     makers: dict[str, Equation | Evaluation] = {}
     for item in body:
-        makers |= dict.fromkeys(item.names if isinstance(item, Evaluation) else (item.name,), item)
+        makers |= dict.fromkeys(item.defined if isinstance(item, Evaluation) else (item.name,), item)
     ordered: dict[int, Equation | Evaluation] = {}
     for item in body:
         if id(item) not in ordered:

@@ -25,8 +25,10 @@ from fuzzyctl.expr import (
     evaluate,
     span_of,
 )
+from fuzzyctl.kernels.plan.build import OutputPlan, plan
 from fuzzyctl.kernels.plan.equations import DT, Equation, Equations, Evaluation, KeptState, ordered
 from fuzzyctl.model.controller import Controller, Definition, Function, Result
+from fuzzyctl.model.guarantee import Bounds
 from fuzzyctl.model.operators import OPERATORS
 from fuzzyctl.model.system import FuzzySystem
 
@@ -142,11 +144,12 @@ class _Expansion:
     def _several(self, scope: _Scope, name: str, value: Expr) -> Expr | None:
         """Return what a definition stands for; None for a call of a system with several outputs."""
         if isinstance(value, Call) and value.function in scope.systems:
-            names = self._evaluation(value, scope)
+            names = self._evaluation(value, scope, name)
             outputs = scope.systems[value.function].outputs
             if len(outputs) > 1:
                 scope.names |= {f"{name}.{o.name}": Name(n) for o, n in zip(outputs, names, strict=True)}
                 return None
+            return Name(names[0])
         return self.expanded(value, scope)
 
     def expanded(self, expr: Expr, scope: _Scope) -> Expr:
@@ -202,8 +205,11 @@ class _Expansion:
         self._functions.pop()
         return value
 
-    def _evaluation(self, call: Call, scope: _Scope) -> tuple[str, ...]:
-        """Return the names of the outputs of a system for some arguments."""
+    def _evaluation(self, call: Call, scope: _Scope, name: str = "") -> tuple[str, ...]:
+        """Return the names of the outputs of a system for some arguments.
+
+        Its states are called after the definition of that name, or after the system where it has none.
+        """
         system = scope.systems[call.function]
         inputs = [i.name for i in system.inputs]
         given, named = _split(call.arguments)
@@ -215,8 +221,22 @@ class _Expansion:
         if key not in self._calls:
             start = self.fresh(scope.prefix + call.function)
             self._calls[key] = tuple(f"{start}.{o.name}" for o in system.outputs)
-            self.body.append(Evaluation(system, arguments, self._calls[key], call.span))
+            states = self._states_of(system, scope.prefix + name if name else start)
+            updates = tuple(f"{start}.next.{k}" for k in range(len(states)))
+            self.updates |= {s.name: Name(u) for s, u in zip(states, updates, strict=True)}
+            self.states += states
+            own = tuple(s.name for s in states)
+            self.body.append(Evaluation(system, arguments, self._calls[key], call.span, own, updates))
         return self._calls[key]
+
+    def _states_of(self, system: FuzzySystem, name: str) -> list[KeptState]:
+        """Return the states of an evaluation: one for each rule of an adaptive output, and the outputs that hold."""
+        planned = plan(system)
+        names = [f"{name}.{planned.outputs[o].name}[{k + 1}]" for o, k in planned.states]
+        ranges: list[Bounds | None] = [_range_of(planned.outputs[o]) for o, _ in planned.states]
+        names += [f"{name}.{planned.outputs[o].name}" for o in planned.held]
+        ranges += [None] * len(planned.held)
+        return [KeptState(*one) for one in zip(names, planned.initial_state, ranges, strict=True)]
 
     def _operator(self, call: Call, scope: _Scope) -> Expr:
         given, named = _split(call.arguments)
@@ -374,6 +394,12 @@ def with_values(controller: Controller, values: Mapping[str, float]) -> Controll
         dataclasses.replace(p, expression=Number(values[p.name])) if p.name in values else p for p in controller.params
     )
     return dataclasses.replace(controller, params=params)
+
+
+def _range_of(output: OutputPlan) -> Bounds:
+    """Return the range that the adaptive consequents of an output stay in."""
+    lower, upper = Number(output.lower), Number(output.upper)
+    return Bounds(lower=lower, upper=upper, without_lower=False, without_upper=False)
 
 
 def _split(arguments: tuple[Expr, ...]) -> tuple[list[Expr], dict[str, Expr]]:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from fuzzyctl.expr import Compare, Expr, Logic, Name, Number, Where, replace_names
-from fuzzyctl.kernels.algorithms.select import algorithm_of
-from fuzzyctl.kernels.plan.build import plan
+from fuzzyctl.kernels.algorithms.select import COMPILED, algorithm_of
+from fuzzyctl.kernels.inference.inference import evaluation_with_rates
+from fuzzyctl.kernels.plan.build import Plan, plan
 from fuzzyctl.kernels.plan.equations import DT, Equations, Evaluation
-from fuzzyctl.kernels.program.builder import Builder, any_nan
+from fuzzyctl.kernels.program.builder import Builder, any_nan, clip
 from fuzzyctl.kernels.program.passes.embed import embed
 from fuzzyctl.kernels.program.program import NAN, STATE, Item, Program
 
@@ -31,8 +34,10 @@ def step_program(equations: Equations, algorithm: str = "auto") -> Program:
     for item in equations.body:
         if isinstance(item, Evaluation):
             values = [builder.let(numeric(replace_names(a, env))) for a in item.arguments]
-            outputs = embed(builder, algorithm_of(plan(item.system), algorithm).point, values)
-            env |= dict(zip(item.names, outputs, strict=True))
+            before = [env[s] for s in item.states]
+            dt = env[DT] if equations.period is None else Number(equations.period)
+            found = _evaluated(builder, plan(item.system), algorithm, values, before, dt)
+            env |= dict(zip(item.defined, found, strict=True))
         else:
             env[item.name] = builder.let(numeric(replace_names(item.value, env)))
     outputs = [env[value.name] if isinstance(value, Name) else value for _, value in equations.outputs]
@@ -40,8 +45,8 @@ def step_program(equations: Equations, algorithm: str = "auto") -> Program:
     results = [*outputs, *updates]
     if arguments:
         lacks = any_nan(arguments)
-        before: list[Expr] = [*([NAN] * len(outputs)), *kept]
-        results = [Where(lacks, old, new) for old, new in zip(before, results, strict=True)]
+        missing: list[Expr] = [*([NAN] * len(outputs)), *kept]
+        results = [Where(lacks, old, new) for old, new in zip(missing, results, strict=True)]
     return Program(
         arguments=tuple(a.name for a in arguments),
         state=len(kept),
@@ -49,6 +54,31 @@ def step_program(equations: Equations, algorithm: str = "auto") -> Program:
         body=tuple(builder.statements),
         results=tuple(results),
     )
+
+
+def _evaluated(
+    builder: Builder, system: Plan, algorithm: str, values: Sequence[Expr], before: Sequence[Expr], dt: Expr
+) -> list[Expr]:
+    """Write an evaluation of a system and return its outputs, then the next values of its states.
+
+    A consequent that adapts moves by dt times its rate within the range of its output; an output that holds keeps its
+    value. A state stays as it is where its rate or its output is NaN.
+    """
+    if not before:
+        return embed(builder, algorithm_of(system, algorithm).point, values)
+    (first, *_) = before
+    assert isinstance(first, Item)
+    assert isinstance(first.index, int)
+    program = evaluation_with_rates(system, most_pairs=COMPILED)
+    found = embed(builder, program, values, state=first.index)
+    outputs, rates = found[: len(system.outputs)], found[len(system.outputs) :]
+    following: list[Expr] = []
+    for (o, _), old, rate in zip(system.states, before, rates, strict=False):
+        moved = builder.let(old + dt * rate)
+        following.append(clip(moved, system.outputs[o].lower, system.outputs[o].upper))
+    following += [outputs[o] for o in system.held]
+    kept = [Where(any_nan([new]), old, new) for old, new in zip(before, map(builder.let, following), strict=True)]
+    return [*outputs, *map(builder.let, kept)]
 
 
 def numeric(value: Expr) -> Expr:

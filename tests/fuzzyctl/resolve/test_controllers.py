@@ -119,10 +119,12 @@ class TestMistakes:
         text = "controller a\ninput x\noutput y = q\n" + HEAD + "block b = a(x)\noutput z = b.y\n"
         assert [message for _, message, _ in found_in(text)] == ["no name 'q'"]
 
-    def test_a_system_with_a_state_is_refused(self):
+    def test_a_function_calls_no_system_with_a_state(self):
         system = SYSTEM.replace("output u in [-1, 1]", "output u in [-1, 1] else hold")
-        ((code, message, _),) = found_in(system + HEAD + "output y = rule(x)\n")
-        assert (code, message) == ("FZ214", "output 'u' of 'rule' keeps a state, which controllers cannot hold yet")
+        assert found_in(system + HEAD + "output y = rule(x)\n") == []
+        ((code, message, _),) = found_in(system + HEAD + "function f(a) = rule(a)\noutput y = f(x)\n")
+        assert code == "FZ214"
+        assert message == "'rule' keeps a state, which only 'let', 'next' and 'output' lines may have"
 
     def test_a_function_inside_a_system_is_not_passed_over(self):
         ((code, message, place),) = found_in(SYSTEM + "function f(a) = a\n")
