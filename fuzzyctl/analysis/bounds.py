@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice, product
 from typing import Any, Final
@@ -73,7 +73,22 @@ def output_bounds(system: FuzzySystem) -> dict[str, OutputBound]:
     flat = plan(system)
     verdicts = uncovered_of(flat)
     activations = _activations(flat)
-    return {o.name: _bound(system, flat, o, activations, verdicts[o.name]) for o in flat.outputs}
+    found: dict[str, OutputBound] = {}
+    for o in (flat.outputs[k] for k in flat.order):
+        if o.value is None:
+            found[o.name] = _bound(system, flat, o, activations, verdicts[o.name])
+        else:
+            found[o.name] = _of_formula(flat, o, o.value, found)
+    return {o.name: found[o.name] for o in flat.outputs}
+
+
+def _of_formula(flat: Plan, output: OutputPlan, value: Expr, known: Mapping[str, OutputBound]) -> OutputBound:
+    """Bound an output that is a formula, those that it reads known."""
+    box = _box(flat) | {name: (b.lo, b.hi) for name, b in known.items()}
+    low, high = (_End(end) for end in enclose(value, box))
+    if output.clamped:
+        low, high = _clamped(output, low), _clamped(output, high)
+    return OutputBound(output.name, low.value, high.value, exact=False)
 
 
 def diagnostics(system: FuzzySystem, flat: Plan, verdicts: Mapping[str, Verdict]) -> list[Diagnostic]:
@@ -89,24 +104,31 @@ def diagnostics(system: FuzzySystem, flat: Plan, verdicts: Mapping[str, Verdict]
         return found
     activations = _activations(flat)
     for declared, output in zip(system.outputs, flat.outputs, strict=True):
+        if output.value is not None:
+            found.extend(_beyond_range(declared, output, enclose(output.value, _box(flat))))
+            continue
         terms = _terms_that_fire(flat, output, activations)
         reaches_out = output.sums or any(output.terms[t].reads_inputs for t in terms)
         if not (_is_computed(output) and reaches_out):
             continue
         ends = _ends(declared, flat, output, terms, activations, covered=verdicts[output.name] is None)
-        low, high = (e.value for e in ends)
-        slack = 1e-9 * (output.upper - output.lower)
-        is_known = math.isfinite(low) and math.isfinite(high)  # where inputs extrapolate little is
-        if is_known and (low < output.lower - slack or high > output.upper + slack):
-            found.append(_beyond(declared, output, low, high))
+        found.extend(_beyond_range(declared, output, (ends[0].value, ends[1].value)))
     return found
+
+
+def _beyond_range(declared: Output, output: OutputPlan, ends: Interval) -> Iterator[Diagnostic]:
+    low, high = ends
+    slack = 1e-9 * (output.upper - output.lower)
+    is_known = math.isfinite(low) and math.isfinite(high)  # where inputs extrapolate little is
+    if is_known and not output.clamped and (low < output.lower - slack or high > output.upper + slack):
+        yield _beyond(declared, output, low, high)
 
 
 def _is_computed(output: OutputPlan) -> bool:
     """Return whether an output that is not clamped sums over its rules, or has functions of the inputs as terms."""
     if output.rate is not None or output.clamped:
         return False
-    return output.sums or any(t.reads_inputs for t in output.terms)
+    return output.value is not None or output.sums or any(t.reads_inputs for t in output.terms)
 
 
 def _beyond(declared: Output, output: OutputPlan, low: float, high: float) -> Diagnostic:
@@ -183,9 +205,15 @@ def _hull(flat: Plan, output: OutputPlan, terms: Sequence[int]) -> Interval:
 def _values(flat: Plan, term: SetPlan) -> Interval:
     """Enclose a consequent that is a function of the inputs."""
     assert term.expression is not None
+    return enclose(term.expression, _box(flat))
+
+
+def _box(flat: Plan) -> dict[str, Interval]:
+    """Enclose what a formula may read."""
     box = {i.name: ANYTHING if i.extrapolate else (i.lower, i.upper) for i in flat.inputs}
-    box |= {o.name: ANYTHING for o in flat.outputs}
-    return enclose(term.expression, box)
+    for let in flat.lets:
+        box[let.name] = enclose(let.value, box)
+    return box | {o.name: ANYTHING for o in flat.outputs}
 
 
 def _sum_ends(flat: Plan, output: OutputPlan, activations: Sequence[Interval]) -> tuple[_End, _End]:

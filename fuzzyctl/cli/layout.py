@@ -46,6 +46,7 @@ def _lines(data: dict[str, Any], width: int) -> Iterator[Line]:
     yield from _section("Params", _params(data["params"]))
     yield from _section("Hedges", [("text", f"  {h['meaning']}") for h in data["hedges"]])
     yield from _section("Inputs", [line for v in data["inputs"] for line in _input(v)])
+    yield from _section("Lets", [line for v in data["lets"] for line in _let(v)])
     yield from _section("Outputs", [line for v in data["outputs"] for line in _output(v)])
     yield from _section(f"Rules: {data['rule_count']}", list(_rules(data["rules"], width)))
     yield from _section("Guarantees, not proved here", [("text", f"  {g}") for g in data["guarantees"]])
@@ -92,7 +93,17 @@ def _input(v: dict[str, Any]) -> Iterator[Line]:
     yield from _terms(v["terms"])
 
 
+def _let(v: dict[str, Any]) -> Iterator[Line]:
+    yield "text", f"{_head(v)} = {v['formula']}"
+    yield from _terms(v["terms"])
+
+
 def _output(v: dict[str, Any]) -> Iterator[Line]:
+    if v["formula"] is not None:
+        yield "text", f"{_head(v)} = {v['formula']}"
+        yield from _terms(v["terms"])
+        yield from _pairs([("values", _values(v["bounds"]))], "    ")
+        return
     yield "text", _head(v)
     yield from _terms(v["terms"])
     facts = {name: value or NO_EFFECT for name, value in v["method"].items()}
@@ -109,7 +120,8 @@ def _output(v: dict[str, Any]) -> Iterator[Line]:
 def _head(v: dict[str, Any]) -> str:
     label = f' "{v["label"]}"' if v["label"] else ""
     unit = f" {v['unit']}" if v["unit"] else ""
-    return f"  {v['name']}{label} in [{_number(v['low'])}, {_number(v['high'])}]{unit}"
+    ends = f" in [{_number(v['low'])}, {_number(v['high'])}]" if v["low"] != "-inf" else ""
+    return f"  {v['name']}{label}{ends}{unit}"
 
 
 def _terms(terms: Sequence[dict[str, Any]]) -> list[Line]:

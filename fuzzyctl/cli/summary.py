@@ -50,6 +50,7 @@ def summary(system: FuzzySystem) -> dict[str, Any]:
             {"name": h.name, "meaning": f"{h.name}({h.parameter}) = {to_text(h.expression)}"} for h in system.hedges
         ],
         "inputs": [_input(system, v) for v in system.inputs],
+        "lets": [_variable(system, v) | {"formula": to_text(v.value)} for v in system.lets],
         "outputs": _outputs(system),
         "rule_count": len(system.rules),
         "rules": [_block(block) for block in system.blocks],
@@ -79,8 +80,8 @@ def _variable(system: FuzzySystem, v: LinguisticVariable) -> dict[str, Any]:
         "name": v.name,
         "label": v.label,
         "unit": v.unit,
-        "low": system.number(v.lower),
-        "high": system.number(v.upper),
+        "low": _plain(system.number(v.lower)),
+        "high": _plain(system.number(v.upper)),
         "terms": [_term(system, t) for t in v.terms],
     }
 
@@ -130,6 +131,7 @@ def _outputs(system: FuzzySystem) -> list[dict[str, Any]]:
             "held_at_first": _held_at_first(system, v),
             "clamped": v.clamped,
             "adaptive": to_text(v.adaptive) if v.adaptive else None,
+            "formula": to_text(v.value) if v.value is not None else None,
         }
         found.append(_variable(system, v) | rest | proved[v.name])
     return found

@@ -14,13 +14,13 @@ from fuzzyctl.comparison.rules import flat_rules, with_blocks
 from fuzzyctl.comparison.settings import defuzzifier_settings, otherwise_text, plain_text, settings
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import ExprError, to_text
-from fuzzyctl.formats.fz import block_text, defuzzifier_text, guarantee_text, membership_text
+from fuzzyctl.formats.fz import block_text, defuzzifier_text, guarantee_text, let_lines, membership_text
 from fuzzyctl.model.guarantee import Hedge
 from fuzzyctl.model.method import Method
 from fuzzyctl.model.node import Node
 from fuzzyctl.model.semantics import KNOBS
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Input, LinguisticVariable, Output, Term
+from fuzzyctl.model.variable import Input, Let, LinguisticVariable, Output, Term
 from fuzzyctl.support import arguments
 
 Kind = Literal["added", "removed", "changed", "renamed", "rewritten"]
@@ -127,6 +127,16 @@ def _params(a: FuzzySystem, b: FuzzySystem) -> Iterator[Change]:
         if before != after:
             yield _change("hedge", name, _hedge(before), _hedge(after), before, after)
 
+    lets = [{v.name: v for v in s.lets} for s in (a, b)]
+    for name in _union(*lets):
+        old, new = (own.get(name) for own in lets)
+        if old != new:
+            yield _change("let", name, _let(old), _let(new), old, new)
+
+
+def _let(v: Let | None) -> str | None:
+    return "; ".join(let_lines(v)) if v is not None else None
+
 
 def _hedge(h: Hedge | None) -> str | None:
     return f"{h.name}({h.parameter}) = {to_text(h.expression)}" if h is not None else None
@@ -181,6 +191,7 @@ def _features(v: LinguisticVariable) -> dict[str, str]:
                 "else": otherwise_text(v.otherwise),
                 "adaptive rate": plain_text(v.adaptive) if v.adaptive is not None else None,
                 "clamp": "clamped" if v.clamped else None,
+                "formula": plain_text(v.value) if v.value is not None else None,
                 "implication": v.implication,
                 "aggregation": v.aggregation,
             }

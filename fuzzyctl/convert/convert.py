@@ -129,6 +129,10 @@ def _unexplained(system: FuzzySystem, found: tuple[Difference, ...]) -> list[Los
 
 def written(system: FuzzySystem, target: str) -> tuple[str, list[Loss]]:
     """Return a system as a text, with what the text does not say."""
+    formulas = [f"let '{v.name}'" for v in system.lets]
+    formulas += [f"output '{o.name}', which is a formula" for o in system.outputs if o.value is not None]
+    if formulas and target not in ("fz", "markdown"):
+        raise cannot(system, TARGETS[target][0], formulas)
     if target in FORMATS:
         return FORMATS[target].write(system)
     if target == "markdown":

@@ -20,7 +20,7 @@ from fuzzyctl.formats.fz import (
 from fuzzyctl.model.method import Method
 from fuzzyctl.model.rule import Rule, RuleBlock, RuleTable
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Input, LinguisticVariable, Membership, Output
+from fuzzyctl.model.variable import ANYWHERE, Input, Let, LinguisticVariable, Membership, Output
 
 #: Characters that mean something in Markdown's running text; bars do in tables only, which escape them.
 _SPECIAL: Final = re.compile(r"([\\`*_{}\[\]<>#~$])")
@@ -45,7 +45,7 @@ def page(system: FuzzySystem, pictures: Mapping[str, str]) -> str:
         ("Hedges", [f"- {_code(f'{h.name}({h.parameter}) = {to_text(h.expression)}')}" for h in system.hedges]),
     ):
         lines += _section(title, body)
-    for kind, variables in (("Input", system.inputs), ("Output", system.outputs)):
+    for kind, variables in (("Input", system.inputs), ("Let", system.lets), ("Output", system.outputs)):
         for v in variables:
             lines += _section(f"{kind} {_plain(v.name)}", _variable(system, v, pictures))
     lines += _section("Rules", _rules(system))
@@ -103,11 +103,12 @@ def _variable(system: FuzzySystem, v: LinguisticVariable, pictures: Mapping[str,
     low, high = _number(system.number(v.lower)), _number(system.number(v.upper))
     unit = f" {_plain(v.unit)}" if v.unit else ""
     label = f"{_plain(v.label)}, " if v.label else ""
-    yield f"{label}from {low} to {high}{unit}. {_besides(v)}".rstrip()
+    ends = "" if (v.lower, v.upper) == ANYWHERE else f"from {low} to {high}{unit}."
+    yield f"{label}{ends} {_besides(v)}".strip()
     yield ""
     if v.terms:
         rows = [(_plain(t.name), _code(_membership(system, t.membership))) for t in v.terms]
-        yield from _table(("term", "membership function" if isinstance(v, Input) else "consequent"), rows)
+        yield from _table(("term", "consequent" if isinstance(v, Output) else "membership function"), rows)
     for key, what in ((v.name, f"Terms of {v.name}"), (f"surface {v.name}", f"{v.name} over its inputs")):
         if key in pictures and (isinstance(v, Output) or key == v.name):
             yield ""
@@ -119,6 +120,11 @@ def _besides(v: LinguisticVariable) -> str:
     match v:
         case Input():
             return "Values outside go through the formulas." if v.extrapolate else "Values outside are clamped."
+        case Let(value=value):
+            return f"It is {_code(to_text(value))}."
+        case Output(value=value) if value is not None:
+            clamped = " The value is clamped to this range." if v.clamped else ""
+            return f"It is {_code(to_text(value))}.{clamped}"
         case Output():
             otherwise = otherwise_text(v.otherwise)
             parts = [f"Where no rule fires: {_code(otherwise)}." if otherwise else "Some rule always fires."]

@@ -14,8 +14,9 @@ from fuzzyctl.formats.fz import membership_text, rule_text
 from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.inference.defuzzify.defuzzify import consequent_hull
+from fuzzyctl.kernels.inference.formulas import known_at, value_of
 from fuzzyctl.kernels.plan.build import OutputPlan, Plan, SetPlan, chain_name, degree_name, plan, step_name
-from fuzzyctl.kernels.program.scalar import as_number, scalar_function
+from fuzzyctl.kernels.program.scalar import as_number
 from fuzzyctl.model.method import TSUKAMOTO
 from fuzzyctl.model.rule import Consequent
 from fuzzyctl.model.system import FuzzySystem
@@ -127,7 +128,7 @@ def trace(system: FuzzySystem, values: Mapping[str, float]) -> Trace:
     for output, effects in zip(flat.outputs, felt, strict=True):
         active |= {e.rule for e, effect in zip(output.implied, effects, strict=True) if effect > 0.0}
     acting = sorted(active, key=lambda r: (-activations[r], r))
-    known = dict(zip(names, point, strict=True)) | dict(zip((o.name for o in flat.outputs), outputs, strict=True))
+    known = known_at(flat, point) | dict(zip((o.name for o in flat.outputs), outputs, strict=True))
     own = [_Contributions.of(flat, o, felt[k], outputs[k], known, active) for k, o in enumerate(flat.outputs)]
     return Trace(
         inputs=dict(zip(names, point, strict=True)),
@@ -217,9 +218,7 @@ class _Contributions:
         active: set[int],
     ) -> Self:
         """Take an output apart."""
-        values = [
-            _value(flat, output, output.terms[e.term], known) if e.rule in active else None for e in output.implied
-        ]
+        values = [_value(output, output.terms[e.term], known) if e.rule in active else None for e in output.implied]
         whole = sum(effects)
         pairs = [(felt / whole, v) for felt, v in zip(effects, values, strict=True) if felt and v is not None]
         off = abs(sum(share * v for share, v in pairs) - result)
@@ -257,16 +256,13 @@ def _fired(system: FuzzySystem, position: int, activation: float, outputs: Seque
     return FiredRule(position + 1, rule_text(rule), activation, parts, name)
 
 
-def _value(flat: Plan, output: OutputPlan, term: SetPlan, known: dict[str, float]) -> float | None:
+def _value(output: OutputPlan, term: SetPlan, known: dict[str, float]) -> float | None:
     """Return what a consequent is in an average, None for a set and for what changes with the activation."""
     if not output.over_rules or output.kind in TSUKAMOTO:
         return None
     if term.expression is None:
         return term.peak if output.rate is not None else consequent_hull(output, [output.terms.index(term)])[0]
-    held = {i.name: known[i.name] if i.extrapolate else min(max(known[i.name], i.lower), i.upper) for i in flat.inputs}
-    held |= {o.name: known[o.name] for o in flat.outputs}
-    function = scalar_function(term.expression)
-    return float(function(**{n: held[n] for n in held if n in function.__code__.co_varnames}))
+    return value_of(term.expression, known)
 
 
 def _named(consequent: Consequent) -> str:

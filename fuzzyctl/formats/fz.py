@@ -19,11 +19,13 @@ from fuzzyctl.model.profiles import PROFILES, UNSET, Profile
 from fuzzyctl.model.rule import And, Antecedent, Cell, Is, Not, Or, Rule, RuleBlock, RuleTable
 from fuzzyctl.model.semantics import KNOBS, Semantics
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Fallback, Hold, LinguisticVariable, Membership, Output
+from fuzzyctl.model.variable import ANYWHERE, Fallback, Hold, Input, Let, LinguisticVariable, Membership, Output
 from fuzzyctl.support import arguments
 
 #: Characters that no string of a rule file can hold.
 _UNWRITABLE: Final = re.compile('["\\n\\r\\0\\ud800-\\udfff]')
+
+_KEYWORDS: Final = {Input: "input", Output: "output", Let: "let"}
 
 
 def dumps(system: FuzzySystem) -> str:
@@ -49,7 +51,7 @@ def dumps(system: FuzzySystem) -> str:
 
 def _require_names(system: FuzzySystem) -> None:
     """Refuse names that would not be read back."""
-    variables = (*system.inputs, *system.outputs)
+    variables = system.variables
     named = [n.name for part in (system.params, system.hedges, variables, system.rule_blocks) for n in part]
     for name in (system.name, *named, *(t.name for v in variables for t in v.terms)):
         if len(name) > MAX_NAME or not name.isidentifier():
@@ -85,7 +87,7 @@ def _lines(system: FuzzySystem) -> Iterator[str]:
     yield from _section(
         [f"param {p.name} = {to_text(p.expression)}{_string(' unit ', p.unit, 'unit')}" for p in system.params]
     )
-    for variable in (*system.inputs, *system.outputs):
+    for variable in (*system.inputs, *system.lets, *system.outputs):
         yield from _section(list(_variable(variable, PROFILES[system.method.semantics.profile])))
     yield from _rules(b for b in system.blocks if not isinstance(b, RuleBlock))
     for block in system.rule_blocks:
@@ -215,12 +217,21 @@ def _start(start: Expr | str) -> str:
     return start if isinstance(start, str) else to_text(start)
 
 
+def let_lines(let: Let) -> list[str]:
+    """Return a let as lines: itself, then its terms."""
+    return list(_variable(let, PROFILES["exact"]))
+
+
 def _variable(variable: LinguisticVariable, profile: Profile) -> Iterator[str]:
-    keyword = "output" if isinstance(variable, Output) else "input"
+    keyword = next(word for kind, word in _KEYWORDS.items() if isinstance(variable, kind))
     head = f"{keyword} {variable.name}{_string(' ', variable.label, 'label')}"
-    head += f" in [{to_text(variable.lower)}, {to_text(variable.upper)}]{_string(' unit ', variable.unit, 'unit')}"
-    if isinstance(variable, Output):
-        if variable.otherwise is not None and variable.otherwise != profile.otherwise:
+    if (variable.lower, variable.upper) != ANYWHERE:
+        head += f" in [{to_text(variable.lower)}, {to_text(variable.upper)}]"
+    head += _string(" unit ", variable.unit, "unit")
+    if isinstance(variable, Let):
+        head += f" = {to_text(variable.value)}"
+    elif isinstance(variable, Output):
+        if variable.value is None and variable.otherwise is not None and variable.otherwise != profile.otherwise:
             head += f" else {otherwise_text(variable.otherwise)}"
         if variable.adaptive is not None:
             head += f" adaptive rate {to_text(variable.adaptive)}"
@@ -231,6 +242,8 @@ def _variable(variable: LinguisticVariable, profile: Profile) -> Iterator[str]:
             head += f" defuzzifier {_defuzzifier_in(profile, variable.defuzzifier)}"
         if variable.clamped:
             head += " clamp"
+        if variable.value is not None:
+            head += f" = {to_text(variable.value)}"
     elif getattr(variable, "extrapolate", False):
         head += " extrapolate"
     yield head

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
 from fuzzyctl.kernels.backends.python.backend import point_text
+from fuzzyctl.kernels.inference.formulas import known_at
 from fuzzyctl.kernels.plan.build import Plan
 
 if TYPE_CHECKING:
@@ -43,7 +44,7 @@ class Promises:
         point = [float(a) for a in arguments[: len(plan.inputs)]]
         # What is held may be NaN at first: an output that reads it is NaN, too, and others promise what they promised.
         consequents = arguments[-1] if plan.states and len(arguments) > len(point) else ()
-        if any(x != x for x in point) or any(c != c for c in consequents):
+        if any(x != x for x in point) or any(c != c for c in consequents) or self._lacks_let(point):
             return
         for k in self._outputs:
             if values[k] != values[k] and all(values[r] == values[r] for r in plan.outputs[k].reads):
@@ -71,9 +72,13 @@ class Promises:
         bad &= ~np.isnan(points).any(axis=1)
         if states is not None:
             bad &= ~np.isnan(states[:, : len(self._plan.states)]).any(axis=1)
-        if bad.any():
-            first = int(np.argmax(bad))
-            self.check(points[first].tolist(), tuple(results[first].tolist()))
+        for row in np.flatnonzero(bad):
+            self.check(points[row].tolist(), tuple(results[row].tolist()))
+
+    def _lacks_let(self, point: Sequence[float]) -> bool:
+        """Return whether a let has no value at a point, so that no output has one."""
+        known = known_at(self._plan, point) if self._plan.lets else {}
+        return any(known[let.name] != known[let.name] for let in self._plan.lets)
 
     def text_of(self, point: Sequence[float]) -> str:
         """Return a point for people."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import re
 import unicodedata
 from typing import Any, Final, TypeVar
@@ -204,7 +205,27 @@ class Builder(Transformer[Token, Any]):
             self.line, self._word(keyword), self._word(name), self._string(label), lower, upper, tuple(clauses)
         )
 
-    output = input
+    def output(self, keyword: Token, name: Token, label: Token | None, _in: Token, *rest: Any) -> sx.Variable:
+        *before, value = rest
+        return dataclasses.replace(self.input(keyword, name, label, _in, *before), value=value)
+
+    def let(
+        self,
+        keyword: Token,
+        name: Token,
+        label: Token | None,
+        _in: Token | None,
+        ends: tuple[ex.Expr, ex.Expr] | None,
+        unit: Token | None,
+        text: Token | None,
+        value: ex.Expr,
+    ) -> sx.Variable:
+        lower, upper = ends or (ex.Number(-math.inf), ex.Number(math.inf))
+        clauses = (self.unit(unit, text),) if unit is not None and text is not None else ()
+        word, own = self._word(keyword), self._word(name)
+        return sx.Variable(
+            self.line, word, own, self._string(label), lower, upper, clauses, value=value, ranged=ends is not None
+        )
 
     def range(self, lower: ex.Expr, upper: ex.Expr) -> tuple[ex.Expr, ex.Expr]:
         return lower, upper

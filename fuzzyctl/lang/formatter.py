@@ -109,7 +109,9 @@ def _code(line: LogicalLine, text: str) -> str:
     if line.kind == "statement" and line.word == "terms":
         return _INDENT + _spaced(tokens, tight="=@", text=text)
     if line.kind == "statement" and line.word in ("rules", "output"):
-        return _spaced(tokens, tight="=", text=text)
+        at = _outer_equal(tokens)
+        before = _spaced(tokens[:at], tight="=", text=text)
+        return before if at == len(tokens) else f"{before} = {_spaced(tokens[at + 1 :], tight='', text=text)}"
     if line.kind == "term_line":
         head, rest = tokens[:2], tokens[2:]
         return f"{_INDENT}{head[0]} = {_spaced(rest, tight='=', text=text)}"
@@ -129,6 +131,16 @@ def _equal_signs(codes: list[str]) -> list[str]:
     """Align the first equals sign of each line."""
     width = max((code.index("=") for code in codes if "\n" not in code and "=" in code), default=0)
     return [f"{c[: c.index('=')]:<{width}}{c[c.index('=') :]}" if "=" in c else c for c in codes]
+
+
+def _outer_equal(tokens: Sequence[str]) -> int:
+    """Return the position of the equals sign outside of parentheses, or the number of tokens."""
+    depth = 0
+    for position, token in enumerate(tokens):
+        depth += (token in "([") - (token in ")]")
+        if token == "=" and depth == 0:
+            return position
+    return len(tokens)
 
 
 def _table(block: list[LogicalLine], texts: list[str]) -> list[str]:

@@ -36,11 +36,13 @@ _WORD = re.compile(rf"\s*({NAME})")
 _TERM = re.compile(rf"\s*{NAME}\s*=")
 _NAMES = re.compile(rf"\s*{NAME}(?:\s+{NAME})*\s*")
 # No row has two bars, so `require |` with a second one is a guarantee.
-_KEYWORD_LINE = re.compile(rf"\s*(?:(?:{'|'.join(STATEMENT_KEYWORDS)})\b(?!\s*[=|])|require\s*\|[^|]*\|)")
+# `let` is a statement only with a name and what may follow that; variables and terms may be called so.
+_LET = rf"let[ \t]+{NAME}[ \t]*(?:=(?!=)|\"|(?:in|unit)\b)"
+_KEYWORD_LINE = re.compile(rf"\s*(?:(?:{'|'.join(STATEMENT_KEYWORDS)})\b(?!\s*[=|])|require\s*\|[^|]*\||{_LET})")
 _BLOCK_LINE = re.compile(rf"\s*(?:{'|'.join(BLOCK_KEYWORDS)})\b(?!\s*[=|])")
 # A rule may be broken before `and` and `or`, so these do not end an open parenthesis. Each of the next three looks at
 # one line only: blank lines below an open parenthesis would be read again from each of them.
-_NEW_STATEMENT = re.compile(rf"[^\S\n]*(?!(?:and|or)\b)(?:{'|'.join(STATEMENT_KEYWORDS)})\b(?!\s*[=|])")
+_NEW_STATEMENT = re.compile(rf"[^\S\n]*(?!(?:and|or)\b)(?:(?:{'|'.join(STATEMENT_KEYWORDS)})\b(?!\s*[=|])|{_LET})")
 _NEW_BLOCK_STATEMENT = re.compile(rf"[^\S\n]*(?:{'|'.join(BLOCK_KEYWORDS)})\b(?!\s*[=|(])")
 _TERM_LINE = re.compile(rf"[^\S\n]*{NAME}\s*=\s*(?:{'|'.join(MEMBERSHIP)})\s*\(")
 _ROW_LINE = re.compile(rf"[^\S\n]*(?:{NAME}\s*)?\|")

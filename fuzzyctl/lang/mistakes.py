@@ -46,6 +46,9 @@ FORMS: Final[dict[str, str]] = {
     "deny": 'deny FZ208 "reason"',
 }
 
+#: How a system writes what controllers write as `let NAME = EXPRESSION`.
+LET_FORM: Final = 'let NAME "label" in [low, high] unit "..." = EXPRESSION; label, range and unit may be left out'
+
 #: How the statements of controllers are written where systems have none or another form.
 BLOCK_FORMS: Final[dict[str, str]] = {
     **{k: FORMS[k] for k in BLOCK_KEYWORDS if k in FORMS},
@@ -266,6 +269,8 @@ def describe_unknown_line(source: SourceText, line: LogicalLine, block: str) -> 
         return Diagnostic("FZ101", f"'{line.word}' begins no statement", place, help=help_text)
     if line.word in keywords:
         return Diagnostic("FZ102", "unexpected '=' or '|'", place, help=f"the form is: {forms[line.word]}")
+    if line.word == "let" and not line.in_block:
+        return Diagnostic("FZ102", "expected a name, then '='", place, help=f"the form is: {LET_FORM}")
     if line.word in (BLOCK_FORMS.keys() - FORMS.keys()):
         message = f"'{line.word}' belongs to a controller"
         return Diagnostic("FZ101", message, place, help=f"put it below a line: {FORMS['controller']}")

@@ -225,7 +225,7 @@ class _Assembler:
             self.lost_input = self.lost_input or line.word == "input"
             if is_nameless(self.source, line):
                 self.nameless.add(line.word)
-        if line.word in ("input", "output"):
+        if line.word in ("input", "output", "let"):
             self.block = "variable" if node is not None else "broken"
         elif line.word == "table":
             self.block = "table" if node is not None else "broken"

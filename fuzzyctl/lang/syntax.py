@@ -303,7 +303,7 @@ ConsequentTerm = Word | Expr | FunctionTerm
 
 @record(frozen=True, slots=True, eq=False)
 class Variable(Statement):
-    """An `input` or `output` with the term lines below it."""
+    """An `input`, `output` or `let` with the term lines below it."""
 
     keyword: Word
     name: Word
@@ -314,6 +314,10 @@ class Variable(Statement):
     terms: tuple[TermLine | TermsLine, ...] = ()
     #: Some line below could not be read, so that missing terms are no mistake of their own.
     incomplete: bool = False
+    #: What an `output` or a `let` is, in place of rules.
+    value: Expr | None = None
+    #: Whether a `let` has a range.
+    ranged: bool = True
 
 
 @record(frozen=True, slots=True, eq=False)

@@ -34,8 +34,8 @@ class Numbers:
 
     @property
     def variables(self) -> tuple[LinguisticVariable, ...]:
-        """Inputs and outputs."""
-        return (*self.system.inputs, *self.system.outputs)
+        """Inputs, outputs and lets."""
+        return self.system.variables
 
     def failure(self, expr: Expr) -> ExprError | None:
         """Return why an expression has no value; None where it has one, and where the reason is reported elsewhere."""

@@ -6,11 +6,11 @@ from collections.abc import Container, Iterator, Sequence
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, Note
 from fuzzyctl.diagnostics.source import Span
-from fuzzyctl.expr import names_in, span_of
+from fuzzyctl.expr import Expr, names_in, span_of
 from fuzzyctl.model.method import Activation
 from fuzzyctl.model.rule import Rule, RuleTable, literals
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Membership, Output
+from fuzzyctl.model.variable import Let, Membership, Output
 
 
 def reads_of(system: FuzzySystem) -> Iterator[tuple[str, dict[str, Span | None]]]:
@@ -21,6 +21,9 @@ def reads_of(system: FuzzySystem) -> Iterator[tuple[str, dict[str, Span | None]]
     for what these wait for.
     """
     outputs = {o.name: o for o in system.outputs}
+    for output in system.outputs:
+        if output.value is not None:
+            yield output.name, {n.name: span_of(n) for n in names_in(output.value) if n.name in outputs}
     waits = system.method.semantics.chained == "value"
     functions = {(o.name, t.name): t.membership for o in system.outputs for t in o.terms if _is_function(t.membership)}
     compares = any(b.activation is not None and b.activation.compares for b in system.rule_blocks)
@@ -35,6 +38,23 @@ def reads_of(system: FuzzySystem) -> Iterator[tuple[str, dict[str, Span | None]]
             membership = functions.get((consequent.output, term)) if isinstance(term, str) else term
             inside = _in_function(outputs, membership) if membership is not None and _is_function(membership) else {}
             yield consequent.output, read | inside
+
+
+def ordered_lets(system: FuzzySystem) -> tuple[Let, ...]:
+    """Return the lets each after those it reads; those of a circle, which is reported, come last."""
+    order: dict[str, Let] = {}
+    left = {v.name: v for v in system.lets}
+    while left:
+        ready = [v for v in left.values() if not any(n.name in left for n in names_in(v.value))]
+        order |= {v.name: v for v in ready or left.values()}
+        left = {name: v for name, v in left.items() if name not in order}
+    return tuple(order.values())
+
+
+def values_of(system: FuzzySystem) -> Iterator[Expr]:
+    """Yield the expressions of lets, and of outputs that are formulas."""
+    yield from (v.value for v in system.lets)
+    yield from (o.value for o in system.outputs if o.value is not None)
 
 
 def comparisons_that_wait(system: FuzzySystem) -> Iterator[Diagnostic]:

@@ -17,7 +17,7 @@ from fuzzyctl.model.method import Method, RuleMethod
 from fuzzyctl.model.node import Node
 from fuzzyctl.model.params import ParamValues
 from fuzzyctl.model.rule import Rule, RuleBlock, RuleTable, rule_count, rules_of
-from fuzzyctl.model.variable import Input, Output
+from fuzzyctl.model.variable import Input, Let, LinguisticVariable, Output
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,6 +37,7 @@ class FuzzySystem(Node):
         guarantees: The `require` statements.
         compared: The other systems that they name, as `SYSTEM.OUTPUT`, without guarantees of their own.
         path: The file it was read from, or an empty string.
+        lets: Named values of the inputs, in the order of declaration.
     """
 
     name: str
@@ -51,6 +52,7 @@ class FuzzySystem(Node):
     guarantees: tuple[Guarantee, ...] = ()
     compared: tuple[FuzzySystem, ...] = ()
     path: str = field(default="", compare=False, repr=False)
+    lets: tuple[Let, ...] = ()
 
     def __post_init__(self) -> None:
         Node.__post_init__(self)
@@ -59,6 +61,11 @@ class FuzzySystem(Node):
             names = [type(b).__name__ for b in self.blocks]
             order = "in order: tables and rules of no rule block come before all rule blocks"
             raise ValueOutOfBoundsError("FuzzySystem.blocks", names, order)
+
+    @property
+    def variables(self) -> tuple[LinguisticVariable, ...]:
+        """The inputs, the outputs and the lets, which have terms."""
+        return (*self.inputs, *self.outputs, *self.lets)
 
     @property
     def rule_blocks(self) -> tuple[RuleBlock, ...]:

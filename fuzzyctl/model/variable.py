@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import Final, Literal
 
-from fuzzyctl.expr import ONE, Expr, names_in
+from fuzzyctl.expr import ONE, Expr, Number, names_in
 from fuzzyctl.model.method import Defuzzifier
 from fuzzyctl.model.node import Node
 
@@ -103,6 +104,7 @@ class Output(LinguisticVariable):
         implication: Its own implication, None for the system's.
         aggregation: Its own aggregation, None for the system's.
         defuzzifier: Its own defuzzifier, None for the system's.
+        value: An expression over params, inputs, lets and other outputs that it is, in place of rules; None for rules.
     """
 
     otherwise: Expr | Fallback | Hold | None = None
@@ -111,3 +113,18 @@ class Output(LinguisticVariable):
     implication: str | None = None
     aggregation: str | None = None
     defuzzifier: Defuzzifier | None = None
+    value: Expr | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Let(LinguisticVariable):
+    """A name for the value of an expression over params, inputs and other lets.
+
+    Antecedents read its terms within its range, `ANYWHERE` for one without; expressions read its value.
+    """
+
+    value: Expr
+
+
+#: Ends of the range of a let that has none.
+ANYWHERE: Final = (Number(-math.inf), Number(math.inf))

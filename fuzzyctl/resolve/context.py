@@ -47,6 +47,7 @@ class Context:
     params: dict[str, sx.Param] = field(default_factory=dict)
     inputs: dict[str, sx.Variable] = field(default_factory=dict)
     outputs: dict[str, sx.Variable] = field(default_factory=dict)
+    lets: dict[str, sx.Variable] = field(default_factory=dict)
     hedges: dict[str, sx.Hedge] = field(default_factory=dict)
     #: Names of the terms of a variable, by the identity of its statement, which lives as long as the tree.
     terms: dict[int, dict[str, None]] = field(default_factory=dict)
@@ -61,6 +62,11 @@ class Context:
     def names(self) -> Mapping[str, Any]:
         """The params, inputs and outputs, in this order."""
         return ChainMap[str, Any](self.outputs, self.inputs, self.params)
+
+    @property
+    def read(self) -> Mapping[str, Any]:
+        """What consequents and outputs that are formulas may read: besides `names` the lets."""
+        return ChainMap[str, Any](self.outputs, self.inputs, self.lets, self.params)
 
     def near(self, name: str, known: Collection[str]) -> str | None:
         """Return the known name that a misspelt one most likely means; of a file full of them only for the first."""

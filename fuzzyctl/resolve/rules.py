@@ -37,7 +37,7 @@ def resolve_function(context: Context, term: sx.FunctionTerm) -> Membership | No
         message = f"'{kind}' takes {counted(due, 'parameter')}, not {len(term.arguments)}"
         context.report("FZ303", message, term.span, facts=facts)
         return None
-    names = context.names if kind == "function" else context.params
+    names = context.read if kind == "function" else context.params
     what = "param, input or output" if kind == "function" else "param"
     if not all([context.check_names(a, names, what) for a in term.arguments]):
         return None
@@ -93,7 +93,8 @@ def resolve_antecedent(context: Context, truth: sx.Truth) -> Antecedent | None:
             if _runs_on(context, hedges):
                 return None
             hedged = all([_known_hedge(context, h) for h in hedges])
-            among = context.outputs if variable.text in context.outputs else context.inputs
+            places = (context.outputs, context.lets, context.inputs)
+            among = next((p for p in places if variable.text in p), context.inputs)
             if not _known_term(context, variable, term, among, "input or output") or not hedged:
                 return None
             return Is(variable=variable.text, term=term.text, hedges=tuple(h.text for h in hedges), span=span)
@@ -142,8 +143,9 @@ def _consequent(context: Context, text: sx.ConsequentText) -> Consequent | None:
     hedged = not text.hedges or (
         not _term_runs_on(context, text) and all(_known_hedge(context, h) for h in text.hedges)
     )
-    if text.output.text in context.inputs:
-        message = f"'{text.output.text}' is an input; a consequent sets an output"
+    if text.output.text in context.inputs or text.output.text in context.lets:
+        kind = "an input" if text.output.text in context.inputs else "a let"
+        message = f"'{text.output.text}' is {kind}; a consequent sets an output"
         context.report("FZ214", message, text.output.span, facts=(f"outputs: {', '.join(context.outputs)}",))
         return None
     term: str | Membership | None
@@ -185,7 +187,7 @@ def _known_term(context: Context, variable: sx.Word, term: sx.Word, among: dict[
     if declared is None:
         # A variable whose own line was broken is no mistake of the rule's.
         if variable.text not in context.where:
-            known = among if kind == "output" else {**context.inputs, **context.outputs}
+            known = among if kind == "output" else {**context.inputs, **context.outputs, **context.lets}
             context.unknown(kind, variable, known)
         elif variable.text in context.params:
             context.report("FZ214", f"'{variable.text}' is a param, not an {kind}", variable.span)

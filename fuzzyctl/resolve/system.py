@@ -17,7 +17,7 @@ from fuzzyctl.model.checks.checks import check_values, in_order
 from fuzzyctl.model.guarantee import Guarantee, Hedge, Param
 from fuzzyctl.model.rule import literals
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Input, Output
+from fuzzyctl.model.variable import Input, Let, Output
 from fuzzyctl.resolve.blocks import Block, resolve_blocks
 from fuzzyctl.resolve.context import Context
 from fuzzyctl.resolve.rules import MAX_OUTPUTS, MAX_RULES, resolve_require
@@ -83,6 +83,10 @@ def _crowded(tree: sx.SyntaxTree) -> Diagnostic | None:
     return Diagnostic("FZ112", message, variables[MAX_VARIABLES].name.span, help=help_text)
 
 
+#: What variables are, for people.
+KINDS: Final = {"input": "an input", "output": "an output", "let": "a let"}
+
+
 def _declare(context: Context, tree: sx.SyntaxTree) -> list[sx.System]:
     """Enter all names first, so that statements may stand in any order."""
     heads: list[sx.System] = []
@@ -109,8 +113,9 @@ def _declare(context: Context, tree: sx.SyntaxTree) -> list[sx.System]:
                     message = f"there is a hedge '{name.text}' already"
                     context.report("FZ201", message, name.span, note=note, help="rename it")
                 context.hedges.setdefault(name.text, statement)
-            case sx.Variable(keyword=keyword, name=name) if context.declare(name, f"an {keyword.text}"):
-                (context.inputs if keyword.text == "input" else context.outputs)[name.text] = statement
+            case sx.Variable(keyword=keyword, name=name) if context.declare(name, KINDS[keyword.text]):
+                places = {"input": context.inputs, "output": context.outputs, "let": context.lets}
+                places[keyword.text][name.text] = statement
     return heads
 
 
@@ -149,11 +154,12 @@ def _check_heads(context: Context, tree: sx.SyntaxTree, heads: list[sx.System], 
         context.report("FZ004", message, start, help=help_text)
     else:
         declared = {s.keyword.text for s in tree.statements if isinstance(s, sx.Variable)}
+        has_values = any(s.value is not None for s in context.outputs.values())
         missing = {
             "no input": "an 'input'" if "input" not in declared else "",
             "no output": "an 'output'" if "output" not in declared else "",
             "no rules": "a 'table' or an 'if' line"
-            if not any(isinstance(s, sx.Rule | sx.Table) for s in tree.statements)
+            if not has_values and not any(isinstance(s, sx.Rule | sx.Table) for s in tree.statements)
             else "",
         }
         lacking = [what for what, repair in missing.items() if repair]
@@ -168,6 +174,8 @@ def _has_functions(statement: sx.Statement) -> bool:
     """Return whether a statement has consequents that read inputs."""
     kinds: list[str] = []
     match statement:
+        case sx.Variable(value=value) if value is not None:
+            return True
         case sx.Variable(keyword=keyword, terms=lines) if keyword.text == "output":
             kinds = [line.kind.text for line in lines if isinstance(line, sx.TermLine)]
         case sx.Rule(consequents=consequents):
@@ -185,6 +193,7 @@ def _build(
     params: list[Param | None] = []
     inputs: list[Input] = []
     outputs: list[Output] = []
+    lets: list[Let] = []
     guarantees: list[Guarantee | None] = []
     hedges: list[Hedge | None] = []
     semantics = resolve_semantics(context, tree.statements)
@@ -199,6 +208,8 @@ def _build(
                 variable = resolve_variable(context, s)
                 if isinstance(variable, Output):
                     outputs.append(variable)
+                elif isinstance(variable, Let):
+                    lets.append(variable)
                 else:
                     inputs.append(variable)
             case sx.Require():
@@ -222,6 +233,7 @@ def _build(
         blocks=known_blocks if few else (),
         guarantees=tuple(g for g in guarantees if g is not None),
         path=tree.source.name,
+        lets=tuple(lets),
         span=place,
     )
 
@@ -240,9 +252,12 @@ def _without_idle(system: FuzzySystem, shared: set[str]) -> FuzzySystem:
     functions = [c.term for rule in system.rules for c in rule.consequents if not isinstance(c.term, str)]
     functions += [t.membership for o in system.outputs if o.name in named for t in o.terms]
     expressions = [a for m in functions for a in m.arguments]
-    expressions += [o.adaptive for o in system.outputs if o.adaptive is not None]
+    expressions += [e for o in system.outputs for e in (o.adaptive, o.value) if e is not None]
+    expressions += [v.value for v in system.lets]
     expressions += [e for g in system.guarantees for e in (g.claim, g.when) if e is not None]
     named |= {n.name for e in expressions for n in names_in(e)}
+
+    named |= {v.name for v in system.outputs if v.value is not None}
 
     def keep(name: str) -> bool:
         return name in named or name not in shared

@@ -26,10 +26,11 @@ def resolve_table(context: Context, statement: sx.Table) -> RuleTable | None:
     outputs = [_variable(context, w, context.outputs, "output") for w in statement.outputs]
     if not _distinct(context, statement.outputs):
         return None
-    rows = _variable(context, statement.first, context.inputs, "input")
+    crossed = context.inputs | context.lets
+    rows = _variable(context, statement.first, crossed, "input")
     columns = rows
     if statement.second is not None:
-        columns = _variable(context, statement.second, context.inputs, "input")
+        columns = _variable(context, statement.second, crossed, "input")
         if rows is columns and rows is not None:
             context.report("FZ214", f"the table crosses '{statement.first.text}' with itself", statement.second.span)
             return None

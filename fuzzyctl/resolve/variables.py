@@ -13,7 +13,7 @@ from fuzzyctl.formulas import MEMBERSHIP, MembershipFormula
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.other_tools import PEER_KINDS, differing_order, known_kind
 from fuzzyctl.model.guarantee import Param
-from fuzzyctl.model.variable import Fallback, Hold, Input, Membership, Output, Term
+from fuzzyctl.model.variable import Fallback, Hold, Input, Let, Membership, Output, Term
 from fuzzyctl.resolve.context import Context
 from fuzzyctl.resolve.partitions import partition
 from fuzzyctl.resolve.rules import is_garbled, resolve_function, terms_of
@@ -37,8 +37,8 @@ def resolve_param(context: Context, statement: sx.Param) -> Param | None:
     )
 
 
-def resolve_variable(context: Context, statement: sx.Variable) -> Input | Output:
-    """Resolve an `input` or `output` with its terms; parts without a meaning are reported and left out."""
+def resolve_variable(context: Context, statement: sx.Variable) -> Input | Output | Let:
+    """Resolve an `input`, `output` or `let` with its terms; parts without a meaning are reported and left out."""
     lower, upper = (_end(context, e) for e in (statement.lower, statement.upper))
     statement = dataclasses.replace(statement, lower=lower, upper=upper)
     terms = _terms(context, statement)
@@ -53,7 +53,24 @@ def resolve_variable(context: Context, statement: sx.Variable) -> Input | Output
     _clauses(context, statement, fields)
     if statement.keyword.text == "input":
         return Input(**fields)
+    if statement.value is not None:
+        fields["value"] = _formula(context, statement, statement.value)
+    if statement.keyword.text == "let":
+        return Let(**fields)
     return Output(**{"otherwise": context.profile.otherwise, **fields})
+
+
+def _formula(context: Context, statement: sx.Variable, value: ex.Expr) -> ex.Expr:
+    """Return what a `let` or an `output` is; a let is known before any rule, so it reads no output."""
+    if statement.keyword.text == "let":
+        names = ChainMap[str, Any](context.inputs, context.lets, context.params)
+        return value if context.check_names(value, names, "param, input or let") else _NO_VALUE
+    for clause in statement.clauses:
+        if not isinstance(clause, sx.UnitClause | sx.ClampClause):
+            word = clause.span.text.split("(")[0].split()[0]
+            message = f"output '{statement.name.text}' is a formula, and '{word}' needs rules"
+            context.report("FZ214", message, clause.span, help=f"remove '{word}', or let rules set the output")
+    return value if context.check_names(value, context.read, "param, input or output") else _NO_VALUE
 
 
 def _end(context: Context, end: ex.Expr) -> ex.Expr:
@@ -86,7 +103,8 @@ def _clauses(context: Context, statement: sx.Variable, fields: dict[str, Any]) -
             case sx.AdaptiveClause(rate=rate, span=span):
                 if _only(context, not is_input, "adaptive", "an output", span):
                     fields["adaptive"] = rate
-                context.check_names(rate, ChainMap[str, Any](context.inputs, context.params), "param or input")
+                names = ChainMap[str, Any](context.inputs, context.lets, context.params)
+                context.check_names(rate, names, "param or input")
 
 
 def _only(context: Context, right: bool, word: str, what: str, span: Any) -> bool:
@@ -135,6 +153,11 @@ def _terms(context: Context, statement: sx.Variable) -> list[Term]:
             continue  # one message is enough
         for word, term in zip(words, new, strict=True):
             terms.extend([term] if _is_new_term(context, word, seen) and term is not None else [])
+    if statement.terms and not statement.ranged:
+        message = f"let '{statement.name.text}' has terms and no range"
+        help_text = f"write: let {statement.name.text} in [low, high] = EXPRESSION"
+        context.report("FZ212", message, statement.name.span, help=help_text)
+        return []
     # An output whose rules give numbers or functions needs none, nor does an input that only functions or rates read.
     is_bare = not statement.terms and not statement.incomplete and statement.keyword.text == "input"
     if is_bare and not context.has_functions and not _is_read_by_a_rate(context, statement.name.text):
@@ -176,7 +199,7 @@ def _is_new_term(context: Context, word: sx.Word, seen: dict[str, sx.Word]) -> b
 
 
 def _term(context: Context, statement: sx.Variable, line: sx.TermLine) -> Term | None:
-    is_input = statement.keyword.text == "input"
+    is_input = statement.keyword.text != "output"
     if line.kind.text in ("linear", "function"):
         membership = _function(context, statement, line)
         return Term(name=line.name.text, membership=membership, span=line.span) if membership is not None else None
@@ -220,7 +243,8 @@ def _function(context: Context, statement: sx.Variable, line: sx.TermLine) -> Me
         return resolve_function(context, sx.FunctionTerm(line.kind, tuple(a.value for a in line.arguments), line.span))
     name = statement.name.text
     if line.kind.text == "linear":
-        context.report("FZ214", "'linear' is a consequent, for terms of an output", line.kind.span)
+        help_text = f"write a membership function, or: function(expression over {name})"
+        context.report("FZ214", "'linear' is a consequent, for terms of an output", line.kind.span, help=help_text)
         return None
     if len(line.arguments) != 1:
         form = f"function(expression over {name})"

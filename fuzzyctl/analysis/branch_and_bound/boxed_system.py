@@ -252,7 +252,7 @@ class System:
         methods = self.system.rule_methods
         norms = {own.aggregation} | {n for m in methods for n in (m.conjunction, m.disjunction)}
         norms |= {own.implication_of(own.terms[e.term]) for e in own.implied}
-        if not plan.all_act or own.reads or self.system.hedges:
+        if not plan.all_act or own.reads or self.system.hedges or plan.has_formulas:
             return False
         if plan.least or own.equal or plan.chains or any(e.change is not None for e in own.implied):
             return False

@@ -48,6 +48,8 @@ def uncovered_of(flat: Plan, work: Work | None = None) -> dict[str, Verdict]:
 
 
 def _verdict(flat: Plan, output: OutputPlan, earlier: Mapping[int, Verdict], work: Work) -> Verdict:
+    if output.value is not None:
+        return None  # no rule sets it
     found = Search(flat, output, True, work.part(0.5 * work.left) if output.reads else work).verdict()
     if found is not None and output.reads:
         # No output need ever have the value at which no rule fires; a hole is one for all their values.

@@ -83,7 +83,7 @@ class Diagonals:
 
 def diagonals_of(plan: Plan) -> Diagonals | str:
     """Return the bands of a system, or why it has none."""
-    if not all(map(_is_centroid, plan.outputs)):  # this alone rules most systems out
+    if plan.has_formulas or not all(map(_is_centroid, plan.outputs)):  # this alone rules most systems out
         return "not every output is an exact centroid under 'min' and 'max' of terms with straight sides"
     if len(plan.inputs) != 2:
         return "it has not two inputs"

@@ -104,6 +104,8 @@ def _unsuited(plan: Plan) -> str:
         return "it has a state"
     if not plan.all_act:
         return f"activation '{next(a.kind for a in plan.activations if a.kind != 'general')}' compares rules"
+    if plan.has_formulas:
+        return "lets, or outputs that are formulas, are not looked up"
     if any(o.reads for o in plan.outputs) or plan.chains:
         return "rules read outputs"
     if plan.least not in (None, 0.0):

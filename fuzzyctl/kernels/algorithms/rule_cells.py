@@ -158,6 +158,8 @@ def _unsuited(plan: Plan) -> str:
         return "no rule reads an input"
     if plan.states or plan.held:
         return "it has a state"
+    if plan.has_formulas:
+        return "lets, or outputs that are formulas, are not looked up"
     if plan.chains or any(d.variable >= len(plan.inputs) for d in plan.degrees):
         return "rules read outputs"
     if plan.steps:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import reduce
 
 from fuzzyctl.expr import (
@@ -27,6 +28,7 @@ from fuzzyctl.kernels.plan.build import (
     ITSELF,
     ImpliedPlan,
     InputPlan,
+    LetPlan,
     OutputPlan,
     Plan,
     SetPlan,
@@ -87,7 +89,7 @@ def evaluation_with_rates(plan: Plan, *, most_pairs: int | None = None) -> Progr
 
 def _rates(plan: Plan, front: _Front) -> list[Expr]:
     builder = front.builder
-    raw = {i.name: x for i, x in zip(plan.inputs, front.raw, strict=True)}
+    raw = front.with_lets({i.name: x for i, x in zip(plan.inputs, front.raw, strict=True)})
     results: list[Expr] = []
     for s, ((o, _), xi) in enumerate(zip(plan.states, _normalised(plan, front), strict=True)):
         output = plan.outputs[o]
@@ -167,6 +169,10 @@ def _clamped(builder: Builder, variable: InputPlan, x: Expr) -> Expr:
     return x if variable.extrapolate else builder.let(clip(x, variable.lower, variable.upper))
 
 
+def _within(builder: Builder, let: LetPlan, x: Expr) -> Expr:
+    return x if math.isinf(let.lower) else builder.let(clip(x, let.lower, let.upper))
+
+
 def _jumps(plan: Plan) -> bool:
     """Return whether a rounding error may decide if a rule acts, as with complements, thresholds and drastic norms."""
     return (
@@ -207,11 +213,22 @@ class _Front:
         self._fired: dict[int, Expr] = {}
         for i, x in enumerate(self.clamped):
             self._write_degrees(i, x)
+        self._values = self.with_lets(dict(zip((i.name for i in plan.inputs), self.clamped, strict=True)))
+        self.lets = [self._values[v.name] for v in plan.lets]
+        for k, (let, x) in enumerate(zip(plan.lets, self.lets, strict=True)):
+            self._write_degrees(len(plan.inputs) + len(plan.outputs) + k, _within(self.builder, let, x))
         self._write_rules()
+
+    def with_lets(self, inputs: dict[str, Expr]) -> dict[str, Expr]:
+        """Return values of the inputs by name, and those of the lets for them."""
+        values = dict(inputs)
+        for let in self.plan.lets:
+            values[let.name] = self.builder.let(replace_names(let.value, values))
+        return values
 
     def nan(self, position: int) -> Expr:
         """Return whether an output has no value because what it depends on has none."""
-        return any_nan([*self.raw, *(self.outputs[k] for k in self.plan.outputs[position].reads)])
+        return any_nan([*self.raw, *self.lets, *(self.outputs[k] for k in self.plan.outputs[position].reads)])
 
     def degree(self, position: int) -> Expr:
         """Return a degree of the plan as an atom."""
@@ -328,8 +345,10 @@ class _Front:
             Activation(self.effect(entry), entry.term, states.get(k), _most(plan, entry), self._besides(entry))
             for k, entry in enumerate(output.implied)
         ]
-        inputs = {i.name: x for i, x in zip(plan.inputs, self.clamped, strict=True)}
-        inputs |= {plan.outputs[k].name: self.outputs[k] for k in output.reads if k in self.outputs}
+        inputs = self._values | {plan.outputs[k].name: self.outputs[k] for k in output.reads if k in self.outputs}
+        if output.value is not None:
+            value = self.builder.let(replace_names(output.value, inputs))
+            return self.builder.let(clip(value, output.lower, output.upper)) if output.clamped else value
         firing = [a for a in active if a.strength != ZERO]
         total = self._total(output)
         if output.over_rules:

@@ -15,10 +15,11 @@ from fuzzyctl.kernels.plan.expressions import constants_of, guarded, require_kno
 from fuzzyctl.kernels.plan.plan import ChainPlan, DegreePlan, chain_name, degree_name, step_name
 from fuzzyctl.kernels.plan.sets import SetPlan
 from fuzzyctl.kernels.program.builder import DEEPEST, depth
+from fuzzyctl.model.dependencies import ordered_lets
 from fuzzyctl.model.guarantee import Hedge
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Input, Term
+from fuzzyctl.model.variable import Output, Term
 
 #: Norms whose formulas mention each operand once, so that operands need no name of their own.
 _ONCE: Final = ("min", "product", "bounded_difference", "max", "bounded_sum")
@@ -42,7 +43,7 @@ class Antecedents:
 
     def __init__(self, system: FuzzySystem) -> None:
         self._system = system
-        self._variables = (*system.inputs, *system.outputs)
+        self._variables = (*system.inputs, *system.outputs, *ordered_lets(system))
         self._positions = {v.name: i for i, v in enumerate(self._variables)}
         self._hedges = {h.name: h for h in system.hedges}
         self.degrees: list[DegreePlan] = []
@@ -171,13 +172,13 @@ class Antecedents:
         known = self._names.get((position, term))
         if known is not None:
             return known
-        if self._system.method.semantics.chained == "degree" and position >= len(self._system.inputs):
-            return self._so_far(position - len(self._system.inputs), term)
         declared = self._variables[position]
+        if self._system.method.semantics.chained == "degree" and isinstance(declared, Output):
+            return self._so_far(position - len(self._system.inputs), term)
         found = declared.term(term)
         if found is None:
             raise UnknownNameError("term", term, [t.name for t in declared.terms])
-        degrees = term_of_input if isinstance(declared, Input) else _term_of_output
+        degrees = _term_of_output if isinstance(declared, Output) else term_of_input
         name = self._names[position, term] = Name(degree_name(len(self.degrees)))
         self.degrees.append(DegreePlan(position, term, degrees(self._system, declared.name, found)))
         return name

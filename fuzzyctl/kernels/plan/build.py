@@ -23,6 +23,7 @@ from fuzzyctl.kernels.plan.plan import (
     HeldPlan,
     ImpliedPlan,
     InputPlan,
+    LetPlan,
     Otherwise,
     OutputCycleError,
     OutputPlan,
@@ -34,11 +35,11 @@ from fuzzyctl.kernels.plan.plan import (
 )
 from fuzzyctl.kernels.plan.sets import ITSELF, SetPlan
 from fuzzyctl.model.checks.semantics import misfitting_semantics
-from fuzzyctl.model.dependencies import comparisons_that_wait, reads_of
+from fuzzyctl.model.dependencies import comparisons_that_wait, ordered_lets, reads_of
 from fuzzyctl.model.method import AVERAGES, Activation
 from fuzzyctl.model.rule import Rule
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Hold, Input, LinguisticVariable, Output, Term
+from fuzzyctl.model.variable import Hold, Input, Let, LinguisticVariable, Output, Term
 
 __all__ = [
     "ITSELF",
@@ -48,6 +49,7 @@ __all__ = [
     "HeldPlan",
     "ImpliedPlan",
     "InputPlan",
+    "LetPlan",
     "Otherwise",
     "OutputCycleError",
     "OutputPlan",
@@ -104,6 +106,7 @@ def _plan(system: FuzzySystem) -> Plan:
         order=order,
         chains=tuple(antecedents.chains),
         least=system.method.semantics.least,
+        lets=tuple(_let(system, v) for v in ordered_lets(system)),
     )
 
 
@@ -119,9 +122,14 @@ def _input(system: FuzzySystem, variable: Input) -> InputPlan:
     )
 
 
+def _let(system: FuzzySystem, let: Let) -> LetPlan:
+    value = guarded(over_inputs(system, let.value))
+    return LetPlan(let.name, number_of(system, let.lower), number_of(system, let.upper), value)
+
+
 def planned_set(system: FuzzySystem, variable: LinguisticVariable, term: Term) -> SetPlan | None:
     """Return a term as a fuzzy set with numbers, None for a consequent that is a function of the inputs."""
-    if isinstance(variable, Input):
+    if isinstance(variable, Input | Let):
         return term_of_input(system, variable.name, term)
     if term.membership.kind not in (*MEMBERSHIP, "formula"):
         return None
@@ -183,7 +191,7 @@ def _output(system: FuzzySystem, output: Output, reads: tuple[int, ...]) -> Outp
     method = system.method
     defuzzifier = output.defuzzifier or method.defuzzifier
     conclusions = Conclusions(system, output)
-    for r, k in system.conclusions.get(output.name, ()):
+    for r, k in system.conclusions.get(output.name, ()) if output.value is None else ():
         conclusions.add(r, system.rules[r], k)
     semantics = method.semantics
     aggregation = output.aggregation or method.aggregation
@@ -201,7 +209,7 @@ def _output(system: FuzzySystem, output: Output, reads: tuple[int, ...]) -> Outp
         aggregation=aggregation,
         terms=tuple(conclusions.terms),
         implied=tuple(conclusions.implied),
-        otherwise=_otherwise(system, output, lower, upper),
+        otherwise=_otherwise(system, output, lower, upper) if output.value is None else math.nan,
         rate=None if output.adaptive is None else over_inputs(system, output.adaptive),
         reads=reads,
         rule=defuzzifier.rule,
@@ -214,6 +222,7 @@ def _output(system: FuzzySystem, output: Output, reads: tuple[int, ...]) -> Outp
         total=semantics.total if defuzzifier.averages else "activations",
         equal=semantics.equal,
         clamped=output.clamped,
+        value=None if output.value is None else guarded(over_inputs(system, output.value, outputs=True)),
     )
     require_suited(output, planned)
     return planned

@@ -55,8 +55,8 @@ def require_known(expr: Expr, variables: set[str], numbers: dict[str, Expr]) -> 
 
 
 def over_inputs(system: FuzzySystem, expr: Expr, *, outputs: bool = False) -> Expr:
-    """Return an expression over the names of the inputs, and perhaps of the outputs, params replaced by numbers."""
-    inputs = {v.name for v in (*system.inputs, *(system.outputs if outputs else ()))}
+    """Return an expression over the names of inputs, lets, and perhaps outputs, params replaced by numbers."""
+    inputs = {v.name for v in (*system.inputs, *system.lets, *(system.outputs if outputs else ()))}
     numbers = constants_of(system, inputs)
     require_known(expr, inputs, numbers)
     return replace_names(expr, numbers)

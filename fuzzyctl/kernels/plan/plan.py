@@ -45,10 +45,20 @@ class InputPlan:
 
 
 @record(frozen=True)
+class LetPlan:
+    """A named value of the inputs, an expression over them and lets before it; antecedents read it within its range."""
+
+    name: str
+    lower: float
+    upper: float
+    value: Expr
+
+
+@record(frozen=True)
 class DegreePlan:
     """The degree of one term of one variable; it appears once, however many rules name it.
 
-    Variables are counted through: first the inputs, then the outputs, which count with their crisp values.
+    Variables are counted through: the inputs, the outputs, which count with their crisp values, and the lets.
     """
 
     variable: int
@@ -129,6 +139,7 @@ class OutputPlan:
         places: Whether places that Tsukamoto's method finds are clamped to the range; see `model.semantics`.
         none_active: What the maxima of a set are that is 0 everywhere; see there.
         fallback: Where it is what its `else` says; see there.
+        value: What it is, over the names of inputs, lets and other outputs, where no rules set it; else None.
     """
 
     name: str
@@ -154,6 +165,7 @@ class OutputPlan:
     places: str = "clamped"
     none_active: str = "otherwise"
     fallback: str = "unfired"
+    value: Expr | None = None
 
     def implication_of(self, term: SetPlan) -> str:
         """Return how rules imply one of its terms."""
@@ -221,6 +233,7 @@ class Plan:
         order: Positions of the outputs, each after those it reads.
         chains: Degrees of outputs that antecedents read while rules are evaluated.
         least: A rule acts only if its activation is above it; None for rules that always act.
+        lets: Named values, each after those it reads.
     """
 
     inputs: tuple[InputPlan, ...]
@@ -233,6 +246,7 @@ class Plan:
     order: tuple[int, ...]
     chains: tuple[ChainPlan, ...] = ()
     least: float | None = 0.0
+    lets: tuple[LetPlan, ...] = ()
 
     @cached_property
     def named_steps(self) -> dict[str, Expr]:
@@ -253,11 +267,17 @@ class Plan:
         return all(a.kind == "general" for a in self.activations)
 
     def variable(self, position: int) -> InputPlan:
-        """Return an input, or an output as what antecedents read: its value within its range."""
+        """Return an input, or an output or let as what antecedents read: its value within its range."""
         if position < len(self.inputs):
             return self.inputs[position]
-        output = self.outputs[position - len(self.inputs)]
-        return InputPlan(output.name, output.lower, output.upper, extrapolate=False)
+        others: tuple[OutputPlan | LetPlan, ...] = (*self.outputs, *self.lets)
+        found = others[position - len(self.inputs)]
+        return InputPlan(found.name, found.lower, found.upper, extrapolate=False)
+
+    @property
+    def has_formulas(self) -> bool:
+        """Whether it has lets, or outputs that are formulas."""
+        return bool(self.lets) or any(o.value is not None for o in self.outputs)
 
     @property
     def held(self) -> tuple[int, ...]:

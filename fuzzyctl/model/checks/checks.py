@@ -7,7 +7,7 @@ from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, Note
 from fuzzyctl.diagnostics.source import Span
-from fuzzyctl.expr import Expr, Number, names_in
+from fuzzyctl.expr import Expr, Number, names_in, span_of
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.model.checks.hints import jumping_tables
 from fuzzyctl.model.checks.parameters import VALUE_CHECKS, computed_numbers
@@ -17,7 +17,7 @@ from fuzzyctl.model.checks.symmetry import odd_cells
 from fuzzyctl.model.checks.terms import SHAPE_CHECKS, SHAPE_HINTS
 from fuzzyctl.model.checks.units import unlike_units
 from fuzzyctl.model.computed_numbers import Numbers
-from fuzzyctl.model.dependencies import comparisons_that_wait, reads_of
+from fuzzyctl.model.dependencies import comparisons_that_wait, reads_of, values_of
 from fuzzyctl.model.rule import And, Antecedent, Is, Not, Or, Rule, literals
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import LinguisticVariable, Membership, Output
@@ -57,6 +57,29 @@ def require_well_formed(system: FuzzySystem) -> None:
     errors = [d for d in check_model(system, hints=False) if d.severity == "error"]
     if errors:
         raise DiagnosticError(errors)
+
+
+def circular_lets(system: FuzzySystem) -> Iterator[Diagnostic]:
+    """Find lets whose values depend on themselves."""
+    needs = {v.name: {n.name: span_of(n) for n in names_in(v.value)} for v in system.lets}
+    needs = {name: {n: place for n, place in read.items() if n in needs} for name, read in needs.items()}
+    for let in system.lets:
+        path = _circle(let.name, needs)
+        if path and let.name == min(path):
+            message = f"lets depend on each other in a circle: {' → '.join(path)}"
+            yield Diagnostic("FZ217", message, needs[path[0]][path[1]] or let.span, help="let one read inputs only")
+
+
+def unused_lets(system: FuzzySystem) -> Iterator[Diagnostic]:
+    """Find lets that nothing reads."""
+    used = {i.variable for rule in system.rules for i in literals(rule.antecedent)}
+    used |= {n.name for e in _functions(system) for n in names_in(e)}
+    used |= {n.name for o in system.outputs if o.adaptive is not None for n in names_in(o.adaptive)}
+    for let in system.lets:
+        if let.name not in used:
+            yield Diagnostic(
+                "FZ216", f"nothing uses let '{let.name}'", let.span, "warning", help="remove it, or use it"
+            )
 
 
 def circular_outputs(system: FuzzySystem) -> Iterator[Diagnostic]:
@@ -146,10 +169,14 @@ def several_adaptive_outputs(system: FuzzySystem) -> Iterator[Diagnostic]:
 
 
 def outputs_without_rules(system: FuzzySystem) -> Iterator[Diagnostic]:
-    """Find outputs that no rule sets."""
-    set_by_rules = {c.output for rule in system.rules for c in rule.consequents}
+    """Find outputs that no rule sets, and formulas that a rule sets."""
+    set_by_rules = {c.output: c.span for rule in system.rules for c in rule.consequents}
     for output in system.outputs:
-        if output.name not in set_by_rules:
+        if output.value is not None and output.name in set_by_rules:
+            message = f"output '{output.name}' is a formula, and a rule sets it"
+            note = (Note(output.span, "declared here"),) if output.span is not None else ()
+            yield Diagnostic("FZ214", message, set_by_rules[output.name], help="leave one of them out", notes=note)
+        elif output.value is None and output.name not in set_by_rules:
             yield Diagnostic("FZ210", f"no rule sets output '{output.name}'", output.span, help="add a table or rules")
 
 
@@ -194,6 +221,7 @@ def unused_inputs(system: FuzzySystem) -> Iterator[Diagnostic]:
     """Find inputs that neither an antecedent, a consequent nor an adaptive law reads."""
     used = {i.variable for rule in system.rules for i in literals(rule.antecedent)}
     used |= {n.name for o in system.outputs if o.adaptive is not None for n in names_in(o.adaptive)}
+    used |= {n.name for value in values_of(system) for n in names_in(value)}
     used |= {name for membership in _functions_of_rules(system) for name in _inputs_in(system, membership)}
     for variable in system.inputs:
         if variable.name not in used:
@@ -227,7 +255,7 @@ def unused_terms(system: FuzzySystem) -> Iterator[Diagnostic]:
     written = {(c.output, c.term) for rule in system.rules for c in rule.consequents if isinstance(c.term, str)}
     used = read | written
     in_antecedents, touched = {name for name, _ in read}, {name for name, _ in used}
-    for variable in (*system.inputs, *system.outputs):
+    for variable in system.variables:
         if variable.name not in touched:
             continue
         only_peaks = variable.name not in in_antecedents and _takes_peaks(system, variable)
@@ -270,7 +298,8 @@ def unused_params(system: FuzzySystem) -> Iterator[Diagnostic]:
 def _functions(system: FuzzySystem) -> Iterator[Expr]:
     """Yield the expressions over variables: of hedges, and of terms and consequents that are functions."""
     yield from (h.expression for h in system.hedges)
-    memberships = [t.membership for v in (*system.inputs, *system.outputs) for t in v.terms]
+    yield from values_of(system)
+    memberships = [t.membership for v in system.variables for t in v.terms]
     memberships += [c.term for r in system.rules for c in r.consequents if isinstance(c.term, Membership)]
     yield from (m.arguments[0] for m in memberships if m.kind in ("function", "formula"))
 
@@ -278,6 +307,7 @@ def _functions(system: FuzzySystem) -> Iterator[Expr]:
 #: Checks that need no numbers.
 CHECKS: Final[tuple[Check, ...]] = (
     circular_outputs,
+    circular_lets,
     misfitting_activation,
     misfitting_semantics,
     functions_read,
@@ -293,6 +323,7 @@ HINTS: Final[tuple[Check, ...]] = (
     unused_inputs,
     unused_terms,
     unused_params,
+    unused_lets,
     unused_hedges,
     jumping_tables,
     odd_cells,

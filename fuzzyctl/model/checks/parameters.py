@@ -17,7 +17,7 @@ from fuzzyctl.model.checks.claims import bad_claims, uncomputable_claims
 from fuzzyctl.model.computed_numbers import Numbers, Shape, parameters
 from fuzzyctl.model.params import ParamCycleError
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Hold, LinguisticVariable, Membership
+from fuzzyctl.model.variable import ANYWHERE, Hold, LinguisticVariable, Membership
 
 
 def uncomputable_numbers(numbers: Numbers) -> Iterator[Diagnostic]:
@@ -64,7 +64,7 @@ def _uncomputable(numbers: Numbers, expr: Expr, may_be_infinite: bool, what: str
 def _infinite_ranges(numbers: Numbers) -> Iterator[Diagnostic]:
     for v in numbers.variables:
         ends = (numbers.value(v.lower), numbers.value(v.upper))
-        if any(e is not None and math.isinf(e) for e in ends):
+        if (v.lower, v.upper) != ANYWHERE and any(e is not None and math.isinf(e) for e in ends):
             place = _range_span(v)
             yield Diagnostic("FZ302", f"the range of '{v.name}' is infinite", place, help="only feet may be infinite")
 
@@ -74,7 +74,7 @@ def computed_numbers(system: FuzzySystem) -> Iterator[tuple[Expr, bool, str]]:
 
     Plain finite numbers, which nearly all are, are left out.
     """
-    for variable in (*system.inputs, *system.outputs):
+    for variable in system.variables:
         if not _is_plain(variable.lower):
             yield variable.lower, True, f"the lower end of '{variable.name}'"
         if not _is_plain(variable.upper):

@@ -23,6 +23,8 @@ def misfitting_defuzzifier(numbers: Numbers) -> Iterator[Diagnostic]:
     """Find output terms that the defuzzifier cannot handle."""
     system = numbers.system
     for output in system.outputs:
+        if output.value is not None:
+            continue
         method = output.defuzzifier or system.method.defuzzifier
         if output.adaptive is not None and not method.averages:
             yield Diagnostic(

@@ -1,0 +1,139 @@
+"""Lets and outputs that are formulas: their numbers, beside numpy, and what proofs and other formats make of them."""
+
+import math
+
+import numpy as np
+import pytest
+
+import fuzzyctl
+from fuzzyctl import DiagnosticError
+from fuzzyctl.comparison.changes import changes
+from fuzzyctl.convert.convert import convert
+
+BACKENDS = ("python", "numpy", "numba")
+
+BOTH = """
+system both
+defuzzifier center_average
+and product
+param slope = 2
+input e in [-1, 1]
+  terms Z@0 P@1
+input de in [-1, 1]
+let s "sliding variable" in [-3, 3] unit "1/s" = slope * e + de
+  terms NB Z PB
+let g = abs(s) + 1
+output u in [-1, 1]
+  terms NB@-1 Z@0 PB@1
+output w in [-4, 4] unit "V" = g * u
+output v in [-1, 1] clamp = w / 2
+  low  = ramp(1, -1)
+  high = ramp(-1, 1)
+output r in [-10, 10]
+  a = triangle(-2, -1, 0)
+table u = s
+    NB Z PB
+  | NB Z PB
+if v is high and e is P then r is function(w + s)
+if v is low or e is Z then r is a
+require w <= 4
+"""
+
+
+def by_hand(points):
+    e, de = np.clip(points, -1, 1).T
+    s = 2 * e + de
+    u = np.clip(s / 3, -1, 1)
+    w = (abs(s) + 1) * u
+    v = np.clip(w / 2, -1, 1)
+    high, p = (v + 1) / 2, np.clip(e, 0, 1)
+    first, second = high * p, np.maximum(1 - high, 1 - p)
+    return np.stack([u, w, v, (first * (w + s) - second) / (first + second)], axis=-1)
+
+
+class TestNumbers:
+    @pytest.mark.parametrize("backend", BACKENDS)
+    def test_lets_and_formulas_are_what_numpy_computes(self, backend):
+        points = np.random.default_rng(3).uniform(-1.3, 1.3, (500, 2))
+        kernel = fuzzyctl.compile(fuzzyctl.loads(BOTH), backend)
+        np.testing.assert_allclose(kernel.batch(points), by_hand(points), rtol=1e-12, atol=1e-12)
+        assert kernel(*points[0]) == pytest.approx(by_hand(points[:1])[0], rel=1e-12)
+
+    def test_params_of_lets_can_be_set(self):
+        system = fuzzyctl.loads(BOTH).with_params(slope=0.0)
+        assert system(e=0.9, de=0.3)["u"] == pytest.approx(0.1)
+
+    def test_lets_may_come_in_any_order(self):
+        lines = BOTH.replace("let g = abs(s) + 1\n", "").replace("let s", "let g = abs(s) + 1\nlet s")
+        points = np.random.default_rng(4).uniform(-1, 1, (50, 2))
+        one, other = (fuzzyctl.compile(fuzzyctl.loads(t), "numpy").batch(points) for t in (BOTH, lines))
+        assert one.tolist() == other.tolist()
+
+    @pytest.mark.parametrize("backend", BACKENDS)
+    def test_a_let_without_a_value_leaves_no_output_with_one(self, backend):
+        text = BOTH.replace("slope * e + de", "e / (de - de * 1)")
+        kernel = fuzzyctl.compile(fuzzyctl.loads(text), backend)
+        assert all(map(math.isnan, kernel(0.0, 0.5)))
+        assert np.isnan(kernel.batch([[0.0, 0.5], [0.0, 0.2]])).all()
+
+    def test_a_rate_reads_lets_of_raw_inputs(self):
+        text = (
+            "system a\ndefuzzifier weighted_average\ninput e in [-1, 1]\n  terms N P\nlet s = 2 * e\n"
+            "output F in [-5, 5] adaptive rate s\n  terms N=0 P=0\ntable F = e\n    N P\n  | N P\n"
+        )
+        kernel = fuzzyctl.compile(fuzzyctl.loads(text), "python")
+        rates = [0.0, 0.0]
+        kernel.jit_rates(3.0, [0.0, 0.0], rates)
+        assert rates == [0.0, 6.0]
+
+    def test_a_system_of_formulas_needs_no_rules(self):
+        system = fuzzyctl.loads("system f\ninput x in [0, 1]\noutput y in [0, 3] = 2 * x\noutput z in [0, 9] = y + 1\n")
+        assert system(x=0.25) == {"y": 0.5, "z": 1.5}
+
+    @pytest.mark.parametrize("word", ["let", "s"])
+    def test_a_system_may_call_a_variable_let(self, word):
+        text = f"system f\ninput {word} in [0, 1]\n  terms a b\noutput y in [0, 1]\n  let = ramp(0, 1)\n"
+        text += f"if ({word} is a and\n    {word} is not b\n    or {word} is b) then y is let\n"
+        text = text.replace("and\n    ", "and (\n    ").replace("b) then", "b)) then")
+        assert fuzzyctl.loads(text)(**{word: 0.0}) == pytest.approx(2 / 3)
+
+
+class TestTools:
+    def test_dumps_reads_back(self):
+        system = fuzzyctl.loads(BOTH)
+        text = fuzzyctl.dumps(system)
+        assert fuzzyctl.loads(text) == system
+        assert 'let s "sliding variable" in [-3, 3] unit "1/s" = slope * e + de\n  NB = triangle(' in text
+        assert 'output w in [-4, 4] unit "V" = g * u\n' in text
+        assert "output v in [-1, 1] clamp = w / 2\n" in text
+
+    def test_formulas_have_bounds_and_guarantees_are_proved(self):
+        system = fuzzyctl.loads(BOTH)
+        bounds = fuzzyctl.output_bounds(system)
+        assert (bounds["w"].lo, bounds["w"].hi) == (-4.0, 4.0)
+        assert (bounds["v"].lo, bounds["v"].hi) == (-1.0, 1.0)
+        assert [type(v).__name__ for v in fuzzyctl.prove(system)] == ["Proved"]
+
+    def test_a_formula_that_leaves_its_range_is_reported(self, tmp_path):
+        path = tmp_path / "f.fz"
+        path.write_text("system f\ninput x in [0, 1]\noutput y in [0, 3] = 5 * x\n")
+        _, found = fuzzyctl.check(path)
+        assert [d.code for d in found] == ["FZ408"]
+        path.write_text("system f\ninput x in [0, 1]\noutput y in [0, 3] clamp = 5 * x\n")
+        assert fuzzyctl.check(path)[1] == []
+
+    @pytest.mark.parametrize("target", ["fis", "fll", "fcl", "fml", "python"])
+    def test_other_formats_refuse_them(self, target):
+        with pytest.raises(DiagnosticError) as caught:
+            convert(fuzzyctl.loads(BOTH), target)
+        (found,) = caught.value.diagnostics
+        assert found.code == "FZ608"
+        assert found.facts[:3] == ("let 's'", "let 'g'", "output 'w', which is a formula")
+
+    def test_changes_of_lets_and_formulas_are_named(self):
+        other = BOTH.replace("abs(s) + 1", "abs(s) + 2").replace("= g * u", "= g * u / 2")
+        found = changes(fuzzyctl.loads(BOTH), fuzzyctl.loads(other))
+        assert [(c.what, c.name, c.before, c.after) for c in found] == [
+            ("let", "g", "let g = abs(s) + 1", "let g = abs(s) + 2"),
+            ("formula", "w", "g * u", "g * u / 2"),
+        ]
