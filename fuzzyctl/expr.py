@@ -7,8 +7,9 @@ analysis) reads the same tree, so that what is proved is what is computed.
 
 from __future__ import annotations
 
+import dataclasses
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field
 from typing import Final, Literal
 
@@ -238,6 +239,17 @@ def replace(expr: Expr, change: Callable[[Expr], Expr]) -> Expr:
         case Keyword(name=name, value=value):
             return change(Keyword(name, replace(value, change)))
     return change(expr)
+
+
+def rebuilt(expr: Expr, parts: Sequence[Expr]) -> Expr:
+    """Return an expression with other children and its own span."""
+    match expr:
+        case Call(function=function, span=span):
+            return Call(function, tuple(parts), span)
+        case Logic(op=op, span=span):
+            return Logic(op, tuple(parts), span)
+    fields = [f.name for f in dataclasses.fields(expr) if isinstance(getattr(expr, f.name), Expr)]
+    return dataclasses.replace(expr, **dict(zip(fields, parts, strict=True)))
 
 
 def evaluate(expr: Expr, names: Mapping[str, float]) -> float:

@@ -82,7 +82,7 @@ class ImpliedSets:
         felt: dict[object, tuple[SetPlan, float]] = {}
         for rule, own, nth in rules:
             term = self._term(rule, nth)
-            if term.expression is not None:
+            if term.reads_inputs:
                 continue
             # Where the sum runs over terms, rules of one term give one value together.
             key: object = term if self.output.merge != "rules" else (rule, nth)

@@ -49,6 +49,7 @@ class Context:
     outputs: dict[str, sx.Variable] = field(default_factory=dict)
     lets: dict[str, sx.Variable] = field(default_factory=dict)
     hedges: dict[str, sx.Hedge] = field(default_factory=dict)
+    functions: dict[str, sx.Function] = field(default_factory=dict)
     #: Names of the terms of a variable, by the identity of its statement, which lives as long as the tree.
     terms: dict[int, dict[str, None]] = field(default_factory=dict)
     #: Whether consequents may read inputs, so that an input needs no terms.

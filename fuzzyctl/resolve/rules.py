@@ -16,6 +16,7 @@ from fuzzyctl.model.rule import And, Antecedent, Consequent, Is, Not, Or, Rule
 from fuzzyctl.model.variable import Membership
 from fuzzyctl.resolve.claims import check_claim, check_condition, check_tolerance, names_output
 from fuzzyctl.resolve.context import Context
+from fuzzyctl.resolve.functions import expanded
 
 #: Most rules of one system, tables included.
 MAX_RULES: Final = 20_000
@@ -37,6 +38,11 @@ def resolve_function(context: Context, term: sx.FunctionTerm) -> Membership | No
         message = f"'{kind}' takes {counted(due, 'parameter')}, not {len(term.arguments)}"
         context.report("FZ303", message, term.span, facts=facts)
         return None
+    if kind == "function" and context.functions:
+        whole = expanded(context, term.arguments[0])
+        if whole is None:
+            return None
+        term = sx.FunctionTerm(term.kind, (whole,), term.span)
     names = context.read if kind == "function" else context.params
     what = "param, input or output" if kind == "function" else "param"
     if not all([context.check_names(a, names, what) for a in term.arguments]):

@@ -20,6 +20,7 @@ from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Input, Let, Output
 from fuzzyctl.resolve.blocks import Block, resolve_blocks
 from fuzzyctl.resolve.context import Context
+from fuzzyctl.resolve.functions import declare_function
 from fuzzyctl.resolve.rules import MAX_OUTPUTS, MAX_RULES, resolve_require
 from fuzzyctl.resolve.semantics import resolve_semantics
 from fuzzyctl.resolve.settings import find_idle_settings, resolve_method
@@ -57,11 +58,6 @@ def resolve(
     crowd = _crowded(whole)
     if crowd is not None:
         return None, [crowd]
-    for statement in tree.statements:
-        if isinstance(statement, sx.Function):
-            help_text = "move it above the first 'system' or 'controller' line, or into a controller"
-            message = f"function '{statement.name.text}' lies in a system, where only controllers have functions"
-            context.report("FZ214", message, statement.name.span, help=help_text)
     heads = _declare(context, whole)
     _check_heads(context, whole, heads, broken)
     system = _build(context, whole, shared, heads[0] if heads else None, broken=broken)
@@ -104,6 +100,8 @@ def _declare(context: Context, tree: sx.SyntaxTree) -> list[sx.System]:
                 context.report("FZ111", f"language version {number.text} is not supported", number.span, help=help_text)
             case sx.Param(name=name) if context.declare(name, "a param"):
                 context.params[name.text] = statement
+            case sx.Function():
+                declare_function(context, statement)
             case sx.Hedge(name=name, parameter=parameter):
                 for word, what in ((name, "a hedge"), (parameter, "the variable of a hedge")):
                     context.is_free(word, what)

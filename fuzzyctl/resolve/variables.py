@@ -15,6 +15,7 @@ from fuzzyctl.lang.other_tools import PEER_KINDS, differing_order, known_kind
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.variable import Fallback, Hold, Input, Let, Membership, Output, Term
 from fuzzyctl.resolve.context import Context
+from fuzzyctl.resolve.functions import applied, expanded
 from fuzzyctl.resolve.partitions import partition
 from fuzzyctl.resolve.rules import is_garbled, resolve_function, terms_of
 from fuzzyctl.resolve.settings import resolve_own_setting
@@ -62,15 +63,18 @@ def resolve_variable(context: Context, statement: sx.Variable) -> Input | Output
 
 def _formula(context: Context, statement: sx.Variable, value: ex.Expr) -> ex.Expr:
     """Return what a `let` or an `output` is; a let is known before any rule, so it reads no output."""
+    whole = expanded(context, value)
+    if whole is None:
+        return _NO_VALUE
     if statement.keyword.text == "let":
         names = ChainMap[str, Any](context.inputs, context.lets, context.params)
-        return value if context.check_names(value, names, "param, input or let") else _NO_VALUE
+        return whole if context.check_names(whole, names, "param, input or let") else _NO_VALUE
     for clause in statement.clauses:
         if not isinstance(clause, sx.UnitClause | sx.ClampClause):
             word = clause.span.text.split("(")[0].split()[0]
             message = f"output '{statement.name.text}' is a formula, and '{word}' needs rules"
             context.report("FZ214", message, clause.span, help=f"remove '{word}', or let rules set the output")
-    return value if context.check_names(value, context.read, "param, input or output") else _NO_VALUE
+    return whole if context.check_names(whole, context.read, "param, input or output") else _NO_VALUE
 
 
 def _end(context: Context, end: ex.Expr) -> ex.Expr:
@@ -204,8 +208,11 @@ def _term(context: Context, statement: sx.Variable, line: sx.TermLine) -> Term |
         membership = _function(context, statement, line)
         return Term(name=line.name.text, membership=membership, span=line.span) if membership is not None else None
     formula = MEMBERSHIP.get(line.kind.text)
+    if formula is None and line.kind.text in context.functions:
+        return _own_kind(context, statement, line)
     if formula is None:
-        _report_unknown_kind(context, line.kind, [*MEMBERSHIP, "function", *([] if is_input else ["linear"])])
+        known = [*MEMBERSHIP, "function", *([] if is_input else ["linear"]), *context.functions]
+        _report_unknown_kind(context, line.kind, known)
         return None
     arguments = _arguments(context, line, formula)
     if arguments is None:
@@ -213,6 +220,22 @@ def _term(context: Context, statement: sx.Variable, line: sx.TermLine) -> Term |
     given, height = arguments
     membership = Membership(kind=formula.name, arguments=given, height=height, span=line.kind.span)
     return Term(name=line.name.text, membership=membership, span=line.span)
+
+
+def _own_kind(context: Context, statement: sx.Variable, line: sx.TermLine) -> Term | None:
+    """Resolve a term that is a function of the file: of the variable, then of the parameters given."""
+    named = next((a for a in line.arguments if a.keyword is not None), None)
+    if named is not None:
+        context.report("FZ303", f"'{line.kind.text}' takes no named parameters", named.span, help="drop the name")
+        return None
+    variable = ex.Name(statement.name.text, line.kind.span)
+    whole = applied(context, line.kind, [variable, *(a.value for a in line.arguments)])
+    if whole is None:
+        return None
+    form = dataclasses.replace(line, arguments=(sx.Argument(whole, None, line.kind.span),))
+    word = sx.Word("function", line.kind.span)
+    membership = _function(context, statement, dataclasses.replace(form, kind=word))
+    return Term(name=line.name.text, membership=membership, span=line.span) if membership is not None else None
 
 
 def _report_unknown_kind(context: Context, word: sx.Word, known: list[str]) -> None:
@@ -250,8 +273,8 @@ def _function(context: Context, statement: sx.Variable, line: sx.TermLine) -> Me
         form = f"function(expression over {name})"
         context.report("FZ303", "'function' takes one expression", line.kind.span, facts=(f"the form is: {form}",))
         return None
-    expression = line.arguments[0].value
-    if not context.check_names(
+    expression = expanded(context, line.arguments[0].value)
+    if expression is None or not context.check_names(
         expression, ChainMap[str, Any]({name: None}, context.params), f"a param nor '{name}' itself"
     ):
         return None

@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.expr import Name
 from fuzzyctl.formulas import exact_maxima_possible, formula_of, is_monotone
+from fuzzyctl.formulas.inverse import solved
 from fuzzyctl.kernels.plan.plan import OutputPlan
-from fuzzyctl.kernels.plan.sets import SetPlan
+from fuzzyctl.kernels.plan.sets import ITSELF, SetPlan
 from fuzzyctl.model.method import MAXIMA
 from fuzzyctl.model.variable import Output
 
@@ -36,6 +38,10 @@ def require_suited(output: Output, planned: OutputPlan) -> None:
 def _misfit(output: OutputPlan, term: SetPlan) -> tuple[str, str] | None:
     """Return what is wrong with a consequent under the defuzzifier of its output, and the way out."""
     average = "use 'defuzzifier weighted_average'"
+    if term.kind == "formula" and output.inverts and output.merge == "rules":
+        if term.expression is not None and solved(term.expression, ITSELF, Name("w")) is not None:
+            return None
+        return "a formula whose inverse is not known", "approximate it by piecewise(x1, degree1, x2, degree2, ...)"
     if term.kind == "formula":
         if not output.over_rules and output.resolution is not None:
             return None

@@ -17,12 +17,12 @@ from fuzzyctl.expr import (
     Compare,
     Expr,
     Keyword,
-    Logic,
     Name,
     Number,
     Where,
     children,
     evaluate,
+    rebuilt,
     span_of,
 )
 from fuzzyctl.kernels.plan.build import OutputPlan, plan
@@ -190,7 +190,7 @@ class _Expansion:
             case Call(function="clamp", arguments=arguments):
                 x, low, high = (self.expanded(a, scope) for a in arguments)
                 return Call("min", (Call("max", (x, low)), high))
-        return _rebuilt(expr, [self.expanded(e, scope) for e in children(expr)])
+        return rebuilt(expr, [self.expanded(e, scope) for e in children(expr)])
 
     def _applied(self, function: Function, arguments: tuple[Expr, ...], scope: _Scope, span: Span | None) -> Expr:
         if function.name in self._functions:
@@ -406,14 +406,3 @@ def _split(arguments: tuple[Expr, ...]) -> tuple[list[Expr], dict[str, Expr]]:
     """Return arguments by position and by name."""
     given = [a for a in arguments if not isinstance(a, Keyword)]
     return given, {a.name: a.value for a in arguments if isinstance(a, Keyword)}
-
-
-def _rebuilt(expr: Expr, parts: list[Expr]) -> Expr:
-    """Return an expression with other parts."""
-    match expr:
-        case Call(function=function, span=span):
-            return Call(function, tuple(parts), span)
-        case Logic(op=op, span=span):
-            return Logic(op, tuple(parts), span)
-    fields = [f.name for f in dataclasses.fields(expr) if isinstance(getattr(expr, f.name), Expr)]
-    return dataclasses.replace(expr, **dict(zip(fields, parts, strict=True)))

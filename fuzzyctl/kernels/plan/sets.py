@@ -23,6 +23,7 @@ from fuzzyctl.expr import (
     walk,
 )
 from fuzzyctl.formulas import Vertex, formula_of, held
+from fuzzyctl.formulas.inverse import solved
 from fuzzyctl.kernels.program.builder import clip
 from fuzzyctl.records import record
 
@@ -130,6 +131,10 @@ class SetPlan:
 
     def inverse(self, share: Expr) -> Expr:
         """Return where a monotone set has a share, which must be a name, of its height."""
+        if self.kind == "formula" and self.expression is not None:
+            place = solved(self.expression, ITSELF, share)
+            assert place is not None, "tsukamoto takes formulas that can be solved only"
+            return place
         found = formula_of(self.kind).inverse(share, self.parameters)
         assert found is not None, "tsukamoto takes monotone sets only"
         return found

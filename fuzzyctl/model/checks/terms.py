@@ -9,14 +9,15 @@ from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import Span
-from fuzzyctl.expr import Expr, span_of
+from fuzzyctl.expr import Binary, Expr, Name, Number, names_in, replace_names, span_of, walk
 from fuzzyctl.formulas import MEMBERSHIP, exact_maxima_possible, is_monotone
+from fuzzyctl.formulas.inverse import solved
 from fuzzyctl.model.checks.hints import uncovered_ranges
 from fuzzyctl.model.checks.partitions import spoilt_partitions
 from fuzzyctl.model.computed_numbers import Numbers
 from fuzzyctl.model.method import MAXIMA, TSUKAMOTO, Defuzzifier
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Hold, Membership, Output
+from fuzzyctl.model.variable import Hold, Membership, Output, Term
 
 
 def misfitting_defuzzifier(numbers: Numbers) -> Iterator[Diagnostic]:
@@ -115,6 +116,10 @@ def _without_sets(output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:
 
 
 _BY_AVERAGE: Final = "in the line of the defuzzifier write: defuzzifier weighted_average"
+_SOLVABLE: Final = (
+    "name the output once, with numbers by + - * /, exp, log and sqrt; or approximate the formula: "
+    "piecewise(x1, degree1, x2, degree2, ...)"
+)
 _BY_POINTS: Final = "approximate it by points of its curve: piecewise(x1, degree1, x2, degree2, ...)"
 
 
@@ -125,7 +130,9 @@ def _not_monotone(numbers: Numbers, output: Output, method: Defuzzifier) -> Iter
         kind = term.membership.kind
         help_text = "use ramp, sigmoid, s_shape, z_shape, concave, rising or falling points, or one infinite foot"
         if kind == "formula":
-            reason, help_text = f"a formula, for which '{method.kind}' has no inverse", _BY_POINTS
+            if numbers.system.method.semantics.merge == "rules" and _can_be_solved(numbers, output, term):
+                continue
+            reason, help_text = f"a formula whose inverse '{method.kind}' does not know", _SOLVABLE
         elif kind not in MEMBERSHIP:
             reason = f"no set, and '{method.kind}' inverts sets"
         # One with bad parameters has a diagnostic of its own.
@@ -136,6 +143,15 @@ def _not_monotone(numbers: Numbers, output: Output, method: Defuzzifier) -> Iter
         message = f"term '{term.name}' of '{output.name}' is {reason}"
         yield Diagnostic("FZ214", message, term.membership.span or term.span, help=help_text)
     yield from _without_names(numbers.system, output, method)
+
+
+def _can_be_solved(numbers: Numbers, output: Output, term: Term) -> bool:
+    """Return whether the place where a formula has a degree can be written down; factors of 0 leave none."""
+    known = {name: Number(value) for name, value in numbers.params.values.items() if name != output.name}
+    expression = replace_names(term.membership.arguments[0], known)
+    factors = [part for e in walk(expression) if isinstance(e, Binary) and e.op in "*/" for part in (e.left, e.right)]
+    is_flat = any(numbers.value(part) == 0.0 for part in factors if not names_in(part))
+    return not is_flat and solved(expression, output.name, Name("w")) is not None
 
 
 def _without_names(system: FuzzySystem, output: Output, method: Defuzzifier) -> Iterator[Diagnostic]:

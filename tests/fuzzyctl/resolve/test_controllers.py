@@ -126,10 +126,11 @@ class TestMistakes:
         assert code == "FZ214"
         assert message == "'rule' keeps a state, which only 'let', 'next' and 'output' lines may have"
 
-    def test_a_function_inside_a_system_is_not_passed_over(self):
-        ((code, message, place),) = found_in(SYSTEM + "function f(a) = a\n")
-        assert (code, place) == ("FZ214", "f")
-        assert message == "function 'f' lies in a system, where only controllers have functions"
+    def test_a_function_inside_a_system_is_one_of_that_system(self):
+        text = SYSTEM.replace("param k = 1", "param k = 1\nfunction f(a, b) = a * b")
+        text = text.replace("  terms N P\n", "  N = f(-k)\n  P = f(k)\n", 1)
+        assert found_in(text) == []
+        assert [m for _, m, _ in found_in(text + HEAD + "output y = f(x, 1)\n")] == ["no function or system 'f'"]
 
     @pytest.mark.parametrize("word", ["let", "state", "next", "block", "every"])
     def test_words_of_controllers_are_names_in_systems(self, word):

@@ -204,7 +204,7 @@ def consequent_hull(output: OutputPlan, terms: Sequence[int]) -> tuple[float, fl
 
 def _values(output: OutputPlan, term: SetPlan) -> tuple[float, float]:
     """Return the ends of what a rule with this consequent can contribute; a function of the inputs is bounded later."""
-    if term.expression is not None:
+    if term.reads_inputs:
         return term.reach or (-math.inf, math.inf)
     if output.takes_degrees:
         ends = [0.0, term.height]
@@ -277,9 +277,7 @@ def _over_rules(
         by_value.setdefault(value, []).append(a.strength)
     sums = {value: builder.total(parts) for value, parts in by_value.items()}
     may_be_infinite = output.inverts and output.places == "free"
-    if not may_be_infinite and all(
-        output.terms[a.term].expression is None or output.terms[a.term].reach for a in active
-    ):
+    if not may_be_infinite and all(not output.terms[a.term].reads_inputs or output.terms[a.term].reach for a in active):
         numerator = builder.total(times(s, value) for value, s in sums.items() if value != ZERO)
         return numerator, builder.total(sums.values()), consequent_hull(output, [a.term for a in active])
     numerator = builder.total(
@@ -295,7 +293,7 @@ def _consequent(
     builder: Builder, output: OutputPlan, term: SetPlan, strength: Expr, inputs: Mapping[str, Expr]
 ) -> Expr:
     """Return the value of a rule's consequent as an atom."""
-    if term.expression is not None:
+    if term.reads_inputs and term.expression is not None:
         return builder.let(replace_names(term.expression, inputs))
     if output.inverts:
         # Beyond its height a term has the degree nowhere; other tools go on with the formula of the inverse.

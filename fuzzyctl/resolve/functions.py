@@ -1,0 +1,123 @@
+"""Functions of a file in the expressions and terms of a system: calls are replaced by what they stand for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final
+
+from fuzzyctl import expr as ex
+from fuzzyctl.diagnostics.suggestions import counted
+from fuzzyctl.lang import syntax as sx
+from fuzzyctl.resolve.context import Context
+
+#: Most parts of an expression whose functions are expanded.
+MOST_PARTS: Final = 2_000
+
+
+def declare_function(context: Context, statement: sx.Function) -> None:
+    """Enter a function; report a name that is taken."""
+    name = statement.name
+    earlier = context.functions.get(name.text)
+    if name.text not in ex.FUNCTIONS and earlier is None:
+        context.functions[name.text] = statement
+        return
+    note = (earlier.name.span, "first declared here") if earlier is not None else None
+    context.report("FZ201", f"there is a function '{name.text}' already", name.span, note=note, help="rename it")
+
+
+def expanded(context: Context, expr: ex.Expr) -> ex.Expr | None:
+    """Return an expression without calls of functions of the file; None where one of them has a mistake."""
+    if not context.functions or isinstance(expr, ex.Number | ex.Name):
+        return expr
+    return _Expansion(context).expanded(expr, {})
+
+
+def applied(context: Context, word: sx.Word, arguments: list[ex.Expr]) -> ex.Expr | None:
+    """Return a function of the file at arguments: a variable, then its parameters."""
+    given, due = len(arguments) - 1, len(context.functions[word.text].parameters) - 1
+    if given != due:
+        message = f"'{word.text}' takes {counted(due, 'parameter')} besides the variable, not {given}"
+        names = ", ".join(p.text for p in context.functions[word.text].parameters[1:])
+        context.report("FZ303", message, word.span, facts=(f"the form is: {word.text}({names})",))
+        return None
+    return expanded(context, ex.Call(word.text, tuple(arguments), word.span))
+
+
+class _Expansion:
+    """Expands one expression."""
+
+    def __init__(self, context: Context) -> None:
+        self.context = context
+        self.path: list[str] = []
+        self.parts = 0
+        self.level = 0
+        #: Whether it has been reported that the expression is too large.
+        self.failed = False
+
+    def expanded(self, expr: ex.Expr, names: Mapping[str, ex.Expr]) -> ex.Expr | None:
+        """Return an expression with values for some names; None where a function has a mistake, which is reported."""
+        value = names.get(expr.name, expr) if isinstance(expr, ex.Name) else expr
+        if value is not expr or isinstance(expr, ex.Name):
+            return value if self._is_small(value, expr) else None
+        if not self._is_small(ex.ZERO, expr):
+            return None
+        self.level += 1
+        parts = [self.expanded(part, names) for part in ex.children(expr)]
+        self.level -= 1
+        known = [part for part in parts if part is not None]
+        if len(known) < len(parts):
+            return None
+        if isinstance(expr, ex.Call) and expr.function in self.context.functions:
+            return self._applied(expr, known)
+        return ex.rebuilt(expr, known) if known else expr
+
+    def _is_small(self, value: ex.Expr, place: ex.Expr) -> bool:
+        """Count the parts of a value; report an expression that grows too large or too deep, once."""
+        levels = [[value]]
+        while levels[-1]:
+            levels.append([part for node in levels[-1] for part in ex.children(node)])
+        self.parts += sum(map(len, levels))
+        if self.parts <= MOST_PARTS and self.level + len(levels) - 1 <= ex.MAX_DEPTH:
+            return True
+        if not self.failed:
+            many = self.parts > MOST_PARTS
+            code, what = ("FZ112", f"to more than {MOST_PARTS:,} parts") if many else ("FZ106", "too deep")
+            message, help_text = f"the expression expands {what}", "give parts a name with 'let'"
+            self.context.report(code, message, ex.span_of(place), help=help_text)
+        self.failed = True
+        return False
+
+    def _applied(self, call: ex.Call, arguments: list[ex.Expr]) -> ex.Expr | None:
+        context, function = self.context, self.context.functions[call.function]
+        name, parameters = call.function, [p.text for p in function.parameters]
+        if name in self.path:
+            circle = " → ".join([*self.path[self.path.index(name) :], name])
+            context.report("FZ217", f"function '{name}' calls itself", function.name.span, facts=(circle,))
+            return None
+        if len(arguments) != len(parameters):
+            message = f"'{name}' takes {counted(len(parameters), 'argument')}, not {len(arguments)}"
+            context.report("FZ303", message, call.span, facts=(f"the form is: {name}({', '.join(parameters)})",))
+            return None
+        if not self._is_sound(function, {*parameters, *context.params}):
+            return None
+        self.path.append(name)
+        found = self.expanded(function.expression, dict(zip(parameters, arguments, strict=True)))
+        self.path.pop()
+        return found
+
+    def _is_sound(self, function: sx.Function, known: set[str]) -> bool:
+        """Check that a function is a number over its parameters and params."""
+        own = [n for n in ex.walk(function.expression) if not self._is_call(n)]
+        names = [n for n in own if isinstance(n, ex.Name | ex.Compare | ex.Logic | ex.Call)]
+        return all([self._is_known(n, known) for n in names])
+
+    def _is_call(self, node: ex.Expr) -> bool:
+        return isinstance(node, ex.Call) and node.function in self.context.functions
+
+    def _is_known(self, node: ex.Expr, known: set[str]) -> bool:
+        if isinstance(node, ex.Call):
+            return self.context.check_call(node)
+        if isinstance(node, ex.Name):
+            return self.context.check_names(node, known, "parameter or param")
+        self.context.report("FZ307", "expected a number, found a condition", ex.span_of(node))
+        return False
