@@ -14,7 +14,7 @@ from fuzzyctl.formats.fz import membership_text, rule_text
 from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.inference.defuzzify.defuzzify import consequent_hull
-from fuzzyctl.kernels.inference.formulas import known_at, value_of
+from fuzzyctl.kernels.known_values import known_at, value_of
 from fuzzyctl.kernels.plan.build import OutputPlan, Plan, SetPlan, chain_name, degree_name, plan, step_name
 from fuzzyctl.kernels.program.scalar import as_number
 from fuzzyctl.model.method import TSUKAMOTO

@@ -6,6 +6,7 @@ import os
 import re
 import unicodedata
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import ValueOutOfBoundsError
@@ -94,8 +95,19 @@ def _lines(system: FuzzySystem) -> Iterator[str]:
         yield from _section([block_text(block)])
         yield from _rules(block.rules)
     yield from _section([f"require {guarantee_text(g)}" for g in system.guarantees])
-    for other in system.compared:
+    for other in _others(system):
         yield from _section(list(_lines(other)))
+
+
+def _others(system: FuzzySystem) -> list[FuzzySystem]:
+    """Return the systems that a system names or calls, each once, without those that they call themselves."""
+    found: dict[str, FuzzySystem] = {}
+    left = [*system.compared, *system.called]
+    while left:
+        other = left.pop(0)
+        found.setdefault(other.name, replace(other, called=()))
+        left.extend(other.called)
+    return list(found.values())
 
 
 def _rules(parts: Iterable[RuleTable | Rule]) -> Iterator[str]:

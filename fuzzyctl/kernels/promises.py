@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
 from fuzzyctl.kernels.backends.python.backend import point_text
-from fuzzyctl.kernels.inference.formulas import known_at
+from fuzzyctl.kernels.known_values import known_at
 from fuzzyctl.kernels.plan.build import Plan
 
 if TYPE_CHECKING:

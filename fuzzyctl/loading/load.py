@@ -16,6 +16,7 @@ from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.parser import parse
 from fuzzyctl.lang.repaired_text import in_original
 from fuzzyctl.loading.assembly import Part, bring_in, split
+from fuzzyctl.loading.calls import with_called
 from fuzzyctl.loading.linking import link
 from fuzzyctl.model.checks.checks import check_model
 from fuzzyctl.model.system import FuzzySystem
@@ -279,7 +280,10 @@ def look_through(
         systems.extend([system] if system is not None else [])
     diagnostics.extend(_same_names(systems))
     used = _Used(tree, folder, {} if opened is None else opened)
-    linked, more = link(systems, used.system, broken=any(d.severity == "error" for d in diagnostics))
+    failed = any(d.severity == "error" for d in diagnostics)
+    called, wrong = with_called(systems, used.system, broken=failed)
+    linked, more = link(called, used.system, broken=failed or bool(wrong))
+    diagnostics.extend(wrong)
     controllers: tuple[Controller, ...] = ()
     if any(isinstance(part.head, sx.Head) for part in parts):
         from fuzzyctl.loading.controllers import Controllers

@@ -38,6 +38,7 @@ class FuzzySystem(Node):
         compared: The other systems that they name, as `SYSTEM.OUTPUT`, without guarantees of their own.
         path: The file it was read from, or an empty string.
         lets: Named values of the inputs, in the order of declaration.
+        called: The other systems that lets call, as `SYSTEM.OUTPUT(...)`, without guarantees of their own.
     """
 
     name: str
@@ -53,6 +54,7 @@ class FuzzySystem(Node):
     compared: tuple[FuzzySystem, ...] = ()
     path: str = field(default="", compare=False, repr=False)
     lets: tuple[Let, ...] = ()
+    called: tuple[FuzzySystem, ...] = ()
 
     def __post_init__(self) -> None:
         Node.__post_init__(self)
@@ -189,14 +191,15 @@ class FuzzySystem(Node):
             replace(p, expression=Number(float(values[p.name]))) if p.name in values else p for p in self.params
         )
         compared = tuple(self._followed(c, values) for c in self.compared)
-        changed = replace(self, params=params, compared=compared)
+        called = tuple(self._followed(c, values) for c in self.called)
+        changed = replace(self, params=params, compared=compared, called=called)
         from fuzzyctl.model.checks.checks import require_well_formed
 
         require_well_formed(changed)
         return changed
 
     def _followed(self, compared: FuzzySystem, values: Mapping[str, float]) -> FuzzySystem:
-        """Set in a compared system the params that are declared in one place for both."""
+        """Set in another system the params that are declared in one place for both."""
         own = {(p.name, p.span) for p in self.params if p.span is not None}
         shared = {p.name: values[p.name] for p in compared.params if p.name in values and (p.name, p.span) in own}
         return compared.with_params(**shared) if shared else compared

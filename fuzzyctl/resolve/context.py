@@ -169,6 +169,10 @@ class Context:
 
     def check_call(self, call: ex.Call) -> bool:
         """Check the name of a function and the number of its arguments."""
+        if "." in call.function:
+            help_text = f"name its value: let NAME = {ex.to_text(call)}"
+            self.report("FZ214", "outputs of other systems are called in lets only", call.span, help=help_text)
+            return False
         if call.function not in ex.FUNCTIONS:
             near = self.near(call.function, ex.FUNCTIONS)
             self.report(

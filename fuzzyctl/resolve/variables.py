@@ -68,13 +68,24 @@ def _formula(context: Context, statement: sx.Variable, value: ex.Expr) -> ex.Exp
         return _NO_VALUE
     if statement.keyword.text == "let":
         names = ChainMap[str, Any](context.inputs, context.lets, context.params)
-        return whole if context.check_names(whole, names, "param, input or let") else _NO_VALUE
+        return whole if context.check_names(_arguments_of(whole), names, "param, input or let") else _NO_VALUE
     for clause in statement.clauses:
         if not isinstance(clause, sx.UnitClause | sx.ClampClause):
             word = clause.span.text.split("(")[0].split()[0]
             message = f"output '{statement.name.text}' is a formula, and '{word}' needs rules"
             context.report("FZ214", message, clause.span, help=f"remove '{word}', or let rules set the output")
     return whole if context.check_names(whole, context.read, "param, input or output") else _NO_VALUE
+
+
+def _arguments_of(expr: ex.Expr) -> ex.Expr:
+    """Return an expression in which the arguments of calls of other systems take the place of these.
+
+    Whether there are such systems is seen when all of them are read.
+    """
+    parts = [_arguments_of(part) for part in ex.children(expr)]
+    if isinstance(expr, ex.Call) and "." in expr.function:
+        return ex.Call("max", tuple(parts), expr.span) if parts else ex.ZERO
+    return ex.rebuilt(expr, parts) if parts else expr
 
 
 def _end(context: Context, end: ex.Expr) -> ex.Expr:

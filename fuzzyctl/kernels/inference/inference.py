@@ -37,6 +37,7 @@ from fuzzyctl.kernels.plan.build import (
     step_name,
 )
 from fuzzyctl.kernels.program.builder import Builder, any_nan, clip, times
+from fuzzyctl.kernels.program.passes.embed import embed
 from fuzzyctl.kernels.program.program import NAN, STATE, Item, Program, Refuse
 
 
@@ -223,6 +224,10 @@ class _Front:
         """Return values of the inputs by name, and those of the lets for them."""
         values = dict(inputs)
         for let in self.plan.lets:
+            for call in let.calls:
+                arguments = [self.builder.let(replace_names(a, values)) for a in call.arguments]
+                program = evaluation(call.system, most_pairs=self.builder.most_pairs)
+                values[call.name] = embed(self.builder, program, arguments)[call.output]
             values[let.name] = self.builder.let(replace_names(let.value, values))
         return values
 

@@ -7,7 +7,12 @@ from typing import cast
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.expr import (
+    Call,
     CompareOp,
+    Expr,
+    Name,
+    children,
+    rebuilt,
 )
 from fuzzyctl.formulas import (
     MEMBERSHIP,
@@ -18,6 +23,7 @@ from fuzzyctl.kernels.plan.consequents import Conclusions, term_of_output
 from fuzzyctl.kernels.plan.expressions import guarded, number_of, over_inputs
 from fuzzyctl.kernels.plan.plan import (
     ActivationPlan,
+    CallPlan,
     ChainPlan,
     DegreePlan,
     HeldPlan,
@@ -44,6 +50,7 @@ from fuzzyctl.model.variable import Hold, Input, Let, LinguisticVariable, Output
 __all__ = [
     "ITSELF",
     "ActivationPlan",
+    "CallPlan",
     "ChainPlan",
     "DegreePlan",
     "HeldPlan",
@@ -123,8 +130,23 @@ def _input(system: FuzzySystem, variable: Input) -> InputPlan:
 
 
 def _let(system: FuzzySystem, let: Let) -> LetPlan:
-    value = guarded(over_inputs(system, let.value))
-    return LetPlan(let.name, number_of(system, let.lower), number_of(system, let.upper), value)
+    calls: list[CallPlan] = []
+    value = over_inputs(system, _with_calls(system, let.name, let.value, calls), more={c.name for c in calls})
+    return LetPlan(let.name, number_of(system, let.lower), number_of(system, let.upper), guarded(value), tuple(calls))
+
+
+def _with_calls(system: FuzzySystem, name: str, expr: Expr, calls: list[CallPlan]) -> Expr:
+    """Return an expression with names for its calls of other systems, and collect these, inner ones first."""
+    parts = [_with_calls(system, name, part, calls) for part in children(expr)]
+    if not (isinstance(expr, Call) and "." in expr.function):
+        return rebuilt(expr, parts) if parts else expr
+    other, _, output = expr.function.partition(".")
+    called = next(c for c in system.called if c.name == other)
+    known = {c.name for c in calls}
+    arguments = tuple(guarded(over_inputs(system, part, more=known)) for part in parts)
+    position = [o.name for o in called.outputs].index(output)
+    calls.append(CallPlan(f"{name}.{len(calls) + 1}", plan(called), position, arguments))
+    return Name(calls[-1].name)
 
 
 def planned_set(system: FuzzySystem, variable: LinguisticVariable, term: Term) -> SetPlan | None:

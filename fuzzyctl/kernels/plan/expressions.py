@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from functools import reduce
 
 from fuzzyctl.diagnostics.diagnostic import UnknownNameError
@@ -54,9 +55,9 @@ def require_known(expr: Expr, variables: set[str], numbers: dict[str, Expr]) -> 
             raise UnknownNameError("input", name.name, sorted(variables))
 
 
-def over_inputs(system: FuzzySystem, expr: Expr, *, outputs: bool = False) -> Expr:
+def over_inputs(system: FuzzySystem, expr: Expr, *, outputs: bool = False, more: Collection[str] = ()) -> Expr:
     """Return an expression over the names of inputs, lets, and perhaps outputs, params replaced by numbers."""
-    inputs = {v.name for v in (*system.inputs, *system.lets, *(system.outputs if outputs else ()))}
+    inputs = {v.name for v in (*system.inputs, *system.lets, *(system.outputs if outputs else ()))} | set(more)
     numbers = constants_of(system, inputs)
     require_known(expr, inputs, numbers)
     return replace_names(expr, numbers)

@@ -46,12 +46,31 @@ class InputPlan:
 
 @record(frozen=True)
 class LetPlan:
-    """A named value of the inputs, an expression over them and lets before it; antecedents read it within its range."""
+    """A named value of the inputs, an expression over them and lets before it; antecedents read it within its range.
+
+    Args:
+        name: Its name.
+        lower: Lower end of the range.
+        upper: Upper end of the range.
+        value: The expression, over calls as well.
+        calls: What calls in it are: names with a system, the position of an output and arguments.
+    """
 
     name: str
     lower: float
     upper: float
     value: Expr
+    calls: tuple[CallPlan, ...] = ()
+
+
+@record(frozen=True)
+class CallPlan:
+    """An output of another system at arguments, which are expressions over the inputs, lets and calls before it."""
+
+    name: str
+    system: Plan
+    output: int
+    arguments: tuple[Expr, ...]
 
 
 @record(frozen=True)

@@ -1,0 +1,94 @@
+"""Calls of other systems in lets: `let k = SYSTEM.OUTPUT(a, b)`, of the same file or of a used one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.diagnostics.suggestions import counted, did_you_mean, listed
+from fuzzyctl.expr import Call, walk
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import Hold
+
+#: Finds a system of a used file by its name; None where there is none.
+Elsewhere = Callable[[str], FuzzySystem | None]
+
+
+def calls_of(system: FuzzySystem) -> Iterator[Call]:
+    """Yield the calls of other systems in the lets of a system."""
+    for let in system.lets:
+        yield from (e for e in walk(let.value) if isinstance(e, Call) and "." in e.function)
+
+
+def with_called(
+    systems: Sequence[FuzzySystem], elsewhere: Elsewhere, *, broken: bool
+) -> tuple[tuple[FuzzySystem, ...], list[Diagnostic]]:
+    """Give each system those that its lets call.
+
+    Args:
+        systems: Those of one file.
+        elsewhere: Where to look for what is none of them.
+        broken: Whether some system of the file has mistakes, so that it may be the one that is missing.
+
+    Returns:
+        The systems whose calls are sound, and the mistakes of the others.
+    """
+    if not any(True for s in systems for _ in calls_of(s)):
+        return tuple(systems), []
+    work = _Calls({s.name: s for s in systems}, elsewhere, broken)
+    found = [work.linked(s) for s in systems]
+    return tuple(s for s in found if s is not None), work.mistakes
+
+
+class _Calls:
+    """Links systems, each after those that it calls."""
+
+    def __init__(self, systems: Mapping[str, FuzzySystem], elsewhere: Elsewhere, broken: bool) -> None:
+        self.systems, self.elsewhere, self.broken = systems, elsewhere, broken
+        self.mistakes: list[Diagnostic] = []
+        self.done: dict[str, FuzzySystem | None] = {}
+        self.path: list[str] = []
+
+    def linked(self, system: FuzzySystem) -> FuzzySystem | None:
+        """Return a system with those that it calls; None for one with a mistake in its calls."""
+        if system.name not in self.done:
+            self.path.append(system.name)
+            called: dict[str, FuzzySystem] = {}
+            fine = [self._take(call, called) for call in calls_of(system)]
+            self.path.pop()
+            self.done[system.name] = replace(system, called=tuple(called.values())) if all(fine) else None
+        return self.done[system.name]
+
+    def _take(self, call: Call, called: dict[str, FuzzySystem]) -> bool:
+        name, _, output = call.function.partition(".")
+        if name in self.path:
+            circle = " → ".join([*self.path[self.path.index(name) :], name])
+            return self._refuse("FZ217", "systems call each other in a circle", call, facts=(circle,))
+        own = self.systems.get(name)
+        other = self.linked(own) if own is not None else None if self.broken else self.elsewhere(name)
+        if other is None:
+            known = [n for n in self.systems if n not in self.path]
+            help_text = did_you_mean(name, known) or "add the system, or 'use' the file that holds it"
+            is_blameless = self.broken or own is not None
+            return not is_blameless and self._refuse("FZ202", f"no other system '{name}'", call, help=help_text)
+        called[name] = replace(other, guarantees=(), compared=())
+        return self._fits(call, other, output)
+
+    def _fits(self, call: Call, other: FuzzySystem, output: str) -> bool:
+        outputs, inputs = [o.name for o in other.outputs], [v.name for v in other.inputs]
+        if output not in outputs:
+            message, help_text = f"system '{other.name}' has no output '{output}'", did_you_mean(output, outputs)
+            return self._refuse("FZ202", message, call, facts=(f"outputs: {listed(outputs)}",), help=help_text)
+        if len(call.arguments) != len(inputs):
+            message = f"'{call.function}' takes {counted(len(inputs), 'argument')}, not {len(call.arguments)}"
+            return self._refuse("FZ303", message, call, facts=(f"inputs: {', '.join(inputs)}",))
+        kept = next((o.name for o in other.outputs if o.adaptive is not None or isinstance(o.otherwise, Hold)), None)
+        if kept is not None:
+            message = f"output '{kept}' of '{other.name}' keeps a state, which a system cannot hold"
+            return self._refuse("FZ214", message, call, help="call both systems from a controller")
+        return True
+
+    def _refuse(self, code: str, message: str, call: Call, *, facts: tuple[str, ...] = (), help: str = "") -> bool:
+        self.mistakes.append(Diagnostic(code, message, call.span, facts=facts, help=help))
+        return False

@@ -1,0 +1,148 @@
+"""Calls of other systems in lets: their numbers, their texts and their mistakes."""
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import fuzzyctl
+from fuzzyctl import DiagnosticError
+from fuzzyctl.cli.main import main
+
+BACKENDS = ("python", "numpy", "numba")
+
+WHOLE = """
+param top = 2
+system urgency
+defuzzifier center_average
+input e in [-1, 1]
+  terms N Z P
+output k in [0, 1]
+  terms low high
+output m in [0, top]
+  terms low high
+table k, m = e
+     N          Z         P
+  |  high/low   low/high  high/high
+
+system inner
+input a in [-1, 1]
+input b in [-1, 1]
+let k = urgency.k(2 * a) - urgency.m(b)
+output y in [-2, 2] = k * a
+
+system outer
+defuzzifier center_average
+input e in [-1, 1]
+let z in [-1, 1] = inner.y(e, urgency.k(e)) / 2
+  terms N P
+output u in [-5, 5]
+  terms N P
+if z is N then u is function(z + e)
+if z is P then u is P
+require u <= 5
+"""
+
+
+def urgency(e):
+    n, z, p = (np.interp(np.clip(e, -1, 1), [-1, 0, 1], row) for row in np.eye(3))
+    return n + p, 2 * (z + p)
+
+
+def inner(a, b):
+    return (urgency(2 * a)[0] - urgency(b)[1]) * a
+
+
+def outer(e):
+    e = np.clip(e, -1, 1)
+    z = inner(e, urgency(e)[0]) / 2
+    n = (1 - np.clip(z, -1, 1)) / 2
+    return n * (z + e) + (1 - n) * 5
+
+
+class TestNumbers:
+    @pytest.mark.parametrize("backend", BACKENDS)
+    def test_a_call_is_the_system_at_its_arguments(self, backend):
+        kernel = fuzzyctl.compile(fuzzyctl.loads(WHOLE, system="outer"), backend)
+        e = np.linspace(-1.2, 1.2, 101)
+        np.testing.assert_allclose(kernel.batch(e[:, None]), outer(e), rtol=1e-12, atol=1e-12)
+        assert kernel(0.3) == pytest.approx(float(outer(0.3)), rel=1e-12)
+
+    def test_shared_params_are_set_in_both(self):
+        system = fuzzyctl.loads(WHOLE, system="inner")
+        assert system(a=1.0, b=1.0) == pytest.approx(-1.0)
+        assert system.with_params(top=3)(a=1.0, b=1.0) == pytest.approx(-2.0)
+
+    def test_bounds_and_guarantees(self):
+        bound = fuzzyctl.output_bounds(fuzzyctl.loads(WHOLE, system="inner"))["y"]
+        assert (bound.lo, bound.hi) == (-2.0, 2.0)
+        verdicts = fuzzyctl.prove(fuzzyctl.loads(WHOLE, system="outer"))
+        assert [type(v).__name__ for v in verdicts] == ["Proved"]
+
+    def test_the_text_holds_all_systems_once(self):
+        system = fuzzyctl.loads(WHOLE, system="outer")
+        text = fuzzyctl.dumps(system)
+        assert fuzzyctl.loads(text, system="outer") == system
+        assert text.count("system urgency") == text.count("system inner") == 1
+
+    def test_a_controller_calls_a_system_that_calls_others(self, tmp_path):
+        path = tmp_path / "c.fz"
+        path.write_text(WHOLE + "controller c\ninput e\noutput u = outer(e)\nevery 1 s\n")
+        step = fuzzyctl.compile(fuzzyctl.load_controller(path), "python")
+        e = np.linspace(-1, 1, 11)
+        np.testing.assert_allclose(step.run(e)[0], outer(e), rtol=1e-12, atol=1e-12)
+
+    def test_generated_code_holds_what_is_called(self, tmp_path):
+        path = tmp_path / "c.fz"
+        path.write_text(WHOLE)
+        arguments = ["codegen", str(path), "--system", "outer", "--target", "python", "-o", str(tmp_path)]
+        assert CliRunner().invoke(main, arguments).exit_code == 0
+        names: dict = {}
+        exec((tmp_path / "outer.py").read_text(), names)
+        assert names["outer"](0.3) == pytest.approx(float(outer(0.3)), rel=1e-12)
+
+    def test_a_system_of_a_used_file_can_be_called(self, tmp_path):
+        head, _, tail = WHOLE.partition("system inner")
+        (tmp_path / "urgency.fz").write_text(head)
+        path = tmp_path / "c.fz"
+        path.write_text('use "urgency.fz"\nsystem inner' + tail)
+        assert fuzzyctl.load(path, system="outer")(e=0.3) == pytest.approx(float(outer(0.3)), rel=1e-12)
+
+
+CALLED = (
+    "system w\ndefuzzifier center_average\ninput e in [-1, 1]\n  terms N P\noutput k in [0, 1]\n  terms N P\n"
+    "table k = e\n    N P\n  | N P\n"
+)
+HEAD = "system o\ninput e in [-1, 1]\n"
+TAIL = "output y in [0, 1] = z\n"
+
+MISTAKES = {
+    CALLED + HEAD + "let z = w.q(e)\n" + TAIL: ("FZ202", "system 'w' has no output 'q'", "w.q(e"),
+    CALLED + HEAD + "let z = v.k(e)\n" + TAIL: ("FZ202", "no other system 'v'", "v.k(e"),
+    CALLED + HEAD + "let z = w.k(e, e)\n" + TAIL: ("FZ303", "'w.k' takes 1 argument, not 2", "w.k(e, e"),
+    CALLED + HEAD + "let z = w.k(q)\n" + TAIL: ("FZ202", "no param, input or let 'q'", "q"),
+    CALLED + HEAD + "output y in [0, 1] = w.k(e)\n": (
+        "FZ214",
+        "outputs of other systems are called in lets only",
+        "w.k(e",
+    ),
+    CALLED.replace("in [0, 1]", "in [0, 1] else hold") + HEAD + "let z = w.k(e)\n" + TAIL: (
+        "FZ214",
+        "output 'k' of 'w' keeps a state, which a system cannot hold",
+        "w.k(e",
+    ),
+    HEAD + "let z = o.y(e)\n" + TAIL: ("FZ217", "systems call each other in a circle", "o.y(e"),
+    HEAD + "let z = p.y(e)\n" + TAIL + HEAD.replace("system o", "system p") + "let z = o.y(e)\n" + TAIL: (
+        "FZ217",
+        "systems call each other in a circle",
+        "o.y(e",
+    ),
+}
+
+
+@pytest.mark.parametrize("text", MISTAKES, ids=[m[1] for m in MISTAKES.values()])
+def test_each_mistake_has_its_message_and_nothing_else_is_reported(text):
+    with pytest.raises(DiagnosticError) as caught:
+        fuzzyctl.loads(text, system="o")
+    (found,) = caught.value.diagnostics
+    assert (found.code, found.message, found.span.text.rstrip(")")) == MISTAKES[text]
+    assert found.help or found.facts
