@@ -156,18 +156,6 @@ def unused_hedges(system: FuzzySystem) -> Iterator[Diagnostic]:
             yield Diagnostic("FZ219", message, hedge.span, "warning", help="remove it, or use it in a rule")
 
 
-def several_adaptive_outputs(system: FuzzySystem) -> Iterator[Diagnostic]:
-    """Find systems that mix an adaptive output with other outputs: a state belongs to one output."""
-    adaptive = [o for o in system.outputs if o.adaptive is not None]
-    if adaptive and len(system.outputs) > 1:
-        yield Diagnostic(
-            "FZ214",
-            f"'{adaptive[0].name}' is adaptive, so it must be the only output",
-            adaptive[0].span,
-            help="put the other outputs into a system of their own",
-        )
-
-
 def outputs_without_rules(system: FuzzySystem) -> Iterator[Diagnostic]:
     """Find outputs that no rule sets, and formulas that a rule sets."""
     set_by_rules = {c.output: c.span for rule in system.rules for c in rule.consequents}
@@ -312,7 +300,6 @@ CHECKS: Final[tuple[Check, ...]] = (
     misfitting_semantics,
     functions_read,
     inputs_without_degree,
-    several_adaptive_outputs,
     outputs_without_rules,
     unlike_units,
 )

@@ -167,3 +167,44 @@ if x is lo then free is b weight 0.5
     assert (kernel.n_rules, kernel.n_states) == (3, 2)
     np.testing.assert_array_equal(kernel.initial_state(), [3, 2])
     assert kernel(0.5, [4.0, 1.0]) == (1.0, pytest.approx((0.5 * 4 + 0.25 * 1) / 0.75))
+
+
+SEVERAL = """
+system two
+defuzzifier weighted_average
+and product
+input x in [-1, 1]
+  terms N Z P
+input e in [-1, 1]
+output f in [-2, 2] adaptive rate 3 * e
+  terms a=0.5 b=-0.25
+output g in [0.1, 2] adaptive rate -e * x
+  terms c=1
+output h in [-1, 1]
+  terms N=-1 P=1
+output k in [-20, 20] = f / g
+if x is N then f is a, g is c, h is N
+if x is Z then f is b, g is c
+if x is P then f is a, h is P
+if not x is P then h is N weight 0.5
+if x is P then g is c
+"""
+
+
+@pytest.mark.parametrize("backend", ["python", "numpy", "numba"])
+def test_several_adaptive_outputs_move_each_by_its_own_rate(backend):
+    kernel = compile_system(loads(SEVERAL), backend)
+    state, f, g = kernel.initial_state(), np.array([0.5, -0.25, 0.5]), np.ones(3)
+    assert state.tolist() == [*f, *g]
+    for x, e in np.random.default_rng(1).uniform(-1.2, 1.2, (200, 2)):
+        own = np.clip(x, -1, 1)
+        w = np.array([max(0.0, -own), 1 - abs(own), max(0.0, own)])
+        xi = w / w.sum()
+        other = np.array([w[0], w[2], 0.5 * (1 - w[2])])
+        expected = (f @ xi, g @ xi, other @ [-1, 1, -1] / other.sum(), (f @ xi) / (g @ xi))
+        np.testing.assert_allclose(kernel(x, e, state), expected, rtol=1e-12, atol=1e-14)
+        rates = np.zeros(6)
+        kernel.jit_rates(x, e, state, rates)
+        state = np.clip(state + 0.05 * rates, [-2] * 3 + [0.1] * 3, 2)
+        f, g = np.clip(f + 0.15 * e * xi, -2, 2), np.clip(g - 0.05 * e * x * xi, 0.1, 2)
+        np.testing.assert_allclose(state, [*f, *g], rtol=1e-12, atol=1e-14)
