@@ -1,5 +1,7 @@
 """Calls of other systems in lets: their numbers, their texts and their mistakes."""
 
+import runpy
+
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -96,8 +98,7 @@ class TestNumbers:
         path.write_text(WHOLE)
         arguments = ["codegen", str(path), "--system", "outer", "--target", "python", "-o", str(tmp_path)]
         assert CliRunner().invoke(main, arguments).exit_code == 0
-        names: dict = {}
-        exec((tmp_path / "outer.py").read_text(), names)
+        names = runpy.run_path(str(tmp_path / "outer.py"))
         assert names["outer"](0.3) == pytest.approx(float(outer(0.3)), rel=1e-12)
 
     def test_a_system_of_a_used_file_can_be_called(self, tmp_path):
