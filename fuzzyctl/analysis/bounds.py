@@ -12,6 +12,7 @@ from fuzzyctl.analysis.coverage.box_search import Hole, Verdict
 from fuzzyctl.analysis.coverage.coverage import uncovered_of
 from fuzzyctl.analysis.coverage.fires import Silence
 from fuzzyctl.analysis.degrees import CERTAIN, Truths, activation_in, breakpoints, cells, degree_in, effect_in
+from fuzzyctl.analysis.lets import enclosed
 from fuzzyctl.analysis.work import Work
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, NoRuleFiresError
 from fuzzyctl.diagnostics.source import Span
@@ -20,7 +21,7 @@ from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.inference.defuzzify.defuzzify import closed_form, consequent_hull, support_hull
 from fuzzyctl.kernels.interval.scalar import ANYTHING, Interval, enclose, hull
-from fuzzyctl.kernels.plan.build import CallPlan, HeldPlan, OutputPlan, Plan, SetPlan, degree_name, plan
+from fuzzyctl.kernels.plan.build import HeldPlan, OutputPlan, Plan, SetPlan, degree_name, plan
 from fuzzyctl.kernels.program.quadrature import MOST
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Hold, Output
@@ -210,27 +211,7 @@ def _values(flat: Plan, term: SetPlan) -> Interval:
 
 def _box(flat: Plan) -> dict[str, Interval]:
     """Enclose what a formula may read."""
-    box = {i.name: ANYTHING if i.extrapolate else (i.lower, i.upper) for i in flat.inputs}
-    for let in flat.lets:
-        for call in let.calls:
-            box[call.name] = _called(call, [enclose(a, box) for a in call.arguments])
-        box[let.name] = enclose(let.value, box)
-    return box | {o.name: ANYTHING for o in flat.outputs}
-
-
-def _called(call: CallPlan, arguments: Sequence[Interval]) -> Interval:
-    """Enclose an output of another system for enclosed arguments."""
-    # Only systems that call others need arrays here.
-    import numpy as np
-
-    from fuzzyctl.kernels.interval.program import Interpreter
-    from fuzzyctl.kernels.interval.vector import constant
-
-    program = inference.evaluation(call.system)
-    given = dict(zip(program.arguments, (constant(*ends) for ends in arguments), strict=True))
-    with np.errstate(all="ignore"):
-        (found,) = Interpreter(given).run(program, [call.output])
-    return (float(found.lo), float(found.hi)) if found.lo <= found.hi else ANYTHING
+    return enclosed(flat) | {o.name: ANYTHING for o in flat.outputs}
 
 
 def _sum_ends(flat: Plan, output: OutputPlan, activations: Sequence[Interval]) -> tuple[_End, _End]:

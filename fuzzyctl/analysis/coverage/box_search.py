@@ -150,11 +150,14 @@ class Search:
         named = {degree_name(i): d for i, d in enumerate(self.plan.degrees) if degree_name(i) in names}
         inputs = len(self.plan.inputs)
         self.degrees = {n: d for n, d in named.items() if self.free_outputs or d.variable < inputs}
+        #: Lets known by their ranges only.
+        self.lets: set[str] = set()
         self.fixed: dict[str, Interval] = {chain_name(i): chain_in(self.plan, i) for i in range(len(self.plan.chains))}
         for n, d in named.items():
             if n not in self.degrees:
                 variable = self.plan.variable(d.variable)
                 self.fixed[n] = degree_in(d.set, (variable.lower, variable.upper))
+                self.lets |= {variable.name} & {let.name for let in self.plan.lets}
         self.used = sorted({d.variable for d in self.degrees.values()})
         self.own: dict[int, dict[str, DegreePlan]] = {v: {} for v in self.used}
         for n, d in self.degrees.items():
@@ -360,7 +363,7 @@ class Search:
         return None
 
     def _doubt(self, reason: str) -> str:
-        names = {o.name for k, o in enumerate(self.plan.outputs) if k in self.output.reads}
+        names = {o.name for k, o in enumerate(self.plan.outputs) if k in self.output.reads} | self.lets
         return f"all that is known of {', '.join(sorted(names))} is the range" if self.fixed else reason
 
 

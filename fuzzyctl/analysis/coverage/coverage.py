@@ -9,6 +9,7 @@ from typing import Final
 from fuzzyctl.analysis.coverage.box_search import Hole, Search, Undecided, Verdict, counts
 from fuzzyctl.analysis.coverage.fires import Silence, at, unclear_at
 from fuzzyctl.analysis.degrees import CERTAIN, Truths, degree_in
+from fuzzyctl.analysis.lets import narrowed
 from fuzzyctl.analysis.work import COVERAGE, SEARCH, SPENT, SpentError, Work
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.formulas import EXACT_IMPLICATIONS
@@ -41,6 +42,7 @@ def uncovered(system: FuzzySystem) -> dict[str, Verdict]:
 def uncovered_of(flat: Plan, work: Work | None = None) -> dict[str, Verdict]:
     """Do the same for a plan; `work` is what may be computed for all outputs."""
     whole = Work(len(flat.outputs) * COVERAGE) if work is None else work
+    flat = narrowed(flat)
     verdicts: dict[int, Verdict] = {}
     for position in flat.order:
         verdicts[position] = _verdict(flat, flat.outputs[position], verdicts, whole.part(COVERAGE))
@@ -50,9 +52,10 @@ def uncovered_of(flat: Plan, work: Work | None = None) -> dict[str, Verdict]:
 def _verdict(flat: Plan, output: OutputPlan, earlier: Mapping[int, Verdict], work: Work) -> Verdict:
     if output.value is not None:
         return None  # no rule sets it
-    found = Search(flat, output, True, work.part(0.5 * work.left) if output.reads else work).verdict()
-    if found is not None and output.reads:
-        # No output need ever have the value at which no rule fires; a hole is one for all their values.
+    follows = bool(output.reads or flat.lets)
+    found = Search(flat, output, True, work.part(0.5 * work.left) if follows else work).verdict()
+    if found is not None and follows:
+        # No output or let need ever have the value at which no rule fires; a hole is one for all their values.
         found = Search(flat, output, False, work).verdict()
     if isinstance(found, Hole) and output.total != "activations":
         return Undecided("the average divides by more than the activations of its own rules")

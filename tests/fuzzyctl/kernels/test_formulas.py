@@ -137,3 +137,33 @@ class TestTools:
             ("let", "g", "let g = abs(s) + 1", "let g = abs(s) + 2"),
             ("formula", "w", "g * u", "g * u / 2"),
         ]
+
+
+COVERED = """
+system h
+defuzzifier center_average
+input e in [-1, 1]
+let z in [-1, 1] = {value}
+  N = triangle(-0.7, -0.5, 0.1)
+  P = triangle(-0.1, 0.5, 0.7)
+output u in [-1, 1]
+  terms N P
+table u = z
+    N P
+  | N P
+"""
+
+
+class TestCoverage:
+    def check(self, tmp_path, value):
+        path = tmp_path / "h.fz"
+        path.write_text(COVERED.format(value=value))
+        return fuzzyctl.check(path)[1]
+
+    def test_rules_need_to_fire_only_where_a_let_can_be(self, tmp_path):
+        assert self.check(tmp_path, "e / 2") == []
+
+    def test_a_gap_that_a_let_reaches_is_found(self, tmp_path):
+        (found,) = self.check(tmp_path, "e")
+        assert (found.code, found.message) == ("FZ401", "no rule fires for output 'u' at e = -1")
+        assert "it is not known how far around it none does: all that is known of z is the range" in found.facts

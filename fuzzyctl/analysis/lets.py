@@ -1,0 +1,48 @@
+"""Enclosures of lets over all inputs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+from fuzzyctl.kernels.inference import inference
+from fuzzyctl.kernels.interval.scalar import ANYTHING, Interval, enclose
+from fuzzyctl.kernels.plan.build import CallPlan, LetPlan, Plan
+
+
+def enclosed(flat: Plan) -> dict[str, Interval]:
+    """Enclose the inputs as consequents see them, and the lets, by name."""
+    box = {i.name: ANYTHING if i.extrapolate else (i.lower, i.upper) for i in flat.inputs}
+    for let in flat.lets:
+        for call in let.calls:
+            box[call.name] = _called(call, [enclose(a, box) for a in call.arguments])
+        box[let.name] = enclose(let.value, box)
+    return box
+
+
+def narrowed(flat: Plan) -> Plan:
+    """Return a plan whose lets have no wider ranges than they need: it computes the same."""
+    box = enclosed(flat) if flat.lets else {}
+    return replace(flat, lets=tuple(_narrowed(let, box[let.name]) for let in flat.lets)) if flat.lets else flat
+
+
+def _narrowed(let: LetPlan, ends: Interval) -> LetPlan:
+    lower, upper = max(let.lower, ends[0]), min(let.upper, ends[1])
+    known = math.isfinite(let.lower) and lower < upper
+    return replace(let, lower=lower, upper=upper) if known else let
+
+
+def _called(call: CallPlan, arguments: Sequence[Interval]) -> Interval:
+    """Enclose an output of another system for enclosed arguments."""
+    # Only systems that call others need arrays here.
+    import numpy as np
+
+    from fuzzyctl.kernels.interval.program import Interpreter
+    from fuzzyctl.kernels.interval.vector import constant
+
+    program = inference.evaluation(call.system)
+    given = dict(zip(program.arguments, (constant(*ends) for ends in arguments), strict=True))
+    with np.errstate(all="ignore"):
+        (found,) = Interpreter(given).run(program, [call.output])
+    return (float(found.lo), float(found.hi)) if found.lo <= found.hi else ANYTHING
