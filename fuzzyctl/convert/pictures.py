@@ -20,9 +20,9 @@ def picture_files(system: FuzzySystem, page: Path) -> dict[str, Path]:
     """
     folder = page.with_name(f"{page.stem}-pictures")
     parts: dict[str, str] = {}
-    for v in (*system.inputs, *system.outputs):
+    for v in system.variables:
         parts[v.name] = file_part(v.name, parts.values())
-    terms = {v.name: folder / f"{parts[v.name]}.svg" for v in (*system.inputs, *system.outputs) if v.terms}
+    terms = {v.name: folder / f"{parts[v.name]}.svg" for v in system.variables if v.terms}
     return terms | {f"surface {o.name}": folder / f"surface-{parts[o.name]}.svg" for o in system.outputs}
 
 
@@ -60,7 +60,7 @@ def draw(system: FuzzySystem, page: Path) -> dict[str, str]:
     _made(page.with_name(f"{page.stem}-pictures"))
     for path in files.values():
         refuse_what_is_no_file(path)
-    for variable in (*system.inputs, *system.outputs):
+    for variable in system.variables:
         if variable.name not in files:
             continue
         with saved(files[variable.name]) as figure:

@@ -36,8 +36,9 @@ _WORD = re.compile(rf"\s*({NAME})")
 _TERM = re.compile(rf"\s*{NAME}\s*=")
 _NAMES = re.compile(rf"\s*{NAME}(?:\s+{NAME})*\s*")
 # No row has two bars, so `require |` with a second one is a guarantee.
-# `let` is a statement only with a name and what may follow that; variables and terms may be called so.
-_LET = rf"let[ \t]+{NAME}[ \t]*(?:=(?!=)|\"|(?:in|unit)\b)"
+# `let` is a statement only with a name and what may follow that; variables and terms may be called so. What names a
+# number is a param, for which other languages have the word.
+_LET = rf"let[ \t]+{NAME}[ \t]*(?:=(?!=)(?=[^#\n]*(?<![\d.])[^\W\d])|\"|(?:in|unit)\b)"
 _KEYWORD_LINE = re.compile(rf"\s*(?:(?:{'|'.join(STATEMENT_KEYWORDS)})\b(?!\s*[=|])|require\s*\|[^|]*\||{_LET})")
 _BLOCK_LINE = re.compile(rf"\s*(?:{'|'.join(BLOCK_KEYWORDS)})\b(?!\s*[=|])")
 # A rule may be broken before `and` and `or`, so these do not end an open parenthesis. Each of the next three looks at

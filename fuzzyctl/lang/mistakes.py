@@ -270,7 +270,7 @@ def describe_unknown_line(source: SourceText, line: LogicalLine, block: str) -> 
     if line.word in keywords:
         return Diagnostic("FZ102", "unexpected '=' or '|'", place, help=f"the form is: {forms[line.word]}")
     if line.word == "let" and not line.in_block:
-        return Diagnostic("FZ102", "expected a name, then '='", place, help=f"the form is: {LET_FORM}")
+        return Diagnostic("FZ101", "expected a name, then '='", place, help=f"the form is: {LET_FORM}")
     if line.word in (BLOCK_FORMS.keys() - FORMS.keys()):
         message = f"'{line.word}' belongs to a controller"
         return Diagnostic("FZ101", message, place, help=f"put it below a line: {FORMS['controller']}")

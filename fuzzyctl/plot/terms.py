@@ -29,7 +29,7 @@ def draw_terms(figure: Any, system: FuzzySystem) -> None:
         figure: An empty matplotlib figure.
         system: The system to draw.
     """
-    variables = [*system.inputs, *system.outputs]
+    variables = [*system.inputs, *(v for v in system.lets if v.terms), *system.outputs]
     figure.set_size_inches(7.5, 2.2 * len(variables) + 0.4)
     axes = figure.subplots(len(variables), 1, squeeze=False)[:, 0]
     for ax, variable in zip(axes, variables, strict=True):

@@ -149,7 +149,13 @@ class Context:
         else:
             message, listing = f"no {kind} '{text}'", f"{kind.replace(', ', 's, ').replace(' or ', 's and ')}s"
         facts = (*look_alikes(text), f"{listing}: {listed(known)}" if known else f"there is no {kind}")
-        self.report(code, message, word.span, facts=facts, help=f"did you mean '{near}'?" if near else "")
+        help_text = f"did you mean '{near}'?" if near else ""
+        if text in self.lets:
+            is_claim = kind == "name"
+            help_text = (
+                "guarantees do not name lets" if is_claim else f"a let is no {kind}; a constant begins with 'param'"
+            )
+        self.report(code, message, word.span, facts=facts, help=help_text)
 
     def check_names(self, expr: ex.Expr, known: Collection[str], kind: str) -> bool:
         """Check that an expression uses only known names and functions, each with the right number of arguments."""

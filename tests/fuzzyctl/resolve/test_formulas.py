@@ -17,7 +17,7 @@ MISTAKES = {
     "let a = b\nlet b = a\n": ("FZ217", "lets depend on each other in a circle: a → b → a", "b"),
     "let z in [1, 0] = e\n": ("FZ304", "the range of 'z' is empty: [1, 0]", "1, 0"),
     "let z in [-inf, 1] = e\n": ("FZ302", "the range of 'z' is infinite", "-inf, 1"),
-    "let e = 1\n": ("FZ201", "'e' is declared twice", "e"),
+    "let e = 2 * e\n": ("FZ201", "'e' is declared twice", "e"),
     "let z = e\nif e is N then z is N\n": ("FZ214", "'z' is a let; a consequent sets an output", "z"),
     "let z in [0, 1] = e\n  A = triangle(0, 1, 2)\nif z is B then u is N\n": ("FZ203", "let 'z' has no term 'B'", "B"),
     "let z in [0, 1] = e\n  A = linear(0, 1)\n": (
@@ -25,7 +25,9 @@ MISTAKES = {
         "'linear' is a consequent, for terms of an output",
         "linear",
     ),
-    "let z e\n": ("FZ102", "expected a name, then '='", "let"),
+    "let z = 2 * e\nlet w in [-z, 1] = e\n": ("FZ202", "no param 'z'", "z"),
+    "let z = e\nrequire u <= z\n": ("FZ202", "no name 'z'", "z"),
+    "let z e\n": ("FZ101", "expected a name, then '='", "let"),
     "output v in [0, 1] else 0 = e\n": ("FZ214", "output 'v' is a formula, and 'else' needs rules", "else 0"),
     "output v in [0, 1] = q\n": ("FZ202", "no param, input or output 'q'", "q"),
     "output v in [0, 1] = w\noutput w in [0, 1] = v\n": (
@@ -62,3 +64,11 @@ def test_a_table_may_cross_lets():
         HEAD + "let z in [-2, 2] = 2 * e\n  terms A B\n" + OUTPUT + "table u = z x e\n    N P\n  A | N P\n  B | P P\n"
     )
     assert fuzzyctl.loads(text)(e=-1.0) == -1.0
+
+
+def test_a_number_is_named_by_a_param_as_before():
+    with pytest.raises(DiagnosticError) as caught:
+        fuzzyctl.loads(HEAD + "let z = 2e-3\n" + OUTPUT + TABLE)
+    (found,) = caught.value.diagnostics
+    assert (found.code, found.message) == ("FZ101", "unexpected 'let': a named constant begins with 'param'")
+    assert found.help == "write: param z = 2e-3"
