@@ -69,6 +69,9 @@ class _Expansion:
             return None
         if isinstance(expr, ex.Call) and expr.function in self.context.functions:
             return self._applied(expr, known)
+        if self.path and self._is_clamp(expr):
+            x, low, high = known
+            return ex.Call("min", (ex.Call("max", (x, low), ex.span_of(expr)), high), ex.span_of(expr))
         return ex.rebuilt(expr, known) if known else expr
 
     def _is_small(self, value: ex.Expr, place: ex.Expr) -> bool:
@@ -112,7 +115,12 @@ class _Expansion:
         return all([self._is_known(n, known) for n in names])
 
     def _is_call(self, node: ex.Expr) -> bool:
-        return isinstance(node, ex.Call) and node.function in self.context.functions
+        return self._is_clamp(node) or (isinstance(node, ex.Call) and node.function in self.context.functions)
+
+    @staticmethod
+    def _is_clamp(node: ex.Expr) -> bool:
+        """Return whether a part is what functions that controllers share write as `clamp`."""
+        return isinstance(node, ex.Call) and node.function == "clamp" and len(node.arguments) == 3
 
     def _is_known(self, node: ex.Expr, known: set[str]) -> bool:
         if isinstance(node, ex.Call):

@@ -86,3 +86,14 @@ def test_the_text_of_a_system_holds_what_functions_stand_for():
     text = fuzzyctl.dumps(system)
     assert "near = function(1 / (1 + ((e - 0) / 0.5)^2))" in text
     assert fuzzyctl.loads(text) == system
+
+
+def test_a_function_that_controllers_share_may_clamp():
+    text = (
+        "function sat(x, most) = clamp(2 * x, -most, most)\n"
+        + SYSTEM
+        + "output u in [-1, 1] = sat(e, 0.5) + sat(e, 1)\n"
+    )
+    system = fuzzyctl.loads(text)
+    assert [system(e=x) for x in (-1.0, 0.1, 0.4)] == pytest.approx([-1.5, 0.4, 1.3])
+    assert fuzzyctl.loads(fuzzyctl.dumps(system)) == system
