@@ -32,13 +32,14 @@ from fuzzyctl.model.profiles import PROFILES, Profile
 from fuzzyctl.model.rule import Rule, RuleBlock, RuleTable
 from fuzzyctl.model.semantics import Semantics
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Fallback, Input, Membership, Output, Term, as_set
+from fuzzyctl.model.variable import Fallback, Input, Let, Membership, Output, Term, as_set
 from fuzzyctl.support import arguments
 
 __all__ = [
     "Hold",
     "expression",
     "input_variable",
+    "let_variable",
     "membership",
     "output_variable",
     "partition",
@@ -124,6 +125,7 @@ def output_variable(
     implication: str | None = None,
     aggregation: str | None = None,
     defuzzifier: str | Defuzzifier | None = None,
+    value: Value | None = None,
 ) -> Output:
     """Return an output; the arguments are those of `input_variable`.
 
@@ -141,6 +143,7 @@ def output_variable(
         implication: Its own implication, None for the system's.
         aggregation: Its own aggregation, None for the system's.
         defuzzifier: Its own defuzzifier, None for the system's.
+        value: The expression that it is, in place of rules; None for an output that rules set.
     """
     fields = _variable(name, lower, upper, terms, label, unit, is_output=True)
     own = None if defuzzifier is None else _defuzzifier(defuzzifier)
@@ -152,7 +155,41 @@ def output_variable(
         fields["otherwise"] = _otherwise(otherwise)
     if adaptive is not None:
         fields["adaptive"] = values.expression("'adaptive'", adaptive)
+    if value is not None:
+        fields["value"] = values.expression("'value'", value)
     return Output(**fields)
+
+
+def let_variable(
+    name: str,
+    value: Value,
+    lower: Value | None = None,
+    upper: Value | None = None,
+    terms: Mapping[str, TermSpec] | Partition | None = None,
+    *,
+    label: str = "",
+    unit: str = "",
+) -> Let:
+    """Return a let, a named value of the inputs.
+
+    Args:
+        name: An identifier.
+        value: An expression over params, inputs and other lets.
+        lower: Lower end of the range; None for no range.
+        upper: Upper end of the range; None for no range.
+        terms: Terms by name, or a `partition`; they need a range.
+        label: What plots write.
+        unit: Its unit.
+
+    Raises:
+        ArgumentError: For one end of a range without the other, and for terms without a range.
+    """
+    if (lower is None) != (upper is None) or (lower is None and terms):
+        raise ArgumentError("a let takes both ends of a range or none, and its terms need them")
+    fields = _variable(name, lower or 0, upper or 0, {} if terms is None else terms, label, unit)
+    if lower is None:
+        fields["lower"], fields["upper"] = variable.ANYWHERE
+    return Let(**fields, value=values.expression("'value'", value))
 
 
 def _otherwise(given: object) -> Expr | variable.Hold | str:
@@ -294,7 +331,7 @@ def rule_block(
 
 def system(
     name: str,
-    variables: Iterable[Input | Output],
+    variables: Iterable[Input | Output | Let],
     rules: Iterable[Rule | RuleTable | RuleBlock | str],
     *,
     params: Mapping[str, Value | tuple[Value, str]] | None = None,
@@ -314,7 +351,7 @@ def system(
 
     Args:
         name: An identifier.
-        variables: Inputs and outputs, in the order of a kernel's arguments and results.
+        variables: Inputs, lets and outputs; inputs and outputs in the order of a kernel's arguments and results.
         rules: Rules, tables and texts of rules, in order; then rule blocks.
         params: Named constants, each a value, or a value and its unit.
         hedges: Own hedges, each an expression over `x`, such as `{"fairly": "x ^ 0.7"}`.
@@ -330,7 +367,7 @@ def system(
         DiagnosticError: With all mistakes, as for a file but without places.
         ArgumentError: For an argument of a type that it cannot have.
     """
-    given = arguments.items_of("'variables'", (Input, Output), "a list of inputs and outputs", variables)
+    given = arguments.items_of("'variables'", (Input, Output, Let), "a list of inputs, lets and outputs", variables)
     norms = {"conjunction": conjunction, "disjunction": disjunction}
     norms |= {"implication": implication, "aggregation": aggregation}
     built = FuzzySystem(
@@ -342,6 +379,7 @@ def system(
         outputs=tuple(v for v in given if isinstance(v, Output)),
         blocks=_blocks(rules),
         guarantees=_guarantees(guarantees),
+        lets=tuple(v for v in given if isinstance(v, Let)),
     )
     require_as_file(built)
     return built

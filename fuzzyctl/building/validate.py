@@ -65,7 +65,7 @@ def _declared(built: FuzzySystem) -> _Named:
     for h in built.hedges:
         yield "a hedge", h.name
         yield "the parameter of a hedge", h.parameter
-    for v in (*built.inputs, *built.outputs):
+    for v in built.variables:
         yield "a variable", v.name
         for t in v.terms:
             yield f"a term of '{v.name}'", t.name

@@ -129,10 +129,11 @@ def _unexplained(system: FuzzySystem, found: tuple[Difference, ...]) -> list[Los
 
 def written(system: FuzzySystem, target: str) -> tuple[str, list[Loss]]:
     """Return a system as a text, with what the text does not say."""
-    formulas = [f"let '{v.name}'" for v in system.lets]
-    formulas += [f"output '{o.name}', which is a formula" for o in system.outputs if o.value is not None]
-    if formulas and target not in ("fz", "markdown"):
-        raise cannot(system, TARGETS[target][0], formulas)
+    reasons = _formulas(system) if target in FORMATS else []
+    if target == "python":
+        reasons += [f"a call of system '{c.name}'" for c in system.called]
+    if reasons:
+        raise cannot(system, TARGETS[target][0], reasons)
     if target in FORMATS:
         return FORMATS[target].write(system)
     if target == "markdown":
@@ -146,6 +147,12 @@ def written(system: FuzzySystem, target: str) -> tuple[str, list[Loss]]:
         return module_text(named), losses
     except DiagnosticError as error:
         raise _refused_there(system, target, error.diagnostics) from None
+
+
+def _formulas(system: FuzzySystem) -> list[str]:
+    """Return the lets of a system and its outputs that are formulas, which no other tool has."""
+    found = [f"let '{v.name}'" for v in system.lets]
+    return found + [f"output '{o.name}', which is a formula" for o in system.outputs if o.value is not None]
 
 
 def _refused_there(system: FuzzySystem, target: str, found: Iterable[Diagnostic]) -> DiagnosticError:

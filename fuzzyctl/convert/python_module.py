@@ -23,7 +23,7 @@ from fuzzyctl.loading.load import loads
 from fuzzyctl.model.method import Method
 from fuzzyctl.model.rule import Cell, Rule, RuleBlock, RuleTable
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Input, LinguisticVariable, Output
+from fuzzyctl.model.variable import ANYWHERE, Input, Let, LinguisticVariable, Output
 
 #: What the builder calls settings that files call otherwise.
 KEYWORDS: Final = {"and": "conjunction", "or": "disjunction"}
@@ -64,17 +64,25 @@ def _variables(system: FuzzySystem) -> Iterator[str]:
     for v in system.inputs:
         yield from _indented(_call("build.input_variable", _variable(v)) + ",")
     yield "]"
+    if system.lets:
+        yield "lets = ["
+        for let in system.lets:
+            yield from _indented(_call("build.let_variable", _let(let)) + ",")
+        yield "]"
     yield "outputs = ["
     for o in system.outputs:
         yield from _indented(_call("build.output_variable", _variable(o)) + ",")
     yield "]"
 
 
+def _let(v: Let) -> list[str]:
+    is_ranged = (v.lower, v.upper) != ANYWHERE
+    own = [_value(v.lower), _value(v.upper), *_described(v)] if is_ranged else _described(v)[1:]
+    return [_text(v.name), _value(v.value), *own]
+
+
 def _variable(v: LinguisticVariable) -> list[str]:
-    arguments = [_text(v.name), _value(v.lower), _value(v.upper)]
-    terms = [f"{_text(t.name)}: {_text(membership_text(t.membership))}" for t in v.terms]
-    arguments.append(_bracketed("{", terms, "}"))
-    arguments += [f"{name}={_text(getattr(v, name))}" for name in ("label", "unit") if getattr(v, name)]
+    arguments = [_text(v.name), _value(v.lower), _value(v.upper), *_described(v)]
     match v:
         case Input(extrapolate=True):
             arguments.append("extrapolate=True")
@@ -83,8 +91,17 @@ def _variable(v: LinguisticVariable) -> list[str]:
     return arguments
 
 
+def _described(v: LinguisticVariable) -> list[str]:
+    """Return the terms of a variable as an argument, then its label and unit."""
+    terms = [f"{_text(t.name)}: {_text(membership_text(t.membership))}" for t in v.terms]
+    named = [f"{name}={_text(getattr(v, name))}" for name in ("label", "unit") if getattr(v, name)]
+    return [_bracketed("{", terms, "}"), *named]
+
+
 def _output(o: Output) -> list[str]:
     arguments = []
+    if o.value is not None:
+        return [f"value={_value(o.value)}", *(["clamp=True"] if o.clamped else [])]
     if o.otherwise is not None:
         value = _value(o.otherwise) if isinstance(o.otherwise, Expr) else _text(otherwise_text(o.otherwise))
         arguments.append(f"otherwise={value}")
@@ -103,7 +120,7 @@ def _system(system: FuzzySystem) -> Iterator[str]:
     for block in system.blocks:
         yield from _indented(_block(block) + ",")
     yield "]"
-    arguments = [_text(system.name), "[*inputs, *outputs]", "rules"]
+    arguments = [_text(system.name), "[*inputs, *lets, *outputs]" if system.lets else "[*inputs, *outputs]", "rules"]
     if system.params:
         params = [
             f"{_text(p.name)}: ({_value(p.expression)}, {_text(p.unit)})"

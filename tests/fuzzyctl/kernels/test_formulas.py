@@ -1,14 +1,16 @@
 """Lets and outputs that are formulas: their numbers, beside numpy, and what proofs and other formats make of them."""
 
 import math
+import runpy
 
 import numpy as np
 import pytest
 
 import fuzzyctl
-from fuzzyctl import DiagnosticError
+from fuzzyctl import ArgumentError, DiagnosticError, build
 from fuzzyctl.comparison.changes import changes
 from fuzzyctl.convert.convert import convert
+from fuzzyctl.expr import Number
 
 BACKENDS = ("python", "numpy", "numba")
 
@@ -122,7 +124,18 @@ class TestTools:
         path.write_text("system f\ninput x in [0, 1]\noutput y in [0, 3] clamp = 5 * x\n")
         assert fuzzyctl.check(path)[1] == []
 
-    @pytest.mark.parametrize("target", ["fis", "fll", "fcl", "fml", "python"])
+    def test_python_builds_the_same_system(self, tmp_path):
+        system = fuzzyctl.loads(BOTH)
+        (tmp_path / "both.py").write_text(convert(system, "python").text)
+        assert runpy.run_path(str(tmp_path / "both.py"))["system"] == system
+
+    def test_a_let_takes_both_ends_or_none(self):
+        assert build.let_variable("z", "2 * x").lower == Number(-math.inf)
+        for ends in ({"lower": 0}, {"upper": 1}, {"terms": {"A": "ramp(0, 1)"}}):
+            with pytest.raises(ArgumentError, match="both ends of a range or none"):
+                build.let_variable("z", "x", **ends)
+
+    @pytest.mark.parametrize("target", ["fis", "fll", "fcl", "fml"])
     def test_other_formats_refuse_them(self, target):
         with pytest.raises(DiagnosticError) as caught:
             convert(fuzzyctl.loads(BOTH), target)
