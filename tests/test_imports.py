@@ -26,6 +26,7 @@ ORDER = [
 #: The same for the sub-packages of packages.
 SUBORDER = {
     "analysis": [["coverage", "multilinear"], ["branch_and_bound"]],
+    "codegen": [["steps"]],
     "formats": [["common"], ["fuzzylite"], ["fll"], ["fcl", "fis"], ["fml"]],
     "kernels": [["program"], ["interval", "plan"], ["inference"], ["algorithms"], ["backends"], ["steps"]],
     "kernels/backends": [["python"], ["numba"], ["numpy"]],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
@@ -115,7 +116,17 @@ class CLayout:
 
     @cached_property
     def _refusals(self) -> dict[str, str]:
-        # Outputs may differ by case only.
-        names, prefix = Names(()), f"{self.name.upper()}_NO_RULE_FOR_"
-        declared = zip(self.unit.plan.outputs, self.outputs, strict=True)
-        return {o.name: names.claim(prefix + own.upper()) for o, own in declared}
+        return status_names(
+            self.name, {o.name: own for o, own in zip(self.unit.plan.outputs, self.outputs, strict=True)}
+        )
+
+
+def status_names(name: str, outputs: Mapping[str, str]) -> dict[str, str]:
+    """Return the status of each refusal, by the name of the output.
+
+    Args:
+        name: That of the system, or of the controller.
+        outputs: Identifiers of the outputs by name; they may differ by case only.
+    """
+    names, prefix = Names(()), f"{name.upper()}_NO_RULE_FOR_"
+    return {output: names.claim(prefix + own.upper()) for output, own in outputs.items()}

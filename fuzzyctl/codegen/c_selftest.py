@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from typing import Final
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING, Final
 
 from fuzzyctl.codegen.c_layout import CLayout
 from fuzzyctl.codegen.c_source import comment, nan_lines
 from fuzzyctl.codegen.c_text import INDENT, wrapped
 from fuzzyctl.codegen.unit import Precision, Unit
 from fuzzyctl.codegen.vectors import STEP, Vector
+
+if TYPE_CHECKING:
+    from fuzzyctl.codegen.steps.c_layout import StepLayout
 
 #: Where `double` has 64 bits; on small targets, such as an AVR, it may have 32.
 _WIDE: Final = "#if DBL_MANT_DIG >= 53"
@@ -27,12 +30,16 @@ def selftest(unit: Unit, anywhere: Sequence[Vector], here: Sequence[Vector]) -> 
     layout = CLayout(unit)
     name = layout.name
     about = f"Self-test of {name}: compile with {name}.c and run on the target; exits with 0 if every vector agrees."
-    lines = [*comment([about, "Prints the worst error of each output."]), f'#include "{name}.h"', ""]
-    lines += [f"#include <{h}.h>" for h in ("float", "math", "stdbool", "stddef", "stdint", "stdio", "string")]
-    lines += ["", *_count(unit, len(anywhere), len(here)), ""]
+    lines = [*head(name, about), "", *_count(unit, len(anywhere), len(here)), ""]
     lines += [*nan_lines(unit.precision, f"{name}_selftest", makes=False), "", *_tables(layout, anywhere, here)]
     lines += ["", *_main(layout)]
     return "\n".join(lines) + "\n"
+
+
+def head(name: str, about: str) -> list[str]:
+    """Return the comment and the headers of a self-test."""
+    lines = [*comment([about, "Prints the worst error of each output."]), f'#include "{name}.h"', ""]
+    return lines + [f"#include <{h}.h>" for h in ("float", "math", "stdbool", "stddef", "stdint", "stdio", "string")]
 
 
 def _count(unit: Unit, anywhere: int, here: int) -> Iterator[str]:
@@ -88,28 +95,48 @@ def literal(value: float, precision: str) -> str:
 
 
 def _main(layout: CLayout) -> Iterator[str]:
-    unit, name, real = layout.unit, layout.name, layout.real
-    count = len(layout.outputs)
+    name = layout.name
+    begin = [f"{name}_state state;", f"{name}_init(&state);"] if layout.states else []
     yield f"int main(void)\n{{\n{INDENT}int failures = 0;"
-    zeros = ", ".join([_zero(real)] * count)
-    yield f"{INDENT}{real} worst[{count}] = {{{zeros}}};"
-    if layout.states:
-        yield from (f"{INDENT}{name}_state state;", f"{INDENT}{name}_init(&state);")
-    yield f"{INDENT}for (size_t v = 0U; v < (size_t)VECTORS; ++v) {{"
-    yield from (f"{INDENT * 2}{line}" for line in _call(layout))
-    yield f"{INDENT * 2}for (size_t k = 0U; k < {count}U; ++k) {{"
-    yield f"{INDENT * 3}const {real} wanted = expected[v][k];"
-    yield f"{INDENT * 3}const bool none = {name}_selftest_is_nan(wanted);"
-    yield f"{INDENT * 3}const {real} off = (found[k] > wanted) ? (found[k] - wanted) : (wanted - found[k]);"
-    yield f"{INDENT * 3}if (none || {name}_selftest_is_nan(found[k])) {{"
-    yield f"{INDENT * 4}failures += (none && {name}_selftest_is_nan(found[k])) ? 0 : 1;"
-    yield f"{INDENT * 3}}} else {{"
-    yield f"{INDENT * 4}worst[k] = (off > worst[k]) ? off : worst[k];"
-    yield f"{INDENT * 4}failures += (off <= tolerance[k]) ? 0 : 1;"
-    yield from (f"{INDENT * 3}}}", f"{INDENT * 2}}}")
-    if unit.refusals:
-        yield f"{INDENT * 2}failures += (status == refused[v]) ? 0 : 1;"
-    yield f"{INDENT}}}"
+    yield worst(layout.outputs, layout.real)
+    yield from (INDENT + line for line in begin)
+    yield from (INDENT + line for line in comparison(layout, _call(layout)))
+    yield from report(layout)
+
+
+def worst(outputs: Sequence[str], real: str) -> str:
+    """Return the line that declares the largest error of each output."""
+    return f"{INDENT}{real} worst[{len(outputs)}] = {{{', '.join([_zero(real)] * len(outputs))}}};"
+
+
+def comparison(layout: CLayout | StepLayout, call: Iterable[str]) -> Iterator[str]:
+    """Yield the loop that evaluates each vector and compares what is found with what is expected.
+
+    Args:
+        layout: What C calls things.
+        call: Lines that evaluate vector `v` into `found`, and `status` where it may refuse.
+    """
+    name, real = layout.name, layout.real
+    yield "for (size_t v = 0U; v < (size_t)VECTORS; ++v) {"
+    yield from (INDENT + line for line in call)
+    yield f"{INDENT}for (size_t k = 0U; k < {len(layout.outputs)}U; ++k) {{"
+    yield f"{INDENT * 2}const {real} wanted = expected[v][k];"
+    yield f"{INDENT * 2}const bool none = {name}_selftest_is_nan(wanted);"
+    yield f"{INDENT * 2}const {real} off = (found[k] > wanted) ? (found[k] - wanted) : (wanted - found[k]);"
+    yield f"{INDENT * 2}if (none || {name}_selftest_is_nan(found[k])) {{"
+    yield f"{INDENT * 3}failures += (none && {name}_selftest_is_nan(found[k])) ? 0 : 1;"
+    yield f"{INDENT * 2}}} else {{"
+    yield f"{INDENT * 3}worst[k] = (off > worst[k]) ? off : worst[k];"
+    yield f"{INDENT * 3}failures += (off <= tolerance[k]) ? 0 : 1;"
+    yield from (f"{INDENT * 2}}}", f"{INDENT}}}")
+    if layout.unit.refusals:
+        yield f"{INDENT}failures += (status == refused[v]) ? 0 : 1;"
+    yield "}"
+
+
+def report(layout: CLayout | StepLayout) -> Iterator[str]:
+    """Yield lines that print the errors and end the program."""
+    name = layout.name
     for k, o in enumerate(layout.outputs):
         numbers = f"(double)worst[{k}], (double)tolerance[{k}]"
         yield f'{INDENT}(void)printf("{name}: {o}: worst error %g, allowed %g\\n", {numbers});'

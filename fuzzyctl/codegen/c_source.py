@@ -15,9 +15,22 @@ from fuzzyctl.kernels.program.program import Program, Refuse
 def header(unit: Unit) -> str:
     """Return the text of NAME.h."""
     layout = CLayout(unit)
-    guard = f"{layout.name.upper()}_H"
-    lines = [*comment([*described(unit), "", *_promises(unit)]), f"#ifndef {guard}", f"#define {guard}", ""]
-    lines += ["#ifdef __cplusplus", 'extern "C" {', "#endif", "", *_types(layout), *broken(_prototypes(layout), INDENT)]
+    about = [*described(unit), "", *_promises(unit)]
+    return header_text(layout.name, about, [*_types(layout), *broken(_prototypes(layout), INDENT)])
+
+
+def header_text(name: str, about: Sequence[str], declared: Sequence[str], included: Sequence[str] = ()) -> str:
+    """Return the text of a header.
+
+    Args:
+        name: What its file is called.
+        about: Its comment.
+        declared: What stands in it.
+        included: Headers that this needs.
+    """
+    guard = f"{name.upper()}_H"
+    lines = [*comment(about), f"#ifndef {guard}", f"#define {guard}", "", *(f"#include <{h}.h>" for h in included)]
+    lines += [*([""] if included else []), "#ifdef __cplusplus", 'extern "C" {', "#endif", "", *declared]
     lines += ["#ifdef __cplusplus", "}", "#endif", "", f"#endif // {guard}"]
     return "\n".join(lines) + "\n"
 
@@ -34,7 +47,8 @@ def _promises(unit: Unit) -> list[str]:
     return lines
 
 
-def _noted(notes: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
+def as_comments(notes: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
+    """Return notes by name as lines of comment."""
     return {name: comment(list(folded([printable(text) for text in own]))) for name, own in notes.items()}
 
 
@@ -59,10 +73,14 @@ def _types(layout: CLayout) -> Iterator[str]:
             yield f"{INDENT}{layout.real} held_{layout.outputs[o]}; // kept where no rule fires"
         yield from (f"}} {name}_state;", "")
     if unit.refusals:
-        codes = [layout.status(), *(layout.status(o) for o in dict.fromkeys(unit.refusals))]
-        yield "typedef enum {"
-        yield ",\n".join(f"{INDENT}{c} = {k}" for k, c in enumerate(codes))
-        yield from (f"}} {name}_status;", "")
+        yield from status_type(name, [layout.status(), *(layout.status(o) for o in dict.fromkeys(unit.refusals))])
+
+
+def status_type(name: str, codes: Sequence[str]) -> Iterator[str]:
+    """Yield the type of a status."""
+    yield "typedef enum {"
+    yield ",\n".join(f"{INDENT}{c} = {k}" for k, c in enumerate(codes))
+    yield from (f"}} {name}_status;", "")
 
 
 def _about(layout: CLayout) -> Iterator[str]:
@@ -100,34 +118,54 @@ def source(unit: Unit) -> str:
     """Return the text of NAME.c."""
     layout = CLayout(unit)
     text = CText(unit.precision, layout.name, layout.arguments, layout.states)
-    text.notes = _noted(value_notes(unit))
+    text.notes = as_comments(value_notes(unit))
     functions = list(_evaluation(layout, text))
     text.notes = {}  # rates have other values of these names
     if layout.states:
         functions += ["", *_init(layout, text)]
     if unit.rates is not None:
         functions += ["", *_rates(layout, text, unit.rates), "", *_adapt(layout, text)]
-    helpers = list(text.helper_lines())
-    lines = [*comment([f"{layout.name}.c: see {layout.name}.h."]), f'#include "{layout.name}.h"', ""]
+    return source_text(layout.name, text, functions)
+
+
+def source_text(name: str, text: CText, functions: Sequence[str]) -> str:
+    """Return the text of a source.
+
+    Args:
+        name: What its file is called.
+        text: What wrote the functions.
+        functions: Lines of the functions.
+    """
+    lines = [*comment([f"{name}.c: see {name}.h."]), f'#include "{name}.h"', ""]
     lines += [f"#include <{h}.h>" for h in ("float", *(["math"] if text.libm else []), "stdbool", "stddef", "stdint")]
-    lines += ["#include <string.h>", "", *nan_lines(unit.precision, layout.name), "", *helpers, *functions]
+    tests = any(f"{name}_is_nan(" in line for line in functions)
+    lines += ["#include <string.h>", "", *nan_lines(text.precision, name, tests=tests), "", *text.helper_lines()]
+    lines += functions
     return "\n".join(broken(lines, INDENT)) + "\n"
 
 
-def nan_lines(precision: str, prefix: str, *, makes: bool = True) -> Iterator[str]:
-    """Yield functions that recognise NaN by its bits, since compiler options may assume that there is none."""
+def nan_lines(precision: str, prefix: str, *, makes: bool = True, tests: bool = True) -> Iterator[str]:
+    """Yield functions that recognise NaN by its bits, since compiler options may assume that there is none.
+
+    Args:
+        precision: Type of numbers.
+        prefix: Begin of their names.
+        makes: Whether NaN is made.
+        tests: Whether there are tests for NaN.
+    """
     digits = "FLT_MANT_DIG" if precision == "float" else "DBL_MANT_DIG"
     yield f"#if {digits} == 53"
     yield from _bits(prefix, 64, "7FFFFFFFFFFFFFFF", "7FF0000000000000", "7FF8000000000000")
     yield f"#elif {digits} == 24"
     yield from _bits(prefix, 32, "7FFFFFFF", "7F800000", "7FC00000")
     yield from ("#else", '#error "numbers must be those of IEEE 754"', "#endif", "")
-    yield f"static bool {prefix}_is_nan({precision} x)\n{{"
-    yield f"{INDENT}{prefix}_bits bits = 0U;"
-    yield f"{INDENT}(void)memcpy(&bits, &x, sizeof bits);"
-    yield f"{INDENT}return (bits & {prefix.upper()}_MAGNITUDE) > {prefix.upper()}_INFINITE;\n}}"
+    if tests:
+        yield f"static bool {prefix}_is_nan({precision} x)\n{{"
+        yield f"{INDENT}{prefix}_bits bits = 0U;"
+        yield f"{INDENT}(void)memcpy(&bits, &x, sizeof bits);"
+        yield f"{INDENT}return (bits & {prefix.upper()}_MAGNITUDE) > {prefix.upper()}_INFINITE;\n}}"
     if makes:
-        yield f"\nstatic {precision} {prefix}_no_number(void)\n{{"
+        yield f"{chr(10) if tests else ''}static {precision} {prefix}_no_number(void)\n{{"
         yield f"{INDENT}const {prefix}_bits bits = {prefix.upper()}_NAN;"
         yield f"{INDENT}{precision} x;"
         yield f"{INDENT}(void)memcpy(&x, &bits, sizeof x);"
@@ -144,7 +182,7 @@ def _evaluation(layout: CLayout, text: CText) -> Iterator[str]:
     unit, pad = layout.unit, INDENT
     results = [f"outputs->{o}" for o in layout.outputs] if layout.many else ["result"]
     yield f"{layout.evaluation}\n{{"
-    yield from text.tables(unit.evaluation, _noted(table_notes(unit, unit.evaluation)))
+    yield from text.tables(unit.evaluation, as_comments(table_notes(unit, unit.evaluation)))
     if unit.refusals:
         yield f"{pad}{layout.name}_status found = {layout.status()};"
     if not layout.many:
@@ -195,7 +233,7 @@ def _rates(layout: CLayout, text: CText, program: Program) -> Iterator[str]:
     """Yield the function that writes dC/dt; NaN where an input is NaN or nothing can be computed."""
     count, refusals = len(program.results), [s.output for s in program.body if isinstance(s, Refuse)]
     yield f"{layout.rates}\n{{"
-    yield from text.tables(program, _noted(table_notes(layout.unit, program)))
+    yield from text.tables(program, as_comments(table_notes(layout.unit, program)))
     for k in range(count):
         yield f"{INDENT}rate[{k}] = {layout.name}_no_number();"
     if refusals:

@@ -30,6 +30,8 @@ from fuzzyctl.kernels.program.program import (
 from fuzzyctl.kernels.program.traversal import read, reads
 
 INDENT: Final = "    "
+#: From here on numbers round to none of single precision.
+_BEYOND: Final = 2.0**128 - 2.0**103
 #: Most knots counted by comparisons; more are searched by bisection.
 COUNTED: Final = 9
 
@@ -292,7 +294,7 @@ def single_text(value: float) -> str:
     own = single(value)
     for digits in range(1, 10):
         text = f"{own:.{digits}g}"
-        if single(float(text)) == own:
+        if abs(float(text)) < _BEYOND and single(float(text)) == own:
             break
     text = repr(float(text))
     return text

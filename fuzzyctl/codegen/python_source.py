@@ -71,7 +71,7 @@ def module(unit: Unit) -> str:
     lines += [f"{prefix}{table} = {values!r}" for prefix, program in programs for table, values in program.tables]
     # Quotients of rates are those of the user, which may be 0/0.
     used = {f for _, p in programs for f in functions(p)} | ({"divide"} if rates else set())
-    lines += ["", *_helpers(used)]
+    lines += ["", *helpers(used)]
     lines += ["", *_evaluation(unit, name, arguments)]
     if flat.initial_state:
         lines += ["", "", "def init():", f"{INDENT}return {list(flat.initial_state)!r}"]
@@ -83,7 +83,7 @@ def module(unit: Unit) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _helpers(used: set[str]) -> Iterator[str]:
+def helpers(used: set[str]) -> Iterator[str]:
     """Yield the text of the primitives that are called, and of what these call."""
     wanted = used - _PRINTED
     unknown = wanted - set(FUNCTIONS)
@@ -113,7 +113,7 @@ def _evaluation(unit: Unit, name: str, arguments: Sequence[str]) -> Iterator[str
     parameters = ", ".join([*arguments, *(["state"] if program.state else [])])
     yield f"def {name}({parameters}):"
     yield from _floats(arguments)
-    yield from block(program.body, dialect, _refusal)
+    yield from block(program.body, dialect, refusal)
     results = [text(r, dialect) for r in program.results]
     if not unit.plan.held:
         yield f"{INDENT}return {', '.join(results)}"
@@ -131,7 +131,7 @@ def _rates(program: Program, arguments: Sequence[str]) -> Iterator[str]:
     own = renamed(program, arguments)
     yield f"def rates({', '.join([*arguments, 'state'])}):"
     yield from _floats(arguments)
-    yield from block(own.body, dialect, _refusal)
+    yield from block(own.body, dialect, refusal)
     yield f"{INDENT}return [{', '.join(text(r, dialect) for r in own.results)}]"
 
 
@@ -139,7 +139,8 @@ def _floats(arguments: Sequence[str]) -> Iterator[str]:
     yield from (f"{INDENT}{a} = float({a})" for a in arguments)
 
 
-def _refusal(condition: str, output: str) -> list[str]:
+def refusal(condition: str, output: str) -> list[str]:
+    """Return lines that raise where no rule fires for an output."""
     return [f"if {condition}:", f"{INDENT}raise ArithmeticError({f'no rule fires for output {output!r}'!r})"]
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace as replace_fields
 from typing import Final
 
 from fuzzyctl.codegen.errors import CodegenError
-from fuzzyctl.expr import Compare, Expr, Logic, Name, Where, walk
+from fuzzyctl.expr import Binary, Call, Compare, Expr, Logic, Name, Number, Where, walk
 from fuzzyctl.kernels.program.program import (
     STATE,
     Accumulate,
@@ -108,6 +108,14 @@ def with_prefix(program: Program, prefix: str) -> Program:
     """Return a program whose own values and tables have a prefix, so that it stands beside another one."""
     kept = {*program.arguments, STATE}
     return map_names(program, lambda name: name if name in kept else prefix + name)
+
+
+def quotient(node: Expr) -> Expr:
+    """Take quotients of the user's own, such as those of rates, for functions that may have no value."""
+    match node:
+        case Binary(op="/", left=left, right=right) if not (isinstance(right, Number) and right.value != 0.0):
+            return Call("divide", (left, right))
+    return node
 
 
 def functions(program: Program) -> set[str]:

@@ -12,12 +12,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from fuzzyctl.codegen.comments import argument_notes, result_notes, table_notes, value_notes
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.names import ST_RESERVED, Names
-from fuzzyctl.codegen.simplify import functions, with_prefix
+from fuzzyctl.codegen.simplify import functions, quotient, with_prefix
 from fuzzyctl.codegen.st_guards import PARTIAL
 from fuzzyctl.codegen.st_text import INDENT, STText
 from fuzzyctl.codegen.unit import Unit, described, printable
 from fuzzyctl.codegen.wrapping import broken, folded
-from fuzzyctl.expr import Binary, Call, Expr, Number
+from fuzzyctl.expr import Expr
 from fuzzyctl.kernels.program.program import Refuse
 from fuzzyctl.kernels.program.traversal import map_expressions
 
@@ -47,21 +47,42 @@ def _require_first_values(unit: Unit) -> None:
         )
 
 
-def _quotient(node: Expr) -> Expr:
-    """Take quotients of rates, which are those of the user, for such that may have no value."""
-    match node:
-        case Binary(op="/", left=left, right=right) if not (isinstance(right, Number) and right.value != 0.0):
-            return Call("divide", (left, right))
-    return node
-
-
-def _comment(text: str) -> str:
+def comment(text: str) -> str:
     """Return one line as a comment that nothing in it ends or begins anew."""
     return f"(* {printable(text).replace('(*', '( *').replace('*)', '* )')} *)"
 
 
-def _comments(texts: Sequence[str]) -> list[str]:
-    return [_comment(line) for line in folded([printable(text) for text in texts])]
+def comments(texts: Sequence[str]) -> list[str]:
+    """Return lines as comments, long ones in several."""
+    return [comment(line) for line in folded([printable(text) for text in texts])]
+
+
+def constants(
+    writer: STText, tables: Sequence[tuple[str, Sequence[float]]], notes: Mapping[str, Sequence[str]]
+) -> Iterator[str]:
+    """Yield the declarations of constant tables, each behind its notes."""
+    if not tables:
+        return
+    yield "VAR CONSTANT"
+    for name, values in tables:
+        yield from (INDENT + line for line in comments(notes[name]))
+        yield f"{INDENT}{name} : ARRAY[0..{len(values) - 1}] OF {writer.real} := ["
+        texts = [writer.number(v).strip("()") for v in values]
+        rows = [", ".join(texts[k : k + 8]) for k in range(0, len(texts), 8)]
+        yield ",\n".join(INDENT * 2 + row for row in rows) + "];"
+    yield "END_VAR"
+
+
+def result(writer: STText, name: str, value: Expr, output: str, valid: str, depth: int) -> Iterator[str]:
+    """Yield lines that compute a value and store it in an output, 0 where there is none."""
+    pad = INDENT * depth
+    yield from writer.assigned(name, value, depth)
+    writer.reals.append(name)
+    yield f"{pad}{output} := {name};"
+    missing = writer.missing(name)
+    yield f"{pad}{valid} := {'TRUE' if missing == 'FALSE' else f'NOT {missing}'};"
+    if missing != "FALSE":
+        yield from (f"{pad}IF {missing} THEN", f"{pad}{INDENT}{output} := {writer.number(0.0)};", f"{pad}END_IF;")
 
 
 class _Block:
@@ -73,7 +94,7 @@ class _Block:
         self.valid = [names.claim(f"{o}_valid") for o in self.outputs]
         adaptive = [f"consequent_{k}" for k in range(len(unit.plan.states))]
         self.states = [names.claim(s) for s in (*adaptive, *(f"held_{self.outputs[o]}" for o in unit.plan.held))]
-        self.rates = with_prefix(map_expressions(unit.rates, _quotient), "R") if unit.rates is not None else None
+        self.rates = with_prefix(map_expressions(unit.rates, quotient), "R") if unit.rates is not None else None
         if self.rates is not None and any(isinstance(s, Refuse) for s in self.rates.body):
             raise CodegenError("rates that may be refused are not written in Structured Text")
         _require_first_values(unit)
@@ -88,7 +109,7 @@ class _Block:
         # Rates take the inputs as they are.
         rates = STText(self.unit.precision, arguments, self.states, partial=True, infinite=set(arguments))
         adapted = list(self._adaptation(rates)) if self.rates is not None else []
-        head = [_comment(line) if line else "" for line in self._head(writer)]
+        head = [comment(line) if line else "" for line in self._head(writer)]
         lines = [*head, f"FUNCTION_BLOCK {self.name}", *self._interface(writer)]
         lines += [*self._variables([writer, rates]), *self._constants(writer)]
         lines += ["", *body, *adapted, "END_FUNCTION_BLOCK"]
@@ -96,7 +117,7 @@ class _Block:
 
     def _writer(self, arguments: Mapping[str, str], *, partial: bool) -> STText:
         infinite = {a for a, i in zip(arguments, self.unit.plan.inputs, strict=True) if i.extrapolate}
-        notes = {name: _comments(own) for name, own in value_notes(self.unit).items()}
+        notes = {name: comments(own) for name, own in value_notes(self.unit).items()}
         return STText(self.unit.precision, arguments, self.states, partial=partial, infinite=infinite, notes=notes)
 
     def _head(self, writer: STText) -> list[str]:
@@ -119,14 +140,14 @@ class _Block:
     def _interface(self, writer: STText) -> Iterator[str]:
         yield "VAR_INPUT"
         for i, note in zip(self.inputs, argument_notes(self.unit), strict=True):
-            yield from (INDENT + line for line in _comments([note]))
+            yield from (INDENT + line for line in comments([note]))
             yield f"{INDENT}{i} : {writer.real};"
         if self.rates is not None:
             yield f"{INDENT}time_step : {writer.real} := {writer.number(0.0)};"
         yield "END_VAR"
         yield "VAR_OUTPUT"
         for output, valid, note in zip(self.outputs, self.valid, result_notes(self.unit), strict=True):
-            yield from (INDENT + line for line in _comments([note]))
+            yield from (INDENT + line for line in comments([note]))
             yield from (f"{INDENT}{output} : {writer.real};", f"{INDENT}{valid} : BOOL;")
         yield "END_VAR"
 
@@ -146,18 +167,9 @@ class _Block:
 
     def _constants(self, writer: STText) -> Iterator[str]:
         tables = [*self.unit.evaluation.tables, *(self.rates.tables if self.rates is not None else ())]
-        if not tables:
-            return
         notes = table_notes(self.unit, self.unit.evaluation)
         notes |= table_notes(self.unit, self.rates) if self.rates is not None else {}
-        yield "VAR CONSTANT"
-        for name, values in tables:
-            yield from (INDENT + line for line in _comments(notes[name]))
-            yield f"{INDENT}{name} : ARRAY[0..{len(values) - 1}] OF {writer.real} := ["
-            texts = [writer.number(v).strip("()") for v in values]
-            rows = [", ".join(texts[k : k + 8]) for k in range(0, len(texts), 8)]
-            yield ",\n".join(INDENT * 2 + row for row in rows) + "];"
-        yield "END_VAR"
+        yield from constants(writer, tables, notes)
 
     def _numbers(self) -> str:
         # IEEE 754: NaN is the only number that does not equal itself.
@@ -176,15 +188,7 @@ class _Block:
             depth = 2
         pad = INDENT * depth
         for k, (output, value) in enumerate(zip(self.outputs, self.unit.evaluation.results, strict=True)):
-            yield from writer.assigned(f"result{k}", value, depth)
-            writer.reals.append(f"result{k}")
-            yield f"{pad}{output} := result{k};"
-            missing = writer.missing(f"result{k}")
-            yield f"{pad}{self.valid[k]} := {'TRUE' if missing == 'FALSE' else f'NOT {missing}'};"
-            if missing != "FALSE":
-                yield f"{pad}IF {missing} THEN"
-                yield f"{pad}{INDENT}{output} := {writer.number(0.0)};"
-                yield f"{pad}END_IF;"
+            yield from result(writer, f"result{k}", value, output, self.valid[k], depth)
         for entry, o in enumerate(self.unit.plan.held, start=len(self.unit.plan.states)):
             yield f"{pad}IF {self.valid[o]} THEN"
             yield f"{pad}{INDENT}{self.states[entry]} := {self.outputs[o]};"

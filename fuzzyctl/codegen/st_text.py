@@ -43,7 +43,7 @@ from fuzzyctl.kernels.program.traversal import read
 
 INDENT: Final = "  "
 #: The largest numbers of the two types stand for infinity, which has no literal.
-_LARGEST: Final[Mapping[Precision, float]] = {"double": 1.7976931348623157e308, "float": 3.4028234663852886e38}
+LARGEST: Final[Mapping[Precision, float]] = {"double": 1.7976931348623157e308, "float": 3.4028234663852886e38}
 
 
 @dataclass
@@ -61,6 +61,7 @@ class STText:
         integers: The same for integers.
         flags: The same for truth values: whether another variable has no value.
         notes: Lines of comment before values of the program, by name.
+        absent: Flags of arguments that may have no value, by name.
     """
 
     precision: Precision
@@ -73,8 +74,12 @@ class STText:
     integers: list[str] = field(default_factory=list)
     flags: list[str] = field(default_factory=list)
     notes: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    absent: Mapping[str, str] = field(default_factory=dict)
     _missing: dict[str, str] = field(default_factory=dict)
     _temporaries: int = 0
+
+    def __post_init__(self) -> None:
+        self._missing |= self.absent
 
     @property
     def real(self) -> str:
@@ -84,7 +89,7 @@ class STText:
     def number(self, value: float) -> str:
         """Return a literal."""
         if math.isinf(value):
-            value = math.copysign(_LARGEST[self.precision], value)
+            value = math.copysign(LARGEST[self.precision], value)
         text = single_text(value) if self.precision == "float" else repr(value)
         if "e" in text:
             mantissa, exponent = text.split("e")
@@ -210,8 +215,13 @@ class STText:
         """Return the text of whether a variable has no value."""
         parts = [self._missing[name]] if name in self._missing else []
         # Functions of the user may give NaN of their own.
-        parts += [f"({name} <> {name})"] if self.partial else []
+        own = self.names.get(name, name)
+        parts += [f"({own} <> {own})"] if self.partial else []
         return f"({' OR '.join(parts)})" if len(parts) > 1 else parts[0] if parts else "FALSE"
+
+    def flag_of(self, name: str) -> str:
+        """Return the variable that says that another one has no value, or an empty string."""
+        return self._missing.get(name, "")
 
     def _flag(self, name: str) -> str:
         if name not in self._missing:

@@ -128,18 +128,12 @@ def prepare(
         CodegenError: For a lookup table of a system that has none, or whose error has no bound.
     """
     chosen = algorithm_of(plan(system), algorithm)
-    if small and algorithm == "auto" and chosen.name == "active":
-        numbers = sum(len(values) for _, values in chosen.printed.tables)
-        if numbers > MOST_NUMBERS:
-            reason = (
-                f"those that can act would take {numbers:,} numbers; algorithm 'active' looks them up, and is faster"
-            )
-            chosen = Algorithm(chosen.plan, None, reason)
+    chosen = for_small(chosen, algorithm) if small else chosen
     found = tabulated(chosen, table) if table is not None else None
     if found is not None:
+        most = chosen.most_coefficients
         chosen = Algorithm(chosen.plan, found.grid, f"a table of {table} points along each input")
-    if small:
-        chosen = replace(chosen, most_coefficients=MOST_COEFFICIENTS)
+        chosen = replace(chosen, most_coefficients=most)
     return Unit(
         system=system,
         digest=hashlib.sha256(text.encode("utf-8")).hexdigest(),
@@ -150,6 +144,23 @@ def prepare(
         precision=precision,
         verdicts=tuple(verdicts),
     )
+
+
+def for_small(chosen: Algorithm, wanted: str) -> Algorithm:
+    """Return an algorithm as it is written where memory is small.
+
+    Args:
+        chosen: The algorithm.
+        wanted: What was asked for; large tables are left out for "auto" only.
+    """
+    if wanted == "auto" and chosen.name == "active":
+        numbers = sum(len(values) for _, values in chosen.printed.tables)
+        if numbers > MOST_NUMBERS:
+            reason = (
+                f"those that can act would take {numbers:,} numbers; algorithm 'active' looks them up, and is faster"
+            )
+            chosen = Algorithm(chosen.plan, None, reason)
+    return replace(chosen, most_coefficients=MOST_COEFFICIENTS)
 
 
 def described(unit: Unit) -> list[str]:

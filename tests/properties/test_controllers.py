@@ -1,4 +1,6 @@
-"""Drawn controllers with every operator: all backends make the same steps, and none writes to what it is given."""
+"""Drawn controllers with every operator: backends and targets make the same steps; none writes to what it is given."""
+
+import shutil
 
 import numpy as np
 import pytest
@@ -8,6 +10,8 @@ from hypothesis import strategies as st
 import fuzzyctl
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.loading.load import look_through
+from tests.fuzzyctl.codegen.conftest import SANITIZED
+from tests.fuzzyctl.codegen.steps.targets import by_c, by_kernel, by_python, by_structured_text, rows_for, unit_of
 from tests.properties.running import quick
 
 RULE = """system rule
@@ -102,3 +106,36 @@ def test_numpy_makes_the_steps_of_generated_python(text):
 @quick(20)
 def test_compiled_steps_are_those_of_generated_python(text):
     require_equal(text, ["python", "numba"])
+
+
+@given(controllers())
+@quick(60)
+def test_the_module_and_the_function_block_make_the_steps_of_the_kernel(text):
+    rows = rows_for(unit_of(text), 60, seed=len(text))
+    expected = by_kernel(text, rows)
+    for found in (by_python(unit_of(text, "python"), rows), by_structured_text(unit_of(text, "st"), rows)):
+        np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
+
+
+def require_equal_in_c(texts, count, folder):
+    """Compile all controllers into one program, each under a name of its own."""
+    texts = [t.replace("controller drawn", f"controller drawn{k}") for k, t in enumerate(texts)]
+    units = [unit_of(t) for t in texts]
+    rows = [rows_for(u, count, seed=k) for k, u in enumerate(units)]
+    for text, own, found in zip(texts, rows, by_c(units, rows, folder, SANITIZED), strict=True):
+        np.testing.assert_allclose(found, by_kernel(text, own), rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
+@given(st.lists(controllers(), min_size=12, max_size=12))
+@quick(1)
+def test_c_makes_the_steps_of_the_kernel(tmp_path_factory, texts):
+    require_equal_in_c(texts, 100, tmp_path_factory.mktemp("c"))
+
+
+@pytest.mark.long
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
+@given(st.lists(controllers(), min_size=25, max_size=25))
+@quick(4)
+def test_c_makes_10_000_steps_of_the_kernel(tmp_path_factory, texts):
+    require_equal_in_c(texts, 10_000, tmp_path_factory.mktemp("c"))

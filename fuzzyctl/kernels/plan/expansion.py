@@ -37,6 +37,8 @@ MOST_PARTS: Final = 50_000
 DEEPEST: Final = 200
 #: Most levels of controllers inside controllers.
 DEEPEST_INSTANCES: Final = 20
+#: Name of the state that says whether a step was made.
+STARTED: Final = "#started"
 #: Most steps that `delay` keeps.
 MOST_SAMPLES: Final = 10_000
 
@@ -285,10 +287,9 @@ class _Use:
     @property
     def is_first(self) -> Expr:
         """Whether this is the first step."""
-        name = "#started"
-        if name not in self.expansion.updates:
-            self.expansion.keep(name, 0.0, ONE)
-        return Compare("==", Name(name), ZERO)
+        if STARTED not in self.expansion.updates:
+            self.expansion.keep(STARTED, 0.0, ONE)
+        return Compare("==", Name(STARTED), ZERO)
 
     def constant(self, setting: str, default: float = 0.0) -> float:
         return self.scope.constant(self.settings[setting]) if setting in self.settings else default

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from fuzzyctl.expr import Compare, Expr, Logic, Name, Number, Where, replace_names
 from fuzzyctl.kernels.algorithms.select import COMPILED, algorithm_of
@@ -24,6 +24,23 @@ def step_program(equations: Equations, algorithm: str = "auto") -> Program:
     Its arguments are the inputs, and dt where the controller has no period; its results are the outputs, then the next
     state. Where an input is NaN the outputs are NaN, and the state stays as it is.
     """
+    return named_step(equations, lambda call: system_program(call, algorithm))[0]
+
+
+def system_program(call: Evaluation, algorithm: str) -> Program:
+    """Write the program of a system that a step calls: the outputs, then the rates of a system with states."""
+    if call.states:
+        return evaluation_with_rates(plan(call.system), most_pairs=COMPILED)
+    return algorithm_of(plan(call.system), algorithm).point
+
+
+def named_step(equations: Equations, point: Callable[[Evaluation], Program]) -> tuple[Program, dict[str, Expr]]:
+    """Write the program of a step, and return what the names of the equations are in it.
+
+    Args:
+        equations: What it computes.
+        point: Writes the program of a system that the step calls, as `system_program` does.
+    """
     builder = Builder()
     arguments = [Name(f"x{k}") for k in range(len(equations.inputs) + (equations.period is None))]
     env: dict[str, Expr] = dict(zip(equations.inputs, arguments, strict=False))
@@ -36,7 +53,7 @@ def step_program(equations: Equations, algorithm: str = "auto") -> Program:
             values = [builder.let(numeric(replace_names(a, env))) for a in item.arguments]
             before = [env[s] for s in item.states]
             dt = env[DT] if equations.period is None else Number(equations.period)
-            found = _evaluated(builder, plan(item.system), algorithm, values, before, dt)
+            found = _evaluated(builder, plan(item.system), point(item), values, before, dt)
             env |= dict(zip(item.defined, found, strict=True))
         else:
             env[item.name] = builder.let(numeric(replace_names(item.value, env)))
@@ -47,17 +64,11 @@ def step_program(equations: Equations, algorithm: str = "auto") -> Program:
         lacks = any_nan(arguments)
         missing: list[Expr] = [*([NAN] * len(outputs)), *kept]
         results = [Where(lacks, old, new) for old, new in zip(missing, results, strict=True)]
-    return Program(
-        arguments=tuple(a.name for a in arguments),
-        state=len(kept),
-        tables=tuple(builder.tables.items()),
-        body=tuple(builder.statements),
-        results=tuple(results),
-    )
+    return builder.program(arguments, results, state=len(kept)), env
 
 
 def _evaluated(
-    builder: Builder, system: Plan, algorithm: str, values: Sequence[Expr], before: Sequence[Expr], dt: Expr
+    builder: Builder, system: Plan, program: Program, values: Sequence[Expr], before: Sequence[Expr], dt: Expr
 ) -> list[Expr]:
     """Write an evaluation of a system and return its outputs, then the next values of its states.
 
@@ -65,11 +76,10 @@ def _evaluated(
     value. A state stays as it is where its rate or its output is NaN.
     """
     if not before:
-        return embed(builder, algorithm_of(system, algorithm).point, values)
+        return embed(builder, program, values)
     (first, *_) = before
     assert isinstance(first, Item)
     assert isinstance(first.index, int)
-    program = evaluation_with_rates(system, most_pairs=COMPILED)
     found = embed(builder, program, values, state=first.index)
     outputs, rates = found[: len(system.outputs)], found[len(system.outputs) :]
     following: list[Expr] = []

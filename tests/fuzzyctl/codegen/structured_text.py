@@ -14,7 +14,7 @@ TOKEN = re.compile(
 )
 KEYWORDS = {
     *"FUNCTION_BLOCK END_FUNCTION_BLOCK VAR VAR_INPUT VAR_OUTPUT END_VAR CONSTANT ARRAY OF IF THEN ELSE END_IF".split(),
-    *"FOR TO DO END_FOR WHILE END_WHILE AND OR NOT TRUE FALSE LREAL REAL DINT BOOL".split(),
+    *"FOR TO DO END_FOR WHILE END_WHILE AND OR NOT MOD TRUE FALSE LREAL REAL DINT BOOL".split(),
 }
 
 
@@ -111,13 +111,13 @@ class Block:
             last = int(self.take("int"))
             for word in ("]", "OF"):
                 self.take(word)
-            kind = self.take("LREAL", "REAL")
+            kind = self.take("LREAL", "REAL", "BOOL")
             for word in (":=", "["):
                 self.take(word)
-            values = [self.signed()]
+            values = self.repeated_value()
             while self.peek() == ",":
                 self.take(",")
-                values.append(self.signed())
+                values += self.repeated_value()
             self.take("]")
             assert len(values) == last + 1
             return f"ARRAY OF {kind}", values
@@ -128,7 +128,19 @@ class Block:
             value = self.signed()
         return kind, value
 
+    def repeated_value(self):
+        """Return the values of an entry: one, or `COUNT(VALUE)`."""
+        if self.tokens[self.next][0] != "int":
+            return [self.signed()]
+        count = int(self.take("int"))
+        self.take("(")
+        value = self.signed()
+        self.take(")")
+        return [value] * count
+
     def signed(self):
+        if self.peek() in ("TRUE", "FALSE"):
+            return self.take("TRUE", "FALSE") == "TRUE"
         sign = -1.0 if self.peek() == "-" and self.take("-") else 1.0
         return sign * float(self.take("real"))
 
@@ -147,8 +159,13 @@ class Block:
             name = self.take("name")
             assert name in self.types, f"{name} is not declared"
             assert name not in self.constants
+            index = None
+            if self.peek() == "[":
+                self.take("[")
+                index = self.expression()
+                self.take("]")
             self.take(":=")
-            found = ("set", name, self.expression())
+            found = ("set", name, index, self.expression())
         self.take(";")
         return found
 
@@ -183,7 +200,7 @@ class Block:
         return body
 
     def expression(self, level=0):
-        levels = [("OR",), ("AND",), ("=", "<>"), ("<", ">", "<=", ">="), ("+", "-"), ("*", "/")]
+        levels = [("OR",), ("AND",), ("=", "<>"), ("<", ">", "<=", ">="), ("+", "-"), ("*", "/", "MOD")]
         if level == len(levels):
             return self.unary()
         left = self.expression(level + 1)
@@ -232,11 +249,17 @@ class Block:
     def run(self, statements):
         for statement in statements:
             match statement:
-                case ("set", name, value):
-                    found = self.value(value)
-                    kinds = {"BOOL": bool, "DINT": int}
-                    assert type(found) is kinds.get(self.types[name], float), f"{name} : {self.types[name]} := {found}"
-                    self.variables[name] = found
+                case ("set", name, index, value):
+                    found, declared = self.value(value), self.types[name]
+                    assert (index is not None) == declared.startswith("ARRAY OF ")
+                    kind = {"BOOL": bool, "DINT": int}.get(declared.removeprefix("ARRAY OF "), float)
+                    assert type(found) is kind, f"{name} : {declared} := {found}"
+                    if index is None:
+                        self.variables[name] = found
+                    else:
+                        place = self.value(index)
+                        assert 0 <= place < len(self.variables[name]), f"{name}[{place}]"
+                        self.variables[name][place] = found
                 case ("if", test, then, otherwise):
                     found = self.value(test)
                     assert type(found) is bool
@@ -275,6 +298,7 @@ class Block:
             case "/":
                 return a / b  # which stops at a quotient by zero
         return {
+            "MOD": lambda: a % b,
             "+": lambda: a + b,
             "-": lambda: a - b,
             "*": lambda: a * b,

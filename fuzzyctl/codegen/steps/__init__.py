@@ -1,0 +1,1 @@
+"""Steps of controllers as source text."""

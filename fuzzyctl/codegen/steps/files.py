@@ -1,0 +1,29 @@
+"""Files of a target, from the step of a controller."""
+
+from __future__ import annotations
+
+from fuzzyctl.codegen.files import Generated
+from fuzzyctl.codegen.steps import c_selftest, c_source, python_source, st_source
+from fuzzyctl.codegen.steps.c_layout import StepLayout
+from fuzzyctl.codegen.steps.sequence import sequence
+from fuzzyctl.codegen.steps.unit import StepUnit
+
+
+def generate_step(unit: StepUnit, target: str) -> Generated:
+    """Return the files of a target.
+
+    Args:
+        unit: What to write.
+        target: One of `files.TARGETS`.
+
+    Raises:
+        CodegenError: For a controller that the target cannot express.
+    """
+    if target == "python":
+        return Generated({f"{python_source.module_name(unit)}.py": python_source.module(unit)}, {})
+    if target == "st":
+        return Generated({f"{st_source.block_name(unit)}.st": st_source.function_block(unit)}, {})
+    name = StepLayout(unit).name
+    files = {f"{name}.h": c_source.header(unit), f"{name}.c": c_source.source(unit)}
+    files[f"{name}_selftest.c"] = c_selftest.selftest(unit, sequence(unit))
+    return Generated(files, {})

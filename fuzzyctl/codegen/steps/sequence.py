@@ -1,0 +1,214 @@
+"""Test sequence of a step: inputs one after the other, with the outputs that a target must compute."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections import deque
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from fuzzyctl.codegen.errors import CodegenError
+from fuzzyctl.codegen.single_precision import LANES, Numbers, Roundings, nearest
+from fuzzyctl.codegen.steps.unit import StepUnit, ends_of
+from fuzzyctl.codegen.unit import TOLERANCE
+from fuzzyctl.codegen.vectors import Vector, rounded
+from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
+from fuzzyctl.expr import Name
+from fuzzyctl.kernels.backends.python import backend as python_backend
+from fuzzyctl.kernels.program.program import STATE, Item
+from fuzzyctl.kernels.program.traversal import map_expressions
+from fuzzyctl.kernels.steps.step import Step
+
+#: Steps of a sequence.
+STEPS: Final = 200
+#: Steps at which an argument is NaN.
+NAN_AT: Final = (60, 130)
+#: Step at which `dt` is 0, where it is an argument.
+STILL_AT: Final = 100
+#: Times since the step before [s], where a step takes them.
+TIMES: Final = (0.01, 0.01, 0.005, 0.02)
+#: Draws of the inputs of a step before the sequence ends.
+_DRAWS: Final = 8
+#: The part of its tolerance by which a number may change with rounding.
+_STEADY: Final = 0.25
+#: Larger numbers end a sequence.
+_LARGEST: Final = {"double": 1e150, "float": 1e15}
+#: Copies of the step in double precision: the units by which all that each takes is off; 0 is one or the other.
+_OFF: Final = (0, 1, -1, 0)
+
+#: Outputs, what the slots take, and the output for which no rule fires.
+Found = tuple[list[float], list[float], str]
+
+
+def sequence(unit: StepUnit, *, seed: int = 1) -> list[Vector]:
+    """Return the steps that a target must make, from the first state on.
+
+    Where rounding decides, such as at a jump, a step has other inputs. Where none are found, or numbers grow beyond all
+    bounds, the sequence ends.
+
+    Raises:
+        CodegenError: Where it would be empty.
+    """
+    steps = list(_steps(unit, random.Random(seed)))
+    if not steps:
+        raise CodegenError("no inputs are found at which rounding does not decide the first step")
+    return steps
+
+
+def tolerance(steps: Sequence[Vector], output: int, precision: str) -> float:
+    """Return the largest error of an output that a self-test allows: what rounding may make of it."""
+    allowed = TOLERANCE["float" if precision == "float" else "double"]
+    return allowed * max(abs(v.outputs[output]) if math.isfinite(v.outputs[output]) else 0.0 for v in steps)
+
+
+def _steps(unit: StepUnit, rng: random.Random) -> Iterator[Vector]:
+    kernel = Step(unit.equations, "python")
+    state = kernel.start()
+    copies = _Single(unit) if unit.precision == "float" else _Double(unit, rng)
+    scales = [0.0] * len(unit.program.results)
+    point: tuple[float, ...] = ()
+    for k in range(STEPS):
+        missing = _without_a_step(unit, k, point)
+        if missing:
+            yield Vector(missing, (math.nan,) * len(unit.outputs))
+            continue
+        for _ in range(_DRAWS):
+            drawn = _drawn(unit, rng, point)
+            wider = _wider(scales, copies.tried(drawn), unit)
+            if wider:
+                break
+        else:
+            return
+        point, scales = drawn, wider
+        copies.keep()
+        vector, state = _made(kernel, unit, point, state)
+        yield vector
+
+
+def _made(kernel: Step, unit: StepUnit, point: tuple[float, ...], state: Numbers) -> tuple[Vector, Numbers]:
+    """Make a step of the kernel; where it refuses the state stays."""
+    inputs, time = point[: len(unit.equations.inputs)], point[len(unit.equations.inputs) :]
+    try:
+        outputs, after = kernel(*inputs, state, **({"dt": time[0]} if time else {}))
+    except NoRuleFiresError as error:
+        return Vector(point, (math.nan,) * len(unit.outputs), error.output), state
+    return Vector(point, outputs if isinstance(outputs, tuple) else (outputs,)), after
+
+
+def _without_a_step(unit: StepUnit, k: int, before: tuple[float, ...]) -> tuple[float, ...]:
+    """Return arguments at which no step is made, where it is time for them."""
+    if k in NAN_AT and before:
+        place = NAN_AT.index(k) % len(before)
+        return (*before[:place], math.nan, *before[place + 1 :])
+    if k == STILL_AT and unit.equations.period is None:
+        return (*before[:-1], 0.0)
+    return ()
+
+
+def _drawn(unit: StepUnit, rng: random.Random, before: tuple[float, ...]) -> tuple[float, ...]:
+    """Draw inputs: some stay, some move a little, some jump."""
+    values = []
+    for place, signal in enumerate(unit.controller.inputs):
+        low, high = ends_of(unit, signal.bounds)
+        kind, anywhere = rng.random(), rng.uniform(low, high)
+        if not before or kind < 0.3:
+            values.append(anywhere)
+        elif kind < 0.35:
+            values.append(rng.choice([low, high]))
+        else:
+            values.append(before[place] + (0.05 * (anywhere - before[place]) if kind < 0.7 else 0.0))
+    values += [rng.choice(TIMES)] if unit.equations.period is None else []
+    return tuple(rounded(x, unit.precision) for x in values)
+
+
+def _wider(scales: Sequence[float], found: Sequence[Found], unit: StepUnit) -> list[float]:
+    """Return the largest magnitudes so far with those of a step; empty where its copies are apart, or too large."""
+    first, *others = ([*outputs, *taken] for outputs, taken, _ in found)
+    if len({refused for _, _, refused in found}) > 1:
+        return []
+    if found[0][2]:
+        return list(scales)
+    taken = first[len(unit.outputs) :]
+    if not all(abs(x) <= _LARGEST[unit.precision] for x in taken) or math.inf in map(abs, first):
+        return []
+    wider = [max(scale, abs(x)) if math.isfinite(x) else scale for scale, x in zip(scales, first, strict=True)]
+    allowed = [_STEADY * TOLERANCE[unit.precision] * scale for scale in wider]
+    for other in others:
+        for a, b, most in zip(first, other, allowed, strict=True):
+            if not (abs(a - b) <= most or (math.isnan(a) and math.isnan(b))):
+                return []
+    return wider
+
+
+class _Double:
+    """Copies of a step in double precision: the first as it is, the others with arguments and state off by one unit."""
+
+    def __init__(self, unit: StepUnit, rng: random.Random) -> None:
+        self._unit, self._rng = unit, rng
+        source = python_backend.storing_source(unit.program)
+        self._store = python_backend.compile_source(source, unit.program, unit.program.arguments)
+        self._states = [[deque([s.start] * s.length, maxlen=s.length) for s in unit.slots] for _ in _OFF]
+        self._found: list[Found] = []
+
+    def tried(self, point: tuple[float, ...]) -> list[Found]:
+        """Return what each copy makes of a point."""
+        self._found = [self._made(point, state, k) for k, state in enumerate(self._states)]
+        return self._found
+
+    def _made(self, point: tuple[float, ...], state: Sequence[deque[float]], copy: int) -> Found:
+        given = [*point, *(line[0] for line in state)]
+        if copy:
+            given = [x * (1.0 + (_OFF[copy] or self._rng.choice((-1, 1))) * 2.0**-52) for x in given]
+        results = [math.nan] * len(self._unit.program.results)
+        try:
+            self._store(*given, results)
+        except NoRuleFiresError as error:
+            return [], [], error.output
+        count = len(self._unit.outputs)
+        return results[:count], results[count:], ""
+
+    @property
+    def is_refused(self) -> bool:
+        """Whether no rule fires at the last point."""
+        return bool(self._found[0][2])
+
+    def keep(self) -> None:
+        """Go on from the last point; where it was refused the state stays."""
+        for state, (_, taken, _) in zip(self._states, self._found, strict=True):
+            for line, value in zip(state, taken, strict=False):
+                line.append(value)
+
+
+class _Single:
+    """What single precision may make of a step, each rounding with the state that it has come to."""
+
+    def __init__(self, unit: StepUnit) -> None:
+        self._unit = unit
+        self._exact = _Double(unit, random.Random(0))
+        count = len(unit.arguments)
+        items = {Name(name): Item(STATE, k) for k, name in enumerate(unit.program.arguments[count:])}
+        program = map_expressions(unit.program, lambda node: items.get(node, node) if isinstance(node, Name) else node)
+        self._run = Roundings(replace(program, arguments=program.arguments[:count], state=len(items)))
+        starts = [np.full((1, LANES), nearest(s.start)) for s in unit.slots]
+        self._state = [deque([x] * s.length, maxlen=s.length) for x, s in zip(starts, unit.slots, strict=True)]
+        self._taken: list[Numbers] = []
+
+    def tried(self, point: tuple[float, ...]) -> list[Found]:
+        """Return what double precision makes of a point, then each rounding."""
+        results, refused = self._run.run(nearest([point]), [line[0] for line in self._state])
+        count = len(self._unit.outputs)
+        self._taken = list(results[count:])
+        numbers = [[float(r[0, k]) for r in results] for k in range(LANES)]
+        lanes = [(own[:count], own[count:], str(refused[0, k])) for k, own in enumerate(numbers)]
+        return [self._exact.tried(point)[0], *(([], [], lane[2]) if lane[2] else lane for lane in lanes)]
+
+    def keep(self) -> None:
+        """Go on from the last point; where it was refused the state stays."""
+        self._exact.keep()
+        if not self._exact.is_refused:
+            for line, value in zip(self._state, self._taken, strict=True):
+                line.append(value)

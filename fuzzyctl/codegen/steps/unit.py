@@ -1,0 +1,277 @@
+"""Unit of code generation of a controller: its step as a program, its names, and what the generated text says of it."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+from fuzzyctl import __version__
+from fuzzyctl.codegen.comments import table_notes
+from fuzzyctl.codegen.errors import CodegenError
+from fuzzyctl.codegen.simplify import lean, quotient
+from fuzzyctl.codegen.steps.slots import Slot, with_slots
+from fuzzyctl.codegen.unit import Precision, Unit, for_small, printable
+from fuzzyctl.codegen.wrapping import folded
+from fuzzyctl.expr import Binary, Expr, Name, Negate, Number, evaluate, number_text
+from fuzzyctl.expr import replace as replace_in
+from fuzzyctl.kernels.algorithms.select import Algorithm, algorithm_of
+from fuzzyctl.kernels.inference.inference import evaluation_with_rates
+from fuzzyctl.kernels.plan.build import plan
+from fuzzyctl.kernels.plan.equations import DT, Equation, Equations, Evaluation
+from fuzzyctl.kernels.plan.expansion import STARTED, equations_of
+from fuzzyctl.kernels.program.builder import is_atom
+from fuzzyctl.kernels.program.program import Assign, Program, Refuse, Statement
+from fuzzyctl.kernels.program.traversal import map_expressions, rebuilt
+from fuzzyctl.kernels.steps.program import named_step
+from fuzzyctl.model.controller import Controller, Signal
+from fuzzyctl.model.guarantee import Bounds
+from fuzzyctl.model.system import FuzzySystem
+
+
+@dataclass(frozen=True)
+class StepUnit:
+    """One controller to be written.
+
+    Args:
+        controller: The controller, its params set.
+        digest: SHA-256 of the text of its rule file.
+        settings: Params that were set by hand.
+        equations: What it computes.
+        program: Its step for inputs that are no NaN. Arguments are the inputs, `dt` where there is no period, and what
+            the slots give; results are the outputs and what the slots take.
+        slots: The state.
+        systems: The systems that it calls, each with other params on its own, in the order of the calls.
+        precision: Type of its numbers.
+        values: Names of equations by the names of their values in the program.
+    """
+
+    controller: Controller
+    digest: str
+    settings: tuple[tuple[str, float], ...]
+    equations: Equations
+    program: Program
+    slots: tuple[Slot, ...]
+    systems: tuple[Unit, ...]
+    precision: Precision = "double"
+    values: Mapping[str, str] = field(default_factory=dict, hash=False)
+
+    @property
+    def arguments(self) -> tuple[str, ...]:
+        """The names of what a step takes: the inputs, and `dt` where there is no period."""
+        return (*self.equations.inputs, *(() if self.equations.period is not None else (DT,)))
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """The names of the outputs."""
+        return tuple(name for name, _ in self.equations.outputs)
+
+    @property
+    def results(self) -> tuple[Expr, ...]:
+        """What the outputs are."""
+        return self.program.results[: len(self.outputs)]
+
+    @property
+    def taken(self) -> tuple[Expr, ...]:
+        """What the slots take."""
+        return self.program.results[len(self.outputs) :]
+
+    @cached_property
+    def refusals(self) -> tuple[str, ...]:
+        """Outputs of systems that refuse where no rule fires: those with `else error`."""
+        return tuple(dict.fromkeys(s.output for s in self.program.body if isinstance(s, Refuse)))
+
+
+def prepare_step(
+    controller: Controller,
+    text: str,
+    *,
+    settings: Mapping[str, float] | None = None,
+    algorithm: str = "auto",
+    precision: Precision = "double",
+    small: bool = False,
+    guarded: bool = False,
+) -> StepUnit:
+    """Expand a controller for code generation.
+
+    Args:
+        controller: A checked controller with its params set.
+        text: The text of its rule file.
+        settings: Params that were set, for the record.
+        algorithm: How systems are evaluated, one of `kernels.algorithm.ALGORITHMS`.
+        precision: Type of its numbers.
+        small: Whether the target has little memory, see `unit.prepare`.
+        guarded: Whether quotients of equations are to be functions, which the target calls where they have a value.
+
+    Raises:
+        ArgumentError: For an algorithm that a system does not allow.
+        CodegenError: For a system that no target can print.
+    """
+    equations = equations_of(controller)
+    systems: dict[FuzzySystem, Unit] = {}
+
+    def point(call: Evaluation) -> Program:
+        planned = plan(call.system)
+        if call.states:
+            systems[call.system] = Unit(call.system, "", (), Algorithm(planned, None, "it has a state"), {})
+            program = evaluation_with_rates(planned)
+            return map_expressions(program, quotient) if guarded else program
+        chosen = algorithm_of(planned, algorithm)
+        chosen = for_small(chosen, algorithm) if small else chosen
+        systems[call.system] = Unit(call.system, "", (), chosen, {})
+        return chosen.printed
+
+    written, values = named_step(_with_guards(equations) if guarded else equations, point)
+    program, slots = with_slots(lean(tidy(written)), equations.states, len(equations.outputs))
+    return StepUnit(
+        controller=controller,
+        digest=hashlib.sha256(text.encode("utf-8")).hexdigest(),
+        settings=tuple((settings or {}).items()),
+        equations=equations,
+        program=program,
+        slots=slots,
+        systems=tuple(systems.values()),
+        precision=precision,
+        values={v.name: n for n, v in reversed(values.items()) if isinstance(v, Name) and "#" not in n},
+    )
+
+
+def require_no_fixed_point(controller: Controller) -> None:
+    """Refuse fixed point: its errors go from step to step, and no bound of their sum is proved.
+
+    Raises:
+        CodegenError: With the first state, or output, without a bound.
+    """
+    equations = equations_of(controller)
+    what = f"state '{equations.states[0].name}'" if equations.states else f"output '{equations.outputs[0][0]}'"
+    raise CodegenError(
+        f"fixed point needs a bound of the error of {what} over all steps, and none is proved; "
+        f"write single precision with --float float"
+    )
+
+
+def _with_guards(equations: Equations) -> Equations:
+    """Take quotients of equations for such that may have no value."""
+
+    def guarded(value: Expr) -> Expr:
+        return replace_in(replace_in(value, _computed), quotient)
+
+    body = [
+        replace(item, value=guarded(item.value))
+        if isinstance(item, Equation)
+        else replace(item, arguments=tuple(map(guarded, item.arguments)))
+        for item in equations.body
+    ]
+    return replace(equations, body=tuple(body), updates=tuple(map(guarded, equations.updates)))
+
+
+def tidy(program: Program) -> Program:
+    """Return a program without copies and arithmetic of numbers, which computes the same."""
+    known: dict[str, Expr] = {}
+
+    def change(node: Expr) -> Expr:
+        return known.get(node.name, node) if isinstance(node, Name) else _computed(node)
+
+    def changed(value: Expr) -> Expr:
+        return replace_in(value, change)
+
+    body: list[Statement] = []
+    for statement in program.body:
+        own = rebuilt(statement, changed)
+        if isinstance(own, Assign) and is_atom(own.value):
+            known[own.name] = own.value
+        else:
+            body.append(own)
+    return replace(program, body=tuple(body), results=tuple(map(changed, program.results)))
+
+
+def _computed(node: Expr) -> Expr:
+    """Return the number that an operation on numbers gives, as a target would compute it, or the node as it is."""
+    match node:
+        case Negate(operand=Number(value=value)):
+            return Number(-value)
+        case Binary(op="+" | "-" | "*" | "/" as op, left=Number(value=a), right=Number(value=b)) if op != "/" or b:
+            value = {"+": a + b, "-": a - b, "*": a * b, "/": a / (b or 1.0)}[op]
+            return Number(value) if math.isfinite(value) else node
+    return node
+
+
+def described_step(unit: StepUnit) -> list[str]:
+    """Return the head of generated text, line by line, in the characters of a comment."""
+    controller, equations = unit.controller, unit.equations
+    lines = [f"{controller.name}: {controller.title}" if controller.title else controller.name]
+    if controller.citation:
+        lines.append(f"Source: {controller.citation}")
+    lines += ["", f"Generated by fuzzyctl {__version__}; change the rule file, not this file."]
+    lines.append(f"Rule file: SHA-256 {unit.digest}")
+    lines += [f"Param set: {name} = {value!r}" for name, value in unit.settings]
+    set_ = dict(unit.settings)
+    calls = [f"Calls {u.system.name}: {u.algorithm.name}; {u.algorithm.reason}" for u in unit.systems]
+    lines += dict.fromkeys(calls)
+    lines += [f"Param {name} = {value!r}" for name, value in controller.param_values.values.items() if name not in set_]
+    lines += ["", "Inputs, which are neither clamped nor checked:"]
+    lines += [f"  {s.name}{_noted(note)}" for s, note in zip(controller.inputs, input_notes(unit), strict=False)]
+    lines.append("Outputs:")
+    lines += [f"  {s.name}{_noted(signal_note(unit, s))}" for s in controller.results]
+    time = "dt seconds after the step before" if equations.period is None else f"every {equations.period!r} s"
+    lines.append(f"A step is made {time}.")
+    return list(folded([printable(line) for line in lines]))
+
+
+def input_notes(unit: StepUnit) -> list[str]:
+    """Return for each argument of a step what it is."""
+    notes = [signal_note(unit, s) for s in unit.controller.inputs]
+    return notes if unit.equations.period is not None else [*notes, "time since the step before, positive [s]"]
+
+
+def signal_note(unit: StepUnit, signal: Signal) -> str:
+    """Return the label, range and unit of an input, output or state."""
+    label = signal.label or (signal.name if not signal.name.isascii() else "")
+    ends = range_text(unit, signal.bounds)
+    amount = " ".join(part for part in (ends, signal.unit) if part)
+    return ", ".join(part for part in (label, amount) if part)
+
+
+def slot_notes(unit: StepUnit) -> list[str]:
+    """Return for each slot the state that it holds."""
+    known = {s.name: signal_note(unit, s) for s in unit.controller.states} | {STARTED: "1 from the first step on"}
+    return [known.get(slot.name, slot.name) for slot in unit.slots]
+
+
+def range_text(unit: StepUnit, bounds: Bounds | None) -> str:
+    """Return a range as a file would write it, or an empty string for none."""
+    if bounds is None:
+        return ""
+    values = unit.controller.param_values.values
+    lower, upper = (number_text(evaluate(end, values)) for end in (bounds.lower, bounds.upper))
+    return f"{'(' if bounds.without_lower else '['}{lower}, {upper}{')' if bounds.without_upper else ']'}"
+
+
+def ends_of(unit: StepUnit, bounds: Bounds | None) -> tuple[float, float]:
+    """Return a finite range to draw numbers from: the range itself, or a part of it where it has no end."""
+    if bounds is None:
+        return -1.0, 1.0
+    values = unit.controller.param_values.values
+    low, high = evaluate(bounds.lower, values), evaluate(bounds.upper, values)
+    if math.isinf(low) and math.isinf(high):
+        return -1.0, 1.0
+    if math.isinf(high):
+        return low, low + max(1.0, abs(low))
+    return (high - max(1.0, abs(high)) if math.isinf(low) else low), high
+
+
+def step_table_notes(unit: StepUnit) -> dict[str, list[str]]:
+    """Return what each table of the step holds, by its name; tables are known by their numbers."""
+    known: dict[tuple[float, ...], list[str]] = {}
+    for own in unit.systems:
+        program = own.algorithm.printed
+        notes = table_notes(own, program)
+        for table, values in program.tables:
+            known.setdefault(tuple(values), []).extend(f"{own.system.name}: {note}" for note in notes[table])
+    return {table: list(dict.fromkeys(known.get(tuple(values), ()))) for table, values in unit.program.tables}
+
+
+def _noted(note: str) -> str:
+    return f": {note}" if note else ""

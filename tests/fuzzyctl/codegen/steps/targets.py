@@ -1,0 +1,124 @@
+"""Steps of controllers on every target: compiled C, Structured Text and the Python module, run over rows of inputs."""
+
+import math
+import struct
+import subprocess
+from collections.abc import Sequence
+
+import numpy as np
+
+import fuzzyctl
+from fuzzyctl.codegen.steps import c_source, python_source, st_source
+from fuzzyctl.codegen.steps.c_layout import StepLayout
+from fuzzyctl.codegen.steps.unit import prepare_step
+from fuzzyctl.diagnostics.source import SourceText
+from fuzzyctl.loading.load import look_through
+from tests.fuzzyctl.codegen.structured_text import Block
+
+STRICT = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wconversion", "-Wdouble-promotion"]
+
+#: Reads rows of numbers from standard input and writes the outputs of each step.
+DRIVER = """static void run_{name}(void)
+{{
+{begin}
+    double row[{width}];
+    size_t count = 0U;
+    uint64_t rows = 0U;
+    count = fread(&rows, sizeof rows, 1U, stdin);
+    for (uint64_t k = 0U; (k < rows) && (count > 0U); ++k) {{
+        count = fread(row, sizeof row[0], {width}U, stdin);
+{call}
+        (void)fwrite(found, sizeof found[0], {outputs}U, stdout);
+    }}
+}}
+"""
+
+
+def controller_of(text, name=None):
+    """Return the last controller of a text, or the one of that name."""
+    examined = look_through(SourceText("c.fz", text))
+    assert [d.message for d in examined.diagnostics if d.severity == "error"] == []
+    return next(c for c in reversed(examined.controllers) if name in (None, c.name))
+
+
+def unit_of(text, target="c", **options):
+    return prepare_step(controller_of(text), text, guarded=target == "st", small=target != "python", **options)
+
+
+def rows_for(unit, count, seed=1):
+    """Return inputs, and times where a step takes them, shape (count, arguments); some are NaN."""
+    rng = np.random.default_rng(seed)
+    rows = rng.uniform(-2, 2, (count, len(unit.arguments)))
+    rows = np.where(rng.random(rows.shape) < 0.5, np.roll(rows, 1, axis=0), rows)
+    if unit.equations.period is None:
+        rows[:, -1] = rng.choice([0.05, 0.05, 0.02], count)
+    if unit.arguments:
+        rows[count // 3, 0] = math.nan
+    return rows
+
+
+def by_kernel(text, rows, backend="python"):
+    """Return the outputs of the kernel, shape (rows, outputs)."""
+    step = fuzzyctl.compile(controller_of(text), backend)
+    width = len(step.input_names)
+    time = {} if step.period is not None else {"dt": rows[:, -1]}
+    return step.run(rows[:, :width], **time)[0].reshape(len(rows), -1)
+
+
+def by_python(unit, rows):
+    names = {"__name__": "generated"}
+    exec(compile(python_source.module(unit), "generated", "exec"), names)
+    state, results, width = names["start"](), [], len(unit.equations.inputs)
+    for row in rows.tolist():
+        found, state = names["step"](*row[:width], state, *row[width:])
+        results.append(found if isinstance(found, tuple) else (found,))
+    return np.array(results)
+
+
+def by_structured_text(unit, rows):
+    """Return the outputs, NaN where they are not valid."""
+    block = Block(st_source.function_block(unit))
+    results = []
+    for row in rows.tolist():
+        found = block(**dict(zip(block.inputs, row, strict=True)))
+        results.append([v if valid else math.nan for v, valid in zip(found[::2], found[1::2], strict=True)])
+    return np.array(results)
+
+
+def driver(unit):
+    """Return the text of a function that makes the steps of one controller."""
+    layout = StepLayout(unit)
+    arguments = [*(["&state"] if layout.members else []), *(f"row[{k}]" for k in range(len(layout.arguments)))]
+    call = f"{layout.name}_step({', '.join([*arguments, *(['&outputs'] if layout.many else [])])})"
+    found = ", ".join(f"outputs.{o}" for o in layout.outputs) if layout.many else call
+    lines = [f"{layout.name}_outputs outputs;", f"{call};"] if layout.many else []
+    lines.append(f"const double found[{len(layout.outputs)}] = {{{found}}};")
+    begin = f"    {layout.name}_state state;\n    {layout.name}_init(&state);" if layout.members else ""
+    body = "\n".join("        " + line for line in lines)
+    sizes = {"width": max(1, len(layout.arguments)), "outputs": len(layout.outputs)}
+    return DRIVER.format(name=layout.name, begin=begin, call=body, **sizes)
+
+
+def by_c(units: Sequence, rows: Sequence, folder, flags=("-O1",)):
+    """Compile several controllers into one program, and return the outputs of each over its rows."""
+    layouts = [StepLayout(u) for u in units]
+    for unit, layout in zip(units, layouts, strict=True):
+        (folder / f"{layout.name}.h").write_text(c_source.header(unit), encoding="utf-8")
+        (folder / f"{layout.name}.c").write_text(c_source.source(unit), encoding="utf-8")
+    heads = ["#include <stdint.h>", "#include <stdio.h>", *(f'#include "{x.name}.h"' for x in layouts)]
+    calls = "".join(f"    run_{x.name}();\n" for x in layouts)
+    main = "\n".join([*heads, *map(driver, units), f"int main(void)\n{{\n{calls}    return 0;\n}}\n"])
+    (folder / "main.c").write_text(main, encoding="utf-8")
+    program = folder / "program"
+    sources = [str(folder / "main.c"), *(str(folder / f"{x.name}.c") for x in layouts)]
+    subprocess.run(["gcc", *STRICT, *flags, *sources, "-o", str(program), "-lm"], check=True)
+    # A controller without arguments reads a number for each step, too.
+    wide = [r if r.shape[1] else np.zeros((len(r), 1)) for r in rows]
+    given = b"".join(struct.pack("<Q", len(r)) + np.ascontiguousarray(r).tobytes() for r in wide)
+    found = np.frombuffer(subprocess.run([program], input=given, capture_output=True, check=True).stdout)
+    results, place = [], 0
+    for layout, own in zip(layouts, rows, strict=True):
+        size = len(own) * len(layout.outputs)
+        results.append(found[place : place + size].reshape(len(own), -1))
+        place += size
+    return results

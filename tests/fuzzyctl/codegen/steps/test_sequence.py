@@ -1,0 +1,74 @@
+import math
+
+import numpy as np
+import pytest
+
+from fuzzyctl.codegen.errors import CodegenError
+from fuzzyctl.codegen.steps import sequence as module
+from fuzzyctl.codegen.steps.sequence import NAN_AT, STEPS, STILL_AT, sequence, tolerance
+from tests.fuzzyctl.codegen.steps.targets import by_kernel, unit_of
+from tests.fuzzyctl.codegen.steps.texts import GAPS, TEXTS
+
+
+class TestSequence:
+    @pytest.mark.parametrize("precision", ["double", "float"])
+    def test_is_what_the_kernel_makes_of_its_inputs(self, precision):
+        unit = unit_of(TEXTS["pid"], precision=precision)
+        steps = sequence(unit)
+        assert len(steps) == STEPS
+        rows = np.array([v.inputs for v in steps])
+        np.testing.assert_array_equal(np.array([v.outputs for v in steps]), by_kernel(TEXTS["pid"], rows))
+        if precision == "float":
+            np.testing.assert_array_equal(rows.astype(np.float32), rows)
+
+    def test_holds_what_a_target_may_get_wrong(self, text):
+        unit = unit_of(text)
+        steps = sequence(unit)
+        if unit.equations.inputs:
+            assert len(steps) == STEPS
+            assert all(math.isnan(x) for k in NAN_AT for x in steps[k].outputs)
+        if unit.equations.period is None:
+            assert steps[STILL_AT].inputs[-1] == 0.0
+            assert {v.inputs[-1] for v in steps} >= {0.005, 0.01, 0.02}
+        if unit.refusals:
+            assert {v.refused for v in steps} == {"", *unit.refusals}
+
+    def test_is_the_same_each_time(self):
+        assert repr(sequence(unit_of(TEXTS["timed"]))) == repr(sequence(unit_of(TEXTS["timed"])))
+
+    def test_ends_where_rounding_decides_whatever_the_inputs(self):
+        steps = sequence(unit_of(TEXTS["clock"]))  # ten times 0.1 are not 1
+        assert 5 < len(steps) < STEPS
+
+    def test_takes_other_inputs_where_rounding_decides(self, monkeypatch):
+        drawn = iter([0.5, 0.25, *[0.125] * 300])
+        monkeypatch.setattr(module, "_drawn", lambda *_: (next(drawn),))
+        text = "controller c\ninput x\noutput y = where(x * x >= 0.25, 1, 0)\nevery 1 s\n"
+        assert sequence(unit_of(text))[0].inputs == (0.25,)
+
+    def test_ends_before_numbers_that_no_target_holds(self):
+        text = "controller c\ninput x\nstate s = 1\nnext s = 1e30 * s\noutput y = s\nevery 1 s\n"
+        assert [v.outputs[0] for v in sequence(unit_of(text))] == pytest.approx([1, 1e30, 1e60, 1e90])
+
+    def test_a_step_that_depends_on_rounding_from_the_start_is_refused(self):
+        text = "controller c\nstate s = 0.1\nnext s = s\noutput y = where(3 * s > 0.3, 1, 0)\nevery 1 s\n"
+        with pytest.raises(CodegenError, match="rounding does not decide"):
+            sequence(unit_of(text))
+
+    def test_the_state_stays_where_a_system_refuses(self):
+        text = GAPS.format(name="gaps", otherwise="error")
+        text += "controller c\ninput x in [-2, 2]\nstate n = 0\nnext n = n + 1\noutput y = gaps(x) + n\nevery 1 s\n"
+        counted = 0
+        for vector in sequence(unit_of(text)):
+            if vector.refused:
+                assert math.isnan(vector.outputs[0])
+            elif not math.isnan(vector.inputs[0]):
+                assert vector.outputs[0] in (counted, counted + 1)
+                counted += 1
+
+
+def test_tolerance_is_relative_to_the_largest_output():
+    steps = sequence(unit_of(TEXTS["pid"]))
+    largest = max(abs(v.outputs[0]) for v in steps if not math.isnan(v.outputs[0]))
+    assert tolerance(steps, 0, "double") == 1e-12 * largest
+    assert tolerance(steps, 0, "float") == 1e-4 * largest
