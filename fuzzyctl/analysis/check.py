@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.source import SourceText
-from fuzzyctl.loading.load import choose, chosen_name, look_through
+from fuzzyctl.loading.load import Examined, choose, chosen_name, look_through
 from fuzzyctl.model.checks.checks import check_model
 from fuzzyctl.model.checks.profile_limits import kept
 from fuzzyctl.model.profiles import as_profile
@@ -90,12 +90,18 @@ def check_source(
     Returns:
         The systems and controllers without errors, and all diagnostics sorted by location.
     """
+    return check_examined(look_through(source, folder=folder), guarantees=guarantees, profile=profile)
+
+
+def check_examined(
+    examined: Examined, *, guarantees: bool = True, profile: str | None = None
+) -> tuple[tuple[FuzzySystem | Controller, ...], list[Diagnostic]]:
+    """Check all systems and controllers of a source that is read; see `check_source`."""
     from fuzzyctl.analysis.work import Work
 
-    examined = look_through(source, folder=folder)
     diagnostics, sound, work = examined.diagnostics, [], Work()
     for system in examined.systems:
-        system, found = _under(system, profile, source)
+        system, found = _under(system, profile, examined.source)
         found = found if _has_errors(found) else [*found, *_analysed(system, work, guarantees=guarantees)[1]]
         diagnostics = [*diagnostics, *found]
         if not _has_errors(found):
@@ -104,25 +110,20 @@ def check_source(
 
 
 def check_changed(
-    source: SourceText,
-    change: Callable[[FuzzySystem], FuzzySystem],
-    *,
-    folder: Path | None = None,
-    system: str | None = None,
+    examined: Examined, change: Callable[[FuzzySystem], FuzzySystem], *, system: str | None = None
 ) -> Checked:
     """Check one system of a source as it is after a change, such as with other params or under another profile.
 
     Args:
-        source: The text.
+        examined: The source.
         change: Returns the system that is analysed.
-        folder: Where the files stand that it uses; None for a text that may use none.
         system: Name of the system, where the file holds several.
 
     Raises:
         DiagnosticError: What the change raises.
     """
-    examined = look_through(source, folder=folder)
-    chosen, diagnostics = choose(source, examined.systems, examined.reported(examined.diagnostics), system)
+    reported = examined.reported(examined.diagnostics)
+    chosen, diagnostics = choose(examined.source, examined.systems, reported, system)
     if chosen is None:
         return Checked(None, (), diagnostics)
     changed = change(chosen)

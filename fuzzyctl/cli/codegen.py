@@ -24,7 +24,9 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 if TYPE_CHECKING:
     from fuzzyctl.analysis.verdicts import Verdict
     from fuzzyctl.codegen.fixed_format import Format
-    from fuzzyctl.diagnostics.source import SourceText
+    from fuzzyctl.codegen.unit import Precision
+    from fuzzyctl.loading.load import Examined
+    from fuzzyctl.model.controller import Controller
     from fuzzyctl.model.system import FuzzySystem
 
 
@@ -61,9 +63,9 @@ def codegen(
     form: str,
     choice: Choice,
 ) -> int:
-    """Write a system as C, Structured Text or Python.
+    """Write a system or a controller as C, Structured Text or Python.
 
-    C is C99, Structured Text that of IEC 61131-3.
+    C is C99, Structured Text that of IEC 61131-3. A file with a controller is written as its controller.
 
     \b
     fuzzyctl codegen rules/ais_reaction.fz --target c -o build
@@ -76,37 +78,118 @@ def codegen(
     chosen = _format(fixed, target, precision)
     if target == "python" and precision == "float":
         raise click.BadParameter("Python has double precision only", param_hint="--float")
-    source = source_of(file)
-    system, verdicts = _passed(source, Path(file).parent, choice)
-    from fuzzyctl.codegen.files import generate, write
-    from fuzzyctl.codegen.fixed import fixed_point
-    from fuzzyctl.codegen.unit import prepare
+    from fuzzyctl.loading.load import choose_controller, look_through
 
-    unit = prepare(
-        system,
-        source.text,
-        settings=assignments(choice.settings, [p.name for p in system.params], "param"),
-        algorithm=algorithm,
-        precision="float" if precision == "float" else "double",
-        table=table,
-        small=target != "python",
-        verdicts=verdicts,
-    )
-    generated = generate(unit, target, fixed_point(unit, chosen) if chosen else None)
-    data = {
-        "system": system.name,
-        "semantics": system.method.semantics.profile,
-        "target": target,
-        "algorithm": unit.algorithm.name,
-        "files": [str(p) for p in write(generated, Path(out))],
-        "errors": dict(generated.errors),
-        "guarantees": {v.claim: type(v).__name__.lower() for v in verdicts},
-    }
+    source = source_of(file)
+    examined = look_through(source, folder=Path(file).parent)
+    numbers: Precision = "float" if precision == "float" else "double"
+    controller = choose_controller(examined, choice.name)
+    if controller is not None:
+        _refuse_for_controllers(controller, chosen, table)
+        data = _written_controller(examined, controller, choice, target, Path(out), algorithm, numbers)
+    else:
+        data = _written_system(examined, choice, target, Path(out), algorithm, numbers, chosen, table)
     if form == "json":
         write_json(data)
     else:
         say("\n".join(_told(data)))
     return DONE
+
+
+def _written_system(
+    examined: Examined,
+    choice: Choice,
+    target: str,
+    out: Path,
+    algorithm: str,
+    precision: Precision,
+    fixed: Format | None,
+    table: int | None,
+) -> dict[str, Any]:
+    """Write the files of a system and return what is reported."""
+    from fuzzyctl.codegen.files import generate, write
+    from fuzzyctl.codegen.fixed import fixed_point
+    from fuzzyctl.codegen.unit import prepare
+
+    system, verdicts = _passed(examined, choice)
+    unit = prepare(
+        system,
+        examined.source.text,
+        settings=assignments(choice.settings, [p.name for p in system.params], "param"),
+        algorithm=algorithm,
+        precision=precision,
+        table=table,
+        small=target != "python",
+        verdicts=verdicts,
+    )
+    generated = generate(unit, target, fixed_point(unit, fixed) if fixed else None)
+    return {
+        "system": system.name,
+        "semantics": system.method.semantics.profile,
+        "target": target,
+        "algorithm": unit.algorithm.name,
+        "files": [str(p) for p in write(generated, out)],
+        "errors": dict(generated.errors),
+        "guarantees": {v.claim: type(v).__name__.lower() for v in verdicts},
+    }
+
+
+def _written_controller(
+    examined: Examined,
+    controller: Controller,
+    choice: Choice,
+    target: str,
+    out: Path,
+    algorithm: str,
+    precision: Precision,
+) -> dict[str, Any]:
+    """Write the files of a controller and return what is reported.
+
+    Raises:
+        DiagnosticError: With all that `fuzzyctl check` finds, if some of it is an error.
+    """
+    from fuzzyctl.analysis.check import check_examined
+    from fuzzyctl.codegen.files import write
+    from fuzzyctl.codegen.steps.files import generate_step
+    from fuzzyctl.codegen.steps.unit import prepare_step
+
+    _, diagnostics = check_examined(examined, profile=choice.profile)
+    if any(d.severity == "error" for d in diagnostics):
+        raise DiagnosticError(diagnostics)
+    show(diagnostics)
+    controller = choice.changed_controller(controller)
+    unit = prepare_step(
+        controller,
+        examined.source.text,
+        settings=assignments(choice.settings, [p.name for p in controller.params], "param"),
+        algorithm=algorithm,
+        precision=precision,
+        small=target != "python",
+        guarded=target == "st",
+    )
+    return {
+        "controller": controller.name,
+        "target": target,
+        "algorithms": {u.system.name: u.algorithm.name for u in unit.systems},
+        "files": [str(p) for p in write(generate_step(unit, target), out)],
+        "errors": {},
+    }
+
+
+def _refuse_for_controllers(controller: Controller, fixed: Format | None, table: int | None) -> None:
+    """Refuse what only systems have.
+
+    Raises:
+        CodegenError: For fixed point, with the state whose error has no bound.
+        BadParameter: For a lookup table.
+    """
+    from fuzzyctl.codegen.steps.unit import require_no_fixed_point
+
+    if table is not None:
+        message = f"'{controller.name}' is a controller, whose steps no table holds; name a system with --system"
+        raise click.BadParameter(message, param_hint="--table")
+    if fixed is not None:
+        require_no_fixed_point(controller)
 
 
 def _told(data: dict[str, Any]) -> Iterator[str]:
@@ -117,7 +200,7 @@ def _told(data: dict[str, Any]) -> Iterator[str]:
     yield from (f"proved: {output} is off by {at_most(error)} at most" for output, error in data["errors"].items())
 
 
-def _passed(source: SourceText, folder: Path, choice: Choice) -> tuple[FuzzySystem, tuple[Verdict, ...]]:
+def _passed(examined: Examined, choice: Choice) -> tuple[FuzzySystem, tuple[Verdict, ...]]:
     """Return a system that passes `fuzzyctl check` with its params set and under the profile; warnings are printed.
 
     Raises:
@@ -125,7 +208,7 @@ def _passed(source: SourceText, folder: Path, choice: Choice) -> tuple[FuzzySyst
     """
     from fuzzyctl.analysis.check import check_changed
 
-    checked = check_changed(source, choice.changed, folder=folder, system=choice.name)
+    checked = check_changed(examined, choice.changed, system=choice.name)
     if checked.system is None:
         raise DiagnosticError(checked.diagnostics)
     show([*checked.diagnostics, *_undecided(checked.verdicts)])

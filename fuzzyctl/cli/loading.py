@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import wraps
 from pathlib import Path
@@ -14,6 +15,7 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 if TYPE_CHECKING:
     from fuzzyctl.diagnostics.source import SourceText
     from fuzzyctl.loading.load import Examined
+    from fuzzyctl.model.controller import Controller
     from fuzzyctl.model.system import FuzzySystem
 
 
@@ -38,13 +40,36 @@ class Choice:
             DiagnosticError: For what is wrong with the system then; it comes from the command line, not from the file.
         """
         values = assignments(self.settings, [p.name for p in system.params], "param")
-        try:
+        with self._blamed():
             system = system.with_params(**values) if values else system
+        return under(system, self.profile)
+
+    def changed_controller(self, controller: Controller) -> Controller:
+        """Return a controller with the params set, all its systems under the profile.
+
+        Raises:
+            DiagnosticError: For what is wrong with it then.
+        """
+        from fuzzyctl.loading.controllers import with_params
+
+        values = assignments(self.settings, [p.name for p in controller.params], "param")
+        with self._blamed():
+            controller = with_params(controller, values) if values else controller
+        return self._under(controller)
+
+    def _under(self, controller: Controller) -> Controller:
+        systems = tuple(under(s, self.profile) for s in controller.systems)
+        return replace(controller, systems=systems, controllers=tuple(map(self._under, controller.controllers)))
+
+    @contextmanager
+    def _blamed(self) -> Iterator[None]:
+        """Blame the command line for what is wrong after its params are set."""
+        try:
+            yield
         except DiagnosticError as error:
             facts = (f"with {' '.join(f'--set {text}' for text in self.settings)}",)
             blamed = [replace(d, facts=(*d.facts, *facts), help="give --set another value") for d in error.diagnostics]
             raise DiagnosticError(blamed) from None
-        return under(system, self.profile)
 
 
 def chooses(command: Callable[..., Any]) -> Callable[..., Any]:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Final
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.expr import Expr, ExprError, evaluate, span_of
-from fuzzyctl.kernels.plan.expansion import DEEPEST_INSTANCES, equations_of
+from fuzzyctl.kernels.plan.expansion import DEEPEST_INSTANCES, equations_of, with_values
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.loading.assembly import Part
 from fuzzyctl.model.controller import Controller, Signal
@@ -102,6 +102,20 @@ class Controllers:
             self._parts_left -= MOST_PARTS // 20
             return list(error.diagnostics)
         return []
+
+
+def with_params(controller: Controller, values: Mapping[str, float]) -> Controller:
+    """Return a controller with some params set to numbers.
+
+    Raises:
+        DiagnosticError: For a param, a start or a period that is out of its range then.
+    """
+    changed = with_values(controller, values)
+    mistakes = list(_numbers(changed, ParamValues(changed.params, partial=True)))
+    if mistakes:
+        raise DiagnosticError(mistakes)
+    equations_of(changed)
+    return changed
 
 
 def _numbers(controller: Controller, params: ParamValues) -> Iterator[Diagnostic]:

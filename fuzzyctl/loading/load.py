@@ -189,7 +189,27 @@ def choose(
     return (None, [*diagnostics, found]) if isinstance(found, Diagnostic) else (found, diagnostics)
 
 
-_Block = TypeVar("_Block", "FuzzySystem", "Controller")
+def choose_controller(examined: Examined, name: str | None) -> Controller | None:
+    """Return the controller of a file, or the one named; None where a system is meant.
+
+    A file with a controller is meant as its controller: the systems are what it calls.
+
+    Raises:
+        DiagnosticError: Where several controllers are there and none is named, and for a name that no block has.
+    """
+    if not examined.controllers or (name is not None and name in [s.name for s in examined.systems]):
+        return None
+    found: FuzzySystem | Controller | Diagnostic = _chosen(examined.source, examined.controllers, "controller", name)
+    if name is not None and isinstance(found, Diagnostic):
+        blocks: Sequence[FuzzySystem | Controller] = (*examined.systems, *examined.controllers)
+        found = _chosen(examined.source, blocks, "system or controller", name)
+    if isinstance(found, Diagnostic):
+        raise DiagnosticError([found])
+    assert not isinstance(found, FuzzySystem), "systems are looked for before"
+    return found
+
+
+_Block = TypeVar("_Block", "FuzzySystem", "Controller", "FuzzySystem | Controller")
 
 
 def _chosen(source: SourceText, blocks: Sequence[_Block], kind: str, name: str | None) -> _Block | Diagnostic:
@@ -206,7 +226,7 @@ def _chosen(source: SourceText, blocks: Sequence[_Block], kind: str, name: str |
     else:
         near = closest(name, names)
         message, help_text = f"the file holds no {kind} '{name}'", f"did you mean '{near}'?" if near else ""
-    facts = (f"{kind}s: {', '.join(names)}",) if names else ()
+    facts = (f"{kind.replace(' or', 's or')}s: {', '.join(names)}",) if names else ()
     return Diagnostic("FZ502", message, facts=facts, help=help_text, file=source.name)
 
 

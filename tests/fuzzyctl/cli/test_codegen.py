@@ -107,6 +107,141 @@ class TestCodegen:
         assert run(RULES / "tipper.fz", "--target", "c", "--algorithm", "interpolation").exit_code == 1
 
 
+CONTROLLERS = """system surface
+and product
+defuzzifier weighted_average
+input e in [-1, 1]
+  terms N P
+output u in [-1, 1] else {otherwise}
+  a = constant({low})
+  b = constant(1)
+if e is N then u is a
+if e is P then u is b
+require u >= -1
+
+controller first "The first"
+input r
+param K in (0, 10] = 2
+state s in [0, 1] = 0.5 * K / 2
+next s = s + r
+output y = surface(K * r) + s
+every 10 ms
+
+controller second
+block inner = first(0.5, K=1)
+output y = inner.y
+every 10 ms
+"""
+
+
+class TestController:
+    @pytest.fixture
+    def file(self, tmp_path):
+        text = CONTROLLERS.format(otherwise=0, low=-1)
+        (tmp_path / "two.fz").write_text(text, encoding="utf-8")
+        (tmp_path / "one.fz").write_text(text[: text.index("controller second")], encoding="utf-8")
+        (tmp_path / "refuted.fz").write_text(
+            text.replace("constant(-1)", "constant(-2)").replace("[-1, 1] else", "[-3, 1] else"), encoding="utf-8"
+        )
+        return "one.fz"
+
+    @pytest.mark.parametrize(
+        ("target", "files"),
+        [("c", ["first.h", "first.c", "first_selftest.c"]), ("st", ["first.st"]), ("python", ["first.py"])],
+    )
+    def test_is_what_a_file_with_one_is_written_as(self, run, file, target, files):
+        result = run(file, "--target", target)
+        assert result.exit_code == 0, result.output
+        assert result.output.splitlines() == [f"wrote {name}" for name in files]
+
+    def test_is_chosen_by_name_as_systems_are(self, run, file, tmp_path):
+        assert run("two.fz", "--target", "st", "--system", "second").exit_code == 0
+        assert run("two.fz", "--target", "st", "--system", "surface").exit_code == 0
+        assert {"second.st", "surface.st"} <= set(names(tmp_path))
+
+    @pytest.mark.parametrize(
+        ("options", "message", "facts"),
+        [
+            ([], "the file holds several controllers, and none is chosen", "controllers: first, second"),
+            (
+                ["--system", "fist"],
+                "the file holds no system or controller 'fist'",
+                "systems or controllers: surface, first, second",
+            ),
+        ],
+    )
+    def test_that_is_not_chosen_is_asked_for(self, run, file, options, message, facts):
+        result = run("two.fz", "--target", "c", *options)
+        assert result.exit_code == 1
+        assert f"error[FZ502]: {message}" in result.output
+        assert facts in result.output
+
+    def test_prints_what_it_wrote_as_json(self, run, file):
+        data = json.loads(run(file, "--target", "c", "--format", "json").stdout)
+        assert data == {
+            "controller": "first",
+            "target": "c",
+            "algorithms": {"surface": "interpolation"},
+            "files": ["first.h", "first.c", "first_selftest.c"],
+            "errors": {},
+        }
+
+    def test_takes_params_an_algorithm_a_profile_and_single_precision(self, run, file, tmp_path):
+        options = ["--set", "K=1.5", "--algorithm", "rules", "--as", "fuzzylite_6", "--float", "float"]
+        result = run(file, "--target", "c", *options)
+        assert result.exit_code == 0, result.output
+        header = (tmp_path / "first.h").read_text(encoding="utf-8")
+        assert "// Param set: K = 1.5" in header
+        assert "// Calls surface: rules; it was asked for" in header
+        assert "float first_step(first_state *state, float r);" in header
+        assert "s = 0.375F" in (tmp_path / "first.c").read_text(encoding="utf-8")
+
+    @pytest.mark.parametrize(
+        ("setting", "message"),
+        [
+            ("K=0", "param 'K' is 0, outside of (0, 10]"),
+            ("K=5", "the start of state 's' is 1.25, outside of [0, 1]"),
+            ("k=1", "no param 'k'"),
+            ("K=x", "param 'K' is no number: 'x'"),
+        ],
+    )
+    def test_params_that_it_cannot_take_are_refused(self, run, file, tmp_path, setting, message):
+        result = run(file, "--target", "c", "--set", setting)
+        assert result.exit_code == 1
+        assert message in result.output
+        assert not (tmp_path / "first.c").exists()
+
+    def test_has_no_lookup_table(self, run, file):
+        result = run(file, "--target", "c", "--table", "9")
+        assert result.exit_code == 2
+        assert "'first' is a controller, whose steps no table holds; name a system with --system" in result.output
+        assert run(file, "--target", "c", "--table", "9", "--system", "surface").exit_code == 0
+
+    def test_has_no_fixed_point_since_no_error_of_its_state_is_bounded(self, run, file):
+        result = run(file, "--target", "c", "--fixed", "Q3.12")
+        assert result.exit_code == 1
+        assert "fixed point needs a bound of the error of state 's' over all steps, and none is proved" in result.output
+        assert run(file, "--target", "c", "--fixed", "Q3.12", "--system", "surface").exit_code == 0
+
+    def test_is_not_written_where_a_guarantee_of_its_systems_is_refuted(self, run, file, tmp_path):
+        result = run("refuted.fz", "--target", "c", "--system", "first")
+        assert result.exit_code == 1
+        assert "the guarantee 'u >= -1' does not hold" in result.output
+        assert names(tmp_path) == ["one.fz", "refuted.fz", "two.fz"]
+
+    def test_is_not_written_where_the_file_has_errors(self, run, file, tmp_path):
+        (tmp_path / "one.fz").write_text(CONTROLLERS.format(otherwise=0, low=-1).replace("next s = s + r\n", ""))
+        result = run(file, "--target", "c")
+        assert result.exit_code == 1
+        assert "state 's' has no 'next' line" in result.output
+        assert names(tmp_path) == ["one.fz", "refuted.fz", "two.fz"]
+
+    def test_an_algorithm_that_a_system_does_not_allow_is_refused(self, run, file):
+        result = run(file, "--target", "c", "--algorithm", "diagonals")
+        assert result.exit_code == 1
+        assert "the system has no table of diagonals" in result.output
+
+
 #: A system whose guarantee holds, but takes subdivision.
 OPEN = """system gaussians
 input x in [0, 10]
