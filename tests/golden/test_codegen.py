@@ -8,15 +8,18 @@ from pathlib import Path
 
 import pytest
 
-from fuzzyctl import __version__, load
+from fuzzyctl import __version__, load, load_controller
 from fuzzyctl.analysis.prove import quickly
 from fuzzyctl.codegen.files import generate
 from fuzzyctl.codegen.fixed import fixed_point
 from fuzzyctl.codegen.fixed_format import to_format
+from fuzzyctl.codegen.steps.files import generate_step
+from fuzzyctl.codegen.steps.unit import prepare_step
 from fuzzyctl.codegen.unit import prepare
 
 HERE = Path(__file__).parent / "codegen"
 RULES = Path(__file__).parents[2] / "rules"
+VALVE = Path(__file__).parents[1] / "targets" / "valve.fz"
 
 #: Folder of the golden files: rule file, target, format of fixed point, options.
 CASES = {
@@ -29,16 +32,30 @@ CASES = {
     "st": ("ais_reaction", "st", None, {}),
     "python": ("ais_reaction", "python", None, {}),
 }
+#: The same for a controller: target, options.
+STEPS = {
+    "c-step": ("c", {}),
+    "c-step-float": ("c", {"precision": "float"}),
+    "st-step": ("st", {"guarded": True}),
+    "python-step": ("python", {}),
+}
 
 
 def generated(case):
     """Return the files of a case without their self-test, in which all numbers stand."""
+    if case in STEPS:
+        target, options = STEPS[case]
+        unit = prepare_step(load_controller(VALVE), VALVE.read_text(encoding="utf-8"), **options)
+        return without_version(unit, generate_step(unit, target).files)
     rules, target, form, options = CASES[case]
     path = RULES / f"{rules}.fz"
     system = load(path)
     unit = prepare(system, path.read_text(encoding="utf-8"), verdicts=quickly(system)[0], **options)
     fixed = fixed_point(unit, to_format(form)) if form else None
-    files = generate(unit, target, fixed).files
+    return without_version(unit, generate(unit, target, fixed).files)
+
+
+def without_version(unit, files):
     return {
         name: text.replace(f"fuzzyctl {__version__}", "fuzzyctl VERSION").replace(unit.digest, "DIGEST")
         for name, text in files.items()
@@ -46,7 +63,7 @@ def generated(case):
     }
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", [*CASES, *STEPS])
 def test_the_text_is_as_it_stands_in_the_file(case):
     # Under another suffix, so that tools take the files for texts.
     files = {f"{name}.txt": text for name, text in generated(case).items()}

@@ -47,11 +47,13 @@ class Case:
         file: Name of the rule file.
         options: Of `fuzzyctl codegen`.
         tools: Which targets can take it: an AVR has 8 KB for the self-test's vectors, and no `double`.
+        folder: Where the rule file stands.
     """
 
     file: str
     options: tuple[str, ...]
     tools: tuple[str, ...] = ("arm", "avr", "cppcheck")
+    folder: Path = RULES
 
     @property
     def name(self) -> str:
@@ -69,6 +71,8 @@ CASES: Final = (
     Case("fcafsmc", ("--float", "float"), ("arm", "cppcheck")),
     Case("tipper", ()),
     Case("tipper", ("--float", "float")),
+    Case("valve", (), ("arm", "cppcheck"), HERE),
+    Case("valve", ("--float", "float"), folder=HERE),
 )
 
 
@@ -95,7 +99,7 @@ def call(*command: str | Path) -> str:
 def generate(case: Case, folder: Path) -> tuple[Path, Path]:
     """Write the C of a case and return its source and its self-test."""
     command = "from fuzzyctl.cli.main import main; main()"
-    rule_file = RULES / f"{case.file}.fz"
+    rule_file = case.folder / f"{case.file}.fz"
     call(sys.executable, "-c", command, "codegen", rule_file, "--target", "c", *case.options, "-o", folder)
     return folder / f"{case.file}.c", folder / f"{case.file}_selftest.c"
 

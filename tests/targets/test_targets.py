@@ -12,6 +12,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 from tests.targets import run
 
 FIXED = run.Case("ais_reaction", ("--fixed", "Q3.12"))
+CONTROLLER = run.Case("valve", (), folder=run.HERE)
 
 
 def required(job: str) -> str:
@@ -27,6 +28,12 @@ def test_integers_agree_on_a_target(job: str, tmp_path: Path) -> None:
     assert "352 vectors agree" in said or said.startswith("no rule but")
 
 
+@pytest.mark.parametrize("job", ["arm", "cppcheck"])
+def test_the_steps_of_a_controller_agree_on_a_target(job: str, tmp_path: Path) -> None:
+    said = run.JOBS[required(job)][1](*run.generate(CONTROLLER, tmp_path))
+    assert "200 vectors agree" in said or said.startswith("no rule but")
+
+
 @pytest.mark.parametrize("job", ["arm", "avr"])
 def test_a_wrong_kernel_is_found(job: str, tmp_path: Path) -> None:
     source, selftest = run.generate(FIXED, tmp_path)
@@ -40,7 +47,7 @@ def test_a_wrong_kernel_is_found(job: str, tmp_path: Path) -> None:
 
 def test_every_case_names_jobs_and_a_rule_file() -> None:
     assert {job for case in run.CASES for job in case.tools} == set(run.JOBS)
-    assert all((run.RULES / f"{case.file}.fz").exists() for case in run.CASES)
+    assert all((case.folder / f"{case.file}.fz").exists() for case in run.CASES)
 
 
 def test_a_tool_that_fails_is_quoted() -> None:
