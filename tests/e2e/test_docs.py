@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shutil
+import subprocess
 import sys
 import tomllib
 from pathlib import Path
@@ -28,6 +29,20 @@ def test_every_example_of_a_page_does_what_the_page_says(
     monkeypatch.setenv("MPLBACKEND", "Agg")
     again = page in FOLLOWED and (sizes.LONG or page.name not in SLOW)
     follow(page, tmp_path, 2 if again else 1)
+
+
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
+def test_the_c_of_the_how_to_compiles_and_agrees(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shutil.copytree(ROOT / "rules", tmp_path / "rules")
+    monkeypatch.chdir(tmp_path)
+    follow(DOCS / "how-to" / "run-on-a-microcontroller.md", tmp_path)
+    strict = ["gcc", "-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wconversion"]
+    for folder, user in (("build", "loop.c"), ("motor", "motor/timer.c")):
+        subprocess.run([*strict, f"-I{folder}", "-c", user, "-o", "user.o"], check=True)
+        sources = [str(p) for p in Path(folder).glob("*.c") if str(p) != user]
+        subprocess.run([*strict, *sources, "-lm", "-o", "selftest"], check=True)
+        done = subprocess.run(["./selftest"], capture_output=True, text=True, check=True)
+        assert ", 0 failures" in done.stdout
 
 
 class TestTheRunnerItself:
