@@ -71,7 +71,7 @@ CASES: Final = (
     Case("fcafsmc", ("--float", "float"), ("arm", "cppcheck")),
     Case("tipper", ()),
     Case("tipper", ("--float", "float")),
-    Case("valve", (), ("arm", "cppcheck"), HERE),
+    Case("valve", (), ("arm", "cppcheck", "host steps", "arm steps"), HERE),
     Case("valve", ("--float", "float"), folder=HERE),
 )
 
@@ -107,12 +107,16 @@ def generate(case: Case, folder: Path) -> tuple[Path, Path]:
 def on_arm(source: Path, selftest: Path) -> str:
     """Run a self-test on QEMU's Cortex-M4 and return the size of the kernel and the verdict."""
     program = source.with_suffix(".elf")
-    start = call("arm-none-eabi-gcc", *M4, "-print-file-name=rdimon-crt0.o").strip()
-    given = [HERE / "cortex_m4.c", start, source, selftest]
-    linked = ["--specs=rdimon.specs", "-nostartfiles", "-T", HERE / "cortex_m4.ld", "-lm", "-o", program]
-    call("arm-none-eabi-gcc", *STRICT, *M4, *given, *linked)
+    _linked_for_arm(program, source, selftest)
     said = call("qemu-system-arm", *QEMU, program)
     return f"{_size('arm-none-eabi', [*M4], source)} bytes, {_verdict(said)}"
+
+
+def _linked_for_arm(program: Path, *sources: str | Path) -> None:
+    """Compile and link sources with the start-up code of a Cortex-M4."""
+    start = call("arm-none-eabi-gcc", *M4, "-print-file-name=rdimon-crt0.o").strip()
+    linked = ["--specs=rdimon.specs", "-nostartfiles", "-T", HERE / "cortex_m4.ld", "-lm", "-o", program]
+    call("arm-none-eabi-gcc", *STRICT, *M4, HERE / "cortex_m4.c", start, *sources, *linked)
 
 
 def on_avr(source: Path, selftest: Path) -> str:
@@ -127,6 +131,47 @@ def on_avr(source: Path, selftest: Path) -> str:
     if "exit 0" not in said:
         raise FailedError(said)
     return f"{_size('avr', AVR, source)} bytes, {_verdict(said)}"
+
+
+def steps_on_host(source: Path, _selftest: Path) -> str:
+    """Make 10,000 steps on this machine and compare them with those of the kernel."""
+    program = source.with_suffix(".host")
+    call("gcc", *STRICT, f"-I{source.parent}", HERE / "steps.c", source, "-o", program, "-lm")
+    return _compared(call(program))
+
+
+def steps_on_arm(source: Path, _selftest: Path) -> str:
+    """Make the same steps on QEMU's Cortex-M4."""
+    program = source.with_suffix(".steps.elf")
+    _linked_for_arm(program, f"-I{source.parent}", HERE / "steps.c", source)
+    return _compared(call("qemu-system-arm", *QEMU, program))
+
+
+def _compared(said: str) -> str:
+    """Compare what `steps.c` prints with the steps of the kernel.
+
+    Raises:
+        FailedError: Where a number is off by more than 1e-12 of the largest one.
+    """
+    import fuzzyctl
+
+    step = fuzzyctl.compile(fuzzyctl.load_controller(HERE / "valve.fz"), "python")
+    state, seed, total, worst = step.start(), 1, 0.0, 0.0
+    rows = iter(said.splitlines())
+    for k in range(1, 10_001):
+        inputs = []
+        for _ in range(2):
+            seed = (seed * 1664525 + 1013904223) % 2**32
+            inputs.append((seed >> 8) / 8388608.0)
+        outputs, state = step(*inputs, state)
+        total += sum(outputs)
+        if k % 100 == 0:
+            found = [float(word) for word in next(rows, "nan nan nan").split()]
+            off = [abs(a - b) / max(1.0, abs(b)) for a, b in zip(found, (*outputs, total), strict=True)]
+            worst = max([worst, *off]) if all(x == x for x in off) else float("inf")
+    if worst > 1e-12:
+        raise FailedError(f"steps are off by {worst:g}\n{said}")
+    return f"10,000 steps agree to {worst:.1g}"
 
 
 def misra(source: Path, _selftest: Path) -> str:
@@ -162,6 +207,8 @@ JOBS: Final[dict[str, tuple[tuple[str, ...], Callable[[Path, Path], str]]]] = {
     "arm": (("arm-none-eabi-gcc", "qemu-system-arm"), on_arm),
     "avr": (("avr-gcc", "simavr"), on_avr),
     "cppcheck": (("cppcheck",), misra),
+    "host steps": (("gcc",), steps_on_host),
+    "arm steps": (("arm-none-eabi-gcc", "qemu-system-arm"), steps_on_arm),
 }
 
 
