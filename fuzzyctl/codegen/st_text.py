@@ -299,6 +299,9 @@ class STText:
         self.integers.append(name)
         if statement.wants_rest:
             rest = self._declared(statement.rest)
+            absent = sorted(self._missing[n] for n in read(statement.x) if n in self._missing)
+            if absent:
+                yield f"{self._flag(rest)} := {' OR '.join(absent)};"
             yield f"{rest} := LIMIT({self.number(knots[0])}, {x}, {self.number(knots[-1])});"
             x = rest
         yield f"{name} := 0;"

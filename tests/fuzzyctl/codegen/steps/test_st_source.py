@@ -7,7 +7,7 @@ import pytest
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.steps.st_source import function_block
 from tests.fuzzyctl.codegen.steps.targets import by_kernel, by_structured_text, rows_for, unit_of
-from tests.fuzzyctl.codegen.steps.texts import TEXTS
+from tests.fuzzyctl.codegen.steps.texts import GAPS, SURFACE, TEXTS
 from tests.fuzzyctl.codegen.structured_text import Block
 
 
@@ -41,6 +41,15 @@ class TestBlock:
         rows = rows_for(unit_of(text), 80)
         found, expected = by_structured_text(unit_of(text, "st"), rows), by_kernel(text, rows)
         assert (expected == expected).any()
+        assert found == pytest.approx(expected, rel=1e-12, nan_ok=True)
+
+    @pytest.mark.parametrize("algorithm", ["auto", "active", "rules"])
+    def test_systems_take_a_number_that_is_missing_as_the_kernel_does(self, algorithm):
+        text = GAPS.format(name="gaps", otherwise="nan") + SURFACE
+        text += "controller c\ninput x\ninput y\noutput z = surface(gaps(x), y)\nevery 1 s\n"
+        rows = rows_for(unit_of(text), 80)
+        found, expected = by_structured_text(unit_of(text, "st", algorithm=algorithm), rows), by_kernel(text, rows)
+        assert 10 < (expected != expected).sum() < 70
         assert found == pytest.approx(expected, rel=1e-12, nan_ok=True)
 
     def test_quotients_by_numbers_need_no_guard(self):
