@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +18,7 @@ from fuzzyctl.cli.common import (
     assignments,
     show,
 )
-from fuzzyctl.cli.loading import Choice, chooses, source_of
+from fuzzyctl.cli.loading import Choice, chooses, source_of, under
 from fuzzyctl.cli.streams import say, write_json
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
@@ -157,7 +158,7 @@ def _written_controller(
     if any(d.severity == "error" for d in diagnostics):
         raise DiagnosticError(diagnostics)
     show(diagnostics)
-    controller = choice.changed_controller(controller)
+    controller = _under(choice.with_settings(controller), choice.profile)
     unit = prepare_step(
         controller,
         examined.source.text,
@@ -174,6 +175,12 @@ def _written_controller(
         "files": [str(p) for p in write(generate_step(unit, target), out)],
         "errors": {},
     }
+
+
+def _under(controller: Controller, profile: str | None) -> Controller:
+    """Return a controller whose systems are under a profile."""
+    systems = tuple(under(s, profile) for s in controller.systems)
+    return replace(controller, systems=systems, controllers=tuple(_under(c, profile) for c in controller.controllers))
 
 
 def _refuse_for_controllers(controller: Controller, fixed: Format | None, table: int | None) -> None:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import wraps
 from pathlib import Path
@@ -40,36 +39,33 @@ class Choice:
             DiagnosticError: For what is wrong with the system then; it comes from the command line, not from the file.
         """
         values = assignments(self.settings, [p.name for p in system.params], "param")
-        with self._blamed():
+        try:
             system = system.with_params(**values) if values else system
+        except DiagnosticError as error:
+            raise self._blamed(error) from None
         return under(system, self.profile)
 
-    def changed_controller(self, controller: Controller) -> Controller:
-        """Return a controller with the params set, all its systems under the profile.
+    def with_settings(self, block: Controller) -> Controller:
+        """Return a controller with the params set.
 
         Raises:
-            DiagnosticError: For what is wrong with it then.
+            DiagnosticError: As `changed`.
         """
+        values = assignments(self.settings, [p.name for p in block.params], "param")
+        if not values:
+            return block
         from fuzzyctl.loading.controllers import with_params
 
-        values = assignments(self.settings, [p.name for p in controller.params], "param")
-        with self._blamed():
-            controller = with_params(controller, values) if values else controller
-        return self._under(controller)
-
-    def _under(self, controller: Controller) -> Controller:
-        systems = tuple(under(s, self.profile) for s in controller.systems)
-        return replace(controller, systems=systems, controllers=tuple(map(self._under, controller.controllers)))
-
-    @contextmanager
-    def _blamed(self) -> Iterator[None]:
-        """Blame the command line for what is wrong after its params are set."""
         try:
-            yield
+            return with_params(block, values)
         except DiagnosticError as error:
-            facts = (f"with {' '.join(f'--set {text}' for text in self.settings)}",)
-            blamed = [replace(d, facts=(*d.facts, *facts), help="give --set another value") for d in error.diagnostics]
-            raise DiagnosticError(blamed) from None
+            raise self._blamed(error) from None
+
+    def _blamed(self, error: DiagnosticError) -> DiagnosticError:
+        """Return a mistake with the settings that it comes from."""
+        facts = (f"with {' '.join(f'--set {text}' for text in self.settings)}",)
+        blamed = [replace(d, facts=(*d.facts, *facts), help="give --set another value") for d in error.diagnostics]
+        return DiagnosticError(blamed)
 
 
 def chooses(command: Callable[..., Any]) -> Callable[..., Any]:
