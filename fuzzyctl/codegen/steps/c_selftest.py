@@ -8,12 +8,12 @@ from fuzzyctl.codegen.c_selftest import comparison, head, literal, report, worst
 from fuzzyctl.codegen.c_source import nan_lines
 from fuzzyctl.codegen.c_text import INDENT, wrapped
 from fuzzyctl.codegen.steps.c_layout import StepLayout
-from fuzzyctl.codegen.steps.sequence import tolerance
+from fuzzyctl.codegen.steps.sequence import Steps
 from fuzzyctl.codegen.steps.unit import StepUnit
 from fuzzyctl.codegen.vectors import Vector
 
 
-def selftest(unit: StepUnit, steps: Sequence[Vector]) -> str:
+def selftest(unit: StepUnit, steps: Steps) -> str:
     """Return the text of NAME_selftest.c."""
     layout = StepLayout(unit)
     name = layout.name
@@ -21,12 +21,12 @@ def selftest(unit: StepUnit, steps: Sequence[Vector]) -> str:
     lines = [*head(name, about), ""]
     if unit.precision == "double":
         lines += ["#if DBL_MANT_DIG < 53", '#error "double must have 64 bits; generate single precision"', "#endif", ""]
-    lines += [f"#define VECTORS {len(steps)}", ""]
+    lines += [f"#define VECTORS {len(steps.vectors)}", ""]
     lines += [*nan_lines(unit.precision, f"{name}_selftest", makes=False), "", *_tables(layout, steps), ""]
     return "\n".join([*lines, *_main(layout)]) + "\n"
 
 
-def _tables(layout: StepLayout, steps: Sequence[Vector]) -> Iterator[str]:
+def _tables(layout: StepLayout, steps: Steps) -> Iterator[str]:
     real, precision = layout.real, layout.unit.precision
 
     def row(numbers: Sequence[float]) -> str:
@@ -34,7 +34,7 @@ def _tables(layout: StepLayout, steps: Sequence[Vector]) -> Iterator[str]:
 
     def table(declaration: str, text: Callable[[Vector], str]) -> Iterator[str]:
         yield f"static const {declaration} = {{"
-        yield from wrapped([text(v) + "," for v in steps], INDENT, between="")
+        yield from wrapped([text(v) + "," for v in steps.vectors], INDENT, between="")
         yield "};"
 
     if layout.arguments:
@@ -42,7 +42,7 @@ def _tables(layout: StepLayout, steps: Sequence[Vector]) -> Iterator[str]:
     yield from table(f"{real} expected[VECTORS][{len(layout.outputs)}]", lambda v: row(v.outputs))
     if layout.unit.refusals:
         yield from table(f"{layout.name}_status refused[VECTORS]", lambda v: layout.status(v.refused))
-    allowed = [tolerance(steps, k, precision) for k in range(len(layout.outputs))]
+    allowed = [steps.tolerance(k, precision) for k in range(len(layout.outputs))]
     yield f"static const {real} tolerance[{len(allowed)}] = {row(allowed)};"
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 import random
 from collections import deque
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
@@ -14,7 +14,7 @@ import numpy as np
 from fuzzyctl.codegen.errors import CodegenError
 from fuzzyctl.codegen.single_precision import LANES, Numbers, Roundings, nearest
 from fuzzyctl.codegen.steps.unit import StepUnit, ends_of
-from fuzzyctl.codegen.unit import TOLERANCE
+from fuzzyctl.codegen.unit import TOLERANCE, Precision
 from fuzzyctl.codegen.vectors import Vector, rounded
 from fuzzyctl.diagnostics.diagnostic import NoRuleFiresError
 from fuzzyctl.expr import Name
@@ -44,49 +44,78 @@ _OFF: Final = (0, 1, -1, 0)
 Found = tuple[list[float], list[float], str]
 
 
-def sequence(unit: StepUnit, *, seed: int = 1) -> list[Vector]:
-    """Return the steps that a target must make, from the first state on.
+@dataclass
+class Steps:
+    """Steps that a target must make, from the first state on.
+
+    Args:
+        scales: What errors of each output, then of each slot, are relative to.
+        vectors: The steps.
+    """
+
+    scales: list[float]
+    vectors: list[Vector] = field(default_factory=list)
+
+    def tolerance(self, output: int, precision: Precision) -> float:
+        """Return the largest error of an output that a self-test allows: what rounding may make of it."""
+        return TOLERANCE[precision] * self.scales[output]
+
+
+def sequence(unit: StepUnit, *, seed: int = 1) -> Steps:
+    """Return the steps that a target must make.
 
     Where rounding decides, such as at a jump, a step has other inputs. Where none are found, or numbers grow beyond all
-    bounds, the sequence ends.
+    bounds, the sequence ends. Errors are relative to the largest magnitudes of outputs; where that ends the sequence
+    early, as for a difference that is 0 but for rounding, to those of inputs and starts.
 
     Raises:
         CodegenError: Where it would be empty.
     """
-    steps = list(_steps(unit, random.Random(seed)))
-    if not steps:
+    found = _steps(unit, random.Random(seed), 0.0)
+    if len(found.vectors) < STEPS:
+        found = max(found, _steps(unit, random.Random(seed), _magnitude(unit)), key=lambda steps: len(steps.vectors))
+    if not found.vectors:
         raise CodegenError("no inputs are found at which rounding does not decide the first step")
-    return steps
+    return found
 
 
-def tolerance(steps: Sequence[Vector], output: int, precision: str) -> float:
-    """Return the largest error of an output that a self-test allows: what rounding may make of it."""
-    allowed = TOLERANCE["float" if precision == "float" else "double"]
-    return allowed * max(abs(v.outputs[output]) if math.isfinite(v.outputs[output]) else 0.0 for v in steps)
+def _magnitude(unit: StepUnit) -> float:
+    """Return the largest magnitude of inputs and starts."""
+    ends = [abs(x) for signal in unit.controller.inputs for x in ends_of(unit, signal.bounds)]
+    starts = [abs(slot.start) for slot in unit.slots if math.isfinite(slot.start)]
+    return max([*ends, *starts], default=0.0) or 1.0
 
 
-def _steps(unit: StepUnit, rng: random.Random) -> Iterator[Vector]:
+def _steps(unit: StepUnit, rng: random.Random, least: float) -> Steps:
+    """Draw a sequence.
+
+    Args:
+        unit: What makes the steps.
+        rng: Draws the inputs.
+        least: What errors are relative to at least.
+    """
     kernel = Step(unit.equations, "python")
     state = kernel.start()
     copies = _Single(unit) if unit.precision == "float" else _Double(unit, rng)
-    scales = [0.0] * len(unit.program.results)
+    steps = Steps([least] * len(unit.program.results))
     point: tuple[float, ...] = ()
     for k in range(STEPS):
         missing = _without_a_step(unit, k, point)
         if missing:
-            yield Vector(missing, (math.nan,) * len(unit.outputs))
+            steps.vectors.append(Vector(missing, (math.nan,) * len(unit.outputs)))
             continue
         for _ in range(_DRAWS):
             drawn = _drawn(unit, rng, point)
-            wider = _wider(scales, copies.tried(drawn), unit)
+            wider = _wider(steps.scales, copies.tried(drawn), unit)
             if wider:
                 break
         else:
-            return
-        point, scales = drawn, wider
+            break
+        point, steps.scales = drawn, wider
         copies.keep()
         vector, state = _made(kernel, unit, point, state)
-        yield vector
+        steps.vectors.append(vector)
+    return steps
 
 
 def _made(kernel: Step, unit: StepUnit, point: tuple[float, ...], state: Numbers) -> tuple[Vector, Numbers]:
