@@ -75,7 +75,9 @@ def sequence(unit: StepUnit, *, seed: int = 1) -> Steps:
     if len(found.vectors) < STEPS:
         found = max(found, _steps(unit, random.Random(seed), _magnitude(unit)), key=lambda steps: len(steps.vectors))
     if not found.vectors:
-        raise CodegenError("no inputs are found at which rounding does not decide the first step")
+        raise CodegenError(
+            "no first step is found that is finite and that rounding does not decide: there is no self-test"
+        )
     return found
 
 

@@ -55,6 +55,11 @@ class TestSequence:
         with pytest.raises(CodegenError, match="rounding does not decide"):
             sequence(unit_of(text))
 
+    def test_a_step_that_is_infinite_from_the_start_is_refused(self):
+        text = "controller c\nstate s = inf\nnext s = 1\noutput y = s\nevery 1 s\n"
+        with pytest.raises(CodegenError, match="no first step is found that is finite"):
+            sequence(unit_of(text))
+
     def test_the_state_stays_where_a_system_refuses(self):
         text = GAPS.format(name="gaps", otherwise="error")
         text += "controller c\ninput x in [-2, 2]\nstate n = 0\nnext n = n + 1\noutput y = gaps(x) + n\nevery 1 s\n"
