@@ -37,6 +37,30 @@ output u in [-1, 1]
 if e is near then u is a
 if e is far then u is b
 """
+ADAPTIVE = """system gain
+defuzzifier weighted_average
+param gamma = 4
+input s in [-2, 2]
+  terms N Z P
+input e in [-2, 2]
+output F in [-0.5, 0.5] adaptive rate gamma * s / (e + 3)
+  terms N=-0.1 Z=0 P=0.1
+table F = s
+     N Z P
+   | N Z P
+"""
+HOLDING = """system pump
+defuzzifier weighted_average
+input level in [-2, 2]
+  low  = triangle(-inf, -2, -0.5)
+  high = triangle(0.5, 2, inf)
+output on in [0, 1] else hold(0)
+  terms no=0 yes=1
+output speed in [0, 5] else hold
+  terms slow=1 fast=4
+if level is low then on is yes, speed is fast
+if level is high then on is no, speed is slow
+"""
 PID = """controller {name} "Fuzzy PID controller"
 source "a book: Eq. (1)"
 input r in [-2, 2] unit "m"
@@ -72,6 +96,9 @@ TEXTS = {
     "output w = delay(sqrt(y), 6)\nevery 1 ms\n",
     "curved": CURVED
     + "controller smooth\ninput x in [-2, 2]\noutput y = curved(x) + sin(x) + exp(-x * x)\nevery 1 ms\n",
+    "adaptive": ADAPTIVE + "controller adaptive\ninput x in [-2, 2]\ninput y in [-2, 2]\noutput f = gain(x, y)\n",
+    "holding": HOLDING + "controller holding\ninput x in [-2, 2]\nlet p = pump(x)\noutput a = p.on\n"
+    "output b = max(p.speed, 1.5) + p.speed\nevery 10 ms\n",
     "greek": "controller ρύθμιση\ninput σ in [-2, 2]\nstate double = 0\nnext double = 0.5 * double + σ\n"
     "output Σ = double\nevery 1 ms\n",
 }
