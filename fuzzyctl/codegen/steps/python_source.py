@@ -29,21 +29,29 @@ def module(unit: StepUnit) -> str:
     """
     names = Names([*PYTHON_RESERVED, *_OWN])
     inputs = [names.claim(i) for i in unit.equations.inputs]
-    states = [s.name for s in unit.equations.states]
     lines = [f"# {line}".rstrip() for line in described_step(unit)]
     lines += ["", "import math", "from math import inf, nan", ""]
-    lines += [f"INPUTS = {list(unit.equations.inputs)!r}", f"OUTPUTS = {list(unit.outputs)!r}", f"STATES = {states!r}"]
+    lines += [f"INPUTS = {list(unit.equations.inputs)!r}", f"OUTPUTS = {list(unit.outputs)!r}"]
+    lines += [f"STATES = [{', '.join(_state_names(unit))}]"]
     lines += [f"PERIOD = {unit.equations.period!r}  # [s]"] if unit.equations.period is not None else []
     lines += [f"{table} = {values!r}" for table, values in unit.program.tables]
     lines += ["", *helpers(functions(unit.program) | {"divide"})]
-    starts = [s.start for s in unit.equations.states]
-    lines += [
-        "",
-        "def start():",
-        f'{INDENT}"""Return the state before the first step."""',
-        f"{INDENT}return {starts!r}",
-    ]
+    starts = [f"*[{s.start!r}] * {s.length}" if s.length > 1 else repr(s.start) for s in unit.slots]
+    lines += ["", "def start():", f'{INDENT}"""Return the state before the first step."""']
+    lines += [f"{INDENT}return [{', '.join(starts)}]"]
     return "\n".join([*lines, "", "", *_step(unit, inputs)]) + "\n"
+
+
+def _state_names(unit: StepUnit) -> Iterator[str]:
+    """Yield the texts of the names of the states, those of a delay as one."""
+    place = 0
+    for slot in unit.slots:
+        names = [s.name for s in unit.equations.states[place : place + slot.length]]
+        place += slot.length
+        if names == [f"{slot.name}.{k}" for k in range(slot.length)]:
+            yield f'*(f"{slot.name}.{{k}}" for k in range({slot.length}))'
+        else:
+            yield from map(repr, names)
 
 
 def _step(unit: StepUnit, inputs: list[str]) -> Iterator[str]:

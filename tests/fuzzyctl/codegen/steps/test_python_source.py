@@ -35,6 +35,11 @@ class TestModule:
             (_, own), (_, kept) = names["step"](x, own), step(x, kept)
             assert own == kept.tolist()
 
+    def test_does_not_grow_with_a_delay(self):
+        text = TEXTS["waits"].replace("30", "10000")
+        assert len(module(unit_of(text, "python"))) < 2000
+        assert len(run(text)["start"]()) == 10_003
+
     def test_leaves_what_it_is_given_as_it_is(self):
         step, state = run(TEXTS["pid"])["step"], [1.0, 1.0, 0.5, 0.25]
         _, after = step(1.0, 0.0, state)
