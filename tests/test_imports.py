@@ -15,7 +15,7 @@ ORDER = [
     ["records"],
     ["diagnostics"],
     ["expr", "support"],
-    ["formulas"],
+    ["experiments", "formulas"],
     ["lang", "model"],
     ["formats", "kernels", "resolve"],
     ["comparison", "explain", "loading"],
@@ -26,6 +26,7 @@ ORDER = [
 #: The same for the sub-packages of packages.
 SUBORDER = {
     "analysis": [["coverage", "multilinear"], ["branch_and_bound"]],
+    "experiments": [["results", "settings"]],
     "formats": [["common"], ["fuzzylite"], ["fll"], ["fcl", "fis"], ["fml"]],
     "kernels": [["program"], ["interval", "plan"], ["inference"], ["algorithms"], ["backends"], ["steps"]],
     "kernels/backends": [["python"], ["numba"], ["numpy"]],
@@ -62,7 +63,11 @@ HOMES = {
     "pygments": {"fuzzyctl/lang/highlight.py"},
     "pyarrow": {"apps/dwmr/output/data/parquet_file.py"},
     "distributed": {"apps/dwmr/sweep/cluster.py"},
-    "scipy": {"apps/dwmr/calibration/search.py", "apps/dwmr/output/data/mat_file.py", "apps/dwmr/sweep/intervals.py"},
+    "scipy": {
+        "apps/dwmr/calibration/search.py",
+        "apps/dwmr/output/data/mat_file.py",
+        "fuzzyctl/experiments/intervals.py",
+    },
 }
 
 

@@ -15,10 +15,10 @@ from dwmr.cli.main import main
 from dwmr.control import laws
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.core import jit
-from dwmr.output.folder import results
 from dwmr.scenario.file import find, read
 from dwmr.simulation import simulate
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+from fuzzyctl.experiments.results.folder import results
 from fuzzyctl.support.shipped import rules_folder
 from tests.dwmr.process import LONG, dwmr, here
 

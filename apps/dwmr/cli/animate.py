@@ -95,7 +95,7 @@ def _check_film(path: Path, fps: int) -> None:
 
 def _film(task: run_options.Task, law: str, path: Path, speed: float, fps: int) -> bool:
     """Run, draw and write; return whether the run came to its end."""
-    from dwmr.output.folder import one_file
+    from fuzzyctl.experiments.results.folder import one_file
 
     run_options.check(task, (law,))
     with one_file(path) as files:

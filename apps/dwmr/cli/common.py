@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
 def read_scenario(scenario: str, overrides: Sequence[str]) -> ScenarioFile:
     """Read a scenario given as a shipped name or a path; an unknown name or a malformed override is wrong usage."""
-    from dwmr.config import overrides as values
     from dwmr.scenario import file
+    from fuzzyctl.experiments.settings import overrides as values
 
     try:
         return file.read(file.find(scenario), overrides)

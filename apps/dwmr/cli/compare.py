@@ -124,9 +124,9 @@ def _plan(
     overrides: Sequence[str],
 ) -> Plan:
     """Lay out and check the runs of one scenario; unknown names are wrong usage."""
-    from dwmr.config.overrides import OverrideError
     from dwmr.scenario.file import UnknownScenarioError, find
     from dwmr.sweep import comparison
+    from fuzzyctl.experiments.settings.overrides import OverrideError
 
     try:
         path = find(scenario)
@@ -156,8 +156,8 @@ def _compute(plans: Sequence[Plan], rules_folder: Path | None, who: tuple[int | 
 
 
 def _write(path: Path, found: Sequence[Entry]) -> None:
-    from dwmr.output.folder import one_file
     from dwmr.sweep.results import write_csv
+    from fuzzyctl.experiments.results.folder import one_file
 
     columns = {f.name: [getattr(one, f.name) for one in found] for f in dataclasses.fields(found[0])}
     with one_file(path) as files:

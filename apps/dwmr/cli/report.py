@@ -34,7 +34,7 @@ def report(
 
 def _report(task: run_options.Task, names: tuple[str, ...], path: Path) -> bool:
     """Check, run and write; return whether every run came to its end."""
-    from dwmr.output.folder import one_file
+    from fuzzyctl.experiments.results.folder import one_file
 
     run_options.check(task, names)
     _require_plotly()

@@ -16,8 +16,8 @@ from dwmr.cli.common import Begin, interrupts_wait, mistakes_as_diagnostics, sta
 from fuzzyctl.cli.streams import say, write_json
 
 if TYPE_CHECKING:
-    from dwmr.output.folder import Results
     from dwmr.simulation.simulate import Trajectory
+    from fuzzyctl.experiments.results.folder import Results
 
 
 @click.command(context_settings={"show_default": True})
@@ -63,8 +63,8 @@ def _run(
     task: run_options.Task, names: Sequence[str], folder: Path, formats: Sequence[str], begin: Begin
 ) -> tuple[dict[str, Any], list[str]]:
     """Check, run and write; return the summary and the names of the files."""
-    from dwmr.output.folder import results
     from dwmr.output.outputs import NAMES
+    from fuzzyctl.experiments.results.folder import results
 
     begin("proving", 0)
     run_options.check(task, names)

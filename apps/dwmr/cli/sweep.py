@@ -59,8 +59,8 @@ def sweep(
 
 def _plan(spec: Path, rules_folder: Path | None, overrides: Sequence[str]) -> tuple[SpecFile, Plan]:
     """Read the SPEC, lay out its runs and check them."""
-    from dwmr.config.overrides import OverrideError
     from dwmr.sweep import plan, spec_file
+    from fuzzyctl.experiments.settings.overrides import OverrideError
 
     if not spec.exists():
         raise click.UsageError(f"no SPEC {str(spec)[:200]!r}: there is no such file")
@@ -84,10 +84,10 @@ def _sweep(
     resume: bool,
 ) -> dict[str, Any]:
     """Compute what is not done yet, write the results, and return what there is to say."""
-    from dwmr.output.folder import results
     from dwmr.sweep import journal, provenance
     from dwmr.sweep.results import NAMES, write
     from dwmr.sweep.worker import Setup
+    from fuzzyctl.experiments.results.folder import results
 
     rests_on = provenance.describe(file, plan, overrides)
     setup = Setup(plan.rules_folder, tuple(sorted(plan.used.items())), file.spec.measures)

@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from dwmr.config.locations import EXTENDS, Places
-from dwmr.config.toml_locations import Path as Key
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import did_you_mean
+from fuzzyctl.experiments.settings.toml_locations import Path as Key
 
 #: Scenario files are small; a larger one is refused before it is read.
 LARGEST_FILE = 1 << 20

@@ -6,11 +6,11 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from dwmr.config.overrides import split_key
-from dwmr.config.toml_locations import key_places
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import closest
+from fuzzyctl.experiments.settings.overrides import split_key
+from fuzzyctl.experiments.settings.toml_locations import key_places
 
 #: Table whose values every robot takes over unless it has its own.
 COMMON = "robot"

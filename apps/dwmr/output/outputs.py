@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from dwmr.output.folder import Results
+from fuzzyctl.experiments.results.folder import Results
 
 if TYPE_CHECKING:
     from dwmr.scenario.model import Scenario

@@ -13,7 +13,6 @@ from pydantic import ValidationError
 
 from dwmr.config.layers import LARGEST_FILE, SHIPPED, merge, read_bytes, read_layers, shipped_names
 from dwmr.config.locations import COMMON, EXTENDS, Places
-from dwmr.config.overrides import OverrideError, override, shorten
 from dwmr.reference.path_files import LARGEST_PATH, PathRows, read_rows
 from dwmr.reference.prepared import Shape, shape_of
 from dwmr.scenario import shared_robot
@@ -23,6 +22,7 @@ from dwmr.scenario.model import Robot, Scenario
 from dwmr.scenario.remarks import remarks
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.suggestions import did_you_mean
+from fuzzyctl.experiments.settings.overrides import OverrideError, override, shorten
 
 __all__ = [
     "LARGEST_FILE",

@@ -7,9 +7,9 @@ from typing import Any
 
 from dwmr.config.layers import overlay, replaced
 from dwmr.config.locations import COMMON, Places
-from dwmr.config.toml_locations import Path as Key
 from dwmr.scenario.mistakes import show
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.experiments.settings.toml_locations import Path as Key
 
 
 def give(data: Mapping[str, Any], places: Places) -> dict[str, Any]:

@@ -11,13 +11,13 @@ from typing import Any
 
 from dwmr.scenario import file
 from dwmr.sweep import plan, spec_file
-from dwmr.sweep.intervals import mean_interval, share_interval
 from dwmr.sweep.plan import Plan, Run
 from dwmr.sweep.results import unit
 from dwmr.sweep.spec import Measure
 from dwmr.sweep.spec_file import SpecFile
 from dwmr.sweep.variables import has
 from dwmr.sweep.worker import Outcome
+from fuzzyctl.experiments.intervals import mean_interval, share_interval
 
 #: What varies unless one says otherwise.
 VARIATION = Path(__file__).with_name("variation.toml")

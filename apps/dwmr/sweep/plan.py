@@ -10,7 +10,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from dwmr.config.overrides import OverrideError, split_key
 from dwmr.control import laws as controllers
 from dwmr.control.fuzzy_gains import Known, Rules
 from dwmr.scenario import file as scenario_file
@@ -20,6 +19,7 @@ from dwmr.sweep.spec_file import SpecFile
 from dwmr.sweep.variables import Variable, expand, generator, literal
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.suggestions import did_you_mean
+from fuzzyctl.experiments.settings.overrides import OverrideError, split_key
 
 #: More runs than this are refused: their results are kept in memory until the end.
 MOST_RUNS = 1_000_000

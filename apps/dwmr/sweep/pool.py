@@ -13,9 +13,9 @@ from itertools import islice
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 
-from dwmr.core.processes import interrupts_blocked
 from dwmr.sweep.plan import Run
 from dwmr.sweep.worker import Outcome, Setup, work
+from fuzzyctl.support.processes import interrupts_blocked
 
 #: Runs that wait in the queue of each worker, so that none has to wait for its next one.
 AHEAD = 3

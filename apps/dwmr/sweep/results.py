@@ -8,11 +8,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from dwmr.output.folder import Results
 from dwmr.sweep.journal import ABOUT
 from dwmr.sweep.plan import Run
 from dwmr.sweep.variables import literal
 from dwmr.sweep.worker import Outcome
+from fuzzyctl.experiments.results.folder import Results
 
 #: Files that a sweep may leave.
 NAMES = ("results.csv", "results.parquet", ABOUT, "times.csv")

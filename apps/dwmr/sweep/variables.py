@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel
 
-from dwmr.config.overrides import join_key, split_key
 from dwmr.scenario.model import Scenario
 from dwmr.sweep.spec import Distribution
 from dwmr.sweep.spec_file import SpecFile
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.suggestions import did_you_mean
+from fuzzyctl.experiments.settings.overrides import join_key, split_key
 
 #: Part of a key that stands for every robot, or every element of a list.
 _STAR = "*"

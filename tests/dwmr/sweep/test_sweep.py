@@ -7,16 +7,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from dwmr.config.overrides import join_key, override, split_key
 from dwmr.scenario.file import read as read_scenario
 from dwmr.sweep import journal, plan, provenance, results, spec_file, worker
 from dwmr.sweep.journal import NAME, Journal
 from dwmr.sweep.variables import Variable, expand, literal
 from dwmr.sweep.worker import Outcome, Setup
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+from fuzzyctl.experiments.settings.overrides import override
 
 SPEC = """
 scenario = "paper"
@@ -119,18 +117,6 @@ class TestSpec:
         (tmp_path / "mine.toml").write_text('extends = "paper"\nname = "mine"\n', encoding="utf-8")
         found = made(tmp_path, SPEC.replace('"paper"', '"mine.toml"'))
         assert {run.scenario for run in found.runs} == {"mine"}
-
-
-class TestKeys:
-    @given(
-        st.lists(st.text(st.characters(exclude_categories=["C", "Zl", "Zp"], exclude_characters="\"'\\"), min_size=1))
-    )
-    def test_parts_come_back(self, parts):
-        assert split_key(join_key(parts)) == (parts or [""])
-
-    @pytest.mark.parametrize("key", ['a."b', "a=b", "a.'b"])
-    def test_what_is_no_dotted_key_is_one_part(self, key):
-        assert split_key(key) == [key]
 
 
 class TestVariables:
