@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from dwmr.calibration.parameters import keys
-from dwmr.config.layers import SHIPPED
+from dwmr.config.shipped import SHIPPED
 from dwmr.scenario.file import ScenarioFile
 from fuzzyctl.experiments.settings.overrides import override
 

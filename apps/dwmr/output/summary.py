@@ -8,9 +8,9 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from dwmr.config.locations import Places
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.scenario.file import ScenarioFile
+from fuzzyctl.experiments.settings.locations import Places
 
 _PACKAGES = ("fuzzyctl", "numpy", "numba")
 

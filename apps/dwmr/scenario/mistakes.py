@@ -10,11 +10,12 @@ from typing import Any, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
-from dwmr.config.locations import COMMON, EXTENDS, Places
+from dwmr.config.shipped import COMMON
 from dwmr.control.roles import ROLES
 from dwmr.scenario.model import FULL_TURN, Scenario
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.suggestions import did_you_mean
+from fuzzyctl.experiments.settings.locations import EXTENDS, Places
 from fuzzyctl.support.shipped import rules_folder
 
 #: Mistakes of the elements of one list that are reported; a list with more of them is another list.

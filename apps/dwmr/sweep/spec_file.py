@@ -12,13 +12,13 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from dwmr.config.layers import LARGEST_FILE, read_bytes
 from dwmr.scenario.file import UnknownScenarioError, find
 from dwmr.scenario.mistakes import length, requirement, show
 from dwmr.sweep.spec import Distribution, Spec
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import did_you_mean
+from fuzzyctl.experiments.settings.layers import LARGEST_FILE, read_bytes
 from fuzzyctl.experiments.settings.overrides import join_key, split_key
 from fuzzyctl.experiments.settings.toml_locations import key_places
 
