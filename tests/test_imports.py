@@ -26,7 +26,7 @@ ORDER = [
 #: The same for the sub-packages of packages.
 SUBORDER = {
     "analysis": [["coverage", "multilinear"], ["branch_and_bound"]],
-    "experiments": [["results", "settings"]],
+    "experiments": [["settings"], ["results"]],
     "formats": [["common"], ["fuzzylite"], ["fll"], ["fcl", "fis"], ["fml"]],
     "kernels": [["program"], ["interval", "plan"], ["inference"], ["algorithms"], ["backends"], ["steps"]],
     "kernels/backends": [["python"], ["numba"], ["numpy"]],
@@ -61,7 +61,7 @@ HOMES = {
     "pydantic": {"apps/dwmr"},
     "PIL": {"apps/dwmr/figures"},
     "pygments": {"fuzzyctl/lang/highlight.py"},
-    "pyarrow": {"apps/dwmr/output/data/parquet_file.py"},
+    "pyarrow": {"fuzzyctl/experiments/results/parquet.py", "apps/dwmr/output/data/parquet_file.py"},
     "distributed": {"apps/dwmr/sweep/cluster.py"},
     "scipy": {
         "apps/dwmr/calibration/search.py",

@@ -138,8 +138,9 @@ def _report(task: run_options.Task, found: Found, path: Path, style: str) -> Non
     """Write the scenario and print what was found."""
     from dwmr.calibration import table
     from dwmr.calibration.writing import scenario_text
-    from dwmr.output import outputs, report
+    from dwmr.output import report
     from dwmr.scenario import template
+    from fuzzyctl.experiments.results.summary import finite
 
     head = (
         f"{task.file.scenario.name} with values fitted to Table 12 by `dwmr calibrate`, cost {found.outcome.cost:.2f}."
@@ -148,7 +149,7 @@ def _report(task: run_options.Task, found: Found, path: Path, style: str) -> Non
     template.write({path: text.encode()}, force=True)
     data: dict[str, Any] = table.as_data(found)
     if style == "json":
-        write_json(outputs.finite(data))
+        write_json(finite(data))
         return
     table.show(report.console(), data)
     if found.interrupted:

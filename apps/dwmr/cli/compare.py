@@ -156,7 +156,7 @@ def _compute(plans: Sequence[Plan], rules_folder: Path | None, who: tuple[int | 
 
 
 def _write(path: Path, found: Sequence[Entry]) -> None:
-    from dwmr.sweep.results import write_csv
+    from fuzzyctl.experiments.results.columns import write_csv
     from fuzzyctl.experiments.results.folder import one_file
 
     columns = {f.name: [getattr(one, f.name) for one in found] for f in dataclasses.fields(found[0])}
@@ -165,7 +165,7 @@ def _write(path: Path, found: Sequence[Entry]) -> None:
             files.write(path.name, lambda part: write_csv(part, columns))
         else:
             from dwmr.output.data import parquet_file
-            from dwmr.output.summary import versions
+            from fuzzyctl.experiments.results.summary import versions
 
             files.write(path.name, lambda part: parquet_file.write_table(part, columns, {"versions": versions()}))
         files.publish()
@@ -173,7 +173,7 @@ def _write(path: Path, found: Sequence[Entry]) -> None:
 
 def _print(found: Sequence[Entry], style: str, runs: int) -> None:
     if style == "json":
-        from dwmr.output.outputs import finite
+        from fuzzyctl.experiments.results.summary import finite
 
         write_json(finite({"runs": runs, "entries": [dataclasses.asdict(one) for one in found]}))
         return

@@ -52,7 +52,7 @@ def run(
             _say(task, summary, names, folder, written)
     finished = [run["stopped"] is None for run in summary["controllers"].values()]
     if style == "json":
-        from dwmr.output.outputs import finite
+        from fuzzyctl.experiments.results.summary import finite
 
         write_json(finite(summary))
     if not all(finished) or len(finished) < len(names):
@@ -115,7 +115,7 @@ def _write(
     move = begin("drawing", 3)
     from dwmr import figures
     from dwmr.output import outputs
-    from dwmr.output.summary import texts
+    from fuzzyctl.experiments.results.summary import write_summary
 
     move(1)  # matplotlib is there
     scenario = task.file.scenario
@@ -128,7 +128,7 @@ def _write(
             files.drop(name)
         move(k + 2)
     begin("writing", 0)
-    outputs.write_summary(files, summary)
-    about = {**summary, "controllers": None, "scenario": {**summary["scenario"], "text": texts(task.file)}}
+    write_summary(files, summary)
+    about = {**summary, "controllers": None, "scenario": {**summary["scenario"], "text": task.file.places.texts()}}
     outputs.write_trajectories(files, trajectories, scenario, about, formats)
     files.publish()

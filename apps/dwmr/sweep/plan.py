@@ -16,10 +16,10 @@ from dwmr.scenario import file as scenario_file
 from dwmr.scenario.file import ScenarioFile
 from dwmr.simulation import preflight
 from dwmr.sweep.spec_file import SpecFile
-from dwmr.sweep.variables import Variable, expand, generator, literal
+from dwmr.sweep.variables import Variable, expand, generator
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.suggestions import did_you_mean
-from fuzzyctl.experiments.settings.overrides import OverrideError, split_key
+from fuzzyctl.experiments.settings.overrides import OverrideError, literal, split_key
 
 #: More runs than this are refused: their results are kept in memory until the end.
 MOST_RUNS = 1_000_000

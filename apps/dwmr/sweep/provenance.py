@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from dwmr.control import laws
-from dwmr.output.summary import texts, versions
 from dwmr.sweep.plan import Plan
 from dwmr.sweep.spec_file import SpecFile
+from fuzzyctl.experiments.results.summary import versions
 
 #: Packages that no result depends on.
 OUTSIDE = ("cli/", "figures/", "page/", "output/data/")
@@ -28,7 +28,7 @@ def describe(file: SpecFile, plan: Plan, overrides: Sequence[str]) -> dict[str, 
             "file": plan.scenario.path.name,
             "sha256": plan.scenario.sha256,
             "inputs": hashlib.sha256("".join(run.sha256 for run in plan.runs).encode()).hexdigest(),
-            "text": texts(plan.scenario),
+            "text": plan.scenario.places.texts(),
         },
         "rules": dict(sorted(plan.used.items())),
         "laws": {law: digest for law, digest in own.items() if digest},

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -137,16 +136,3 @@ def _children(node: Any) -> Mapping[str, Any]:
     if isinstance(node, tuple):
         return {str(k): value for k, value in enumerate(node)}
     return node if isinstance(node, dict) else {}
-
-
-def literal(value: Any) -> str:
-    """Return a value as TOML has it, bit for bit."""
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, str):
-        return json.dumps(value)
-    if isinstance(value, list | tuple):
-        return f"[{', '.join(literal(v) for v in value)}]"
-    if isinstance(value, dict):
-        return f"{{{', '.join(f'{json.dumps(k)} = {literal(v)}' for k, v in value.items())}}}"
-    return repr(value)

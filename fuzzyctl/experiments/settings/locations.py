@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import SourceText, Span
@@ -72,6 +73,11 @@ class Places:
                 if candidate and (span := self._exact(candidate)):
                     return ".".join(path), span, ""
         return ".".join(path), None, ""
+
+    def texts(self) -> list[dict[str, str]]:
+        """Return name and text of the scenario's file and of those it extends, as they were read."""
+        own = {"file": Path(self.source.name).name, "text": self.source.text}
+        return [own, *(self.base.texts() if self.base else ())]
 
     def did_you_mean(self, key: str, known: Collection[str]) -> str:
         """Return a help that names the known key most like the last part of a key, or an empty string.

@@ -11,10 +11,10 @@ import pytest
 from dwmr.scenario.file import read as read_scenario
 from dwmr.sweep import journal, plan, provenance, results, spec_file, worker
 from dwmr.sweep.journal import NAME, Journal
-from dwmr.sweep.variables import Variable, expand, literal
+from dwmr.sweep.variables import Variable, expand
 from dwmr.sweep.worker import Outcome, Setup
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
-from fuzzyctl.experiments.settings.overrides import override
+from fuzzyctl.experiments.settings.overrides import literal, override
 
 SPEC = """
 scenario = "paper"
