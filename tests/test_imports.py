@@ -26,7 +26,7 @@ ORDER = [
 #: The same for the sub-packages of packages.
 SUBORDER = {
     "analysis": [["coverage", "multilinear"], ["branch_and_bound"]],
-    "experiments": [["settings"], ["results"]],
+    "experiments": [["settings"], ["results"], ["sweep"]],
     "formats": [["common"], ["fuzzylite"], ["fll"], ["fcl", "fis"], ["fml"]],
     "kernels": [["program"], ["interval", "plan"], ["inference"], ["algorithms"], ["backends"], ["steps"]],
     "kernels/backends": [["python"], ["numba"], ["numpy"]],
@@ -58,11 +58,11 @@ HOMES = {
     "mpl_toolkits": {"fuzzyctl/plot", "apps/dwmr/figures"},
     "click": {"fuzzyctl/cli", "apps/dwmr/cli"},
     "plotly": {"apps/dwmr/page/plots.py"},
-    "pydantic": {"apps/dwmr"},
+    "pydantic": {"apps/dwmr", "fuzzyctl/experiments/sweep"},
     "PIL": {"apps/dwmr/figures"},
     "pygments": {"fuzzyctl/lang/highlight.py"},
     "pyarrow": {"fuzzyctl/experiments/results/parquet.py", "apps/dwmr/output/data/parquet_file.py"},
-    "distributed": {"apps/dwmr/sweep/cluster.py"},
+    "distributed": {"fuzzyctl/experiments/sweep/cluster.py"},
     "scipy": {
         "apps/dwmr/calibration/search.py",
         "apps/dwmr/output/data/mat_file.py",

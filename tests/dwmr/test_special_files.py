@@ -5,8 +5,8 @@ import os
 import pytest
 
 from dwmr.scenario.file import read
-from dwmr.sweep.journal import journal, require_own
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+from fuzzyctl.experiments.sweep.journal import journal, require_own
 from tests.dwmr.process import dwmr, here
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the platform has no named pipes")

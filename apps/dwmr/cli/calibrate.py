@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from dwmr.cli import run_options
-from dwmr.cli.common import interrupts_wait, mistakes_as_diagnostics, progress, terminated_as_interrupted
+from dwmr.cli.common import mistakes_as_diagnostics
+from fuzzyctl.cli.bars import progress
+from fuzzyctl.cli.interruptions import interrupts_wait, terminated_as_interrupted
 from fuzzyctl.cli.streams import say, write_json
 from fuzzyctl.support.cores import cores
 

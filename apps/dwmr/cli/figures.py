@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING
 import click
 
 from dwmr.cli import run_options
-from dwmr.cli.common import mistakes_as_diagnostics, progress, terminated_as_interrupted
+from dwmr.cli.common import mistakes_as_diagnostics
+from fuzzyctl.cli.bars import progress
+from fuzzyctl.cli.interruptions import terminated_as_interrupted
 from fuzzyctl.cli.streams import say
 
 if TYPE_CHECKING:

@@ -8,7 +8,8 @@ from pathlib import Path
 import click
 
 from dwmr.cli import run_options
-from dwmr.cli.common import interrupts_wait, mistakes_as_diagnostics, terminated_as_interrupted
+from dwmr.cli.common import mistakes_as_diagnostics
+from fuzzyctl.cli.interruptions import interrupts_wait, terminated_as_interrupted
 from fuzzyctl.cli.streams import say
 
 

@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from dwmr.cli import formats as data_formats
 from dwmr.cli import run_options
-from dwmr.cli.common import Begin, interrupts_wait, mistakes_as_diagnostics, stages, terminated_as_interrupted
+from dwmr.cli.common import mistakes_as_diagnostics
+from fuzzyctl.cli import data_formats
+from fuzzyctl.cli.bars import Begin, stages
+from fuzzyctl.cli.interruptions import interrupts_wait, terminated_as_interrupted
 from fuzzyctl.cli.streams import say, write_json
 
 if TYPE_CHECKING:

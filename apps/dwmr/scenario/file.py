@@ -58,6 +58,16 @@ class ScenarioFile:
     folders: tuple[Path, ...] = ()
     files: tuple[Path, ...] = ()
 
+    @property
+    def name(self) -> str:
+        """Name of the scenario."""
+        return self.scenario.name
+
+    @property
+    def settings(self) -> Scenario:
+        """Values by key."""
+        return self.scenario
+
 
 def read(path: Path, overrides: Iterable[str] = ()) -> ScenarioFile:
     """Read a scenario file.

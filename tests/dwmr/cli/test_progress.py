@@ -8,11 +8,11 @@ from contextlib import contextmanager
 
 import pytest
 
-from dwmr.cli.common import progress, stages
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.core import jit
 from dwmr.scenario.file import find, read
 from dwmr.simulation import simulate
+from fuzzyctl.cli.bars import progress, stages
 
 
 class Terminal(io.StringIO):

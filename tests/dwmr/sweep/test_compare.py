@@ -11,8 +11,8 @@ from dwmr.output.data import parquet_file
 from dwmr.scenario.file import find
 from dwmr.sweep import comparison
 from dwmr.sweep.comparison import entries
-from dwmr.sweep.plan import Run
-from dwmr.sweep.worker import Outcome
+from fuzzyctl.experiments.sweep.plan import Run
+from fuzzyctl.experiments.sweep.worker import Outcome
 from tests.dwmr.process import dwmr, here
 
 SHORT = ("--set", "run.horizon=2")
