@@ -11,7 +11,6 @@ from typing import Any, ClassVar, Generic, NamedTuple, Protocol, TypeVar
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.experiments.results.summary import versions
 from fuzzyctl.experiments.settings.layers import UnknownScenarioError, exists
-from fuzzyctl.experiments.settings.locations import Places
 
 
 class Scenario(Protocol):
@@ -30,8 +29,8 @@ class Scenario(Protocol):
         """Values by key: mappings, sequences and pydantic models in one another."""
 
     @property
-    def places(self) -> Places:
-        """Locations of the keys."""
+    def texts(self) -> Sequence[Mapping[str, str]]:
+        """Name and text of each file that was read, as `file` and `text`."""
 
     @property
     def sha256(self) -> str:
@@ -84,14 +83,18 @@ class Runnable(ABC, Generic[S]):
         application: Its name, under which files of results hold their metadata.
         seed: Key of the first number of what a run draws itself, such as noise; each repetition has another one. Empty
             where there is none.
+        common: By the name of a table of tables, the table whose values each of those takes over unless it has its own.
     """
 
     application: ClassVar[str] = "fuzzyctl"
     seed: ClassVar[str] = ""
+    common: ClassVar[Mapping[str, str]] = {}
 
     @abstractmethod
     def read(self, path: Path, overrides: Sequence[str]) -> S:
         """Read a scenario with values that replace its own, each `key=value`.
+
+        A mistake in such a value has `--set key=value` as its file; a sweep reports it at the key of its SPEC.
 
         Raises:
             DiagnosticError: With every mistake.

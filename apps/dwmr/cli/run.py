@@ -131,6 +131,6 @@ def _write(
         move(k + 2)
     begin("writing", 0)
     write_summary(files, summary)
-    about = {**summary, "controllers": None, "scenario": {**summary["scenario"], "text": task.file.places.texts()}}
+    about = {**summary, "controllers": None, "scenario": {**summary["scenario"], "text": task.file.texts}}
     outputs.write_trajectories(files, trajectories, scenario, about, formats)
     files.publish()

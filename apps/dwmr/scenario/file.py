@@ -68,6 +68,11 @@ class ScenarioFile:
         """Values by key."""
         return self.scenario
 
+    @property
+    def texts(self) -> list[dict[str, str]]:
+        """Name and text of its file and of those it extends."""
+        return self.places.texts()
+
 
 def read(path: Path, overrides: Iterable[str] = ()) -> ScenarioFile:
     """Read a scenario file.

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, ClassVar
 
+from dwmr.config.shipped import SCENARIOS
 from dwmr.control import laws
 from dwmr.control.fuzzy_gains import Known, Rules
 from dwmr.scenario import file as scenario_file
@@ -29,6 +30,7 @@ class Robots(Runnable[ScenarioFile]):
 
     application: ClassVar[str] = "dwmr"
     seed: ClassVar[str] = "run.seed"
+    common: ClassVar[Mapping[str, str]] = SCENARIOS.common
 
     rules_folder: Path | None = None
     known: Known = field(default_factory=Known, compare=False, repr=False)

@@ -87,7 +87,7 @@ def make(
     _require_once(file, [o.partition("=")[0] for o in overrides])
     plan = Plan(runnable, [], _read(runnable, file, path, fixed, {}))
     controllers = _controllers(plan, file)
-    variables = expand(file, plan.scenario.settings, plan.scenario.places.common)
+    variables = expand(file, plan.scenario.settings, runnable.common)
     total = count(file) * len(controllers)
     if total > MOST_RUNS:
         message = f"these are {total:,} runs; at most {MOST_RUNS:,} are taken"

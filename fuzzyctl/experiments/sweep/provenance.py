@@ -23,7 +23,7 @@ def describe(file: SpecFile, plan: Plan[Any], overrides: Sequence[str]) -> dict[
             "file": plan.scenario.path.name,
             "sha256": plan.scenario.sha256,
             "inputs": hashlib.sha256("".join(run.sha256 for run in plan.runs).encode()).hexdigest(),
-            "text": plan.scenario.places.texts(),
+            "text": list(plan.scenario.texts),
         },
         "rules": dict(sorted(plan.used.items())),
         "laws": dict(plan.runnable.own_files(plan.scenario, controllers)),

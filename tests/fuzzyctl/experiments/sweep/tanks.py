@@ -26,6 +26,10 @@ class Tank:
     sha256: str
     warnings: tuple = ()
 
+    @property
+    def texts(self):
+        return self.places.texts()
+
 
 @dataclass(frozen=True)
 class Tanks(Runnable[Tank]):
