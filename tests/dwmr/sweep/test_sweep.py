@@ -13,10 +13,10 @@ from dwmr.sweep import columns, plan, provenance
 from dwmr.sweep import spec as spec_file
 from dwmr.sweep.robots import Robots
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
-from fuzzyctl.experiments.sweep import results, worker
+from fuzzyctl.experiments.sweep import worker
 from fuzzyctl.experiments.sweep.provenance import describe, differences
 from fuzzyctl.experiments.sweep.variables import Variable, expand
-from fuzzyctl.experiments.sweep.worker import Outcome, Setup
+from fuzzyctl.experiments.sweep.worker import Setup
 
 SPEC = """
 scenario = "paper"
@@ -299,15 +299,6 @@ class TestWork:
 
 
 class TestResults:
-    def test_have_one_type_a_column(self, tmp_path):
-        runs = made(tmp_path).runs[:3]
-        rows = [{"a": 1, "b": None, "c": "x"}, {"a": 2.5, "c": 1.5}, {"a": 3, "b": 0.5, "c": True}]
-        done = {run.number: Outcome(run.number, row, 0.0) for run, row in zip(runs, rows, strict=True)}
-        found = results.table(runs, done)
-        assert found["a"] == [1.0, 2.5, 3.0]
-        assert found["b"] == [None, None, 0.5]
-        assert found["c"] == ['"x"', "1.5", "true"]
-
     def test_know_their_units(self):
         units = {name: columns.unit(name) for name in ("rmse.leader.theta_e", "chattering.f.v", "robot_gap.f", "run")}
         assert units == {"rmse.leader.theta_e": "rad", "chattering.f.v": "m/s²", "robot_gap.f": "m", "run": ""}

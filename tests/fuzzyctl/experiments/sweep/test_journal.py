@@ -1,3 +1,5 @@
+import os
+
 import pytest
 
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
@@ -70,3 +72,17 @@ class TestJournal:
             pytest.raises(DiagnosticError, match="in use by another sweep"),
         ):
             self.resumed(tmp_path)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the platform has no named pipes")
+def test_a_journal_that_is_a_pipe_is_refused(tmp_path):
+    os.mkfifo(tmp_path / "journal.jsonl")
+    with pytest.raises(DiagnosticError, match="is not a regular file"), journal.journal(tmp_path, {}, resume=True):
+        pass
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the platform has no named pipes")
+def test_a_description_of_a_sweep_that_is_a_pipe_is_no_sweep(tmp_path):
+    os.mkfifo(tmp_path / "sweep.json")
+    with pytest.raises(DiagnosticError, match="no sweep wrote that"):
+        journal.require_own(tmp_path, ["sweep.json"])
