@@ -252,9 +252,10 @@ class TestComparison:
     def test_leaves_out_runs_that_stopped(self, tank):
         found = made(tank)
         outcomes = {one.number: work(setup_of(found, measures=("level",)), one) for one in found.runs}
-        outcomes[0] = dataclasses.replace(outcomes[0], row={"stopped": True, "stop_reason": "it flows over"})
+        outcomes[0] = dataclasses.replace(outcomes[0], row={"stopped": True, "measures.level": 999.0})
         (one, _) = entries(found.runs, outcomes, ["measures.level"], found.runnable.unit)
         assert (one.estimate.n, one.stopped) == (5, 1)
+        assert one.estimate.mean < 3
 
 
 def test_the_description_is_plain_data(tank):
