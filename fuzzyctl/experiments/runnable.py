@@ -127,6 +127,10 @@ class Runnable(ABC, Generic[S]):
         """
         return tuple(names) or ("",)
 
+    def measures(self, scenario: S, controllers: Sequence[str]) -> tuple[str, ...]:
+        """Return the measures that a SPEC may name; none where the class of the SPEC knows them."""
+        return ()
+
     def check(self, scenario: S, controllers: Sequence[str]) -> Mapping[str, UsedFile]:
         """Check a scenario for some controllers without compiling anything, and return the files it rests on, by name.
 

@@ -87,6 +87,7 @@ def make(
     _require_once(file, [o.partition("=")[0] for o in overrides])
     plan = Plan(runnable, [], _read(runnable, file, path, fixed, {}))
     controllers = _controllers(plan, file)
+    _require_measures(plan, file, controllers)
     variables = expand(file, plan.scenario.settings, runnable.common)
     total = count(file) * len(controllers)
     if total > MOST_RUNS:
@@ -146,6 +147,20 @@ def _controllers(plan: Plan[S], file: SpecFile) -> tuple[str, ...]:
         message = f"controllers: there is no {error.kind} {error.name!r}"
         facts, hint = (f"there are {', '.join(error.known)}",), did_you_mean(error.name, error.known)
         raise DiagnosticError([file.diagnostic("FZ904", ("controllers",), message, facts=facts, help=hint)]) from None
+
+
+def _require_measures(plan: Plan[S], file: SpecFile, controllers: Sequence[str]) -> None:
+    """Refuse measures that no run has; they would be missing from the results."""
+    known = plan.runnable.measures(plan.scenario, controllers)
+    mistakes = [
+        file.diagnostic(
+            "FZ904", ("measures",), f"measures: there is no measure {name!r}",
+            facts=(f"there are {', '.join(known)}",), help=did_you_mean(name, known),
+        )
+        for name in file.spec.measures if known and name not in known
+    ]  # fmt: skip
+    if mistakes:
+        raise DiagnosticError(mistakes)
 
 
 def _drafts(

@@ -71,6 +71,9 @@ class Tanks(Runnable[Tank]):
                 raise UnknownNameError("valve", name, VALVES)
         return tuple(names) or ("open",)
 
+    def measures(self, scenario, controllers):
+        return ("level",)
+
     def check(self, scenario, controllers):
         return self._used(scenario)
 

@@ -106,6 +106,7 @@ class TestPlan:
             ('"tank.area" = [4.0, 8.0]', '"tank.aera" = [4.0]', 9, "did you mean 'area'?"),
             ("[4.0, 8.0]", "[4.0, -8.0]", 9, "run 6: tank.area must be > 0, got -8.0"),
             ('"shut"]', '"shot"]', 3, "there is no valve 'shot'"),
+            ('["level"]', '["levle"]', 6, "there is no measure 'levle' did you mean 'level'?"),
             ('"tank.level"', '"tank.depth"', 12, "no number in the scenario that a factor could change"),
             ('"{scenario}"', '"nothing.toml"', 2, "there is no such file"),
         ],
