@@ -79,7 +79,8 @@ def _cluster(address: str) -> Any:
     count = int(address.removeprefix(LOCAL))
     try:
         return distributed.LocalCluster(
-            n_workers=count, threads_per_worker=1, processes=True, host=HOST, dashboard_address=f"{HOST}:0"
+            n_workers=count, threads_per_worker=1, processes=True, host=HOST, dashboard_address=f"{HOST}:0",
+            silence_logs=logging.CRITICAL,  # a worker may ask for the scheduler while both end
         )  # fmt: skip
     except (RuntimeError, OSError) as error:
         raise ClusterError(f"no dask cluster can be started on this computer: {error}") from error
