@@ -15,7 +15,7 @@ ORDER = [
     ["records"],
     ["diagnostics"],
     ["expr", "support"],
-    ["formulas"],
+    ["experiments", "formulas"],
     ["lang", "model"],
     ["formats", "kernels", "resolve"],
     ["comparison", "explain", "loading"],
@@ -27,6 +27,7 @@ ORDER = [
 SUBORDER = {
     "analysis": [["coverage", "multilinear"], ["branch_and_bound"]],
     "codegen": [["steps"]],
+    "experiments": [["settings"], ["results"], ["sweep"]],
     "formats": [["common"], ["fuzzylite"], ["fll"], ["fcl", "fis"], ["fml"]],
     "kernels": [["program"], ["interval", "plan"], ["inference"], ["algorithms"], ["backends"], ["steps"]],
     "kernels/backends": [["python"], ["numba"], ["numpy"]],
@@ -58,12 +59,16 @@ HOMES = {
     "mpl_toolkits": {"fuzzyctl/plot", "apps/dwmr/figures"},
     "click": {"fuzzyctl/cli", "apps/dwmr/cli"},
     "plotly": {"apps/dwmr/page/plots.py"},
-    "pydantic": {"apps/dwmr"},
+    "pydantic": {"apps/dwmr", "fuzzyctl/experiments/sweep"},
     "PIL": {"apps/dwmr/figures"},
     "pygments": {"fuzzyctl/lang/highlight.py"},
-    "pyarrow": {"apps/dwmr/output/data/parquet_file.py"},
-    "distributed": {"apps/dwmr/sweep/cluster.py"},
-    "scipy": {"apps/dwmr/calibration/search.py", "apps/dwmr/output/data/mat_file.py", "apps/dwmr/sweep/intervals.py"},
+    "pyarrow": {"fuzzyctl/experiments/results/parquet.py", "apps/dwmr/output/data/parquet_file.py"},
+    "distributed": {"fuzzyctl/experiments/sweep/cluster.py"},
+    "scipy": {
+        "apps/dwmr/calibration/search.py",
+        "apps/dwmr/output/data/mat_file.py",
+        "fuzzyctl/experiments/intervals.py",
+    },
 }
 
 

@@ -24,6 +24,8 @@ THROUGH = {
     "fuzzyctl/cli/test_compare.py",
     "fuzzyctl/convert": "fuzzyctl/convert/test_markdown.py fuzzyctl/cli/test_convert.py",
     "fuzzyctl/diagnostics": "fuzzyctl/diagnostics/test_diagnostic.py fuzzyctl/cli/test_terminal.py",
+    "fuzzyctl/experiments": "fuzzyctl/experiments/sweep/test_run.py",
+    "fuzzyctl/experiments/sweep": "fuzzyctl/experiments/sweep/test_run.py dwmr/sweep/test_sweep.py",
     "fuzzyctl/explain": "fuzzyctl/cli/test_why.py",
     "fuzzyctl/formats": "fuzzyctl/formats/test_round_trips.py fuzzyctl/formats/test_odd_files.py",
     "fuzzyctl/formats/fcl": "fuzzyctl/formats/fcl/test_fcl_reader.py fuzzyctl/formats/fcl/test_fcl_round_trip.py",

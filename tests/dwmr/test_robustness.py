@@ -15,7 +15,6 @@ from dwmr.cli.main import main
 from dwmr.control import laws
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.core import jit
-from dwmr.output.folder import results
 from dwmr.scenario.file import find, read
 from dwmr.simulation import simulate
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
@@ -133,28 +132,6 @@ class TestFolder:
         done = here("run", "paper", "-o", tmp_path, status=1)
         assert "path.png cannot be written: it is a folder" in done.stderr
         assert [p.name for p in tmp_path.iterdir()] == ["path.png"]
-
-    def test_files_come_all_or_none(self, tmp_path):
-        (tmp_path / "a").write_text("old")
-        with results(tmp_path, ("a", "b")) as files:
-            files.write("a", lambda path: path.write_text("new"))
-            with pytest.raises(DiagnosticError):
-                files.write("b", lambda path: (path / "no" / "such").write_text("new"))
-        assert (tmp_path / "a").read_text() == "old"
-        assert [p.name for p in tmp_path.iterdir()] == ["a"]
-
-    def test_what_an_earlier_run_left_does_not_stay_beside_new_files(self, tmp_path):
-        (tmp_path / "b").write_text("old")
-        (tmp_path / "mine").write_text("kept")
-        with results(tmp_path, ("a", "b")) as files:
-            files.write("a", lambda path: path.write_text("new"))
-            files.publish()
-        assert sorted(p.name for p in tmp_path.iterdir()) == ["a", "mine"]
-
-    def test_that_stays_empty_goes_again(self, tmp_path):
-        with pytest.raises(KeyboardInterrupt), results(tmp_path / "x" / "y", ("a",)):
-            raise KeyboardInterrupt
-        assert list(tmp_path.iterdir()) == []
 
     def test_a_picture_that_cannot_be_drawn_costs_nothing_else(self, tmp_path, monkeypatch, capsys):
         from dwmr import figures

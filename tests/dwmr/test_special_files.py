@@ -5,7 +5,6 @@ import os
 import pytest
 
 from dwmr.scenario.file import read
-from dwmr.sweep.journal import journal, require_own
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
 from tests.dwmr.process import dwmr, here
 
@@ -32,18 +31,6 @@ def test_a_rule_file_that_is_a_pipe_is_refused(tmp_path):
     done = dwmr("check", "mine.toml", status=1, cwd=tmp_path, timeout=120)
     assert "rules.ais_reaction.file" in done.stderr
     assert "is not a regular file" in done.stderr
-
-
-def test_a_journal_that_is_a_pipe_is_refused(tmp_path):
-    os.mkfifo(tmp_path / "journal.jsonl")
-    with pytest.raises(DiagnosticError, match="is not a regular file"), journal(tmp_path, {}, resume=True):
-        pass
-
-
-def test_a_description_of_a_sweep_that_is_a_pipe_is_no_sweep(tmp_path):
-    os.mkfifo(tmp_path / "sweep.json")
-    with pytest.raises(DiagnosticError, match="no sweep wrote that"):
-        require_own(tmp_path, ["sweep.json"])
 
 
 def test_a_name_of_a_law_that_no_file_can_have_is_wrong_usage():

@@ -17,7 +17,7 @@ from dwmr.results.metrics import errors
 from dwmr.scenario.file import find, read
 from dwmr.scenario.model import Obstacle
 from dwmr.simulation import simulate
-from dwmr.sweep.variables import literal
+from fuzzyctl.experiments.settings.overrides import literal
 from tests.sizes import examples
 
 angles = st.floats(-3.1, 3.1)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from dwmr.config.locations import Places
 from dwmr.scenario.model import Scenario
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+from fuzzyctl.experiments.settings.locations import Places
 
 
 class Parameter(NamedTuple):

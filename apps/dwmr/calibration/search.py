@@ -17,8 +17,8 @@ from scipy.stats import qmc
 
 from dwmr.calibration.cost import Outcome, Scorer
 from dwmr.calibration.parameters import PARAMETERS, overrides
-from dwmr.core.processes import interrupts_blocked
 from dwmr.scenario.file import ScenarioFile
+from fuzzyctl.support.processes import interrupts_blocked
 
 Values = tuple[float, ...]
 #: Scores many sets of values, in their order.

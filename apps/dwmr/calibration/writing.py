@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from dwmr.calibration.parameters import keys
-from dwmr.config.layers import SHIPPED
-from dwmr.config.overrides import override
+from dwmr.config.shipped import SHIPPED
 from dwmr.scenario.file import ScenarioFile
+from fuzzyctl.experiments.settings.overrides import override
 
 
 def scenario_text(file: ScenarioFile, values: Mapping[str, float], path: Path, head: str) -> str:

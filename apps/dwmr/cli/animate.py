@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, TypeVar
 import click
 
 from dwmr.cli import run_options
-from dwmr.cli.common import mistakes_as_diagnostics, progress, terminated_as_interrupted
+from dwmr.cli.common import mistakes_as_diagnostics
+from fuzzyctl.cli.bars import progress
+from fuzzyctl.cli.interruptions import terminated_as_interrupted
 from fuzzyctl.cli.streams import say
 
 if TYPE_CHECKING:
@@ -95,7 +97,7 @@ def _check_film(path: Path, fps: int) -> None:
 
 def _film(task: run_options.Task, law: str, path: Path, speed: float, fps: int) -> bool:
     """Run, draw and write; return whether the run came to its end."""
-    from dwmr.output.folder import one_file
+    from fuzzyctl.experiments.results.folder import one_file
 
     run_options.check(task, (law,))
     with one_file(path) as files:

@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from dwmr.cli import run_options
-from dwmr.cli.common import interrupts_wait, mistakes_as_diagnostics, progress, terminated_as_interrupted
+from dwmr.cli.common import mistakes_as_diagnostics
+from fuzzyctl.cli.bars import progress
+from fuzzyctl.cli.interruptions import interrupts_wait, terminated_as_interrupted
 from fuzzyctl.cli.streams import say, write_json
 from fuzzyctl.support.cores import cores
 
@@ -138,8 +140,9 @@ def _report(task: run_options.Task, found: Found, path: Path, style: str) -> Non
     """Write the scenario and print what was found."""
     from dwmr.calibration import table
     from dwmr.calibration.writing import scenario_text
-    from dwmr.output import outputs, report
+    from dwmr.output import report
     from dwmr.scenario import template
+    from fuzzyctl.experiments.results.summary import finite
 
     head = (
         f"{task.file.scenario.name} with values fitted to Table 12 by `dwmr calibrate`, cost {found.outcome.cost:.2f}."
@@ -148,7 +151,7 @@ def _report(task: run_options.Task, found: Found, path: Path, style: str) -> Non
     template.write({path: text.encode()}, force=True)
     data: dict[str, Any] = table.as_data(found)
     if style == "json":
-        write_json(outputs.finite(data))
+        write_json(finite(data))
         return
     table.show(report.console(), data)
     if found.interrupted:

@@ -10,15 +10,20 @@ from typing import TYPE_CHECKING
 
 import click
 
-from dwmr.cli import formats, run_options, worker_options
-from dwmr.cli.common import mistakes_as_diagnostics, terminated_as_interrupted
+from dwmr.cli import run_options
+from dwmr.cli.common import mistakes_as_diagnostics
 from dwmr.control import laws as controllers
+from fuzzyctl.cli import data_formats, worker_options
+from fuzzyctl.cli.interruptions import terminated_as_interrupted
 from fuzzyctl.cli.streams import say, write_json
+from fuzzyctl.cli.sweeps import failures
 
 if TYPE_CHECKING:
+    from dwmr.scenario.file import ScenarioFile
     from dwmr.sweep.comparison import Entry
-    from dwmr.sweep.plan import Plan, Run
-    from dwmr.sweep.spec_file import SpecFile
+    from fuzzyctl.experiments.sweep.plan import Plan
+    from fuzzyctl.experiments.sweep.run import Workers
+    from fuzzyctl.experiments.sweep.spec_file import SpecFile
 
 
 @click.command(context_settings={"show_default": True})
@@ -68,6 +73,7 @@ def compare(
     _require_format(path)
     with mistakes_as_diagnostics(style), terminated_as_interrupted():
         from dwmr.sweep import comparison
+        from fuzzyctl.experiments.sweep.run import Workers
 
         varied = comparison.variation(vary)
         laws = tuple(name.strip() for name in names.split(","))
@@ -75,7 +81,7 @@ def compare(
         _require_once("SCENARIO...", scenarios)
         plans = [_plan(varied, name, laws, runs, seed, rules_folder, overrides) for name in scenarios]
         _require_names(plans)
-        found = _compute(plans, rules_folder, (jobs, cluster))
+        found = _compute(plans, Workers(jobs, cluster))
         if path is not None:
             _write(path, found)
     _print(found, style, runs)
@@ -91,7 +97,7 @@ def _require_format(path: Path | None) -> None:
     suffix = path.suffix.removeprefix(".").lower()
     if suffix not in ("csv", "parquet"):
         raise click.BadParameter(f"{str(path)!r} ends neither in .csv nor in .parquet.", param_hint="'-o'")
-    formats.require([suffix])
+    data_formats.require([suffix])
 
 
 def _require_once(option: str, words: Sequence[str]) -> None:
@@ -101,7 +107,7 @@ def _require_once(option: str, words: Sequence[str]) -> None:
         raise click.BadParameter(f"{twice!r} is given twice.", param_hint=f"'{option}'")
 
 
-def _require_names(plans: Sequence[Plan]) -> None:
+def _require_names(plans: Sequence[Plan[ScenarioFile]]) -> None:
     """Refuse scenarios of the same name: the tables could not tell them apart."""
     found: dict[str, Path] = {}
     for file in (plan.scenario for plan in plans):
@@ -122,11 +128,11 @@ def _plan(
     seed: int,
     rules_folder: Path | None,
     overrides: Sequence[str],
-) -> Plan:
+) -> Plan[ScenarioFile]:
     """Lay out and check the runs of one scenario; unknown names are wrong usage."""
-    from dwmr.config.overrides import OverrideError
     from dwmr.scenario.file import UnknownScenarioError, find
     from dwmr.sweep import comparison
+    from fuzzyctl.experiments.settings.overrides import OverrideError
 
     try:
         path = find(scenario)
@@ -141,23 +147,24 @@ def _plan(
         raise click.UsageError(str(error)) from error
 
 
-def _compute(plans: Sequence[Plan], rules_folder: Path | None, who: tuple[int | None, str | None]) -> list[Entry]:
+def _compute(plans: Sequence[Plan[ScenarioFile]], workers: Workers) -> list[Entry]:
     from dwmr.sweep import comparison
-    from dwmr.sweep.worker import Outcome, Setup
+    from fuzzyctl.experiments.sweep.plan import joined
+    from fuzzyctl.experiments.sweep.run import collect
+    from fuzzyctl.experiments.sweep.worker import Outcome, setup_of
 
-    runs: list[Run] = comparison.joined(plans)
-    used = tuple(sorted({item for one in plans for item in one.used.items()}))
-    setup = Setup(rules_folder, used, comparison.GROUPS)
-    done: dict[int, Outcome] = {}
-    worker_options.collect(
-        worker_options.compute(setup, runs, *who), len(runs), 0, lambda outcome: done.update({outcome.number: outcome})
-    )
+    runs, done = joined(plans), dict[int, Outcome]()
+    outcomes = workers.compute(setup_of(*plans, measures=comparison.GROUPS), runs)
+    with failures():
+        collect(
+            outcomes, len(runs), 0, lambda outcome: done.update({outcome.number: outcome}), worker_options.computing
+        )
     return list(comparison.entries(runs, done))
 
 
 def _write(path: Path, found: Sequence[Entry]) -> None:
-    from dwmr.output.folder import one_file
-    from dwmr.sweep.results import write_csv
+    from fuzzyctl.experiments.results.columns import write_csv
+    from fuzzyctl.experiments.results.folder import one_file
 
     columns = {f.name: [getattr(one, f.name) for one in found] for f in dataclasses.fields(found[0])}
     with one_file(path) as files:
@@ -165,7 +172,7 @@ def _write(path: Path, found: Sequence[Entry]) -> None:
             files.write(path.name, lambda part: write_csv(part, columns))
         else:
             from dwmr.output.data import parquet_file
-            from dwmr.output.summary import versions
+            from fuzzyctl.experiments.results.summary import versions
 
             files.write(path.name, lambda part: parquet_file.write_table(part, columns, {"versions": versions()}))
         files.publish()
@@ -173,7 +180,7 @@ def _write(path: Path, found: Sequence[Entry]) -> None:
 
 def _print(found: Sequence[Entry], style: str, runs: int) -> None:
     if style == "json":
-        from dwmr.output.outputs import finite
+        from fuzzyctl.experiments.results.summary import finite
 
         write_json(finite({"runs": runs, "entries": [dataclasses.asdict(one) for one in found]}))
         return

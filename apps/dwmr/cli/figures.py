@@ -10,14 +10,16 @@ from typing import TYPE_CHECKING
 import click
 
 from dwmr.cli import run_options
-from dwmr.cli.common import mistakes_as_diagnostics, progress, terminated_as_interrupted
+from dwmr.cli.common import mistakes_as_diagnostics
+from fuzzyctl.cli.bars import progress
+from fuzzyctl.cli.interruptions import terminated_as_interrupted
 from fuzzyctl.cli.streams import say
 
 if TYPE_CHECKING:
     from dwmr.figures.paper import PaperFigure
-    from dwmr.output.folder import Results
     from dwmr.scenario.model import Scenario
     from dwmr.simulation.simulate import Trajectory
+    from fuzzyctl.experiments.results.folder import Results
 
 INDEX = "index.md"
 
@@ -77,7 +79,7 @@ def _draw(
 ) -> bool:
     """Run the laws that the figures show, draw and write; return whether all came to their end."""
     from dwmr.figures.index import index
-    from dwmr.output.folder import results
+    from fuzzyctl.experiments.results.folder import results
 
     scenario = task.file.scenario
     laws = tuple(dict.fromkeys(f.law for f in wanted))

@@ -37,7 +37,7 @@ def new(name: str, base: str, extends: bool, path: Path | None, force: bool) -> 
 
     A CSV file that the shipped scenario reads is written beside it.
     """
-    from dwmr.config import layers
+    from dwmr.config.shipped import shipped_names
     from dwmr.scenario import template
     from dwmr.scenario.file import UnknownScenarioError
 
@@ -45,7 +45,7 @@ def new(name: str, base: str, extends: bool, path: Path | None, force: bool) -> 
         raise click.BadParameter(
             "a name has up to 100 letters, digits, - and _, and begins with a letter or a digit", param_hint="'NAME'"
         )
-    if name in layers.shipped_names():
+    if name in shipped_names():
         raise click.BadParameter(f"{name} is the name of a shipped scenario; take another one", param_hint="'NAME'")
     try:
         files = template.files(name, base, path or Path(f"{name}.toml"), extends)

@@ -8,7 +8,8 @@ from pathlib import Path
 import click
 
 from dwmr.cli import run_options
-from dwmr.cli.common import interrupts_wait, mistakes_as_diagnostics, terminated_as_interrupted
+from dwmr.cli.common import mistakes_as_diagnostics
+from fuzzyctl.cli.interruptions import interrupts_wait, terminated_as_interrupted
 from fuzzyctl.cli.streams import say
 
 
@@ -34,7 +35,7 @@ def report(
 
 def _report(task: run_options.Task, names: tuple[str, ...], path: Path) -> bool:
     """Check, run and write; return whether every run came to its end."""
-    from dwmr.output.folder import one_file
+    from fuzzyctl.experiments.results.folder import one_file
 
     run_options.check(task, names)
     _require_plotly()

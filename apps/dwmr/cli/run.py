@@ -10,14 +10,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from dwmr.cli import formats as data_formats
 from dwmr.cli import run_options
-from dwmr.cli.common import Begin, interrupts_wait, mistakes_as_diagnostics, stages, terminated_as_interrupted
+from dwmr.cli.common import mistakes_as_diagnostics
+from fuzzyctl.cli import data_formats
+from fuzzyctl.cli.bars import Begin, stages
+from fuzzyctl.cli.interruptions import interrupts_wait, terminated_as_interrupted
 from fuzzyctl.cli.streams import say, write_json
 
 if TYPE_CHECKING:
-    from dwmr.output.folder import Results
     from dwmr.simulation.simulate import Trajectory
+    from fuzzyctl.experiments.results.folder import Results
 
 
 @click.command(context_settings={"show_default": True})
@@ -52,7 +54,7 @@ def run(
             _say(task, summary, names, folder, written)
     finished = [run["stopped"] is None for run in summary["controllers"].values()]
     if style == "json":
-        from dwmr.output.outputs import finite
+        from fuzzyctl.experiments.results.summary import finite
 
         write_json(finite(summary))
     if not all(finished) or len(finished) < len(names):
@@ -63,8 +65,8 @@ def _run(
     task: run_options.Task, names: Sequence[str], folder: Path, formats: Sequence[str], begin: Begin
 ) -> tuple[dict[str, Any], list[str]]:
     """Check, run and write; return the summary and the names of the files."""
-    from dwmr.output.folder import results
     from dwmr.output.outputs import NAMES
+    from fuzzyctl.experiments.results.folder import results
 
     begin("proving", 0)
     run_options.check(task, names)
@@ -115,7 +117,7 @@ def _write(
     move = begin("drawing", 3)
     from dwmr import figures
     from dwmr.output import outputs
-    from dwmr.output.summary import texts
+    from fuzzyctl.experiments.results.summary import write_summary
 
     move(1)  # matplotlib is there
     scenario = task.file.scenario
@@ -128,7 +130,7 @@ def _write(
             files.drop(name)
         move(k + 2)
     begin("writing", 0)
-    outputs.write_summary(files, summary)
-    about = {**summary, "controllers": None, "scenario": {**summary["scenario"], "text": texts(task.file)}}
+    write_summary(files, summary)
+    about = {**summary, "controllers": None, "scenario": {**summary["scenario"], "text": task.file.texts}}
     outputs.write_trajectories(files, trajectories, scenario, about, formats)
     files.publish()

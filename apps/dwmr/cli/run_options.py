@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, TypeVar
 
 import click
 
-from dwmr.cli.common import Begin, read_scenario, stages, warn
+from dwmr.cli.common import read_scenario, warn
 from dwmr.control import laws
+from fuzzyctl.cli.bars import Begin, stages
 from fuzzyctl.cli.streams import say
 
 if TYPE_CHECKING:

@@ -37,7 +37,7 @@ def show(scenario: str | None, rules_folder: Path | None, overrides: tuple[str, 
         task = run_options.read(scenario, rules_folder, overrides)
         found = _facts(task)
     if style == "json":
-        from dwmr.output.outputs import finite
+        from fuzzyctl.experiments.results.summary import finite
 
         write_json(finite(found))
         return
@@ -54,7 +54,7 @@ def _facts(task: Task) -> dict[str, Any]:
 def _list(style: str) -> None:
     """Print the shipped scenarios with the first sentence of each file."""
 
-    from dwmr.config.layers import SHIPPED, shipped_names
+    from dwmr.config.shipped import SHIPPED, shipped_names
 
     first = {name: _first_sentence(SHIPPED / f"{name}.toml") for name in shipped_names()}
     if style == "json":

@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
-from dwmr.cli import formats as data_formats
-from dwmr.cli import run_options, worker_options
-from dwmr.cli.common import interrupts_wait, mistakes_as_diagnostics, terminated_as_interrupted, warn
+from dwmr.cli import run_options
+from dwmr.cli.common import mistakes_as_diagnostics, warn
+from fuzzyctl.cli import data_formats, worker_options
+from fuzzyctl.cli.interruptions import interrupts_wait, terminated_as_interrupted
 from fuzzyctl.cli.streams import say, write_json
+from fuzzyctl.cli.sweeps import failures, sentence
 
 if TYPE_CHECKING:
-    from dwmr.sweep.journal import Journal
-    from dwmr.sweep.plan import Plan
-    from dwmr.sweep.spec_file import SpecFile
+    from dwmr.scenario.file import ScenarioFile
+    from fuzzyctl.experiments.sweep.plan import Plan
+    from fuzzyctl.experiments.sweep.spec_file import SpecFile
 
 
 @click.command(context_settings={"show_default": True})
@@ -50,95 +51,32 @@ def sweep(
     data_formats.require(formats)
     with mistakes_as_diagnostics(style), terminated_as_interrupted():
         file, plan = _plan(spec, rules_folder, overrides)
-        summary = _sweep(file, plan, overrides, folder, formats, (jobs, cluster), resume)
+        from fuzzyctl.experiments.sweep import provenance, run
+
+        about, workers = provenance.describe(file, plan, overrides), run.Workers(jobs, cluster)
+        shown, measures = worker_options.computing, file.spec.measures
+        with failures():
+            summary = run.run(plan, measures, about, folder, formats, workers, resume, shown, interrupts_wait)
     if style == "json":
         write_json(summary)
     else:
-        say(_sentence(summary, folder))
+        say(sentence(summary, folder))
 
 
-def _plan(spec: Path, rules_folder: Path | None, overrides: Sequence[str]) -> tuple[SpecFile, Plan]:
+def _plan(spec: Path, rules_folder: Path | None, overrides: Sequence[str]) -> tuple[SpecFile, Plan[ScenarioFile]]:
     """Read the SPEC, lay out its runs and check them."""
-    from dwmr.config.overrides import OverrideError
-    from dwmr.sweep import plan, spec_file
+    from dwmr.sweep import plan
+    from dwmr.sweep.spec import read
+    from fuzzyctl.experiments.settings.overrides import OverrideError
+    from fuzzyctl.experiments.sweep.plan import count
 
     if not spec.exists():
         raise click.UsageError(f"no SPEC {str(spec)[:200]!r}: there is no such file")
-    file = spec_file.read(spec)
+    file = read(spec)
     try:
-        with worker_options.checking(plan.count(file)) as report:
+        with worker_options.checking(count(file)) as report:
             made = plan.make(file, rules_folder, overrides, report)
     except OverrideError as error:
         raise click.UsageError(str(error)) from error
     warn((*made.scenario.warnings, *made.warnings))
     return file, made
-
-
-def _sweep(
-    file: SpecFile,
-    plan: Plan,
-    overrides: Sequence[str],
-    folder: Path,
-    formats: Sequence[str],
-    who: tuple[int | None, str | None],
-    resume: bool,
-) -> dict[str, Any]:
-    """Compute what is not done yet, write the results, and return what there is to say."""
-    from dwmr.output.folder import results
-    from dwmr.sweep import journal, provenance
-    from dwmr.sweep.results import NAMES, write
-    from dwmr.sweep.worker import Setup
-
-    rests_on = provenance.describe(file, plan, overrides)
-    setup = Setup(plan.rules_folder, tuple(sorted(plan.used.items())), file.spec.measures)
-    journal.require_own(folder, NAMES)
-    with results(folder, NAMES) as files:
-        if resume:
-            journal.require_something(folder, rests_on)
-        with journal.journal(folder, rests_on, resume) as done:
-            left = [run for run in plan.runs if run.number not in done.done]
-            _compute(setup, left, who, done, len(plan.runs), folder)
-            with interrupts_wait():
-                write(files, formats, plan.runs, done.done, rests_on)
-                journal.remove(folder)
-    stopped = [done.done[run.number].row for run in plan.runs if done.done[run.number].row["stopped"]]
-    return {
-        "runs": len(plan.runs),
-        "computed": len(left),
-        "stopped": len(stopped),
-        "reasons": dict(sorted(_count(str(row["stop_reason"]) for row in stopped).items())),
-        "files": [name for name in NAMES if (folder / name).exists()],
-    }
-
-
-def _compute(
-    setup: Any, left: Sequence[Any], who: tuple[int | None, str | None], done: Journal, total: int, folder: Path
-) -> None:
-    if not left:
-        return
-    try:
-        worker_options.collect(worker_options.compute(setup, left, *who), total, total - len(left), done.add)
-    except KeyboardInterrupt:
-        say(f"interrupted{_kept(done, total, folder)}", err=True)
-        sys.exit(1)
-    except click.ClickException as error:
-        raise click.ClickException(f"{error.message}{_kept(done, total, folder)}") from error
-
-
-def _kept(done: Journal, total: int, folder: Path) -> str:
-    count = len(done.done)
-    return f": {count:,} of {total:,} runs are kept in {folder}; go on with --resume" if count else ""
-
-
-def _count(words: Any) -> dict[str, int]:
-    from collections import Counter
-
-    return Counter(words)
-
-
-def _sentence(summary: dict[str, Any], folder: Path) -> str:
-    runs, stopped = summary["runs"], summary["stopped"]
-    ends = "all to the end" if not stopped else f"{runs - stopped:,} to the end, {stopped:,} stopped"
-    reasons = "".join(f"\n  {count:,} x {reason}" for reason, count in summary["reasons"].items())
-    files = ", ".join(summary["files"])
-    return f"{runs:,} run{'s' if runs != 1 else ''}, {ends}{reasons}\nresults in {folder}: {files}"

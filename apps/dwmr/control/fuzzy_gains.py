@@ -18,10 +18,10 @@ from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, Unknown
 from fuzzyctl.expr import names_in
 
 if TYPE_CHECKING:
-    from dwmr.config.locations import Places
     from dwmr.control.rule_file_settings import RuleFile
     from dwmr.core.arrays import FloatArray
     from fuzzyctl.analysis.verdicts import Verdict
+    from fuzzyctl.experiments.settings.locations import Places
 
 #: Identity of a fuzzy system: its file and the values of its params.
 Key = tuple[Path, tuple[tuple[str, float], ...]]

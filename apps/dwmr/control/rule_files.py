@@ -14,8 +14,8 @@ from fuzzyctl.support.reading import is_special
 from fuzzyctl.support.shipped import rules_folder
 
 if TYPE_CHECKING:
-    from dwmr.config.locations import Places
     from dwmr.control.rule_file_settings import RuleFile
+    from fuzzyctl.experiments.settings.locations import Places
 
 
 class Used(NamedTuple):

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from dwmr.output.folder import Results
+from fuzzyctl.experiments.results.folder import Results
+from fuzzyctl.experiments.results.summary import finite
 
 if TYPE_CHECKING:
     from dwmr.scenario.model import Scenario
@@ -22,12 +19,6 @@ NAMES = (
     "path.png",
     "errors.png",
 )
-
-
-def write_summary(files: Results, summary: Mapping[str, Any]) -> None:
-    """Write summary.json; numbers that are not finite become null."""
-    text = json.dumps(finite(summary), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-    files.write("summary.json", lambda path: _write_text(path, text))
 
 
 def write_trajectories(
@@ -52,18 +43,3 @@ def write_trajectories(
     data = signals.of(trajectories, scenario, scenario.run.save_every, finite(metadata))
     for one in formats:
         files.write(f"trajectory.{one}", lambda path: formatted.save(path, data))
-
-
-def _write_text(path: Path, text: str) -> None:
-    path.write_text(text, encoding="utf-8")
-
-
-def finite(data: Any) -> Any:
-    """Return plain data with None for numbers that are not finite."""
-    if isinstance(data, Mapping):
-        return {k: finite(v) for k, v in data.items()}
-    if isinstance(data, list | tuple):
-        return [finite(v) for v in data]
-    if isinstance(data, float) and not np.isfinite(data):
-        return None
-    return data

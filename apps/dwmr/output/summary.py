@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import platform
 from collections.abc import Sequence
-from importlib.metadata import PackageNotFoundError, version
-from pathlib import Path
 from typing import Any
 
-from dwmr.config.locations import Places
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.scenario.file import ScenarioFile
-
-_PACKAGES = ("fuzzyctl", "numpy", "numba")
+from fuzzyctl.experiments.results.summary import versions
 
 
 def describe(file: ScenarioFile, rules: Rules, overrides: Sequence[str]) -> dict[str, Any]:
@@ -35,25 +30,3 @@ def describe(file: ScenarioFile, rules: Rules, overrides: Sequence[str]) -> dict
         },
         "versions": versions(),
     }
-
-
-def texts(file: ScenarioFile) -> list[dict[str, str]]:
-    """Return name and text of a scenario's file and of those it extends, as they were read."""
-    found: list[dict[str, str]] = []
-    places: Places | None = file.places
-    while places is not None:
-        found.append({"file": Path(places.source.name).name, "text": places.source.text})
-        places = places.base
-    return found
-
-
-def versions() -> dict[str, str | None]:
-    """Return the versions of what computes a run."""
-    return {"python": platform.python_version(), **{name: _version(name) for name in _PACKAGES}}
-
-
-def _version(package: str) -> str | None:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return None

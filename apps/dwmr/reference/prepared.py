@@ -9,13 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dwmr.config.locations import Places
 from dwmr.core.arrays import FloatArray
 from dwmr.core.reference import Reference
 from dwmr.reference import curves, splines
 from dwmr.reference.path_files import PathRows
 from dwmr.reference.settings import Circle, CsvPath, Eight, Line, Waypoints
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.experiments.settings.locations import Places
 
 #: Below this a reference counts as standing still: its direction is then undefined [m/s].
 SLOWEST = 1e-3

@@ -7,8 +7,6 @@ from collections.abc import Iterable
 from itertools import islice
 from pathlib import Path
 
-from dwmr.config.locations import Places
-from dwmr.config.overrides import split_key
 from dwmr.control import laws as controllers
 from dwmr.control.roles import ROLES
 from dwmr.scenario.mistakes import unknown_role
@@ -16,6 +14,8 @@ from dwmr.scenario.model import Scenario
 from dwmr.scenario.remarks import MOST_OF_A_KIND, overlaps
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.suggestions import did_you_mean
+from fuzzyctl.experiments.settings.locations import Places
+from fuzzyctl.experiments.settings.overrides import split_key
 
 #: A run keeps every sample in memory; more than this many samples of all robots are refused.
 MOST_SAMPLES = 5_000_000

@@ -11,9 +11,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from dwmr.config.layers import LARGEST_FILE, SHIPPED, merge, read_bytes, read_layers, shipped_names
-from dwmr.config.locations import COMMON, EXTENDS, Places
-from dwmr.config.overrides import OverrideError, override, shorten
+from dwmr.config.shipped import COMMON, SCENARIOS, SHIPPED, find, shipped_names
 from dwmr.reference.path_files import LARGEST_PATH, PathRows, read_rows
 from dwmr.reference.prepared import Shape, shape_of
 from dwmr.scenario import shared_robot
@@ -22,21 +20,18 @@ from dwmr.scenario.mistakes import diagnose, diagnose_unused
 from dwmr.scenario.model import Robot, Scenario
 from dwmr.scenario.remarks import remarks
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
-from fuzzyctl.diagnostics.suggestions import did_you_mean
+from fuzzyctl.experiments.settings.layers import (
+    LARGEST_FILE,
+    UnknownScenarioError,
+    exists,
+    merge,
+    read_bytes,
+    read_layers,
+)
+from fuzzyctl.experiments.settings.locations import EXTENDS, Places
+from fuzzyctl.experiments.settings.overrides import OverrideError, override, shorten
 
-__all__ = [
-    "LARGEST_FILE",
-    "SHIPPED",
-    "ScenarioFile",
-    "UnknownScenarioError",
-    "find",
-    "read",
-    "shipped_names",
-]
-
-
-class UnknownScenarioError(Exception):
-    """Raised when a scenario is neither a shipped name nor a path to a file."""
+__all__ = ["LARGEST_FILE", "SHIPPED", "ScenarioFile", "UnknownScenarioError", "find", "read", "shipped_names"]
 
 
 @dataclass(frozen=True)
@@ -63,25 +58,20 @@ class ScenarioFile:
     folders: tuple[Path, ...] = ()
     files: tuple[Path, ...] = ()
 
+    @property
+    def name(self) -> str:
+        """Name of the scenario."""
+        return self.scenario.name
 
-def find(name: str) -> Path:
-    """Return the file of a scenario given as a shipped name or a path.
+    @property
+    def settings(self) -> Scenario:
+        """Values by key."""
+        return self.scenario
 
-    Raises:
-        UnknownScenarioError: When it is neither.
-    """
-    if name in shipped_names():
-        return SHIPPED / f"{name}.toml"
-    path = Path(name)
-    if _exists(path):
-        return path
-    hint = did_you_mean(name, shipped_names())
-    known = ", ".join(shipped_names())
-    shown = name if len(name) <= 200 else f"{name[:197]}..."
-    raise UnknownScenarioError(
-        f"no scenario {shown!r}: it is neither a file nor one of the shipped scenarios: {known}"
-        + (f"; {hint}" if hint else "")
-    )
+    @property
+    def texts(self) -> list[dict[str, str]]:
+        """Name and text of its file and of those it extends."""
+        return self.places.texts()
 
 
 def read(path: Path, overrides: Iterable[str] = ()) -> ScenarioFile:
@@ -95,10 +85,10 @@ def read(path: Path, overrides: Iterable[str] = ()) -> ScenarioFile:
         DiagnosticError: With every mistake in the file.
         OverrideError: When an override is malformed.
     """
-    layers = read_layers(path)
+    layers = read_layers(path, SCENARIOS)
     written: dict[str, str] = {}
     try:
-        data, places = merge(layers, written)
+        data, places = merge(layers, written, SCENARIOS.common)
         known, unused = tuple(_tables(data, "robots")), shared_robot.unused(data)
     except RecursionError:
         raise _too_deep(path) from None
@@ -144,7 +134,7 @@ def _reader(folders: Sequence[Path], places: Places, note: Callable[[bytes], obj
 
     def rows(name: str) -> PathRows:
         for folder in folders:
-            if _exists(folder / name):
+            if exists(folder / name):
                 content = read_bytes(folder / name, LARGEST_PATH, "a path needs a row every few seconds")
                 note(content)
                 return read_rows(str(folder / name), content)
@@ -153,13 +143,6 @@ def _reader(folders: Sequence[Path], places: Places, note: Callable[[bytes], obj
         raise DiagnosticError([places.diagnostic("FZ904", "reference.file", message, facts=facts)])
 
     return rows
-
-
-def _exists(path: Path) -> bool:
-    try:
-        return path.exists()
-    except (OSError, ValueError):  # a name longer than the file system allows, or one with a null character
-        return False
 
 
 def _tables(data: Mapping[str, Any], key: str) -> Mapping[str, Any]:

@@ -10,11 +10,13 @@ from typing import Any, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
-from dwmr.config.locations import COMMON, EXTENDS, Places
+from dwmr.config.shipped import COMMON
 from dwmr.control.roles import ROLES
 from dwmr.scenario.model import FULL_TURN, Scenario
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.suggestions import did_you_mean
+from fuzzyctl.experiments.settings.locations import EXTENDS, Places
+from fuzzyctl.experiments.settings.validation import BOUNDS, length, requirement, show
 from fuzzyctl.support.shipped import rules_folder
 
 #: Mistakes of the elements of one list that are reported; a list with more of them is another list.
@@ -143,67 +145,13 @@ def _diagnose(error: Any, places: Places, prefix: tuple[str, ...]) -> Diagnostic
         case "value_error":
             message = str(error["ctx"]["error"])
             return Diagnostic("FZ904", f"{key}: {message}", span, file=file)
-    must = requirement(error) + (unit if error["type"] in _BOUNDS else "")
+    must = requirement(error, _bound) + (unit if error["type"] in BOUNDS else "")
     return Diagnostic("FZ904", f"{key} must be {must}, got {show(error['input'])}", span, facts=meaning, file=file)
 
 
-_BOUNDS = {
-    "greater_than": ("gt", ">"),
-    "greater_than_equal": ("ge", ">="),
-    "less_than": ("lt", "<"),
-    "less_than_equal": ("le", "<="),
-}
-_KINDS = {
-    "float_type": "a number",
-    "int_type": "a whole number",
-    "int_from_float": "a whole number",
-    "string_type": "text in quotes",
-    "bool_type": "true or false",
-    "finite_number": "a finite number",
-    "tuple_type": "a list",
-    "dict_type": "a table",
-    "model_type": "a table",
-    "model_attributes_type": "a table",
-}
-
-
-def length(error: Any) -> str:
-    """Return what is wrong with the number of elements of a list, or of characters of a text."""
-    if error["type"] == "string_too_short":
-        return "must not be empty"
-    few = error["type"] == "too_short"
-    number = error["ctx"]["min_length" if few else "max_length"]
-    words = f"must have at {'least' if few else 'most'} {number} element{'s' if number != 1 else ''}"
-    return f"{words}, has {error['ctx']['actual_length'] or 'none'}"
-
-
-def requirement(error: Any) -> str:
-    """Return what a value must be."""
-    kind, about = error["type"], error.get("ctx", {})
-    if kind in _BOUNDS:
-        name, symbol = _BOUNDS[kind]
-        bound = about[name]
-        return f"{symbol} {'-' * (bound < 0)}2π" if abs(bound) == FULL_TURN else f"{symbol} {bound:g}"
-    if kind in _KINDS:
-        return _KINDS[kind]
-    if kind == "literal_error":
-        return str(about["expected"])
-    return f"right ({error['msg']})"
-
-
-def show(value: Any) -> str:
-    """Return a value of a scenario as a short text."""
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, dict):
-        return "a table"
-    if isinstance(value, list):
-        return "a list"
-    try:
-        text = repr(value)
-    except ValueError:
-        return "a whole number of thousands of digits"
-    return text if len(text) <= 60 else f"{text[:57]}..."
+def _bound(value: float) -> str:
+    """Write a bound; of angles it is a full turn."""
+    return f"{'-' * (value < 0)}2π" if abs(value) == FULL_TURN else f"{value:g}"
 
 
 def _field(path: tuple[str, ...]) -> Any:

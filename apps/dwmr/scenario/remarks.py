@@ -9,11 +9,11 @@ from itertools import combinations, islice
 
 import numpy as np
 
-from dwmr.config.locations import Places
 from dwmr.plant.bodies import gap_between, gap_to_point
 from dwmr.scenario.model import Scenario, Window
 from dwmr.scenario.outlines import outline, start
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.experiments.settings.locations import Places
 
 #: Remarks, or mistakes, of one kind that are given; more of them say nothing new.
 MOST_OF_A_KIND = 10

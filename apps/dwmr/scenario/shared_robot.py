@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
-from dwmr.config.layers import overlay, replaced
-from dwmr.config.locations import COMMON, Places
-from dwmr.config.toml_locations import Path as Key
-from dwmr.scenario.mistakes import show
+from dwmr.config.shipped import COMMON
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.experiments.settings.layers import overlay, replaced
+from fuzzyctl.experiments.settings.locations import Places
+from fuzzyctl.experiments.settings.toml_locations import Path as Key
+from fuzzyctl.experiments.settings.validation import show
 
 
 def give(data: Mapping[str, Any], places: Places) -> dict[str, Any]:

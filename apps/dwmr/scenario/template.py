@@ -8,7 +8,7 @@ import tempfile
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from dwmr.config.layers import SHIPPED, shipped_names
+from dwmr.config.shipped import SHIPPED, shipped_names
 from dwmr.scenario.file import UnknownScenarioError, read
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.suggestions import did_you_mean

@@ -7,13 +7,13 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from dwmr.config.overrides import split_key
 from dwmr.control import laws as controllers
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.control.laws.settings import LawSettings
 from dwmr.scenario.file import ScenarioFile
 from dwmr.scenario.mistakes import diagnose
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.experiments.settings.overrides import split_key
 
 
 def check(file: ScenarioFile, laws: Iterable[str], rules: Rules) -> None:

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from dwmr.config.locations import Places
 from dwmr.control import laws as controllers
 from dwmr.control.fuzzy_gains import Rules
 from dwmr.control.laws.settings import LawSettings
@@ -29,6 +28,7 @@ from dwmr.simulation import noise
 from dwmr.simulation.loop import COLUMNS, LARGEST, NOT_FINITE, SIGNALS, TOO_LARGE, Memory, World, run_periods
 from dwmr.simulation.preflight import settings_of
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+from fuzzyctl.experiments.settings.locations import Places
 
 #: The compiled loop returns to Python this often, for the progress display and for Ctrl-C.
 PERIODS_AT_A_TIME = 4000

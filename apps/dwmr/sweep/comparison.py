@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from dwmr.scenario import file
-from dwmr.sweep import plan, spec_file
-from dwmr.sweep.intervals import mean_interval, share_interval
-from dwmr.sweep.plan import Plan, Run
-from dwmr.sweep.results import unit
+from dwmr.scenario.file import ScenarioFile
+from dwmr.sweep import plan, spec
+from dwmr.sweep.columns import unit
 from dwmr.sweep.spec import Measure
-from dwmr.sweep.spec_file import SpecFile
-from dwmr.sweep.variables import has
-from dwmr.sweep.worker import Outcome
+from fuzzyctl.experiments.comparison import grouped, mean_of, share_of
+from fuzzyctl.experiments.comparison import stopped as count_of_stopped
+from fuzzyctl.experiments.sweep.plan import Plan, Run
+from fuzzyctl.experiments.sweep.spec_file import SpecFile
+from fuzzyctl.experiments.sweep.variables import has
+from fuzzyctl.experiments.sweep.worker import Outcome
 
 #: What varies unless one says otherwise.
 VARIATION = Path(__file__).with_name("variation.toml")
@@ -67,7 +68,7 @@ def variation(path: Path | None) -> SpecFile:
     Raises:
         DiagnosticError: With its mistakes; a grid has no place in a comparison.
     """
-    return spec_file.read(path or VARIATION)
+    return spec.read(path or VARIATION)
 
 
 def make(
@@ -79,7 +80,7 @@ def make(
     rules_folder: Path | None,
     overrides: Sequence[str],
     report: Callable[[int], None] | None = None,
-) -> Plan:
+) -> Plan[ScenarioFile]:
     """Lay out the runs of one scenario; a single run is the scenario as it is.
 
     Raises:
@@ -89,27 +90,18 @@ def make(
     if varied.path == VARIATION:
         base = file.read(scenario, overrides).scenario
         random = {key: one for key, one in random.items() if has(base, key)}
-    spec = varied.spec.model_copy(
+    changed = varied.spec.model_copy(
         update={
             "scenario": str(scenario.resolve()), "controllers": tuple(laws), "runs": runs, "seed": seed,
             "random": random, "measures": GROUPS, "grid": {},
         }
     )  # fmt: skip
-    return plan.make(dataclasses.replace(varied, spec=spec), rules_folder, overrides, report)
-
-
-def joined(plans: Sequence[Plan]) -> list[Run]:
-    """Return the runs of several scenarios, numbered through."""
-    runs = [run for one in plans for run in one.runs]
-    return [dataclasses.replace(run, number=number) for number, run in enumerate(runs)]
+    return plan.make(dataclasses.replace(varied, spec=changed), rules_folder, overrides, report)
 
 
 def entries(runs: Sequence[Run], done: Mapping[int, Outcome]) -> Iterator[Entry]:
     """Yield every measure of every robot under every control law in every scenario."""
-    groups: dict[tuple[str, str], list[Mapping[str, Any]]] = {}
-    for run in runs:
-        groups.setdefault((run.scenario, run.controller), []).append(done[run.number].row)
-    for (scenario, controller), rows in groups.items():
+    for (scenario, controller), rows in grouped(runs, done).items():
         for robot in _robots(rows[0]):
             for measure in (*MEASURES, *HITS):
                 yield _entry(scenario, controller, robot, measure, rows)
@@ -121,14 +113,9 @@ def _robots(row: Mapping[str, Any]) -> list[str]:
 
 
 def _entry(scenario: str, controller: str, robot: str, measure: str, rows: Sequence[Mapping[str, Any]]) -> Entry:
-    column, stopped = measure.replace("*", robot), sum(bool(row["stopped"]) for row in rows)
-    if measure in HITS:
-        n, hits = len(rows), sum(row[column] > 0 for row in rows)
-        mean, interval = hits / n, share_interval(hits, n)
-    else:
-        found = [row[column] for row in rows if not row["stopped"]]
-        values = [value for value in found if value is not None and math.isfinite(value)]
-        n, mean, interval = len(values), math.fsum(values) / len(values) if values else None, mean_interval(values)
-    low, high = interval or (None, None)
-    name = measure.replace(".*", "")
-    return Entry(scenario, controller, robot, name, unit(column) or "-", n, mean, low, high, stopped)
+    column, name = measure.replace("*", robot), measure.replace(".*", "")
+    found = (share_of if measure in HITS else mean_of)(rows, column)
+    stopped = count_of_stopped(rows)
+    return Entry(
+        scenario, controller, robot, name, unit(column) or "-", found.n, found.mean, found.low, found.high, stopped
+    )

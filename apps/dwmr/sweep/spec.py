@@ -1,13 +1,15 @@
-"""Model of a SPEC: scenario, varied values, number of repetitions and recorded measures of a sweep."""
+"""What a SPEC of dwmr keeps of each run."""
 
 from __future__ import annotations
 
-import math
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, Strict, field_validator, model_validator
+from pydantic import Field, Strict, field_validator
 
-from dwmr.config.quantities import Section, quantity
+from fuzzyctl.experiments.sweep import spec_file
+from fuzzyctl.experiments.sweep.spec import Spec
+from fuzzyctl.experiments.sweep.spec_file import SpecFile
 
 #: Groups of measures that a sweep can keep, as summary.json names them.
 Measure = Literal[
@@ -18,64 +20,14 @@ Measure = Literal[
 #: Names of earlier versions.
 RENAMED = {"clearance": "centre_distance", "collisions": "obstacles_hit"}
 
-Pair = Annotated[tuple[float, float], Strict(False)]
 
+class RobotSpec(Spec):
+    """What a SPEC file says, with the measures of robots."""
 
-class Distribution(Section):
-    """How a value is drawn: one of the distributions, and what the drawn number is to the scenario's own value."""
-
-    uniform: Pair | None = Field(default=None, description="least and greatest value")
-    normal: Pair | None = Field(default=None, description="mean and standard deviation")
-    loguniform: Pair | None = Field(default=None, description="least and greatest value, uniform in its logarithm")
-    choice: Annotated[tuple[Any, ...], Strict(False)] | None = Field(default=None, description="values, equally likely")
-    relative: Literal["no", "factor", "offset"] = Field(
-        default="no", description="whether the number multiplies the scenario's value, or is added to it"
-    )
-
-    @model_validator(mode="after")
-    def _possible(self) -> Distribution:
-        given = [name for name in DISTRIBUTIONS if getattr(self, name) is not None]
-        if len(given) != 1:
-            raise ValueError(f"must have exactly one of {', '.join(DISTRIBUTIONS)}, has {', '.join(given) or 'none'}")
-        low, high = self.uniform or self.loguniform or (0.0, 0.0)
-        if low > high:
-            raise ValueError(f"{given[0]}: {low:g} is greater than {high:g}")
-        if self.loguniform and not low > 0.0:
-            raise ValueError(f"loguniform: both values must be > 0, got {low:g}")
-        if self.normal and self.normal[1] < 0.0:
-            raise ValueError(f"normal: the standard deviation must be >= 0, got {self.normal[1]:g}")
-        if self.uniform and not math.isfinite(high - low):
-            raise ValueError("uniform: the values are too far apart")
-        if self.choice is not None and not self.choice:
-            raise ValueError("choice: there is nothing to choose from")
-        if self.relative != "no" and any(
-            isinstance(v, bool) or not isinstance(v, int | float) for v in self.choice or ()
-        ):
-            raise ValueError("choice: a factor or an offset must be a number")
-        return self
-
-
-DISTRIBUTIONS = ("uniform", "normal", "loguniform", "choice")
-
-
-class Spec(Section):
-    """What a SPEC file says; the keys of `set`, `grid` and `random` are those of `--set`."""
-
-    scenario: str = Field(min_length=1, description="shipped name, or a file beside the SPEC")
-    controllers: Annotated[tuple[str, ...], Strict(False)] | None = Field(
-        default=None, min_length=1, description="control laws; the scenario's own when absent"
-    )
-    runs: int = quantity("repetitions at every point of the grid", "-", ge=1, le=1_000_000, default=1)
-    seed: int = quantity("first number of all that is drawn", "-", ge=0, le=2**63 - 1, default=0)
     measures: Annotated[tuple[Measure, ...], Strict(False)] = Field(
         default=("rmse", "centre_distance", "obstacle_gap", "robot_gap", "obstacles_hit", "robots_hit", "chattering"),
         description="what to keep of each run",
     )
-    set: dict[str, Any] = Field(default={}, description="values that replace those of the scenario in every run")
-    grid: dict[str, Annotated[tuple[Any, ...], Strict(False), Field(min_length=1)]] = Field(
-        default={}, description="lists of values; every combination of them is run"
-    )
-    random: dict[str, Distribution] = Field(default={}, description="values drawn anew for every repetition")
 
     @field_validator("measures", mode="before")
     @classmethod
@@ -83,3 +35,12 @@ class Spec(Section):
         if not isinstance(value, list | tuple):
             return value
         return [RENAMED.get(one, one) if isinstance(one, str) else one for one in value]
+
+
+def read(path: Path) -> SpecFile:
+    """Read a SPEC file.
+
+    Raises:
+        DiagnosticError: With every mistake in it.
+    """
+    return spec_file.read(path, RobotSpec)

@@ -9,7 +9,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from dwmr.sweep.comparison import Entry
-from dwmr.sweep.intervals import CONFIDENCE
+from fuzzyctl.experiments.intervals import CONFIDENCE
 
 #: Columns by title of the table: heads by measure.
 _TABLES = {

@@ -133,7 +133,7 @@ class TestSweep:
 HELD = """
 import sys
 from dwmr.cli.main import main
-from dwmr.sweep import pool
+from fuzzyctl.experiments.sweep import pool
 left, wait = int(sys.argv[1]), pool.wait
 def hold(*futures, **options):
     global left

@@ -4,9 +4,9 @@ import hashlib
 
 import pytest
 
-from dwmr.config.overrides import OverrideError
 from dwmr.scenario.file import find, read
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+from fuzzyctl.experiments.settings.overrides import OverrideError
 
 PAPER = find("paper")
 

@@ -1,9 +1,9 @@
 import pytest
 from pydantic import ValidationError
 
-from dwmr.config.overrides import OverrideError
 from dwmr.scenario.file import LARGEST_FILE, UnknownScenarioError, find, read, shipped_names
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+from fuzzyctl.experiments.settings.overrides import OverrideError
 
 PAPER = find("paper")
 

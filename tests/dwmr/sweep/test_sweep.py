@@ -7,16 +7,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from dwmr.config.overrides import join_key, override, split_key
 from dwmr.scenario.file import read as read_scenario
-from dwmr.sweep import journal, plan, provenance, results, spec_file, worker
-from dwmr.sweep.journal import NAME, Journal
-from dwmr.sweep.variables import Variable, expand, literal
-from dwmr.sweep.worker import Outcome, Setup
+from dwmr.sweep import columns, plan, provenance
+from dwmr.sweep import spec as spec_file
+from dwmr.sweep.robots import Robots
 from fuzzyctl.diagnostics.diagnostic import DiagnosticError
+from fuzzyctl.experiments.sweep import worker
+from fuzzyctl.experiments.sweep.provenance import describe, differences
+from fuzzyctl.experiments.sweep.variables import Variable, expand
+from fuzzyctl.experiments.sweep.worker import Setup
 
 SPEC = """
 scenario = "paper"
@@ -121,18 +121,6 @@ class TestSpec:
         assert {run.scenario for run in found.runs} == {"mine"}
 
 
-class TestKeys:
-    @given(
-        st.lists(st.text(st.characters(exclude_categories=["C", "Zl", "Zp"], exclude_characters="\"'\\"), min_size=1))
-    )
-    def test_parts_come_back(self, parts):
-        assert split_key(join_key(parts)) == (parts or [""])
-
-    @pytest.mark.parametrize("key", ['a."b', "a=b", "a.'b"])
-    def test_what_is_no_dotted_key_is_one_part(self, key):
-        assert split_key(key) == [key]
-
-
 class TestVariables:
     def test_a_star_stands_for_every_robot_and_every_element(self, tmp_path):
         file = read(tmp_path)
@@ -206,13 +194,6 @@ formation = { leader = "leader", separation = 2.5, bearing = 3.0 }
         below = np.mean([one.draw(3, k) < 100.0 for k in range(2000)])
         assert below == pytest.approx(0.5, abs=0.05)
 
-    @pytest.mark.parametrize("value", [0.1, -1e-300, 1e22, 3, True, 'a"b\\c', [1, [2.5]], {"x": 1, "y z": "w"}])
-    def test_a_literal_reads_back_as_the_value(self, value):
-        data = {}
-        override(data, f"key={literal(value)}")
-        assert data["key"] == value
-        assert type(data["key"]) is type(value)
-
 
 class TestPlan:
     def test_runs_every_law_at_every_point_and_repetition(self, tmp_path):
@@ -277,73 +258,6 @@ class TestPlan:
         assert any(words in d.message and d.span is not None and d.span.line == line for d in found), found
 
 
-ABOUT = {"runs": 3, "scenario": {"sha256": "ab"}}
-
-
-class TestJournal:
-    def write(self, folder, count=2):
-        with journal.journal(folder, ABOUT, False) as one:
-            for k in range(count):
-                one.add(Outcome(k, {"rmse": 0.1 + k, "stop_reason": "σ", "none": None, "nan": float("nan")}, 0.5))
-        return (folder / NAME).read_bytes()
-
-    def resumed(self, folder, about=None) -> Journal:
-        with journal.journal(folder, about or ABOUT, True) as one:
-            return one
-
-    def test_gives_back_what_was_done(self, tmp_path):
-        self.write(tmp_path)
-        done = self.resumed(tmp_path).done
-        assert list(done) == [0, 1]
-        assert done[1].row["rmse"] == 1.1
-        assert (done[0].row["stop_reason"], done[0].row["none"], done[0].wall_s) == ("σ", None, 0.5)
-
-    def test_a_record_cut_anywhere_is_noticed_and_cut_off(self, tmp_path):
-        whole = self.write(tmp_path)
-        first_two = whole[: whole.rindex(b"\n", 0, len(whole) - 1) + 1]
-        for length in range(len(first_two), len(whole)):
-            (tmp_path / NAME).write_bytes(whole[:length])
-            assert list(self.resumed(tmp_path).done) == [0]
-            assert (tmp_path / NAME).read_bytes() == first_two
-
-    def test_a_damaged_record_is_done_again(self, tmp_path):
-        whole = self.write(tmp_path)
-        (tmp_path / NAME).write_bytes(whole.replace(b'"rmse": 1.1', b'"rmse": 1.2'))
-        assert list(self.resumed(tmp_path).done) == [0]
-
-    def test_a_torn_header_begins_anew(self, tmp_path):
-        whole = self.write(tmp_path, 1)
-        (tmp_path / NAME).write_bytes(whole[:40])
-        assert self.write(tmp_path, 1) == whole
-
-    def test_without_runs_there_is_nothing_to_keep(self, tmp_path):
-        with journal.journal(tmp_path, ABOUT, False):
-            header = (tmp_path / NAME).read_bytes()
-        assert not (tmp_path / NAME).exists()
-        (tmp_path / NAME).write_bytes(header)
-        with journal.journal(tmp_path, {"runs": 3}, False):
-            assert len((tmp_path / NAME).read_bytes()) < len(header)
-
-    def test_what_changed_is_named(self, tmp_path):
-        self.write(tmp_path)
-        with pytest.raises(DiagnosticError, match=r"changed: scenario\.sha256"):
-            self.resumed(tmp_path, {"runs": 3, "scenario": {"sha256": "cd"}})
-
-    def test_is_not_lost_without_asking(self, tmp_path):
-        self.write(tmp_path)
-        with pytest.raises(DiagnosticError, match="2 of 3 runs") as caught:
-            self.write(tmp_path)
-        assert "--resume" in str(caught.value)
-
-    def test_two_sweeps_cannot_write_into_it(self, tmp_path):
-        self.write(tmp_path)
-        with (
-            journal.journal(tmp_path, ABOUT, True),
-            pytest.raises(DiagnosticError, match="in use by another sweep"),
-        ):
-            self.resumed(tmp_path)
-
-
 class TestMeasures:
     def test_that_bore_other_names_are_still_known(self, tmp_path):
         text = SPEC.replace("seed = 7", 'measures = ["rmse", "clearance", "collisions"]')
@@ -352,7 +266,7 @@ class TestMeasures:
 
 class TestWork:
     def setup_of(self, found):
-        return Setup(None, tuple(sorted(found.used.items())), ("rmse", "obstacles_hit"))
+        return Setup(Robots(), tuple(sorted(found.used.items())), ("rmse", "obstacles_hit"))
 
     def test_keeps_the_measures_of_the_run(self, tmp_path, measured):
         text = SPEC.replace("runs = 3", "").split("[grid]")[0]
@@ -379,32 +293,23 @@ class TestWork:
 
     def test_a_rule_file_that_changes_is_noticed(self, tmp_path):
         found = made(tmp_path)
-        setup = Setup(None, tuple((name, "0" * 64) for name in found.used), ("rmse",))
+        setup = Setup(Robots(), tuple((name, "0" * 64) for name in found.used), ("rmse",))
         aifqsmc = next(run for run in found.runs if run.controller == "aifqsmc")
         assert "ais_reaction.fz changed" in worker.work(setup, aifqsmc).problem
 
 
 class TestResults:
-    def test_have_one_type_a_column(self, tmp_path):
-        runs = made(tmp_path).runs[:3]
-        rows = [{"a": 1, "b": None, "c": "x"}, {"a": 2.5, "c": 1.5}, {"a": 3, "b": 0.5, "c": True}]
-        done = {run.number: Outcome(run.number, row, 0.0) for run, row in zip(runs, rows, strict=True)}
-        found = results.table(runs, done)
-        assert found["a"] == [1.0, 2.5, 3.0]
-        assert found["b"] == [None, None, 0.5]
-        assert found["c"] == ['"x"', "1.5", "true"]
-
     def test_know_their_units(self):
-        units = {name: results.unit(name) for name in ("rmse.leader.theta_e", "chattering.f.v", "robot_gap.f", "run")}
+        units = {name: columns.unit(name) for name in ("rmse.leader.theta_e", "chattering.f.v", "robot_gap.f", "run")}
         assert units == {"rmse.leader.theta_e": "rad", "chattering.f.v": "m/s²", "robot_gap.f": "m", "run": ""}
 
 
 class TestAbout:
     def test_tells_scenarios_rule_files_and_sources_apart(self, tmp_path):
         file = read(tmp_path)
-        whole = provenance.describe(file, plan.make(file, None, ()), ())
-        other = provenance.describe(file, plan.make(file, None, ["robot.radius=0.6"]), ["robot.radius=0.6"])
-        assert list(provenance.differences(whole, other)) == ["overrides"]
+        whole = describe(file, plan.make(file, None, ()), ())
+        other = describe(file, plan.make(file, None, ["robot.radius=0.6"]), ["robot.radius=0.6"])
+        assert list(differences(whole, other)) == ["overrides"]
         assert len(whole["rules"]["ais_reaction/ais_reaction.fz"]) == 64
         assert len(whole["versions"]["sources"]) == 64
         assert 'name = "paper"' in whole["scenario"]["text"][0]["text"]

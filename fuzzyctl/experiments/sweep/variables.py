@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -10,14 +9,13 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel
 
-from dwmr.config.overrides import join_key, split_key
-from dwmr.scenario.model import Scenario
-from dwmr.sweep.spec import Distribution
-from dwmr.sweep.spec_file import SpecFile
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.suggestions import did_you_mean
+from fuzzyctl.experiments.settings.overrides import join_key, split_key
+from fuzzyctl.experiments.sweep.spec import Distribution
+from fuzzyctl.experiments.sweep.spec_file import SpecFile
 
-#: Part of a key that stands for every robot, or every element of a list.
+#: Part of a key that stands for every table in a table, or every element of a list.
 _STAR = "*"
 
 
@@ -68,8 +66,13 @@ def _draw(distribution: Distribution, random: np.random.Generator) -> Any:
     return (d.choice or ())[int(random.integers(len(d.choice or ())))]
 
 
-def expand(file: SpecFile, scenario: Scenario) -> tuple[Variable, ...]:
-    """Return all values that are drawn; a star in a key stands for every robot, or every element of a list.
+def expand(file: SpecFile, settings: Any, common: Mapping[str, str] | None = None) -> tuple[Variable, ...]:
+    """Return all values that are drawn; a star in a key stands for every table in a table, or element of a list.
+
+    Args:
+        file: The SPEC.
+        settings: Of the scenario.
+        common: Tables that others take values over from, as in `Places`.
 
     Raises:
         DiagnosticError: For a star that nothing matches, a key without a number to be relative to, or a key twice.
@@ -78,13 +81,13 @@ def expand(file: SpecFile, scenario: Scenario) -> tuple[Variable, ...]:
     mistakes: list[Diagnostic] = []
     for written, distribution in file.spec.random.items():
         matches = (
-            dict(_matches(scenario, split_key(written)))
+            dict(_matches(settings, split_key(written)))
             if _STAR in split_key(written)
-            else {written: _at(scenario, written)}
+            else {written: _at(settings, written)}
         )
         if not matches:
             message = f"random.{written}: nothing in the scenario has this key"
-            hint = did_you_mean(split_key(written)[-1], _beside(scenario, written))
+            hint = did_you_mean(split_key(written)[-1], _beside(settings, written))
             mistakes.append(file.diagnostic("FZ902", ("random", written), message, help=hint))
         for key, value in matches.items():
             relative = distribution.relative != "no"
@@ -92,7 +95,7 @@ def expand(file: SpecFile, scenario: Scenario) -> tuple[Variable, ...]:
                 message = (
                     f"random.{written}: {key} has no number in the scenario that a {distribution.relative} could change"
                 )
-                help_text = "give robots.*.KEY in place of robot.KEY" if written.startswith("robot.") else ""
+                help_text = _in_place_of(written, common or {})
                 mistakes.append(file.diagnostic("FZ904", ("random", written), message, help=help_text))
             elif key in found:
                 message = f"random.{written} gives {key} again, after random.{found[key].written}"
@@ -104,13 +107,19 @@ def expand(file: SpecFile, scenario: Scenario) -> tuple[Variable, ...]:
     return tuple(found.values())
 
 
-def has(scenario: Scenario, key: str) -> bool:
+def _in_place_of(written: str, common: Mapping[str, str]) -> str:
+    """Return what to write in place of a key of a common table, which holds no values of its own."""
+    found = ((many, one) for many, one in common.items() if written.startswith(f"{one}."))
+    return next((f"give {many}.*.KEY in place of {one}.KEY" for many, one in found), "")
+
+
+def has(settings: Any, key: str) -> bool:
     """Return whether something in a scenario has a key, which may hold stars."""
-    return next(_matches(scenario, split_key(key)), None) is not None
+    return next(_matches(settings, split_key(key)), None) is not None
 
 
-def _at(scenario: Scenario, key: str) -> Any:
-    return next((value for _, value in _matches(scenario, split_key(key))), None)
+def _at(settings: Any, key: str) -> Any:
+    return next((value for _, value in _matches(settings, split_key(key))), None)
 
 
 def _matches(node: Any, parts: Sequence[str], before: tuple[str, ...] = ()) -> Iterator[tuple[str, Any]]:
@@ -124,9 +133,9 @@ def _matches(node: Any, parts: Sequence[str], before: tuple[str, ...] = ()) -> I
             yield from _matches(children[name], parts[1:], (*before, name))
 
 
-def _beside(scenario: Scenario, key: str) -> tuple[str, ...]:
+def _beside(settings: Any, key: str) -> tuple[str, ...]:
     """Return the keys of the first table that would have to have the last part of a key."""
-    for _, parent in _matches(scenario, split_key(key)[:-1]):
+    for _, parent in _matches(settings, split_key(key)[:-1]):
         return tuple(_children(parent))
     return ()
 
@@ -137,16 +146,3 @@ def _children(node: Any) -> Mapping[str, Any]:
     if isinstance(node, tuple):
         return {str(k): value for k, value in enumerate(node)}
     return node if isinstance(node, dict) else {}
-
-
-def literal(value: Any) -> str:
-    """Return a value as TOML has it, bit for bit."""
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, str):
-        return json.dumps(value)
-    if isinstance(value, list | tuple):
-        return f"[{', '.join(literal(v) for v in value)}]"
-    if isinstance(value, dict):
-        return f"{{{', '.join(f'{json.dumps(k)} = {literal(v)}' for k, v in value.items())}}}"
-    return repr(value)

@@ -10,9 +10,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from dwmr.sweep.provenance import differences
-from dwmr.sweep.worker import Outcome
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.experiments.sweep.provenance import differences
+from fuzzyctl.experiments.sweep.worker import Outcome
 from fuzzyctl.support.reading import is_special
 
 NAME = "journal.jsonl"

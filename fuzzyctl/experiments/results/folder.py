@@ -33,10 +33,18 @@ class Results:
         """
         try:
             if self._parts is None:
-                self._parts = Path(tempfile.mkdtemp(dir=self.folder, prefix=".dwmr-"))
+                self._parts = Path(tempfile.mkdtemp(dir=self.folder, prefix=".results-"))
             fill(self._parts / name)
         except OSError as error:
             raise _refused(self.folder / name, error, self.help) from error
+
+    def write_text(self, name: str, text: str) -> None:
+        """Write a file of text in UTF-8 beside the others that wait.
+
+        Raises:
+            DiagnosticError: When it cannot be written.
+        """
+        self.write(name, lambda path: _write_text(path, text))
 
     def drop(self, name: str) -> None:
         """Give up a file that waits."""
@@ -104,6 +112,10 @@ def one_file(path: Path) -> Iterator[Results]:
         yield files
 
 
+def _write_text(path: Path, text: str) -> None:
+    path.write_text(text, encoding="utf-8")
+
+
 def _missing(folder: Path) -> list[Path]:
     """Return the folders that would have to be made, the innermost first."""
     with contextlib.suppress(OSError):
@@ -114,7 +126,7 @@ def _missing(folder: Path) -> list[Path]:
 def _prepare(folder: Path, names: Sequence[str], help: str) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=folder, prefix=".dwmr-"):
+        with tempfile.NamedTemporaryFile(dir=folder, prefix=".results-"):
             pass
     except OSError as error:
         raise _refused(folder, error, help) from error

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import tomllib
 from collections.abc import Iterable
@@ -102,3 +103,16 @@ def _value(text: str, argument: str) -> Any:
         raise OverrideError(f"--set {shorten(argument)}: the number has too many digits") from error
     except RecursionError as error:
         raise OverrideError(f"--set {shorten(argument)}: the value is nested too deeply") from error
+
+
+def literal(value: Any) -> str:
+    """Return a value as TOML has it, bit for bit."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return json.dumps(value)
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(literal(v) for v in value)}]"
+    if isinstance(value, dict):
+        return f"{{{', '.join(f'{json.dumps(k)} = {literal(v)}' for k, v in value.items())}}}"
+    return repr(value)

@@ -4,23 +4,22 @@ from __future__ import annotations
 
 import tomllib
 from collections import Counter
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from dwmr.config.layers import LARGEST_FILE, read_bytes
-from dwmr.config.overrides import join_key, split_key
-from dwmr.config.toml_locations import key_places
-from dwmr.scenario.file import UnknownScenarioError, find
-from dwmr.scenario.mistakes import length, requirement, show
-from dwmr.sweep.spec import Distribution, Spec
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import did_you_mean
+from fuzzyctl.experiments.settings.layers import LARGEST_FILE, UnknownScenarioError, read_bytes
+from fuzzyctl.experiments.settings.overrides import join_key, split_key
+from fuzzyctl.experiments.settings.toml_locations import key_places
+from fuzzyctl.experiments.settings.validation import length, requirement, show
+from fuzzyctl.experiments.sweep.spec import Distribution, Spec
 
 #: Tables whose keys are those of a scenario.
 TABLES = ("set", "grid", "random")
@@ -34,13 +33,11 @@ class SpecFile:
         spec: What it says.
         source: Its text.
         path: Its file.
-        given: Keys that stand on the command line or in the program, not in the file.
     """
 
     spec: Spec
     source: SourceText
     path: Path
-    given: Mapping[str, str] = field(default_factory=dict)
 
     @cached_property
     def _places(self) -> Mapping[tuple[str, ...], tuple[int, int]]:
@@ -59,8 +56,11 @@ class SpecFile:
         """Return a diagnostic about a key of the file."""
         return Diagnostic(code, message, span=self.span(*path), file=self.source.name, **more)
 
-    def scenario_path(self) -> Path:
-        """Return the scenario's file: a shipped name, or a path from the folder of the SPEC.
+    def scenario_path(self, find: Callable[[str], Path]) -> Path:
+        """Return the scenario's file: a path from the folder of the SPEC, or what else the name stands for.
+
+        Args:
+            find: As `Runnable.find`.
 
         Raises:
             DiagnosticError: When there is none.
@@ -75,8 +75,12 @@ class SpecFile:
         raise DiagnosticError([self.diagnostic("FZ904", ("scenario",), message)])
 
 
-def read(path: Path) -> SpecFile:
+def read(path: Path, kind: type[Spec] = Spec) -> SpecFile:
     """Read a SPEC file.
+
+    Args:
+        path: The file.
+        kind: What it may say.
 
     Raises:
         DiagnosticError: With every mistake in it.
@@ -92,12 +96,12 @@ def read(path: Path) -> SpecFile:
     except (ValueError, RecursionError) as error:
         message = "nesting is too deep" if isinstance(error, RecursionError) else str(error)
         raise DiagnosticError([Diagnostic("FZ901", f"not valid TOML: {message}", file=str(path))]) from error
-    return SpecFile(_validate(data, source, path), source, path)
+    return SpecFile(_validate(data, source, path, kind), source, path)
 
 
-def _validate(data: Mapping[str, Any], source: SourceText, path: Path) -> Spec:
+def _validate(data: Mapping[str, Any], source: SourceText, path: Path, kind: type[Spec]) -> Spec:
     # only the text matters for places; the content is not valid yet
-    places = SpecFile(Spec(scenario="paper"), source, path)
+    places = SpecFile(kind(scenario="any"), source, path)
     flat, mistakes = dict(data), list[Diagnostic]()
     for name in (name for name in TABLES if isinstance(data.get(name), dict)):
         pairs = list(_flat(data[name], name))
@@ -105,7 +109,7 @@ def _validate(data: Mapping[str, Any], source: SourceText, path: Path) -> Spec:
         for key in (key for key, times in Counter(key for key, _ in pairs).items() if times > 1):
             mistakes.append(places.diagnostic("FZ904", (name, key), f"{name}.{key} is given twice"))
     try:
-        spec = Spec.model_validate(flat)
+        spec = kind.model_validate(flat)
     except ValidationError as error:
         found = dict.fromkeys(_diagnose(one, places) for one in error.errors(include_url=False))
         raise DiagnosticError(sorted([*mistakes, *found], key=lambda d: d.span.start if d.span else -1)) from None
@@ -153,7 +157,7 @@ def _diagnose(error: Any, places: SpecFile) -> Diagnostic:
     key = ".".join(path)
     match error["type"]:
         case "extra_forbidden":
-            owner: type[BaseModel] = Distribution if path[0] == "random" else Spec
+            owner: type[BaseModel] = Distribution if path[0] == "random" else type(places.spec)
             known = tuple(owner.model_fields)
             facts = (f"{key.rpartition('.')[0] or 'a SPEC'} has the keys {', '.join(known)}",)
             hint = did_you_mean(path[-1], known)

@@ -5,22 +5,70 @@ from __future__ import annotations
 import stat
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from dwmr.config.locations import EXTENDS, Places
-from dwmr.config.toml_locations import Path as Key
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import did_you_mean
+from fuzzyctl.experiments.settings.locations import EXTENDS, Places
+from fuzzyctl.experiments.settings.toml_locations import Path as Key
 
 #: Scenario files are small; a larger one is refused before it is read.
 LARGEST_FILE = 1 << 20
 #: Longest chain of scenarios that extend one another.
 MOST_LAYERS = 10
 
-SHIPPED = Path(__file__).parents[1] / "scenarios"
+
+class UnknownScenarioError(Exception):
+    """Raised when a scenario is neither a shipped name nor a path to a file."""
+
+
+@dataclass(frozen=True)
+class Shipped:
+    """The scenarios that come with an application, which are known by their names.
+
+    Args:
+        folder: Where they are.
+        new: How to begin a file, for the diagnostic of an empty one.
+        common: As in `Places`.
+    """
+
+    folder: Path
+    new: str = ""
+    common: Mapping[str, str] = field(default_factory=dict)
+
+    def names(self) -> tuple[str, ...]:
+        """Return their names."""
+        return tuple(sorted(p.stem for p in self.folder.glob("*.toml")))
+
+    def path(self, name: str) -> Path:
+        """Return the file of a shipped scenario."""
+        return self.folder / f"{name}.toml"
+
+    def find(self, name: str) -> Path:
+        """Return the file of a scenario given as a shipped name or a path.
+
+        Raises:
+            UnknownScenarioError: When it is neither.
+        """
+        found = self.beside(Path(), name)
+        if found is not None:
+            return found
+        hint = did_you_mean(name, self.names())
+        known = ", ".join(self.names())
+        shown = name if len(name) <= 200 else f"{name[:197]}..."
+        raise UnknownScenarioError(
+            f"no scenario {shown!r}: it is neither a file nor one of the shipped scenarios: {known}"
+            + (f"; {hint}" if hint else "")
+        )
+
+    def beside(self, folder: Path, name: str) -> Path | None:
+        """Return a scenario by its shipped name or by its path from a folder, None where there is none."""
+        if name in self.names():
+            return self.path(name)
+        return folder / name if exists(folder / name) else None
 
 
 @dataclass(frozen=True)
@@ -33,13 +81,12 @@ class Layer:
     data: dict[str, Any]
 
 
-def shipped_names() -> tuple[str, ...]:
-    """Return the names of the scenarios that come with dwmr."""
-    return tuple(sorted(p.stem for p in SHIPPED.glob("*.toml")))
-
-
-def read_layers(path: Path) -> tuple[Layer, ...]:
+def read_layers(path: Path, shipped: Shipped) -> tuple[Layer, ...]:
     """Read a scenario file and those it extends, the file itself first.
+
+    Args:
+        path: The file.
+        shipped: The scenarios that it may extend by name.
 
     Raises:
         DiagnosticError: When one of them cannot be read, is no TOML, or extends itself.
@@ -48,13 +95,13 @@ def read_layers(path: Path) -> tuple[Layer, ...]:
     following: Path | None = path
     while following is not None:
         content = read_bytes(following, LARGEST_FILE, "a scenario file holds a few kilobytes of TOML")
-        source = SourceText(str(following), _text(following, content))
+        source = SourceText(str(following), _text(following, content, shipped.new))
         layers.append(Layer(following, source, content, _parse(source)))
-        following = _extended(layers)
+        following = _extended(layers, shipped)
     return tuple(layers)
 
 
-def _extended(layers: Sequence[Layer]) -> Path | None:
+def _extended(layers: Sequence[Layer], shipped: Shipped) -> Path | None:
     """Return the file that the last layer extends, and take the key away."""
     last = layers[-1]
     if EXTENDS not in last.data:
@@ -65,11 +112,11 @@ def _extended(layers: Sequence[Layer]) -> Path | None:
         raise DiagnosticError(
             [places.diagnostic("FZ904", EXTENDS, f"{EXTENDS} must be the name of a scenario in quotes")]
         )
-    found = _find(name, last.path.parent)
+    found = shipped.beside(last.path.parent, name)
     if found is None:
-        facts = (f"it is neither a file beside {last.path.name} nor one of the shipped {', '.join(shipped_names())}",)
+        facts = (f"it is neither a file beside {last.path.name} nor one of the shipped {', '.join(shipped.names())}",)
         message = f"{EXTENDS} = {name[:200]!r} names a scenario that does not exist"
-        hint = did_you_mean(name, shipped_names())
+        hint = did_you_mean(name, shipped.names())
         raise DiagnosticError([places.diagnostic("FZ904", EXTENDS, message, facts=facts, help=hint)])
     way = [one.path for one in layers]
     if any(found.samefile(one) for one in way):
@@ -81,18 +128,17 @@ def _extended(layers: Sequence[Layer]) -> Path | None:
     return found
 
 
-def _find(name: str, folder: Path) -> Path | None:
-    """Return a scenario by its shipped name or by its path from a folder."""
-    if name in shipped_names():
-        return SHIPPED / f"{name}.toml"
-    path = folder / name
+def exists(path: Path) -> bool:
+    """Return whether there is such a file; a name that no file can have is none."""
     try:
-        return path if path.exists() else None
+        return path.exists()
     except (OSError, ValueError):  # a name longer than the file system allows, or one with a null character
-        return None
+        return False
 
 
-def merge(layers: Sequence[Layer], overrides: Mapping[str, str]) -> tuple[dict[str, Any], Places]:
+def merge(
+    layers: Sequence[Layer], overrides: Mapping[str, str], common: Mapping[str, str]
+) -> tuple[dict[str, Any], Places]:
     """Lay the files of a scenario over one another, the first on top.
 
     Tables are merged key by key; lists and other values replace those below, and so does a table of another `kind`.
@@ -100,6 +146,7 @@ def merge(layers: Sequence[Layer], overrides: Mapping[str, str]) -> tuple[dict[s
     Args:
         layers: From `read_layers`.
         overrides: Keys given on the command line, for the places.
+        common: As in `Places`.
     """
     data: dict[str, Any] = {}
     places: Places | None = None
@@ -107,7 +154,7 @@ def merge(layers: Sequence[Layer], overrides: Mapping[str, str]) -> tuple[dict[s
         hidden = frozenset(replaced(data, layer.data))
         data = overlay(data, layer.data)
         top = layer is layers[0]
-        places = Places(layer.source, overrides if top else {}, places, hidden)
+        places = Places(layer.source, overrides if top else {}, places, hidden, common)
     assert places is not None
     return data, places
 
@@ -168,15 +215,14 @@ def read_bytes(path: Path, largest: int, help_text: str) -> bytes:
     return content
 
 
-def _text(path: Path, content: bytes) -> str:
+def _text(path: Path, content: bytes, new: str) -> str:
     try:
         text = content.decode("utf-8")
     except UnicodeDecodeError as error:
         message = f"{path} is not UTF-8 text: byte {error.start} is 0x{content[error.start]:02x}"
         raise DiagnosticError([Diagnostic("FZ002", message, file=str(path))]) from error
     if not text.strip():
-        help_text = "begin one with 'dwmr new NAME'"
-        raise DiagnosticError([Diagnostic("FZ901", f"{path} is empty", file=str(path), help=help_text)])
+        raise DiagnosticError([Diagnostic("FZ901", f"{path} is empty", file=str(path), help=new)])
     return text.removeprefix("\ufeff")
 
 

@@ -38,7 +38,7 @@ def require(formats: Sequence[str]) -> None:
     """
     if "parquet" not in formats:
         return
-    from dwmr.output.data import parquet_file
+    from fuzzyctl.experiments.results import parquet
 
-    if not parquet_file.available():
+    if not parquet.available():
         raise click.ClickException("Parquet needs pyarrow, which is not installed: pip install 'fuzzyctl[data]'")

@@ -7,9 +7,10 @@ from collections.abc import Iterable, Iterator
 from itertools import islice
 from typing import Any
 
-from dwmr.sweep.plan import Run
-from dwmr.sweep.pool import WorkerLostError
-from dwmr.sweep.worker import Outcome, Setup, work
+from fuzzyctl.experiments.runnable import Runnable
+from fuzzyctl.experiments.sweep.plan import Run
+from fuzzyctl.experiments.sweep.pool import WorkerLostError
+from fuzzyctl.experiments.sweep.worker import Outcome, Setup, SweepError, work
 
 #: An address of this form is a cluster of N processes on this computer.
 LOCAL = "local:"
@@ -21,7 +22,7 @@ AHEAD = 3
 PATIENCE = 10
 
 
-class ClusterError(Exception):
+class ClusterError(SweepError):
     """Raised when a cluster cannot be used."""
 
 
@@ -60,7 +61,7 @@ def compute(setup: Setup, runs: Iterable[Run], address: str) -> Iterator[Outcome
         except (OSError, ValueError, TypeError) as error:
             raise ClusterError(f"no dask scheduler answers at {address}: {error}") from error
         with client:
-            _require_workers(client, address)
+            _require_workers(client, address, setup.runnable)
             try:
                 yield from _feed(client, setup, iter(runs))
             except (KilledWorker, CommClosedError) as error:
@@ -78,7 +79,8 @@ def _cluster(address: str) -> Any:
     count = int(address.removeprefix(LOCAL))
     try:
         return distributed.LocalCluster(
-            n_workers=count, threads_per_worker=1, processes=True, host=HOST, dashboard_address=f"{HOST}:0"
+            n_workers=count, threads_per_worker=1, processes=True, host=HOST, dashboard_address=f"{HOST}:0",
+            silence_logs=logging.CRITICAL,  # a worker may ask for the scheduler while both end
         )  # fmt: skip
     except (RuntimeError, OSError) as error:
         raise ClusterError(f"no dask cluster can be started on this computer: {error}") from error
@@ -94,20 +96,18 @@ def _require_scheme(where: Any) -> None:
         get_backend(scheme)
 
 
-def _require_workers(client: Any, address: str) -> None:
+def _require_workers(client: Any, address: str, runnable: Runnable[Any]) -> None:
     """Refuse a cluster without workers, or one with other versions.
 
     Raises:
         ClusterError: Naming what differs.
     """
-    from dwmr.sweep.provenance import software
-
     try:
         client.wait_for_workers(1, timeout=PATIENCE)
     except TimeoutError as error:
         raise ClusterError(f"the dask scheduler at {address} has no workers") from error
-    mine = software()
-    for worker, theirs in client.run(software).items():
+    mine = runnable.software()
+    for worker, theirs in client.run(runnable.software).items():
         other = sorted(name for name in mine if theirs.get(name) != mine[name])
         if other:
             shown = ", ".join(f"{name} {str(theirs.get(name))[:16]}" for name in other)

@@ -13,9 +13,9 @@ from itertools import islice
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 
-from dwmr.core.processes import interrupts_blocked
-from dwmr.sweep.plan import Run
-from dwmr.sweep.worker import Outcome, Setup, work
+from fuzzyctl.experiments.sweep.plan import Run
+from fuzzyctl.experiments.sweep.worker import Outcome, Setup, SweepError, work
+from fuzzyctl.support.processes import interrupts_blocked
 
 #: Runs that wait in the queue of each worker, so that none has to wait for its next one.
 AHEAD = 3
@@ -25,7 +25,7 @@ ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUM
 MEMORY = {"MALLOC_MMAP_THRESHOLD_": str(1 << 30), "MALLOC_TRIM_THRESHOLD_": str(1 << 30), "MALLOC_TOP_PAD_": "0"}
 
 
-class WorkerLostError(Exception):
+class WorkerLostError(SweepError):
     """Raised when a worker ended in the middle of a run, such as for want of memory."""
 
 

@@ -1,19 +1,18 @@
-"""Locations of the keys of a scenario: a line of its file, or an argument of the command line."""
+"""Locations of the keys of a scenario: a line of one of its files, or an argument of the command line."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 
-from dwmr.config.overrides import split_key
-from dwmr.config.toml_locations import key_places
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import closest
+from fuzzyctl.experiments.settings.overrides import split_key
+from fuzzyctl.experiments.settings.toml_locations import key_places
 
-#: Table whose values every robot takes over unless it has its own.
-COMMON = "robot"
 #: Key by which a scenario names the one it changes.
 EXTENDS = "extends"
 
@@ -27,12 +26,14 @@ class Places:
         overrides: Arguments of the command line, by key.
         base: Places of the scenario that it extends.
         hidden: Keys whose values replace those of the base whole.
+        common: By the name of a table of tables, the table whose values each of those takes over unless it has its own.
     """
 
     source: SourceText
     overrides: Mapping[str, str] = field(default_factory=dict)
     base: Places | None = None
     hidden: frozenset[tuple[str, ...]] = frozenset()
+    common: Mapping[str, str] = field(default_factory=dict)
 
     @cached_property
     def _keys(self) -> Mapping[tuple[str, ...], tuple[int, int]]:
@@ -57,20 +58,26 @@ class Places:
     def resolve(self, path: tuple[str, ...]) -> tuple[str, Span | None, str]:
         """Return the key as its author wrote it, its place in the file, and its argument of the command line.
 
-        A key that a robot takes over from the common [robot] table is found there. A key that stands nowhere has the
-        place of its nearest parent.
+        A key that is taken over from a common table is found there. A key that stands nowhere has the place of its
+        nearest parent.
         """
-        common = (COMMON, *path[2:]) if path[:1] == ("robots",) and len(path) > 2 else None
+        table = self.common.get(path[0]) if len(path) > 2 else None
+        common = (table, *path[2:]) if table else None
         for candidate in (path, common):
             if candidate and (argument := self._argument(candidate)):
                 return ".".join(candidate), None, argument
             if candidate and (span := self._exact(candidate)):
                 return ".".join(candidate), span, ""
         for length in range(len(path) - 1, 0, -1):
-            for candidate in (path[:length], (COMMON, *path[2:length]) if common and length >= 2 else None):
+            for candidate in (path[:length], common[: length - 1] if common and length >= 2 else None):
                 if candidate and (span := self._exact(candidate)):
                     return ".".join(path), span, ""
         return ".".join(path), None, ""
+
+    def texts(self) -> list[dict[str, str]]:
+        """Return name and text of the scenario's file and of those it extends, as they were read."""
+        own = {"file": Path(self.source.name).name, "text": self.source.text}
+        return [own, *(self.base.texts() if self.base else ())]
 
     def did_you_mean(self, key: str, known: Collection[str]) -> str:
         """Return a help that names the known key most like the last part of a key, or an empty string.

@@ -1,19 +1,14 @@
-"""Options of commands that compute many runs, --jobs and --dask, and the choice of workers."""
+"""Options of commands that compute many runs, --jobs and --dask, and their progress."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 import click
 
-from dwmr.cli.common import progress
-from fuzzyctl.support.cores import cores
-
-if TYPE_CHECKING:
-    from dwmr.sweep.plan import Run
-    from dwmr.sweep.worker import Outcome, Setup
+from fuzzyctl.cli.bars import progress
 
 Command = TypeVar("Command", bound=Callable[..., object])
 
@@ -49,7 +44,7 @@ def _address(context: click.Context, option: click.Parameter, address: str | Non
 
 def require_one(jobs: int | None, cluster: str | None) -> None:
     """Refuse both ways of computing at once, and dask where it is not installed."""
-    from dwmr.sweep import cluster as dask
+    from fuzzyctl.experiments.sweep import cluster as dask
 
     if cluster is None:
         return
@@ -59,42 +54,11 @@ def require_one(jobs: int | None, cluster: str | None) -> None:
         raise click.ClickException("--dask needs dask, which is not installed: pip install 'fuzzyctl[cluster]'")
 
 
-def compute(setup: Setup, runs: Sequence[Run], jobs: int | None, cluster: str | None) -> Iterator[Outcome]:
-    """Yield the outcomes of runs as they come, from processes here or from a cluster."""
-    from dwmr.sweep import cluster as dask
-    from dwmr.sweep import pool
-
-    if cluster is not None:
-        return dask.compute(setup, runs, cluster)
-    return pool.compute(setup, runs, min(jobs or cores(), max(1, len(runs))))
-
-
-def collect(outcomes: Iterable[Outcome], total: int, ready: int, keep: Callable[[Outcome], None]) -> None:
-    """Take in outcomes, with a progress display on a terminal.
-
-    Args:
-        outcomes: As they come.
-        total: Runs there are.
-        ready: Runs done before.
-        keep: Called with each outcome.
-
-    Raises:
-        click.ClickException: When runs cannot be computed; what is kept stays.
-    """
-    from dwmr.sweep.cluster import ClusterError
-    from dwmr.sweep.pool import WorkerLostError
-
-    try:
-        with progress(" (compiling at the first run)", left=True) as start:
-            move = start(f"{total:,} runs", total)
-            for one in outcomes:
-                if one.problem:
-                    raise click.ClickException(one.problem)
-                keep(one)
-                ready += 1
-                move(ready)
-    except (ClusterError, WorkerLostError) as error:
-        raise click.ClickException(str(error)) from error
+@contextmanager
+def computing(total: int) -> Iterator[Callable[[int], None]]:
+    """Offer a function that shows how many runs are done."""
+    with progress(left=True) as start:
+        yield start(f"{total:,} runs", total)
 
 
 @contextmanager

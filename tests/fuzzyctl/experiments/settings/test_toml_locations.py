@@ -1,4 +1,4 @@
-from dwmr.config.toml_locations import key_places
+from fuzzyctl.experiments.settings.toml_locations import key_places
 
 TEXT = """\
 name = "x"

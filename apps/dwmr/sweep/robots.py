@@ -1,0 +1,116 @@
+"""Formations of robots as what a sweep runs."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, ClassVar
+
+from dwmr.config.shipped import SCENARIOS
+from dwmr.control import laws
+from dwmr.control.fuzzy_gains import Known, Rules
+from dwmr.scenario import file as scenario_file
+from dwmr.scenario.file import ScenarioFile
+from dwmr.simulation import preflight
+from dwmr.sweep import columns, provenance
+from fuzzyctl.diagnostics.diagnostic import UnknownNameError
+from fuzzyctl.experiments.runnable import Computed, Prepared, Runnable, UsedFile
+
+
+@dataclass(frozen=True)
+class Robots(Runnable[ScenarioFile]):
+    """Scenarios of robots under control laws.
+
+    Args:
+        rules_folder: Whose rule files replace those of the same name.
+        known: What this process knows about rule files: they are read and proved once.
+    """
+
+    application: ClassVar[str] = "dwmr"
+    seed: ClassVar[str] = "run.seed"
+    common: ClassVar[Mapping[str, str]] = SCENARIOS.common
+
+    rules_folder: Path | None = None
+    known: Known = field(default_factory=Known, compare=False, repr=False)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Leave out what this process knows."""
+        return type(self), (self.rules_folder,)
+
+    def find(self, name: str) -> Path:
+        """Return the file of a scenario given as a shipped name or a path."""
+        return scenario_file.find(name)
+
+    def read(self, path: Path, overrides: Sequence[str]) -> ScenarioFile:
+        """Read a scenario."""
+        return scenario_file.read(path, overrides)
+
+    def controllers(self, scenario: ScenarioFile, names: Sequence[str]) -> tuple[str, ...]:
+        """Return the control laws that some names stand for, words for several laws written out."""
+        found: list[str] = []
+        for name in names or (scenario.scenario.run.controller,):
+            if name not in laws.GROUPS and not laws.exists(name, scenario.path.parent):
+                raise UnknownNameError("control law", name, (*laws.names(), *laws.GROUPS))
+            found += laws.group(name)
+        return tuple(dict.fromkeys(found))
+
+    def check(self, scenario: ScenarioFile, controllers: Sequence[str]) -> Mapping[str, UsedFile]:
+        """Check a scenario and its rule files, and return the rule files by role and name."""
+        rules = self._rules(scenario)
+        preflight.check(scenario, controllers, rules)
+        return _used(rules)
+
+    def unread(
+        self, scenario: ScenarioFile, controllers: Sequence[str], used: Mapping[str, str], key: Sequence[str]
+    ) -> str:
+        """Return whose gains or which rule file a key belongs to, where none of the laws reads it."""
+        tables = {
+            laws.table(robot.controllers, law)[0] for law in controllers for robot in scenario.scenario.robots.values()
+        }
+        roles = {name.partition("/")[0] for name in used}
+        at = key.index("controllers") + 1 if "controllers" in key[1:3] else 0
+        if at and at < len(key) and key[at] not in (*tables, "*"):
+            return f"gains of {key[at]}"
+        if key[0] == "rules" and len(key) > 1 and key[1] not in (*roles, "*"):
+            return f"rule file {key[1]}"
+        return "run.controller" if list(key) == ["run", "controller"] else ""
+
+    def prepare(self, scenario: ScenarioFile, controller: str, measures: Sequence[str]) -> Prepared:
+        """Compile the gains and the control law of each robot."""
+        # the compiler is loaded in the workers only
+        from dwmr.results.metrics import measure
+        from dwmr.simulation import simulate
+
+        rules = self._rules(scenario)
+        simulation = simulate.prepare(scenario, controller, rules)
+
+        def compute() -> Computed:
+            trajectory = simulate.run(simulation)
+            found = measure(trajectory, scenario.scenario, measures)
+            return Computed(dict(columns.row(found, measures, trajectory.robots)), trajectory.wall_s)
+
+        return Prepared(_used(rules), compute)
+
+    def unit(self, column: str) -> str:
+        """Return the unit of a measure of robots."""
+        return columns.unit(column)
+
+    def own_files(self, scenario: ScenarioFile, controllers: Sequence[str]) -> Mapping[str, str]:
+        """Return the checksums of the control laws that lie beside the scenario."""
+        own = {law: scenario.path.parent / f"{law}.py" for law in controllers if law not in laws.names()}
+        return {law: hashlib.sha256(path.read_bytes()).hexdigest() for law, path in own.items()}
+
+    def software(self) -> dict[str, str | None]:
+        """Return the versions of what computes a run, and a checksum of its sources."""
+        return provenance.software()
+
+    def _rules(self, scenario: ScenarioFile) -> Rules:
+        folders = (*([self.rules_folder] if self.rules_folder else []), *scenario.folders)
+        return Rules(scenario.scenario.rules, folders, scenario.places, self.known)
+
+
+def _used(rules: Rules) -> dict[str, UsedFile]:
+    """Return the rule files that were read, by role and name."""
+    return {f"{role}/{used.path.name}": UsedFile(used.path, used.sha256) for role, used in rules.used.items()}

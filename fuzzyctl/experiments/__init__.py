@@ -1,0 +1,1 @@
+"""Experiments: settings in layers, sweeps, comparison of results, of whatever can be run from settings."""

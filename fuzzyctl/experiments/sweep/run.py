@@ -1,0 +1,145 @@
+"""A sweep from its plan to its results: what is not done yet is computed, and kept whatever becomes of the process."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from fuzzyctl.experiments.results.folder import results
+from fuzzyctl.experiments.sweep import cluster, journal, pool
+from fuzzyctl.experiments.sweep.journal import Journal
+from fuzzyctl.experiments.sweep.plan import Plan, Run
+from fuzzyctl.experiments.sweep.results import NAMES, write
+from fuzzyctl.experiments.sweep.worker import Outcome, Setup, SweepError, setup_of
+from fuzzyctl.support.cores import cores
+
+#: Shows how many of some runs are done while it is entered; gives a function to call with their number.
+Shown = Callable[[int], AbstractContextManager[Callable[[int], None]]]
+
+
+class InterruptedSweepError(SweepError):
+    """Raised when Ctrl-C ended a sweep."""
+
+
+@dataclass(frozen=True)
+class Workers:
+    """Who computes: processes here, one for each core unless said otherwise, or a dask cluster.
+
+    Args:
+        jobs: Number of processes.
+        cluster: Address of a dask scheduler, or local:N.
+    """
+
+    jobs: int | None = None
+    cluster: str | None = None
+
+    def compute(self, setup: Setup, runs: Sequence[Run]) -> Iterator[Outcome]:
+        """Yield the outcomes of runs as they come, in any order.
+
+        Raises:
+            SweepError: When the workers cannot be reached, or are lost.
+        """
+        if self.cluster is not None:
+            return cluster.compute(setup, runs, self.cluster)
+        return pool.compute(setup, runs, min(self.jobs or cores(), max(1, len(runs))))
+
+
+def silent(total: int) -> AbstractContextManager[Callable[[int], None]]:
+    """Show nothing."""
+    return nullcontext(lambda done: None)
+
+
+def collect(outcomes: Iterable[Outcome], total: int, ready: int, keep: Callable[[Outcome], None], shown: Shown) -> None:
+    """Take in outcomes.
+
+    Args:
+        outcomes: As they come.
+        total: Runs there are.
+        ready: Runs done before.
+        keep: Called with each outcome.
+        shown: Shows how many are done.
+
+    Raises:
+        SweepError: When runs cannot be computed; what is kept stays.
+    """
+    with shown(total) as move:
+        for one in outcomes:
+            if one.problem:
+                raise SweepError(one.problem)
+            keep(one)
+            ready += 1
+            move(ready)
+
+
+def run(
+    plan: Plan[Any],
+    measures: tuple[str, ...],
+    about: Mapping[str, Any],
+    folder: Path,
+    formats: Sequence[str] = ("csv",),
+    workers: Workers = Workers(),
+    resume: bool = False,
+    shown: Shown = silent,
+    shielded: Callable[[], AbstractContextManager[None]] = nullcontext,
+) -> dict[str, Any]:
+    """Compute what is not done yet, write the results, and return what there is to say.
+
+    Args:
+        plan: The runs.
+        measures: What to keep of each.
+        about: From `provenance.describe`.
+        folder: Of the results.
+        formats: Of `results.FORMATS`.
+        workers: Who computes.
+        resume: Whether a journal that is there goes on.
+        shown: Shows how many runs are done.
+        shielded: Keeps interruptions off while the results are written.
+
+    Raises:
+        DiagnosticError: When the results cannot be written, or belong to another sweep.
+        InterruptedSweepError: When Ctrl-C came; the journal keeps what is done.
+        SweepError: When a run cannot be computed at all; the journal keeps what is done.
+    """
+    journal.require_own(folder, NAMES)
+    with results(folder, NAMES) as files:
+        if resume:
+            journal.require_something(folder, about)
+        with journal.journal(folder, about, resume) as kept:
+            left = [one for one in plan.runs if one.number not in kept.done]
+            if left:
+                _compute(workers.compute(setup_of(plan, measures=measures), left), len(left), kept, folder, shown)
+            with shielded():
+                write(files, formats, plan, kept.done, about)
+                journal.remove(folder)
+    return _summary(plan, kept, len(left), folder)
+
+
+def _compute(outcomes: Iterator[Outcome], left: int, kept: Journal, folder: Path, shown: Shown) -> None:
+    ready = len(kept.done)
+    total = ready + left
+    try:
+        collect(outcomes, total, ready, kept.add, shown)
+    except KeyboardInterrupt as error:
+        raise InterruptedSweepError(f"interrupted{_kept(kept, total, folder)}") from error
+    except SweepError as error:
+        raise SweepError(f"{error}{_kept(kept, total, folder)}") from error
+
+
+def _kept(kept: Journal, total: int, folder: Path) -> str:
+    count = len(kept.done)
+    return f": {count:,} of {total:,} runs are kept in {folder}; go on with --resume" if count else ""
+
+
+def _summary(plan: Plan[Any], kept: Journal, computed: int, folder: Path) -> dict[str, Any]:
+    stopped = [row for row in (kept.done[one.number].row for one in plan.runs) if row["stopped"]]
+    return {
+        "runs": len(plan.runs),
+        "computed": computed,
+        "stopped": len(stopped),
+        "reasons": dict(sorted(Counter(str(row["stop_reason"]) for row in stopped).items())),
+        "files": [name for name in NAMES if (folder / name).exists()],
+    }
