@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -87,6 +87,17 @@ class _Scope:
         self.names[DT] = Name(DT) if self.period is None else Number(self.period)
         self.functions = {f.name: f for f in controller.functions}
         self.systems = {s.name: s for s in controller.systems}
+        self.names |= {name: Name(self.prefix + name) for name in self._members()}
+
+    def _members(self) -> Iterator[str]:
+        """Yield the names of the outputs of instances, and of systems with several outputs."""
+        controllers = {c.name: c for c in self.controller.controllers}
+        for instance in self.controller.instances:
+            yield from (f"{instance.name}.{r.name}" for r in controllers[instance.controller].results)
+        for item in _defined(self.controller):
+            called = self.systems.get(item.value.function) if isinstance(item.value, Call) else None
+            if called is not None and len(called.outputs) > 1:
+                yield from (f"{item.name}.{o.name}" for o in called.outputs)
 
     def constant(self, expr: Expr) -> float:
         """Compute an expression over params."""
@@ -138,10 +149,7 @@ class _Expansion:
             prefixed = f"{scope.prefix}{name}.{key}"
             self.body.append(Equation(prefixed, self.expanded(value, scope), span_of(value)))
             names[key] = Name(prefixed)
-        own = _Scope(with_values(inner, params), f"{scope.prefix}{name}.", names, scope.period)
-        for result in inner.results:
-            scope.names[f"{name}.{result.name}"] = Name(f"{scope.prefix}{name}.{result.name}")
-        self.enter(own)
+        self.enter(_Scope(with_values(inner, params), f"{scope.prefix}{name}.", names, scope.period))
 
     def _several(self, scope: _Scope, name: str, value: Expr) -> Expr | None:
         """Return what a definition stands for; None for a call of a system with several outputs."""
@@ -149,7 +157,8 @@ class _Expansion:
             names = self._evaluation(value, scope, name)
             outputs = scope.systems[value.function].outputs
             if len(outputs) > 1:
-                scope.names |= {f"{name}.{o.name}": Name(n) for o, n in zip(outputs, names, strict=True)}
+                for o, n in zip(outputs, names, strict=True):
+                    self.body.append(Equation(f"{scope.prefix}{name}.{o.name}", Name(n), value.span))
                 return None
             return Name(names[0])
         return self.expanded(value, scope)

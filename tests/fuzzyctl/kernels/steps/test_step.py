@@ -194,6 +194,20 @@ class TestController:
         text = "function twice(a) = a + a\ncontroller c\ninput x\noutput y = twice(twice(previous(x, start=1)))\n"
         assert outputs_of(controller(text), [5.0, 0.0], dt=1.0).tolist() == [4.0, 20.0]
 
+    @pytest.mark.parametrize(
+        "lines", ["block a = keep(b.y)\nblock b = keep(x)", "block b = keep(x)\nblock a = keep(b.y)"]
+    )
+    def test_a_block_reads_one_that_is_written_below_it(self, controller, lines):
+        keep = "controller keep\ninput x\noutput y = previous(x)\n"
+        found = outputs_of(controller(f"{keep}controller c\ninput x\n{lines}\noutput y = a.y\n", "c"), [1, 2, 3], dt=1)
+        assert found.tolist() == [0, 0, 1]
+
+    def test_an_output_of_several_is_read_above_its_system(self, controller):
+        two = PROPORTIONAL.replace("defuzz", "output v in [-1, 1]\n  terms N@-1 Z@0 P@1\ndefuzz") + "\n"
+        two += "table v = e\n    N Z P\n  | P Z N\n"
+        text = f"{two}controller c\ninput x\nlet first = t.v - t.u\nlet t = surface(x)\noutput y = first\n"
+        assert outputs_of(controller(text), [0.5], dt=1).tolist() == [-1.0]
+
 
 class TestStep:
     @pytest.mark.parametrize("backend", BACKENDS)
