@@ -156,6 +156,31 @@ class Keyword(Expr):
     span: Span | None = field(default=None, compare=False, repr=False)
 
 
+@record(frozen=True, slots=True)
+class Pair(Expr):
+    """`key: value` among the arguments of a call, in loops: a time and the value from then on."""
+
+    key: Expr
+    value: Expr
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+
+@record(frozen=True, slots=True)
+class Items(Expr):
+    """`[a, b, ...]` among the arguments of a call, in plants: coefficients, or the rows of a matrix."""
+
+    items: tuple[Expr, ...]
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+
+@record(frozen=True, slots=True)
+class Text(Expr):
+    """`"text"` among the arguments of a call, in plants and loops: the name of a file or of a column."""
+
+    text: str
+    span: Span | None = field(default=None, compare=False, repr=False)
+
+
 ZERO: Final = Number(0.0)
 ONE: Final = Number(1.0)
 
@@ -192,6 +217,10 @@ def children(expr: Expr) -> tuple[Expr, ...]:
             return (condition, then, otherwise)
         case Keyword(value=value):
             return (value,)
+        case Pair(key=key, value=value):
+            return (key, value)
+        case Items(items=items):
+            return items
     return ()
 
 
@@ -238,6 +267,10 @@ def replace(expr: Expr, change: Callable[[Expr], Expr]) -> Expr:
             return change(Where(replace(condition, change), replace(then, change), replace(otherwise, change)))
         case Keyword(name=name, value=value):
             return change(Keyword(name, replace(value, change)))
+        case Pair(key=key, value=value):
+            return change(Pair(replace(key, change), replace(value, change)))
+        case Items(items=items):
+            return change(Items(tuple(replace(item, change) for item in items)))
     return change(expr)
 
 
@@ -425,6 +458,12 @@ def _text(expr: Expr, outer: int) -> str:
             return _wrap(f" {logic} ".join(_text(o, own + 1) for o in operands), own, outer)
         case Keyword(name=name, value=value):
             return f"{name}={_text(value, 0)}"
+        case Pair(key=key, value=value):
+            return f"{_text(key, 0)}: {_text(value, 0)}"
+        case Items(items=items):
+            return f"[{', '.join(_text(item, 0) for item in items)}]"
+        case Text(text=text):
+            return f'"{text}"'
     raise TypeError(f"{type(expr).__name__} has no text in a rule file")
 
 

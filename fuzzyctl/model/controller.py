@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 from fuzzyctl.expr import Expr
@@ -104,7 +104,7 @@ class Controller(Node):
     period: Expr | None = None
     systems: tuple[FuzzySystem, ...] = ()
     controllers: tuple[Controller, ...] = ()
-    path: str = ""
+    path: str = field(default="", compare=False, repr=False)
 
     @cached_property
     def param_values(self) -> ParamValues:

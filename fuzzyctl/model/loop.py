@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 from fuzzyctl.expr import Expr
@@ -33,8 +33,10 @@ class Loop(Node):
         params: Named constants, as expressions.
         functions: Named expressions.
         instances: Controllers and plants, each with its arguments; the outputs are `NAME.OUTPUT`.
-        definitions: The `let` lines: references, disturbances and other signals, which may use the time `t` [s].
-        measures: What the run is judged by.
+        definitions: The `let` lines: references, disturbances and other signals, which may use the time `t` [s] and
+            call the functions of `model/signals.py`; files of `csv` are named relative to the folder of `path`.
+        measures: What the run is judged by: expressions over params, other measures and calls of the functions of
+            `model/measures.py`, whose first arguments are expressions over signals.
         requirements: Claims about measures, checked on the run.
         duration: How long a run lasts [s].
         step: Time between two samples of the record [s]; None for the shortest period of the controllers.
@@ -58,7 +60,7 @@ class Loop(Node):
     controllers: tuple[Controller, ...] = ()
     plants: tuple[Plant, ...] = ()
     systems: tuple[FuzzySystem, ...] = ()
-    path: str = ""
+    path: str = field(default="", compare=False, repr=False)
 
     @cached_property
     def param_values(self) -> ParamValues:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 from fuzzyctl.model.controller import Definition, Function, Result, Signal, State
@@ -17,6 +17,7 @@ class Plant(Node):
     """A plant in continuous time; its inputs are held while it is integrated over a period.
 
     A plant that was written as a transfer function, zeros and poles, or matrices is one of linear equations.
+    Expressions may use the time `t` [s]; `delay(x, time, start=0)` is x of `time` seconds before.
 
     Args:
         name: Its identifier.
@@ -30,8 +31,9 @@ class Plant(Node):
         results: The outputs in the order of declaration.
         derivatives: The derivative of each state by time.
         systems: The fuzzy systems that it calls.
-        python: The file of a plant in Python, which has the states and outputs in place of `derivatives` and the values
-            of `results`; an empty string for one in text.
+        python: The file of a plant in Python, an empty string for one in text. Its `inputs`, `states` and `outputs`
+            are those of the file, read without running it; `derivatives` are empty, and the value of each output is its
+            own name.
         path: The file it was read from, or an empty string.
     """
 
@@ -47,7 +49,7 @@ class Plant(Node):
     derivatives: tuple[Definition, ...] = ()
     systems: tuple[FuzzySystem, ...] = ()
     python: str = ""
-    path: str = ""
+    path: str = field(default="", compare=False, repr=False)
 
     @cached_property
     def param_values(self) -> ParamValues:
