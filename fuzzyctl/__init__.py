@@ -28,8 +28,10 @@ if TYPE_CHECKING:
     from fuzzyctl.formats.fz import dump, dumps
     from fuzzyctl.kernels.compile import Kernel, compile
     from fuzzyctl.kernels.steps.step import Step
-    from fuzzyctl.loading.load import load, load_all, load_controller, loads
+    from fuzzyctl.loading.load import load, load_all, load_controller, load_loop, load_plant, loads
     from fuzzyctl.model.controller import Controller
+    from fuzzyctl.model.loop import Loop
+    from fuzzyctl.model.plant import Plant
     from fuzzyctl.model.profiles import as_profile
     from fuzzyctl.model.system import FuzzySystem
     from fuzzyctl.model.variable import LinguisticVariable
@@ -46,8 +48,10 @@ _HOMES = {
     "FuzzySystem": "fuzzyctl.model.system",
     "Kernel": "fuzzyctl.kernels.compile",
     "LinguisticVariable": "fuzzyctl.model.variable",
+    "Loop": "fuzzyctl.model.loop",
     "NoRuleFiresError": "fuzzyctl.diagnostics.diagnostic",
     "OutputBound": "fuzzyctl.analysis.bounds",
+    "Plant": "fuzzyctl.model.plant",
     "Proved": "fuzzyctl.analysis.verdicts",
     "Refuted": "fuzzyctl.analysis.verdicts",
     "Step": "fuzzyctl.kernels.steps.step",
@@ -63,6 +67,8 @@ _HOMES = {
     "load": "fuzzyctl.loading.load",
     "load_all": "fuzzyctl.loading.load",
     "load_controller": "fuzzyctl.loading.load",
+    "load_loop": "fuzzyctl.loading.load",
+    "load_plant": "fuzzyctl.loading.load",
     "loads": "fuzzyctl.loading.load",
     "output_bounds": "fuzzyctl.analysis.bounds",
     "prove": "fuzzyctl.analysis.prove",
@@ -78,8 +84,10 @@ __all__ = [
     "FuzzyctlError",
     "Kernel",
     "LinguisticVariable",
+    "Loop",
     "NoRuleFiresError",
     "OutputBound",
+    "Plant",
     "Proved",
     "Refuted",
     "Step",
@@ -95,6 +103,8 @@ __all__ = [
     "load",
     "load_all",
     "load_controller",
+    "load_loop",
+    "load_plant",
     "loads",
     "output_bounds",
     "prove",

@@ -35,6 +35,9 @@ THROUGH = {
     "fuzzyctl/formulas": "fuzzyctl/formulas/test_memberships.py fuzzyctl/kernels/test_exact.py",
     "fuzzyctl/kernels": "fuzzyctl/kernels/test_engine.py fuzzyctl/kernels/test_exact.py properties/test_engine.py",
     "fuzzyctl/lang": "fuzzyctl/lang/test_parser.py fuzzyctl/lang/test_mistakes.py fuzzyctl/lang/test_recovery.py",
+    "fuzzyctl/loading/block_equations.py": "fuzzyctl/resolve/test_loops.py fuzzyctl/resolve/test_plants.py",
+    "fuzzyctl/loading/block_numbers.py": "fuzzyctl/resolve/test_loops.py fuzzyctl/resolve/test_plants.py "
+    "fuzzyctl/resolve/test_controllers.py",
     "fuzzyctl/model": "fuzzyctl/model/test_system.py fuzzyctl/model/checks/test_checks.py fuzzyctl/cli/test_as.py",
     "fuzzyctl/plot": "fuzzyctl/cli/test_plot.py fuzzyctl/cli/test_why.py",
     "fuzzyctl/resolve": "fuzzyctl/resolve/test_rules.py fuzzyctl/resolve/test_settings.py",

@@ -21,7 +21,7 @@ from fuzzyctl.support.reading import MAX_BYTES, read_source
 if TYPE_CHECKING:
     from fuzzyctl.analysis.verdicts import Verdict
     from fuzzyctl.analysis.work import Work
-    from fuzzyctl.model.controller import Controller
+    from fuzzyctl.loading.blocks import Block
 
 
 @dataclass(frozen=True)
@@ -71,14 +71,15 @@ def check(
         return (None if _has_errors(diagnostics) else path), diagnostics
     path = arguments.path(path, "; 'loads' takes texts")
     source = read_source(path, max_bytes=max_bytes)
-    blocks, diagnostics = check_source(source, folder=Path(path).parent, guarantees=guarantees)
-    return choose(source, [b for b in blocks if isinstance(b, FuzzySystem)], diagnostics, system)
+    found, diagnostics = check_source(source, folder=Path(path).parent, guarantees=guarantees)
+    blocks = [b for b in found if not isinstance(b, FuzzySystem)]
+    return choose(source, [b for b in found if isinstance(b, FuzzySystem)], diagnostics, system, blocks)
 
 
 def check_source(
     source: SourceText, *, folder: Path | None = None, guarantees: bool = True, profile: str | None = None
-) -> tuple[tuple[FuzzySystem | Controller, ...], list[Diagnostic]]:
-    """Check all systems and controllers of a source text.
+) -> tuple[tuple[FuzzySystem | Block, ...], list[Diagnostic]]:
+    """Check all systems, controllers, plants and loops of a source text.
 
     Args:
         source: The text.
@@ -88,15 +89,15 @@ def check_source(
             checked as the file is.
 
     Returns:
-        The systems and controllers without errors, and all diagnostics sorted by location.
+        The blocks without errors, and all diagnostics sorted by location.
     """
     return check_examined(look_through(source, folder=folder), guarantees=guarantees, profile=profile)
 
 
 def check_examined(
     examined: Examined, *, guarantees: bool = True, profile: str | None = None
-) -> tuple[tuple[FuzzySystem | Controller, ...], list[Diagnostic]]:
-    """Check all systems and controllers of a source that is read; see `check_source`."""
+) -> tuple[tuple[FuzzySystem | Block, ...], list[Diagnostic]]:
+    """Check all blocks of a source that is read; see `check_source`."""
     from fuzzyctl.analysis.work import Work
 
     diagnostics, sound, work = examined.diagnostics, [], Work()
@@ -106,7 +107,7 @@ def check_examined(
         diagnostics = [*diagnostics, *found]
         if not _has_errors(found):
             sound.append(system)
-    return (*sound, *examined.controllers), examined.reported(diagnostics)
+    return (*sound, *examined.blocks), examined.reported(diagnostics)
 
 
 def check_changed(
@@ -123,7 +124,7 @@ def check_changed(
         DiagnosticError: What the change raises.
     """
     reported = examined.reported(examined.diagnostics)
-    chosen, diagnostics = choose(examined.source, examined.systems, reported, system)
+    chosen, diagnostics = choose(examined.source, examined.systems, reported, system, examined.blocks)
     if chosen is None:
         return Checked(None, (), diagnostics)
     changed = change(chosen)

@@ -26,7 +26,7 @@ from fuzzyctl.diagnostics.diagnostic import CODES, Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.suggestions import counted, did_you_mean
 
 if TYPE_CHECKING:
-    from fuzzyctl.model.controller import Controller
+    from fuzzyctl.loading.blocks import Block
     from fuzzyctl.model.system import FuzzySystem
 
 #: What `--deny` takes besides codes.
@@ -92,18 +92,28 @@ def check(
     return UNDECIDED if undecided else DONE
 
 
-def _clean(system: FuzzySystem | Controller, diagnostics: list[Diagnostic]) -> str:
+def _clean(system: FuzzySystem | Block, diagnostics: list[Diagnostic]) -> str:
     """Return what is said of a block without errors; a quiet command too says why it ends with exit code 3."""
     from fuzzyctl.model.system import FuzzySystem
 
     if not isinstance(system, FuzzySystem):
-        return f"{system.name}: {counted(len(system.results), 'output')}, no errors"
+        return f"{system.name}: {_size(system)}, no errors"
     undecided = {d.span for d in diagnostics if d.code == UNCOVERED}
     coverage = "; coverage not decided" if any(o.span in undecided for o in system.outputs) else ""
     return f"{system.name}: {counted(len(system.rules), 'rule')}, no errors{coverage}"
 
 
-def _check_file(file: str, profile: str | None) -> tuple[tuple[FuzzySystem | Controller, ...], list[Diagnostic]]:
+def _size(block: Block) -> str:
+    """Return how large a controller, plant or loop is."""
+    from fuzzyctl.model.controller import Controller
+    from fuzzyctl.model.plant import Plant
+
+    if isinstance(block, Controller):
+        return counted(len(block.results), "output")
+    return counted(len(block.states), "state") if isinstance(block, Plant) else counted(len(block.instances), "block")
+
+
+def _check_file(file: str, profile: str | None) -> tuple[tuple[FuzzySystem | Block, ...], list[Diagnostic]]:
     from fuzzyctl.analysis.check import check_source
 
     try:

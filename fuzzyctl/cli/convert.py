@@ -72,17 +72,16 @@ def convert(
     to = _target(target, wanted)
     if target != "-":
         _free(Path(target), force)
-    system, told = _loaded(source, settings, name)
+    system, lost = _loaded(source, settings, name)
     if to == "markdown" and target != "-" and not force:
         from fuzzyctl.convert.pictures import picture_files, refuse_to_replace
 
         refuse_to_replace(picture_files(system, Path(target)))
     from fuzzyctl.convert.convert import convert as converted
-    from fuzzyctl.convert.convert import left_out
 
     with progress() as shown:
         conversion = converted(system, to, points=points, progress=shown)
-    conversion = replace(conversion, losses=(*left_out(told), *conversion.losses))
+    conversion = replace(conversion, losses=(*lost, *conversion.losses))
     refused = bool(conversion.lossy) and not lossy
     if not refused:
         _write(system, conversion, target)
@@ -129,11 +128,16 @@ def _target(target: str, wanted: str | None) -> str:
     raise DiagnosticError([Diagnostic("FZ005", message, file=target, help=help_text)])
 
 
-def _loaded(source: str, settings: tuple[str, ...], name: str | None) -> tuple[FuzzySystem, list[Diagnostic]]:
-    """Load a system of any format with its warnings, which are printed; its gaps are no mistakes of a conversion."""
+def _loaded(source: str, settings: tuple[str, ...], name: str | None) -> tuple[FuzzySystem, list[Loss]]:
+    """Load a system of any format, and what of its file is left out; its gaps are no mistakes of a conversion."""
     opened = open_systems(source, Choice(settings, name), several=False)
     show(opened.diagnostics)
-    return opened.systems[0], opened.diagnostics
+    from fuzzyctl.convert.convert import left_out
+    from fuzzyctl.formats.losses import Loss
+
+    blocks = [(type(b).__name__.lower(), b.name) for b in opened.file.blocks]
+    others = [Loss(f"{kind} '{own}'", "left out", "only systems are converted", exact=True) for kind, own in blocks]
+    return opened.systems[0], [*left_out(opened.diagnostics), *others]
 
 
 def _write(system: FuzzySystem, conversion: Conversion, target: str) -> None:

@@ -49,9 +49,21 @@ def diff(first: str, second: str, form: str, name: str | None) -> int:
 
     said = policy_changes(before.file.policy, after.file.policy)
     found = [(a.name, changes(a, b)) for a, b in pairs]
+    others: list[tuple[str, tuple[Change, ...]]] = []
+    if before.blocks or after.blocks:
+        from fuzzyctl.comparison.block_changes import block_changes
+
+        others = block_changes(before.blocks, after.blocks)
     if form == "json":
         systems = [_data(name, own) for name, own in found]
-        data = {"first": first, "second": second, "changes": [dataclasses.asdict(c) for c in said], "systems": systems}
+        data: dict[str, Any] = {
+            "first": first,
+            "second": second,
+            "changes": [dataclasses.asdict(c) for c in said],
+            "systems": systems,
+        }
+        if before.blocks or after.blocks:
+            data["blocks"] = [{"block": name, "changes": [dataclasses.asdict(c) for c in own]} for name, own in others]
         write_json(data)
     else:
         for change in said:
@@ -61,9 +73,13 @@ def diff(first: str, second: str, form: str, name: str | None) -> int:
                 say(f"system {name}")
             for change in own:
                 say(_line(change))
-        if not said and not any(own for _, own in found):
+        for name, own in others:
+            say(name)
+            for change in own:
+                say(_line(change))
+        if not said and not others and not any(own for _, own in found):
             say("nothing was changed")
-    return FAILED if said or any(own for _, own in found) else DONE
+    return FAILED if said or others or any(own for _, own in found) else DONE
 
 
 def _opened(first: str, second: str, name: str | None) -> tuple[Opened, Opened]:
@@ -76,7 +92,7 @@ def _opened(first: str, second: str, name: str | None) -> tuple[Opened, Opened]:
     mistakes: list[Diagnostic] = []
     for file in (first, second):
         try:
-            opened.append(open_systems(file, Choice(name=name), hints=False))
+            opened.append(open_systems(file, Choice(name=name), hints=False, blocks=True))
         except DiagnosticError as error:
             mistakes.extend(error.diagnostics)
     if mistakes:

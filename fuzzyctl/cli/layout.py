@@ -37,6 +37,9 @@ def _broken(text: str, width: int) -> list[str]:
 
 
 def _lines(data: dict[str, Any], width: int) -> Iterator[Line]:
+    if "kind" in data:
+        yield from _block(data)
+        return
     yield "heading", f"{data['system']}: {data['title']}" if data["title"] else data["system"]
     for word in ("source", "file"):
         if data[word]:
@@ -50,6 +53,18 @@ def _lines(data: dict[str, Any], width: int) -> Iterator[Line]:
     yield from _section("Outputs", [line for v in data["outputs"] for line in _output(v)])
     yield from _section(f"Rules: {data['rule_count']}", list(_rules(data["rules"], width)))
     yield from _section("Guarantees, not proved here", [("text", f"  {g}") for g in data["guarantees"]])
+
+
+def _block(data: dict[str, Any]) -> Iterator[Line]:
+    """Yield the lines of a controller, plant or loop."""
+    title = f": {data['title']}" if data["title"] else ""
+    yield "heading", f"{data['kind']} {data['name']}{title}"
+    for word in ("source", "file", "period", "duration", "step"):
+        if data.get(word):
+            yield "text", f"{word}: {data[word] if isinstance(data[word], str) else f'{_number(data[word])} s'}"
+    yield from _section("Params", _params(data["params"]))
+    for heading, statements in data["statements"].items():
+        yield from _section(heading, [("text", f"  {statement}") for statement in statements])
 
 
 def _section(title: str, lines: Sequence[Line]) -> Iterator[Line]:

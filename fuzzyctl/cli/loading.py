@@ -6,16 +6,21 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from fuzzyctl.cli.common import AS, SET, STDIN, SYSTEM, assignments, show, standard_input
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
     from fuzzyctl.diagnostics.source import SourceText
+    from fuzzyctl.loading.blocks import Block
     from fuzzyctl.loading.load import Examined
     from fuzzyctl.model.controller import Controller
+    from fuzzyctl.model.loop import Loop
+    from fuzzyctl.model.plant import Plant
     from fuzzyctl.model.system import FuzzySystem
+
+AnyBlock = TypeVar("AnyBlock", bound="Controller | Plant | Loop")
 
 
 @dataclass(frozen=True)
@@ -45,8 +50,8 @@ class Choice:
             raise self._blamed(error) from None
         return under(system, self.profile)
 
-    def with_settings(self, block: Controller) -> Controller:
-        """Return a controller with the params set.
+    def with_settings(self, block: AnyBlock) -> AnyBlock:
+        """Return a controller, plant or loop with the params set.
 
         Raises:
             DiagnosticError: As `changed`.
@@ -54,7 +59,7 @@ class Choice:
         values = assignments(self.settings, [p.name for p in block.params], "param")
         if not values:
             return block
-        from fuzzyctl.loading.controllers import with_params
+        from fuzzyctl.loading.block_equations import with_params
 
         try:
             return with_params(block, values)
@@ -87,13 +92,15 @@ class Opened:
 
     Args:
         file: What the file holds.
-        systems: Those chosen, with params set, under the profile; one or more.
+        systems: Those chosen, with params set, under the profile.
         diagnostics: Warnings and hints of the file.
+        blocks: Controllers, plants and loops that were chosen, with params set.
     """
 
     file: Examined
     systems: tuple[FuzzySystem, ...]
     diagnostics: list[Diagnostic]
+    blocks: tuple[Block, ...] = ()
 
 
 def source_of(file: str) -> SourceText:
@@ -103,7 +110,9 @@ def source_of(file: str) -> SourceText:
     return read_stream(standard_input(), STDIN) if file == "-" else read_source(file)
 
 
-def open_systems(file: str, choice: Choice, *, several: bool = True, hints: bool = True) -> Opened:
+def open_systems(
+    file: str, choice: Choice, *, several: bool = True, hints: bool = True, blocks: bool = False
+) -> Opened:
     """Open the systems of a file.
 
     Args:
@@ -111,24 +120,31 @@ def open_systems(file: str, choice: Choice, *, several: bool = True, hints: bool
         choice: What to make of it.
         several: Whether the command works on several systems.
         hints: Whether to look for what can only be a warning.
+        blocks: Whether the command works on controllers, plants and loops as well.
 
     Raises:
         DiagnosticError: With all errors of the file, and its warnings where one system is wanted, as they may explain
             them; for params that the system does not have or take; for a system that the tool of the profile cannot
             evaluate.
     """
-    from fuzzyctl.loading.load import choose, look_through
+    from fuzzyctl.loading.load import choose, look_through, without_system
 
     source = source_of(file)
     examined = look_through(source, folder=Path(file).parent, hints=hints)
     systems, diagnostics = examined.systems, examined.reported(examined.diagnostics)
-    if choice.name is not None or not several:
-        system, diagnostics = choose(source, systems, diagnostics, choice.name)
+    chosen = tuple(b for b in examined.blocks if blocks and choice.name in (None, b.name))
+    if chosen and choice.name is not None:
+        systems = ()
+    elif choice.name is not None or not several:
+        system, diagnostics = choose(source, systems, diagnostics, choice.name, examined.blocks)
         systems = (system,) if system is not None else ()
+    elif examined.blocks and not systems and not blocks:
+        diagnostics = [*diagnostics, without_system(source, examined.blocks)]
     errors = [d for d in diagnostics if d.severity == "error"]
     if errors:
         raise DiagnosticError(errors if several else diagnostics)
-    return Opened(examined, tuple(map(choice.changed, systems)), diagnostics)
+    opened = Opened(examined, tuple(map(choice.changed, systems)), diagnostics)
+    return replace(opened, blocks=tuple(map(choice.with_settings, chosen))) if chosen else opened
 
 
 def load_checked(file: str, choice: Choice) -> FuzzySystem:

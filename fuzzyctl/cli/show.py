@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import sys
 from collections.abc import Sequence
+from typing import Any
 
 import click
 
@@ -44,7 +45,8 @@ def show_system(
 
     Ranges and terms with their numbers computed, the method in effect with its defaults, rules, and what is proved:
     the values that each output can have, and whether some rule fires everywhere. A file of several systems is printed
-    whole unless --system names one. With --plan, --algorithm says what another choice would be, or why the system
+    whole unless --system names one. Of controllers, plants and loops it prints params, signals, states and equations in
+    the order in which they are computed. With --plan, --algorithm says what another choice would be, or why the system
     does not allow it.
     """
     if algorithm != "auto" and not only_plan:
@@ -52,13 +54,21 @@ def show_system(
     from fuzzyctl.cli.layout import laid_out
     from fuzzyctl.cli.summary import summary
 
-    systems = open_systems(file, choice).systems
+    opened = open_systems(file, choice, blocks=not only_plan)
+    systems = opened.systems
     if only_plan:
         return _show_plan(systems, algorithm, form)
     pages = [summary(system) for system in systems]
+    others: list[dict[str, Any]] = []
+    if opened.blocks:
+        from fuzzyctl.cli.block_summary import block_summary
+
+        others = [block_summary(block) for block in opened.blocks]
     if form == "json":
-        write_json(pages[0] if len(pages) == 1 else {"systems": pages})
+        several = {"systems": pages} | ({"blocks": others} if others else {})
+        write_json((*pages, *others)[0] if len(pages) + len(others) == 1 else several)
         return DONE
+    pages += others
     width = shutil.get_terminal_size((WIDTH, 24)).columns
     bold = (lambda text: f"\x1b[1m{text}\x1b[0m") if use_color(sys.stdout) else str
     pages = [for_terminal(page, sys.stdout.encoding) for page in pages]

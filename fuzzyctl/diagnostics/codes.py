@@ -47,6 +47,8 @@ CODES: Final[dict[str, str]] = {
     "FZ218": "a file cannot be used",
     "FZ219": "a hedge is used by nothing",
     "FZ220": "equations depend on each other in a circle",
+    "FZ221": "a transfer function is not proper",
+    "FZ222": "the matrices of a plant do not fit together",
     "FZ301": "feet and peaks are out of order",
     "FZ302": "a parameter has a bad value",
     "FZ303": "wrong number of parameters",

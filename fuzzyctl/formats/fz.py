@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import os
-import re
-import unicodedata
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
-from fuzzyctl.diagnostics.diagnostic import ValueOutOfBoundsError
 from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.expr import ONE, Expr, Number, number_text, to_text
+from fuzzyctl.formats.fz_strings import quoted, require_names
 from fuzzyctl.lang.formatter import format_source
-from fuzzyctl.lang.syntax import MAX_NAME
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.method import Activation, Defuzzifier, Method
 from fuzzyctl.model.profiles import PROFILES, UNSET, Profile
@@ -23,48 +20,62 @@ from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import ANYWHERE, Fallback, Hold, Input, Let, LinguisticVariable, Membership, Output
 from fuzzyctl.support import arguments
 
-#: Characters that no string of a rule file can hold.
-_UNWRITABLE: Final = re.compile('["\\n\\r\\0\\ud800-\\udfff]')
+if TYPE_CHECKING:
+    from fuzzyctl.model.controller import Controller
+    from fuzzyctl.model.loop import Loop
+    from fuzzyctl.model.plant import Plant
 
 _KEYWORDS: Final = {Input: "input", Output: "output", Let: "let"}
 
 
-def dumps(system: FuzzySystem) -> str:
-    """Return a system as the text of a rule file in its canonical layout.
+def dumps(system: FuzzySystem | Controller | Plant | Loop) -> str:
+    """Return a system, controller, plant or loop as the text of a rule file in its canonical layout.
 
     Args:
-        system: A well-formed system.
+        system: A well-formed system or other block.
 
     Returns:
         A text with `loads(dumps(system)) == system`; comments of a file it came from are not part of a system. Other
-        systems that guarantees name follow it: `loads` then takes `system=system.name`.
+        systems that guarantees name follow it: `loads` then takes `system=system.name`. What a controller, plant or
+        loop calls precedes it; a plant of one line is written with its equations.
 
     Raises:
         ValueOutOfBoundsError: For a name, title, label, unit or citation that a `.fz` file cannot hold; names of other
             formats may be such, and `fuzzyctl convert` changes them.
-        ArgumentError: For what is no system.
+        ArgumentError: For what is no such block.
     """
-    arguments.instance("the system", FuzzySystem, "a FuzzySystem", system)
-    _require_names(system)
-    raw = "\n".join(_lines(system)) + "\n"
+    if isinstance(system, FuzzySystem):
+        raw = "\n".join(system_lines(system)) + "\n"
+    else:
+        from fuzzyctl.formats.fz_blocks import Block, text_of  # here, since few files have them
+
+        if not isinstance(system, Block):
+            raise arguments.wrong("the system", "a FuzzySystem, Controller, Plant or Loop", system)
+        raw = text_of(system, system_lines)
     return format_source(SourceText(system.name, raw))
 
 
-def _require_names(system: FuzzySystem) -> None:
-    """Refuse names that would not be read back."""
-    variables = system.variables
-    named = [n.name for part in (system.params, system.hedges, variables, system.rule_blocks) for n in part]
-    for name in (system.name, *named, *(t.name for v in variables for t in v.terms)):
-        if len(name) > MAX_NAME or not name.isidentifier():
-            bound = f"letters, digits and '_', at most {MAX_NAME} characters, and not begin with a digit"
-            raise ValueOutOfBoundsError("a name of a rule file", name[:60], bound)
-
-
-def dump(system: FuzzySystem, path: str | os.PathLike[str]) -> None:
-    """Write a system to a rule file, whole or not at all; see `dumps`.
+def system_lines(system: FuzzySystem, written: set[str] | None = None) -> Iterator[str]:
+    """Yield the lines of a system, then those of the systems that it names.
 
     Args:
-        system: A well-formed system.
+        system: The system.
+        written: Names of systems that are written elsewhere; those written here are entered.
+
+    Raises:
+        ValueOutOfBoundsError: As `dumps`.
+    """
+    variables = system.variables
+    named = [n.name for part in (system.params, system.hedges, variables, system.rule_blocks) for n in part]
+    require_names((system.name, *named, *(t.name for v in variables for t in v.terms)))
+    yield from _lines(system, set() if written is None else written)
+
+
+def dump(system: FuzzySystem | Controller | Plant | Loop, path: str | os.PathLike[str]) -> None:
+    """Write a system, controller, plant or loop to a rule file, whole or not at all; see `dumps`.
+
+    Args:
+        system: A well-formed system or other block.
         path: The file; one that exists is replaced.
 
     Raises:
@@ -79,14 +90,14 @@ def dump(system: FuzzySystem, path: str | os.PathLike[str]) -> None:
         temporary.write_text(text, encoding="utf-8", newline="\n")
 
 
-def _lines(system: FuzzySystem) -> Iterator[str]:
-    yield f"system {system.name}{_string(' ', system.title, 'title')}"
+def _lines(system: FuzzySystem, written: set[str]) -> Iterator[str]:
+    yield f"system {system.name}{quoted(' ', system.title, 'title')}"
     if system.citation:
-        yield f"source{_string(' ', system.citation, 'citation')}"
+        yield f"source{quoted(' ', system.citation, 'citation')}"
     yield from _section(list(method_lines(system.method)))
     yield from _section([f"hedge {h.name}({h.parameter}) = {to_text(h.expression)}" for h in system.hedges])
     yield from _section(
-        [f"param {p.name} = {to_text(p.expression)}{_string(' unit ', p.unit, 'unit')}" for p in system.params]
+        [f"param {p.name} = {to_text(p.expression)}{quoted(' unit ', p.unit, 'unit')}" for p in system.params]
     )
     for variable in (*system.inputs, *system.lets, *system.outputs):
         yield from _section(list(_variable(variable, PROFILES[system.method.semantics.profile])))
@@ -96,7 +107,9 @@ def _lines(system: FuzzySystem) -> Iterator[str]:
         yield from _rules(block.rules)
     yield from _section([f"require {guarantee_text(g)}" for g in system.guarantees])
     for other in _others(system):
-        yield from _section(list(_lines(other)))
+        if other.name not in written:
+            written.add(other.name)
+            yield from _section(list(_lines(other, written)))
 
 
 def _others(system: FuzzySystem) -> list[FuzzySystem]:
@@ -145,14 +158,6 @@ def guarantee_text(g: Guarantee) -> str:
 
 def _section(lines: list[str]) -> list[str]:
     return ["", *lines] if lines else []
-
-
-def _string(before: str, text: str, what: str) -> str:
-    """Return a quoted string after what introduces it; nothing for an empty one."""
-    if _UNWRITABLE.search(text) or not unicodedata.is_normalized("NFC", text):
-        bound = "a text in Unicode NFC without double quotes, line ends, NUL and halves of surrogate pairs"
-        raise ValueOutOfBoundsError(what, text, bound)
-    return f'{before}"{text}"' if text else ""
 
 
 def method_lines(method: Method) -> Iterator[str]:
@@ -236,10 +241,10 @@ def let_lines(let: Let) -> list[str]:
 
 def _variable(variable: LinguisticVariable, profile: Profile) -> Iterator[str]:
     keyword = next(word for kind, word in _KEYWORDS.items() if isinstance(variable, kind))
-    head = f"{keyword} {variable.name}{_string(' ', variable.label, 'label')}"
+    head = f"{keyword} {variable.name}{quoted(' ', variable.label, 'label')}"
     if (variable.lower, variable.upper) != ANYWHERE:
         head += f" in [{to_text(variable.lower)}, {to_text(variable.upper)}]"
-    head += _string(" unit ", variable.unit, "unit")
+    head += quoted(" unit ", variable.unit, "unit")
     if isinstance(variable, Let):
         head += f" = {to_text(variable.value)}"
     elif isinstance(variable, Output):

@@ -14,7 +14,9 @@ from fuzzyctl import expr as ex
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.lang import syntax as sx
+from fuzzyctl.lang.common_errors import repair
 from fuzzyctl.lang.lines import LogicalLine
+from fuzzyctl.lang.mistakes import form_of
 
 #: What a name may be made of.
 NAME_RULE: Final = "a name begins with a letter or '_' and goes on with letters, digits and '_'"
@@ -36,7 +38,7 @@ class Builder(Transformer[Token, Any]):
 
     def begin(self, source: SourceText, line: LogicalLine) -> None:
         """Say which line is parsed next; `problems` then gathers what the grammar accepts but the language does not."""
-        self.source, self.base = source, line.start
+        self.source, self.base, self.logical = source, line.start, line
         first = line.start + len(source.text[line.start : line.end]) - len(source.text[line.start : line.end].lstrip())
         self.line = Span(source, first, line.end)
         self.problems: list[Diagnostic] = []
@@ -169,10 +171,12 @@ class Builder(Transformer[Token, Any]):
     def bounds(self, left: Token, lower: ex.Expr, upper: ex.Expr, right: Token) -> sx.Bounds:
         return sx.Bounds(lower, upper, left == "(", right == ")", self._at(left).to(self._at(right)))
 
-    # -- statements of controllers
+    # -- statements of controllers, plants and loops
 
-    def head(self, keyword: Token, name: Token, title: Token | None) -> sx.Head:
-        return sx.Head(self.line, self._word(keyword), self._word(name), self._string(title))
+    def head(self, keyword: Token, name: Token, title: Token | None, formula: ex.Expr | None = None) -> sx.Head:
+        return sx.Head(self.line, self._word(keyword), self._word(name), self._string(title), formula)
+
+    formula_head = head
 
     def function(self, _keyword: Token, name: Token, parameters: tuple[sx.Word, ...], value: ex.Expr) -> sx.Function:
         return sx.Function(self.line, self._word(name), parameters, value)
@@ -198,6 +202,14 @@ class Builder(Transformer[Token, Any]):
 
     def every(self, _keyword: Token, period: ex.Expr) -> sx.Every:
         return sx.Every(self.line, period)
+
+    def measure(
+        self, keyword: Token, name: Token, label: Token | None, _unit: Token | None, unit: Token | None, value: ex.Expr
+    ) -> sx.Signal:
+        return self.signal(keyword, name, label, None, None, _unit, unit, value)
+
+    def run(self, _keyword: Token, duration: ex.Expr, _step: Token | None, step: ex.Expr | None) -> sx.Run:
+        return sx.Run(self.line, duration, step)
 
     def input(self, keyword: Token, name: Token, label: Token | None, _in: Token, *rest: Any) -> sx.Variable:
         (lower, upper), *clauses = rest
@@ -386,6 +398,34 @@ class Builder(Transformer[Token, Any]):
     def keyword(self, name: Token, value: ex.Expr) -> ex.Keyword:
         span = self._at(name)
         return ex.Keyword(self._word(name).text, value, span.to(ex.span_of(value) or span))
+
+    def pair(self, key: ex.Expr, value: ex.Expr) -> ex.Pair:
+        span = self._join(key, value)
+        end = ex.span_of(key)
+        self._only_in_blocks("FZ105", self.source.text.index(":", end.end if end is not None else self.base), 1)
+        return ex.Pair(key, value, span)
+
+    def list(self, *tokens: Any) -> ex.Items:
+        items = tuple(t for t in tokens if isinstance(t, ex.Expr))
+        span = self._at(tokens[0]).to(self._at(tokens[-1]))
+        self._only_in_blocks("FZ102", span.start, 1)
+        return ex.Items(items, span)
+
+    def text(self, token: Token) -> ex.Text:
+        span = self._at(token)
+        self._only_in_blocks("FZ102", span.start, len(token))
+        return ex.Text(self._string(token), span)
+
+    def _only_in_blocks(self, code: str, start: int, length: int) -> None:
+        """Refuse an argument that only lines of controllers, plants and loops may have."""
+        if not self.logical.in_block:
+            span = Span(self.source, start, start + length)
+            is_first = self.source.text[:start].rstrip().endswith("(")
+            sign = ("')', ", "") if is_first else ("", "+ or -, ")
+            expected = f"expected '(', {sign[0]}'not', 'quantity', {sign[1]}a name or a number"
+            facts = (expected,) if code == "FZ102" else ()
+            help_text = repair(self.source, self.logical, start) or form_of(self.logical)
+            self.problems.append(Diagnostic(code, f"unexpected '{span.text}'", span, facts=facts, help=help_text))
 
     def name(self, token: Token) -> ex.Name:
         return ex.Name(self._word(token).text, self._at(token))

@@ -78,7 +78,7 @@ def _column_kind(line: LogicalLine) -> str:
         return "terms"
     if line.kind == "statement" and line.word in _SETTINGS:
         return "settings"
-    aligned = ("param", "let", "next") if line.in_block else ("param",)
+    aligned = ("param", "let", "next", "der", "measure") if line.in_block else ("param",)
     return line.word if line.kind in ("statement", "block_statement") and line.word in aligned else ""
 
 
@@ -90,7 +90,7 @@ def _lay_out(source: SourceText, block: list[LogicalLine]) -> Iterator[_Laid]:
     elif kind == "settings":
         width = max(len(line.word) for line in block)
         codes = [_setting(text, width) for text in texts]
-    elif kind in ("terms", "param", "let", "next"):
+    elif kind in ("terms", "param", "let", "next", "der", "measure"):
         codes = _equal_signs([_code(line, text) for line, text in zip(block, texts, strict=True)])
     else:
         codes = [_code(line, text) for line, text in zip(block, texts, strict=True)]
@@ -191,11 +191,11 @@ def _spaced(tokens: Sequence[str], *, tight: str, text: str) -> str:
 
 def _begins_operand(before: str, tight: str) -> bool:
     """Whether a sign after this token belongs to a number rather than standing between two."""
-    return before == "" or before in _BINARY or before in "([,^@" or before in _APART or before in tight
+    return before == "" or before in _BINARY or before in "([,^@:" or before in _APART or before in tight
 
 
 def _glue(before: str, token: str, tight: str) -> str:
-    if before in "([^" or token in ")],^" or before in tight or token in tight:
+    if before in "([^" or token in ")],^:" or before in tight or token in tight:
         return ""
     if token == "(":
         is_call = re.fullmatch(_MEMBER, before) is not None and before not in _APART

@@ -38,6 +38,7 @@ CLAUSES: Final = (
     "not",
     "or",
     "rate",
+    "step",
     "then",
     "unit",
     "weight",
@@ -50,6 +51,11 @@ OPERATORS: Final = (
     "delay", "derivative", "difference", "hysteresis", "integral", "lowpass", "previous", "rate_limit",
 )  # fmt: skip
 CONTROLLER_FUNCTIONS: Final = ("clamp", "where")
+#: Plants of one line, signals and measures of loops.
+LOOP_FUNCTIONS: Final = (
+    "csv", "effort", "final", "iae", "ise", "itae", "maximum", "mean", "minimum", "noise", "overshoot", "pair",
+    "pulse", "python", "ramp", "rise_time", "rms", "settling", "sine", "ss", "steady_state_error", "steps", "tf", "zpk",
+)  # fmt: skip
 
 #: Words that are consequents where a parenthesis follows.
 CONSEQUENTS: Final = ("constant", "function", "linear")
@@ -60,13 +66,17 @@ FALLBACKS: Final = ("hold",)
 DECLARATIONS: Final = (
     "block",
     "controller",
+    "der",
     "function",
     "hedge",
     "input",
     "let",
+    "loop",
+    "measure",
     "next",
     "output",
     "param",
+    "plant",
     "rules",
     "state",
     "system",
@@ -99,7 +109,7 @@ _LEAD = r"^([ \t]*)"
 #: A statement's keyword is a name where `=` or `|` follows: `table = triangle(...)` is a term.
 _STATEMENT = r"\b(?![ \t]*[=|])"
 
-_CALLED = (*MEMBERSHIP, *FUNCTIONS, *CONSEQUENTS, *FALLBACKS, *OPERATORS, *CONTROLLER_FUNCTIONS)
+_CALLED = (*MEMBERSHIP, *FUNCTIONS, *CONSEQUENTS, *FALLBACKS, *OPERATORS, *CONTROLLER_FUNCTIONS, *LOOP_FUNCTIONS)
 
 #: Each pattern with what it marks: one scope for the whole, or one for each group, which then cover all of it.
 PATTERNS: Final[tuple[tuple[str, str | tuple[str, ...]], ...]] = (
@@ -120,7 +130,7 @@ PATTERNS: Final[tuple[tuple[str, str | tuple[str, ...]], ...]] = (
     (r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?(?:[ \t]*(?:%|(?:us|ms|s|min|h)(?!\w))|(?![\w.]))", _NUMBER),
     (NAME, _NAME),
     (r"<=|>=|==|!=|[-+*/^<>=|@.]", _OPERATOR),
-    (r"[()\[\],]", _PUNCTUATION),
+    (r"[()\[\],:]", _PUNCTUATION),
     (r"[ \t\r]+", _BLANK),
 )
 

@@ -14,11 +14,11 @@ from typing import Final, Literal
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.formulas import MEMBERSHIP
-from fuzzyctl.lang.syntax import BLOCK_KEYWORDS, HEADS, NAME, STATEMENT_KEYWORDS
+from fuzzyctl.lang.syntax import BLOCKS, HEADS, NAME, STATEMENT_KEYWORDS
 from fuzzyctl.records import record
 
 #: Which start symbol of the grammar a line is parsed with; "unknown" is a mistake, "blank" has no code.
-#: "block_statement" is a line of a controller; "label" and "cell" are fields of a CSV file.
+#: "block_statement" is a line of a controller, plant or loop; "label" and "cell" are fields of a CSV file.
 LineKind = Literal[
     "statement", "block_statement", "term_line", "header", "row", "label", "cell", "unknown", "blank"
 ]  # fmt: skip
@@ -40,11 +40,19 @@ _NAMES = re.compile(rf"\s*{NAME}(?:\s+{NAME})*\s*")
 # number is a param, for which other languages have the word.
 _LET = rf"let[ \t]+{NAME}[ \t]*(?:=(?!=)(?=[^#\n]*(?<![\d.])[^\W\d])|\"|(?:in|unit)\b)"
 _KEYWORD_LINE = re.compile(rf"\s*(?:(?:{'|'.join(STATEMENT_KEYWORDS)})\b(?!\s*[=|])|require\s*\|[^|]*\||{_LET})")
-_BLOCK_LINE = re.compile(rf"\s*(?:{'|'.join(BLOCK_KEYWORDS)})\b(?!\s*[=|])")
+_BLOCK_LINES = {head: re.compile(rf"\s*(?:{'|'.join(words)})\b(?!\s*[=|])") for head, words in BLOCKS.items()}
+# Words that inputs and terms are named by as well: a head goes on with a name, and ends or goes on with '=' or a text.
+_HEADS = rf"(?:plant|loop)\b(?=[ \t]+(?!is\b){NAME}[ \t]*(?:$|[=\"#\n]))"
+_FIRST = "|".join(_HEADS if word == "plant" else rf"{word}\b" for word in STATEMENT_KEYWORDS if word != "loop")
 # A rule may be broken before `and` and `or`, so these do not end an open parenthesis. Each of the next three looks at
 # one line only: blank lines below an open parenthesis would be read again from each of them.
-_NEW_STATEMENT = re.compile(rf"[^\S\n]*(?!(?:and|or)\b)(?:(?:{'|'.join(STATEMENT_KEYWORDS)})\b(?!\s*[=|])|{_LET})")
-_NEW_BLOCK_STATEMENT = re.compile(rf"[^\S\n]*(?:{'|'.join(BLOCK_KEYWORDS)})\b(?!\s*[=|(])")
+_NEW_STATEMENT = re.compile(rf"[^\S\n]*(?!(?:and|or)\b)(?:(?:{_FIRST})(?!\s*[=|])|{_LET})")
+_NEW_BLOCK_STATEMENTS = {
+    head: re.compile(
+        rf"[^\S\n]*(?:{_HEADS}|(?:{'|'.join(w for w in words if w not in ('plant', 'loop'))})\b(?!\s*[=|(]))"
+    )
+    for head, words in BLOCKS.items()
+}
 _TERM_LINE = re.compile(rf"[^\S\n]*{NAME}\s*=\s*(?:{'|'.join(MEMBERSHIP)})\s*\(")
 _ROW_LINE = re.compile(rf"[^\S\n]*(?:{NAME}\s*)?\|")
 
@@ -61,7 +69,7 @@ class LogicalLine:
         word: Its first word, or an empty string.
         mistake: What is wrong with its parentheses or strings, found while splitting.
         closed: Whether it is a statement that ends with a string, such as a table from a file: no header follows.
-        in_block: Whether it belongs to a controller.
+        in_block: The first word of the controller, plant or loop that it belongs to; empty for none.
     """
 
     start: int
@@ -71,7 +79,7 @@ class LogicalLine:
     word: str
     mistake: Diagnostic | None = None
     closed: bool = False
-    in_block: bool = False
+    in_block: str = ""
 
 
 @dataclass
@@ -99,13 +107,13 @@ def split(source: SourceText) -> Iterator[LogicalLine]:
             current = _Open(at, end, [], comment, simple[2] is not None)
             at = simple.end() if simple[4] else None
         else:
-            current, at = _collect(source, at, in_block=above is not None and above.in_block)
+            current, at = _collect(source, at, in_block=above.in_block if above is not None else "")
         line = _close(source, current, above)
         above = above if line.kind == "blank" else line
         yield line
 
 
-def _collect(source: SourceText, start: int, *, in_block: bool) -> tuple[_Open, int | None]:
+def _collect(source: SourceText, start: int, *, in_block: str) -> tuple[_Open, int | None]:
     """Return the line that begins at an offset, piece by piece, and where the next one begins, None for the last."""
     current, text = _Open(start, start, []), source.text
     for match in _PIECE.finditer(text, start):
@@ -116,14 +124,14 @@ def _collect(source: SourceText, start: int, *, in_block: bool) -> tuple[_Open, 
     return current, None
 
 
-def _resumes(text: str, at: int, *, in_block: bool) -> bool:
+def _resumes(text: str, at: int, *, in_block: str) -> bool:
     """Whether the line that begins here cannot be the rest of an open parenthesis."""
     if in_block:
-        return _NEW_BLOCK_STATEMENT.match(text, at) is not None
+        return _NEW_BLOCK_STATEMENTS[in_block].match(text, at) is not None
     return bool(_NEW_STATEMENT.match(text, at) or _TERM_LINE.match(text, at) or _ROW_LINE.match(text, at))
 
 
-def _take(source: SourceText, current: _Open, piece: str, at: int, *, in_block: bool) -> None:
+def _take(source: SourceText, current: _Open, piece: str, at: int, *, in_block: str) -> None:
     if piece.startswith("#"):
         # A comment inside parentheses is part of the code's extent; only one at the end stands apart.
         if current.opened:
@@ -143,7 +151,7 @@ def _take(source: SourceText, current: _Open, piece: str, at: int, *, in_block: 
                 help="give a part of the expression a name with 'param'",
             )
     elif piece in ")]":
-        _shut(source, current, piece, at, half_open=in_block)
+        _shut(source, current, piece, at, half_open=bool(in_block))
     elif piece == "|":
         current.bar = True
     elif piece.startswith('"') and (len(piece) == 1 or not piece.endswith('"')):
@@ -178,26 +186,33 @@ def _close(source: SourceText, current: _Open, above: LogicalLine | None) -> Log
     code = source.text[current.start : current.end]
     word = _WORD.match(code)
     first = word[1] if word else ""
-    begins = word is not None and bool(_KEYWORD_LINE.match(code))
-    in_block = (above is not None and above.in_block and not (begins and first == "system")) or (
-        begins and first in HEADS
-    )
-    kind = _block_kind(code) if in_block else _kind(code, current.bar, above)
+    begins = word is not None and bool(_KEYWORD_LINE.match(code)) and not _is_header(code, above)
+    in_block = above.in_block if above is not None else ""
+    if begins and first in ("system", *HEADS):
+        in_block = "" if first == "system" else first
+    kind = _block_kind(code, in_block) if in_block else _kind(code, current.bar, above)
     return LogicalLine(current.start, current.end, current.comment, kind, first, mistake, code.endswith('"'), in_block)
 
 
-def _block_kind(code: str) -> LineKind:
+def _block_kind(code: str, head: str) -> LineKind:
     if not code or code.isspace():
         return "blank"
-    return "block_statement" if _BLOCK_LINE.match(code) else "unknown"
+    return "block_statement" if _BLOCK_LINES[head].match(code) else "unknown"
+
+
+def _follows_table(above: LogicalLine | None) -> bool:
+    return above is not None and above.kind == "statement" and above.word == "table" and not above.closed
+
+
+def _is_header(code: str, above: LogicalLine | None) -> bool:
+    """Whether a line is the header of the table above: terms may be named like keywords."""
+    return _follows_table(above) and _NAMES.fullmatch(code) is not None
 
 
 def _kind(code: str, bar: bool, above: LogicalLine | None) -> LineKind:
     if not code or code.isspace():
         return "blank"
-    headless = above is not None and above.kind == "statement" and above.word == "table" and not above.closed
-    if headless and _NAMES.fullmatch(code):
-        # Terms may be named like keywords, and below a table there must be a header.
+    if _is_header(code, above):
         return "header"
     if _KEYWORD_LINE.match(code):
         return "statement"
@@ -205,4 +220,4 @@ def _kind(code: str, bar: bool, above: LogicalLine | None) -> LineKind:
         return "row"
     if _TERM.match(code):
         return "term_line"
-    return "header" if headless else "unknown"
+    return "header" if _follows_table(above) else "unknown"

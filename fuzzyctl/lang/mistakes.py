@@ -12,7 +12,7 @@ from fuzzyctl.diagnostics.source import SourceText, Span
 from fuzzyctl.diagnostics.suggestions import closest, look_alikes
 from fuzzyctl.lang.common_errors import NO_RULE, SPELLINGS, corner, repair
 from fuzzyctl.lang.lines import LogicalLine
-from fuzzyctl.lang.syntax import BLOCK_KEYWORDS, NAME, STATEMENT_KEYWORDS
+from fuzzyctl.lang.syntax import BLOCK_KEYWORDS, BLOCKS, NAME, STATEMENT_KEYWORDS
 
 if TYPE_CHECKING:
     from lark.exceptions import UnexpectedInput, UnexpectedToken
@@ -34,6 +34,8 @@ FORMS: Final[dict[str, str]] = {
     "hedge": "hedge NAME(x) = expression over x",
     "function": "function NAME(a, b) = expression over a and b",
     "controller": 'controller NAME "title"',
+    "plant": 'plant NAME "title", or plant NAME = tf(num=[...], den=[...])',
+    "loop": 'loop NAME "title"',
     "input": 'input NAME "label" in [low, high] unit "..."',
     "output": 'output NAME "label" in [low, high] unit "..." else VALUE',
     "terms": "terms NB@-1 ZO@0 PB@1, or terms NB ZO PB, or terms NB=0 ZO=0 PB=0",
@@ -49,7 +51,7 @@ FORMS: Final[dict[str, str]] = {
 #: How a system writes what controllers write as `let NAME = EXPRESSION`.
 LET_FORM: Final = 'let NAME "label" in [low, high] unit "..." = EXPRESSION; label, range and unit may be left out'
 
-#: How the statements of controllers are written where systems have none or another form.
+#: How the statements of controllers, plants and loops are written where systems have none or another form.
 BLOCK_FORMS: Final[dict[str, str]] = {
     **{k: FORMS[k] for k in BLOCK_KEYWORDS if k in FORMS},
     "param": 'param NAME in [low, high] = expression unit "..."',
@@ -58,8 +60,30 @@ BLOCK_FORMS: Final[dict[str, str]] = {
     "state": 'state NAME "label" in [low, high] unit "..." = START',
     "let": "let NAME = EXPRESSION",
     "next": "next STATE = EXPRESSION",
+    "der": "der STATE = EXPRESSION",
     "every": "every 5 ms",
     "block": "block NAME = CONTROLLER(input, ..., param=value)",
+    "measure": 'measure NAME "label" unit "..." = MEASURE(signal, ...)',
+    "run": "run 50 s step 10 ms",
+}
+
+#: What to write in place of a statement of another block, by its word and the block that it is found in.
+_IN_PLACE: Final[dict[tuple[str, str], str]] = {
+    ("der", "controller"): "a controller is sampled; write: next STATE = STATE + dt * EXPRESSION",
+    ("next", "plant"): "a plant is continuous; write: der STATE = EXPRESSION, the derivative of the state by time",
+    ("every", "plant"): "a plant is continuous; give the sample time in a controller",
+    ("every", "loop"): "give the sample time in a controller, and the step of the record as: run 50 s step 10 ms",
+    ("block", "plant"): "connect blocks in a loop",
+    ("require", "plant"): "state the claim in a loop, about a measure",
+    ("output", "loop"): "write: let NAME = EXPRESSION",
+    ("input", "loop"): "write a signal of time, such as: let NAME = steps(0: 1.0)",
+    ("state", "loop"): "put it into a plant or a controller, and add that as a block",
+    ("next", "loop"): "put it into a controller, and add that as a block",
+    ("der", "loop"): "put it into a plant, and add that as a block",
+    ("measure", "controller"): "put it into a loop",
+    ("measure", "plant"): "put it into a loop",
+    ("run", "controller"): "put it into a loop",
+    ("run", "plant"): "put it into a loop",
 }
 
 _BELOW: Final[dict[str, str]] = {
@@ -90,6 +114,7 @@ _TERMINALS: Final[dict[str, str]] = {
     "VBAR": "'|'",
     "SLASH": "'/'",
     "STAR": "'*'",
+    "COLON": "':'",
     "$END": "the end of the line",
 }
 
@@ -110,15 +135,15 @@ def describe(source: SourceText, line: LogicalLine, error: UnexpectedInput) -> D
     if place is not None:
         help_text = "leave it out: the header line holds the terms of the columns and nothing else"
         return Diagnostic("FZ102", "a table of a rule file has no corner", Span(source, *place), help=help_text)
-    forms = BLOCK_FORMS if line.in_block else FORMS
-    form = forms.get(line.word, "") if line.kind in ("statement", "block_statement") else _BELOW.get(line.kind, "")
-    help_text = f"the form is: {form}" if form else ""
+    help_text = form_of(line)
     from lark.exceptions import UnexpectedCharacters, UnexpectedToken  # here, since only broken lines need them
 
     if isinstance(error, UnexpectedCharacters):
         position: Any = error.pos_in_stream
         return _bad_character(source, line, line.start + position, help_text)
     assert isinstance(error, UnexpectedToken)
+    if error.token.type == "COLON":  # which only pairs of loops have
+        return _bad_character(source, line, line.start + (error.token.start_pos or 0), help_text)
     expected = _expected(error)
     slip = _slip_in_a_rule(source, line)
     if slip is not None:
@@ -138,6 +163,13 @@ def describe(source: SourceText, line: LogicalLine, error: UnexpectedInput) -> D
         facts=facts,
         help=repair(source, line, start) or (help_text if line.word == "fz" else _repair(error, help_text)),
     )
+
+
+def form_of(line: LogicalLine) -> str:
+    """Return how a line of its kind is written, as the repair of a broken one."""
+    forms = BLOCK_FORMS if line.in_block else FORMS
+    form = forms.get(line.word, "") if line.kind in ("statement", "block_statement") else _BELOW.get(line.kind, "")
+    return f"the form is: {form}" if form else ""
 
 
 def _slip_in_a_rule(source: SourceText, line: LogicalLine) -> Diagnostic | None:
@@ -170,7 +202,9 @@ def capital_keyword(word: str, place: Span, code: str = "FZ102") -> Diagnostic:
 
 def _expected(error: UnexpectedToken) -> str:
     """List what may stand at the place, most telling first; operators that may always follow are left out."""
-    accepted = set(error.accepts or error.expected or ()) - {"MEMBER"}
+    accepted = set(error.accepts or error.expected or ()) - {"MEMBER", "COLON"}
+    if "NUMBER" in accepted:  # lists and texts are arguments of a few functions only
+        accepted -= {"LSQB", "STRING"}
     if "$END" in accepted or accepted & {"RPAR", "RSQB", "COMMA"}:
         accepted -= {"SUM", "PRODUCT", "POWER", "COMPARE", "AND", "OR"}
     words = sorted({_TERMINALS.get(t, f"'{t.removeprefix('K_').lower()}'") for t in accepted})
@@ -260,7 +294,8 @@ def describe_unknown_line(source: SourceText, line: LogicalLine, block: str) -> 
             facts=(_keywords(STATEMENT_KEYWORDS),),
         )
     place = Span(source, start, start + len(line.word))
-    keywords, forms = (BLOCK_KEYWORDS, BLOCK_FORMS) if line.in_block else (STATEMENT_KEYWORDS, FORMS)
+    keywords = BLOCKS[line.in_block] if line.in_block else STATEMENT_KEYWORDS
+    forms = BLOCK_FORMS if line.in_block else FORMS
     if line.word.lower() in keywords and line.word != line.word.lower():
         return capital_keyword(line.word, place, "FZ101")
     near = _meant(line.word, keywords)
@@ -271,17 +306,24 @@ def describe_unknown_line(source: SourceText, line: LogicalLine, block: str) -> 
         return Diagnostic("FZ102", "unexpected '=' or '|'", place, help=f"the form is: {forms[line.word]}")
     if line.word == "let" and not line.in_block:
         return Diagnostic("FZ101", "expected a name, then '='", place, help=f"the form is: {LET_FORM}")
-    if line.word in (BLOCK_FORMS.keys() - FORMS.keys()):
-        message = f"'{line.word}' belongs to a controller"
-        return Diagnostic("FZ101", message, place, help=f"put it below a line: {FORMS['controller']}")
-    if line.in_block and line.word in FORMS:
-        message = f"'{line.word}' belongs to a system, not to a controller"
-        return Diagnostic("FZ101", message, place, help="put it below a 'system' line, and call that system")
+    if line.word in BLOCK_FORMS or (line.in_block and line.word in FORMS):
+        return _of_another_block(line, place)
     hint = f"did you mean '{near}'? the form is: {forms[near]}" if near else ""
     if not hint and block == "variable":
         hint = f"a term is written: {_BELOW['term_line']}"
     facts = (*look_alikes(line.word), _keywords(keywords))
     return Diagnostic("FZ101", f"'{line.word}' begins no statement", place, facts=facts, help=hint)
+
+
+def _of_another_block(line: LogicalLine, place: Span) -> Diagnostic:
+    """Return the diagnostic for a statement that only other blocks have."""
+    heads = [head for head, words in BLOCKS.items() if line.word in words and head != "loop"]
+    owner = next(iter(heads), "system" if line.word in FORMS else "loop")
+    message = f"'{line.word}' belongs to a {owner}{f', not to a {line.in_block}' if line.in_block else ''}"
+    help_text = _IN_PLACE.get((line.word, line.in_block), "")
+    if not help_text and owner == "system":
+        help_text = "put it below a 'system' line, and call that system"
+    return Diagnostic("FZ101", message, place, help=help_text or f'put it below a line: {owner} NAME "title"')
 
 
 def orphan(source: SourceText, line: LogicalLine, wanted: str) -> Diagnostic:

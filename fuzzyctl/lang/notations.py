@@ -65,7 +65,7 @@ def _block_comment(groups: list[str], around: Surroundings) -> str:
 
 #: Statements in which `%` and `//` may be operators: those that hold expressions outside of parentheses.
 _EXPRESSIONS: Final = re.compile(
-    rf"\s*(?:(?:param|hedge|function|require|let|next|state|every|block)\b|output\b[^=]*=\s*(?![\[(])|"
+    rf"\s*(?:(?:param|hedge|function|require|let|next|der|state|every|block|measure|run)\b|output\b[^=]*=\s*(?![\[(])|"
     rf"{NAME}\s*:?=\s*(?!{NAME}\s*\())",
     re.IGNORECASE,
 )
@@ -160,6 +160,7 @@ CHARACTERS: Final[tuple[Repair, ...]] = (
 # ---- statements -----------------------------------------------------------------------------------------------------
 
 _CASE: Final = "keywords are written in small letters"
+_DERIVATIVE: Final = "a derivative is written: der STATE = EXPRESSION"
 _DECIMAL: Final = "decimals are written with a point"
 _SETTINGS: Final = ("and", "or", "implication", "aggregation", "activation", "defuzzifier", "semantics")
 _IN_RULES: Final = "if with is and or not then weight"
@@ -417,6 +418,9 @@ STATEMENTS: Final[tuple[Repair, ...]] = (
         "inputs are crossed with 'x'",
     ),
     by_pattern(r"^\s*table\b[^)(]*(?P<x>\))\s*$", "", "the form is: table OUTPUT = ROWS x COLUMNS"),
+    by_pattern(rf"^\s*(?P<x>d({NAME})\s*/\s*dt\s*)(?==)", "der {2} ", _DERIVATIVE),
+    by_pattern(rf"^\s*der(?P<x>\s*\(\s*({NAME})\s*\)\s*)(?==)", " {2} ", _DERIVATIVE),
+    by_pattern(rf"^\s*(?P<x>)(?={NAME}\s*=\s*(?:tf|zpk|ss)\s*\()", "plant ", "a plant of one line begins with 'plant'"),
     by_pattern(r"\*\*", "^", "a power is written '^'"),
     by_pattern(
         r"(?<![\w.)])([\w.]+)\s*%\s*([\w.]+)",

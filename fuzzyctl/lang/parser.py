@@ -119,6 +119,8 @@ class _Assembler:
         self.lost_variable = False
         self.lost_input = False
         self.nameless: set[str] = set()
+        #: Whether the head of a block of equations could not be read.
+        self.headless = False
         #: Rows of the table that lack their bar.
         self.barless: list[LogicalLine] = []
         #: Lines that can be read and are written as another tool has them.
@@ -152,13 +154,18 @@ class _Assembler:
             self._take_statement(line)
 
     def _take_block_line(self, line: LogicalLine) -> None:
-        """Take a line of a controller: each is a statement of its own."""
+        """Take a line of a controller, plant or loop: each is a statement of its own.
+
+        The lines below a head that cannot be read have mistakes of their own, and belong to no other block.
+        """
         self._close_block()
         self._drop_condition()
         node = self._parse(line, line.kind) if line.kind != "unknown" else None
+        if line.kind != "unknown" and line.word in sx.HEADS:
+            self.headless = node is None
         if line.kind == "unknown":
             self.diagnostics.append(line.mistake or describe_unknown_line(self.source, line, ""))
-        if node is None:
+        if node is None or self.headless:
             self._remember_words(line)
         else:
             self.statements.append(node)

@@ -122,7 +122,8 @@ def _repaired(
         for stop in _ends(text.text, line):
             part = slice(line.start, stop)
             draft = Draft(text.text[part], list(origin[line.start : stop + 1]), list(ends[part]))
-            fixed, whole = _fixed(draft, line.kind, around, reads_line)
+            kind = "block_statement" if line.in_block and line.kind == "unknown" else line.kind
+            fixed, whole = _fixed(draft, kind, around, reads_line)
             if whole:
                 break
         if fixed is draft:

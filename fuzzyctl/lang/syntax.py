@@ -25,6 +25,8 @@ STATEMENT_KEYWORDS: Final = (
     "hedge",
     "function",
     "controller",
+    "plant",
+    "loop",
     "input",
     "output",
     "terms",
@@ -38,26 +40,17 @@ STATEMENT_KEYWORDS: Final = (
 )
 
 #: Words that begin a block of equations.
-HEADS: Final = ("controller",)
+HEADS: Final = ("controller", "plant", "loop")
 
-#: Words that begin a statement within such a block; some are those of a system, with a form of their own.
-BLOCK_KEYWORDS: Final = (
-    *HEADS,
-    "system",
-    "source",
-    "use",
-    "param",
-    "function",
-    "input",
-    "output",
-    "state",
-    "let",
-    "next",
-    "every",
-    "block",
-    "allow",
-    "deny",
-)
+_COMMON: Final = (*HEADS, "system", "source", "use", "param", "function", "let", "allow", "deny")
+#: Words that begin a statement within such a block, by its head; some are those of a system, with a form of their own.
+BLOCKS: Final[dict[str, tuple[str, ...]]] = {
+    "controller": (*_COMMON, "input", "output", "state", "next", "every", "block"),
+    "plant": (*_COMMON, "input", "output", "state", "der"),
+    "loop": (*_COMMON, "block", "measure", "run", "require"),
+}
+#: All of them.
+BLOCK_KEYWORDS: Final = tuple(dict.fromkeys(word for words in BLOCKS.values() for word in words))
 
 #: Words that cannot name anything, since rules and expressions could not tell them from their own words.
 RESERVED: Final = frozenset({"and", "or", "not", "then", "weight", "inf", "pi"})
@@ -447,11 +440,12 @@ class Require(Statement):
 
 @record(frozen=True, slots=True, eq=False)
 class Head(Statement):
-    """`controller NAME "title"`."""
+    """`controller NAME "title"`, `plant NAME "title"`, `loop NAME "title"`; a plant of one line has a formula."""
 
     keyword: Word
     name: Word
     title: str
+    formula: Expr | None = None
 
 
 @record(frozen=True, slots=True, eq=False)
@@ -465,7 +459,7 @@ class Function(Statement):
 
 @record(frozen=True, slots=True, eq=False)
 class Signal(Statement):
-    """`input`, `output` or `state` of a controller; an input has no value."""
+    """`input`, `output`, `state` or `measure` with a label and a unit; an input has no value."""
 
     keyword: Word
     name: Word
@@ -477,7 +471,7 @@ class Signal(Statement):
 
 @record(frozen=True, slots=True, eq=False)
 class Equation(Statement):
-    """`let`, `next` or `block` with a name and an expression."""
+    """`let`, `next`, `der` or `block` with a name and an expression."""
 
     keyword: Word
     name: Word
@@ -489,6 +483,14 @@ class Every(Statement):
     """`every PERIOD`."""
 
     period: Expr
+
+
+@record(frozen=True, slots=True, eq=False)
+class Run(Statement):
+    """`run DURATION step STEP`."""
+
+    duration: Expr
+    step: Expr | None
 
 
 @record(frozen=True, slots=True, eq=False)

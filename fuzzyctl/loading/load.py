@@ -25,14 +25,19 @@ from fuzzyctl.support import arguments
 from fuzzyctl.support.reading import MAX_BYTES, decode, read_source
 
 if TYPE_CHECKING:
+    from fuzzyctl.loading.blocks import Block, Callee
     from fuzzyctl.model.controller import Controller
+    from fuzzyctl.model.loop import Loop
+    from fuzzyctl.model.plant import Plant
 
 #: Most systems of a file, and most statements that they share, counted once for each system.
 MAX_SYSTEMS: Final = 200
 MAX_SHARED: Final = 20_000
 
-#: By file its systems and controllers.
-Opened = dict[Path, tuple["FuzzySystem | Controller", ...]]
+_Block = TypeVar("_Block", "FuzzySystem", "Controller", "Plant", "Loop", "FuzzySystem | Controller")
+
+#: By file its systems, controllers and plants.
+Opened = dict[Path, tuple["Callee", ...]]
 
 __all__ = [
     "MAX_BYTES",
@@ -42,6 +47,8 @@ __all__ = [
     "load",
     "load_all",
     "load_controller",
+    "load_loop",
+    "load_plant",
     "loads",
     "read_source",
 ]
@@ -129,25 +136,73 @@ def load_controller(
         ArgumentError: For an argument of another type.
         ValueOutOfBoundsError: For `max_bytes` out of its bounds.
     """
+    found = _opened(path, max_bytes)
+    return _one_of(found, found.controllers, "controller", chosen_name(controller, "controller"))
+
+
+def load_plant(path: str | os.PathLike[str], plant: str | None = None, *, max_bytes: int = MAX_BYTES) -> Plant:
+    """Read a plant from a rule file.
+
+    Args:
+        path: The file.
+        plant: Name of the plant; required if the file holds several.
+        max_bytes: Largest size that is read [bytes].
+
+    Raises:
+        DiagnosticError: As for `load_controller`.
+        ArgumentError: For an argument of another type.
+        ValueOutOfBoundsError: For `max_bytes` out of its bounds.
+    """
+    found = _opened(path, max_bytes)
+    return _one_of(found, found.plants, "plant", chosen_name(plant, "plant"))
+
+
+def load_loop(path: str | os.PathLike[str], loop: str | None = None, *, max_bytes: int = MAX_BYTES) -> Loop:
+    """Read a loop from a rule file, with the controllers and plants that it connects.
+
+    Args:
+        path: The file.
+        loop: Name of the loop; required if the file holds several.
+        max_bytes: Largest size that is read [bytes].
+
+    Raises:
+        DiagnosticError: As for `load_controller`.
+        ArgumentError: For an argument of another type.
+        ValueOutOfBoundsError: For `max_bytes` out of its bounds.
+    """
+    found = _opened(path, max_bytes)
+    return _one_of(found, found.loops, "loop", chosen_name(loop, "loop"))
+
+
+def _opened(path: str | os.PathLike[str], max_bytes: int) -> Examined:
+    """Read a rule file.
+
+    Raises:
+        DiagnosticError: With all errors of the file.
+    """
     path = arguments.path(path)
     source = read_source(path, max_bytes=arguments.bytes_allowed(max_bytes))
     found = look_through(source, folder=Path(path).parent, hints=False)
     errors = [d for d in found.reported(found.diagnostics) if d.severity == "error"]
     if errors:
         raise DiagnosticError(errors)
-    chosen = _chosen(source, found.controllers, "controller", chosen_name(controller))
+    return found
+
+
+def _one_of(found: Examined, blocks: Sequence[_Block], kind: str, name: str | None) -> _Block:
+    chosen = _chosen(found.source, blocks, kind, name)
     if isinstance(chosen, Diagnostic):
         raise DiagnosticError([chosen])
     return chosen
 
 
-def chosen_name(system: object) -> str | None:
-    """Return the name of the system that is chosen among several.
+def chosen_name(name: object, kind: str = "system") -> str | None:
+    """Return the name of the system, controller, plant or loop that is chosen among several.
 
     Raises:
         ArgumentError: For what is no name.
     """
-    return None if system is None else arguments.instance("'system'", str, "the name of a system, or None", system)
+    return None if name is None else arguments.instance(f"'{kind}'", str, f"the name of a {kind}, or None", name)
 
 
 def _require_characters(source: SourceText) -> None:
@@ -176,16 +231,26 @@ def examine(
     Returns:
         The system, None when there are errors, and all diagnostics, warnings included, in the order of their places.
     """
-    return choose(source, *examine_all(source, folder=folder, hints=hints), system)
+    found = look_through(source, folder=folder, hints=hints)
+    return choose(source, found.systems, found.reported(found.diagnostics), system, found.blocks)
 
 
 def choose(
-    source: SourceText, systems: Sequence[FuzzySystem], diagnostics: list[Diagnostic], system: str | None
+    source: SourceText,
+    systems: Sequence[FuzzySystem],
+    diagnostics: list[Diagnostic],
+    system: str | None,
+    blocks: Sequence[Block] = (),
 ) -> tuple[FuzzySystem | None, list[Diagnostic]]:
-    """Pick the one system of a file, or the one named; None when there are errors."""
+    """Pick the one system of a file, or the one named; None when there are errors.
+
+    Where there is none, the other blocks of the file are named.
+    """
     if any(d.severity == "error" for d in diagnostics):
         return None, diagnostics
     found = _chosen(source, systems, "system", system)
+    if isinstance(found, Diagnostic) and blocks and not systems:
+        found = without_system(source, blocks)
     return (None, [*diagnostics, found]) if isinstance(found, Diagnostic) else (found, diagnostics)
 
 
@@ -209,7 +274,13 @@ def choose_controller(examined: Examined, name: str | None) -> Controller | None
     return found
 
 
-_Block = TypeVar("_Block", "FuzzySystem", "Controller", "FuzzySystem | Controller")
+def without_system(source: SourceText, blocks: Sequence[Block]) -> Diagnostic:
+    """Return the diagnostic of a file that holds other blocks in place of a system."""
+    held = ", ".join(f"{type(b).__name__.lower()} '{b.name}'" for b in blocks)
+    help_text = "give a file with a 'system' block; 'fuzzyctl show' prints controllers, plants and loops"
+    return Diagnostic(
+        "FZ502", "the file holds no system", facts=(f"it holds: {held}",), help=help_text, file=source.name
+    )
 
 
 def _chosen(source: SourceText, blocks: Sequence[_Block], kind: str, name: str | None) -> _Block | Diagnostic:
@@ -250,14 +321,35 @@ class Examined:
         systems: Those without errors.
         diagnostics: All of them, whatever the file allows or denies.
         policy: The lines that say what it does.
-        controllers: The controllers without errors.
+        blocks: The controllers, plants and loops without errors, in the order written.
     """
 
     source: SourceText
     systems: tuple[FuzzySystem, ...]
     diagnostics: list[Diagnostic]
     policy: tuple[sx.Allow, ...] = ()
-    controllers: tuple[Controller, ...] = ()
+    blocks: tuple[Block, ...] = ()
+
+    @property
+    def controllers(self) -> tuple[Controller, ...]:
+        """The controllers."""
+        from fuzzyctl.model.controller import Controller
+
+        return tuple(b for b in self.blocks if isinstance(b, Controller))
+
+    @property
+    def plants(self) -> tuple[Plant, ...]:
+        """The plants."""
+        from fuzzyctl.model.plant import Plant
+
+        return tuple(b for b in self.blocks if isinstance(b, Plant))
+
+    @property
+    def loops(self) -> tuple[Loop, ...]:
+        """The loops."""
+        from fuzzyctl.model.loop import Loop
+
+        return tuple(b for b in self.blocks if isinstance(b, Loop))
 
     def reported(self, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
         """Return diagnostics in order, as the lines of the file want them."""
@@ -304,16 +396,16 @@ def look_through(
     called, wrong = with_called(systems, used.system, broken=failed)
     linked, more = link(called, used.system, broken=failed or bool(wrong))
     diagnostics.extend(wrong)
-    controllers: tuple[Controller, ...] = ()
+    equations: tuple[Block, ...] = ()
     if any(isinstance(part.head, sx.Head) for part in parts):
-        from fuzzyctl.loading.controllers import Controllers
+        from fuzzyctl.loading.blocks import Blocks
 
-        blocks = Controllers(parts, linked, used.block)
-        controllers = blocks.all()
+        blocks = Blocks(parts, linked, used.block, folder)
+        equations = blocks.all()
         diagnostics.extend(blocks.diagnostics)
     # What was read after repairs is no system of the file, but its mistakes are those of the file.
     found = [in_original(d) for d in (*diagnostics, *more, *used.mistakes)]
-    return Examined(source, () if mistakes else linked, found, tuple(policy), () if mistakes else controllers)
+    return Examined(source, () if mistakes else linked, found, tuple(policy), () if mistakes else equations)
 
 
 def _crowded(source: SourceText, parts: Sequence[Part]) -> Diagnostic | None:
@@ -342,11 +434,11 @@ class _Used:
         self.opened = opened
         names = dict.fromkeys(s.path for s in tree.statements if isinstance(s, sx.Use))
         self.paths = [folder / name for name in names] if folder is not None else []
-        self.blocks: dict[str, FuzzySystem | Controller] = {}
+        self.blocks: dict[str, Callee] = {}
         self.mistakes: list[Diagnostic] = []
 
-    def block(self, name: str) -> FuzzySystem | Controller | None:
-        """Return the system or controller of that name in the first file that holds one."""
+    def block(self, name: str) -> Callee | None:
+        """Return the system, controller or plant of that name in the first file that holds one."""
         while name not in self.blocks and self.paths:
             path = self.paths.pop(0)
             self.blocks = {s.name: s for s in self._opened(path)} | self.blocks
@@ -357,14 +449,14 @@ class _Used:
         found = self.block(name)
         return found if isinstance(found, FuzzySystem) else None
 
-    def _opened(self, path: Path) -> tuple[FuzzySystem | Controller, ...]:
+    def _opened(self, path: Path) -> tuple[Callee, ...]:
         """Return the systems of a file, read once however many ways lead to it."""
         key = path.resolve()
         if key not in self.opened:
             self.opened[key] = ()
             found = look_through(read_source(path), folder=path.parent, hints=False, opened=self.opened)
             self.mistakes.extend(d for d in found.reported(found.diagnostics) if d.severity == "error")
-            self.opened[key] = (*found.systems, *found.controllers)
+            self.opened[key] = (*found.systems, *found.controllers, *found.plants)
         return self.opened[key]
 
 

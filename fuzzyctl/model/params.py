@@ -84,6 +84,13 @@ class ParamValues:
         self.failed.discard(param.name)
         self.values[param.name] = value
 
+    def of(self, expr: ex.Expr) -> float | None:
+        """Return the value of an expression over params, None where it has none."""
+        try:
+            return evaluate(expr, self.values)
+        except ExprError:
+            return None
+
     def lacks(self, expr: ex.Expr) -> bool:
         """Whether an expression has no value through no fault of its own: it uses a param that has none."""
         return (bool(self.failed) or self.partial) and self._lacks(names_in(expr))

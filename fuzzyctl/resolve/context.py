@@ -171,6 +171,9 @@ class Context:
             elif isinstance(node, ex.Compare | ex.Logic):
                 self.report("FZ307", "expected a number, found a condition", ex.span_of(node))
                 ok = False
+            elif isinstance(node, ex.Keyword | ex.Items | ex.Text | ex.Pair):
+                self.report("FZ303", "unexpected argument", ex.span_of(node), help="write a number")
+                ok = False
         return ok
 
     def check_call(self, call: ex.Call) -> bool:

@@ -24,12 +24,16 @@ from fuzzyctl.lang.grammar import grammar_text
 from fuzzyctl.lang.mistakes import BLOCK_FORMS
 from fuzzyctl.lang.syntax import MAX_NAME
 from fuzzyctl.loading.assembly import MAX_FILES
+from fuzzyctl.model.forms import Form
+from fuzzyctl.model.measures import MEASURES
 from fuzzyctl.model.method import ACTIVATIONS, DEFUZZIFIERS, Grid
 from fuzzyctl.model.operators import OPERATORS
+from fuzzyctl.model.plant_forms import PLANTS
 from fuzzyctl.model.profiles import PROFILES
+from fuzzyctl.model.signals import SIGNALS
 from fuzzyctl.model.variable import Fallback
+from fuzzyctl.resolve.block_names import FUNCTIONS
 from fuzzyctl.resolve.claims import FORMS
-from fuzzyctl.resolve.controllers import FUNCTIONS
 from fuzzyctl.resolve.defuzzifiers import RESOLUTIONS
 from fuzzyctl.resolve.rules import MAX_OUTPUTS, MAX_RULES
 from fuzzyctl.resolve.variables import MAX_TERMS
@@ -104,9 +108,18 @@ class TestReference:
             *OPERATORS,
             *FUNCTIONS,
         ]
-        page = "".join(without_code(DOCS / "reference" / name) for name in ("language.md", "controllers.md"))
+        pages = ("language.md", "controllers.md", "plants.md", "loops.md")
+        page = "".join(without_code(DOCS / "reference" / name) for name in pages)
         shown = set(re.findall(r"\w+", " ".join(re.findall(r"`([^`\n]+)`", page))))
         assert [w for w in words if w not in shown] == []
+
+    @pytest.mark.parametrize(("name", "forms"), [("loops.md", SIGNALS), ("loops.md", MEASURES), ("plants.md", PLANTS)])
+    def test_every_form_is_described_as_the_code_has_it(self, name: str, forms: dict[str, Form]) -> None:
+        rows = dict(re.findall(r"^\| `(.*)` \| (.*) \|$", _reference(name), flags=re.MULTILINE))
+        assert [f.form for f in forms.values() if f.form not in rows] == []
+        assert name == "plants.md" or {f.form: rows[f.form] for f in forms.values()} == {
+            f.form: f.what for f in forms.values()
+        }
 
     def test_every_membership_function_is_described_with_its_parameters(self) -> None:
         rows = dict(re.findall(r"^\| `(\w+)\(([^`]*)\)` \|", _reference("language.md"), flags=re.MULTILINE))

@@ -105,6 +105,16 @@ def ordered(body: list[Equation | Evaluation]) -> tuple[Equation | Evaluation, .
     return tuple(ordered.values())
 
 
+def feedthrough(equations: Equations) -> dict[str, tuple[str, ...]]:
+    """Return the inputs that each output depends on within the same step."""
+    depends = {name: frozenset((name,)) for name in equations.inputs}
+    for item in equations.body:
+        read = frozenset[str]().union(*(depends[n] for n in _reads(item) if n in depends))
+        depends |= dict.fromkeys(item.defined if isinstance(item, Evaluation) else (item.name,), read)
+    values = {o: frozenset[str]().union(*(depends.get(n.name, ()) for n in names_in(v))) for o, v in equations.outputs}
+    return {output: tuple(i for i in equations.inputs if i in found) for output, found in values.items()}
+
+
 def _reads(item: Equation | Evaluation) -> list[str]:
     values = item.arguments if isinstance(item, Evaluation) else (item.value,)
     return [n.name for value in values for n in names_in(value)]

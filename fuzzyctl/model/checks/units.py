@@ -19,7 +19,7 @@ _JOINING = ("abs", "min", "max", "floor", "ceil", "round", "mod", "fmod")
 
 def unlike_units(system: FuzzySystem) -> Iterator[Diagnostic]:
     """Find quantities of different units that a guarantee compares, adds, or puts in each other's place."""
-    units = _Units(system)
+    units = _of_system(system)
     for guarantee in system.guarantees:
         units.unit(guarantee.claim)
         if guarantee.when is not None:
@@ -41,15 +41,26 @@ def _measured(claim: Expr) -> Sequence[Expr]:
     return ()
 
 
-class _Units:
-    def __init__(self, system: FuzzySystem) -> None:
-        self.of: dict[str, str] = {p.name: p.unit for p in system.params}
-        self.of |= {v.name: v.unit for v in (*system.inputs, *system.outputs)}
-        self.arguments = {o.name: [v.unit for v in system.inputs] for o in system.outputs}
-        for other in system.compared:
-            for o in other.outputs:
-                self.of[f"{other.name}.{o.name}"] = o.unit
-                self.arguments[f"{other.name}.{o.name}"] = [v.unit for v in other.inputs]
+def _of_system(system: FuzzySystem) -> Units:
+    of = {p.name: p.unit for p in system.params} | {v.name: v.unit for v in (*system.inputs, *system.outputs)}
+    units = Units(of, {o.name: [v.unit for v in system.inputs] for o in system.outputs})
+    for other in system.compared:
+        for o in other.outputs:
+            units.of[f"{other.name}.{o.name}"] = o.unit
+            units.arguments[f"{other.name}.{o.name}"] = [v.unit for v in other.inputs]
+    return units
+
+
+class Units:
+    """Units of expressions; those that do not fit together are collected.
+
+    Args:
+        of: The unit of each name, and of what each call of `arguments` gives; empty or absent for any.
+        arguments: The units that the arguments of a call are measured in.
+    """
+
+    def __init__(self, of: dict[str, str], arguments: dict[str, list[str]]) -> None:
+        self.of, self.arguments = of, arguments
         self.mistakes: list[Diagnostic] = []
 
     def unit(self, expr: Expr) -> str:
@@ -81,8 +92,8 @@ class _Units:
             case Call(function=function, arguments=arguments) if function in _JOINING:
                 return self.join(arguments)
             case Call(function=function, arguments=arguments) if function in self.arguments:
-                self._take(expr, arguments, self.arguments[function])
-                return self.of[function]
+                self.take(function, arguments, self.arguments[function])
+                return self.of.get(function, "")
             case Logic(operands=operands):
                 for operand in operands:
                     self.unit(operand)
@@ -110,13 +121,12 @@ class _Units:
             slope = f"a slope of '{output}' along '{along}'"
             self._report(f"'{to_text(bound)}' is measured in {given}, {slope} {due}", bound)
 
-    def _take(self, call: Call, arguments: Sequence[Expr], due: Sequence[str]) -> None:
-        for argument, wanted in zip(arguments, due, strict=False):
+    def take(self, function: str, arguments: Sequence[Expr], wanted: Sequence[str]) -> None:
+        """Report arguments that are measured in other units than a call takes."""
+        for argument, unit in zip(arguments, wanted, strict=False):
             given = self.unit(argument)
-            if given and wanted and not are_same(given, wanted):
-                self._report(
-                    f"'{to_text(argument)}' is measured in {given}, '{call.function}' takes {wanted}", argument
-                )
+            if given and unit and not are_same(given, unit):
+                self._report(f"'{to_text(argument)}' is measured in {given}, '{function}' takes {unit}", argument)
 
     def _report(self, message: str, place: Expr) -> None:
         help_text = "compare what has the same unit, with a factor where units are to be converted"

@@ -24,7 +24,7 @@ from fuzzyctl.lang.highlight import (
     textmate,
 )
 from fuzzyctl.model import operators
-from fuzzyctl.resolve.controllers import FUNCTIONS
+from fuzzyctl.resolve.block_names import FUNCTIONS
 from fuzzyctl.support.shipped import rules_folder
 
 ROOT = Path(__file__).parents[1].parent.parent

@@ -1,4 +1,4 @@
-"""Controllers of a file: what they may contain, and how large they may be."""
+"""Controllers, plants and loops of a file: what they may contain, and how large they may be."""
 
 import pytest
 
@@ -8,6 +8,7 @@ from fuzzyctl.diagnostics.source import SourceText
 from fuzzyctl.loading.load import look_through
 
 HEAD = "controller c\ninput x\n"
+PLANT = "plant p\ninput x\n"
 RULE = """system rule
 input e in [-1, 1]
   terms N P
@@ -34,6 +35,12 @@ def large(count):
     return {
         "functions that double": (first + doubling + HEAD + f"output y = f{count - 1}(x)\n", "FZ112"),
         "functions that nest": (first + nested + HEAD + f"output y = f{count - 1}(x)\n", "FZ106"),
+        "functions of plants that double": (first + doubling + PLANT + f"output y = f{count - 1}(x)\n", "FZ112"),
+        "functions of plants that nest": (first + nested + PLANT + f"output y = f{count - 1}(x)\n", "FZ106"),
+        "functions of loops that double": (
+            first + doubling + PLANT + f"output y = x\nloop l\nblock b = p(f{count - 1}(t))\nrun 1 s\n",
+            "FZ112",
+        ),
         "controllers that double": ("controller c0\ninput x\noutput y = previous(x)\n" + inside, "FZ112"),
     }
 
@@ -49,7 +56,30 @@ class TestSize:
         assert found_in(HEAD + chain + "let a2000 = x\noutput y = a0\n") == []
 
 
+class TestNames:
+    @pytest.mark.parametrize("first", ["controller c\ninput x\noutput y = x\n", RULE.replace("rule", "c")])
+    @pytest.mark.parametrize(
+        "second", ["controller c\ninput x\noutput y = 2 * x\n", "plant c = tf(num=[1], den=[1, 1])\n"]
+    )
+    def test_two_blocks_of_one_name_are_reported(self, first, second):
+        (found,) = [d for d in found_in(first + second) if d.severity == "error"]
+        assert (found.code, found.message) == ("FZ201", "there is a block 'c' already")
+
+
 class TestFiles:
+    def test_a_loop_uses_the_controllers_and_plants_of_other_files(self, tmp_path):
+        (tmp_path / "law.fz").write_text("controller law\ninput e\noutput v = e\n", encoding="utf-8")
+        (tmp_path / "lag.fz").write_text("plant lag = tf(num=[1], den=[1, 1])\n", encoding="utf-8")
+        text = 'use "law.fz"\nuse "lag.fz"\nloop l\nblock a = law(1 - b.y)\nblock b = lag(a.v)\nrun 1 s step 1 ms\n'
+        (tmp_path / "loop.fz").write_text(text, encoding="utf-8")
+        loop = fuzzyctl.load_loop(tmp_path / "loop.fz")
+        assert ([c.name for c in loop.controllers], [p.name for p in loop.plants]) == (["law"], ["lag"])
+        assert fuzzyctl.load_plant(tmp_path / "lag.fz").name == "lag"
+        with pytest.raises(DiagnosticError, match="holds no plant"):
+            fuzzyctl.load_plant(tmp_path / "law.fz")
+        with pytest.raises(DiagnosticError, match="holds no loop 'k'"):
+            fuzzyctl.load_loop(tmp_path / "loop.fz", "k")
+
     def test_a_file_uses_the_controllers_and_systems_of_another(self, tmp_path):
         (tmp_path / "parts.fz").write_text(RULE + HEAD + "output y = 2 * rule(x)\n", encoding="utf-8")
         text = 'use "parts.fz"\ncontroller top\ninput x\nblock a = c(x)\noutput z = a.y + rule(x)\n'

@@ -1,0 +1,84 @@
+"""Summary of a controller, plant or loop as plain data for `fuzzyctl show`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from fuzzyctl.diagnostics.suggestions import counted
+from fuzzyctl.expr import Expr, evaluate, to_text
+from fuzzyctl.formats.fz import guarantee_text
+from fuzzyctl.formats.fz_blocks import function_text, signal_text
+from fuzzyctl.kernels.plan.expansion import equations_of
+from fuzzyctl.loading.block_equations import in_order
+from fuzzyctl.model.controller import Controller, Definition, Instance, Result
+from fuzzyctl.model.loop import Loop
+from fuzzyctl.model.plant import Plant
+
+
+def block_summary(block: Controller | Plant | Loop) -> dict[str, Any]:
+    """Return what `fuzzyctl show --format json` prints of a controller, plant or loop.
+
+    `statements` holds lines by heading; equations are in the order in which they are computed.
+    """
+    values = block.param_values.values
+
+    def number(expr: Expr | None) -> float | None:
+        return None if expr is None else evaluate(expr, values)
+
+    data: dict[str, Any] = {
+        "kind": type(block).__name__.lower(),
+        "name": block.name,
+        "title": block.title,
+        "source": block.citation,
+        "file": block.path,
+        "params": [
+            {"name": p.name, "value": values[p.name], "expression": to_text(p.expression), "unit": p.unit}
+            for p in block.params
+        ],
+    }
+    if isinstance(block, Controller):
+        data["period"] = number(block.period)
+    if isinstance(block, Loop):
+        data |= {"duration": number(block.duration), "step": number(block.step)}
+    statements = {"Functions": [function_text(f).removeprefix("function ") for f in block.functions]}
+    statements |= _loop(block) if isinstance(block, Loop) else _equations(block)
+    return data | {"statements": {heading: lines for heading, lines in statements.items() if lines}}
+
+
+def _equations(block: Controller | Plant) -> dict[str, list[str]]:
+    if isinstance(block, Plant) and block.python:
+        equations, changes = [f'in "{block.python}"'], []
+    else:
+        equations = [_defined(d) for d in in_order(block)]
+        following = block.derivatives if isinstance(block, Plant) else block.updates
+        prime = "d/dt" if isinstance(block, Plant) else "next"
+        changes = [f"{prime} {_defined(d)}" for d in following]
+    states = [signal_text("", s).strip() for s in block.states]
+    if isinstance(block, Controller):
+        hidden = len(equations_of(block).states) - len(states)
+        states += [f"and {counted(hidden, 'number')} of operators, systems and blocks"] if hidden else []
+    return {
+        "Inputs": [signal_text("", i).strip() for i in block.inputs],
+        "States": states,
+        "Blocks": [_instance(i) for i in block.instances] if isinstance(block, Controller) else [],
+        "Equations in order": equations,
+        "Next values" if isinstance(block, Controller) else "Derivatives": changes,
+        "Outputs": [signal_text("", r).strip().partition(" = ")[0] for r in block.results],
+    }
+
+
+def _loop(loop: Loop) -> dict[str, list[str]]:
+    return {
+        "Blocks": [_instance(i) for i in loop.instances],
+        "Signals": [_defined(d) for d in loop.definitions],
+        "Measures": [f"{_defined(m)}{f' [{m.unit}]' if m.unit else ''}" for m in loop.measures],
+        "Requirements, checked on a run": [guarantee_text(g) for g in loop.requirements],
+    }
+
+
+def _defined(d: Definition | Result) -> str:
+    return f"{d.name} = {to_text(d.value)}"
+
+
+def _instance(instance: Instance) -> str:
+    return f"{instance.name} = {instance.controller}({', '.join(map(to_text, instance.arguments))})"

@@ -1,0 +1,138 @@
+"""Writer of controllers, plants and loops as `.fz` text that reads back as the same ones."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+
+from fuzzyctl.diagnostics.diagnostic import ValueOutOfBoundsError
+from fuzzyctl.expr import to_text
+from fuzzyctl.formats.fz_strings import quoted, require_names
+from fuzzyctl.model.controller import Controller, Function, Result, Signal, State
+from fuzzyctl.model.guarantee import Bounds, Param
+from fuzzyctl.model.loop import Loop
+from fuzzyctl.model.plant import Plant
+from fuzzyctl.model.system import FuzzySystem
+
+#: What has a text here.
+Block = Controller | Plant | Loop
+
+
+def text_of(block: Block, system_lines: Callable[[FuzzySystem, set[str]], Iterable[str]]) -> str:
+    """Return a block with all that it calls, each above what names it; the block itself is the last one.
+
+    Args:
+        block: The block.
+        system_lines: Writes a system and what that names, without the systems of some names.
+
+    Raises:
+        ValueOutOfBoundsError: For what a rule file cannot hold, such as two blocks of one name.
+    """
+    found: dict[str, FuzzySystem | Block] = {}
+    for part in _parts(block):
+        if found.setdefault(part.name, part) != part:
+            raise ValueOutOfBoundsError("a name of a rule file", part.name, "that of one block only")
+    written = set(found)
+    parts = [system_lines(p, written) if isinstance(p, FuzzySystem) else _lines(p) for p in found.values()]
+    return "\n\n".join("\n".join(lines) for lines in parts) + "\n"
+
+
+def _parts(block: FuzzySystem | Block) -> Iterator[FuzzySystem | Block]:
+    """Yield the blocks that a block calls, and at last itself."""
+    if not isinstance(block, FuzzySystem):
+        callees: list[FuzzySystem | Block] = [*block.systems]
+        callees += [] if isinstance(block, Plant) else block.controllers
+        callees += block.plants if isinstance(block, Loop) else []
+        for callee in callees:
+            yield from _parts(callee)
+    yield block
+
+
+def _lines(block: Block) -> Iterator[str]:
+    require_names([block.name, *_names(block)])
+    kind = type(block).__name__.lower()
+    formula = f" = python({quoted('', _relative(block), 'file')})" if isinstance(block, Plant) and block.python else ""
+    yield f"{kind} {block.name}{quoted(' ', block.title, 'title')}{formula}"
+    if block.citation:
+        yield f"source{quoted(' ', block.citation, 'citation')}"
+    yield from sections(block)
+
+
+def _relative(plant: Plant) -> str:
+    folder = Path(plant.path).parent
+    path = Path(plant.python)
+    return (path.relative_to(folder) if path.is_relative_to(folder) else path).as_posix()
+
+
+def _names(block: Block) -> list[str]:
+    named: list[Iterable[Param | Function | Signal]] = [block.params, block.functions]
+    if not isinstance(block, Loop):
+        named += [block.inputs, block.states, block.results]
+    return [item.name for items in named for item in items] + [d.name for d in block.definitions]
+
+
+def sections(block: Block) -> Iterator[str]:
+    """Yield the statements of a block in groups, a blank line before each."""
+    for lines in _groups(block):
+        if lines:
+            yield ""
+            yield from lines
+
+
+def _groups(block: Block) -> Iterator[list[str]]:
+    yield [function_text(f) for f in block.functions]
+    yield [param_text(p) for p in block.params]
+    lets = [f"let {d.name} = {to_text(d.value)}" for d in block.definitions]
+    if isinstance(block, Loop):
+        yield [f"block {i.name} = {i.controller}({', '.join(map(to_text, i.arguments))})" for i in block.instances]
+        yield lets
+        yield [
+            f"measure {m.name}{quoted(' ', m.label, 'label')}{quoted(' unit ', m.unit, 'unit')} = {to_text(m.value)}"
+            for m in block.measures
+        ]
+        step = "" if block.step is None else f" step {to_text(block.step)}"
+        yield [f"run {to_text(block.duration)}{step}"]
+        yield [
+            f"require {to_text(g.claim)}{f' within {to_text(g.within)}' if g.within is not None else ''}"
+            for g in block.requirements
+        ]
+        return
+    if isinstance(block, Plant) and block.python:
+        return
+    yield [signal_text("input", i) for i in block.inputs]
+    yield [signal_text("state", s) for s in block.states]
+    if isinstance(block, Controller):
+        yield [f"block {i.name} = {i.controller}({', '.join(map(to_text, i.arguments))})" for i in block.instances]
+    yield lets
+    keyword, changes = ("der", block.derivatives) if isinstance(block, Plant) else ("next", block.updates)
+    yield [f"{keyword} {d.name} = {to_text(d.value)}" for d in changes]
+    yield [signal_text("output", r) for r in block.results]
+    if isinstance(block, Controller):
+        yield [f"every {to_text(block.period)}"] if block.period is not None else []
+
+
+def function_text(function: Function) -> str:
+    """Return a `function` line."""
+    return f"function {function.name}({', '.join(function.parameters)}) = {to_text(function.expression)}"
+
+
+def param_text(param: Param) -> str:
+    """Return a `param` line."""
+    unit = quoted(" unit ", param.unit, "unit")
+    return f"param {param.name}{bounds_text(param.bounds)} = {to_text(param.expression)}{unit}"
+
+
+def signal_text(keyword: str, signal: Signal) -> str:
+    """Return an `input`, `state` or `output` line."""
+    label, unit = quoted(" ", signal.label, "label"), quoted(" unit ", signal.unit, "unit")
+    value = signal.start if isinstance(signal, State) else signal.value if isinstance(signal, Result) else None
+    defined = "" if value is None else f" = {to_text(value)}"
+    return f"{keyword} {signal.name}{label}{bounds_text(signal.bounds)}{unit}{defined}"
+
+
+def bounds_text(bounds: Bounds | None) -> str:
+    """Return a range with the word before it; nothing for none."""
+    if bounds is None:
+        return ""
+    left, right = "(" if bounds.without_lower else "[", ")" if bounds.without_upper else "]"
+    return f" in {left}{to_text(bounds.lower)}, {to_text(bounds.upper)}{right}"

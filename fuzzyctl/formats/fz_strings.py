@@ -1,0 +1,38 @@
+"""Names and strings of `.fz` text, refused where they would not be read back."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Iterable
+from typing import Final
+
+from fuzzyctl.diagnostics.diagnostic import ValueOutOfBoundsError
+from fuzzyctl.lang.syntax import MAX_NAME
+
+#: Characters that no string of a rule file can hold.
+_UNWRITABLE: Final = re.compile('["\\n\\r\\0\\ud800-\\udfff]')
+
+
+def require_names(names: Iterable[str]) -> None:
+    """Refuse names that would not be read back.
+
+    Raises:
+        ValueOutOfBoundsError: For such a name.
+    """
+    for name in names:
+        if len(name) > MAX_NAME or not name.isidentifier():
+            bound = f"letters, digits and '_', at most {MAX_NAME} characters, and not begin with a digit"
+            raise ValueOutOfBoundsError("a name of a rule file", name[:60], bound)
+
+
+def quoted(before: str, text: str, what: str) -> str:
+    """Return a quoted string after what introduces it; nothing for an empty one.
+
+    Raises:
+        ValueOutOfBoundsError: For a text that no string of a rule file can hold.
+    """
+    if _UNWRITABLE.search(text) or not unicodedata.is_normalized("NFC", text):
+        bound = "a text in Unicode NFC without double quotes, line ends, NUL and halves of surrogate pairs"
+        raise ValueOutOfBoundsError(what, text, bound)
+    return f'{before}"{text}"' if text else ""

@@ -1,0 +1,189 @@
+"""Dependencies between the equations of plants and loops: algebraic loops, and how large expressions become.
+
+A plant is looked at as a controller with the derivatives as next values: a state, and what is delayed, depends on
+nothing of the same time. A loop is looked at as one whose inputs are the outputs of its blocks.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import TypeVar
+
+from fuzzyctl import expr as ex
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.expr import ZERO, Call, Expr, Keyword, Name, Number
+from fuzzyctl.kernels.plan.equations import Equation, Equations, Evaluation, feedthrough, ordered
+from fuzzyctl.kernels.plan.expansion import equations_of
+from fuzzyctl.loading.block_numbers import numbers
+from fuzzyctl.model.controller import Controller, Definition, Instance, Result, Signal
+from fuzzyctl.model.forms import bound
+from fuzzyctl.model.loop import Loop
+from fuzzyctl.model.measures import MEASURES
+from fuzzyctl.model.plant import Plant
+from fuzzyctl.model.plant_forms import PLANT_FUNCTIONS
+from fuzzyctl.model.signals import SIGNALS, TIME
+
+Block = TypeVar("Block", bound=Controller | Plant | Loop)
+
+
+def with_params(block: Block, values: Mapping[str, float]) -> Block:
+    """Return a block with some params set to numbers.
+
+    Raises:
+        DiagnosticError: For numbers that the block does not take, such as one outside of the range of its param.
+    """
+    params = tuple(
+        dataclasses.replace(p, expression=Number(values[p.name], span=p.span)) if p.name in values else p
+        for p in block.params
+    )
+    changed = dataclasses.replace(block, params=params)
+    found = list(numbers(changed, changed.param_values))
+    if found:
+        raise DiagnosticError(found)
+    if isinstance(changed, Loop):
+        loop_parts(changed)
+    else:
+        parts_of(changed)
+    return changed
+
+
+def in_order(block: Controller | Plant) -> list[Definition | Result]:
+    """Return the definitions and outputs of a block without mistakes in the order in which they are computed."""
+    equations = _plant_equations(block) if isinstance(block, Plant) else equations_of(block)
+    place: dict[object, int] = {}
+    for k, item in enumerate(equations.body):
+        place.setdefault(item.span if isinstance(item, Evaluation) else item.name, k)
+    items: list[Definition | Result] = [*block.definitions, *block.results]
+    return sorted(items, key=lambda d: place.get(d.name, place.get(ex.span_of(d.value), 0)))
+
+
+def parts_of(block: Controller | Plant) -> int:
+    """Return how many parts the expressions of a controller or plant expand to.
+
+    Raises:
+        DiagnosticError: For an algebraic loop, a function that calls itself, or an expansion that is too large.
+    """
+    if isinstance(block, Plant):
+        if block.python:
+            return 0
+        try:
+            return _plant_equations(block).parts
+        except DiagnosticError as error:
+            raise DiagnosticError([_in_plant(d, block) for d in error.diagnostics]) from None
+    return equations_of(block).parts
+
+
+def _in_plant(d: Diagnostic, plant: Plant) -> Diagnostic:
+    help_text = "let a state break it, or delay(x, 0.1 s)" if d.code == "FZ220" else d.help
+    return dataclasses.replace(d, span=d.span or plant.span, help=help_text)
+
+
+def _plant_equations(plant: Plant) -> Equations:
+    params = plant.param_values
+
+    def known(expr: Expr) -> Expr:
+        """Put a value of the step before in place of a delayed one."""
+        if not (isinstance(expr, Call) and expr.function in PLANT_FUNCTIONS):
+            return expr
+        given = bound(PLANT_FUNCTIONS[expr.function], expr)
+        return Call("previous", (given["x"],)) if params.of(given["time"]) else given["x"]
+
+    def without_delays(expr: Expr) -> Expr:
+        delayed = any(isinstance(e, Call) and e.function in PLANT_FUNCTIONS for e in ex.walk(expr))
+        return ex.replace(expr, known) if delayed else expr
+
+    changed = {
+        kind: tuple(dataclasses.replace(d, value=without_delays(d.value)) for d in getattr(plant, kind))
+        for kind in ("definitions", "results", "derivatives")
+    }
+    view = Controller(
+        name=plant.name,
+        params=plant.params,
+        functions=plant.functions,
+        inputs=(*plant.inputs, Signal(name=TIME)),
+        states=plant.states,
+        definitions=changed["definitions"],
+        results=changed["results"],
+        updates=changed["derivatives"],
+        systems=plant.systems,
+        span=plant.span,
+    )
+    return equations_of(view)
+
+
+def loop_parts(loop: Loop) -> int:
+    """Return how many parts the expressions of a loop expand to.
+
+    Raises:
+        DiagnosticError: For an algebraic loop through its blocks, and as `parts_of`.
+    """
+    callees: list[Controller | Plant] = [*loop.controllers, *loop.plants]
+    inputs = {b.name: [i.name for i in b.inputs] for b in callees}
+    direct = {c.name: feedthrough(equations_of(c)) for c in loop.controllers}
+    direct |= {p.name: feedthrough(_plant_equations(p)) for p in loop.plants if not p.python}
+    outputs = {b.name: [r.name for r in b.results] for b in callees}
+    arguments = [d for i in loop.instances for d in _arguments(i, inputs[i.controller])]
+    members = [f"{i.name}.{o}" for i in loop.instances for o in outputs[i.controller]]
+    measured = [
+        Definition(name=f"{m.name}#{k}", value=argument, span=m.span)
+        for m in loop.measures
+        for k, argument in enumerate(_measured(m.value))
+    ]
+    lets = [*loop.definitions, *arguments, *measured]
+    view = Controller(
+        name=loop.name,
+        params=loop.params,
+        functions=loop.functions,
+        inputs=tuple(Signal(name=n) for n in (TIME, *members)),
+        definitions=tuple(dataclasses.replace(d, value=_without_signals(d.value)) for d in lets),
+        systems=loop.systems,
+        span=loop.span,
+    )
+    equations = equations_of(view)
+    through = [e for i in loop.instances for e in _through(i, direct.get(i.controller, {}))]
+    try:
+        ordered([*equations.body, *through])
+    except DiagnosticError as error:
+        raise DiagnosticError([_in_loop(d) for d in error.diagnostics]) from None
+    return equations.parts
+
+
+def _in_loop(d: Diagnostic) -> Diagnostic:
+    facts = (*d.facts, "each of these outputs depends on the inputs of its block at the same time")
+    help_text = "give the plant a state between input and output, or use previous(...) in the controller"
+    return dataclasses.replace(d, message=d.message.replace("step", "sample"), facts=facts, help=help_text)
+
+
+def _arguments(instance: Instance, inputs: list[str]) -> list[Definition]:
+    """Return the inputs of a block of a loop as definitions `NAME.INPUT`."""
+    given = [a for a in instance.arguments if not isinstance(a, Keyword)]
+    named = {a.name: a.value for a in instance.arguments if isinstance(a, Keyword) and a.name in inputs}
+    values = dict(zip(inputs, given, strict=False)) | named
+    return [Definition(name=f"{instance.name}.{n}", value=v, span=instance.span) for n, v in values.items()]
+
+
+def _measured(value: Expr) -> list[Expr]:
+    """Return the signals that the calls of measures in an expression take."""
+    found = []
+    for call in ex.walk(value):
+        if isinstance(call, Call) and call.function in MEASURES:
+            form = MEASURES[call.function]
+            found += [e for name, e in bound(form, call).items() if name in form.signals]
+    return found
+
+
+def _without_signals(expr: Expr) -> Expr:
+    """Return an expression with numbers in place of calls of signals, which depend on the time only."""
+    if not any(isinstance(e, Call) and e.function in SIGNALS for e in ex.walk(expr)):
+        return expr
+    return ex.replace(expr, lambda e: ZERO if isinstance(e, Call) and e.function in SIGNALS else e)
+
+
+def _through(instance: Instance, direct: Mapping[str, tuple[str, ...]]) -> list[Equation | Evaluation]:
+    """Return the outputs of a block that depend on its inputs at the same time, as equations."""
+    return [
+        Equation(f"{instance.name}.{o}", Call("min", tuple(Name(f"{instance.name}.{i}") for i in names)), instance.span)
+        for o, names in direct.items()
+        if names
+    ]

@@ -1,0 +1,153 @@
+"""Files that plants and loops name: plants in Python, whose interface is read without running them, and CSV signals."""
+
+from __future__ import annotations
+
+import ast
+import csv
+import dataclasses
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Final
+
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.diagnostics.source import SourceText, Span
+from fuzzyctl.diagnostics.suggestions import closest, did_you_mean, listed
+from fuzzyctl.expr import Call, Name, Number, Text, walk
+from fuzzyctl.lang import syntax as sx
+from fuzzyctl.model.controller import Result, Signal, State
+from fuzzyctl.model.forms import bound
+from fuzzyctl.model.loop import Loop
+from fuzzyctl.model.plant import Plant
+from fuzzyctl.model.signals import SIGNALS
+from fuzzyctl.support.reading import files_in, read_source
+
+#: What a plant in Python assigns, with an example of each.
+_INTERFACE: Final = {"inputs": 'inputs = ("u",)', "states": 'states = {"x": 0.0}', "outputs": 'outputs = ("y",)'}
+
+_Report = Callable[[str, tuple[str, ...], str], Diagnostic]
+
+
+def with_interface(plant: Plant, head: sx.Head, folder: Path | None) -> tuple[Plant, list[Diagnostic]]:
+    """Return a plant in Python with its file and the inputs, states and outputs that this assigns; or what is wrong."""
+    text = next(e for e in walk(head.formula or Name("")) if isinstance(e, Text))
+    span = text.span or head.span
+
+    def report(message: str, facts: tuple[str, ...], help_text: str) -> Diagnostic:
+        return Diagnostic("FZ218", message, span, facts=facts, help=help_text)
+
+    try:
+        path, source = named_file(text.text, span, folder)
+        found = _assigned(source, report)
+    except DiagnosticError as error:
+        return plant, list(error.diagnostics)
+    read = dataclasses.replace(
+        plant,
+        python=str(path),
+        inputs=tuple(Signal(name=n) for n in found["inputs"]),
+        states=tuple(State(name=n, start=Number(float(v))) for n, v in found["states"].items()),
+        results=tuple(Result(name=n, value=Name(n)) for n in found["outputs"]),
+    )
+    return read, []
+
+
+def named_file(name: str, span: Span, folder: Path | None) -> tuple[Path, SourceText]:
+    """Return the path and the text of a file below a folder.
+
+    Raises:
+        DiagnosticError: For a file elsewhere, or one that cannot be read, with the place that names it.
+    """
+    why, help_text = "", ""
+    path = Path(name) if folder is None else folder / name
+    if folder is None:
+        why, help_text = "a text that is no file can use no files", "write it to a file and load that"
+    elif Path(name).is_absolute() or not Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder)):
+        why, help_text = f"'{name}' lies outside the folder of this file", "move it there or below"
+    if why:
+        raise DiagnosticError([Diagnostic("FZ218", why, span, help=help_text)])
+    try:
+        return path, read_source(path, only_regular=True)
+    except DiagnosticError as error:
+        (first,) = error.diagnostics
+        near = closest(path.name, files_in(path.parent, {path.suffix.lower()} - {""}))
+        help_text = f"did you mean '{Path(name).with_name(near)}'?" if near and first.code == "FZ001" else first.help
+        message = f"{span.text} cannot be used: {first.message}"
+        raise DiagnosticError([Diagnostic("FZ218", message, span, facts=first.facts, help=help_text)]) from None
+
+
+def _assigned(source: SourceText, report: _Report) -> dict[str, dict[str, float]]:
+    """Return the literal values of the interface, names without a value with 0."""
+    try:
+        tree = ast.parse(source.text)
+    except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
+        line = getattr(error, "lineno", None)
+        facts = (f"{source.name}{f', line {line}' if line else ''}: {getattr(error, 'msg', error)}",)
+        raise DiagnosticError(
+            [report("the file is not Python", facts, "fix it, and run it with python once")]
+        ) from None
+    nodes = {name: node for target in tree.body for name, node in _assignment(target)}
+    found = {}
+    for name, example in _INTERFACE.items():
+        value = _literal(nodes.get(name))
+        if value is None:
+            what = "assigns no" if name not in nodes else "computes its"
+            facts = ("names and starts are read without running the file, so they are written out",)
+            raise DiagnosticError([report(f"the file {what} '{name}'", facts, f"write in it: {example}")])
+        odd = next((n for n in value if not n.isidentifier() or n in sx.RESERVED), None)
+        if odd is not None:
+            raise DiagnosticError([report(f"'{odd}' of '{name}' is no name", (), "rename it in the file")])
+        found[name] = value
+    return found
+
+
+def _assignment(node: ast.stmt) -> list[tuple[str, ast.expr]]:
+    targets = node.targets if isinstance(node, ast.Assign) else [node.target] if isinstance(node, ast.AnnAssign) else []
+    value = getattr(node, "value", None)
+    return [(t.id, value) for t in targets if isinstance(t, ast.Name) and value is not None]
+
+
+def _literal(node: ast.expr | None) -> dict[str, float] | None:
+    """Return the names of a tuple or list of texts, or of a dictionary with numbers; None for anything else."""
+    try:
+        value = ast.literal_eval(node) if node is not None else None
+    except (ValueError, TypeError, SyntaxError, MemoryError, RecursionError):
+        return None
+    if isinstance(value, tuple | list):
+        value = dict.fromkeys(value, 0.0) if all(isinstance(n, str) for n in value) else None
+    if not isinstance(value, dict) or not all(isinstance(n, str) and _is_number(v) for n, v in value.items()):
+        return None
+    return value
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < float("inf")
+
+
+def check_csv(loop: Loop, folder: Path | None) -> list[Diagnostic]:
+    """Check that the files of `csv` signals can be read and have the columns that are named."""
+    found = []
+    values = [d.value for d in loop.definitions] + [a for i in loop.instances for a in i.arguments]
+    for call in (e for value in values for e in walk(value)):
+        if isinstance(call, Call) and call.function == "csv":
+            found.extend(_check_columns(call, folder))
+    return found
+
+
+def _check_columns(call: Call, folder: Path | None) -> list[Diagnostic]:
+    given = {n: e for n, e in bound(SIGNALS["csv"], call).items() if isinstance(e, Text)}
+    try:
+        file = given["file"]
+        assert file.span is not None
+        _, source = named_file(file.text, file.span, folder)
+    except DiagnosticError as error:
+        return list(error.diagnostics)
+    header = [name.strip() for name in next(csv.reader(source.text.splitlines()), [])]
+    found = []
+    for setting in ("column", "time"):
+        name = given[setting].text
+        if name and name not in header:
+            message = f"'{file.text}' has no column '{name}'"
+            facts = (f"columns: {listed(header)}",) if header else ("the file is empty",)
+            help_text = did_you_mean(name, header)
+            found.append(Diagnostic("FZ202", message, given[setting].span, facts=facts, help=help_text))
+    return found

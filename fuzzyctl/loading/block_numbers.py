@@ -1,0 +1,206 @@
+"""Numbers of controllers, plants and loops: ranges, starts, periods, times."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Final
+
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.diagnostics.source import Span
+from fuzzyctl.expr import Call, Expr, ExprError, Keyword, evaluate, span_of, walk
+from fuzzyctl.model.controller import Controller, Definition, Instance, Result, Signal
+from fuzzyctl.model.forms import bound, pairs_of
+from fuzzyctl.model.guarantee import Bounds, Param
+from fuzzyctl.model.loop import Loop
+from fuzzyctl.model.measures import MEASURES
+from fuzzyctl.model.params import ParamCycleError, ParamValues
+from fuzzyctl.model.plant import Plant
+from fuzzyctl.model.plant_forms import PLANT_FUNCTIONS
+from fuzzyctl.model.signals import SIGNALS
+
+#: Most samples of a run.
+MOST_SAMPLES: Final = 10_000_000
+
+
+def numbers(block: Controller | Plant | Loop, params: ParamValues) -> Iterator[Diagnostic]:
+    """Check the numbers of a block, as far as its params have values."""
+    for error in params.errors:
+        yield Diagnostic("FZ308" if isinstance(error, ParamCycleError) else "FZ307", error.message, error.span)
+    signals: tuple[Signal, ...] = () if isinstance(block, Loop) else (*block.inputs, *block.states, *block.results)
+    ranges = [(s.name, s.bounds) for s in signals] + [(p.name, p.bounds) for p in block.params]
+    for name, bounds in ranges:
+        if bounds is not None:
+            yield from _range(name, bounds, params)
+    for param in block.params:
+        yield from _within(f"param '{param.name}'", param.expression, param.bounds, params)
+    if not isinstance(block, Loop):
+        for state in block.states:
+            yield from _within(f"the start of state '{state.name}'", state.start, state.bounds, params)
+    if isinstance(block, Controller):
+        yield from _positive("the period", block.period, params, "write a time, such as: every 5 ms")
+    if isinstance(block, Plant):
+        yield from _dead_times(block, params)
+    else:
+        callees: list[Controller | Plant] = [*block.controllers, *(block.plants if isinstance(block, Loop) else ())]
+        for instance in block.instances:
+            yield from _instance(instance, next(c for c in callees if c.name == instance.controller).params, params)
+    if isinstance(block, Loop):
+        yield from _run(block, params)
+        yield from _functions(block, params)
+
+
+def _computed(expr: Expr, params: ParamValues) -> float | Diagnostic | None:
+    """Return the value of an expression over params, None where a param that it needs has none."""
+    if params.lacks(expr):
+        return None
+    try:
+        return evaluate(expr, params.values)
+    except ExprError as error:
+        return Diagnostic("FZ307", error.message, error.span)
+
+
+def _positive(what: str, expr: Expr | None, params: ParamValues, help_text: str) -> Iterator[Diagnostic]:
+    value = None if expr is None else _computed(expr, params)
+    if isinstance(value, Diagnostic):
+        yield value
+    elif value is not None and expr is not None and not 0 < value < math.inf:
+        why = "not positive" if value <= 0 else "not finite"
+        yield Diagnostic("FZ302", f"{what} is {value:g} s, {why}", span_of(expr), help=help_text)
+
+
+def _ends(bounds: Bounds, params: ParamValues) -> tuple[float, float] | None:
+    low, high = (_computed(e, params) for e in (bounds.lower, bounds.upper))
+    return (low, high) if isinstance(low, float) and isinstance(high, float) else None
+
+
+def _range(name: str, bounds: Bounds, params: ParamValues) -> Iterator[Diagnostic]:
+    ends = _ends(bounds, params)
+    yield from (e for e in (_computed(x, params) for x in (bounds.lower, bounds.upper)) if isinstance(e, Diagnostic))
+    if ends is not None and not ends[0] < ends[1]:
+        message = f"the range of '{name}' is empty: {ends[0]:g} is not below {ends[1]:g}"
+        yield Diagnostic("FZ304", message, bounds.span, help="put the smaller end first")
+
+
+def _within(what: str, expr: Expr, bounds: Bounds | None, params: ParamValues) -> Iterator[Diagnostic]:
+    """Report a number outside of its range."""
+    value = _computed(expr, params)
+    if isinstance(value, Diagnostic):
+        if not what.startswith("param"):  # whose values are reported before
+            yield value
+    elif value is not None and bounds is not None:
+        yield from outside(what, value, span_of(expr), bounds, params)
+
+
+def outside(what: str, value: float, span: Span | None, bounds: Bounds, params: ParamValues) -> Iterator[Diagnostic]:
+    """Report a value outside of a range whose ends are over params."""
+    ends = _ends(bounds, params)
+    if ends is None or not ends[0] < ends[1]:
+        return
+    above = value > ends[0] if bounds.without_lower else value >= ends[0]
+    below = value < ends[1] if bounds.without_upper else value <= ends[1]
+    if not (above and below):
+        text = bounds.span.text if bounds.span is not None else f"[{ends[0]:g}, {ends[1]:g}]"
+        yield Diagnostic("FZ302", f"{what} is {value:g}, outside of {text}", span)
+
+
+def _instance(instance: Instance, declared: tuple[Param, ...], params: ParamValues) -> Iterator[Diagnostic]:
+    """Check the params that a block is given, by the ranges that it declares for them."""
+    bounds = {p.name: p.bounds for p in declared}
+    own = ParamValues(declared)
+    for argument in instance.arguments:
+        if not (isinstance(argument, Keyword) and argument.name in bounds):
+            continue
+        value = _computed(argument.value, params)
+        if isinstance(value, Diagnostic):
+            yield value
+        elif value is not None and (given := bounds[argument.name]) is not None:
+            what = f"param '{argument.name}' of '{instance.controller}'"
+            yield from outside(what, value, span_of(argument.value), given, own)
+
+
+def _dead_times(plant: Plant, params: ParamValues) -> Iterator[Diagnostic]:
+    items: list[Definition | Result] = [*plant.definitions, *plant.results, *plant.derivatives]
+    for item in items:
+        for call in walk(item.value):
+            if not (isinstance(call, Call) and call.function in PLANT_FUNCTIONS):
+                continue
+            given = bound(PLANT_FUNCTIONS[call.function], call)
+            value = _computed(given["time"], params)
+            if isinstance(value, Diagnostic):
+                yield value
+            elif value is not None and not 0 <= value < math.inf:
+                message = f"the dead time is {value:g} s: expected 0 or more"
+                yield Diagnostic("FZ302", message, span_of(given["time"]), help="write a time, such as: 0.5 s")
+            start = _computed(given["start"], params)
+            yield from [start] if isinstance(start, Diagnostic) else []
+
+
+def _run(loop: Loop, params: ParamValues) -> Iterator[Diagnostic]:
+    """Check duration and step of a run."""
+    found = [
+        *_positive("the duration", loop.duration, params, "write a time, such as: run 50 s"),
+        *_positive("the step", loop.step, params, "write a time, such as: run 50 s step 10 ms"),
+    ]
+    yield from found
+    duration = _computed(loop.duration, params)
+    step = None if loop.step is None else _computed(loop.step, params)
+    if found or not isinstance(duration, float) or not isinstance(step, float) or loop.step is None:
+        return
+    if step > duration:
+        message = f"the step is {step:g} s, longer than the run of {duration:g} s"
+        yield Diagnostic("FZ302", message, span_of(loop.step), help="shorten the step, or lengthen the run")
+    elif duration / step > MOST_SAMPLES:
+        message = f"the run has {duration / step:.3g} samples, more than {MOST_SAMPLES:,}"
+        yield Diagnostic("FZ302", message, span_of(loop.step), help="lengthen the step, or shorten the run")
+
+
+#: Settings that must be positive, that must not be negative, and that must ascend, by function.
+_POSITIVE: Final = {"sine": ("frequency",), "settling": ("band",)}
+_NOT_NEGATIVE: Final = {"noise": ("sigma", "seed")}
+_ASCENDING: Final = {"pulse": ("begin", "end"), "ramp": ("begin", "end"), "rise_time": ("low", "high")}
+
+
+def _functions(loop: Loop, params: ParamValues) -> Iterator[Diagnostic]:
+    """Check the settings of signals and measures."""
+    forms = SIGNALS | MEASURES
+    values = [d.value for d in (*loop.definitions, *loop.measures)] + [a for i in loop.instances for a in i.arguments]
+    for call in (e for value in values for e in walk(value)):
+        if isinstance(call, Call) and call.function in forms:
+            yield from _times(call, params) if forms[call.function].pairs else _settings(call, params)
+
+
+def _times(call: Call, params: ParamValues) -> Iterator[Diagnostic]:
+    before: float | None = None
+    for pair in pairs_of(call):
+        key, value = _computed(pair.key, params), _computed(pair.value, params)
+        yield from (v for v in (key, value) if isinstance(v, Diagnostic))
+        if isinstance(key, float) and before is not None and not key > before:
+            message = f"the times of '{call.function}' do not ascend: {key:g} s follows {before:g} s"
+            yield Diagnostic("FZ305", message, span_of(pair.key), help="put the times in order, each once")
+            return
+        before = key if isinstance(key, float) else None
+
+
+def _settings(call: Call, params: ParamValues) -> Iterator[Diagnostic]:
+    name = call.function
+    form = (SIGNALS | MEASURES)[name]
+    given = bound(form, call)
+    found = {s: _computed(given[s], params) for s in form.settings if s in given and s not in form.texts}
+    yield from (v for v in found.values() if isinstance(v, Diagnostic))
+    values = {s: v for s, v in found.items() if isinstance(v, float)}
+    for setting, value in values.items():
+        place = span_of(given[setting]) or call.span
+        if setting in _POSITIVE.get(name, ()) and not value > 0:
+            message = f"'{setting}' of '{name}' is {value:g}: expected a positive number"
+            yield Diagnostic("FZ302", message, place, help=f"the form is: {form.form}")
+        elif setting in _NOT_NEGATIVE.get(name, ()) and not 0 <= value < math.inf:
+            message = f"'{setting}' of '{name}' is {value:g}: expected 0 or more"
+            yield Diagnostic("FZ302", message, place, help=f"the form is: {form.form}")
+        elif setting == "seed" and value != int(value):
+            message = f"'seed' of '{name}' is {value:g}: expected a whole number"
+            yield Diagnostic("FZ302", message, place, help=f"the form is: {form.form}")
+    first, last = _ASCENDING.get(name, ("begin", "end"))
+    if first in values and last in values and not values[first] < values[last]:
+        message = f"'{last}' of '{name}' is {values[last]:g}, not above '{first}', {values[first]:g}"
+        yield Diagnostic("FZ304", message, span_of(given[last]) or call.span, help="put the smaller one first")

@@ -1,0 +1,157 @@
+"""Controllers, plants and loops of a file: resolved each after those that it names, and checked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError, Note
+from fuzzyctl.kernels.plan.expansion import DEEPEST_INSTANCES
+from fuzzyctl.lang import syntax as sx
+from fuzzyctl.loading.assembly import Part
+from fuzzyctl.loading.block_equations import loop_parts, parts_of
+from fuzzyctl.loading.block_files import check_csv, with_interface
+from fuzzyctl.loading.block_numbers import numbers
+from fuzzyctl.model.checks.block_units import unlike_units
+from fuzzyctl.model.controller import Controller
+from fuzzyctl.model.loop import Loop
+from fuzzyctl.model.params import ParamValues
+from fuzzyctl.model.plant import Plant
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.resolve.controllers import resolve_controller
+from fuzzyctl.resolve.loops import resolve_loop
+from fuzzyctl.resolve.plants import resolve_plant
+
+#: Most parts of expressions that the blocks of a file expand to together.
+MOST_PARTS: Final = 100_000
+
+#: A block of equations, and what one block may call.
+Block = Controller | Plant | Loop
+Callee = FuzzySystem | Controller | Plant
+
+#: What gives the statements of a block their meaning, by its first word.
+_RESOLVERS: Final[dict[str, Callable[..., tuple[Block, bool, list[Diagnostic]]]]] = {
+    "controller": resolve_controller,
+    "plant": resolve_plant,
+    "loop": resolve_loop,
+}
+
+
+class Blocks:
+    """Resolves the controllers, plants and loops of a file, each after those that it names.
+
+    Args:
+        parts: The blocks of the file.
+        systems: Its systems without errors.
+        elsewhere: Finds the blocks of used files.
+        folder: Where the file stands; None for a text that may use no files.
+
+    Attributes:
+        diagnostics: Their mistakes.
+    """
+
+    def __init__(
+        self,
+        parts: Sequence[Part],
+        systems: Sequence[FuzzySystem],
+        elsewhere: Callable[[str], Callee | None],
+        folder: Path | None,
+    ) -> None:
+        self.diagnostics: list[Diagnostic] = []
+        self._systems = {s.name: s for s in systems}
+        self._elsewhere, self._folder = elsewhere, folder
+        self._parts: dict[str, Part] = {}
+        self._found: dict[str, Block | None] = {}
+        self._path: list[str] = []
+        self._parts_left = MOST_PARTS
+        heads = [p.head for p in parts if p.head is not None]
+        self._report_repeated(heads)
+        for part in parts:
+            if isinstance(part.head, sx.Head):
+                self._parts.setdefault(part.head.name.text, part)
+        #: Names of blocks that may have mistakes of their own.
+        self._declared = frozenset(h.name.text for h in heads if not _is_loop(h))
+
+    def _report_repeated(self, heads: Sequence[sx.System | sx.Head]) -> None:
+        """Report names that two blocks have; those of two systems are reported elsewhere."""
+        first: dict[str, sx.System | sx.Head] = {}
+        for head in heads:
+            earlier = first.setdefault(head.name.text, head)
+            if earlier is not head and isinstance(earlier, sx.Head) | isinstance(head, sx.Head):
+                note = (Note(earlier.name.span, "first declared here"),)
+                message = f"there is a block '{head.name.text}' already"
+                found = Diagnostic("FZ201", message, head.name.span, help="rename one of them", notes=note)
+                self.diagnostics.append(found)
+
+    def all(self) -> tuple[Block, ...]:
+        """Return the blocks without mistakes in the order written."""
+        found = [self._resolved(name) for name in self._parts]
+        return tuple(b for b in found if b is not None)
+
+    def find(self, name: str) -> Callee | None:
+        """Return the system, controller or plant of that name, of this file or of a used one."""
+        if name in self._systems:
+            return self._systems[name]
+        if name not in self._parts:
+            return self._elsewhere(name)
+        block = None if _is_loop(self._parts[name].head) else self._resolved(name)
+        return None if isinstance(block, Loop) else block
+
+    def _resolved(self, name: str) -> Block | None:
+        part = self._parts[name]
+        assert isinstance(part.head, sx.Head)
+        if name in self._path:
+            circle = " → ".join([*self._path[self._path.index(name) :], name])
+            message = f"{part.head.keyword.text} '{name}' contains itself"
+            self.diagnostics.append(Diagnostic("FZ217", message, part.head.name.span, facts=(circle,)))
+            return None
+        if len(self._path) == DEEPEST_INSTANCES:
+            message = f"controllers lie more than {DEEPEST_INSTANCES} levels inside each other"
+            self.diagnostics.append(Diagnostic("FZ106", message, part.head.name.span))
+            return None
+        if name not in self._found:
+            self._path.append(name)
+            self._found[name] = self._examined(part, part.head)
+            self._path.pop()
+        return self._found[name]
+
+    def _examined(self, part: Part, head: sx.Head) -> Block | None:
+        """Resolve a block and check it; None after a mistake."""
+        unread = part.tree.unread | (self._declared - self._systems.keys())
+        statements = (*part.shared, *part.tree.statements)
+        resolve = _RESOLVERS[head.keyword.text]
+        block, incomplete, found = resolve(statements, head, self.find, unread=unread, path=part.tree.source.name)
+        if isinstance(block, Plant) and block.python:
+            block, more = with_interface(block, head, self._folder)
+            found = [*found, *more]
+        failed = incomplete or _has_errors(found)
+        found = [*found, *numbers(block, ParamValues(block.params, partial=failed))]
+        if isinstance(block, Loop) and not failed:
+            found.extend(check_csv(block, self._folder))
+        if not (failed or _has_errors(found)):
+            found.extend(self._expanded(block))
+        if not (failed or _has_errors(found)):
+            found.extend(unlike_units(block))
+        self.diagnostics.extend(found)
+        return None if failed or _has_errors(found) else block
+
+    def _expanded(self, block: Block) -> Iterator[Diagnostic]:
+        """Yield what is wrong with the order of the equations, or their number."""
+        if self._parts_left <= 0:
+            message = f"the blocks of this file expand to more than {MOST_PARTS:,} parts of expressions"
+            yield Diagnostic("FZ112", message, block.span, help="spread them over several files")
+            return
+        try:
+            self._parts_left -= loop_parts(block) if isinstance(block, Loop) else parts_of(block)
+        except DiagnosticError as error:
+            self._parts_left -= MOST_PARTS // 20
+            yield from error.diagnostics
+
+
+def _is_loop(head: Any) -> bool:
+    return isinstance(head, sx.Head) and head.keyword.text == "loop"
+
+
+def _has_errors(diagnostics: Sequence[Diagnostic]) -> bool:
+    return any(d.severity == "error" for d in diagnostics)

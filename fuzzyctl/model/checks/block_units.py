@@ -1,0 +1,74 @@
+"""Checks of units in controllers, plants and loops: sums, comparisons and inputs of blocks need equal units."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.expr import Call, Expr, Keyword
+from fuzzyctl.model.checks.units import Units
+from fuzzyctl.model.controller import Controller, Definition, Instance, Result
+from fuzzyctl.model.loop import Loop
+from fuzzyctl.model.plant import Plant
+from fuzzyctl.model.system import FuzzySystem
+
+#: The outermost functions whose value has the unit of their first argument.
+_KEEPING = ("clamp", "previous", "difference", "lowpass", "rate_limit", "delay")
+
+
+def unlike_units(block: Controller | Plant | Loop) -> Iterator[Diagnostic]:
+    """Find quantities of different units that a block compares, adds, or connects."""
+    units = Units({p.name: p.unit for p in block.params}, {})
+    callees: list[Controller | Plant] = []
+    if not isinstance(block, Plant):
+        callees = [*block.controllers, *(block.plants if isinstance(block, Loop) else ())]
+        for instance in block.instances:
+            callee = next(c for c in callees if c.name == instance.controller)
+            units.of |= {f"{instance.name}.{r.name}": r.unit for r in callee.results}
+    if not isinstance(block, Loop):
+        units.of |= {s.name: s.unit for s in (*block.inputs, *block.states, *block.results)}
+    units.arguments = {s.name: [i.unit for i in s.inputs] for s in block.systems}
+    _define(units, block.definitions, block.systems)
+    for item in _others(block):
+        units.unit(item.value)
+    if not isinstance(block, Plant):
+        for instance in block.instances:
+            _connect(units, instance, next(c for c in callees if c.name == instance.controller))
+    for loop_measure in block.measures if isinstance(block, Loop) else ():
+        units.unit(loop_measure.value)
+    yield from {(d.message, d.span): d for d in units.mistakes}.values()
+
+
+def _others(block: Controller | Plant | Loop) -> Sequence[Definition | Result]:
+    if isinstance(block, Loop):
+        return ()
+    rest = block.updates if isinstance(block, Controller) else block.derivatives
+    return (*block.results, *rest)
+
+
+def _define(units: Units, definitions: Sequence[Definition], systems: Sequence[FuzzySystem]) -> None:
+    """Enter the units of definitions; those that come after their use are found in the second pass."""
+    outputs = {s.name: {o.name: o.unit for o in s.outputs} for s in systems}
+    for _ in range(2):
+        for d in definitions:
+            given = outputs.get(d.value.function) if isinstance(d.value, Call) else None
+            units.of[d.name] = _kept(units, d.value) if not given or len(given) > 1 else next(iter(given.values()))
+            for output, unit in (given or {}).items():
+                units.of[f"{d.name}.{output}"] = unit
+    for d in definitions:
+        units.unit(d.value)
+
+
+def _kept(units: Units, value: Expr) -> str:
+    if isinstance(value, Call) and value.function in _KEEPING and value.arguments:
+        return units.unit(value.arguments[0])
+    return units.unit(value)
+
+
+def _connect(units: Units, instance: Instance, callee: Controller | Plant) -> None:
+    """Compare the units of arguments with those of the inputs that they are connected to."""
+    given = [a for a in instance.arguments if not isinstance(a, Keyword)]
+    inputs = {i.name: i.unit for i in callee.inputs}
+    named = [(a.value, inputs[a.name]) for a in instance.arguments if isinstance(a, Keyword) and a.name in inputs]
+    for argument, unit in (*zip(given, inputs.values(), strict=False), *named):
+        units.take(callee.name, [argument], [unit])

@@ -1,0 +1,253 @@
+"""Expressions of controllers, plants and loops: known names, conditions and numbers, calls with their arguments."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+from fuzzyctl import expr as ex
+from fuzzyctl.diagnostics.source import Span
+from fuzzyctl.diagnostics.suggestions import a_or_an, counted, did_you_mean, listed
+from fuzzyctl.lang import syntax as sx
+from fuzzyctl.model.controller import Controller
+from fuzzyctl.model.forms import NEEDED, Form
+from fuzzyctl.model.measures import MEASURES
+from fuzzyctl.model.operators import OPERATORS
+from fuzzyctl.model.plant import Plant
+from fuzzyctl.model.signals import SIGNALS
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import Hold
+from fuzzyctl.resolve.block_names import FUNCTIONS, Names
+
+#: Checks a part of an expression, as a condition, as a number, or as either where that is None.
+Inner = Callable[..., bool]
+
+#: What an argument is that only some functions take.
+_ODD = {ex.Items: "a list", ex.Text: "a text", ex.Pair: "a pair 'a: b'"}
+
+
+class Expressions(Names):
+    """Checks of the expressions of a block."""
+
+    def own_call(self, call: ex.Call, inner: Inner, *, pure: bool) -> bool:
+        """Check a call of a function that only such blocks have."""
+        raise NotImplementedError
+
+    def elsewhere(self, call: ex.Call) -> str:
+        """Return what to do in place of calling a function that only other blocks have; empty for no such function."""
+        return ""
+
+    def formula(
+        self,
+        expr: ex.Expr,
+        *,
+        truth: bool | None = None,
+        names: set[str] | None = None,
+        kind: str = "name",
+        pure: bool = False,
+    ) -> bool:
+        """Check an expression.
+
+        Args:
+            expr: The expression.
+            truth: Whether a condition is expected, or a number; None for either.
+            names: The names that it may use; None for all of the block.
+            kind: What these are.
+            pure: Whether calls that have a state are refused.
+        """
+
+        def inner(part: ex.Expr, truth: bool | None = False) -> bool:
+            return self.formula(part, truth=truth, names=names, kind=kind, pure=pure)
+
+        match expr:
+            case ex.Compare(left=left, right=right, span=span):
+                return all([inner(left), inner(right), self._fits(truth, is_condition=True, span=span)])
+            case ex.Logic(operands=operands, span=span):
+                parts = [inner(o, True) for o in operands]
+                return all([*parts, self._fits(truth, is_condition=True, span=span)])
+            case ex.Name():
+                return self._name(expr, names, kind) and self._fits(truth, is_condition=False, span=expr.span)
+            case ex.Call():
+                return self._call(expr, inner, pure=pure) and self._fits(truth, is_condition=False, span=expr.span)
+            case ex.Keyword(name=name, span=span):
+                self.context.report("FZ303", f"unexpected named argument '{name}'", span)
+                return False
+            case ex.Items() | ex.Text() | ex.Pair():
+                self.context.report("FZ303", f"expected a number, found {_ODD[type(expr)]}", expr.span)
+                return False
+        return all([inner(part) for part in ex.children(expr)]) and self._fits(
+            truth, is_condition=False, span=ex.span_of(expr)
+        )
+
+    def constant(self, expr: ex.Expr) -> bool:
+        """Check an expression that may use params only."""
+        return self.formula(expr, truth=False, names=set(self.context.params), kind="param", pure=True)
+
+    def _name(self, expr: ex.Name, names: set[str] | None, kind: str) -> bool:
+        name = expr.name
+        known = self.names() if names is None else names
+        if name.partition(".")[0] in self.lost:
+            return False
+        if name not in known and name not in ex.CONSTANTS:
+            self.context.unknown(kind, expr, sorted(known))
+            return False
+        if isinstance(self.named.get(name), sx.Equation) and self.is_several(name):
+            outputs = [m for m in self.members if m.startswith(f"{name}.")]
+            message = f"'{name}' has several outputs" if len(outputs) > 1 else f"'{name}' is a block, not a value"
+            self.context.report("FZ214", message, expr.span, help=f"write one of: {listed(outputs)}")
+            return False
+        return True
+
+    def _fits(self, truth: bool | None, *, is_condition: bool, span: Span | None) -> bool:
+        if truth is None or truth == is_condition:
+            return True
+        expected, found = ("a condition", "a number") if truth else ("a number", "a condition")
+        help_text = "compare it, such as: x > 0" if truth else "write where(CONDITION, 1, 0)"
+        self.context.report("FZ307", f"expected {expected}, found {found}", span, help=help_text)
+        return False
+
+    def _call(self, call: ex.Call, inner: Inner, *, pure: bool) -> bool:
+        function, arguments = call.function, call.arguments
+        if function == "where" and len(arguments) == 3:
+            return all([inner(arguments[0], True), inner(arguments[1]), inner(arguments[2])])
+        if function in FUNCTIONS:
+            return self._counted(call, FUNCTIONS[function]) and all([inner(a) for a in arguments])
+        if function in self.functions:
+            return self._counted(call, len(self.functions[function].parameters)) and all([inner(a) for a in arguments])
+        if function in self.own:
+            return self.own_call(call, inner, pure=pure)
+        if function in ex.FUNCTIONS:
+            return self.context.check_call(call) and all([inner(a) for a in arguments])
+        block = self.found(function)
+        if isinstance(block, FuzzySystem):
+            return self._system(call, block, inner, pure=pure)
+        if isinstance(block, Controller | Plant):
+            self._refuse_block(call, block)
+        else:
+            self.unknown_call(call, "function or system", [*ex.FUNCTIONS, *FUNCTIONS, *self.own, *self.functions])
+        return False
+
+    def _system(self, call: ex.Call, system: FuzzySystem, inner: Inner, *, pure: bool) -> bool:
+        if (pure or self.kind != "controller") and any(
+            o.adaptive is not None or isinstance(o.otherwise, Hold) for o in system.outputs
+        ):
+            return self.refuse_state(call)
+        return self.arguments(call, [i.name for i in system.inputs], [p.name for p in system.params], inner)
+
+    def _refuse_block(self, call: ex.Call, block: Controller | Plant) -> None:
+        what = "controller" if isinstance(block, Controller) else "plant"
+        help_text = f"give it a name: block NAME = {ex.to_text(call)}"
+        if self.kind == "plant" or (self.kind == "controller" and what == "plant"):
+            help_text = f"add both as blocks of a loop: block NAME = {ex.to_text(call)}"
+        message = f"'{call.function}' is {a_or_an(what)}, which has a state of its own"
+        self.context.report("FZ214", message, call.span, help=help_text)
+
+    def refuse_state(self, call: ex.Call) -> bool:
+        """Report a call that has a state where none can be kept."""
+        if self.kind == "controller":
+            message = f"'{call.function}' keeps a state, which only 'let', 'next' and 'output' lines may have"
+            help_text = "give it a name with 'let'"
+        else:
+            message = f"'{call.function}' keeps a state from one sample to the next, which only controllers have"
+            help_text = "call it in a controller"
+        self.context.report("FZ214", message, call.span, help=help_text)
+        return False
+
+    def unknown_call(self, call: ex.Call, what: str, known: Sequence[str]) -> None:
+        """Report a call of what is not known."""
+        if call.function in self.context.unread:
+            return
+        other = self.elsewhere(call)
+        if other:
+            owner = _owner(call.function)
+            self.context.report("FZ214", f"'{call.function}' belongs to {owner}", call.span, help=other)
+            return
+        facts = (f"functions: {', '.join(known)}",) if known else ()
+        help_text = did_you_mean(call.function, known) or "add the block, or 'use' the file that holds it"
+        self.context.report("FZ202", f"no {what} '{call.function}'", call.span, facts=facts, help=help_text)
+
+    def _counted(self, call: ex.Call, expected: int) -> bool:
+        named = next((a for a in call.arguments if isinstance(a, ex.Keyword)), None)
+        if named is not None:
+            message = f"'{call.function}' takes its arguments by position"
+            self.context.report("FZ303", message, named.span, help="write the value alone")
+            return False
+        if len(call.arguments) == expected:
+            return True
+        message = f"'{call.function}' takes {counted(expected, 'argument')}, not {len(call.arguments)}"
+        self.context.report("FZ303", message, call.span)
+        return False
+
+    def arguments(self, call: ex.Call, inputs: Sequence[str], params: Sequence[str], inner: Inner) -> bool:
+        """Check the arguments of a block: its inputs in order or by name, its params by name."""
+        given = [a for a in call.arguments if not isinstance(a, ex.Keyword)]
+        fine = True
+        bound = list(inputs[: len(given)])
+        if len(given) > len(inputs):
+            message = f"'{call.function}' takes {counted(len(inputs), 'input')}, not {len(given)}"
+            self.context.report("FZ303", message, call.span, facts=(f"inputs: {', '.join(inputs)}",))
+            fine = False
+        for argument in call.arguments:
+            if not isinstance(argument, ex.Keyword):
+                fine = inner(argument, truth=False) and fine
+            elif argument.name in bound:
+                self.context.report("FZ303", f"argument '{argument.name}' is given twice", argument.span)
+                fine = False
+            elif argument.name in inputs:
+                fine = inner(argument.value, truth=False) and fine
+            elif argument.name in params:
+                fine = self.context.check_names(argument.value, self.context.params, "param") and fine
+            else:
+                known = [*inputs, *params]
+                facts = (f"inputs: {', '.join(inputs)}", *((f"params: {', '.join(params)}",) if params else ()))
+                message = f"'{call.function}' has no input or param '{argument.name}'"
+                self.context.report(
+                    "FZ202", message, argument.span, facts=facts, help=did_you_mean(argument.name, known)
+                )
+                fine = False
+            if isinstance(argument, ex.Keyword):
+                bound.append(argument.name)
+        missing = [name for name in inputs if name not in bound]
+        if fine and missing:
+            message = f"'{call.function}' lacks a value for: {', '.join(missing)}"
+            self.context.report("FZ303", message, call.span, facts=(f"inputs: {', '.join(inputs)}",))
+        return fine and not missing
+
+    def form(self, call: ex.Call, forms: Mapping[str, Form], inner: Inner) -> bool:
+        """Check a call of a function with named arguments: its signals by `inner`, its settings over params only."""
+        form = forms[call.function]
+        given = [a for a in call.arguments if not isinstance(a, ex.Keyword)]
+        bound = dict(zip(form.names, given, strict=False))
+        fine = len(given) <= len(form.names) and not form.pairs
+        for argument in call.arguments:
+            if isinstance(argument, ex.Keyword):
+                fine = fine and argument.name in form.names and argument.name not in bound
+                bound[argument.name] = argument.value
+        needed = [*form.signals, *(n for n, default in form.settings.items() if default is NEEDED)]
+        if not fine or not set(needed) <= bound.keys():
+            return self._wrong_arguments(call, form)
+        return all([self._argument(name, value, call, form, inner) for name, value in bound.items()])
+
+    def _argument(self, name: str, value: ex.Expr, call: ex.Call, form: Form, inner: Inner) -> bool:
+        if name in form.texts or name in form.lists:
+            expected = ex.Text if name in form.texts else ex.Items
+            if not isinstance(value, expected):
+                message = f"expected {_ODD[expected]} for '{name}'"
+                span = ex.span_of(value) or call.span
+                self.context.report("FZ303", message, span, help=f"the form is: {form.form}")
+                return False
+            return True
+        return inner(value, truth=False) if name in form.signals else self.constant(value)
+
+    def _wrong_arguments(self, call: ex.Call, form: Form) -> bool:
+        help_text = f"the form is: {form.form}"
+        self.context.report("FZ303", f"wrong arguments of '{call.function}'", call.span, help=help_text)
+        return False
+
+
+def _owner(function: str) -> str:
+    """Return the blocks that have a function."""
+    if function in OPERATORS:
+        return "controllers"
+    if function in MEASURES and function not in SIGNALS:
+        return "'measure' lines of loops"
+    return "loops" if function in SIGNALS else "plants of one line"

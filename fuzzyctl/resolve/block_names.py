@@ -1,0 +1,121 @@
+"""Names of a controller, plant or loop: what it declares, and the blocks that it calls."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, field
+from typing import ClassVar, Final
+
+from fuzzyctl import expr as ex
+from fuzzyctl.diagnostics.suggestions import a_or_an
+from fuzzyctl.lang import syntax as sx
+from fuzzyctl.model.controller import Controller
+from fuzzyctl.model.operators import OPERATORS
+from fuzzyctl.model.plant import Plant
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.resolve.context import Context
+
+#: What a block may call.
+Callee = FuzzySystem | Controller | Plant
+
+#: Finds a system, controller or plant by its name; None where there is none.
+Find = Callable[[str], Callee | None]
+
+#: Functions of blocks besides those of all expressions, with their numbers of arguments.
+FUNCTIONS: Final = {"clamp": 3, "where": 3}
+
+
+@dataclass
+class Names:
+    """Declared names of one block.
+
+    Args:
+        context: Where mistakes are reported.
+        head: The line that begins the block.
+        find: Finds the blocks that it calls.
+    """
+
+    #: What the block is.
+    kind: ClassVar[str]
+    #: Names that it has without declaring them.
+    given: ClassVar[Collection[str]] = ()
+    #: Functions that only such blocks have.
+    own: ClassVar[Collection[str]] = ()
+    #: Functions whose names nothing else may have.
+    reserved: ClassVar[Collection[str]] = ()
+
+    context: Context
+    head: sx.Head
+    find: Find
+    functions: dict[str, sx.Function] = field(default_factory=dict)
+    named: dict[str, sx.Signal | sx.Equation] = field(default_factory=dict)
+    #: Outputs of instances and of calls with several outputs, as `NAME.OUTPUT`.
+    members: dict[str, sx.Statement] = field(default_factory=dict)
+    #: Instances of what is not known, whose outputs are not known either.
+    lost: set[str] = field(default_factory=set)
+    #: What has been looked for, by name.
+    blocks: dict[str, Callee | None] = field(default_factory=dict)
+
+    def declare(self, statements: Sequence[sx.Statement]) -> None:
+        """Enter all names first, so that statements may come in any order."""
+        self.context.is_free(self.head.name, a_or_an(self.kind))
+        for s in statements:
+            match s:
+                case sx.Param(name=name) if self._declared(name, "a param"):
+                    self.context.params[name.text] = s
+                case sx.Function(name=name) if self._is_new_function(name):
+                    self.functions[name.text] = s
+                case sx.Signal(name=name, keyword=keyword) if self._declared(name, a_or_an(keyword.text)):
+                    self.named[name.text] = s
+                case sx.Equation(name=name, keyword=keyword, value=value) if keyword.text in ("let", "block"):
+                    if self._declared(name, f"a {keyword.text}"):
+                        self.named[name.text] = s
+                        self._declare_members(name.text, value, s)
+
+    def _declared(self, word: sx.Word, what: str) -> bool:
+        if word.text in self.given or word.text in self.reserved or word.text in FUNCTIONS:
+            message = f"'{word.text}' is a word of {self.kind}s and cannot name {what}"
+            self.context.report("FZ201", message, word.span, help="rename it")
+            return False
+        return self.context.declare(word, what)
+
+    def _is_new_function(self, word: sx.Word) -> bool:
+        known = any(word.text in names for names in (ex.FUNCTIONS, self.own, FUNCTIONS, OPERATORS))
+        earlier = self.functions.get(word.text)
+        if not known and earlier is None:
+            return True
+        note = (earlier.name.span, "first declared here") if earlier is not None else None
+        self.context.report(
+            "FZ201", f"there is a function '{word.text}' already", word.span, note=note, help="rename it"
+        )
+        return False
+
+    def _declare_members(self, name: str, value: ex.Expr, s: sx.Equation) -> None:
+        block = self.found(value.function) if isinstance(value, ex.Call) else None
+        if isinstance(block, FuzzySystem) and len(block.outputs) > 1:
+            self.members |= {f"{name}.{o.name}": s for o in block.outputs}
+        elif isinstance(block, Controller | Plant):
+            self.members |= {f"{name}.{r.name}": s for r in block.results}
+        elif block is None and s.keyword.text == "block":
+            self.lost.add(name)
+
+    def found(self, name: str) -> Callee | None:
+        """Return the system, controller or plant of a name; None where there is none."""
+        if name not in self.blocks:
+            is_function = name in self.functions or name in self.own or name in OPERATORS
+            self.blocks[name] = None if is_function else self.find(name)
+        return self.blocks[name]
+
+    def is_several(self, name: str) -> bool:
+        """Whether a name is that of several outputs."""
+        return any(m.startswith(f"{name}.") for m in self.members)
+
+    def names(self) -> set[str]:
+        """Return all names that an expression may use."""
+        return {*self.context.params, *self.named, *self.members, *self.given}
+
+    def what(self, name: str) -> str:
+        """Return what a name is, such as "a param"; empty for none."""
+        if name in self.context.params:
+            return "a param"
+        return a_or_an(self.named[name].keyword.text) if name in self.named else ""

@@ -1,0 +1,185 @@
+"""Resolution of a loop: blocks, signals, measures and the duration of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from fuzzyctl import expr as ex
+from fuzzyctl.diagnostics.diagnostic import Diagnostic
+from fuzzyctl.expr import ONE
+from fuzzyctl.lang import syntax as sx
+from fuzzyctl.model.checks.checks import in_order
+from fuzzyctl.model.controller import Controller, Instance
+from fuzzyctl.model.guarantee import Guarantee
+from fuzzyctl.model.loop import Loop, Measure
+from fuzzyctl.model.measures import MEASURES
+from fuzzyctl.model.operators import OPERATORS
+from fuzzyctl.model.plant import Plant
+from fuzzyctl.model.plant_forms import PLANTS
+from fuzzyctl.model.signals import SIGNALS, TIME
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.resolve.block_expressions import Inner
+from fuzzyctl.resolve.block_names import Find
+from fuzzyctl.resolve.block_statements import Statements
+from fuzzyctl.resolve.context import Context
+
+if TYPE_CHECKING:
+    from fuzzyctl.model.node import Node
+
+#: How a block of a loop is written.
+_BLOCK = "CONTROLLER_OR_PLANT(input=EXPRESSION, ..., param=value)"
+
+
+def resolve_loop(
+    statements: Sequence[sx.Statement], head: sx.Head, find: Find, *, unread: frozenset[str], path: str
+) -> tuple[Loop, bool, list[Diagnostic]]:
+    """Give the statements of a loop their meaning; as `resolve_controller`."""
+    work = _Loop(Context(unread=unread), head, find)
+    work.declare(statements)
+    loop = work.build(statements, path)
+    return loop, work.incomplete, in_order(work.context.diagnostics)
+
+
+class _Loop(Statements):
+    kind = "loop"
+    given = (TIME,)
+    own = SIGNALS.keys() | MEASURES.keys()
+    #: What is being checked: a "let", "measure" or "require" line, or the "argument" of a measure.
+    line = "let"
+
+    def build(self, statements: Sequence[sx.Statement], path: str) -> Loop:
+        """Resolve the statements; those without a meaning are reported and left out."""
+        parts = self.parts(statements)
+        claims = [self._require(s) for s in statements if isinstance(s, sx.Require)]
+        self.incomplete = self.incomplete or None in claims
+        duration, step = self._run(statements)
+        if not any(isinstance(s, sx.Equation) and s.keyword.text == "block" for s in statements):
+            message = f"loop '{self.head.name.text}' has no blocks"
+            help_text = f"add a controller and a plant: block NAME = {_BLOCK}"
+            self.context.report("FZ212", message, self.head.name.span, help=help_text)
+        return Loop(
+            **self.shared_fields(statements, parts),
+            instances=parts.get("block", ()),
+            measures=parts.get("measure", ()),
+            requirements=tuple(c for c in claims if c is not None),
+            duration=duration,
+            step=step,
+            controllers=self.instances_of(Controller),
+            plants=self.instances_of(Plant),
+            path=path,
+        )
+
+    def names(self) -> set[str]:
+        return super().names() - self._measures()
+
+    def _measures(self) -> set[str]:
+        return {n for n, s in self.named.items() if s.keyword.text == "measure"}
+
+    def equation(self, s: sx.Equation) -> Node | None:
+        return self._instance(s) if s.keyword.text == "block" else super().equation(s)
+
+    def _instance(self, s: sx.Equation) -> Instance | None:
+        if not isinstance(s.value, ex.Call):
+            message = "expected a call of a controller or plant"
+            help_text = f"the form is: block {s.name.text} = {_BLOCK}"
+            self.context.report("FZ214", message, ex.span_of(s.value), help=help_text)
+            return None
+        block = self.found(s.value.function)
+        if isinstance(block, FuzzySystem):
+            help_text = f"write: let {s.name.text} = {ex.to_text(s.value)}"
+            message = f"'{block.name}' is a system, and 'block' takes a controller or plant"
+            self.context.report("FZ214", message, s.value.span, help=help_text)
+            return None
+        if block is None:
+            self._unknown_block(s.value)
+            return None
+        if not self.arguments(s.value, [i.name for i in block.inputs], [p.name for p in block.params], self.formula):
+            return None
+        return Instance(name=s.name.text, controller=block.name, arguments=s.value.arguments, span=s.name.span)
+
+    def _unknown_block(self, call: ex.Call) -> None:
+        if call.function in PLANTS:
+            message = f"'{call.function}' makes a plant, which is a block of its own"
+            help_text = f"write above the loop: plant NAME = {PLANTS[call.function].form}"
+            self.context.report("FZ214", message, call.span, help=help_text)
+        else:
+            self.unknown_call(call, "controller or plant", ())
+
+    def signal(self, s: sx.Signal) -> Node | None:
+        """Resolve a `measure` line."""
+        assert s.value is not None, "only inputs have none"
+        self.line = "measure"
+        names = {*self.context.params, *self._measures()}
+        fine = self.formula(s.value, truth=False, names=names, kind="measure or param")
+        self.line = "let"
+        if not fine:
+            return None
+        return Measure(name=s.name.text, value=s.value, label=s.label, unit=s.unit, span=s.name.span)
+
+    def own_call(self, call: ex.Call, inner: Inner, *, pure: bool) -> bool:
+        function = call.function
+        if not pure and self.line == "measure" and function in MEASURES:
+            self.line = "argument"
+            fine = self.form(call, MEASURES, self.formula)
+            self.line = "measure"
+            return fine
+        if not pure and self.line == "let" and function in SIGNALS:
+            return self._steps(call) if SIGNALS[function].pairs else self.form(call, SIGNALS, inner)
+        if function in MEASURES:
+            message = f"'{function}' is a measure, which only 'measure' lines may call"
+            help_text = f"write: measure NAME = {MEASURES[function].form}"
+        else:
+            message = f"'{function}' is a signal of time, which only 'let' and 'block' lines may call"
+            help_text = "give it a name with 'let'"
+        self.context.report("FZ214", message, call.span, help=help_text)
+        return False
+
+    def _steps(self, call: ex.Call) -> bool:
+        form = SIGNALS[call.function].form
+        odd = [a for a in call.arguments if not isinstance(a, ex.Pair)]
+        if odd or not call.arguments:
+            span = ex.span_of(odd[0]) if odd else call.span
+            message = f"'{call.function}' takes pairs of a time and a value"
+            self.context.report("FZ303", message, span, help=f"the form is: {form}")
+            return False
+        return all([self.constant(part) for pair in call.arguments for part in ex.children(pair)])
+
+    def elsewhere(self, call: ex.Call) -> str:
+        if call.function == "delay":
+            return "write a plant above the loop: plant lag = tf(num=[1], den=[1], delay=0.1 s), and add it as a block"
+        if call.function in OPERATORS:
+            return "put it into a controller, and add that as a block"
+        return f"write above the loop: plant NAME = {PLANTS[call.function].form}" if call.function in PLANTS else ""
+
+    def _require(self, s: sx.Require) -> Guarantee | None:
+        """Resolve a claim about measures."""
+        names = {*self.context.params, *self._measures()}
+        if s.when is not None:
+            help_text = "put the condition into the claim, such as: a <= 1 or b > 2"
+            self.context.report(
+                "FZ214", "'when' belongs to systems and controllers", ex.span_of(s.when), help=help_text
+            )
+            return None
+        self.line = "require"
+        fine = self.formula(s.claim, truth=True, names=names, kind="measure or param")
+        self.line = "let"
+        fine = (s.within is None or self.constant(s.within)) and fine
+        return Guarantee(claim=s.claim, within=s.within, span=s.span) if fine else None
+
+    def _run(self, statements: Sequence[sx.Statement]) -> tuple[ex.Expr, ex.Expr | None]:
+        """Return the duration and the step of the record; the duration is 1 s after a mistake."""
+        runs = [s for s in statements if isinstance(s, sx.Run)]
+        for again in runs[1:]:
+            note = (runs[0].span, "first given here")
+            self.context.report("FZ215", "'run' is given twice", again.span, note=note, help="remove one of them")
+        if not runs:
+            if "run" not in self.context.unread:
+                message = f"loop '{self.head.name.text}' has no 'run' line"
+                self.context.report("FZ212", message, self.head.name.span, help="add: run 50 s step 10 ms")
+            self.incomplete = True
+            return ONE, None
+        run = runs[0]
+        fine = all([self.constant(e) for e in (run.duration, run.step) if e is not None])
+        self.incomplete = self.incomplete or not fine
+        return (run.duration, run.step) if fine else (ONE, None)

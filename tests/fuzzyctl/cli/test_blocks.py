@@ -1,0 +1,123 @@
+"""Commands on files that hold controllers, plants and loops."""
+
+import json
+from itertools import product
+
+import pytest
+
+from tests.commands import runner
+
+CONTROLLER = """controller law "A law"
+input x in [0, 1]
+param k in [0, 5] = 2
+state s = 0
+let b = a + integral(x)
+let a = k * x
+next s = b
+output y = b + s
+every 10 ms
+"""
+PLANT = 'plant lag "A lag" = tf(num=[1], den=[1, 1], delay=0.1 s)\n'
+LOOP = PLANT + 'loop step\nblock p = lag(r)\nlet r = steps(0: 1)\nmeasure m "M" unit "s" = settling(p.y, r)\nrun 5 s\n'
+FILES = {"controller": CONTROLLER, "plant": PLANT, "loop": LOOP}
+SYSTEM = """system rule
+defuzzifier center_average
+input e in [-1, 1]
+  terms N P
+output u in [-1, 1]
+  terms N P
+table u = e
+  N P
+| N P
+
+"""
+
+#: Commands that need a system.
+ON_SYSTEMS = ("eval", "eval x=1", "why x=1", "show --plan", "plot-surface", "plot-terms -o p.png")
+#: Commands that take controllers as well.
+OTHERS = ("codegen --target c",)
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    for name, text in FILES.items():
+        (tmp_path / f"{name}.fz").write_text(text, encoding="utf-8")
+    (tmp_path / "both.fz").write_text(SYSTEM + CONTROLLER, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def run(command, file, *rest):
+    name, *options = command.split()
+    return runner(name)(file, *options, *rest)
+
+
+class TestWithoutSystem:
+    @pytest.mark.parametrize(("kind", "command"), [*product(FILES, ON_SYSTEMS), *product(("plant", "loop"), OTHERS)])
+    def test_the_message_names_what_the_file_holds_and_what_to_do(self, kind, command, folder):
+        done = run(command, f"{kind}.fz")
+        assert done.exit_code == 1
+        assert "the file holds no system" in done.output
+        assert f"it holds: {'plant' if kind == 'loop' else kind} '" in done.output
+        assert "'fuzzyctl show' prints controllers, plants and loops" in done.output
+
+    @pytest.mark.parametrize("kind", FILES)
+    def test_check_counts_what_each_block_consists_of(self, kind, folder):
+        sizes = {"controller": "law: 1 output", "plant": "lag: 1 state", "loop": "step: 1 block"}
+        done = run("check", f"{kind}.fz")
+        assert (done.exit_code, done.output.splitlines()[-1]) == (0, f"{kind}.fz: {sizes[kind]}, no errors")
+
+    @pytest.mark.parametrize("kind", FILES)
+    def test_a_laid_out_file_is_formatted(self, kind, folder):
+        assert run("fmt --check", f"{kind}.fz").exit_code == 0
+
+
+class TestShow:
+    def test_equations_are_in_the_order_of_their_computation(self, folder):
+        page = run("show", "controller.fz").output
+        assert page.startswith("controller law: A law\nfile: controller.fz\nperiod: 0.01 s\n")
+        assert page.index("  a = k * x\n") < page.index("  b = a + integral(x)\n") < page.index("  y = b + s\n")
+        assert "  s = 0\n  and 1 number of operators, systems and blocks\n" in page
+
+    def test_a_plant_of_one_line_is_shown_by_its_equations(self, folder):
+        page = run("show", "plant.fz").output
+        assert "Equations in order\n  delayed_u = delay(u, 0.1 s)\n  y = x1\n" in page
+        assert "Derivatives\n  d/dt x1 = delayed_u - x1\n" in page
+
+    def test_a_loop_is_shown_with_its_measures(self, folder):
+        page = run("show", "loop.fz", "--system", "step").output
+        assert "duration: 5 s\n" in page
+        assert "Measures\n  m = settling(p.y, r) [s]\n" in page
+
+    def test_params_are_set_within_their_ranges(self, folder):
+        assert "  k = 3\n" in run("show", "controller.fz", "--set", "k=3").output
+        done = run("show", "controller.fz", "--set", "k=6")
+        assert done.exit_code == 1
+        assert "param 'k' is 6, outside of [0, 5]" in done.output
+        assert "no param 'j'" in run("show", "controller.fz", "--set", "j=6").output
+
+    def test_data_of_several_blocks_are_apart_from_those_of_systems(self, folder):
+        data = json.loads(run("show --format json", "both.fz").output)
+        assert [s["system"] for s in data["systems"]] == ["rule"]
+        assert [(b["kind"], b["name"], b["period"]) for b in data["blocks"]] == [("controller", "law", 0.01)]
+        assert json.loads(run("show --format json", "plant.fz").output)["kind"] == "plant"
+
+
+class TestDiff:
+    def test_statements_are_compared(self, folder):
+        (folder / "other.fz").write_text(LOOP.replace("run 5 s", "run 6 s") + PLANT.replace("lag", "slow"))
+        assert run("diff", "loop.fz", "other.fz").output.splitlines() == [
+            "loop step",
+            "~ run: run 5 s → run 6 s",
+            "plant slow",
+            "+ plant slow: in the second file only",
+        ]
+
+    def test_equal_files_have_no_changes(self, folder):
+        done = run("diff", "loop.fz", "loop.fz")
+        assert (done.exit_code, done.output) == (0, "nothing was changed\n")
+
+
+def test_a_conversion_names_the_blocks_that_it_leaves_out(folder):
+    done = run("convert", "both.fz", "both.fll")
+    assert "controller 'law': left out: only systems are converted" in done.output
