@@ -10,6 +10,7 @@ import fuzzyctl
 from fuzzyctl import ArgumentError, DiagnosticError, build
 from fuzzyctl.comparison.changes import changes
 from fuzzyctl.convert.convert import convert
+from fuzzyctl.explain.trace import trace
 from fuzzyctl.expr import Number
 
 BACKENDS = ("python", "numpy", "numba")
@@ -123,6 +124,21 @@ class TestTools:
         assert [d.code for d in found] == ["FZ408"]
         path.write_text("system f\ninput x in [0, 1]\noutput y in [0, 3] clamp = 5 * x\n")
         assert fuzzyctl.check(path)[1] == []
+
+    def test_a_trace_knows_lets_and_formulas(self):
+        found = trace(fuzzyctl.loads(BOTH), {"e": 0.5, "de": 0.25})
+        assert found.degrees["s"] == pytest.approx({"NB": 0.0, "Z": 1 - 1.25 / 3, "PB": 1.25 / 3})
+        (rule,) = [r for r in found.rules if "function(w + s)" in r.text]
+        assert rule.contributions[0].value == pytest.approx(2.25 * 1.25 / 3 + 1.25)
+
+    def test_names_may_be_words_of_python(self):
+        text = (
+            "system p\ndefuzzifier weighted_average\ninput lambda in [0, 1]\n  terms N P\nlet def = 2 * lambda\n"
+            "output u in [-9, 9]\nif lambda is N then u is function(def)\nif lambda is P then u is function(lambda)\n"
+        )
+        system = fuzzyctl.loads(text)
+        assert fuzzyctl.compile(system, "python")(0.5) == pytest.approx(0.75)
+        assert {c.value for r in trace(system, {"lambda": 0.5}).rules for c in r.contributions} == {1.0, 0.5}
 
     def test_python_builds_the_same_system(self, tmp_path):
         system = fuzzyctl.loads(BOTH)
