@@ -35,6 +35,9 @@ if TYPE_CHECKING:
     from fuzzyctl.model.profiles import as_profile
     from fuzzyctl.model.system import FuzzySystem
     from fuzzyctl.model.variable import LinguisticVariable
+    from fuzzyctl.simulation.experiment import Experiment
+    from fuzzyctl.simulation.run import Run
+    from fuzzyctl.simulation.simulate import simulate
 
 __version__ = "0.1.0"
 
@@ -44,6 +47,7 @@ _HOMES = {
     "Controller": "fuzzyctl.model.controller",
     "Diagnostic": "fuzzyctl.diagnostics.diagnostic",
     "DiagnosticError": "fuzzyctl.diagnostics.diagnostic",
+    "Experiment": "fuzzyctl.simulation.experiment",
     "FuzzyctlError": "fuzzyctl.diagnostics.diagnostic",
     "FuzzySystem": "fuzzyctl.model.system",
     "Kernel": "fuzzyctl.kernels.compile",
@@ -54,6 +58,7 @@ _HOMES = {
     "Plant": "fuzzyctl.model.plant",
     "Proved": "fuzzyctl.analysis.verdicts",
     "Refuted": "fuzzyctl.analysis.verdicts",
+    "Run": "fuzzyctl.simulation.run",
     "Step": "fuzzyctl.kernels.steps.step",
     "Undecided": "fuzzyctl.analysis.verdicts",
     "UnknownNameError": "fuzzyctl.diagnostics.diagnostic",
@@ -72,6 +77,7 @@ _HOMES = {
     "loads": "fuzzyctl.loading.load",
     "output_bounds": "fuzzyctl.analysis.bounds",
     "prove": "fuzzyctl.analysis.prove",
+    "simulate": "fuzzyctl.simulation.simulate",
 }
 
 __all__ = [
@@ -80,6 +86,7 @@ __all__ = [
     "Controller",
     "Diagnostic",
     "DiagnosticError",
+    "Experiment",
     "FuzzySystem",
     "FuzzyctlError",
     "Kernel",
@@ -90,6 +97,7 @@ __all__ = [
     "Plant",
     "Proved",
     "Refuted",
+    "Run",
     "Step",
     "Undecided",
     "UnknownNameError",
@@ -108,6 +116,7 @@ __all__ = [
     "loads",
     "output_bounds",
     "prove",
+    "simulate",
 ]
 
 

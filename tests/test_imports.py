@@ -18,6 +18,7 @@ ORDER = [
     ["experiments", "formulas"],
     ["lang", "model"],
     ["formats", "kernels", "resolve"],
+    ["simulation"],
     ["comparison", "explain", "loading"],
     ["analysis", "building", "plot"],
     ["codegen", "convert"],
@@ -68,6 +69,7 @@ HOMES = {
         "apps/dwmr/calibration/search.py",
         "apps/dwmr/output/data/mat_file.py",
         "fuzzyctl/experiments/intervals.py",
+        "fuzzyctl/simulation/solvers.py",
     },
 }
 

@@ -59,6 +59,7 @@ def _profiles(_context: click.Context, _option: click.Parameter, given: str | No
     help="Semantics to compute by; the first is compared with each.",
 )
 @POINTS
+@click.option("--loops", is_flag=True, help="Run the loops of two files, and compare their measures.")
 @click.option("--within", type=NotNegative(), metavar="TOLERANCE", help="Fail where they differ by more.")
 @FORMAT
 @SET
@@ -70,6 +71,7 @@ def compare(
     second: str | None,
     profiles: tuple[str, ...],
     points: int,
+    loops: bool,
     within: float | None,
     form: str,
     settings: tuple[str, ...],
@@ -87,8 +89,17 @@ def compare(
     first, one by one, to see which of them explains the difference there. Inputs and outputs are paired by name, those
     of other names in order.
 
+    With --loops the loops of both files are run, paired by name, those of other names in order, and their measures are
+    printed with the differences. --set then takes params of loops and of their blocks.
+
     Exit code: 0; 1 where a difference exceeds --within.
     """
+    if loops:
+        if second is None or profiles or name is not None:
+            raise click.UsageError("--loops takes two files, without --as and --system")
+        from fuzzyctl.cli.compare_loops import compare_loops
+
+        return DONE if compare_loops(first, second, settings, within, form) else FAILED
     sides = _sides(first, second, profiles, settings, name)
     found = [(sides[0], other, _compared(sides[0].system, other.system, points)) for other in sides[1:]]
     if form == "json":

@@ -26,6 +26,7 @@ COMMANDS: Final = {
     "plot-terms": ("fuzzyctl.cli.plot", "plot_terms", "Draw the terms of all inputs and outputs."),
     "prove": ("fuzzyctl.cli.prove", "prove", "Prove the guarantees of rule files: their 'require' lines."),
     "show": ("fuzzyctl.cli.show", "show_system", "Print a summary of a rule file."),
+    "simulate": ("fuzzyctl.cli.simulate", "simulate", "Run loops of controllers and plants, and judge them."),
     "why": ("fuzzyctl.cli.why", "why", "Say why a system gives what it gives at a point."),
 }
 
@@ -59,6 +60,7 @@ What to do with it:
   fuzzyctl why tip.fz service=7           which rules act there, and how much
   fuzzyctl plot-terms tip.fz              draw the terms
   fuzzyctl plot-surface tip.fz -o tip.png draw what it computes
+  fuzzyctl simulate loop.fz -o out        run a controller on a plant
   fuzzyctl fmt tip.fz                     lay it out
   fuzzyctl codegen tip.fz --target c      write it as C99, or st, or python
   fuzzyctl convert tip.fis tip.fz         from and to .fis, .fll, .fcl, .fml

@@ -6,7 +6,7 @@ from typing import Final
 
 #: Every diagnostic code with its title. Numbers are never given twice: FZ0 files, FZ1 syntax, FZ2 names and rules,
 #: FZ3 numbers and membership functions, FZ4 coverage and proofs, FZ5 values given to a command, FZ6 files of other
-#: tools, FZ9 scenarios and runs.
+#: tools, FZ7 runs of loops, FZ9 scenarios and runs.
 CODES: Final[dict[str, str]] = {
     "FZ001": "the file cannot be read",
     "FZ002": "the file is not UTF-8 text",
@@ -86,6 +86,13 @@ CODES: Final[dict[str, str]] = {
     "FZ609": "tools read it differently",
     "FZ610": "a range is estimated",
     "FZ611": "a part that is switched off is left out",
+    "FZ701": "the run of a loop was stopped",
+    "FZ702": "sample times do not fit together",
+    "FZ703": "a run is too long",
+    "FZ704": "a plant in Python cannot be used",
+    "FZ705": "a table of a signal cannot be used",
+    "FZ706": "the integration is not accurate",
+    "FZ707": "the run of a loop was interrupted",
     "FZ901": "a scenario file is malformed",
     "FZ902": "a scenario has an unknown key",
     "FZ903": "a scenario value is missing",

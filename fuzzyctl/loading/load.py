@@ -190,7 +190,7 @@ def _opened(path: str | os.PathLike[str], max_bytes: int) -> Examined:
 
 
 def _one_of(found: Examined, blocks: Sequence[_Block], kind: str, name: str | None) -> _Block:
-    chosen = _chosen(found.source, blocks, kind, name)
+    chosen = chosen_block(found.source, blocks, kind, name)
     if isinstance(chosen, Diagnostic):
         raise DiagnosticError([chosen])
     return chosen
@@ -248,7 +248,7 @@ def choose(
     """
     if any(d.severity == "error" for d in diagnostics):
         return None, diagnostics
-    found = _chosen(source, systems, "system", system)
+    found = chosen_block(source, systems, "system", system)
     if isinstance(found, Diagnostic) and blocks and not systems:
         found = without_system(source, blocks)
     return (None, [*diagnostics, found]) if isinstance(found, Diagnostic) else (found, diagnostics)
@@ -264,10 +264,12 @@ def choose_controller(examined: Examined, name: str | None) -> Controller | None
     """
     if not examined.controllers or (name is not None and name in [s.name for s in examined.systems]):
         return None
-    found: FuzzySystem | Controller | Diagnostic = _chosen(examined.source, examined.controllers, "controller", name)
+    found: FuzzySystem | Controller | Diagnostic = chosen_block(
+        examined.source, examined.controllers, "controller", name
+    )
     if name is not None and isinstance(found, Diagnostic):
         blocks: Sequence[FuzzySystem | Controller] = (*examined.systems, *examined.controllers)
-        found = _chosen(examined.source, blocks, "system or controller", name)
+        found = chosen_block(examined.source, blocks, "system or controller", name)
     if isinstance(found, Diagnostic):
         raise DiagnosticError([found])
     assert not isinstance(found, FuzzySystem), "systems are looked for before"
@@ -283,7 +285,7 @@ def without_system(source: SourceText, blocks: Sequence[Block]) -> Diagnostic:
     )
 
 
-def _chosen(source: SourceText, blocks: Sequence[_Block], kind: str, name: str | None) -> _Block | Diagnostic:
+def chosen_block(source: SourceText, blocks: Sequence[_Block], kind: str, name: str | None) -> _Block | Diagnostic:
     """Pick the one system or controller of a file, or the one named; what is wrong where there is none."""
     names = [b.name for b in blocks]
     if name is None and len(blocks) == 1:

@@ -59,6 +59,20 @@ def write_together(texts: Mapping[Path, str]) -> None:
         _exchange(prepared)
 
 
+def folder_for(path: Path) -> Path:
+    """Make a folder for what a command writes, and those around it, and return it.
+
+    Raises:
+        DiagnosticError: When it cannot be made, or is something else.
+    """
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        message = f"the folder cannot be made: {error.strerror}"
+        raise DiagnosticError([Diagnostic("FZ005", message, file=str(path), help="name another one")]) from None
+    return path
+
+
 def _exchange(prepared: Sequence[tuple[Path, Path, Path | None]]) -> None:
     """Move new files over their targets; where that ends early, put the old ones back."""
     done: list[tuple[Path, Path | None]] = []

@@ -116,7 +116,7 @@ def _same(program: Any) -> Any:
 
 
 def _dialects(**changed: Any) -> tuple[tuple[Any, str, Any], ...]:
-    names = ("_COMPILED", "_COMPILED_MANY")
+    names = ("COMPILED", "_COMPILED_MANY")
     return tuple((numba_backend, n, replace(getattr(numba_backend, n), **changed)) for n in names)
 
 

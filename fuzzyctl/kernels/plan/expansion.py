@@ -49,9 +49,9 @@ def equations_of(controller: Controller) -> Equations:
     Raises:
         DiagnosticError: For an algebraic loop, with the names that form it.
     """
-    expansion = _Expansion()
+    expansion = Expansion()
     period = None if controller.period is None else evaluate(controller.period, controller.param_values.values)
-    scope = _Scope(controller, "", {s.name: Name(s.name) for s in controller.inputs}, period)
+    scope = Scope(controller, "", {s.name: Name(s.name) for s in controller.inputs}, period)
     expansion.enter(scope)
     outputs = tuple((r.name, scope.names[r.name]) for r in controller.results)
     return Equations(
@@ -70,7 +70,7 @@ def _defined(controller: Controller) -> tuple[Definition | Result, ...]:
 
 
 @dataclass
-class _Scope:
+class Scope:
     """What the names of one controller stand for."""
 
     controller: Controller
@@ -105,7 +105,7 @@ class _Scope:
 
 
 @dataclass
-class _Expansion:
+class Expansion:
     """Collects the equations of a controller and of its instances."""
 
     states: list[KeptState] = field(default_factory=list)
@@ -119,7 +119,7 @@ class _Expansion:
     #: The functions that are being expanded.
     _functions: list[str] = field(default_factory=list)
 
-    def enter(self, scope: _Scope) -> None:
+    def enter(self, scope: Scope) -> None:
         """Take the equations of a controller whose inputs and params are known."""
         controller = scope.controller
         if scope.prefix.count(".") > DEEPEST_INSTANCES:
@@ -138,10 +138,10 @@ class _Expansion:
         for update in controller.updates:
             self.updates[scope.prefix + update.name] = self.expanded(update.value, scope)
 
-    def _enter_instance(self, scope: _Scope, name: str, of: str, arguments: tuple[Expr, ...]) -> None:
+    def _enter_instance(self, scope: Scope, name: str, of: str, arguments: tuple[Expr, ...]) -> None:
         inner = next(c for c in scope.controller.controllers if c.name == of)
         inputs = [s.name for s in inner.inputs]
-        given, named = _split(arguments)
+        given, named = split(arguments)
         bound = dict(zip(inputs, given, strict=False)) | {n: v for n, v in named.items() if n in inputs}
         params = {n: scope.constant(v) for n, v in named.items() if n not in inputs}
         names: dict[str, Expr] = {}
@@ -149,9 +149,9 @@ class _Expansion:
             prefixed = f"{scope.prefix}{name}.{key}"
             self.body.append(Equation(prefixed, self.expanded(value, scope), span_of(value)))
             names[key] = Name(prefixed)
-        self.enter(_Scope(with_values(inner, params), f"{scope.prefix}{name}.", names, scope.period))
+        self.enter(Scope(with_values(inner, params), f"{scope.prefix}{name}.", names, scope.period))
 
-    def _several(self, scope: _Scope, name: str, value: Expr) -> Expr | None:
+    def _several(self, scope: Scope, name: str, value: Expr) -> Expr | None:
         """Return what a definition stands for; None for a call of a system with several outputs."""
         if isinstance(value, Call) and value.function in scope.systems:
             names = self._evaluation(value, scope, name)
@@ -163,7 +163,7 @@ class _Expansion:
             return Name(names[0])
         return self.expanded(value, scope)
 
-    def expanded(self, expr: Expr, scope: _Scope) -> Expr:
+    def expanded(self, expr: Expr, scope: Scope) -> Expr:
         """Return an expression over names of equations, states and inputs.
 
         Raises:
@@ -184,7 +184,7 @@ class _Expansion:
         finally:
             self._depth -= 1
 
-    def _expanded(self, expr: Expr, scope: _Scope) -> Expr:
+    def _expanded(self, expr: Expr, scope: Scope) -> Expr:
         match expr:
             case Number():
                 return expr
@@ -203,27 +203,27 @@ class _Expansion:
                 return Call("min", (Call("max", (x, low)), high))
         return rebuilt(expr, [self.expanded(e, scope) for e in children(expr)])
 
-    def _applied(self, function: Function, arguments: tuple[Expr, ...], scope: _Scope, span: Span | None) -> Expr:
+    def _applied(self, function: Function, arguments: tuple[Expr, ...], scope: Scope, span: Span | None) -> Expr:
         if function.name in self._functions:
             circle = " → ".join([*self._functions[self._functions.index(function.name) :], function.name])
             message = f"function '{function.name}' calls itself"
             raise DiagnosticError([Diagnostic("FZ217", message, function.span, facts=(circle,))])
         values = [self.named(self.expanded(a, scope), function.name) for a in arguments]
-        inner = _Scope(scope.controller, scope.prefix, {}, scope.period)
+        inner = Scope(scope.controller, scope.prefix, {}, scope.period)
         inner.names |= dict(zip(function.parameters, values, strict=True))
         self._functions.append(function.name)
         value = self.expanded(function.expression, inner)
         self._functions.pop()
         return value
 
-    def _evaluation(self, call: Call, scope: _Scope, name: str = "") -> tuple[str, ...]:
+    def _evaluation(self, call: Call, scope: Scope, name: str = "") -> tuple[str, ...]:
         """Return the names of the outputs of a system for some arguments.
 
         Its states are called after the definition of that name, or after the system where it has none.
         """
         system = scope.systems[call.function]
         inputs = [i.name for i in system.inputs]
-        given, named = _split(call.arguments)
+        given, named = split(call.arguments)
         bound = dict(zip(inputs, given, strict=False)) | {n: v for n, v in named.items() if n in inputs}
         params = {n: scope.constant(v) for n, v in named.items() if n not in inputs}
         system = system.with_params(**params) if params else system
@@ -249,8 +249,8 @@ class _Expansion:
         ranges += [None] * len(planned.held)
         return [KeptState(*one) for one in zip(names, planned.initial_state, ranges, strict=True)]
 
-    def _operator(self, call: Call, scope: _Scope) -> Expr:
-        given, named = _split(call.arguments)
+    def _operator(self, call: Call, scope: Scope) -> Expr:
+        given, named = split(call.arguments)
         x, *rest = given
         settings = dict(zip(OPERATORS[call.function].settings, rest, strict=False)) | named
         key = (call.function, call.arguments, scope.prefix)
@@ -283,8 +283,8 @@ class _Expansion:
 class _Use:
     """One use of an operator with state."""
 
-    expansion: _Expansion
-    scope: _Scope
+    expansion: Expansion
+    scope: Scope
     name: str
     settings: Mapping[str, Expr]
     call: Call
@@ -412,7 +412,7 @@ def _range_of(output: OutputPlan) -> Bounds:
     return Bounds(lower=lower, upper=upper, without_lower=False, without_upper=False)
 
 
-def _split(arguments: tuple[Expr, ...]) -> tuple[list[Expr], dict[str, Expr]]:
+def split(arguments: tuple[Expr, ...]) -> tuple[list[Expr], dict[str, Expr]]:
     """Return arguments by position and by name."""
     given = [a for a in arguments if not isinstance(a, Keyword)]
     return given, {a.name: a.value for a in arguments if isinstance(a, Keyword)}

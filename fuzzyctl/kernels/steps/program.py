@@ -53,7 +53,7 @@ def named_step(equations: Equations, point: Callable[[Evaluation], Program]) -> 
             values = [builder.let(numeric(replace_names(a, env))) for a in item.arguments]
             before = [env[s] for s in item.states]
             dt = env[DT] if equations.period is None else Number(equations.period)
-            found = _evaluated(builder, plan(item.system), point(item), values, before, dt)
+            found = evaluated(builder, plan(item.system), point(item), values, before, dt)
             env |= dict(zip(item.defined, found, strict=True))
         else:
             env[item.name] = builder.let(numeric(replace_names(item.value, env)))
@@ -67,7 +67,7 @@ def named_step(equations: Equations, point: Callable[[Evaluation], Program]) -> 
     return builder.program(arguments, results, state=len(kept)), env
 
 
-def _evaluated(
+def evaluated(
     builder: Builder, system: Plan, program: Program, values: Sequence[Expr], before: Sequence[Expr], dt: Expr
 ) -> list[Expr]:
     """Write an evaluation of a system and return its outputs, then the next values of its states.

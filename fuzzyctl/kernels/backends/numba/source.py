@@ -76,12 +76,12 @@ def search(table, first, count, x):
 #: Names of a letter and a number.
 _NUMBERED: Final = re.compile(r"\b([A-Za-z]\d+)\b")
 
-_COMPILED: Final = replace(
+COMPILED: Final = replace(
     SCALAR,
     smaller=lambda a, b: f"smaller({a}, {b})",
     larger=lambda a, b: f"larger({a}, {b})",
 )
-_COMPILED_MANY: Final = replace(_COMPILED, locate=partial(counted_or_searched, most=MOST_COUNTED_MANY))
+_COMPILED_MANY: Final = replace(COMPILED, locate=partial(counted_or_searched, most=MOST_COUNTED_MANY))
 
 
 def evaluation_source(program: Program, numbers: Numbers | None = None) -> str:
@@ -99,7 +99,7 @@ def evaluation_source(program: Program, numbers: Numbers | None = None) -> str:
     end = results[0] if len(results) == 1 else f"({', '.join(results)})"
     signature = f"{returned}({', '.join([*_argument_types(program), *_table_type(numbers)])})"
     lines = [f"def kernel({', '.join([*_arguments(program), *_table(numbers)])}):", *_taken(numbers), *body]
-    return _module(program, signature, [*lines, f"{INDENT}return {end}"], numbers=numbers)
+    return module_source(program, signature, [*lines, f"{INDENT}return {end}"], numbers=numbers)
 
 
 def storing_source(program: Program, numbers: Numbers | None = None) -> str:
@@ -109,7 +109,7 @@ def storing_source(program: Program, numbers: Numbers | None = None) -> str:
     body = _body(program, dialect)
     body += [f"{INDENT}{RESULT}[{k}] = {text(r, dialect)}" for k, r in enumerate(program.results)]
     lines = [f"def kernel({', '.join([*_arguments(program), RESULT, *_table(numbers)])}):", *_taken(numbers), *body]
-    return _module(program, f"void({', '.join(types)})", lines, numbers=numbers)
+    return module_source(program, f"void({', '.join(types)})", lines, numbers=numbers)
 
 
 def batch_source(program: Program) -> str:
@@ -133,13 +133,13 @@ def batch_source(program: Program) -> str:
     head = f"def kernel(points, states, results, {TABLE}, count):"
     if is_in_passes(program):
         loops = [INDENT + line for line in pass_lines(program, dialect)]
-        return _module(program, signature, [head, *loops, f"{INDENT}return -1"])
+        return module_source(program, signature, [head, *loops, f"{INDENT}return -1"])
     width = len(program.results)
     body = [f"{pad}{x} = points[{len(program.arguments)} * i + {k}]" for k, x in enumerate(program.arguments)]
     body += block(program.body, dialect, refuse, 2)
     body += [f"{pad}results[{width} * i + {k}] = {text(r, dialect)}" for k, r in enumerate(program.results)]
     lines = [head, f"{INDENT}for i in range(count):"]
-    return _module(program, signature, [*lines, *body, f"{INDENT}return -1"])
+    return module_source(program, signature, [*lines, *body, f"{INDENT}return -1"])
 
 
 def sequence_source(program: Program, outputs: int) -> str:
@@ -155,9 +155,9 @@ def sequence_source(program: Program, outputs: int) -> str:
         return [f"if {condition}:", f"{INDENT}return {len(refused)} * i + {refused.index(output)}"]
 
     def item(array: str, index: int | str | Place) -> str:
-        return f"states[{index}]" if array == STATE else _COMPILED.item(array, index)
+        return f"states[{index}]" if array == STATE else COMPILED.item(array, index)
 
-    dialect = replace(_COMPILED, item=item)
+    dialect = replace(COMPILED, item=item)
     signature = f"int64({', '.join(['CPointer(float64)'] * 4)}, int64)"
     body = [f"{pad}{x} = points[{len(program.arguments)} * i + {k}]" for k, x in enumerate(program.arguments)]
     body += block(program.body, dialect, refuse, 2)
@@ -166,11 +166,11 @@ def sequence_source(program: Program, outputs: int) -> str:
     body += [f"{pad}n{k} = {value}" for k, value in enumerate(values[outputs:])]
     body += [f"{pad}states[{k}] = n{k}" for k in range(len(values) - outputs)]
     lines = [f"def kernel(points, states, results, {TABLE}, count):", f"{INDENT}for i in range(count):"]
-    return _module(program, signature, [*lines, *body, f"{INDENT}return -1"])
+    return module_source(program, signature, [*lines, *body, f"{INDENT}return -1"])
 
 
 def _dialect(numbers: Numbers | None) -> Dialect:
-    return _COMPILED if numbers is None else numbers.dialect(_COMPILED, MOST_COUNTED)
+    return COMPILED if numbers is None else numbers.dialect(COMPILED, MOST_COUNTED)
 
 
 def _table(numbers: Numbers | None) -> list[str]:
@@ -202,7 +202,15 @@ def _body(program: Program, dialect: Dialect) -> list[str]:
     return list(block(program.body, dialect, refuse))
 
 
-def _module(program: Program, signature: str, lines: list[str], *, numbers: Numbers | None = None) -> str:
+def module_source(program: Program, signature: str, lines: list[str], *, numbers: Numbers | None = None) -> str:
+    """Return the text of a module with one compiled function.
+
+    Args:
+        program: Its tables and its sets that are integrated go into the module.
+        signature: Of the function, as numba writes it.
+        lines: The text of the function `kernel`.
+        numbers: The numbers that are arguments; None for none.
+    """
     own = () if numbers is not None and numbers.shares else program.tables
     tables = [f"{name} = np.array({list(values)!r})" for name, values in own]
     # error_model: 0/0 is NaN without a test; fastmath would delete the NaN that an input may bring.

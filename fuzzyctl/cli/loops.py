@@ -1,0 +1,62 @@
+"""Loops of files for the commands: opened, chosen by name, with params set."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fuzzyctl.cli.common import assignments, show
+from fuzzyctl.cli.loading import source_of
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+
+if TYPE_CHECKING:
+    from fuzzyctl.model.loop import Loop
+
+
+def chosen_loops(file: str, name: str | None) -> list[tuple[str, Loop]]:
+    """Open the loops of a file, or the one named, each with the name of the file; warnings are printed.
+
+    Raises:
+        DiagnosticError: With all errors of the file; for a file without loops, and a name of none.
+    """
+    from fuzzyctl.loading.load import chosen_block, look_through
+
+    source = source_of(file)
+    examined = look_through(source, folder=Path(file).parent)
+    diagnostics = examined.reported(examined.diagnostics)
+    if any(d.severity == "error" for d in diagnostics):
+        raise DiagnosticError(diagnostics)
+    show(diagnostics)
+    if name is None and examined.loops:
+        return [(file, loop) for loop in examined.loops]
+    chosen = chosen_block(source, examined.loops, "loop", name)
+    if isinstance(chosen, Diagnostic):
+        raise DiagnosticError([chosen])
+    return [(file, chosen)]
+
+
+def settings_of(texts: Sequence[str], loops: Sequence[Loop]) -> list[Loop]:
+    """Set params of several loops by `NAME=VALUE`; each must be a param of one of them at least.
+
+    Raises:
+        DiagnosticError: For mistakes in the texts, and values outside of the ranges of their params.
+    """
+    if not texts:
+        return list(loops)
+    from fuzzyctl.simulation.settings import short_names, with_settings
+
+    names = [short_names(loop) for loop in loops]
+    known = list(dict.fromkeys(n for own in names for n in own))
+    values = assignments(texts, known, "param")
+    changed = []
+    for loop, own in zip(loops, names, strict=True):
+        try:
+            changed.append(with_settings(loop, {n: v for n, v in values.items() if n in own}))
+        except DiagnosticError as error:
+            facts = (f"with {' '.join(f'--set {text}' for text in texts)}",)
+            raise DiagnosticError(
+                [dataclasses.replace(d, facts=(*d.facts, *facts)) for d in error.diagnostics]
+            ) from None
+    return changed

@@ -1,0 +1,114 @@
+"""Picture of runs: references and outputs, controls and disturbances over time, in panels below each other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from fuzzyctl.model.controller import Signal
+from fuzzyctl.plot.labels import shortened
+from fuzzyctl.plot.style import COLORS
+from fuzzyctl.simulation.connections import inputs_of_time, references
+from fuzzyctl.simulation.equations import block_signals
+from fuzzyctl.simulation.run import Run
+
+#: Most panels of a picture, and most points of a line.
+MOST: Final = 8
+POINTS: Final = 20_000
+#: Colour of references and disturbances.
+GIVEN: Final = "#444444"
+#: Width of the picture, height of a panel, and what the rest takes [inches].
+WIDTH: Final = 8.0
+PANEL: Final = 1.6
+REST: Final = 1.1
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One quantity over time.
+
+    Args:
+        signal: Its name in the runs.
+        label: Label of the axis.
+        reference: Name of the signal that it should follow; empty for none.
+        held: Whether it changes at samples only.
+        given: Whether it is a signal of time alone.
+    """
+
+    signal: str
+    label: str
+    reference: str = ""
+    held: bool = False
+    given: bool = False
+
+
+def draw_runs(figure: Any, runs: Sequence[Run], labels: Sequence[str]) -> None:
+    """Draw runs over each other.
+
+    Args:
+        figure: An empty matplotlib figure.
+        runs: What is drawn; the panels are those of the first run.
+        labels: What they are called in the legend, one for each.
+    """
+    shown = panels(runs[0])[:MOST]
+    figure.set_size_inches(WIDTH, REST + PANEL * max(len(shown), 1))
+    axes = np.atleast_1d(figure.subplots(max(len(shown), 1), 1, sharex=True))
+    for ax, panel in zip(axes, shown, strict=False):
+        # A signal of time alone is that of the first run; other loops may have another of its name.
+        for k, run in enumerate(runs[:1] if panel.given else runs):
+            if panel.signal in run.positions:
+                style = {"drawstyle": "steps-post"} if panel.held else {}
+                color, label = (GIVEN, "") if panel.given else (COLORS[k % len(COLORS)], labels[k])
+                ax.plot(*_points(run, panel.signal), color=color, lw=1.4, label=label, **style)
+        if panel.reference:
+            ax.plot(*_points(runs[0], panel.reference), color=GIVEN, lw=1.0, ls="--", label="reference", zorder=1.5)
+        ax.set_ylabel(panel.label)
+        ax.margins(x=0, y=0.08)
+    figure.align_ylabels(axes)
+    axes[-1].set_xlabel("time [s]")
+    axes[0].set_title(runs[0].loop.title or runs[0].loop.name)
+    _legend(figure, axes)
+
+
+def _legend(figure: Any, axes: Any) -> None:
+    """Put one legend above the panels, where no line runs through it, if there is anything to tell apart."""
+    handles = {label: line for ax in axes for line, label in zip(*ax.get_legend_handles_labels(), strict=True)}
+    if len(handles) > 1:
+        figure.legend(
+            handles.values(), [shortened(n) for n in handles], loc="outside upper center", ncols=min(len(handles), 4),
+            frameon=False,
+        )  # fmt: skip
+
+
+def _points(run: Run, name: str) -> tuple[Any, Any]:
+    every = max(len(run) // POINTS, 1)
+    return run.t[::every], run[name][::every]
+
+
+def panels(run: Run) -> list[Panel]:
+    """Return what a run shows: outputs of plants, of controllers, then signals of time that are no reference."""
+    loop = run.loop
+    followed = references(loop)
+    found = [Panel(n, _label(n, s), followed.get(n, "")) for n, s in _outputs(run, plants=True)]
+    found += [Panel(n, _label(n, s), held=True) for n, s in _outputs(run, plants=False)]
+    used = {p.reference for p in found}
+    found += [Panel(n, n, given=True) for n in inputs_of_time(loop) if n not in used]
+    return found
+
+
+def _outputs(run: Run, *, plants: bool) -> Iterator[tuple[str, Signal]]:
+    """Yield the outputs of plants or of controllers, with their names in the run."""
+    blocks = run.loop.plants if plants else run.loop.controllers
+    outputs = {(b.name, r.name) for b in blocks for r in b.results}
+    kinds = {i.name: i.controller for i in run.loop.instances}
+    for block, signal in block_signals(run.loop):
+        if (kinds[block], signal.name) in outputs and f"{block}.{signal.name}" in run.positions:
+            yield f"{block}.{signal.name}", signal
+
+
+def _label(name: str, signal: Signal) -> str:
+    unit = f" [{signal.unit}]" if signal.unit else ""
+    return f"{shortened(signal.label or name, 20)}{unit}"

@@ -1,0 +1,275 @@
+"""A compiled loop that can be run: one function for all samples."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, final
+
+import numpy as np
+
+from fuzzyctl.diagnostics.diagnostic import (
+    ArgumentError,
+    BackendUnavailableError,
+    Diagnostic,
+    DiagnosticError,
+    UnknownNameError,
+)
+from fuzzyctl.kernels.backends.arguments import float_array, writable
+from fuzzyctl.kernels.backends.numba.compile_cost import MOST_OPERATIONS, operations
+from fuzzyctl.kernels.compile import numba_is_missing
+from fuzzyctl.model.loop import Loop
+from fuzzyctl.simulation.columns import columns
+from fuzzyctl.simulation.equations import DeadTime, LoopEquations, PlantState, loop_equations
+from fuzzyctl.simulation.judgement import Judgement
+from fuzzyctl.simulation.programs import LoopPrograms, programs
+from fuzzyctl.simulation.python_plant import PythonPlant
+from fuzzyctl.simulation.run import Run
+from fuzzyctl.simulation.settings import params_of
+from fuzzyctl.simulation.source import LAGS, WEIGHTS, compiled, interpreted, refused
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    FloatArray = npt.NDArray[np.float64]
+
+#: Steps of integration that machine code, and generated Python, takes before it can be interrupted.
+CHUNK: Final = 50_000
+FEW: Final = 500
+#: Most states of controllers, such as those of a long `delay`, that "auto" compiles.
+MOST_STATES: Final = 40
+BACKENDS: Final = ("auto", "numba", "python")
+#: Most numbers that a dead time keeps.
+MOST_KEPT: Final = 10_000_000
+
+#: Called with the number of samples that are done, and all of them.
+Progress = Callable[[int, int], None]
+
+
+@final
+class Experiment:
+    """A compiled loop; `run()` simulates it.
+
+    Args:
+        loop: A well-formed loop.
+        backend: "numba"; "python" for generated Python; "auto" for numba where it can be imported, but for loops that
+            take it longer than most programs run.
+        free: Params whose values are arguments of `run`: `BLOCK.PARAM`, or `PARAM` of the loop.
+        algorithm: How systems are computed, see `compile`.
+
+    Raises:
+        DiagnosticError: For an algebraic loop, sample times that do not fit together, files that cannot be used.
+        UnknownNameError: For a free param that there is not, and another backend.
+        ArgumentError: For a free param that something needs as a constant, such as the start of a state.
+    """
+
+    def __init__(self, loop: Loop, backend: str = "auto", *, free: Sequence[str] = (), algorithm: str = "auto") -> None:
+        if not isinstance(loop, Loop):
+            raise ArgumentError(f"expected a Loop, got {type(loop).__name__}")
+        self.loop, self.backend = loop, _backend(backend, loop)
+        known = params_of(loop)
+        for name in free:
+            if name not in known:
+                raise UnknownNameError("param", name, tuple(known))
+        #: The free params with their values in the file.
+        self.nominal = {name: known[name] for name in free}
+        self.judgement = Judgement(loop)
+        self.equations = loop_equations(loop, self.judgement.signals, tuple(free))
+        self.programs = programs(self.equations, algorithm)
+        if backend == "auto" and _takes_long(self.equations, self.programs):
+            self.backend = "python"
+        self.step, self.samples = self.equations.step, self.equations.samples
+        #: Columns of the record by name.
+        self.positions = {name: k for k, name in enumerate(self.equations.signals)}
+
+    def __repr__(self) -> str:
+        return f"Experiment({self.loop.name}; {self.samples:,} samples, {self.backend})"
+
+    @cached_property
+    def times(self) -> FloatArray:
+        """Times of the samples, shape (samples,) [s]."""
+        return np.arange(self.samples, dtype=np.float64) * self.step
+
+    @cached_property
+    def given(self) -> FloatArray:
+        """What is known before a run: noise and tables, shape (samples, columns)."""
+        return columns(self.equations.given.values(), self.times, Path(self.loop.path).parent)
+
+    @cached_property
+    def _kernel(self) -> Callable[..., int]:
+        if self.backend == "numba":
+            return compiled(self.equations, self.programs)
+        return interpreted(self.equations, self.programs, self.python_plants)
+
+    @cached_property
+    def python_plants(self) -> list[PythonPlant]:
+        """The plants in Python; their files are executed."""
+        return [PythonPlant(e.plant, e.block, e.span) for e in self.equations.externals]
+
+    def run(self, values: Any = None, *, substeps: int = 1, progress: Progress | None = None) -> Run:
+        """Simulate the loop.
+
+        Args:
+            values: Those of the free params in order, shape (free,); None for the values of the file.
+            substeps: Steps of integration between two samples; more where a dead time is shorter than one.
+            progress: Called now and then in a long run.
+
+        Returns:
+            The run; one that was stopped, or interrupted, has the data up to there and says why.
+
+        Raises:
+            ArgumentError: For another number of values, and a number of substeps that is no positive integer.
+        """
+        if not (type(substeps) is int and substeps >= 1):
+            raise ArgumentError(f"'substeps' must be a positive integer, got {substeps!r}")
+        free = self._values(values)
+        substeps = self._enough(substeps)
+        record = np.empty((self.samples, len(self.positions)))
+        done, stopped = self._advance(record, free, substeps, progress)
+        return self.result(record[:done], free, substeps, stopped)
+
+    def result(
+        self, record: FloatArray, free: FloatArray, substeps: int, stopped: Diagnostic | None, solver: str = "RK4"
+    ) -> Run:
+        """Return a run of its record, shape (samples, signals), and of the values of the free params, shape (free,)."""
+        params = dict(zip(self.nominal, free.tolist(), strict=True))
+        names = tuple(s.name for s in self.equations.plant_states)
+        t = self.times[: len(record)]
+        return Run(self.loop, t, record, self.positions, self.judgement, names, params, substeps, stopped, solver)
+
+    def _values(self, values: Any) -> FloatArray:
+        found = np.array(list(self.nominal.values())) if values is None else float_array(values, "values")
+        if found.shape != (len(self.nominal),):
+            names = ", ".join(self.nominal) or "none"
+            raise ArgumentError(f"expected {len(self.nominal)} values ({names}), got the shape {found.shape}")
+        return writable(found)
+
+    def _enough(self, substeps: int) -> int:
+        shortest = min((d.time for d in self.equations.delays), default=math.inf)
+        return max(substeps, math.ceil(self.step / shortest * (1.0 - 1e-9)))
+
+    def _advance(
+        self, record: FloatArray, free: FloatArray, substeps: int, progress: Progress | None
+    ) -> tuple[int, Diagnostic | None]:
+        """Fill the record and return how many samples it has, and why the run was stopped."""
+        chunk = max((CHUNK if self.backend == "numba" else FEW) // substeps, 1)
+        kernel = self._kernel
+        if self.equations.externals:
+            chunk = 1  # so that all samples before a mistake are kept
+        state = self._state(substeps)
+        x, c, given, (kept, integers, weights) = state
+        done = 0
+        try:
+            while done < self.samples:
+                count = min(chunk, self.samples - done)
+                part = record[done : done + count].reshape(-1)
+                target: Any = part if self.backend == "numba" else [0.0] * len(part)
+                code = kernel(
+                    done, count, self.samples, substeps, self.step, x, c, free, given, target, kept, integers, weights
+                )
+                if target is not part:
+                    part[:] = target
+                if code >= 0:
+                    return self._stopped(code, x, record)
+                done += count
+                if progress is not None:
+                    progress(done, self.samples)
+        except DiagnosticError as error:  # of a plant in Python
+            return done, error.diagnostics[0]
+        except KeyboardInterrupt:
+            return done, interrupted(self.loop, done * self.step)
+        return done, None
+
+    def _state(self, substeps: int) -> tuple[Any, Any, Any, tuple[Any, Any, Any]]:
+        """Return what a run begins with: arrays, and lists for generated Python."""
+        equations = self.equations
+        x = np.array([s.start for s in equations.plant_states], dtype=np.float64)
+        c = np.array([s.start for s in equations.states] * 2, dtype=np.float64)
+        lags = dead_times(equations.delays, self.step / substeps)
+        if self.backend == "numba":
+            return x, c, self.given.reshape(-1), lags
+        kept, integers, weights = (a.tolist() for a in lags)
+        return x.tolist(), c.tolist(), self.given.reshape(-1).tolist(), (kept, integers, weights)
+
+    def _stopped(self, code: int, x: Any, record: FloatArray) -> tuple[int, Diagnostic]:
+        states = self.equations.plant_states
+        outputs = refused(self.programs)
+        sample, kind = divmod(code, max(len(states) + len(outputs), 1))
+        if kind >= len(states):
+            message = f"no rule fires for output '{outputs[kind - len(states)]}' at t = {sample * self.step:.6g} s"
+            help_text = "add rules, or an 'else' to the output"
+            return sample, Diagnostic("FZ701", message, self.loop.span, help=help_text)
+        before = record[sample - 1, self.positions[states[kind].name]] if sample else None
+        return sample, left(states[kind], float(x[kind]), sample * self.step, before)
+
+
+def _backend(name: str, loop: Loop) -> str:
+    """Return what computes runs: numba where it can be imported; generated Python for plants in Python."""
+    if name not in BACKENDS:
+        raise UnknownNameError("backend", name, BACKENDS)
+    called = next((p.name for p in loop.plants if p.python), None)
+    if called is not None and name != "numba":
+        return "python"
+    if called is not None:
+        raise ArgumentError(f"plant '{called}' is in Python, and called by generated Python: backend 'python'")
+    missing = numba_is_missing() if name != "python" else None
+    if name == "numba" and missing is not None:
+        raise BackendUnavailableError(name, missing)
+    return "python" if name == "python" or missing is not None else "numba"
+
+
+def _takes_long(equations: LoopEquations, programs: LoopPrograms) -> bool:
+    """Return whether numba takes so long over a loop that "auto" leaves it alone."""
+    count = operations(programs.sample) + operations(programs.derivative)
+    return len(equations.states) > MOST_STATES or count > MOST_OPERATIONS
+
+
+def interrupted(loop: Loop, time: float) -> Diagnostic:
+    """Return the diagnostic of a run that was interrupted."""
+    return Diagnostic("FZ707", f"the run was interrupted at t = {time:.6g} s", file=loop.path)
+
+
+def left(state: PlantState, value: float, time: float, before: float | None) -> Diagnostic:
+    """Return the diagnostic of a state that has left its range, or has no finite value."""
+    unit = f" {state.unit}" if state.unit else ""
+    at = f"at t = {time:.6g} s"
+    facts = () if before is None else (f"one sample before it was {before:.6g}{unit}",)
+    if not math.isfinite(value) or abs(value) >= 1e300:
+        message = f"state '{state.name}' is {'not a number' if math.isnan(value) else 'infinite'} {at}"
+        help_text = "use a shorter step or more substeps; keep arguments of sqrt and log in their domain with max(x, 0)"
+    else:
+        ends = f"{'(' if state.without_low or state.low == -math.inf else '['}{state.low:g}, "
+        ends += f"{state.high:g}{')' if state.without_high or state.high == math.inf else ']'}"
+        message = f"state '{state.name}' left its range {at}: {value:.6g}{unit} is outside of {ends}"
+        help_text = "limit it in the plant, or declare a wider range"
+    return Diagnostic("FZ701", message, state.span, facts=facts, help=help_text)
+
+
+def dead_times(delays: tuple[DeadTime, ...], step: float) -> tuple[FloatArray, npt.NDArray[np.int64], FloatArray]:
+    """Return the arrays of dead times: what is kept, positions and lags, and weights of the interpolation.
+
+    Of each step of integration a signal is kept at its begin, middle and end; between them it is a parabola.
+    """
+    integers = np.zeros(LAGS * len(delays), dtype=np.int64)
+    weights = np.zeros(WEIGHTS * len(delays))
+    offset = 0
+    for k, delay in enumerate(delays):
+        ratio = delay.time / step
+        whole = round(ratio) if abs(ratio - round(ratio)) < 1e-9 * max(ratio, 1.0) else math.ceil(ratio)
+        rest = max(whole - ratio, 0.0) if abs(whole - ratio) > 1e-9 * max(ratio, 1.0) else 0.0
+        length = whole + 2
+        if offset + 3 * length > MOST_KEPT:
+            raise ArgumentError(f"a dead time of {delay.time:g} s is too long for steps of {step:g} s")
+        integers[LAGS * k : LAGS * k + 2] = offset, length
+        weights[WEIGHTS * k] = delay.start
+        for part in range(3):
+            share = 0.5 * part + rest
+            lag = whole - (1 if share > 1.0 else 0)
+            share -= whole - lag
+            integers[LAGS * k + 2 + part] = lag
+            at = WEIGHTS * k + 1 + 3 * part
+            weights[at : at + 3] = (2 * share - 1) * (share - 1), 4 * share * (1 - share), share * (2 * share - 1)
+        offset += 3 * length
+    return np.zeros(max(offset, 1)), integers, weights

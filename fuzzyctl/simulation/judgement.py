@@ -1,0 +1,138 @@
+"""Measures and requirements of a loop: which signals they take, and their values on a run."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from fuzzyctl.expr import Call, Compare, Expr, ExprError, Logic, Name, Number, evaluate, names_in, replace
+from fuzzyctl.model.forms import bound
+from fuzzyctl.model.guarantee import Guarantee
+from fuzzyctl.model.loop import Loop
+from fuzzyctl.model.measures import MEASURES
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Requirement:
+    """A claim about the measures of a run.
+
+    Args:
+        text: As it was written.
+        holds: Whether the run meets it.
+        facts: The measures that it names, with their values.
+    """
+
+    text: str
+    holds: bool
+    facts: tuple[str, ...] = ()
+
+
+class Judgement:
+    """What a loop is judged by.
+
+    Args:
+        loop: The loop.
+
+    Attributes:
+        signals: Expressions over signals that are to be recorded besides, in order; lets and outputs are in any case.
+    """
+
+    def __init__(self, loop: Loop) -> None:
+        self._loop, self._params = loop, loop.param_values.values
+        calls = [c for m in loop.measures for c in _calls(m.value)]
+        lets = {d.name for d in loop.definitions}
+        taken = dict.fromkeys(e for c in calls for e in _signals_of(c))
+        self.signals = tuple(e for e in taken if not (isinstance(e, Name) and (e.name in lets or "." in e.name)))
+
+    def measures(
+        self, t: FloatArray, signal: Callable[[Expr], FloatArray], free: Mapping[str, float]
+    ) -> dict[str, float]:
+        """Return the measures by name; NaN for one that cannot be computed.
+
+        Args:
+            t: Times of the samples, shape (n,) [s].
+            signal: Returns the record of an expression, shape (n,).
+            free: Values of free params.
+        """
+        from fuzzyctl.simulation.measures import measured
+
+        params = self._params | dict(free)
+
+        def value(node: Expr) -> Expr:
+            if not (isinstance(node, Call) and node.function in MEASURES):
+                return node
+            settings = {n: evaluate(e, params) for n, e in _settings_of(node).items()}
+            return Number(measured(node.function, t, tuple(map(signal, _signals_of(node))), settings))
+
+        found: dict[str, float] = {}
+        waiting = {m.name: m.value for m in self._loop.measures}
+        while waiting:
+            ready = [n for n, e in waiting.items() if not any(name.name in waiting for name in names_in(e))]
+            for name in ready or list(waiting):
+                found[name] = _number(replace(waiting.pop(name), value), params | found)
+        return {m.name: found[m.name] for m in self._loop.measures}
+
+    def requirements(self, measures: Mapping[str, float], free: Mapping[str, float]) -> tuple[Requirement, ...]:
+        """Return whether each requirement holds."""
+        names = self._params | dict(free) | dict(measures)
+        return tuple(self._requirement(g, names, measures) for g in self._loop.requirements)
+
+    def _requirement(self, g: Guarantee, names: Mapping[str, float], measures: Mapping[str, float]) -> Requirement:
+        from fuzzyctl.expr import to_text
+
+        within = 0.0 if g.within is None else evaluate(g.within, names)
+        used = dict.fromkeys(n.name for n in names_in(g.claim) if n.name in measures)
+        facts = tuple(f"{n} = {measures[n]:.6g}" for n in used)
+        applies = g.when is None or _truth(g.when, names, 0.0)
+        return Requirement(to_text(g.claim), not applies or _truth(g.claim, names, within), facts)
+
+
+def _calls(expr: Expr) -> list[Call]:
+    from fuzzyctl.expr import walk
+
+    return [node for node in walk(expr) if isinstance(node, Call) and node.function in MEASURES]
+
+
+def _signals_of(call: Call) -> list[Expr]:
+    arguments, form = bound(MEASURES[call.function], call), MEASURES[call.function]
+    return [arguments[n] for n in form.signals]
+
+
+def _settings_of(call: Call) -> dict[str, Expr]:
+    arguments, form = bound(MEASURES[call.function], call), MEASURES[call.function]
+    return {n: arguments[n] for n in form.settings}
+
+
+def _number(expr: Expr, names: Mapping[str, float]) -> float:
+    try:
+        return evaluate(expr, names)
+    except ExprError:
+        return math.nan
+
+
+def _truth(expr: Expr, names: Mapping[str, float], within: float) -> bool:
+    """Return whether a condition holds; comparisons hold up to a tolerance, and none holds for NaN."""
+    match expr:
+        case Logic(op="and", operands=operands):
+            return all(_truth(o, names, within) for o in operands)
+        case Logic(op="or", operands=operands):
+            return any(_truth(o, names, within) for o in operands)
+        case Logic(operands=(operand,)):
+            return not _truth(operand, names, within)
+        case Compare(op=op, left=left, right=right):
+            a, b = _number(left, names), _number(right, names)
+            if a == b or math.isnan(a) or math.isnan(b):
+                return a == b and op in ("<=", ">=", "==")
+            return {
+                "<": a < b + within, "<=": a <= b + within, ">": a > b - within, ">=": a >= b - within,
+                "==": abs(a - b) <= within, "!=": abs(a - b) > within,
+            }[op]  # fmt: skip
+    return _number(expr, names) != 0.0

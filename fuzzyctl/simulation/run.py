@@ -1,0 +1,123 @@
+"""The result of a run: signals over time, measures and requirements."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, UnknownNameError
+from fuzzyctl.expr import Expr, Name
+from fuzzyctl.model.loop import Loop
+from fuzzyctl.simulation.judgement import Judgement, Requirement
+from fuzzyctl.simulation.settings import params_of
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    FloatArray = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run of a loop.
+
+    `run["tank.y"]` is a signal over the times `run.t`: a let of the loop, or an input, state or output of a block.
+
+    Args:
+        loop: The loop, its params set.
+        t: Times of the samples, shape (n,) [s].
+        record: All signals, shape (n, signals).
+        positions: Columns of the signals by name.
+        judgement: What the run is judged by.
+        plant_states: Names of the states that are integrated.
+        params: Values of free params.
+        substeps: Steps of integration between two samples; 0 for an adaptive solver.
+        stopped: Why it ended early, None for a run to the end.
+        solver: What integrated the plants.
+        error: Largest difference of each state from a run with half the step of integration; empty if there was none.
+    """
+
+    loop: Loop
+    t: FloatArray = field(repr=False)
+    record: FloatArray = field(repr=False)
+    positions: Mapping[str, int] = field(repr=False)
+    judgement: Judgement = field(repr=False)
+    plant_states: tuple[str, ...] = ()
+    params: Mapping[str, float] = field(default_factory=dict)
+    substeps: int = 1
+    stopped: Diagnostic | None = None
+    solver: str = "RK4"
+    error: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the signals."""
+        return tuple(n for n in self.positions if not n.startswith("#"))
+
+    def __getitem__(self, name: str) -> FloatArray:
+        """Return a signal, shape (n,).
+
+        Raises:
+            UnknownNameError: For a name of none.
+        """
+        if name == "t":
+            return self.t
+        if name not in self.positions:
+            raise UnknownNameError("signal", name, self.names)
+        return self.record[:, self.positions[name]]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names)
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def _signal(self, expr: Expr) -> FloatArray:
+        if expr in self.judgement.signals:
+            return self.record[:, self.positions[f"#{self.judgement.signals.index(expr)}"]]
+        assert isinstance(expr, Name)
+        return self[expr.name]
+
+    @cached_property
+    def measures(self) -> dict[str, float]:
+        """The measures by name; NaN for one that has no value, and for all of a run that was stopped."""
+        if self.stopped is not None:
+            return {m.name: math.nan for m in self.loop.measures}
+        return self.judgement.measures(self.t, self._signal, self.params)
+
+    @cached_property
+    def requirements(self) -> tuple[Requirement, ...]:
+        """Whether each requirement holds; none does in a run that was stopped."""
+        return self.judgement.requirements(self.measures, self.params)
+
+    @property
+    def passed(self) -> bool:
+        """Whether the run reached its end and meets all requirements."""
+        return self.stopped is None and all(r.holds for r in self.requirements)
+
+    def summary(self) -> dict[str, Any]:
+        """Return what is known of the run as plain data; None stands for a number that is not finite."""
+        return {
+            "loop": self.loop.name,
+            "title": self.loop.title,
+            "file": self.loop.path,
+            "params": params_of(self.loop) | dict(self.params),
+            "samples": len(self.t),
+            "step_s": float(self.t[1] - self.t[0]) if len(self.t) > 1 else None,
+            "end_s": float(self.t[-1]) if len(self.t) else None,
+            "solver": self.solver,
+            "substeps": self.substeps or None,
+            "integration_error": {n: _finite(v) for n, v in self.error.items()} or None,
+            "measures": {n: _finite(v) for n, v in self.measures.items()},
+            "requirements": [{"claim": r.text, "holds": r.holds} for r in self.requirements],
+            "stopped": None if self.stopped is None else self.stopped.as_dict(),
+        }
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -1,0 +1,133 @@
+"""Signals over time as expressions: steps, pulses, ramps and sines exactly, noise and tables as columns."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Final
+
+from fuzzyctl.diagnostics.source import Span
+from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Logic, Name, Number, Text, Where, span_of
+from fuzzyctl.model.forms import bound, pairs_of
+from fuzzyctl.model.signals import SIGNALS, TIME
+from fuzzyctl.records import record
+
+#: Times this part of a sample time beside a sample are that of the sample.
+SAME: Final = 1e-9
+
+
+@record(frozen=True)
+class Noise:
+    """A column of normal numbers, one for each sample.
+
+    Args:
+        sigma: Their standard deviation.
+        seed: Where the generator begins.
+    """
+
+    sigma: float
+    seed: int
+
+
+@record(frozen=True)
+class Table:
+    """A column of a CSV file over time.
+
+    Args:
+        file: Its name, as written.
+        column: Name of the column.
+        time: Name of the column of times [s]; empty for the first one.
+        span: Where it is written.
+    """
+
+    file: str
+    column: str
+    time: str
+    span: Span | None = None
+
+
+#: What is known before a run.
+Given = Noise | Table
+
+
+class Signals:
+    """Writes signals as expressions over the time.
+
+    Args:
+        step: Time between two samples [s].
+        constant: Returns the value of an expression over params.
+        column: Returns the names of columns that are known before the run.
+    """
+
+    def __init__(
+        self, step: float, constant: Callable[[Expr], float], column: Callable[[Given, int], tuple[Name, ...]]
+    ) -> None:
+        self._step, self._constant, self._column = step, constant, column
+
+    def expression(self, call: Call) -> Expr:
+        """Return the value of a signal at the time `t`."""
+        arguments = bound(SIGNALS[call.function], call)
+        return _WRITERS[call.function](self, call, arguments)
+
+    def time(self, expr: Expr) -> float:
+        """Return a time [s]; one beside a sample is exactly that of the sample, as runs compute it."""
+        value = self._constant(expr)
+        nearest = value / self._step
+        is_sample = math.isfinite(nearest) and abs(nearest - round(nearest)) <= SAME * max(1.0, abs(nearest))
+        return round(nearest) * self._step if is_sample else value
+
+    def steps(self, call: Call, _arguments: Mapping[str, Expr]) -> Expr:
+        """Return the value of the last time that has come."""
+        value: Expr = ZERO
+        for pair in pairs_of(call):
+            value = Where(_from(self.time(pair.key)), Number(self._constant(pair.value)), value)
+        return value
+
+    def pulse(self, _call: Call, arguments: Mapping[str, Expr]) -> Expr:
+        """Return 1 between two times, else 0."""
+        begin, end = self.time(arguments["begin"]), self.time(arguments["end"])
+        inside = Logic("and", (_from(begin), Compare("<", Name(TIME), Number(end))))
+        return Where(inside, ONE, ZERO)
+
+    def ramp(self, _call: Call, arguments: Mapping[str, Expr]) -> Expr:
+        """Return a straight line between two times, constant before and behind."""
+        begin, end = self.time(arguments["begin"]), self.time(arguments["end"])
+        low, high = self._constant(arguments["low"]), self._constant(arguments["high"])
+        share = (Name(TIME) - begin) / (end - begin)
+        inside = low + (high - low) * share
+        return Where(_from(end), Number(high), Where(_from(begin), inside, Number(low)))
+
+    def sine(self, _call: Call, arguments: Mapping[str, Expr]) -> Expr:
+        """Return a sine."""
+        frequency, amplitude, phase = (self._constant(arguments[n]) for n in ("frequency", "amplitude", "phase"))
+        return amplitude * Call("sin", (2.0 * math.pi * frequency * Name(TIME) + phase,))
+
+    def noise(self, _call: Call, arguments: Mapping[str, Expr]) -> Expr:
+        """Return the number drawn for a sample."""
+        drawn = Noise(self._constant(arguments["sigma"]), int(self._constant(arguments["seed"])))
+        return self._column(drawn, 1)[0]
+
+    def csv(self, call: Call, arguments: Mapping[str, Expr]) -> Expr:
+        """Return a straight line between two samples."""
+        file, column, time = (_text(arguments[n]) for n in ("file", "column", "time"))
+        offset, slope = self._column(Table(file, column, time, span_of(call)), 2)
+        return offset + slope * Name(TIME)
+
+
+def _from(time: float) -> Expr:
+    return Compare(">=", Name(TIME), Number(time))
+
+
+def _text(expr: Expr) -> str:
+    assert isinstance(expr, Text)
+    return expr.text
+
+
+_WRITERS: Final[Mapping[str, Callable[[Signals, Call, Mapping[str, Expr]], Expr]]] = {
+    "steps": Signals.steps,
+    "pulse": Signals.pulse,
+    "ramp": Signals.ramp,
+    "sine": Signals.sine,
+    "noise": Signals.noise,
+    "csv": Signals.csv,
+}

@@ -1,0 +1,92 @@
+"""Simulation of a loop in one call, with an estimate of the error of integration."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Final
+
+import numpy as np
+
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, UnknownNameError
+from fuzzyctl.model.loop import Loop
+from fuzzyctl.simulation.equations import samples_of
+from fuzzyctl.simulation.experiment import Experiment, Progress
+from fuzzyctl.simulation.run import Run
+from fuzzyctl.simulation.settings import with_settings
+
+#: Solver of compiled runs: the classical method of Runge and Kutta.
+RK4: Final = "RK4"
+#: Steps of integration up to which generated Python is done in a second.
+SHORT: Final = 20_000
+#: Part of the range that a state runs through up to which the error of integration is no warning.
+ACCURATE: Final = 1e-3
+
+
+def simulate(
+    loop: Loop,
+    *,
+    backend: str = "auto",
+    solver: str = RK4,
+    substeps: int = 1,
+    progress: Progress | None = None,
+    **params: float,
+) -> Run:
+    """Simulate a loop.
+
+    `Experiment` compiles a loop once for many runs.
+
+    Args:
+        loop: A well-formed loop.
+        backend: "numba", "python" for generated Python, or "auto": numba for long runs where it can be imported.
+        solver: "RK4" with steps of fixed length, compiled; or "RK45", "DOP853", "Radau", "BDF", "LSODA" of scipy.
+        substeps: Steps of RK4 between two samples.
+        progress: Called now and then with the number of samples done, and of all.
+        params: Values of params of the loop, or of its blocks: `BLOCK.PARAM`, or `PARAM` where no other block has it.
+
+    Returns:
+        The run. With RK4 `error` holds the largest difference of each state from a run with half the step.
+
+    Raises:
+        DiagnosticError: For a loop that cannot be run.
+        UnknownNameError: For a name of no param, backend or solver.
+        ArgumentError: For an argument of another type, and a solver of scipy for a loop with dead time.
+    """
+    loop = with_settings(loop, params) if params else loop
+    if backend == "auto" and samples_of(loop) * substeps <= SHORT:
+        backend = "python"  # which is done before numba has compiled
+    experiment = Experiment(loop, backend)
+    if solver != RK4:
+        from fuzzyctl.simulation.solvers import SOLVERS, solved
+
+        if solver not in SOLVERS:
+            raise UnknownNameError("solver", solver, (RK4, *SOLVERS))
+        return solved(experiment, solver, progress=progress)
+    run = experiment.run(substeps=substeps, progress=progress)
+    if run.stopped is not None:
+        return run
+    finer = experiment.run(substeps=2 * run.substeps)
+    was_interrupted = finer.stopped is not None and finer.stopped.code == "FZ707"
+    return run if was_interrupted else dataclasses.replace(run, error=differences(run, finer))
+
+
+def differences(run: Run, finer: Run) -> dict[str, float]:
+    """Return the largest difference of each state of the plants between two runs; infinite where one was stopped."""
+    if len(run) != len(finer):
+        return dict.fromkeys(run.plant_states, float("inf"))
+    return {name: float(np.max(np.abs(run[name] - finer[name]))) for name in run.plant_states}
+
+
+def inaccuracies(run: Run) -> list[Diagnostic]:
+    """Return a warning for each state whose error of integration is large."""
+    found = []
+    for name, error in run.error.items():
+        values = run[name]
+        span = float(np.max(values) - np.min(values))
+        if error > ACCURATE * span and error > ACCURATE * 1e-9:
+            message = f"state '{name}' changes by {error:.3g} with half the step of integration"
+            facts = (f"that is {error / span:.2g} of the range that it runs through",) if span else ()
+            help_text = f"take more substeps: --substeps {4 * run.substeps}; for a stiff plant: --solver Radau"
+            found.append(
+                Diagnostic("FZ706", message, severity="warning", facts=facts, help=help_text, file=run.loop.path)
+            )
+    return found

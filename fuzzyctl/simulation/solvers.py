@@ -1,0 +1,123 @@
+"""Plants integrated by scipy's adaptive solvers between two samples."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic
+from fuzzyctl.kernels.backends.python import backend as python_backend
+from fuzzyctl.kernels.program.program import Program
+from fuzzyctl.simulation.experiment import Experiment, Progress, interrupted, left
+from fuzzyctl.simulation.run import Run
+from fuzzyctl.simulation.source import BEFORE
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    FloatArray = npt.NDArray[np.float64]
+
+#: Names of the solvers, as scipy's `solve_ivp` has them.
+SOLVERS: Final = ("RK45", "DOP853", "Radau", "BDF", "LSODA")
+#: Tolerances of a step: a part of the state, and an absolute one.
+RELATIVE: Final = 1e-8
+ABSOLUTE: Final = 1e-10
+
+
+def solved(
+    experiment: Experiment,
+    solver: str,
+    *,
+    relative: float = RELATIVE,
+    absolute: float = ABSOLUTE,
+    progress: Progress | None = None,
+) -> Run:
+    """Simulate a loop with an adaptive solver.
+
+    Args:
+        experiment: The loop.
+        solver: One of `SOLVERS`.
+        relative: Tolerance of a step as a part of the state.
+        absolute: Tolerance of a step in the units of the state.
+        progress: Called now and then.
+
+    Raises:
+        ArgumentError: For a loop with dead time or a plant in Python.
+    """
+    equations = experiment.equations
+    if equations.delays or equations.externals:
+        what = "dead time" if equations.delays else "a plant in Python"
+        raise ArgumentError(f"a loop with {what} takes the solver RK4, not {solver}")
+    sample, derivative = (_function(p) for p in (experiment.programs.sample, experiment.programs.derivative))
+    free = list(experiment.nominal.values())
+    x = np.array([s.start for s in equations.plant_states], dtype=np.float64)
+    c = [s.start for s in equations.states]
+    width, held = len(equations.signals), len(experiment.programs.held)
+    record = np.empty((experiment.samples, width))
+    stopped = None
+    done = 0
+    try:
+        for k, t in enumerate(experiment.times.tolist()):
+            stopped = _outside(experiment, x, k, record)
+            if stopped is not None:
+                break
+            flags = [1.0 if k % n == 0 else 0.0 for n in equations.rates.values()]
+            found = sample([t, *x.tolist(), *free, *experiment.given[k].tolist(), *flags], c)
+            record[k], inputs, c = found[:width], found[width : width + held], found[width + held :]
+            done = k + 1
+            if done < experiment.samples:
+                x = _integrated(derivative, solver, t, t + experiment.step, x, [*free, *inputs], relative, absolute)
+            if progress is not None and done % 100 == 0:
+                progress(done, experiment.samples)
+    except KeyboardInterrupt:
+        stopped = interrupted(experiment.loop, done * experiment.step)
+    return experiment.result(record[:done], np.array(free), 0, stopped, solver)
+
+
+def _function(program: Program) -> Callable[[list[float], list[float]], list[float]]:
+    """Return the function (arguments, state) of a program that returns its results."""
+    source = python_backend.storing_source(program)
+    store = python_backend.compile_source(source, program, program.arguments)
+    count = len(program.results)
+
+    def call(arguments: list[float], state: list[float]) -> list[float]:
+        results = [0.0] * count
+        store(*arguments, *([state] if program.state else []), results)
+        return results
+
+    return call
+
+
+def _outside(experiment: Experiment, x: FloatArray, sample: int, record: FloatArray) -> Diagnostic | None:
+    """Return the diagnostic of the first state that has left its range."""
+    for state, value in zip(experiment.equations.plant_states, x.tolist(), strict=True):
+        if not state.holds(value):
+            before = float(record[sample - 1, experiment.positions[state.name]]) if sample else None
+            return left(state, value, sample * experiment.step, before)
+    return None
+
+
+def _integrated(
+    derivative: Callable[[list[float], list[float]], list[float]],
+    solver: str,
+    begin: float,
+    end: float,
+    x: FloatArray,
+    given: list[Any],
+    relative: float,
+    absolute: float,
+) -> FloatArray:
+    """Return the states at the end of a period; NaN where the solver gives up."""
+    from scipy.integrate import solve_ivp
+
+    if not len(x):
+        return x
+    last = end * BEFORE
+
+    def rates(t: float, y: FloatArray) -> list[float]:
+        return derivative([min(t, last), *y.tolist(), *given], [])[: len(x)]
+
+    found = solve_ivp(rates, (begin, end), x, method=solver, rtol=relative, atol=absolute)
+    return np.asarray(found.y[:, -1]) if found.success else np.full(len(x), np.nan)

@@ -1,0 +1,211 @@
+"""Text of a whole run as one function: samples, and between them steps of Runge and Kutta over the plants' states."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from typing import Any, Final
+
+from fuzzyctl.kernels.program.printer import IEEE_SCALAR, INDENT, Dialect, block, number, text
+from fuzzyctl.kernels.program.program import Program, Refuse
+from fuzzyctl.kernels.program.scalar import RUNTIME, execute
+from fuzzyctl.simulation.equations import LARGEST, LoopEquations, PlantState
+from fuzzyctl.simulation.programs import LoopPrograms
+from fuzzyctl.simulation.python_plant import PythonPlant
+
+#: Arguments of a run: counts; the step; arrays of plant states, controller states, free params, known columns and the
+#: record; those of dead times.
+ARGUMENTS: Final = "first, count, total, substeps, h, X, C, F, G, R, D, I, W"
+_SIGNATURE: Final = (
+    f"int64({', '.join(['int64'] * 4)}, float64, {', '.join(['float64[::1]'] * 6)}, int64[::1], float64[::1])"
+)
+#: Stages of a step end within the step: a signal that jumps at the next sample has not jumped yet.
+BEFORE: Final = 1.0 - 1e-15
+#: Numbers in `I` and `W` for each dead time: offset, length and three lags; the start and three times three weights.
+LAGS: Final = 5
+WEIGHTS: Final = 10
+
+
+class RunSource:
+    """Prints the run of a loop.
+
+    Args:
+        equations: The loop.
+        programs: The same as programs.
+        dialect: Of the target.
+    """
+
+    def __init__(self, equations: LoopEquations, programs: LoopPrograms, dialect: Dialect) -> None:
+        self.equations, self.programs, self.dialect = equations, programs, dialect
+        self.states = range(len(equations.plant_states))
+        self.outputs = refused(programs)
+        #: How many ways there are to stop: each state, each output that says `else error`.
+        self.kinds = max(len(equations.plant_states) + len(self.outputs), 1)
+
+    def lines(self) -> list[str]:
+        """Return the function `kernel`.
+
+        It returns -1 at the end; else `kinds` times the sample where it stopped plus the position of the state that
+        left its range, or of the output that has no value behind the states.
+        """
+        lines = [f"def kernel({ARGUMENTS}):", *_in(1, [f"x{k} = X[{k}]" for k in self.states])]
+        lines += _in(1, [f"f{k} = F[{k}]" for k in range(len(self.equations.free))])
+        lines += _in(1, ["step = h / substeps", "for k in range(first, first + count):"])
+        lines += _in(2, self._sample())
+        lines += _in(2, ["if k == total - 1:", f"{INDENT}break"])
+        if self.states:
+            lines += _in(2, ["for s in range(substeps):"])
+            lines += _in(3, self._step())
+        lines += _in(1, [*(f"X[{k}] = x{k}" for k in self.states), "return -1"])
+        return lines
+
+    def _refusal(self, condition: str, output: str) -> list[str]:
+        kind = len(self.states) + self.outputs.index(output)
+        return [f"if {condition}:", *_in(1, self._stop(kind))]
+
+    def _stop(self, kind: int) -> list[str]:
+        return [*(f"X[{k}] = x{k}" for k in self.states), f"return {self.kinds} * k + {kind}"]
+
+    def _sample(self) -> Iterator[str]:
+        equations, program = self.equations, self.programs.sample
+        columns = [n for names in equations.given for n in names]
+        given = [f"G[{len(columns)} * k + {j}]" for j in range(len(columns))]
+        flags = [f"(1.0 if k % {n} == 0 else 0.0)" for n in equations.rates.values()]
+        yield "t = k * h"
+        for position, state in enumerate(equations.plant_states):
+            yield from [f"if not ({_inside(state, f'x{position}')}):", *_in(1, self._stop(position))]
+        yield from self._delayed("k * substeps", "0")
+        yield from self._external("t", "x")
+        values = ["t", *(f"x{k}" for k in self.states), *self._shared(), *given, *flags]
+        yield from (f"{a} = {v}" for a, v in zip(program.arguments, values, strict=True))
+        yield from self._block(program)
+        results = [text(r, self.dialect) for r in program.results]
+        width, held = len(equations.signals), len(self.programs.held)
+        yield from (f"R[{width} * (k - first) + {j}] = {r}" for j, r in enumerate(results[:width]))
+        yield from (f"h{j} = {r}" for j, r in enumerate(results[width : width + held]))
+        updates = results[width + held :]
+        # The next states go behind the present ones, and replace them when all are computed.
+        yield from (f"C[{len(updates) + j}] = {r}" for j, r in enumerate(updates))
+        if updates:
+            yield from (f"for n in range({len(updates)}):", f"{INDENT}C[n] = C[{len(updates)} + n]")
+
+    def _step(self) -> Iterator[str]:
+        """Yield a step of the classical method of fourth order; its stages are a loop, so they are printed once."""
+        equations, program = self.equations, self.programs.derivative
+        yield from (f"y{k} = x{k}" for k in self.states)
+        yield from (f"z{k} = x{k}" for k in self.states)
+        yield "for stage in range(4):"
+        inner: list[str] = [
+            "p = (stage + 1) // 2",
+            "u = t + (s + 0.5 * p) * step",
+            "if p == 2:",
+            f"{INDENT}u = u * {BEFORE!r}",
+        ]
+        if equations.delays:
+            inner += ["m = k * substeps + s", *self._delayed("m", "p")]
+        inner += self._external("u", "y")
+        values = ["u", *(f"y{k}" for k in self.states), *self._shared()]
+        values += [f"h{j}" for j in range(len(self.programs.held))]
+        inner += [f"{a} = {v}" for a, v in zip(program.arguments, values, strict=True)]
+        inner += self._block(program)
+        results = [text(r, self.dialect) for r in program.results]
+        inner += self._derivatives(results)
+        for j, value in enumerate(results[len(results) - len(equations.delays) :]):
+            inner.append(f"D[I[{LAGS * j}] + 3 * (m % I[{LAGS * j + 1}]) + p] = {value}")
+        inner += ["w = step / 6.0 if p != 1 else step / 3.0", "v = 0.5 * step if stage < 2 else step"]
+        inner += [f"z{k} = z{k} + w * d{k}" for k in self.states]
+        inner += [f"y{k} = x{k} + v * d{k}" for k in self.states]
+        yield from _in(1, inner)
+        yield from (f"x{k} = z{k}" for k in self.states)
+
+    def _derivatives(self, results: Sequence[str]) -> Iterator[str]:
+        """Yield lines that give each state its derivative; those of plants in Python come from calls."""
+        external = [k for e in self.equations.externals for k in e.states]
+        own = [k for k in self.states if k not in external]
+        yield from (f"d{k} = {value}" for k, value in zip(own, results, strict=False))
+        first = len(own)
+        for j, e in enumerate(self.equations.externals):
+            inputs = results[first : first + len(e.inputs)]
+            first += len(e.inputs)
+            call = f"derivative{j}(u, {_tuple([f'y{k}' for k in e.states])}, {_tuple(inputs)})"
+            yield f"{', '.join(f'd{k}' for k in e.states)}, = {call}" if e.states else call
+
+    def _external(self, time: str, state: str) -> Iterator[str]:
+        """Yield lines that compute the outputs of plants in Python."""
+        for j, e in enumerate(self.equations.externals):
+            call = f"output{j}({time}, {_tuple([f'{state}{k}' for k in e.states])})"
+            yield f"{', '.join(f'o{j}_{k}' for k in range(len(e.outputs)))}, = {call}" if e.outputs else call
+
+    def _shared(self) -> list[str]:
+        """Return what both programs take: delayed signals, free params, outputs of plants in Python."""
+        equations = self.equations
+        outputs = [f"o{j}_{k}" for j, e in enumerate(equations.externals) for k in range(len(e.outputs))]
+        delayed = [f"q{k}" for k in range(len(equations.delays))]
+        return [*delayed, *(f"f{k}" for k in range(len(equations.free))), *outputs]
+
+    def _delayed(self, interval: str, part: str) -> Iterator[str]:
+        """Yield lines that look up each delayed signal at the begin, middle or end of an interval."""
+        for j in range(len(self.equations.delays)):
+            at, w = LAGS * j, WEIGHTS * j
+            yield f"i = {interval} - I[{at + 2} + {part}]"
+            yield f"q{j} = W[{w}]"
+            yield "if i >= 0:"
+            yield f"{INDENT}o = I[{at}] + 3 * (i % I[{at + 1}])"
+            weights = [f"W[{w + 1 + r} + 3 * {part}] * D[o + {r}]" for r in range(3)]
+            yield f"{INDENT}q{j} = {' + '.join(weights)}"
+
+    def _block(self, program: Program) -> Iterator[str]:
+        return block(program.body, self.dialect, self._refusal, 0)
+
+
+def refused(programs: LoopPrograms) -> list[str]:
+    """Return the outputs that stop a run where no rule fires."""
+    bodies = (*programs.sample.body, *programs.derivative.body)
+    return list(dict.fromkeys(s.output for s in bodies if isinstance(s, Refuse)))
+
+
+def _in(depth: int, lines: Iterator[str] | Sequence[str]) -> list[str]:
+    return [INDENT * depth + line for line in lines]
+
+
+def _tuple(texts: Sequence[str]) -> str:
+    return f"({', '.join(texts)},)" if texts else "()"
+
+
+def _inside(state: PlantState, x: str) -> str:
+    """Return the text of whether a state is finite and in its range."""
+    low = (
+        f"{x} {'>' if state.without_low else '>='} {number(state.low)}" if state.low > -LARGEST else f"{x} > {-LARGEST}"
+    )
+    high = (
+        f"{x} {'<' if state.without_high else '<='} {number(state.high)}"
+        if state.high < LARGEST
+        else f"{x} < {LARGEST}"
+    )
+    return f"{low} and {high}"
+
+
+def joined(programs: LoopPrograms) -> Program:
+    """Return the tables and statements of both programs as one."""
+    sample, derivative = programs.sample, programs.derivative
+    return replace(sample, tables=derivative.tables, body=(*sample.body, *derivative.body))
+
+
+def compiled(equations: LoopEquations, programs: LoopPrograms) -> Callable[..., int]:
+    """Return the run as machine code."""
+    from fuzzyctl.kernels.backends.numba import source as numba_backend
+
+    printed = RunSource(equations, programs, numba_backend.COMPILED)
+    text_of = numba_backend.module_source(joined(programs), _SIGNATURE, printed.lines())
+    return numba_backend.compile_source(text_of)
+
+
+def interpreted(
+    equations: LoopEquations, programs: LoopPrograms, plants: Sequence[PythonPlant] = ()
+) -> Callable[..., int]:
+    """Return the run as generated Python, which takes lists in place of arrays."""
+    printed = RunSource(equations, programs, IEEE_SCALAR)
+    namespace: dict[str, Any] = {**RUNTIME, **dict(joined(programs).tables)}
+    for k, plant in enumerate(plants):
+        namespace |= {f"derivative{k}": plant.derivative, f"output{k}": plant.output}
+    return execute("\n".join(printed.lines()) + "\n", namespace)

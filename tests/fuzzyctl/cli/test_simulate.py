@@ -1,0 +1,258 @@
+import json
+
+import numpy as np
+import pytest
+
+from fuzzyctl.support.shipped import rules_folder
+from tests.commands import runner
+
+TANK = str(rules_folder() / "loops" / "water_tank.fz")
+SMALL = """
+controller law
+input r
+input y
+param K in (0, 10] = 1
+output u "valve" unit "V" = K * (r - y)
+every 0.1 s
+
+plant p
+input u
+param K = 2
+param T = 1
+state x in [-5, 5] unit "m" = 0
+der x = (K * u - x) / T
+output y "level" unit "m" = x
+
+loop {name} "A step"
+block law = law(r, p.y)
+block p = p(law.u)
+let r = steps(0: 1)
+measure final "at the end" unit "m" = final(p.y)
+measure {measure} = iae(p.y, r)
+run 5 s
+require final {claim}
+"""
+
+run = runner("simulate")
+
+
+@pytest.fixture
+def small(tmp_path):
+    """Write a file with one loop and return its path."""
+
+    def write(file="small.fz", name="small", measure="iae", claim="<= 1"):
+        path = tmp_path / file
+        path.write_text(SMALL.format(name=name, measure=measure, claim=claim), encoding="utf-8")
+        return path
+
+    return write
+
+
+class TestText:
+    def test_measures_and_requirements_are_printed(self, small):
+        result = run(small())
+        assert result.exit_code == 0, result.output
+        assert result.output.split("\n") == [
+            "small: A step",
+            "  5 s in 51 samples, RK4 with 1 step a sample",
+            "  half the step changes p.x by 2.4e-07",
+            "",
+            "final  at the end  0.66667 m",
+            "iae                1.8669",
+            "",
+            "require final <= 1: met  (final = 0.666667)",
+            "",
+        ]
+
+    def test_a_requirement_that_is_not_met_fails(self, small):
+        result = run(small(claim="> 0.9"))
+        assert result.exit_code == 1
+        assert "require final > 0.9: not met  (final = 0.666667)" in result.output
+
+    def test_the_shipped_loop_runs(self):
+        result = run(TANK)
+        assert result.exit_code == 0, result.output
+        assert "require settling <= 10 s: met" in result.output
+
+    def test_params_are_set(self, small):
+        output = run(small(), "--set", "law.K=4", "--set", "T=0.5").output
+        assert "final  at the end  0.88889 m" in output
+        assert run(small(), "--set", "law.K=4", "--set", "p.T=0.5").output == output
+
+    @pytest.mark.parametrize(
+        ("setting", "code", "text"),
+        [
+            ("K=4", "FZ502", "no param 'K'"),
+            ("law.k=4", "FZ502", "did you mean 'law.K'?"),
+            ("law.K=40", "FZ302", "param 'law.K' is 40, outside of (0, 10]"),
+            ("law.K=high", "FZ503", "param 'law.K' is no number"),
+        ],
+    )
+    def test_a_setting_that_does_not_fit_is_a_mistake(self, small, setting, code, text):
+        result = run(small(), "--set", setting)
+        assert result.exit_code == 1
+        assert code in result.output
+        assert text in result.output
+
+    def test_a_run_that_is_stopped_says_when_and_why(self, small):
+        result = run(small(), "--set", "law.K=10", "--set", "p.K=10", "--set", "p.T=0.1")
+        assert result.exit_code == 1
+        assert "FZ701" in result.output
+        assert "state 'p.x' left its range at t = " in result.output
+        assert "require final <= 1: not met" in result.output
+
+    def test_an_inaccurate_integration_is_a_warning(self, small):
+        result = run(small(), "--set", "p.T=0.05")
+        assert "warning[FZ706]" in result.output
+        assert "--substeps 4" in result.output
+        assert "FZ706" not in run(small(), "--set", "p.T=0.05", "--substeps", 20).output
+
+    def test_other_solvers_give_the_same(self, small):
+        first = run(small()).output.split("\n")[4:]
+        assert run(small(), "--solver", "DOP853").output.split("\n")[3:] == first
+
+    def test_wrong_usage(self, small):
+        assert run(small(), "--solver", "euler").exit_code == 2
+        assert run(small(), "--substeps", "0").exit_code == 2
+        unknown = run(small(), "smal")
+        assert unknown.exit_code == 1
+        assert "did you mean 'small'?" in unknown.output
+        assert "the file holds no loop" in run(rules_folder() / "tipper.fz").output
+
+
+class TestSeveral:
+    def test_loops_of_other_files_stand_side_by_side(self, small):
+        result = run(small(), "--against", small("other.fz", name="other", measure="cost"))
+        assert result.exit_code == 0, result.output
+        table = [line.rstrip() for line in result.output.split("\n")[7:11]]
+        assert table == [
+            "measure            small      other",
+            "final  at the end  0.66667 m  0.66667 m",
+            "iae                1.8669",
+            "cost                          1.8669",
+        ]
+        assert "small: require final <= 1: met" in result.output
+
+    def test_measures_that_only_one_has_are_named(self, small):
+        result = run(small(), "--against", small("other.fz", name="other", measure="cost"))
+        assert "only small measures: iae" in result.output
+        assert "only other measures: cost" in result.output
+
+    def test_loops_of_the_same_name_are_called_after_their_files(self, small):
+        output = run(small(), "--against", small("other.fz")).output
+        assert "measure            small.small  other.small" in output
+
+    def test_all_loops_of_a_file_are_run_or_the_one_named(self, small):
+        path = small()
+        more = path.read_text("utf-8").partition("loop small")[2]
+        path.write_text(f"{path.read_text('utf-8')}\nloop second{more}", encoding="utf-8")
+        assert "measure            small      second" in run(path).output
+        assert run(path, "second").output.startswith("second: A step\n")
+
+    def test_a_setting_counts_for_the_loops_that_have_the_param(self, small):
+        other = small("other.fz", name="other")
+        other.write_text(
+            other.read_text("utf-8").replace("param T = 1", "param T2 = 1").replace("/ T", "/ T2"), "utf-8"
+        )
+        result = run(small(), "--against", other, "--set", "T2=0.8", "--set", "T=0.5", "--substeps", 20)
+        assert result.exit_code == 0, result.output
+
+
+class TestFiles:
+    def test_summary_data_and_picture_are_written(self, small, tmp_path):
+        result = run(small(), "-o", tmp_path / "new" / "out")
+        out = tmp_path / "new" / "out"
+        assert sorted(p.name for p in out.iterdir()) == ["data.csv", "loop.png", "summary.json"]
+        summary = json.loads((out / "summary.json").read_text("utf-8"))
+        assert summary["measures"]["final"] == pytest.approx(2 / 3, rel=1e-4)
+        table = np.genfromtxt(out / "data.csv", delimiter=",", names=True, deletechars="")
+        assert table.dtype.names == ("t", "r", "law.r", "law.y", "law.u", "p.u", "p.x", "p.y")
+        assert table["p.y"][-1] == summary["measures"]["final"]
+        assert (out / "loop.png").read_bytes().startswith(b"\x89PNG")
+        assert "wrote " in result.output
+
+    @pytest.mark.parametrize("form", ["npz", "parquet"])
+    def test_data_has_other_formats(self, small, tmp_path, form):
+        out = tmp_path / "out"
+        run(small(), "-o", out, "--data", form, "--picture", "svg")
+        if form == "npz":
+            found = np.load(out / "data.npz")["p.y"]
+        else:
+            from pyarrow import parquet
+
+            found = parquet.read_table(out / "data.parquet").column("p.y").to_numpy()
+        assert len(found) == 51
+        assert (out / "loop.svg").read_text("utf-8").startswith("<?xml")
+
+    def test_several_runs_have_folders_of_their_own_and_one_picture(self, small, tmp_path):
+        out = tmp_path / "out"
+        run(small(), "--against", small("other.fz", name="other"), "-o", out)
+        assert sorted(p.relative_to(out).as_posix() for p in out.rglob("*.*")) == [
+            *("loop.png", "other/data.csv", "other/summary.json", "small/data.csv", "small/summary.json"),
+        ]
+
+    def test_the_same_run_gives_the_same_bytes(self, small, tmp_path):
+        for name in ("a", "b"):
+            run(small(), "-o", tmp_path / name, "--picture", "svg")
+        for path in (tmp_path / "a").iterdir():
+            assert path.read_bytes() == (tmp_path / "b" / path.name).read_bytes()
+
+    def test_the_data_up_to_a_stop_is_kept(self, small, tmp_path):
+        run(small(), "--set", "p.K=10", "--set", "p.T=0.1", "--set", "law.K=10", "-o", tmp_path / "out")
+        rows = (tmp_path / "out" / "data.csv").read_text("utf-8").splitlines()
+        summary = json.loads((tmp_path / "out" / "summary.json").read_text("utf-8"))
+        assert len(rows) - 1 == summary["samples"] < 51
+        assert summary["stopped"]["code"] == "FZ701"
+
+    def test_a_file_in_the_place_of_the_folder_is_a_mistake(self, small, tmp_path):
+        (tmp_path / "out").write_text("")
+        result = run(small(), "-o", tmp_path / "out")
+        assert result.exit_code == 1
+        assert "FZ005" in result.output
+
+
+class TestJson:
+    def test_runs_and_diagnostics_are_data(self, small):
+        data = json.loads(run(small(claim="> 0.9"), "--format", "json").output)
+        (only,) = data["runs"]
+        assert (only["label"], only["requirements"]) == ("small", [{"claim": "final > 0.9", "holds": False}])
+        assert data["diagnostics"] == []
+
+    def test_a_stop_is_among_the_diagnostics(self, small):
+        result = run(small(), "--set", "p.K=10", "--set", "p.T=0.1", "--set", "law.K=10", "--format", "json")
+        assert [d["code"] for d in json.loads(result.output)["diagnostics"]] == ["FZ701"]
+
+
+class TestCompare:
+    compare = staticmethod(runner("compare"))
+
+    def test_measures_of_two_files_are_compared(self, small):
+        other = small("other.fz", measure="cost")
+        other.write_text(other.read_text("utf-8").replace("param K = 2", "param K = 3"), encoding="utf-8")
+        result = self.compare(small("first.fz"), other, "--loops")
+        assert result.exit_code == 0, result.output
+        lines = result.output.split("\n")
+        assert lines[0].endswith("other.fz: small")
+        assert lines[1:] == [
+            "  measure  first    second  difference",
+            "  final    0.66667  0.75    0.083333",
+            "  iae      1.8669   none    none",
+            "  cost     none     1.4095  none",
+            "",
+        ]
+
+    def test_a_difference_beyond_the_tolerance_fails(self, small):
+        one, other = small("first.fz"), small("other.fz", name="renamed")
+        assert self.compare(one, other, "--loops", "--within", "0").exit_code == 0
+        other.write_text(other.read_text("utf-8").replace("param K = 2", "param K = 3"), encoding="utf-8")
+        assert self.compare(one, other, "--loops", "--within", "0.01").exit_code == 1
+        data = json.loads(self.compare(one, other, "--loops", "--format", "json").output)
+        assert data["pairs"][0]["measures"]["final"]["difference"] == pytest.approx(0.75 - 2 / 3, rel=1e-3)
+
+    def test_settings_count_for_both(self, small):
+        result = self.compare(small("first.fz"), small("other.fz"), "--loops", "--set", "law.K=4")
+        assert "  final    0.88889  0.88889  0\n" in result.output
+
+    def test_it_takes_two_files(self, small):
+        assert self.compare(small(), "--loops").exit_code == 2
+        assert self.compare(small(), small(), "--loops", "--as", "exact").exit_code == 2

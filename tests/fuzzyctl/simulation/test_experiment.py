@@ -1,0 +1,419 @@
+"""Runs of loops beside plain Python, exact solutions and adaptive solvers."""
+
+import math
+
+import numpy as np
+import pytest
+
+import fuzzyctl
+from fuzzyctl import ArgumentError, DiagnosticError, Experiment, UnknownNameError
+from fuzzyctl.simulation.solvers import solved
+from fuzzyctl.support.shipped import rules_folder
+
+BACKENDS = ("python", "numba")
+
+PI = """
+controller pi_law
+input r
+input y
+param Kp = 3
+param Ti = 1
+let e  = r - y
+let u0 = Kp * (e + integral(e, hold = u0 != v) / Ti)
+output v in [0, 10] = clamp(u0, 0, 10)
+every 10 ms
+"""
+TANK = """
+plant tank
+input v
+param a = 2
+state h in [0, inf) unit "m" = 0.5
+der h = (5 * v - a * sqrt(max(h, 0))) / 20
+output y = h
+"""
+FILL = (
+    PI
+    + TANK
+    + """
+loop fill
+block law  = pi_law(r = reference, y = level)
+block tank = tank(v = law.v - leak)
+let reference = steps(0: 1.0, 2.5 s: 0.5)
+let leak      = pulse(1 s, 1.2 s) * 1.0
+let level     = tank.y + noise(sigma = 0.002, seed = 1)
+measure iae = iae(tank.y, reference)
+run 5 s step 10 ms
+"""
+)
+#: A plant that is driven by a signal of time alone.
+DRIVEN = "plant p\n{plant}\nloop l\nblock p = p({signal})\nrun {run}\n"
+
+
+def driven(plant, signal, run):
+    return DRIVEN.format(plant=plant, signal=signal, run=run)
+
+
+LAG = "input u\nparam T = 0.5\nstate x = 0\nder x = (u - x) / T\noutput y = x"
+LAG_PLANT = f"plant p\n{LAG}\n"
+PURE = "input u\nstate x = 0\nder x = delay(u, {time})\noutput y = x"
+
+PLANTS = {
+    "oscillator": "input u\nstate x = 1\nstate v = 0\nder x = v\nder v = -4*x - 0.3*v + u\noutput y = x",
+    "van der Pol": "input u\nstate x = 1\nstate v = 0\nder x = v\nder v = (1 - x^2)*v - x + u\noutput y = x",
+    "pendulum": "input u\nstate a = 0.5\nstate w = 0\nder a = w\nder w = -9.81*sin(a) - 0.1*w + u\noutput y = a",
+    "tank": "input u\nstate h in [0, inf) = 1\nder h = 0.5 + 0.2*u - 0.4*sqrt(max(h, 0))\noutput y = h",
+    "prey": "input u\nstate a = 2\nstate b = 1\nder a = a - a*b\nder b = a*b - b + 0.01*u\noutput y = a",
+}
+
+
+def by_hand(samples):
+    """Return level, valve and next of FILL as one would write it."""
+    h, total, dt = 0.5, 0.0, 0.01
+    noise = 0.002 * np.random.Generator(np.random.PCG64(1)).standard_normal(samples)
+    found = []
+    for k in range(samples):
+        t = k * dt
+        e = (1.0 if t < 2.5 else 0.5) - (h + noise[k])
+        u0 = 3 * (e + total)
+        v = min(max(u0, 0.0), 10.0)
+        found.append((h, v))
+        total += 0.0 if u0 != v else dt * e
+
+        def rate(h, t=t, v=v):
+            leak = 1.0 if 0.995 < t < 1.195 else 0.0
+            return (5 * (v - leak) - 2 * math.sqrt(max(h, 0.0))) / 20
+
+        a = rate(h)
+        b = rate(h + dt / 2 * a)
+        c = rate(h + dt / 2 * b)
+        h += dt / 6 * (a + 2 * b + 2 * c + rate(h + dt * c))
+    return np.array(found)
+
+
+class TestRun:
+    @pytest.mark.parametrize("backend", BACKENDS)
+    def test_it_is_the_loop_that_one_writes_by_hand(self, loop, backend):
+        run = Experiment(loop(FILL), backend).run()
+        assert run.t.tolist() == (np.arange(501) * 0.01).tolist()
+        assert np.column_stack([run["tank.h"], run["law.v"]]) == pytest.approx(by_hand(501), rel=1e-12, abs=1e-13)
+
+    def test_lets_inputs_states_and_outputs_are_recorded(self, loop):
+        run = Experiment(loop(FILL), "python").run()
+        assert run.names == (*("reference", "leak", "level", "law.r", "law.y", "law.v", "tank.v", "tank.h", "tank.y"),)
+        assert run["law.r"].tolist() == run["reference"].tolist()
+        assert list(run) == list(run.names)
+        assert len(run) == 501
+        with pytest.raises(UnknownNameError, match=r"tank\.z"):
+            run["tank.z"]
+
+    def test_the_same_seed_gives_the_same_run_and_another_one_another(self, loop):
+        first, again = (Experiment(loop(FILL), "python").run()["level"] for _ in range(2))
+        other = Experiment(loop(FILL.replace("seed = 1", "seed = 2")), "python").run()["level"]
+        assert first.tolist() == again.tolist()
+        assert first.tolist() != other.tolist()
+
+    @pytest.mark.parametrize("name", ["water_tank", "pendulum"])
+    def test_shipped_loops_run_the_same_on_both_backends_and_meet_their_requirements(self, name):
+        loop = fuzzyctl.load_loop(rules_folder() / "loops" / f"{name}.fz")
+        one, other = (Experiment(loop, backend).run() for backend in BACKENDS)
+        assert one.passed
+        assert one.record == pytest.approx(other.record, rel=1e-9, abs=1e-9)
+
+    def test_a_run_in_parts_is_the_run_in_one(self, loop, monkeypatch):
+        whole = Experiment(loop(FILL), "numba").run(substeps=2)
+        monkeypatch.setattr("fuzzyctl.simulation.experiment.CHUNK", 14)
+        seen = []
+        parts = Experiment(loop(FILL), "numba").run(substeps=2, progress=lambda done, all_: seen.append((done, all_)))
+        assert parts.record.tolist() == whole.record.tolist()
+        assert seen[0] == (7, 501)
+        assert seen[-1] == (501, 501)
+
+    def test_what_was_done_before_an_interruption_is_kept(self, loop):
+        def interrupt(done, _all):
+            if done >= 1000:
+                raise KeyboardInterrupt
+
+        run = Experiment(loop(FILL.replace("run 5 s", "run 50 s")), "python").run(progress=interrupt)
+        assert len(run) == 1000
+        assert (run.stopped.code, run.stopped.message) == ("FZ707", "the run was interrupted at t = 10 s")
+        assert not run.passed
+        assert math.isnan(run.measures["iae"])
+
+    @pytest.mark.parametrize("substeps", [0, -1, 1.5, "2"])
+    def test_substeps_are_a_positive_integer(self, loop, substeps):
+        with pytest.raises(ArgumentError, match="substeps"):
+            Experiment(loop(FILL), "python").run(substeps=substeps)
+
+    @pytest.mark.parametrize(("samples", "backend"), [(3, "numba"), (400, "python")])
+    def test_what_numba_would_take_long_over_is_left_to_python(self, loop, samples, backend):
+        text = f"controller c\ninput x\noutput u = delay(x, {samples})\nevery 1 s\nloop l\nblock c = c(t)\nrun 900 s\n"
+        experiment = Experiment(loop(text))
+        assert experiment.backend == backend
+        assert experiment.run()["c.u"][-1] == 900 - samples
+
+    def test_a_loop_is_expected(self, loop):
+        with pytest.raises(ArgumentError, match="expected a Loop, got Plant"):
+            Experiment(loop(FILL).plants[0])
+        with pytest.raises(UnknownNameError, match="backend 'cuda'"):
+            Experiment(loop(FILL), "cuda")
+
+
+class TestIntegration:
+    def test_halving_the_step_divides_the_error_by_sixteen(self, loop):
+        text = driven("input u\nstate x = 1\nder x = -x * cos(t) + u\noutput y = x", "sine(0.5)", "2 s step 100 ms")
+        experiment = Experiment(loop(text), "python")
+        exact = solved(experiment, "DOP853", relative=1e-12, absolute=1e-13)["p.x"]
+        errors = [np.abs(experiment.run(substeps=n)["p.x"] - exact).max() for n in (1, 2, 4)]
+        assert errors[0] / errors[1] == pytest.approx(16, rel=0.2)
+        assert errors[1] / errors[2] == pytest.approx(16, rel=0.2)
+
+    @pytest.mark.parametrize("name", PLANTS)
+    def test_dop853_at_tight_tolerances_is_the_referee(self, loop, name):
+        text = PI.replace("[0, 10]", "[-10, 10]").replace("clamp(u0, 0, 10)", "clamp(u0, -10, 10)")
+        text += f"plant p\n{PLANTS[name]}\nloop l\nblock law = pi_law(r, p.y)\nblock p = p(law.v + d)\n"
+        text += "let r = steps(0: 0.5, 2: 0.8)\nlet d = 0.2 * sine(1.5)\nrun 5 s step 10 ms\n"
+        experiment = Experiment(loop(text), "numba")
+        referee = solved(experiment, "DOP853", relative=1e-10, absolute=1e-12)
+        assert experiment.run(substeps=4).record == pytest.approx(referee.record, abs=2e-9, rel=2e-9)
+
+    def test_a_jump_at_a_sample_acts_from_there_on_and_not_before(self, loop):
+        text = driven(
+            "input u\nstate x = 0\nder x = u\noutput y = x", "steps(0: 0, 0.3 s: 1, 0.7 s: -1)", "1 s step 0.1 s"
+        )
+        x = Experiment(loop(text), "python").run()["p.x"]
+        assert x == pytest.approx([0, 0, 0, 0, 0.1, 0.2, 0.3, 0.4, 0.3, 0.2, 0.1], abs=1e-14)
+
+    def test_a_disturbance_of_time_is_integrated_between_samples(self, loop):
+        text = driven("input u\nstate x = 0\nder x = u\noutput y = x", "t^3", "1 s step 0.5 s")
+        assert Experiment(loop(text), "python").run()["p.x"] == pytest.approx([0, 1 / 64, 1 / 4], rel=1e-14)
+
+    def test_the_output_of_a_controller_is_held(self, loop):
+        text = (
+            "controller c\ninput x\noutput u = x\nevery 0.5 s\nplant p\ninput u\nstate x = 0\nder x = u\noutput y = x\n"
+        )
+        text += "loop l\nblock c = c(t)\nblock p = p(c.u)\nrun 2 s\n"
+        assert Experiment(loop(text), "python").run()["p.x"] == pytest.approx([0, 0, 0.25, 0.75, 1.5])
+
+
+class TestSampleTimes:
+    SLOW = "controller slow\ninput x\nstate n = 0\nnext n = n + 1\noutput u = n + 0 * x\nevery 20 ms\n"
+
+    @pytest.mark.parametrize("backend", BACKENDS)
+    def test_a_slow_controller_runs_every_other_sample(self, loop, backend):
+        text = f"{self.SLOW}controller fast\ninput x\noutput y = x\nevery 10 ms\n"
+        text += "loop l\nblock slow = slow(t)\nblock fast = fast(slow.u)\nrun 50 ms\n"
+        run = Experiment(loop(text), backend).run()
+        assert run["slow.u"].tolist() == [0, 0, 1, 1, 2, 2]
+        assert run["fast.y"].tolist() == [0, 0, 1, 1, 2, 2]
+
+    def test_time_since_the_step_before_is_that_of_the_controller(self, loop):
+        text = "controller a\ninput x\noutput d = derivative(x)\nevery 20 ms\ncontroller b\ninput x\noutput d = dt\n"
+        text += "loop l\nblock a = a(t)\nblock b = b(t)\nrun 80 ms step 10 ms\n"
+        run = Experiment(loop(text), "python").run()
+        assert run["a.d"] == pytest.approx([0, 0, *[1] * 7])
+        assert set(run["b.d"]) == {0.01}
+
+    def test_a_held_system_keeps_its_state(self, loop):
+        rule = "system s\ninput e in [0, 1]\n  L = ramp(0.5, 0)\n  H = ramp(0.5, 1)\noutput u in [0, 1] else hold\n"
+        rule += "  terms lo@0 hi@1\ndefuzzifier center_average\nif e is H then u is hi\n"
+        text = f"{rule}controller c\ninput x\noutput u = s(x)\nevery 1 s\nloop l\nblock c = c(x)\n"
+        text += "let x = steps(0: 0, 2 s: 0.8, 3 s: 0)\nrun 4 s\n"
+        for backend in BACKENDS:
+            assert Experiment(loop(text), backend).run()["c.u"].tolist() == [0.5, 0.5, 1, 1, 1]
+
+    def test_a_period_that_is_no_multiple_of_the_step_is_a_mistake(self, loop):
+        with pytest.raises(DiagnosticError) as error:
+            Experiment(loop(f"{self.SLOW}loop l\nblock slow = slow(t)\nrun 1 s step 15 ms\n"))
+        (found,) = error.value.diagnostics
+        message = "block 'slow' runs every 0.02 s, which is no multiple of the step of 0.015 s"
+        assert (found.code, found.message, found.span.text) == ("FZ702", message, "slow")
+
+    def test_a_run_of_too_many_numbers_is_a_mistake(self, loop):
+        lets = "".join(f"let a{k} = t\n" for k in range(30))
+        with pytest.raises(DiagnosticError, match="records 297,000,033 numbers"):
+            Experiment(loop(f"{LAG_PLANT}loop l\nblock p = p(t)\n{lets}run 9e6 s step 1 s\n"))
+
+    def test_a_loop_without_any_sample_time_is_a_mistake(self, loop):
+        with pytest.raises(DiagnosticError, match="has no sample time") as error:
+            Experiment(loop(driven(LAG, "1", "1 s")))
+        assert error.value.diagnostics[0].code == "FZ702"
+
+    def test_the_proposed_step_divides_all_periods(self, loop):
+        other = self.SLOW.replace("slow", "slower").replace("20 ms", "30 ms")
+        text = f"{self.SLOW}{other}loop l\nblock a = slow(t)\nblock b = slower(t)\nrun 1 s\n"
+        with pytest.raises(DiagnosticError, match=r"step 0\.01 s"):
+            Experiment(loop(text))
+
+
+class TestLackingInputs:
+    @pytest.mark.parametrize("backend", BACKENDS)
+    def test_a_controller_without_an_input_gives_nan_and_keeps_its_state(self, loop, backend):
+        text = "controller c\ninput x\nstate n = 0\nnext n = n + 1\noutput u = n + 0 * x\nevery 1 s\n"
+        text += "loop l\nblock c = c(sqrt(0.5 - pulse(2 s, 4 s)))\nrun 6 s\n"
+        run = Experiment(loop(text), backend).run()
+        assert run["c.u"] == pytest.approx([0, 1, math.nan, math.nan, 2, 3, 4], nan_ok=True)
+        assert run["c.n"].tolist() == [0, 1, 2, 2, 2, 3, 4]
+        step = fuzzyctl.compile(loop(text).controllers[0], "python")
+        assert step.run(run["c.x"])[0] == pytest.approx(run["c.u"], nan_ok=True)
+
+
+class TestDeadTime:
+    @pytest.mark.parametrize("backend", BACKENDS)
+    @pytest.mark.parametrize("time", ["0.3 s", "0.25 s", "37 ms", "50 ms", "0 s", "5 s"])
+    def test_a_delayed_step_is_integrated_exactly(self, loop, backend, time):
+        run = Experiment(loop(driven(PURE.format(time=time), "steps(0: 2)", "1 s step 0.1 s")), backend).run()
+        seconds = float(time.split()[0]) * (1e-3 if "ms" in time else 1)
+        substep = 0.1 / run.substeps
+        expected = 2 * np.maximum(run.t - seconds, 0)
+        # Between the stages of a step of integration a jump is a parabola.
+        allowed = 1e-13 if abs(seconds / substep - round(seconds / substep)) < 1e-9 else 2 * substep
+        assert run["p.x"] == pytest.approx(expected, abs=allowed)
+
+    def test_a_delayed_sine_is_accurate(self, loop):
+        text = driven(PURE.format(time="0.137 s"), "t * sine(0.2)", "4 s step 20 ms")
+        run = Experiment(loop(text), "numba").run()
+        w, t = 0.4 * math.pi, np.maximum(run.t - 0.137, 0)
+        exact = np.sin(w * t) / w**2 - t * np.cos(w * t) / w
+        assert run["p.x"] == pytest.approx(exact, abs=2e-6)
+
+    def test_a_state_is_delayed_in_its_own_equation(self, loop):
+        """x' = -x(t - 1) with x = 1 before: a polynomial on each second (method of steps)."""
+        text = driven("input u\nstate x = 1\nder x = -delay(x, 1 s, start=1)\noutput y = x", "0", "2 s step 50 ms")
+        run = Experiment(loop(text), "numba").run()
+        t = run.t
+        exact = np.where(t <= 1, 1 - t, 1 - t + np.maximum(t - 1, 0) ** 2 / 2)
+        assert run["p.x"] == pytest.approx(exact, abs=1e-10)
+
+    def test_a_dead_time_below_a_sample_takes_more_steps_of_integration(self, loop):
+        assert Experiment(loop(driven(PURE.format(time="30 ms"), "1", "1 s step 0.1 s")), "python").run().substeps == 4
+
+    def test_a_transfer_function_with_dead_time_is_the_one_without_later(self, loop):
+        text = "plant a = tf(num=[2], den=[0.3, 1], delay=0.4 s)\nplant b = tf(num=[2], den=[0.3, 1])\n"
+        text += "loop l\nblock a = a(1)\nblock b = b(1)\nrun 2 s step 0.1 s\n"
+        run = Experiment(loop(text), "python").run()
+        assert run["a.y"][4:] == pytest.approx(run["b.y"][:-4], rel=1e-12, abs=1e-14)
+        assert run["b.y"] == pytest.approx(2 * (1 - np.exp(-run.t / 0.3)), abs=2e-4)
+
+    def test_adaptive_solvers_refuse_dead_time(self, loop):
+        with pytest.raises(ArgumentError, match="dead time takes the solver RK4"):
+            fuzzyctl.simulate(loop(driven(PURE.format(time="30 ms"), "1", "1 s step 0.1 s")), solver="LSODA")
+
+
+class TestSignals:
+    def signal(self, loop, text, run="2 s step 0.5 s"):
+        return Experiment(loop(driven(LAG, text, run)), "python").run()["p.u"]
+
+    def test_each_is_what_its_form_says(self, loop):
+        assert self.signal(loop, "steps(0.5 s: 1, 1.5 s: 3)").tolist() == [0, 1, 1, 3, 3]
+        assert self.signal(loop, "pulse(0.5 s, 1.5 s)").tolist() == [0, 1, 1, 0, 0]
+        assert self.signal(loop, "ramp(0.5 s, 1.5 s, low=1, high=3)").tolist() == [1, 1, 2, 3, 3]
+        assert self.signal(loop, "sine(0.5, amplitude=2, phase=pi)") == pytest.approx([0, -2, 0, 2, 0], abs=1e-14)
+
+    @pytest.mark.parametrize("step", [0.15, 0.35, 0.011, 0.013])
+    def test_edges_at_samples_are_met_whatever_the_rounding(self, loop, step):
+        typed = {k: f"{k * step:.15g}" for k in range(1, 200)}
+        late = [k for k, text in typed.items() if k * step < float(text)][:3]
+        assert late
+        for k in (7, *late):
+            found = self.signal(loop, f"steps({typed[k]}: 1)", f"{typed[199]} step {step}")
+            assert found.tolist() == [0] * k + [1] * (len(found) - k)
+
+    def test_noise_is_normal(self, loop):
+        noise = self.signal(loop, "noise(sigma=2, seed=5)", "100 s step 10 ms")
+        assert np.std(noise) == pytest.approx(2, rel=0.05)
+        assert np.mean(noise) == pytest.approx(0, abs=0.1)
+
+    def test_a_table_is_on_straight_lines_between_its_rows(self, loop, tmp_path):
+        (tmp_path / "load.csv").write_text("t,a,b\n0.5,1,5\n1.0,2,6\n2.0,4,7\n", encoding="utf-8")
+        assert self.signal(loop, 'csv("load.csv", column="a")') == pytest.approx([1, 1, 2, 3, 4])
+        text = driven("input u\nstate x = 0\nder x = u\noutput y = x", 'csv("load.csv", column="a")', "2 s step 0.5 s")
+        assert Experiment(loop(text), "numba").run()["p.x"] == pytest.approx([0, 0.5, 1.25, 2.5, 4.25])
+
+    @pytest.mark.parametrize(
+        ("rows", "message"),
+        [
+            ("t,a\n0,1\n0,2\n", "times in column 't' of 'load.csv' do not ascend at line 3"),
+            ("t,a\n0,1\n1,high\n", "'high' is no finite number, in line 3 of 'load.csv'"),
+            ("t,a\n0,1\n1\n", "'' is no finite number, in line 3 of 'load.csv'"),
+            ("t,a\n", "'load.csv' has no rows below its header"),
+        ],
+    )
+    def test_a_table_that_cannot_be_used_is_a_mistake(self, loop, tmp_path, rows, message):
+        (tmp_path / "load.csv").write_text(rows, encoding="utf-8")
+        with pytest.raises(DiagnosticError) as error:
+            self.signal(loop, 'csv("load.csv", column="a")')
+        (found,) = error.value.diagnostics
+        assert (found.code, found.message) == ("FZ705", message)
+        assert found.span is not None
+
+
+class TestStops:
+    def stopped(self, loop, plant, signal, run="2 s step 0.1 s", backend="python"):
+        return Experiment(loop(driven(plant, signal, run)), backend).run()
+
+    @pytest.mark.parametrize("backend", BACKENDS)
+    def test_a_state_that_leaves_its_range_stops_the_run(self, loop, backend):
+        plant = 'input u\nstate x in [0, 1) unit "m" = 0\nder x = u\noutput y = x'
+        run = self.stopped(loop, plant, "1", backend=backend)
+        assert len(run) == 10
+        assert run["p.x"] == pytest.approx(np.arange(10) / 10)
+        found = run.stopped
+        assert (found.code, found.span.text) == ("FZ701", "x")
+        assert found.message.startswith("state 'p.x' left its range at t = 1 s: 1 m is outside of [0, 1)")
+        assert found.facts == ("one sample before it was 0.9 m",)
+
+    @pytest.mark.parametrize("backend", BACKENDS)
+    @pytest.mark.parametrize(
+        ("derivative", "what"), [("exp(40 * x)", "infinite"), ("sqrt(0.5 - x)", "not a number")], ids=str
+    )
+    def test_a_state_without_a_finite_value_stops_the_run(self, loop, backend, derivative, what):
+        run = self.stopped(loop, f"input u\nstate x = 0\nder x = {derivative} + u\noutput y = x", "1", backend=backend)
+        assert run.stopped.code == "FZ701"
+        assert f"state 'p.x' is {what} at t = " in run.stopped.message or "not a number" in run.stopped.message
+        assert np.isfinite(run.record).all()
+        assert 0 < len(run) < 21
+
+    @pytest.mark.parametrize("backend", BACKENDS)
+    def test_an_output_without_a_value_stops_the_run(self, loop, backend):
+        rule = "system s\ninput e in [0, 1]\n  H = ramp(0.5, 1)\noutput u in [0, 1] else error\n  terms lo@0 hi@1\n"
+        text = f"{rule}defuzzifier center_average\nif e is H then u is hi\n"
+        text += "controller c\ninput x\noutput u = s(x)\nevery 1 s\nloop l\nblock c = c(x)\n"
+        text += "let x = steps(0: 0.9, 2 s: 0.1)\nrun 4 s\n"
+        run = Experiment(loop(text), backend).run()
+        assert len(run) == 2
+        assert run.stopped.message == "no rule fires for output 'u' at t = 2 s"
+
+    def test_an_adaptive_solver_stops_as_well(self, loop):
+        plant = "input u\nstate x in [0, 1) = 0\nder x = u\noutput y = x"
+        run = fuzzyctl.simulate(loop(driven(plant, "1", "2 s step 0.1 s")), solver="RK45")
+        assert len(run) in (10, 11)
+        assert "left its range" in run.stopped.message
+
+
+class TestFree:
+    def test_free_params_are_arguments_of_a_run(self, loop):
+        fill = loop(FILL)
+        experiment = Experiment(fill, "numba", free=["law.Kp", "tank.a"])
+        assert experiment.run().record == pytest.approx(Experiment(fill, "python").run().record, rel=1e-12, abs=1e-12)
+        plain = fuzzyctl.simulate(fill, backend="python", Kp=5, a=1)
+        assert experiment.run([5, 1]).record == pytest.approx(plain.record, rel=1e-12, abs=1e-12)
+        assert experiment.run([5, 1]).measures == pytest.approx(plain.measures)
+
+    def test_params_that_depend_on_a_free_one_follow_it(self, loop):
+        text = "controller c\ninput x\nparam a = 1\nparam b = 2 * a\noutput u = b * x\nevery 1 s\n"
+        text += "loop l\nparam g = 3\nblock c = c(1, a = g + 1)\nmeasure m = final(c.u) + g\nrun 2 s\n"
+        experiment = Experiment(loop(text), "python", free=["g"])
+        assert experiment.run()["c.u"].tolist() == [8] * 3
+        assert experiment.run([4.0])["c.u"].tolist() == [10] * 3
+        assert experiment.run([4.0]).measures == {"m": 14}
+
+    def test_what_must_be_a_constant_cannot_be_free(self, loop):
+        text = driven("input u\nparam a = 1\nstate x = a\nder x = -a * x\noutput y = x", "0", "1 s step 0.1 s")
+        with pytest.raises(ArgumentError, match="a constant depends on a free param"):
+            Experiment(loop(text), "python", free=["p.a"])
+
+    def test_names_and_numbers_of_values_are_checked(self, loop):
+        with pytest.raises(UnknownNameError, match=r"law\.Kq"):
+            Experiment(loop(FILL), "python", free=["law.Kq"])
+        with pytest.raises(ArgumentError, match=r"expected 1 values \(law.Kp\), got the shape \(2,\)"):
+            Experiment(loop(FILL), "python", free=["law.Kp"]).run([1, 2])
