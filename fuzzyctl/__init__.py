@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     )
     from fuzzyctl.formats.fz import dump, dumps
     from fuzzyctl.kernels.compile import Kernel, compile
+    from fuzzyctl.kernels.free_kernel import FreeKernel
     from fuzzyctl.kernels.steps.step import Step
     from fuzzyctl.loading.load import load, load_all, load_controller, loads
     from fuzzyctl.model.controller import Controller
@@ -43,6 +44,7 @@ _HOMES = {
     "Diagnostic": "fuzzyctl.diagnostics.diagnostic",
     "DiagnosticError": "fuzzyctl.diagnostics.diagnostic",
     "FuzzyctlError": "fuzzyctl.diagnostics.diagnostic",
+    "FreeKernel": "fuzzyctl.kernels.free_kernel",
     "FuzzySystem": "fuzzyctl.model.system",
     "Kernel": "fuzzyctl.kernels.compile",
     "LinguisticVariable": "fuzzyctl.model.variable",
@@ -74,6 +76,7 @@ __all__ = [
     "Controller",
     "Diagnostic",
     "DiagnosticError",
+    "FreeKernel",
     "FuzzySystem",
     "FuzzyctlError",
     "Kernel",

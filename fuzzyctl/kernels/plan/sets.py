@@ -24,6 +24,7 @@ from fuzzyctl.expr import (
 )
 from fuzzyctl.formulas import Vertex, formula_of, held
 from fuzzyctl.formulas.inverse import solved
+from fuzzyctl.formulas.shared import is_infinite
 from fuzzyctl.kernels.program.builder import clip
 from fuzzyctl.records import record
 
@@ -116,7 +117,7 @@ class SetPlan:
             return tuple(sorted(set(_compared(self.expression))))
         formula = formula_of(self.kind)
         places = [*formula.core(self.parameters), *formula.pieces(self.parameters)]
-        return tuple(sorted({x for x in places if not math.isinf(x)}))
+        return tuple(sorted({x for x in places if not is_infinite(x)}))
 
     @property
     def peak(self) -> float:
