@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, DiagnosticError, UnknownNameError, ValueOutOfBoundsError
-from fuzzyctl.expr import Expr, Name, names_in, replace_names, to_text
+from fuzzyctl.expr import Expr, Name, evaluate, names_in, replace_names, to_text
 from fuzzyctl.kernels.backends.arguments import float_array
 from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.inference.free import condition_program
@@ -23,10 +23,15 @@ if TYPE_CHECKING:
 
 
 class FreeValues:
-    """Takes and checks values of the free numbers of a plan."""
+    """Takes and checks values of the free numbers of a plan.
 
-    def __init__(self, free: FreePlan) -> None:
-        self._free, self._names = free, free.names
+    Args:
+        free: The plan.
+        prefix: What messages put before the names: that of a system inside a controller.
+    """
+
+    def __init__(self, free: FreePlan, prefix: str = "") -> None:
+        self._free, self._names = free, tuple(f"{prefix}{name}" for name in free.names)
         self._known = b""
         self._bounds = [
             (k, p.bounds, p.unit) for k, name in enumerate(free.names) for p in free.system.params if p.name == name
@@ -40,7 +45,9 @@ class FreeValues:
             ArgumentError: For an array of another shape or not of numbers.
             ValueOutOfBoundsError: For values outside the bounds of their params, or that the system cannot have.
         """
-        values = self._by_name(given) if isinstance(given, Mapping) else float_array(given, "values")
+        if isinstance(given, Mapping):
+            given = changed_values(self._names, self._free.values, given)
+        values = float_array(given, "values")
         if values.ndim == 0 or values.shape[-1] != len(self._names):
             raise ArgumentError(f"the values must have the shape (..., {len(self._names)}), got {values.shape}")
         values = np.ascontiguousarray(values)
@@ -50,34 +57,15 @@ class FreeValues:
             self._known = key
         return values
 
-    def _by_name(self, given: Mapping[str, Any]) -> FloatArray:
-        values = np.array(self._free.values, dtype=np.float64)
-        for name, value in given.items():
-            places = [k for k, n in enumerate(self._names) if name in (n, n.partition("[")[0])]
-            if not places:
-                raise UnknownNameError("free number", name, self._names)
-            own = float_array(value, f"free number {name!r}")
-            if own.shape not in ((), (len(places),)):
-                raise ArgumentError(f"free number {name!r} has {len(places)} values, got the shape {own.shape}")
-            values[places] = own
-        return values
-
     def _require(self, rows: FloatArray) -> None:
         for k, name in enumerate(self._names):
             _require_all(np.isfinite(rows[:, k]), name, rows[:, k], "a finite number")
         for k, bounds, unit in self._bounds:
             if bounds is not None:
-                self._require_bounds(rows[:, k], self._names[k], bounds, unit)
+                require_bounds(self._names[k], rows[:, k], bounds, self._free.system.values, unit)
         broken = self._broken(rows)
         if broken is not None:
             raise self._reason(*broken)
-
-    def _require_bounds(self, column: FloatArray, name: str, bounds: Bounds, unit: str) -> None:
-        low, high = (self._free.system.number(e) for e in (bounds.lower, bounds.upper))
-        above = column > low if bounds.without_lower else column >= low
-        below = column < high if bounds.without_upper else column <= high
-        opening, closing = "[("[bounds.without_lower], "])"[bounds.without_upper]
-        _require_all(above & below, name, column, f"in {opening}{low:g}, {high:g}{closing}", unit)
 
     def _broken(self, rows: FloatArray) -> tuple[FloatArray, int] | None:
         """Return the first values under which some condition does not hold, and the condition."""
@@ -98,9 +86,10 @@ class FreeValues:
         read = zip(self._names, zip(*map(self._free.trace.sources, names), strict=True), strict=True)
         given = {n: float(v) for n, v in zip(self._names, values, strict=True)}
         own = {n: given[n] for n, depends in read if any(depends)}
+        numbers = dict(zip(self._free.names, given.values(), strict=True))
         what, value = ", ".join(map(repr, own)), next(iter(own.values())) if len(own) == 1 else own
         try:
-            self._free.system.with_params(**given)
+            self._free.system.with_params(**numbers)
         except DiagnosticError as error:
             reason = error.diagnostics[0].message
             return ValueOutOfBoundsError(f"free number {what}", value, f"one that the system can have ({reason})")
@@ -123,6 +112,35 @@ class FreeValues:
         from fuzzyctl.kernels.backends.numpy import backend as numpy_backend
 
         return numpy_backend.compile_batch(condition_program(self._free), self._names)
+
+
+def changed_values(names: Sequence[str], start: Sequence[float], changed: Mapping[str, Any]) -> FloatArray:
+    """Return values, some of them changed; the name of an array stands for all of its entries.
+
+    Raises:
+        UnknownNameError: For a name that is not among them.
+        ArgumentError: For an array of another length or not of numbers.
+    """
+    values = np.array(start, dtype=np.float64)
+    for name, value in changed.items():
+        places = [k for k, n in enumerate(names) if name in (n, n.partition("[")[0])]
+        if not places:
+            raise UnknownNameError("free number", name, names)
+        own = float_array(value, f"free number {name!r}")
+        if own.shape not in ((), (len(places),)):
+            raise ArgumentError(f"free number {name!r} has {len(places)} values, got the shape {own.shape}")
+        values[places] = own
+    return values
+
+
+def require_bounds(name: str, values: Any, bounds: Bounds, numbers: Mapping[str, float], unit: str) -> None:
+    """Raise `ValueOutOfBoundsError` for the first value outside the bounds of a param."""
+    low, high = (evaluate(e, numbers) for e in (bounds.lower, bounds.upper))
+    column = np.atleast_1d(values)
+    above = column > low if bounds.without_lower else column >= low
+    below = column < high if bounds.without_upper else column <= high
+    opening, closing = "[("[bounds.without_lower], "])"[bounds.without_upper]
+    _require_all(above & below, name, column, f"in {opening}{low:g}, {high:g}{closing}", unit)
 
 
 def _require_all(holds: Any, name: str, column: FloatArray, bound: str, unit: str = "") -> None:
