@@ -10,11 +10,11 @@ from fuzzyctl.expr import ONE, ZERO, Expr, Name, Number, Where, names_in, replac
 from fuzzyctl.kernels.inference import inference
 from fuzzyctl.kernels.plan.free import FreePlan
 from fuzzyctl.kernels.plan.plan import Plan
-from fuzzyctl.kernels.plan.traced import NeedsNumberError, Traced, atom, is_free
+from fuzzyctl.kernels.plan.traced import NeedsNumberError, Trace, Traced, atom, is_free
 from fuzzyctl.kernels.program.builder import Builder
 from fuzzyctl.kernels.program.passes.embed import embed
-from fuzzyctl.kernels.program.program import STATE, Item, Program
-from fuzzyctl.kernels.program.traversal import map_expressions, uses
+from fuzzyctl.kernels.program.program import STATE, Item, Program, Quadrature, Statement
+from fuzzyctl.kernels.program.traversal import map_expressions, reads, uses
 
 
 def free_program(free: FreePlan, write: Callable[[Plan], Program] = inference.evaluation) -> Program:
@@ -28,7 +28,7 @@ def free_program(free: FreePlan, write: Callable[[Plan], Program] = inference.ev
         ArgumentError: For a number that must be known before the program is written.
     """
     try:
-        own = map_expressions(write(free.plan), _named)
+        own = _with_given(map_expressions(write(free.plan), _named), free.trace)
         _require_plain_tables(own)
     except NeedsNumberError as needs:
         raise free.trace.refusal(needs) from None
@@ -63,6 +63,19 @@ def with_values_as_array(program: Program, values: Sequence[Name]) -> Program:
 def _named(node: Expr) -> Expr:
     """Return the name of a number that is not known yet."""
     return atom(node.value) if isinstance(node, Number) and is_free(node.value) else node
+
+
+def _with_given(program: Program, trace: Trace) -> Program:
+    """Return a program whose integrals are given the free numbers that they read."""
+    free = {*trace.definitions, *(a.name for a in trace.arguments)}
+
+    def changed(statement: Statement) -> Statement:
+        if not isinstance(statement, Quadrature):
+            return statement
+        added = sorted(reads(statement) & free - set(statement.given))
+        return replace(statement, given=(*statement.given, *added))
+
+    return replace(program, body=tuple(map(changed, program.body)))
 
 
 def _require_plain_tables(program: Program) -> None:

@@ -25,6 +25,7 @@ from fuzzyctl.expr import (
 from fuzzyctl.formulas import Vertex, formula_of, held
 from fuzzyctl.formulas.inverse import solved
 from fuzzyctl.formulas.shared import is_infinite
+from fuzzyctl.kernels.plan.traced import is_free
 from fuzzyctl.kernels.program.builder import clip
 from fuzzyctl.records import record
 
@@ -94,6 +95,13 @@ class SetPlan:
     def reads_inputs(self) -> bool:
         """Whether it is a consequent that is a function of the inputs, and no set."""
         return self.expression is not None and self.kind != "formula"
+
+    @property
+    def is_free(self) -> bool:
+        """Whether some number of it is known only at run time."""
+        own = [*self.changes, *([] if self.expression is None else [self.expression])]
+        inside = (node.value for e in own for node in walk(e) if isinstance(node, Number))
+        return any(map(is_free, (*self.parameters, self.height, *inside)))
 
     @property
     def has_sides(self) -> bool:

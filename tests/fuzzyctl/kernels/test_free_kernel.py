@@ -135,15 +135,37 @@ def test_what_cannot_be_free_is_refused(system, names, error, message):
 
 
 def test_numbers_that_a_program_is_worked_out_from_cannot_be_free():
-    sampled = TEXT.replace("center_average", "centroid(resolution=50)").replace("N=-1 Z=0 P=1", "N@-1 Z@0 P@1")
-    with pytest.raises(ArgumentError, match="cannot be free: samples of a set"):
-        compile_system(loads(sampled), "python", free=["g", "u.P.peak"])
-    assert compile_system(loads(sampled), "python", free=["g"])(0.1, 0.2, [1]) == loads(sampled)(e=0.1, d=0.2)
+    bisector = TEXT.replace("center_average", "bisector").replace("N=-1 Z=0 P=1", "N@-1 Z@0 P@1")
+    with pytest.raises(ArgumentError, match=r"'u\.Z\.peak' cannot be free: exact bisectors"):
+        compile_system(loads(bisector), "python", free=["g", "u.Z.peak"])
+    assert compile_system(loads(bisector), "python", free=["g"])(0.1, 0.2, [1]) == loads(bisector)(e=0.1, d=0.2)
     curve = TEXT.replace("terms N Z P\n", "N = ramp(0, -1)\n  Z = piecewise(0, 0, 0, 1, 1, 0)\n  P = ramp(0, 1)\n", 1)
     with pytest.raises(ArgumentError, match=r"'e\.Z\.x2' cannot be free: the set jumps there"):
         compile_system(loads(curve), "python", free=["e.Z.x2"])
     with pytest.raises(ArgumentError, match="'interpolation' tabulates numbers beforehand"):
         compile_system(loads(TEXT), "python", free=["g"], algorithm="interpolation")
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("kind", ["centroid", "bisector", "mom"])
+def test_corners_of_sampled_sets_may_be_free(backend, kind):
+    text = TEXT.replace("center_average", f"{kind}(resolution=40)").replace("N=-1 Z=0 P=1", "N@-1 Z@0 P@1")
+    kernel = compile_system(loads(text), backend, free=["u.Z.peak"])
+    for peak in ("0.3", "-0.2"):
+        typed = loads(text.replace("N@-1 Z@0 P@1", f"N@-1 Z@({peak}) P@1"))
+        expected = compile_system(typed, "python").batch(POINTS)
+        assert kernel.batch(POINTS, [float(peak)]) == pytest.approx(expected, abs=1e-12)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_heights_of_straight_sets_beside_curved_ones_may_be_free(backend):
+    curves = "N = gaussian(-1, 0.3)\n  Z = triangle(-1, 0, 1)\n  P = gaussian(1, 0.3)"
+    text = TEXT.replace("center_average", "centroid").replace("terms N=-1 Z=0 P=1", curves)
+    kernel = compile_system(loads(text), backend, free=["u.Z.height"])
+    typed = compile_system(loads(text.replace("(-1, 0, 1)", "(-1, 0, 1, height=0.4)")), "python")
+    assert kernel.batch(POINTS, [0.4]) == pytest.approx(typed.batch(POINTS), abs=1e-12)
+    with pytest.raises(ArgumentError, match=r"'u\.N\.mean' cannot be free"):
+        compile_system(loads(text), backend, free=["u.N.mean"])
 
 
 def test_a_system_with_a_state_has_no_free_numbers(adaptive):

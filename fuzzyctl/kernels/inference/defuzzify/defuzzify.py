@@ -211,7 +211,7 @@ def _values(output: OutputPlan, term: SetPlan) -> tuple[float, float]:
         ends = [0.0, term.height]
     elif output.inverts and output.places == "free":
         return -math.inf, math.inf
-    elif output.inverts and any(map(is_free, term.parameters)):
+    elif output.inverts and term.is_free:
         return output.lower, output.upper
     elif output.inverts:
         value = scalar_function(term.inverse(Name("w")))
@@ -231,6 +231,8 @@ def support_hull(output: OutputPlan, terms: Sequence[int]) -> tuple[float, float
     if output.resolution is None:
         inside = [end for t in terms for end in support(output, output.terms[t])]
         return (least(inside), greatest(inside)) if inside else whole
+    if any(output.terms[t].is_free for t in terms):
+        return whole
     points = sample_points(output)
     degrees = [sampled_degrees(output.terms[t], points) for t in set(terms)]
     inside = [x for i, x in enumerate(points) if any(d[i] > 0.0 for d in degrees)]
