@@ -12,17 +12,18 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 from fuzzyctl.diagnostics.diagnostic import ArgumentError, UnknownNameError
 from fuzzyctl.expr import Expr, Name
 from fuzzyctl.formulas import MEMBERSHIP
 from fuzzyctl.model.guarantee import Param
 from fuzzyctl.model.system import FuzzySystem
-from fuzzyctl.model.variable import Input, LinguisticVariable, Membership, Output, Term
+from fuzzyctl.model.variable import LinguisticVariable, Membership, Output, Term
 
 _WEIGHTS: Final = re.compile(r"weights(?:\[(\d+)\])?")
 _WORD: Final = "free number"
+_V = TypeVar("_V", bound=LinguisticVariable)
 
 
 def parametrised(system: FuzzySystem, names: Sequence[str]) -> tuple[FuzzySystem, tuple[str, ...]]:
@@ -55,9 +56,10 @@ def _freed(system: FuzzySystem, name: str) -> tuple[FuzzySystem, list[str]]:
     if any(p.name == name for p in system.params):
         return system, [name]
     variable, _, rest = name.partition(".")
-    declared = next((v for v in (*system.inputs, *system.outputs) if v.name == variable), None)
+    variables = (*system.inputs, *system.outputs, *system.lets)
+    declared = next((v for v in variables if v.name == variable), None)
     if declared is None:
-        known = [p.name for p in system.params] + [v.name for v in (*system.inputs, *system.outputs)]
+        known = [*(p.name for p in system.params), *(v.name for v in variables)]
         raise UnknownNameError(_WORD, name, known)
     if isinstance(declared, Output) and (weights := _WEIGHTS.fullmatch(rest)):
         return _with_weights(system, declared, weights[1])
@@ -107,10 +109,18 @@ def _with_parameter(
             _with(t, arguments=tuple(Name(name) if a is value else a for a in t.membership.arguments))
             for t in variable.terms
         )
-    changed = replace(variable, terms=terms)
-    inputs = tuple(changed if isinstance(changed, Input) and v.name == variable.name else v for v in system.inputs)
-    outputs = tuple(changed if isinstance(changed, Output) and v.name == variable.name else v for v in system.outputs)
-    return replace(system, inputs=inputs, outputs=outputs, params=(*system.params, *params)), [name]
+    changed = replace(
+        system,
+        inputs=_with_terms(system.inputs, variable, terms),
+        outputs=_with_terms(system.outputs, variable, terms),
+        lets=_with_terms(system.lets, variable, terms),
+        params=(*system.params, *params),
+    )
+    return changed, [name]
+
+
+def _with_terms(among: tuple[_V, ...], variable: LinguisticVariable, terms: tuple[Term, ...]) -> tuple[_V, ...]:
+    return tuple(replace(v, terms=terms) if v is variable else v for v in among)
 
 
 def _params(system: FuzzySystem, name: str, value: Expr) -> list[Param]:

@@ -136,7 +136,8 @@ def largest_activations(plan: Plan) -> Program:
 def degrees(plan: Plan) -> Program:
     """Write the program that computes all degrees of the plan; NaN where the variable is."""
     front = _read_front(plan)
-    variables: list[Expr] = [*front.raw, *(front.outputs.get(k, ZERO) for k in range(len(plan.outputs)))]
+    outputs = [front.outputs.get(k, ZERO) for k in range(len(plan.outputs))]
+    variables = [*front.raw, *outputs, *front.lets]
     results: list[Expr] = [
         Where(any_nan([variables[d.variable]]), NAN, front.degree(i)) for i, d in enumerate(plan.degrees)
     ]

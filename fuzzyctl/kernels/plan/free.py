@@ -73,7 +73,7 @@ def _trace_params(system: FuzzySystem, trace: Trace) -> None:
 def _require_shapes(system: FuzzySystem, trace: Trace) -> None:
     """Record what must hold of ranges, parameters, heights and weights."""
     with trace.strictly():
-        for variable in (*system.inputs, *system.outputs):
+        for variable in (*system.inputs, *system.outputs, *system.lets):
             assert number_of(system, variable.lower) < number_of(system, variable.upper), "the system is well formed"
             _require_terms(system, variable, trace)
         for weight in dict.fromkeys(rule.weight for rule in system.rules):

@@ -274,6 +274,35 @@ def test_strengths_are_activations_of_rules(backend):
     assert np.isnan(strengths[1]).all()
 
 
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_numbers_of_lets_may_be_free(backend):
+    text = """
+system s
+defuzzifier weighted_average
+param slope = 2
+input e in [-1, 1]
+input d in [-1, 1]
+let z in [-3, 3] = slope * e + d
+  terms N@-3 Z@0 P@3
+output u in [-1, 1]
+  terms N=-1 Z=0 P=1
+output v in [-9, 9] = slope * u + z
+table u = z
+    N Z P
+  | N Z P
+"""
+    kernel = compile_system(loads(text), backend, free=["slope", "z.Z.peak"])
+    typed = compile_system(loads(text.replace("slope = 2", "slope = 1.5").replace("Z@0", "Z@0.5")), "python")
+    values = [1.5, 0.5]
+    assert kernel.batch(POINTS, values) == pytest.approx(typed.batch(POINTS), abs=1e-12)
+    assert kernel.degrees([[0.5, 0.0]], values)["z"]["Z"] == pytest.approx([0.9])
+    # z = 0.75, u = (z - 0.5) / 2.5
+    slopes = kernel.gradient([[0.5, 0.0]], values)[0]
+    assert slopes == pytest.approx(np.array([[0.6, 0.4], [2.4, 1.6]]), abs=1e-12)
+    by_slope = kernel.gradient([[0.5, 0.0]], values, by="values")[0, :, 0]
+    assert by_slope == pytest.approx([0.2, 0.1 + 1.5 * 0.2 + 0.5], abs=1e-12)
+
+
 def test_strengths_and_degrees_of_rules_that_read_outputs():
     text = """
 system s
