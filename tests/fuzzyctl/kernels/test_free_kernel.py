@@ -213,6 +213,16 @@ def test_corners_of_an_exact_centroid_stay_in_their_order():
         kernel.batch(POINTS, [0.2])
 
 
+def test_a_corner_may_meet_the_end_of_the_range():
+    text = TEXT.replace("center_average", "centroid").replace(
+        "terms N=-1 Z=0 P=1", "N = triangle(-2, -1, 0)\n  Z = triangle(-1, 0.05, 0.9)\n  P = triangle(0.1, 1, 2)"
+    )
+    kernel = compile_system(loads(text), "python", free=["u.Z.left"])
+    for left in (-1.0, -0.9):
+        typed = compile_system(loads(text.replace("triangle(-1, 0.05", f"triangle({left}, 0.05")), "python")
+        assert kernel.batch(POINTS, [left]) == pytest.approx(typed.batch(POINTS), abs=1e-12)
+
+
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_where_no_rule_fires_a_kernel_of_free_numbers_says_so(backend):
     text = TEXT.replace("in [-1, 1]\n  terms N=-1", "in [-1, 1] else error\n  terms N=-1")
