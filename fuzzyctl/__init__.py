@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     )
     from fuzzyctl.formats.fz import dump, dumps
     from fuzzyctl.kernels.compile import Kernel, compile
+    from fuzzyctl.kernels.free_kernel import FreeKernel
     from fuzzyctl.kernels.steps.step import Step
     from fuzzyctl.loading.load import load, load_all, load_controller, load_loop, load_plant, loads
     from fuzzyctl.model.controller import Controller
@@ -49,6 +50,7 @@ _HOMES = {
     "DiagnosticError": "fuzzyctl.diagnostics.diagnostic",
     "Experiment": "fuzzyctl.simulation.experiment",
     "FuzzyctlError": "fuzzyctl.diagnostics.diagnostic",
+    "FreeKernel": "fuzzyctl.kernels.free_kernel",
     "FuzzySystem": "fuzzyctl.model.system",
     "Kernel": "fuzzyctl.kernels.compile",
     "LinguisticVariable": "fuzzyctl.model.variable",
@@ -87,6 +89,7 @@ __all__ = [
     "Diagnostic",
     "DiagnosticError",
     "Experiment",
+    "FreeKernel",
     "FuzzySystem",
     "FuzzyctlError",
     "Kernel",

@@ -8,7 +8,7 @@ from typing import Final
 from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Number, Where
 from fuzzyctl.formulas.formula import MembershipFormula, Parameters
 from fuzzyctl.formulas.mistakes import positive
-from fuzzyctl.formulas.shared import first, scaled, square
+from fuzzyctl.formulas.shared import first, is_infinite, scaled, square
 
 
 def _gaussian_degree(x: Expr, p: Parameters) -> Expr:
@@ -25,19 +25,19 @@ def _gaussian_degree(x: Expr, p: Parameters) -> Expr:
 def _gaussian2_degree(x: Expr, p: Parameters) -> Expr:
     left = Where(Compare("<", x, Number(p[0])), _gaussian_degree(x, p[:2]), ONE)
     right = Where(Compare(">", x, Number(p[2])), _gaussian_degree(x, p[2:]), ONE)
-    if math.isinf(p[0]):
+    if is_infinite(p[0]):
         return right
-    return left if math.isinf(p[2]) else left * right
+    return left if is_infinite(p[2]) else left * right
 
 
 def _gaussian2_inverse(w: Expr, p: Parameters) -> Expr | None:
     """Invert the one side that is left where the other mean is infinite; the degree 0 lies infinitely far away."""
     mean_left, sigma_left, mean_right, sigma_right = p
-    if math.isinf(mean_left) == math.isinf(mean_right):
+    if is_infinite(mean_left) == is_infinite(mean_right):
         return None
     odds = Where(Compare(">", w, ZERO), 1.0 / w, Number(math.inf))
     away = Call("sqrt", (2.0 * Call("max", (ZERO, Call("log", (odds,)))),))
-    if math.isinf(mean_right):
+    if is_infinite(mean_right):
         return mean_left - sigma_left * away
     return mean_right + sigma_right * away
 
@@ -45,7 +45,7 @@ def _gaussian2_inverse(w: Expr, p: Parameters) -> Expr | None:
 def _gaussian2_mistake(p: Parameters) -> str | None:
     if p[0] == math.inf or p[2] == -math.inf:
         return "an infinite mean_left is -inf, an infinite mean_right inf"
-    if math.isinf(p[0]) and math.isinf(p[2]):
+    if is_infinite(p[0]) and is_infinite(p[2]):
         return "mean_left and mean_right are both infinite"
     return positive(sigma_left=1, sigma_right=3)(p)
 
@@ -53,9 +53,9 @@ def _gaussian2_mistake(p: Parameters) -> str | None:
 def _gaussian2_core(p: Parameters) -> tuple[float, float]:
     """Return the stretch between the means; where they cross, the place where the product is largest."""
     mean_left, sigma_left, mean_right, sigma_right = p
-    if math.isinf(mean_left):
+    if is_infinite(mean_left):
         return mean_right, mean_right
-    if math.isinf(mean_right):
+    if is_infinite(mean_right):
         return mean_left, mean_left
     if mean_left <= mean_right:
         return mean_left, mean_right

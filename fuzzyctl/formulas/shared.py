@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Final
 
 from fuzzyctl.expr import Compare, CompareOp, Expr, Number
@@ -17,6 +18,11 @@ FEET: Final = frozenset({"left", "right"})
 def scaled(x: Expr, origin: float, width: float) -> Expr:
     """Return (x - origin) / width."""
     return (x - origin) / width
+
+
+def is_infinite(place: float) -> bool:
+    """Return whether a parameter is infinite; one that is known only at run time is finite."""
+    return abs(place) == math.inf
 
 
 def square(x: Expr) -> Expr:

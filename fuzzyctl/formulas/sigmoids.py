@@ -25,7 +25,7 @@ def _sigmoid_inverse(w: Expr, p: Parameters) -> Expr:
 
 
 def _sigmoid_core(p: Parameters) -> tuple[float, float]:
-    limit = math.copysign(math.inf, p[1])
+    limit = math.inf if p[1] > 0.0 else -math.inf
     return limit, limit
 
 

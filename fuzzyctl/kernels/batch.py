@@ -109,3 +109,14 @@ def fill_by_calls(function: Callable[..., Any]) -> Fill:
             results[i] = function(*point) if given is None else function(*point, given[i])
 
     return fill
+
+
+def fill_by_storing(function: Callable[..., None]) -> Fill:
+    """Return what fills a block by calls of a function (x0, ..., C, result), which stores its results."""
+
+    def fill(points: FloatArray, states: FloatArray | None, results: FloatArray) -> None:
+        given = None if states is None else states.tolist()
+        for i, point in enumerate(points.tolist()):
+            function(*point, *(() if given is None else (given[i],)), results[i])
+
+    return fill

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
+    from fuzzyctl.kernels.free_kernel import FreeKernel
     from fuzzyctl.kernels.steps.step import Step
     from fuzzyctl.model.controller import Controller
 
@@ -34,14 +35,28 @@ BACKENDS: Final = ("auto", "numba", "numpy", "python")
 
 
 @overload
-def compile(system: FuzzySystem, backend: str = "auto", *, algorithm: str = "auto") -> Kernel: ...
+def compile(system: FuzzySystem, backend: str = "auto", *, algorithm: str = "auto", free: None = None) -> Kernel: ...
 
 
 @overload
-def compile(system: Controller, backend: str = "auto", *, algorithm: str = "auto") -> Step: ...
+def compile(
+    system: FuzzySystem, backend: str = "auto", *, algorithm: str = "auto", free: Sequence[str]
+) -> FreeKernel: ...
 
 
-def compile(system: FuzzySystem | Controller, backend: str = "auto", *, algorithm: str = "auto") -> Kernel | Step:
+@overload
+def compile(
+    system: Controller, backend: str = "auto", *, algorithm: str = "auto", free: Sequence[str] | None = None
+) -> Step: ...
+
+
+def compile(
+    system: FuzzySystem | Controller,
+    backend: str = "auto",
+    *,
+    algorithm: str = "auto",
+    free: Sequence[str] | None = None,
+) -> Kernel | FreeKernel | Step:
     """Compile a system to a kernel, or a controller to a step.
 
     Args:
@@ -53,10 +68,13 @@ def compile(system: FuzzySystem | Controller, backend: str = "auto", *, algorith
             batch.
         algorithm: "interpolation", "diagonals", "active" or "rules", which compute the same, up to rounding; or "auto",
             which takes the fastest that the system allows. For a controller, that of all systems that it calls.
+        free: Names of numbers that become arguments, such as params, "e.PS.peak" and "force.weights"; see
+            `model.free_numbers`. All rules are then evaluated: no algorithm looks up what depends on numbers. A
+            controller has its params and numbers of its systems, as "SYSTEM.e.PS.peak"; they are the last states.
 
     Raises:
-        UnknownNameError: For another backend or algorithm.
-        ArgumentError: For an algorithm that the system does not allow.
+        UnknownNameError: For another backend or algorithm, and for a free number that the system does not have.
+        ArgumentError: For an algorithm that the system does not allow, and for a number that cannot be free.
         BackendUnavailableError: For a backend whose package cannot be imported.
         DiagnosticError: For a defuzzifier that the terms do not suit.
     """
@@ -65,22 +83,36 @@ def compile(system: FuzzySystem | Controller, backend: str = "auto", *, algorith
             raise ArgumentError(f"the {what} must be one of {', '.join(known)}, got {type(given).__name__}")
         if given not in known:
             raise UnknownNameError(what, given, known)
+    if isinstance(free, str) or not isinstance(free, Sequence | None):
+        raise ArgumentError(f"free must be a list of names, got {type(free).__name__}")
     if not isinstance(system, FuzzySystem):
-        return _step(system, _resolve(backend), algorithm)
+        return _step(system, _resolve(backend), algorithm, () if free is None else free)
+    if free is not None:
+        return _free(system, backend, algorithm, free)
     planned, chosen = plan(system), _resolve(backend)
     if backend == "auto" and chosen == "numba" and takes_long(planned, algorithm):
         chosen = "numpy"  # which has no wait
     return Kernel(planned, chosen, algorithm)
 
 
-def _step(controller: Controller, backend: str, algorithm: str) -> Step:
+def _free(system: FuzzySystem, backend: str, algorithm: str, names: Sequence[str]) -> FreeKernel:
+    from fuzzyctl.kernels.free_kernel import FreeKernel
+
+    if algorithm not in ("auto", "rules"):
+        raise ArgumentError(f"the algorithm '{algorithm}' tabulates numbers beforehand, so that none of them is free")
+    return FreeKernel(system, names, _resolve(backend))
+
+
+def _step(controller: Controller, backend: str, algorithm: str, free: Sequence[str]) -> Step:
     from fuzzyctl.kernels.plan.expansion import equations_of
     from fuzzyctl.kernels.steps.step import Step
+    from fuzzyctl.kernels.steps.values import StepValues
     from fuzzyctl.model.controller import Controller
 
     if not isinstance(controller, Controller):
         raise ArgumentError(f"compile takes a FuzzySystem or a Controller, got {type(controller).__name__}")
-    return Step(equations_of(controller), backend, algorithm)
+    equations = equations_of(controller, free)
+    return Step(equations, backend, algorithm, StepValues(controller, equations) if free else None)
 
 
 def takes_long(planned: Plan, algorithm: str = "auto") -> bool:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
+    from fuzzyctl.kernels.arrays import Arrays
     from fuzzyctl.kernels.backends.blocks import Fill
 
     FloatArray = npt.NDArray[np.float64]
@@ -177,6 +178,66 @@ class Kernel:
         from fuzzyctl.kernels.backends.numba.loop import loop
 
         return fill_by_loop(loop(self.algorithm.many), list(self._refusals.values()), self._promises)
+
+    def degrees(self, points: Any, state: Any = None) -> dict[str, dict[str, FloatArray]]:
+        """Compute the degrees of all terms that rules read.
+
+        Args:
+            points: Shape (..., inputs), as `batch` takes them.
+            state: As for `batch`; only outputs that rules read may need it.
+
+        Returns:
+            By variable and term, each of shape (...); NaN where the variable is NaN.
+        """
+        from fuzzyctl.kernels.arrays import by_name
+
+        return by_name(self.plan, self._view("degrees", points, state))
+
+    def strengths(self, points: Any, state: Any = None) -> FloatArray:
+        """Compute how far each rule is active: its firing strength times its weight, after the activation method.
+
+        Args:
+            points: Shape (..., inputs), as `batch` takes them.
+            state: As for `degrees`.
+
+        Returns:
+            Shape (..., rules), in the order of `FuzzySystem.rules`; NaN where an input is NaN.
+        """
+        return self._view("activations", points, state)
+
+    def gradient(self, points: Any, state: Any = None) -> FloatArray:
+        """Compute the derivatives of the outputs by the inputs, exact but for rounding.
+
+        Args:
+            points: Shape (..., inputs), as `batch` takes them.
+            state: Shape (states,) or (..., states), for a system with a state.
+
+        Returns:
+            Shape (..., inputs) for one output, (..., outputs, inputs) for several. At a kink it is the derivative of
+            the branch that the program takes there; beyond the range of an input, which is clamped, 0.
+
+        Raises:
+            ArgumentError: For arrays of another shape, and for an exact defuzzifier of curved sets.
+        """
+        from fuzzyctl.kernels.arrays import jacobian
+
+        return jacobian(self._view("gradient", points, state), len(self.output_names))
+
+    def _view(self, what: str, points: Any, state: Any) -> FloatArray:
+        """Evaluate one of the programs that show what is behind the outputs."""
+        from fuzzyctl.kernels.arrays import Arrays, input_gradient
+
+        if what not in self._views:
+            write = {"degrees": inference.degrees, "activations": inference.activations, "gradient": input_gradient}
+            self._views[what] = Arrays(write[what](self.plan), self.backend, self.plan)
+        view = self._views[what]
+        if not view.takes_rows:
+            return view(points)
+        return view(points, states.last_axis(self.plan, state))
+
+    @cached_property
+    def _views(self) -> dict[str, Arrays]:
+        return {}
 
     def initial_state(self) -> FloatArray:
         """Return the state to begin with: the peak of the term of each adaptive rule, then what is held at first."""

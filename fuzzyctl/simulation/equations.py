@@ -306,7 +306,7 @@ class _LoopExpansion(Expansion):
 
     def __init__(self, loop: Loop, step: float, every: Mapping[str, int], free: Sequence[str]) -> None:
         super().__init__()
-        self.step, self.every, self.free = step, every, set(free)
+        self.step, self.every, self.free_params = step, every, set(free)
         #: Params of blocks that depend on free ones, by prefix.
         self._bound: dict[str, dict[str, Expr]] = {}
         self.plants = {i.name for i in loop.instances if i.name not in every}
@@ -360,7 +360,7 @@ class _LoopExpansion(Expansion):
         changed |= {
             p.name: Name(free_name(scope.prefix + p.name))
             for p in scope.controller.params
-            if scope.prefix + p.name in self.free
+            if scope.prefix + p.name in self.free_params
         }
         scope.names |= changed
         waiting = [p for p in scope.controller.params if p.name not in changed] if changed else []

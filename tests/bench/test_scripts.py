@@ -10,7 +10,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from tests.bench import cores, coverage_methods, nan, optimisations, params
+from tests.bench import cores, coverage_methods, free_numbers, nan, optimisations, params
 from tests.bench.trials import CORPUS, OPTIMISATIONS, SIZES
 from tests.bench.workloads import WORKLOADS
 
@@ -33,6 +33,13 @@ def test_the_cost_of_one_more_value_is_measured(tmp_path, monkeypatch) -> None:
     file, name, values = params.SWEPT[0]
     text = params.with_param((params.RULES / file).read_text(encoding="utf-8"), name, values[0])
     assert 0.0 < params.seconds(text, "python") < 60.0
+
+
+def test_the_cost_of_new_numbers_is_measured_on_one_loop(tmp_path, monkeypatch) -> None:
+    monkeypatch.setenv("FUZZYCTL_CACHE_DIR", str(tmp_path))
+    apart, free, recorded = free_numbers.costs().values()
+    assert apart(0.25) == pytest.approx(free(0.25), abs=1e-12)
+    assert all(0.0 < free_numbers.milliseconds(cost, 1) < 60e3 for cost in (free, recorded))
 
 
 def test_no_script_hides_a_package_of_the_same_name() -> None:

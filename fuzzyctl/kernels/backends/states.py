@@ -53,13 +53,24 @@ def flat_state(plan: Plan, state: Any, shape: tuple[int, ...]) -> FloatArray | N
         if state is not None:
             raise ArgumentError(f"{NO_STATE}, so batch takes none")
         return None
-    array = first_state(plan, None) if state is None else float_array(state, "state")
-    if array.ndim == 0 or array.shape[-1] != count:
-        raise ArgumentError(f"the state must have the shape (..., {count}), got {array.shape}")
+    array = last_axis(plan, state)
     try:
         return np.broadcast_to(array, (*shape, count)).reshape(-1, count)
     except ValueError:
         raise ArgumentError(f"a state of shape {array.shape} does not fit points of shape {shape}") from None
+
+
+def last_axis(plan: Plan, state: Any) -> FloatArray:
+    """Return a state of shape (..., states), the initial one for None where nothing adapts.
+
+    Raises:
+        ArgumentError: As `first_state` does.
+    """
+    array = first_state(plan, None) if state is None else float_array(state, "state")
+    count = len(plan.initial_state)
+    if array.ndim == 0 or array.shape[-1] != count:
+        raise ArgumentError(f"the state must have the shape (..., {count}), got {array.shape}")
+    return array
 
 
 def states_along(

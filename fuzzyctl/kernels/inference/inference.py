@@ -36,6 +36,7 @@ from fuzzyctl.kernels.plan.build import (
     degree_name,
     step_name,
 )
+from fuzzyctl.kernels.plan.traced import is_free
 from fuzzyctl.kernels.program.builder import Builder, any_nan, clip, times
 from fuzzyctl.kernels.program.passes.embed import embed
 from fuzzyctl.kernels.program.program import NAN, STATE, Item, Program, Refuse
@@ -121,14 +122,8 @@ def trace(plan: Plan) -> Program:
 
 def largest_activations(plan: Plan) -> Program:
     """Write the program that computes for each output the largest activation among its rules."""
-    front = _Front(plan)
-    read = {k for output in plan.outputs for k in output.reads}
-    for position in plan.order:
-        if position in read:
-            front.write_output(position)
+    front = _read_front(plan)
     builder = front.builder
-    # Where an output has no value, others may still be asked for.
-    builder.statements = [s for s in builder.statements if not isinstance(s, Refuse)]
     results: list[Expr] = []
     for position, output in enumerate(plan.outputs):
         own: Expr = ZERO
@@ -136,6 +131,41 @@ def largest_activations(plan: Plan) -> Program:
             own = builder.let(Call("max", (own, front.activations[entry.rule])))
         results.append(Where(front.nan(position), NAN, own))
     return _program(plan, builder, results)
+
+
+def degrees(plan: Plan) -> Program:
+    """Write the program that computes all degrees of the plan; NaN where the variable is."""
+    front = _read_front(plan)
+    outputs = [front.outputs.get(k, ZERO) for k in range(len(plan.outputs))]
+    variables = [*front.raw, *outputs, *front.lets]
+    results: list[Expr] = [
+        Where(any_nan([variables[d.variable]]), NAN, front.degree(i)) for i, d in enumerate(plan.degrees)
+    ]
+    return _program(plan, front.builder, results, with_state=_reads_outputs(plan))
+
+
+def activations(plan: Plan) -> Program:
+    """Write the program that computes the activation of each rule, its weight and activation method included."""
+    front = _read_front(plan)
+    lacks = any_nan(front.raw)
+    results: list[Expr] = [Where(lacks, NAN, front.activations[r]) for r in range(len(plan.rules))]
+    return _program(plan, front.builder, results, with_state=_reads_outputs(plan))
+
+
+def _reads_outputs(plan: Plan) -> bool:
+    return any(output.reads for output in plan.outputs)
+
+
+def _read_front(plan: Plan) -> _Front:
+    """Write the rules, and the outputs that some rule or output reads."""
+    front = _Front(plan)
+    read = {k for output in plan.outputs for k in output.reads}
+    for position in plan.order:
+        if position in read:
+            front.write_output(position)
+    # Where an output has no value, others may still be asked for.
+    front.builder.statements = [s for s in front.builder.statements if not isinstance(s, Refuse)]
+    return front
 
 
 def term_degree(term: SetPlan) -> Program:
@@ -389,7 +419,8 @@ def _most(plan: Plan, entry: ImpliedPlan) -> float:
     """Return the largest activation that a rule can have in one of its consequents."""
     shared = plan.activation_of(entry.rule).kind == "proportional"
     most = 1.0 if shared or entry.change else plan.rules[entry.rule].weight
-    return most * entry.factor
+    # A free weight is at most 1.
+    return (1.0 if is_free(most) else most) * (1.0 if is_free(entry.factor) else entry.factor)
 
 
 def _adaptive_front(plan: Plan) -> _Front:

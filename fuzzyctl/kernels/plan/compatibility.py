@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
-
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 from fuzzyctl.expr import Name
 from fuzzyctl.formulas import exact_maxima_possible, formula_of, is_monotone
 from fuzzyctl.formulas.inverse import solved
+from fuzzyctl.formulas.shared import is_infinite
 from fuzzyctl.kernels.plan.plan import OutputPlan
 from fuzzyctl.kernels.plan.sets import ITSELF, SetPlan
 from fuzzyctl.model.method import MAXIMA
@@ -58,7 +57,7 @@ def _misfit(output: OutputPlan, term: SetPlan) -> tuple[str, str] | None:
     if output.over_rules:
         if term.expression is not None:
             return (f"a '{term.kind}' cannot adapt", "use constants") if output.rate is not None else None
-        if math.isinf(term.peak):
+        if is_infinite(term.peak):
             return f"a '{term.kind}' has no finite peak", "use 'defuzzifier tsukamoto'"
         return None
     if term.expression is not None or not formula_of(term.kind).fuzzy:

@@ -25,6 +25,7 @@ from fuzzyctl.formulas import hedge as usual_hedge
 from fuzzyctl.kernels.plan.expressions import constants_of, guarded, number_of, over_inputs, require_known
 from fuzzyctl.kernels.plan.plan import ImpliedPlan
 from fuzzyctl.kernels.plan.sets import ITSELF, SetPlan
+from fuzzyctl.kernels.plan.traced import is_free
 from fuzzyctl.model.rule import Consequent, Rule
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.model.variable import Membership, Output
@@ -72,6 +73,8 @@ def consequent_of(system: FuzzySystem, membership: Membership) -> SetPlan:
 
 def _reach(system: FuzzySystem, factors: Sequence[float], constant: float) -> tuple[float, float] | None:
     """Return what a linear consequent lies between while the inputs are in their ranges; None if they need not be."""
+    if any(map(is_free, (*factors, constant))):
+        return None
     low = high = constant
     for factor, variable in zip(factors, system.inputs, strict=True):
         if factor == 0.0:

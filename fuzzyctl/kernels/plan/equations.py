@@ -36,6 +36,7 @@ class Evaluation:
         names: Names for its outputs.
         states: Names of its states, in the order of its plan and one after the other in `Equations.states`.
         updates: Names for their next values.
+        free: Its free numbers with their values.
     """
 
     system: FuzzySystem
@@ -44,6 +45,7 @@ class Evaluation:
     span: Span | None = field(default=None, compare=False, repr=False)
     states: tuple[str, ...] = ()
     updates: tuple[str, ...] = ()
+    free: tuple[tuple[str, Expr], ...] = ()
 
     @property
     def defined(self) -> tuple[str, ...]:
@@ -78,6 +80,8 @@ class Equations:
         updates: The next value of each state.
         period: The sample time [s]; None where it is an argument.
         parts: How many parts of expressions were expanded, a measure of its size.
+        free: Names of numbers that are the last states, so that each copy has its own.
+        starts_vary: Whether other states before the first step depend on them.
     """
 
     inputs: tuple[str, ...]
@@ -87,6 +91,8 @@ class Equations:
     updates: tuple[Expr, ...]
     period: float | None
     parts: int = field(default=0, compare=False, repr=False)
+    free: tuple[str, ...] = ()
+    starts_vary: bool = False
 
 
 def ordered(body: list[Equation | Evaluation]) -> tuple[Equation | Evaluation, ...]:
@@ -116,7 +122,7 @@ def feedthrough(equations: Equations) -> dict[str, tuple[str, ...]]:
 
 
 def _reads(item: Equation | Evaluation) -> list[str]:
-    values = item.arguments if isinstance(item, Evaluation) else (item.value,)
+    values = (*item.arguments, *(v for _, v in item.free)) if isinstance(item, Evaluation) else (item.value,)
     return [n.name for value in values for n in names_in(value)]
 
 

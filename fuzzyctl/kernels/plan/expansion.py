@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
-from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, Diagnostic, DiagnosticError
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.expr import (
     CONSTANTS,
@@ -22,11 +22,13 @@ from fuzzyctl.expr import (
     Where,
     children,
     evaluate,
+    names_in,
     rebuilt,
     span_of,
 )
 from fuzzyctl.kernels.plan.build import OutputPlan, plan
 from fuzzyctl.kernels.plan.equations import DT, Equation, Equations, Evaluation, KeptState, ordered
+from fuzzyctl.kernels.plan.free_states import FreeNumber, free_names
 from fuzzyctl.model.controller import Controller, Definition, Function, Result
 from fuzzyctl.model.guarantee import Bounds
 from fuzzyctl.model.operators import OPERATORS
@@ -43,16 +45,27 @@ STARTED: Final = "#started"
 MOST_SAMPLES: Final = 10_000
 
 
-def equations_of(controller: Controller) -> Equations:
+def equations_of(controller: Controller, free: Sequence[str] = ()) -> Equations:
     """Expand a well-formed controller.
+
+    Args:
+        controller: The controller.
+        free: Names of numbers that are states: its params, and numbers of the systems that it calls, as `SYSTEM.NAME`.
 
     Raises:
         DiagnosticError: For an algebraic loop, with the names that form it.
+        UnknownNameError: For a free number that it does not have.
+        ArgumentError: For a free number that must be known before the program is written.
     """
     expansion = Expansion()
+    names, numbers = free_names(controller, free)
+    expansion.free = {n: FreeNumber(*n.split(".", 1)) for n in names if n not in controller.param_values.values}
     period = None if controller.period is None else evaluate(controller.period, controller.param_values.values)
-    scope = Scope(controller, "", {s.name: Name(s.name) for s in controller.inputs}, period)
+    symbolic: dict[str, Expr] = {n: Name(n) for n in names if n not in expansion.free}
+    scope = Scope(controller, "", {s.name: Name(s.name) for s in controller.inputs}, period, symbolic)
     expansion.enter(scope)
+    for name, number in zip(names, numbers, strict=True):
+        expansion.keep(name, number, Name(name))
     outputs = tuple((r.name, scope.names[r.name]) for r in controller.results)
     return Equations(
         inputs=tuple(s.name for s in controller.inputs),
@@ -62,6 +75,8 @@ def equations_of(controller: Controller) -> Equations:
         updates=tuple(expansion.updates[s.name] for s in expansion.states),
         period=period,
         parts=expansion.parts,
+        free=names,
+        starts_vary=expansion.starts_vary,
     )
 
 
@@ -77,10 +92,13 @@ class Scope:
     prefix: str
     names: dict[str, Expr]
     period: float | None
+    #: Params that are no numbers, since they are free or depend on free ones.
+    symbolic: dict[str, Expr] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         controller = self.controller
         values = controller.param_values.values
+        self.names |= {name: value for name, value in self.symbolic.items() if name not in self.names}
         self.names |= {name: Number(value) for name, value in values.items() if name not in self.names}
         own = [s.name for s in controller.states] + [d.name for d in _defined(controller)]
         self.names |= {name: Name(self.prefix + name) for name in own}
@@ -100,8 +118,15 @@ class Scope:
                 yield from (f"{item.name}.{o.name}" for o in called.outputs)
 
     def constant(self, expr: Expr) -> float:
-        """Compute an expression over params."""
+        """Compute an expression over params, none of them free."""
+        free = self.free_in(expr)
+        if free:
+            raise ArgumentError(f"'{free[0]}' cannot be free: the number of states, or the period, depends on it")
         return evaluate(expr, {n: e.value for n, e in self.names.items() if isinstance(e, Number)})
+
+    def free_in(self, expr: Expr) -> list[str]:
+        """Return the params in an expression that depend on free numbers."""
+        return [n.name for n in names_in(expr) if n.name in self.symbolic] if self.symbolic else []
 
 
 @dataclass
@@ -111,11 +136,15 @@ class Expansion:
     states: list[KeptState] = field(default_factory=list)
     body: list[Equation | Evaluation] = field(default_factory=list)
     updates: dict[str, Expr] = field(default_factory=dict)
-    _calls: dict[tuple[FuzzySystem, tuple[Expr, ...]], tuple[str, ...]] = field(default_factory=dict)
+    _calls: dict[tuple[object, ...], tuple[str, ...]] = field(default_factory=dict)
     _operators: dict[tuple[str, tuple[Expr, ...], str], Expr] = field(default_factory=dict)
     _count: int = 0
     parts: int = 0
     _depth: int = 0
+    #: Free numbers of systems by the names of their states.
+    free: dict[str, FreeNumber] = field(default_factory=dict)
+    #: Whether states before the first step depend on free numbers.
+    starts_vary: bool = False
     #: The functions that are being expanded.
     _functions: list[str] = field(default_factory=list)
 
@@ -125,9 +154,10 @@ class Expansion:
         if scope.prefix.count(".") > DEEPEST_INSTANCES:
             message = f"controllers lie more than {DEEPEST_INSTANCES} levels inside each other"
             raise DiagnosticError([Diagnostic("FZ106", message, controller.span)])
+        self._enter_params(scope)
         for state in controller.states:
             name = scope.prefix + state.name
-            self.states.append(KeptState(name, scope.constant(state.start), state.bounds))
+            self.states.append(KeptState(name, self.start(state.start, scope), state.bounds))
         for instance in controller.instances:
             self._enter_instance(scope, instance.name, instance.controller, instance.arguments)
         for item in _defined(controller):
@@ -138,18 +168,36 @@ class Expansion:
         for update in controller.updates:
             self.updates[scope.prefix + update.name] = self.expanded(update.value, scope)
 
+    def _enter_params(self, scope: Scope) -> None:
+        """Take the params that are computed from free ones, each after those that it reads."""
+        expressions = {p.name: p.expression for p in scope.controller.params}
+        for param in scope.controller.param_values.values if scope.symbolic else ():
+            if param not in scope.symbolic and scope.free_in(expressions[param]):
+                name = f"{scope.prefix}{param}"
+                self.body.append(Equation(name, self.expanded(expressions[param], scope), span_of(expressions[param])))
+                scope.symbolic[param] = scope.names[param] = Name(name)
+
+    def start(self, expr: Expr, scope: Scope) -> float:
+        """Return the present value of a state before the first step."""
+        self.starts_vary = self.starts_vary or bool(scope.free_in(expr))
+        return evaluate(expr, scope.controller.param_values.values)
+
     def _enter_instance(self, scope: Scope, name: str, of: str, arguments: tuple[Expr, ...]) -> None:
         inner = next(c for c in scope.controller.controllers if c.name == of)
         inputs = [s.name for s in inner.inputs]
         given, named = split(arguments)
         bound = dict(zip(inputs, given, strict=False)) | {n: v for n, v in named.items() if n in inputs}
-        params = {n: scope.constant(v) for n, v in named.items() if n not in inputs}
+        params, symbolic = self._split_params({n: v for n, v in named.items() if n not in inputs}, scope)
         names: dict[str, Expr] = {}
+        for key, value in symbolic.items():
+            prefixed = f"{scope.prefix}{name}.{key}"
+            self.body.append(Equation(prefixed, value))
+            symbolic[key] = Name(prefixed)
         for key, value in bound.items():
             prefixed = f"{scope.prefix}{name}.{key}"
             self.body.append(Equation(prefixed, self.expanded(value, scope), span_of(value)))
             names[key] = Name(prefixed)
-        self.enter(Scope(with_values(inner, params), f"{scope.prefix}{name}.", names, scope.period))
+        self.enter(Scope(with_values(inner, params), f"{scope.prefix}{name}.", names, scope.period, symbolic))
 
     def _several(self, scope: Scope, name: str, value: Expr) -> Expr | None:
         """Return what a definition stands for; None for a call of a system with several outputs."""
@@ -209,7 +257,7 @@ class Expansion:
             message = f"function '{function.name}' calls itself"
             raise DiagnosticError([Diagnostic("FZ217", message, function.span, facts=(circle,))])
         values = [self.named(self.expanded(a, scope), function.name) for a in arguments]
-        inner = Scope(scope.controller, scope.prefix, {}, scope.period)
+        inner = Scope(scope.controller, scope.prefix, {}, scope.period, scope.symbolic)
         inner.names |= dict(zip(function.parameters, values, strict=True))
         self._functions.append(function.name)
         value = self.expanded(function.expression, inner)
@@ -225,19 +273,27 @@ class Expansion:
         inputs = [i.name for i in system.inputs]
         given, named = split(call.arguments)
         bound = dict(zip(inputs, given, strict=False)) | {n: v for n, v in named.items() if n in inputs}
-        params = {n: scope.constant(v) for n, v in named.items() if n not in inputs}
+        params, symbolic = self._split_params({n: v for n, v in named.items() if n not in inputs}, scope)
         system = system.with_params(**params) if params else system
         arguments = tuple(self.expanded(bound[i], scope) for i in inputs)
-        key = (system, arguments)
+        for state, number in self.free.items():
+            if number.system == call.function:
+                if number.name in params:
+                    raise ArgumentError(f"'{state}' cannot be free: a call of the system sets it")
+                symbolic[number.name] = Name(state)
+        free = tuple(symbolic.items())
+        key = (system, arguments, free)
         if key not in self._calls:
             start = self.fresh(scope.prefix + call.function)
             self._calls[key] = tuple(f"{start}.{o.name}" for o in system.outputs)
             states = self._states_of(system, scope.prefix + name if name else start)
+            if states and free:
+                raise ArgumentError(f"'{call.function}.{free[0][0]}' cannot be free: the system has a state")
             updates = tuple(f"{start}.next.{k}" for k in range(len(states)))
             self.updates |= {s.name: Name(u) for s, u in zip(states, updates, strict=True)}
             self.states += states
             own = tuple(s.name for s in states)
-            self.body.append(Evaluation(system, arguments, self._calls[key], call.span, own, updates))
+            self.body.append(Evaluation(system, arguments, self._calls[key], call.span, own, updates, free))
         return self._calls[key]
 
     def _states_of(self, system: FuzzySystem, name: str) -> list[KeptState]:
@@ -248,6 +304,12 @@ class Expansion:
         names += [f"{name}.{planned.outputs[o].name}" for o in planned.held]
         ranges += [None] * len(planned.held)
         return [KeptState(*one) for one in zip(names, planned.initial_state, ranges, strict=True)]
+
+    def _split_params(self, given: Mapping[str, Expr], scope: Scope) -> tuple[dict[str, float], dict[str, Expr]]:
+        """Return the present values of params that a call sets, and expressions for those that depend on free ones."""
+        symbolic = {n: self.expanded(v, scope) for n, v in given.items() if scope.free_in(v)}
+        values = scope.controller.param_values.values
+        return {n: evaluate(v, values) if n in symbolic else scope.constant(v) for n, v in given.items()}, symbolic
 
     def _operator(self, call: Call, scope: Scope) -> Expr:
         given, named = split(call.arguments)
@@ -300,8 +362,11 @@ class _Use:
             self.expansion.keep(STARTED, 0.0, ONE)
         return Compare("==", Name(STARTED), ZERO)
 
-    def constant(self, setting: str, default: float = 0.0) -> float:
-        return self.scope.constant(self.settings[setting]) if setting in self.settings else default
+    def constant(self, setting: str) -> float:
+        return self.scope.constant(self.settings[setting])
+
+    def start(self) -> float:
+        return self.expansion.start(self.settings["start"], self.scope) if "start" in self.settings else 0.0
 
     def value(self, expr: Expr) -> Expr:
         return self.expansion.expanded(expr, self.scope)
@@ -317,7 +382,7 @@ class _Use:
 
 
 def _previous(use: _Use, x: Expr) -> Expr:
-    return use.keep("", use.constant("start"), use.value(x))
+    return use.keep("", use.start(), use.value(x))
 
 
 def _difference(use: _Use, x: Expr) -> Expr:
@@ -342,7 +407,7 @@ def _integral(use: _Use, x: Expr) -> Expr:
     moved: Expr = Name(name) + use.dt * value
     if "hold" in use.settings:
         moved = Where(use.value(use.settings["hold"]), Name(name), moved)
-    return use.expansion.keep(name, use.constant("start"), moved)
+    return use.expansion.keep(name, use.start(), moved)
 
 
 def _lowpass(use: _Use, x: Expr) -> Expr:
@@ -370,12 +435,12 @@ def _hysteresis(use: _Use, x: Expr) -> Expr:
     name = f"{use.name}.on"
     on = Where(Compare(">=", value, high), ONE, Where(Compare("<=", value, low), ZERO, Name(name)))
     result = use.result(on)
-    use.expansion.keep(name, use.constant("start"), result)
+    use.expansion.keep(name, use.start(), result)
     return result
 
 
 def _delay(use: _Use, x: Expr) -> Expr:
-    samples, start = use.constant("samples"), use.constant("start")
+    samples, start = use.constant("samples"), use.start()
     if not (samples == int(samples) and 1 <= samples <= MOST_SAMPLES):
         message = f"a delay of {samples:g} samples: expected a whole number from 1 to {MOST_SAMPLES:,}"
         raise DiagnosticError([Diagnostic("FZ302", message, span_of(use.settings["samples"]))])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from functools import reduce
+from typing import cast
 
 from fuzzyctl.diagnostics.diagnostic import UnknownNameError
 from fuzzyctl.expr import (
@@ -16,7 +17,11 @@ from fuzzyctl.expr import (
     replace,
     replace_names,
 )
+from fuzzyctl.kernels.plan.traced import Trace
 from fuzzyctl.model.system import FuzzySystem
+
+#: Where a system with free numbers keeps what records them, among what is derived from it.
+TRACE = "trace"
 
 
 def guarded(expr: Expr) -> Expr:
@@ -38,14 +43,19 @@ def guarded(expr: Expr) -> Expr:
 
 
 def number_of(system: FuzzySystem, expr: Expr) -> float:
-    """Compute an expression over the params."""
+    """Compute an expression over the params; one that depends on free numbers is a `Traced`."""
+    trace: Trace | None = system.derived.get(TRACE)
+    if trace is not None and trace.concerns(expr):
+        return cast("float", trace.number(expr, system.values, guarded))
     # + 0.0 makes -0.0 a plain zero, so that equal systems have equal plans.
     return float(system.number(expr)) + 0.0
 
 
 def constants_of(system: FuzzySystem, hidden: set[str]) -> dict[str, Expr]:
     """Return params and named constants as numbers, without those that a variable of the same name hides."""
-    return {n: Number(v) for n, v in (CONSTANTS | system.values).items() if n not in hidden}
+    trace: Trace | None = system.derived.get(TRACE)
+    free = {} if trace is None else cast("dict[str, float]", trace.numbers)
+    return {n: Number(v) for n, v in (CONSTANTS | system.values | free).items() if n not in hidden}
 
 
 def require_known(expr: Expr, variables: set[str], numbers: dict[str, Expr]) -> None:

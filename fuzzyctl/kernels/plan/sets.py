@@ -24,6 +24,8 @@ from fuzzyctl.expr import (
 )
 from fuzzyctl.formulas import Vertex, formula_of, held
 from fuzzyctl.formulas.inverse import solved
+from fuzzyctl.formulas.shared import is_infinite
+from fuzzyctl.kernels.plan.traced import is_free
 from fuzzyctl.kernels.program.builder import clip
 from fuzzyctl.records import record
 
@@ -95,6 +97,13 @@ class SetPlan:
         return self.expression is not None and self.kind != "formula"
 
     @property
+    def is_free(self) -> bool:
+        """Whether some number of it is known only at run time."""
+        own = [*self.changes, *([] if self.expression is None else [self.expression])]
+        inside = (node.value for e in own for node in walk(e) if isinstance(node, Number))
+        return any(map(is_free, (*self.parameters, self.height, *inside)))
+
+    @property
     def has_sides(self) -> bool:
         """Whether it is a triangle or trapezoid without jumps."""
         return _sides(self) is not None
@@ -116,7 +125,7 @@ class SetPlan:
             return tuple(sorted(set(_compared(self.expression))))
         formula = formula_of(self.kind)
         places = [*formula.core(self.parameters), *formula.pieces(self.parameters)]
-        return tuple(sorted({x for x in places if not math.isinf(x)}))
+        return tuple(sorted({x for x in places if not is_infinite(x)}))
 
     @property
     def peak(self) -> float:

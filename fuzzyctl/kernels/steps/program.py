@@ -6,9 +6,11 @@ from collections.abc import Callable, Sequence
 
 from fuzzyctl.expr import Compare, Expr, Logic, Name, Number, Where, replace_names
 from fuzzyctl.kernels.algorithms.select import COMPILED, algorithm_of
+from fuzzyctl.kernels.inference.free import free_program
 from fuzzyctl.kernels.inference.inference import evaluation_with_rates
 from fuzzyctl.kernels.plan.build import Plan, plan
 from fuzzyctl.kernels.plan.equations import DT, Equations, Evaluation
+from fuzzyctl.kernels.plan.free import free_plan
 from fuzzyctl.kernels.program.builder import Builder, any_nan, clip
 from fuzzyctl.kernels.program.passes.embed import embed
 from fuzzyctl.kernels.program.program import NAN, STATE, Item, Program
@@ -31,6 +33,8 @@ def system_program(call: Evaluation, algorithm: str) -> Program:
     """Write the program of a system that a step calls: the outputs, then the rates of a system with states."""
     if call.states:
         return evaluation_with_rates(plan(call.system), most_pairs=COMPILED)
+    if call.free:
+        return free_program(free_plan(call.system, [name for name, _ in call.free]))
     return algorithm_of(plan(call.system), algorithm).point
 
 
@@ -50,7 +54,8 @@ def named_step(equations: Equations, point: Callable[[Evaluation], Program]) -> 
     env |= {s.name: item for s, item in zip(equations.states, kept, strict=True)}
     for item in equations.body:
         if isinstance(item, Evaluation):
-            values = [builder.let(numeric(replace_names(a, env))) for a in item.arguments]
+            given = (*item.arguments, *(value for _, value in item.free))
+            values = [builder.let(numeric(replace_names(a, env))) for a in given]
             before = [env[s] for s in item.states]
             dt = env[DT] if equations.period is None else Number(equations.period)
             found = evaluated(builder, plan(item.system), point(item), values, before, dt)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, final
 
-from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError, ValueOutOfBoundsError
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, NoRuleFiresError, UnknownNameError, ValueOutOfBoundsError
 from fuzzyctl.kernels.backends.arguments import float_array, writable
 from fuzzyctl.kernels.backends.python import backend as python_backend
 from fuzzyctl.kernels.plan.equations import DT, Equations
@@ -16,6 +17,8 @@ from fuzzyctl.kernels.steps.program import step_program
 if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
+
+    from fuzzyctl.kernels.steps.values import StepValues
 
     FloatArray = npt.NDArray[np.float64]
 
@@ -31,10 +34,14 @@ class Step:
         equations: What it computes.
         backend: "numba", "numpy" or "python".
         algorithm: How systems are computed, see `compile`.
+        values: Takes the values of free numbers, which are the last states; None where there are none.
     """
 
-    def __init__(self, equations: Equations, backend: str, algorithm: str = "auto") -> None:
-        self.equations, self.backend = equations, backend
+    def __init__(
+        self, equations: Equations, backend: str, algorithm: str = "auto", values: StepValues | None = None
+    ) -> None:
+        self.equations, self.backend, self._values = equations, backend, values
+        self.free_names = equations.free
         self.input_names = equations.inputs
         self.output_names = tuple(name for name, _ in equations.outputs)
         self.state_names = tuple(s.name for s in equations.states)
@@ -44,10 +51,24 @@ class Step:
     def __repr__(self) -> str:
         return f"Step({', '.join(self.input_names)} -> {', '.join(self.output_names)}; {self.backend})"
 
-    def start(self) -> FloatArray:
-        """Return the state before the first step, shape (states,)."""
+    def start(self, values: Mapping[str, Any] | None = None, /, **named: Any) -> FloatArray:
+        """Return the state before the first step, shape (states,); its last entries are the free numbers.
+
+        Args:
+            values: Values of free numbers by name; the others are those of the controller.
+            named: The same for names that Python can write.
+
+        Raises:
+            UnknownNameError: For a name that is not free.
+            ValueOutOfBoundsError: For values outside the bounds of their params, or that a system cannot have.
+        """
         import numpy as np
 
+        changed = {**(values or {}), **named}
+        if self._values is not None:
+            return np.array(self._values.state(changed), dtype=np.float64)
+        for name in changed:
+            raise UnknownNameError("free number", name, self.free_names)
         return np.array([s.start for s in self.equations.states], dtype=np.float64)
 
     def __call__(self, *arguments: Any, dt: float | None = None) -> tuple[Any, FloatArray]:

@@ -155,6 +155,7 @@ class TestExceptions:
         error = DiagnosticError([Diagnostic("FZ203", "first", PLACE), Diagnostic("FZ202", "second", PLACE)])
         assert "first" in str(error)
         assert "second" in str(error)
+        assert not str(error).startswith("\n")
 
     def test_its_text_begins_with_the_first_of_them(self):
         first = Diagnostic("FZ203", "first", PLACE)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Name, Number, Where
 from fuzzyctl.formulas import MEMBERSHIP, Parameters
+from fuzzyctl.formulas.shared import is_infinite
 from fuzzyctl.kernels.inference.defuzzify.centroid import Height
 from fuzzyctl.kernels.inference.defuzzify.envelope import sorted_atoms
 from fuzzyctl.kernels.inference.defuzzify.maxima import Hits, place_of, tolerance
@@ -70,7 +71,7 @@ def _top(builder: Builder, output: OutputPlan, term: SetPlan, activation: Expr) 
 def _peak(output: OutputPlan, term: SetPlan) -> float:
     """Return the largest degree of a term within the range of the output."""
     left, right = MEMBERSHIP[term.kind].core(term.parameters)
-    if math.isinf(left):
+    if is_infinite(left):
         left = right = output.lower if left < 0.0 else output.upper
     place = min(max(left, output.lower), max(output.upper, left)) if right < output.lower else left
     place = min(max(place, output.lower), output.upper)
@@ -166,7 +167,7 @@ def _straight(share: Expr, corners: Sequence[tuple[float, float]]) -> Ends:
 
 def _rise(share: Expr, foot: float, top: float, infinite: float) -> Expr:
     """Return where a side of a curved trapezoid has a share."""
-    if math.isinf(foot):
+    if is_infinite(foot):
         return Number(infinite)
     if foot == top:
         return Number(top)

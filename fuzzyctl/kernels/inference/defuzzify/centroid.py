@@ -17,6 +17,7 @@ from typing import Final
 from fuzzyctl.expr import ONE, ZERO, Call, Compare, Expr, Number, Where
 from fuzzyctl.formulas import Vertex
 from fuzzyctl.kernels.plan.build import OutputPlan
+from fuzzyctl.kernels.plan.traced import exact, is_free, rounded
 from fuzzyctl.kernels.program.builder import Builder, minus, plus, times
 
 #: (term, its activation as an atom, the largest value the activation can have)
@@ -85,7 +86,7 @@ def exact_moments(builder: Builder, output: OutputPlan, heights: Sequence[Height
     clipped = output.implication == "min"
     parts: list[Moments] = []
     for own in pieces(output, heights):
-        piece = replace(own, start=own.start / Fraction(unit), end=own.end / Fraction(unit))
+        piece = replace(own, start=own.start / exact(unit), end=own.end / exact(unit))
         if output.aggregation == "sum":
             cut = _clipped if clipped else _scaled
             parts.extend(_about_middle(builder, piece, line, cut(builder, line, line.height)) for line in piece.lines)
@@ -117,10 +118,10 @@ def has_many_pieces(output: OutputPlan, heights: Sequence[Height], most_pairs: i
 
 def pieces(output: OutputPlan, heights: Sequence[Height]) -> list[Piece]:
     """Cut the output range at the corners of the terms."""
-    middle = Fraction(0.5 * output.lower + 0.5 * output.upper)
-    lower, upper = Fraction(output.lower), Fraction(output.upper)
+    middle = exact(0.5 * output.lower + 0.5 * output.upper)
+    lower, upper = exact(output.lower), exact(output.upper)
     shapes = [output.terms[term].vertices for term, _, _ in heights]
-    corners = {lower, upper} | {Fraction(x) for shape in shapes for x, _ in shape}
+    corners = {lower, upper} | {exact(x) for shape in shapes for x, _ in shape}
     cuts = sorted(c for c in corners if lower <= c <= upper)
     found: list[Piece] = []
     for a, b in pairwise(cuts):
@@ -150,23 +151,25 @@ def uncrossed(piece: Piece) -> list[Piece]:
 
 def _line(height: Expr, most: float, left: Fraction, right: Fraction) -> Line:
     """Return a line; one that rises by less than the smallest number is level, since programs divide by the rise."""
-    return Line(height, most, left, right if float(right - left) != 0.0 else left)
+    return Line(height, most, left, right if rounded(right - left) != 0.0 else left)
 
 
 def line_ends(vertices: tuple[Vertex, ...], a: Fraction, b: Fraction) -> tuple[Fraction, Fraction]:
     """Return the limits at both ends of a piece (a, b) that holds no corner of the set inside."""
     if b <= vertices[0][0]:
-        return Fraction(vertices[0][1]), Fraction(vertices[0][1])
+        return exact(vertices[0][1]), exact(vertices[0][1])
     for (x0, y0), (x1, y1) in pairwise(vertices):
         if x0 <= a and b <= x1:
-            slope = (Fraction(y1) - Fraction(y0)) / (Fraction(x1) - Fraction(x0))
-            return Fraction(y0) + slope * (a - Fraction(x0)), Fraction(y0) + slope * (b - Fraction(x0))
-    return Fraction(vertices[-1][1]), Fraction(vertices[-1][1])
+            slope = (exact(y1) - exact(y0)) / (exact(x1) - exact(x0))
+            left, right = (exact(y0) + slope * (x - exact(x0)) for x in (a, b))
+            # Of free corners these are not the same number in floating point.
+            return exact(y0) if a == x0 else left, exact(y1) if b == x1 else right
+    return exact(vertices[-1][1]), exact(vertices[-1][1])
 
 
 def is_handover(piece: Piece) -> bool:
     """Return whether one term falls from 1 to 0 while another rises from 0 to 1, as neighbours of a partition do."""
-    ends = {(float(line.left), float(line.right)) for line in piece.lines}
+    ends = {(rounded(line.left), rounded(line.right)) for line in piece.lines}
     return len(piece.lines) == 2 and ends == {(1.0, 0.0), (0.0, 1.0)}
 
 
@@ -196,8 +199,10 @@ def _handover(builder: Builder, piece: Piece) -> Moments:
     )
     area, moment = handover(builder, a, b)
     length = piece.end - piece.start
-    moved = plus(_constant_times(float(piece.start * length), area), _constant_times(float(length * length), moment))
-    return builder.let(_constant_times(float(length), area)), builder.let(moved)
+    moved = plus(
+        _constant_times(rounded(piece.start * length), area), _constant_times(rounded(length * length), moment)
+    )
+    return builder.let(_constant_times(rounded(length), area)), builder.let(moved)
 
 
 def _clipped_union(builder: Builder, piece: Piece) -> list[Moments]:
@@ -228,14 +233,14 @@ def _clipped(builder: Builder, line: Line, level: Expr) -> Moments:
     (high - t) / (high - low), so that area = r - q z / 2 and moment = (r - q z (1 - z / 3)) / 2.
     """
     low, high = min(line.left, line.right), max(line.left, line.right)
-    reach = level if float(high) >= line.most else builder.let(Call("min", (level, Number(float(high)))))
+    reach = level if rounded(high) >= line.most else builder.let(Call("min", (level, Number(rounded(high)))))
     if low == high:
         return reach, builder.let(times(Number(0.5), reach))
     above = reach
     if low > 0:
-        above = builder.let(Call("max", (ZERO, builder.let(minus(reach, Number(float(low)))))))
+        above = builder.let(Call("max", (ZERO, builder.let(minus(reach, Number(rounded(low)))))))
     span = high - low
-    z = above if span == 1 else builder.let(above / float(span))
+    z = above if span == 1 else builder.let(_share(above, rounded(span)))
     qz = builder.let(times(above, z))
     area = builder.let(minus(reach, times(Number(0.5), qz)))
     thirds = minus(ONE, times(z, Number(1 / 3)))
@@ -243,11 +248,17 @@ def _clipped(builder: Builder, line: Line, level: Expr) -> Moments:
     return area, moment
 
 
+def _share(above: Expr, span: float) -> Expr:
+    """Return a part of a span; of a piece between free corners that may meet 0 where it is empty."""
+    share = above / span
+    return Where(Compare(">", Number(span), ZERO), share, ZERO) if is_free(span) else share
+
+
 def _scaled(builder: Builder, line: Line, level: Expr) -> Moments:
     """Integrate s · l over a piece of length 1, the moment taken about the end where the line is high."""
     low, high = min(line.left, line.right), max(line.left, line.right)
-    area = builder.let(times(level, Number(float((low + high) / 2))))
-    return area, builder.let(times(level, Number(float((high + 2 * low) / 6))))
+    area = builder.let(times(level, Number(rounded((low + high) / 2))))
+    return area, builder.let(times(level, Number(rounded((high + 2 * low) / 6))))
 
 
 def _about_middle(builder: Builder, piece: Piece, line: Line, local: Moments) -> Moments:
@@ -256,9 +267,9 @@ def _about_middle(builder: Builder, piece: Piece, line: Line, local: Moments) ->
     to_right = line.right >= line.left
     high_end = piece.end if to_right else piece.start
     area, moment = local
-    inward = Number(float(-length * length if to_right else length * length))
-    moved = plus(_constant_times(float(high_end * length), area), times(inward, moment))
-    return builder.let(_constant_times(float(length), area)), builder.let(moved)
+    inward = Number(rounded(-length * length if to_right else length * length))
+    moved = plus(_constant_times(rounded(high_end * length), area), times(inward, moment))
+    return builder.let(_constant_times(rounded(length), area)), builder.let(moved)
 
 
 def _constant_times(factor: float, value: Expr) -> Expr:
@@ -273,8 +284,8 @@ def _scaled_union(builder: Builder, piece: Piece) -> list[Moments]:
     """
     ends = [
         (
-            builder.let(_constant_times(float(line.left), line.height)),
-            builder.let(_constant_times(float(line.right), line.height)),
+            builder.let(_constant_times(rounded(line.left), line.height)),
+            builder.let(_constant_times(rounded(line.right), line.height)),
         )
         for line in piece.lines
     ]
@@ -302,6 +313,6 @@ def _stretch(builder: Builder, piece: Piece, ends: Sequence[Moments], k: int) ->
     local_area = builder.let(times(times(Number(0.5), width), plus(y0, y1)))
     weighted = plus(times(y0, plus(plus(t0, t0), t1)), times(y1, plus(t0, plus(t1, t1))))
     local_moment = builder.let(times(times(Number(1 / 6), width), weighted))
-    area = builder.let(times(Number(float(length)), local_area))
-    start = _constant_times(float(piece.start * length), local_area)
-    return area, builder.let(plus(start, times(Number(float(length * length)), local_moment)))
+    area = builder.let(times(Number(rounded(length)), local_area))
+    start = _constant_times(rounded(piece.start * length), local_area)
+    return area, builder.let(plus(start, times(Number(rounded(length * length)), local_moment)))

@@ -19,6 +19,7 @@ from fuzzyctl.kernels.inference.defuzzify.maxima import sampled_maximum
 from fuzzyctl.kernels.inference.defuzzify.piecewise_linear import straight_bisector, straight_maximum
 from fuzzyctl.kernels.inference.defuzzify.sampling import Samples, sample_points, sampled_degrees, sampled_moments
 from fuzzyctl.kernels.plan.build import OutputPlan, SetPlan
+from fuzzyctl.kernels.plan.traced import greatest, is_free, least
 from fuzzyctl.kernels.program.builder import Builder, clip, times
 from fuzzyctl.kernels.program.program import NAN, STATE, Item
 from fuzzyctl.kernels.program.scalar import scalar_function
@@ -176,7 +177,7 @@ def with_zero(builder: Builder, hull: Hull) -> Hull:
     low, high = hull
     if isinstance(low, float) and isinstance(high, float):
         return min(low, 0.0), max(high, 0.0)
-    ends = [Number(end) if isinstance(end, float) else end for end in hull]
+    ends = [end if isinstance(end, Expr) else Number(end) for end in hull]
     return builder.smallest([ends[0], ZERO]), builder.largest([ends[1], ZERO])
 
 
@@ -199,7 +200,7 @@ def consequent_hull(output: OutputPlan, terms: Sequence[int]) -> tuple[float, fl
     if output.rate is not None:
         return output.lower, output.upper
     ends = [end for t in terms for end in _values(output, output.terms[t])] or [0.0]
-    return min(ends), max(ends)
+    return least(ends), greatest(ends)
 
 
 def _values(output: OutputPlan, term: SetPlan) -> tuple[float, float]:
@@ -210,6 +211,8 @@ def _values(output: OutputPlan, term: SetPlan) -> tuple[float, float]:
         ends = [0.0, term.height]
     elif output.inverts and output.places == "free":
         return -math.inf, math.inf
+    elif output.inverts and term.is_free:
+        return output.lower, output.upper
     elif output.inverts:
         value = scalar_function(term.inverse(Name("w")))
         ends = sorted(value(w) for w in (0.0, 1.0))
@@ -227,7 +230,9 @@ def support_hull(output: OutputPlan, terms: Sequence[int]) -> tuple[float, float
         return whole
     if output.resolution is None:
         inside = [end for t in terms for end in support(output, output.terms[t])]
-        return (min(inside), max(inside)) if inside else whole
+        return (least(inside), greatest(inside)) if inside else whole
+    if any(output.terms[t].is_free for t in terms):
+        return whole
     points = sample_points(output)
     degrees = [sampled_degrees(output.terms[t], points) for t in set(terms)]
     inside = [x for i, x in enumerate(points) if any(d[i] > 0.0 for d in degrees)]
@@ -242,10 +247,10 @@ def support(output: OutputPlan, term: SetPlan) -> tuple[float, ...]:
     """Return the ends of the support of a term within the output range, nothing where it has none."""
     ends: list[float] = []
     for x0, x1 in _stretches(output, term):
-        left, right = max(x0, output.lower), min(x1, output.upper)
-        if left < right:
+        left, right = greatest((x0, output.lower)), least((x1, output.upper))
+        if is_free(left) or is_free(right) or left < right:
             ends += [left, right]
-    return (min(ends), max(ends)) if ends else ()
+    return (least(ends), greatest(ends)) if ends else ()
 
 
 def _stretches(output: OutputPlan, term: SetPlan) -> list[tuple[float, float]]:

@@ -70,20 +70,21 @@ class Samples:
         output: The output.
         heights: Activations, merged by term as far as the aggregation allows.
         points: The grid.
-        degrees: Of each height's term at the points.
+        degrees: Of each height's term at the points; None for a term with free numbers, whose degrees are computed.
     """
 
     builder: Builder
     output: OutputPlan
     heights: tuple[Height, ...]
     points: tuple[float, ...]
-    degrees: tuple[tuple[float, ...], ...]
+    degrees: tuple[tuple[float, ...] | None, ...]
 
     @classmethod
     def of(cls, builder: Builder, output: OutputPlan, heights: Sequence[Height]) -> Samples:
         """Sample the terms of an output."""
         points = sample_points(output)
-        degrees = tuple(sampled_degrees(output.terms[t], points) for t, _, _ in heights)
+        terms = [output.terms[t] for t, _, _ in heights]
+        degrees = tuple(None if term.is_free else sampled_degrees(term, points) for term in terms)
         return cls(builder, output, tuple(heights), points, degrees)
 
     def join(self, builder: Builder, degrees: Mapping[int, Expr]) -> Expr:
@@ -93,17 +94,20 @@ class Samples:
 
     def at(self, position: int) -> Expr:
         """Return the aggregated degree at one point as an atom."""
-        found = {k: Number(d[position]) for k, d in enumerate(self.degrees)}
+        place = Number(self.points[position])
+        found = {
+            k: self._term(k).degree(place) if d is None else Number(d[position]) for k, d in enumerate(self.degrees)
+        }
         return self.builder.let(self.join(self.builder, {k: d for k, d in found.items() if d != ZERO}))
 
     def stretches(self, first: int = 0, last: int | None = None) -> Iterator[tuple[tuple[int, ...], int, int]]:
-        """Cut the grid into stretches where the same sets are above 0; the others cost nothing there.
+        """Cut the grid into stretches where the same sets are, or may be, above 0; the others cost nothing there.
 
         Yields:
             The sets, and the first and the last position, the last one excluded.
         """
         stop = len(self.points) if last is None else last
-        present = [tuple(k for k, d in enumerate(self.degrees) if d[i] > 0.0) for i in range(first, stop)]
+        present = [tuple(k for k, d in enumerate(self.degrees) if d is None or d[i] > 0.0) for i in range(first, stop)]
         begin = first
         for own, stretch in groupby(present):
             end = begin + len(list(stretch))
@@ -112,7 +116,18 @@ class Samples:
 
     def joined(self, inner: Builder, own: Sequence[int], begin: int, end: int, counter: str) -> Expr:
         """Return the aggregated degree at the sample that a loop over a stretch is at."""
-        return self.join(inner, {k: Item(self.builder.table(self.degrees[k][begin:end]), counter) for k in own})
+
+        def degree(k: int) -> Expr:
+            known = self.degrees[k]
+            if known is None:
+                place = Item(self.builder.table(self.points[begin:end]), counter)
+                return inner.let(self._term(k).degree(place))
+            return Item(self.builder.table(known[begin:end]), counter)
+
+        return self.join(inner, {k: degree(k) for k in own})
+
+    def _term(self, height: int) -> SetPlan:
+        return self.output.terms[self.heights[height][0]]
 
     def scan(
         self,

@@ -1,0 +1,148 @@
+"""Values of free numbers: arrays or mappings, checked against bounds and against what a program was written for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fuzzyctl.diagnostics.diagnostic import ArgumentError, DiagnosticError, UnknownNameError, ValueOutOfBoundsError
+from fuzzyctl.expr import Expr, Name, evaluate, names_in, replace_names, to_text
+from fuzzyctl.kernels.backends.arguments import float_array
+from fuzzyctl.kernels.backends.python import backend as python_backend
+from fuzzyctl.kernels.inference.free import condition_program
+from fuzzyctl.kernels.plan.free import FreePlan
+from fuzzyctl.model.guarantee import Bounds
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    FloatArray = npt.NDArray[np.float64]
+
+
+class FreeValues:
+    """Takes and checks values of the free numbers of a plan.
+
+    Args:
+        free: The plan.
+        prefix: What messages put before the names: that of a system inside a controller.
+    """
+
+    def __init__(self, free: FreePlan, prefix: str = "") -> None:
+        self._free, self._names = free, tuple(f"{prefix}{name}" for name in free.names)
+        self._known = b""
+        self._bounds = [
+            (k, p.bounds, p.unit) for k, name in enumerate(free.names) for p in free.system.params if p.name == name
+        ]
+
+    def of(self, given: Any) -> FloatArray:
+        """Return values as a contiguous array of shape (..., free).
+
+        Raises:
+            UnknownNameError: For a name that is not free.
+            ArgumentError: For an array of another shape or not of numbers.
+            ValueOutOfBoundsError: For values outside the bounds of their params, or that the system cannot have.
+        """
+        if isinstance(given, Mapping):
+            given = changed_values(self._names, self._free.values, given)
+        values = float_array(given, "values")
+        if values.ndim == 0 or values.shape[-1] != len(self._names):
+            raise ArgumentError(f"the values must have the shape (..., {len(self._names)}), got {values.shape}")
+        values = np.ascontiguousarray(values)
+        key = values.tobytes() if values.ndim == 1 else b""
+        if not key or key != self._known:
+            self._require(values.reshape(-1, len(self._names)))
+            self._known = key
+        return values
+
+    def _require(self, rows: FloatArray) -> None:
+        for k, name in enumerate(self._names):
+            _require_all(np.isfinite(rows[:, k]), name, rows[:, k], "a finite number")
+        for k, bounds, unit in self._bounds:
+            if bounds is not None:
+                require_bounds(self._names[k], rows[:, k], bounds, self._free.system.values, unit)
+        broken = self._broken(rows)
+        if broken is not None:
+            raise self._reason(*broken)
+
+    def _broken(self, rows: FloatArray) -> tuple[FloatArray, int] | None:
+        """Return the first values under which some condition does not hold, and the condition."""
+        holds = np.empty((len(rows), len(self._free.trace.conditions)))
+        if holds.shape[1] == 0:
+            return None
+        if len(rows) == 1:
+            self._one(*rows[0].tolist(), holds[0])
+        else:
+            self._many(rows, None, holds)
+        bad = np.argwhere(holds != 1.0)
+        return None if not len(bad) else (rows[bad[0, 0]], int(bad[0, 1]))
+
+    def _reason(self, values: FloatArray, condition: int) -> ValueOutOfBoundsError:
+        """Return why the system cannot have some values, or why the program does not hold for them."""
+        broken = list(self._free.trace.conditions)[condition]
+        names = {n.name for n in names_in(broken)}
+        read = zip(self._names, zip(*map(self._free.trace.sources, names), strict=True), strict=True)
+        given = {n: float(v) for n, v in zip(self._names, values, strict=True)}
+        own = {n: given[n] for n, depends in read if any(depends)}
+        numbers = dict(zip(self._free.names, given.values(), strict=True))
+        what, value = ", ".join(map(repr, own)), next(iter(own.values())) if len(own) == 1 else own
+        try:
+            self._free.system.with_params(**numbers)
+        except DiagnosticError as error:
+            reason = error.diagnostics[0].message
+            return ValueOutOfBoundsError(f"free number {what}", value, f"one that the system can have ({reason})")
+        return ValueOutOfBoundsError(f"free number {what}", value, f"{self._shown(broken)}, as it was compiled")
+
+    def _shown(self, condition: Expr) -> str:
+        """Return a condition over the free numbers as text."""
+        known: dict[str, Expr] = {a.name: Name(n) for a, n in zip(self._free.trace.arguments, self._names, strict=True)}
+        if all(n.name in known for n in names_in(condition)):
+            return f"such that {to_text(replace_names(condition, known))}"
+        return "such that the corners stay in their order"
+
+    @cached_property
+    def _one(self) -> Any:
+        program = condition_program(self._free)
+        return python_backend.compile_source(python_backend.storing_source(program), program, self._names)
+
+    @cached_property
+    def _many(self) -> Any:
+        from fuzzyctl.kernels.backends.numpy import backend as numpy_backend
+
+        return numpy_backend.compile_batch(condition_program(self._free), self._names)
+
+
+def changed_values(names: Sequence[str], start: Sequence[float], changed: Mapping[str, Any]) -> FloatArray:
+    """Return values, some of them changed; the name of an array stands for all of its entries.
+
+    Raises:
+        UnknownNameError: For a name that is not among them.
+        ArgumentError: For an array of another length or not of numbers.
+    """
+    values = np.array(start, dtype=np.float64)
+    for name, value in changed.items():
+        places = [k for k, n in enumerate(names) if name in (n, n.partition("[")[0])]
+        if not places:
+            raise UnknownNameError("free number", name, names)
+        own = float_array(value, f"free number {name!r}")
+        if own.shape not in ((), (len(places),)):
+            raise ArgumentError(f"free number {name!r} has {len(places)} values, got the shape {own.shape}")
+        values[places] = own
+    return values
+
+
+def require_bounds(name: str, values: Any, bounds: Bounds, numbers: Mapping[str, float], unit: str) -> None:
+    """Raise `ValueOutOfBoundsError` for the first value outside the bounds of a param."""
+    low, high = (evaluate(e, numbers) for e in (bounds.lower, bounds.upper))
+    column = np.atleast_1d(values)
+    above = column > low if bounds.without_lower else column >= low
+    below = column < high if bounds.without_upper else column <= high
+    opening, closing = "[("[bounds.without_lower], "])"[bounds.without_upper]
+    _require_all(above & below, name, column, f"in {opening}{low:g}, {high:g}{closing}", unit)
+
+
+def _require_all(holds: Any, name: str, column: FloatArray, bound: str, unit: str = "") -> None:
+    if not np.all(holds):
+        raise ValueOutOfBoundsError(f"free number {name!r}", float(column[~holds][0]), bound, unit)

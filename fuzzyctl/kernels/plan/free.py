@@ -1,0 +1,95 @@
+"""Plan of a system some of whose numbers are known only at run time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import cast
+
+from fuzzyctl.expr import names_in
+from fuzzyctl.formulas import MEMBERSHIP
+from fuzzyctl.kernels.plan.build import Plan, plan
+from fuzzyctl.kernels.plan.expressions import TRACE, number_of
+from fuzzyctl.kernels.plan.traced import NeedsNumberError, Trace, Traced
+from fuzzyctl.model.free_numbers import parametrised
+from fuzzyctl.model.system import FuzzySystem
+from fuzzyctl.model.variable import LinguisticVariable
+
+
+@dataclass(frozen=True)
+class FreePlan:
+    """A plan over free numbers.
+
+    Args:
+        system: The system, its free numbers as params.
+        names: Of the free numbers, in the order of their values.
+        plan: Its numbers are `Traced` where they depend on free ones.
+        trace: How they depend.
+    """
+
+    system: FuzzySystem
+    names: tuple[str, ...]
+    plan: Plan
+    trace: Trace
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """What the system itself says."""
+        return tuple(self.system.values[n] for n in self.names)
+
+
+def free_plan(system: FuzzySystem, names: Sequence[str]) -> FreePlan:
+    """Return the plan of a well-formed system over some of its numbers.
+
+    Args:
+        system: The system.
+        names: Of the free numbers, see `model.free_numbers`.
+
+    Raises:
+        UnknownNameError: For a name that the system does not have.
+        ArgumentError: For a name given twice, and for a number that must be known beforehand.
+        DiagnosticError: As `plan` does.
+    """
+    changed, free = parametrised(system, names)
+    own = replace(changed)
+    trace = own.derived[TRACE] = Trace(free, [own.values[n] for n in free])
+    _trace_params(own, trace)
+    try:
+        _require_shapes(own, trace)
+        return FreePlan(changed, free, plan(own), trace)
+    except NeedsNumberError as needs:
+        raise trace.refusal(needs) from None
+
+
+def _trace_params(system: FuzzySystem, trace: Trace) -> None:
+    """Record the params that are computed from free ones, each after those that it reads."""
+    expressions = {p.name: p.expression for p in system.params}
+    for name in system.values:
+        if name not in trace.numbers and any(n.name in trace.numbers for n in names_in(expressions[name])):
+            trace.numbers[name] = cast("Traced", number_of(system, expressions[name]))
+
+
+def _require_shapes(system: FuzzySystem, trace: Trace) -> None:
+    """Record what must hold of ranges, parameters, heights and weights."""
+    with trace.strictly():
+        for variable in (*system.inputs, *system.outputs, *system.lets):
+            assert number_of(system, variable.lower) < number_of(system, variable.upper), "the system is well formed"
+            _require_terms(system, variable, trace)
+        for weight in dict.fromkeys(rule.weight for rule in system.rules):
+            trace.require(">=", number_of(system, weight), 0.0)
+            trace.require("<=", number_of(system, weight), 1.0)
+
+
+def _require_terms(system: FuzzySystem, variable: LinguisticVariable, trace: Trace) -> None:
+    for term in variable.terms:
+        own = term.membership
+        if own.kind not in MEMBERSHIP:
+            continue
+        parameters = tuple(number_of(system, a) for a in own.arguments)
+        MEMBERSHIP[own.kind].mistake(parameters)
+        if MEMBERSHIP[own.kind].variadic:
+            for before, after in pairwise(parameters[::2]):
+                trace.require_apart(before, after)
+        trace.require(">", number_of(system, own.height), 0.0)
+        trace.require("<=", number_of(system, own.height), 1.0)

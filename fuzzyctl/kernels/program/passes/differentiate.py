@@ -1,0 +1,266 @@
+"""Pass that differentiates a program: forward mode, along all arguments that are asked for.
+
+At a kink the derivative is that of the branch that the program takes there: of `a if x < b else c` at x = b that of c.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+from fuzzyctl.expr import ONE, ZERO, Binary, Call, Compare, Expr, Logic, Name, Negate, Number, Where
+from fuzzyctl.kernels.program.builder import is_atom, minus, plus, times
+from fuzzyctl.kernels.program.program import (
+    NAN,
+    Accumulate,
+    Assign,
+    Fold,
+    Item,
+    Locate,
+    Offset,
+    Program,
+    Refuse,
+    Statement,
+)
+from fuzzyctl.kernels.program.traversal import reads
+
+#: Derivatives of a value by the position of the argument, without those that are 0 everywhere.
+Derivatives = Mapping[int, Expr]
+
+#: Functions that are constant between their jumps.
+_STEPS: Final = ("floor",)
+
+#: Functions whose slope may be infinite.
+_STEEP: Final = ("sqrt", "log")
+
+
+class NotDifferentiableError(ValueError):
+    """Raised for a statement that has no derivative in the intermediate language, such as an adaptive integral."""
+
+
+def differentiated(program: Program, by: Sequence[str]) -> Program:
+    """Return the program of the derivatives of each result, one after the other, by some arguments.
+
+    Args:
+        program: A program without loops over corners and adaptive integrals.
+        by: Names of arguments.
+
+    Raises:
+        NotDifferentiableError: For another program.
+    """
+    tape = _Tape({name: {k: ONE} for k, name in enumerate(by)})
+    for statement in program.body:
+        tape.copy(statement)
+    found = [tape.derivatives(r) for r in program.results]
+    results = tuple(own.get(k, ZERO) for own in found for k in range(len(by)))
+    return replace(program, body=tuple(tape.body), results=results)
+
+
+@dataclass
+class _Tape:
+    """Statements of a program with those of its derivatives."""
+
+    known: dict[str, Derivatives]
+    body: list[Statement] = field(default_factory=list)
+    count: int = 0
+    _written: dict[Expr, Expr] = field(default_factory=dict)
+
+    def copy(self, statement: Statement) -> None:
+        """Take a statement over, and write what its values change by."""
+        match statement:
+            case Assign(name=name, value=value):
+                self.body.append(statement)
+                self.known[name] = self.derivatives(value)
+            case Refuse() | Offset():
+                self.body.append(statement)
+            case Locate(rest=rest, x=x, knots=knots):
+                self.body.append(statement)
+                inside = Logic("and", (Compare(">=", x, Number(knots[0])), Compare("<=", x, Number(knots[-1]))))
+                self.known[rest] = {k: self.let(Where(inside, d, ZERO)) for k, d in self.derivatives(x).items()}
+            case Accumulate():
+                self.fold(statement.fold)
+            case Fold():
+                self.fold(statement)
+            case _:
+                raise NotDifferentiableError(type(statement).__name__)
+
+    def fold(self, loop: Fold) -> None:
+        """Carry derivatives along with the values; those by an argument that nothing in the loop depends on are 0."""
+        first = {s.name: self.derivatives(s.value) for s in loop.first}
+        wanted = sorted({k for own in first.values() for k in own} | self._read(loop))
+        carried = {s.name: {k: Name(self.fresh()) for k in wanted} for s in loop.first}
+        inner = _Tape({**self.known, **carried}, count=self.count)
+        for statement in loop.body:
+            inner.copy(statement)
+        then = [s if is_atom(s.value) else Assign(s.name, inner.let(s.value)) for s in loop.then]
+        moved: list[Assign] = []
+        for original, s in zip(loop.then, then, strict=True):
+            own = inner.derivatives(original.value)
+            moved += [Assign(carried[s.name][k].name, own.get(k, ZERO)) for k in wanted]
+        moved = [Assign(s.name, inner.copied(s.value)) for s in moved]
+        self.count = inner.count
+        start = [Assign(carried[s.name][k].name, first[s.name].get(k, ZERO)) for s in loop.first for k in wanted]
+        assigned = tuple(s for s in inner.body if isinstance(s, Assign))
+        self.body.append(Fold(loop.count, loop.counter, (*loop.first, *start), assigned, (*then, *moved)))
+        self.known |= carried
+
+    def _read(self, loop: Fold) -> set[int]:
+        return {k for name in reads(loop) for k in self.known.get(name, {})}
+
+    def fresh(self) -> str:
+        self.count += 1
+        return f"g{self.count}"
+
+    def let(self, value: Expr) -> Expr:
+        """Return a name for a value."""
+        if is_atom(value):
+            return value
+        if value not in self._written:
+            name = self.fresh()
+            self.body.append(Assign(name, value))
+            self._written[value] = Name(name)
+        return self._written[value]
+
+    def copied(self, value: Expr) -> Expr:
+        """Return a name of its own for a value, which keeps it when others change."""
+        if isinstance(value, Number):
+            return value
+        name = self.fresh()
+        self.body.append(Assign(name, value))
+        return Name(name)
+
+    def derivatives(self, value: Expr) -> Derivatives:
+        """Write the derivatives of a value and return them as atoms."""
+        match value:
+            case Number(value=number):
+                return dict.fromkeys(self._all(), NAN) if math.isnan(number) else {}
+            case Name(name=name):
+                return self.known.get(name, {})
+            case Item():
+                return {}
+            case Negate(operand=operand):
+                return {k: self.let(-d) for k, d in self.derivatives(operand).items()}
+            case Binary():
+                return self._of_binary(value)
+            case Where(condition=condition, then=then, otherwise=otherwise):
+                return self._chosen(condition, self.derivatives(then), self.derivatives(otherwise))
+            case Call(function=function, arguments=arguments):
+                return self._of_call(function, arguments)
+        raise NotDifferentiableError(type(value).__name__)
+
+    def _all(self) -> list[int]:
+        return sorted({k for own in self.known.values() for k in own})
+
+    def _chosen(self, condition: Expr, then: Derivatives, otherwise: Derivatives) -> Derivatives:
+        keys = [*then, *(k for k in otherwise if k not in then)]
+        pairs = {k: (then.get(k, ZERO), otherwise.get(k, ZERO)) for k in keys}
+        return {k: a if a == b else self.let(Where(condition, a, b)) for k, (a, b) in pairs.items()}
+
+    def _of_binary(self, value: Binary) -> Derivatives:
+        a, b = self.derivatives(value.left), self.derivatives(value.right)
+        if not a and not b:
+            return {}
+        keys = [*a, *(k for k in b if k not in a)]
+        left, right = self.let(value.left), self.let(value.right)
+        match value.op:
+            case "+":
+                return {k: self.let(plus(a.get(k, ZERO), b.get(k, ZERO))) for k in keys}
+            case "-":
+                return {k: self._difference(a.get(k, ZERO), b.get(k, ZERO)) for k in keys}
+            case "*":
+                return self._sum(keys, (a, right), (b, left))
+            case "/":
+                quotient = self.let(value)
+                parts = {k: self._difference(a.get(k, ZERO), self._product(b.get(k, ZERO), quotient)) for k in keys}
+                return {k: self.let(p / right) for k, p in parts.items()}
+        return self._power(value, (left, a), (right, b))
+
+    def _power(self, value: Expr, base: tuple[Expr, Derivatives], exponent: tuple[Expr, Derivatives]) -> Derivatives:
+        """Differentiate a power; by the exponent where the base is above 0, elsewhere it is 0."""
+        (left, a), (right, b) = base, exponent
+        slope = self.let(
+            right * self.let(left ** (right.value - 1.0 if isinstance(right, Number) else self.let(right - 1.0)))
+        )
+        growth = self.let(
+            Where(Compare(">", left, ZERO), self.let(self.let(value) * self.let(Call("log", (left,)))), ZERO)
+        )
+        own = {k: self._steep(d, slope) for k, d in a.items()}
+        return self._sum([*own, *(k for k in b if k not in own)], (own, ONE), (b, growth))
+
+    def _of_call(self, function: str, arguments: Sequence[Expr]) -> Derivatives:
+        own = [self.derivatives(a) for a in arguments]
+        if not any(own):
+            return {}
+        atoms = [self.let(a) for a in arguments]
+        value = self.let(Call(function, tuple(atoms)))
+        match function, atoms:
+            case (("min" | "smaller"), [a, b]):
+                return self._chosen(Compare("<", a, b), own[0], own[1])
+            case (("max" | "larger"), [a, b]):
+                return self._chosen(Compare(">", a, b), own[0], own[1])
+            case "clip", [x, low, high]:
+                inner = self._chosen(Compare(">", x, high), own[2], own[0])
+                return self._chosen(Compare("<", x, low), own[1], inner)
+            case "held", [x]:
+                inside = Logic("and", (Compare(">=", x, ZERO), Compare("<=", x, ONE)))
+                return self._chosen(inside, own[0], {})
+            case "divide", _:
+                return self._of_binary(Binary("/", arguments[0], arguments[1]))
+            case "power", [a, b]:
+                return self._power(value, (a, own[0]), (b, own[1]))
+            case "fmod", [a, b]:
+                whole = self.let(self.let(value - a) / b)
+                return self._sum([*own[0], *(k for k in own[1] if k not in own[0])], (own[0], ONE), (own[1], whole))
+            case "atan2", [y, x]:
+                size = self.let(self.let(y * y) + self.let(x * x))
+                by_y, by_x = self.let(x / size), self.let(self.let(-y) / size)
+                return self._sum([*own[0], *(k for k in own[1] if k not in own[0])], (own[0], by_y), (own[1], by_x))
+            case _, [x] if function in _STEPS:
+                return {}
+            case _, [x]:
+                slope = self._slope(function, x, value)
+                if function in _STEEP:
+                    return {k: self._steep(d, slope) for k, d in own[0].items()}
+                return {k: self._product(d, slope) for k, d in own[0].items()}
+        raise NotDifferentiableError(function)
+
+    def _slope(self, function: str, x: Expr, value: Expr) -> Expr:
+        """Write the derivative of a function of one argument."""
+        match function:
+            case "abs":
+                return self.let(Where(Compare("<", x, ZERO), Number(-1.0), ONE))
+            case "sqrt":
+                return self.let(Number(0.5) / value)
+            case "exp":
+                return value
+            case "log":
+                return self.let(ONE / x)
+            case "sin":
+                return self.let(Call("cos", (x,)))
+            case "cos":
+                return self.let(-self.let(Call("sin", (x,))))
+            case "tan":
+                return self.let(1.0 + self.let(value * value))
+        raise NotDifferentiableError(function)
+
+    def _sum(self, keys: Sequence[int], *parts: tuple[Derivatives, Expr]) -> Derivatives:
+        """Return for each argument the sum of derivatives times factors."""
+        found: dict[int, Expr] = {}
+        for k in keys:
+            total: Expr = ZERO
+            for own, factor in parts:
+                total = self.let(plus(total, self._product(own.get(k, ZERO), factor)))
+            found[k] = total
+        return found
+
+    def _product(self, a: Expr, b: Expr) -> Expr:
+        return ZERO if ZERO in (a, b) else self.let(times(a, b))
+
+    def _steep(self, a: Expr, slope: Expr) -> Expr:
+        """Return a · slope, 0 where a is 0: what does not move has no slope, however steep the function is there."""
+        return self.let(Where(Compare("==", a, ZERO), ZERO, self.let(times(a, slope))))
+
+    def _difference(self, a: Expr, b: Expr) -> Expr:
+        return self.let(-b) if a == ZERO else self.let(minus(a, b))

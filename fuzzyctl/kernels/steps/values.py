@@ -1,0 +1,70 @@
+"""Values of the free numbers of a step, checked against bounds and by the systems that they belong to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from fuzzyctl.diagnostics.diagnostic import ValueOutOfBoundsError
+from fuzzyctl.expr import evaluate, names_in
+from fuzzyctl.kernels.free_values import FreeValues, changed_values, require_bounds
+from fuzzyctl.kernels.plan.equations import Equation, Equations, Evaluation
+from fuzzyctl.kernels.plan.expansion import equations_of, with_values
+from fuzzyctl.kernels.plan.free import free_plan
+from fuzzyctl.model.controller import Controller
+
+
+class StepValues:
+    """Takes and checks values of the free numbers of a controller.
+
+    Args:
+        controller: The controller.
+        equations: What it expands to.
+    """
+
+    def __init__(self, controller: Controller, equations: Equations) -> None:
+        self._controller, self._equations = controller, equations
+        self._start = [s.start for s in equations.states]
+        self._bounds = {p.name: p for p in controller.params if p.name in equations.free and p.bounds is not None}
+        known = set(equations.free)
+        self._params: list[Equation] = []
+        for item in equations.body:
+            if isinstance(item, Equation) and all(n.name in known for n in names_in(item.value)):
+                self._params.append(item)
+                known.add(item.name)
+        calls = [item for item in equations.body if isinstance(item, Evaluation) and item.free]
+        self._systems = [
+            (c, FreeValues(free_plan(c.system, [n for n, _ in c.free]), f"{c.system.name}.")) for c in calls
+        ]
+
+    def state(self, changed: Mapping[str, Any]) -> list[float]:
+        """Return the state before the first step.
+
+        Args:
+            changed: Values of free numbers by name; the others are those of the controller.
+
+        Raises:
+            UnknownNameError: For a name that is not free.
+            ValueOutOfBoundsError: For values outside the bounds of their params, or that a system cannot have.
+        """
+        names, first = self._equations.free, len(self._start) - len(self._equations.free)
+        values = changed_values(names, self._start[first:], changed).tolist()
+        self._require(dict(zip(names, values, strict=True)))
+        if not self._equations.starts_vary or not changed:
+            return [*self._start[:first], *values]
+        own = {n: v for n, v in zip(names, values, strict=True) if n in self._controller.param_values.values}
+        again = equations_of(with_values(self._controller, own))
+        return [*(s.start for s in again.states), *values]
+
+    def _require(self, known: dict[str, float]) -> None:
+        for name, value in known.items():
+            if value - value != 0.0:
+                raise ValueOutOfBoundsError(f"free number {name!r}", value, "a finite number")
+        numbers = self._controller.param_values.values
+        for name, param in self._bounds.items():
+            assert param.bounds is not None
+            require_bounds(name, known[name], param.bounds, numbers, param.unit)
+        for equation in self._params:
+            known[equation.name] = evaluate(equation.value, known)
+        for call, values in self._systems:
+            values.of([evaluate(value, known) for _, value in call.free])

@@ -1,0 +1,139 @@
+"""Steps whose numbers are states: params, params of instances and calls, and numbers of systems."""
+
+import numpy as np
+import pytest
+
+import fuzzyctl
+from fuzzyctl import ArgumentError, UnknownNameError, ValueOutOfBoundsError
+
+BACKENDS = ("python", "numpy", "numba")
+
+TEXT = """
+system surface
+defuzzifier center_average
+param width = 1
+input e in [-1, 1]
+  terms N@(-width) Z@0 P@(width)
+output u in [-1, 1]
+  terms N=-1 Z=0 P=1
+table u = e
+    N Z P
+  | N Z P
+
+controller lag
+input x
+param T = 0.5
+param U = 2 * T
+let y = lowpass(x, U)
+output y2 = y
+
+controller law
+function gained(x) = k2 * x
+input r
+param k in (0, 10] = 2 unit "V"
+param k2 = k ^ 2
+param first = 0.1
+param w = 1
+let moved = surface(k * r, width=w)
+block smooth = lag(moved, T=k / 4)
+state s = first
+next s = s + dt * gained(r)
+output u = smooth.y2 + s + integral(r, start=first)
+every 100 ms
+"""
+FREE = ["k", "first", "w", "surface.u.P.peak"]
+VALUES = {"k": 3.0, "first": 0.2, "w": 0.9, "surface.u.P.peak": 0.8}
+TYPED = (
+    TEXT.replace("= 2 unit", "= 3 unit").replace("= 0.1", "= 0.2").replace("w = 1", "w = 0.9").replace("P=1", "P=0.8")
+)
+INPUTS = np.sin(np.arange(40) / 5)
+
+
+@pytest.fixture
+def controller(tmp_path):
+    """Load the controller of a text."""
+
+    def load(text=TEXT):
+        path = tmp_path / "c.fz"
+        path.write_text(text, encoding="utf-8")
+        return fuzzyctl.load_controller(path, "law")
+
+    return load
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_free_numbers_are_those_that_are_typed(controller, backend):
+    step = fuzzyctl.compile(controller(), backend, free=FREE)
+    assert step.free_names == tuple(FREE)
+    assert step.state_names[-4:] == tuple(FREE)
+    expected, last = fuzzyctl.compile(controller(TYPED), "python").run(INPUTS)
+    found, state = step.run(INPUTS, step.start(VALUES))
+    assert found == pytest.approx(expected, abs=1e-12)
+    assert state == pytest.approx([*last, *VALUES.values()], abs=1e-12)
+    typed, _ = fuzzyctl.compile(controller(), "python").run(INPUTS)
+    assert step.run(INPUTS)[0] == pytest.approx(typed, abs=1e-12)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_each_copy_has_its_own_numbers(controller, backend):
+    step = fuzzyctl.compile(controller(), backend, free=FREE)
+    states = np.stack([step.start(), step.start(VALUES), step.start(k=5)])
+    outputs, after = step.batch(np.full((3, 1), 0.3), states)
+    for k, state in enumerate(states):
+        own, following = step(0.3, state)
+        assert own == pytest.approx(outputs[k], abs=1e-15)
+        assert following == pytest.approx(after[k], abs=1e-15)
+        assert following[-4:].tolist() == state[-4:].tolist()
+
+
+def test_without_free_numbers_a_start_takes_none(controller):
+    step = fuzzyctl.compile(controller(), "python")
+    assert step.free_names == ()
+    with pytest.raises(UnknownNameError, match="no free number 'k'; there are: none"):
+        step.start(k=3)
+
+
+@pytest.mark.parametrize(
+    ("values", "error", "message"),
+    [
+        ({"k": 11}, ValueOutOfBoundsError, r"free number 'k' must be in \(0, 10\] V, got 11.0"),
+        ({"k": 0}, ValueOutOfBoundsError, r"free number 'k' must be in \(0, 10\] V, got 0.0"),
+        ({"first": np.inf}, ValueOutOfBoundsError, "free number 'first' must be a finite number, got inf"),
+        ({"w": -1}, ValueOutOfBoundsError, "free number 'surface.width' must be one that the system can have"),
+        ({"x": 1}, UnknownNameError, "no free number 'x'; there are: k, first, w, surface.u.P.peak"),
+        ({"k": "a"}, ArgumentError, "free number 'k' must be an array of real numbers"),
+    ],
+)
+def test_values_are_checked(controller, values, error, message):
+    step = fuzzyctl.compile(controller(), "python", free=FREE)
+    with pytest.raises(error, match=message):
+        step.start(values)
+
+
+@pytest.mark.parametrize(
+    ("names", "error", "message"),
+    [
+        (["q"], UnknownNameError, "no free number 'q'; there are: k, k2, first, w, surface.NAME"),
+        (["surface.q"], UnknownNameError, "there are: surface.width, surface.e, surface.u"),
+        (["k", "k"], ArgumentError, "'k' cannot be free: it is given twice"),
+        (["surface.width"], ArgumentError, "'surface.width' cannot be free: a call of the system sets it"),
+        ("k", ArgumentError, "free must be a list of names, got str"),
+        ([1], ArgumentError, "got int in it"),
+    ],
+)
+def test_what_cannot_be_free_is_refused(controller, names, error, message):
+    with pytest.raises(error, match=message):
+        fuzzyctl.compile(controller(), "python", free=names)
+
+
+def test_numbers_of_states_cannot_be_free(controller):
+    late = controller(TEXT.replace("integral(r, start=first)", "delay(r, k)"))
+    with pytest.raises(ArgumentError, match="'k' cannot be free: the number of states"):
+        fuzzyctl.compile(late, "python", free=["k"])
+
+
+def test_a_param_that_others_depend_on_may_be_free_beside_them(controller):
+    step = fuzzyctl.compile(controller(), "python", free=["k", "k2"])
+    typed = controller(TEXT.replace("= 2 unit", "= 3 unit").replace("k ^ 2", "5"))
+    expected, _ = fuzzyctl.compile(typed, "python").run(INPUTS)
+    assert step.run(INPUTS, step.start(k=3, k2=5))[0] == pytest.approx(expected, abs=1e-12)

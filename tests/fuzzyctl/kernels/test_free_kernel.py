@@ -1,0 +1,382 @@
+"""Kernels whose numbers are arguments: names, values, backends, refusals, degrees, strengths and gradients."""
+
+import pickle
+import re
+
+import numpy as np
+import pytest
+
+import fuzzyctl
+from fuzzyctl import ArgumentError, NoRuleFiresError, UnknownNameError, ValueOutOfBoundsError, loads
+from fuzzyctl.kernels.compile import compile as compile_system
+from fuzzyctl.kernels.free_kernel import FreeKernel
+
+BACKENDS = ("python", "numpy", "numba")
+NAMES = ["g", "e.Z.peak", "u.P.peak", "u.weights"]
+#: Outputs for the first three of them: 1, then other numbers.
+POINTS = np.array([[0.25, -0.4], [-0.7, 0.1], [1.5, 0.9]])
+
+TEXT = """
+system s
+and         product
+defuzzifier center_average
+param g = 1
+param h = 2 * g
+input e in [-1, 1]
+  terms N Z P
+input d in [-1, 1]
+  terms N@-1 Z@(0.1 * h) P@1
+output u in [-1, 1]
+  terms N=-1 Z=0 P=1
+table u = e x d
+       N  Z  P
+  N |  N  N  Z
+  Z |  N  Z  P
+  P |  Z  P  P
+"""
+
+
+@pytest.fixture(scope="module")
+def system():
+    return loads(TEXT)
+
+
+def retyped(peak="", z="0.2", p="1", weight=""):
+    """The system with other numbers, typed."""
+    text = TEXT.replace("terms N Z P\n", f"terms N@-1 Z@{peak} P@1\n") if peak else TEXT
+    text = text.replace("(0.1 * h)", z).replace("P=1", f"P={p}")
+    return loads(text.replace("|  N  N  Z", f"|  N*{weight}  N  Z") if weight else text)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_a_kernel_of_free_numbers_computes_what_typed_numbers_do(system, backend):
+    kernel = compile_system(system, backend, free=NAMES)
+    assert kernel.free_names == ("g", "e.Z.peak", "u.P.peak", *(f"u.weights[{k}]" for k in range(9)))
+    typed = compile_system(retyped(peak="0.3", z="0.1", p="0.8", weight="0.5"), "python")
+    values = kernel.initial_values({"g": 0.5, "e.Z.peak": 0.3, "u.P.peak": 0.8, "u.weights[0]": 0.5})
+    assert kernel.batch(POINTS, values) == pytest.approx(typed.batch(POINTS), abs=1e-12)
+    assert [kernel(*p, values) for p in POINTS] == pytest.approx(typed.batch(POINTS), abs=1e-12)
+    assert kernel.jit(0.25, -0.4, values) == pytest.approx(typed(0.25, -0.4), abs=1e-12)
+    assert kernel(e=0.25, d=-0.4, values=values) == kernel(0.25, -0.4, values)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_values_broadcast_with_the_points(system, backend):
+    kernel = compile_system(system, backend, free=["g", "u.P.peak"])
+    values = np.array([[1.0, 1.0], [2.0, 0.5]])
+    found = kernel.batch(POINTS[:, np.newaxis], values)
+    assert found.shape == (3, 2)
+    for k, own in enumerate(values):
+        assert np.array_equal(found[:, k], kernel.batch(POINTS, own))
+    assert np.array_equal(kernel.batch(POINTS[0], values), found[0])
+    with pytest.raises(ArgumentError, match=r"values of shape \(2, 2\) do not broadcast with points of shape \(3,\)"):
+        kernel.batch(POINTS, values)
+
+
+def test_a_mapping_leaves_other_numbers_as_they_are(system):
+    kernel = compile_system(system, "python", free=["u.weights", "g"])
+    assert kernel.initial_values({"u.weights": 0.5}).tolist() == [*[0.5] * 9, 1.0]
+    assert kernel.initial_values({"u.weights": np.arange(9) / 9, "g": 2}).tolist() == [*(np.arange(9) / 9), 2.0]
+    assert kernel(0.1, 0.2, {"g": 2}) == kernel(0.1, 0.2, kernel.initial_values({"g": 2}))
+    with pytest.raises(UnknownNameError, match="no free number 'k'; there are"):
+        kernel.initial_values({"k": 1})
+    with pytest.raises(ArgumentError, match=r"free number 'u.weights' has 9 values, got the shape \(3,\)"):
+        kernel.initial_values({"u.weights": [1, 1, 1]})
+
+
+def test_the_peak_of_a_terms_line_moves_the_feet_beside_it():
+    line = loads(TEXT.replace("terms N Z P\n", "terms N@-1 Z@0 P@1\n"))
+    kernel = compile_system(line, "python", free=["e.Z.peak"])
+    degrees = kernel.degrees([[-0.25, 0]], [0.5])["e"]
+    assert [degrees[t][0] for t in "NZP"] == [0.5, 0.5, 0.0]
+    apart = loads(TEXT.replace("terms N Z P\n", "N = ramp(0, -1)\n  Z = triangle(-1, 0, 1)\n  P = ramp(0, 1)\n"))
+    kernel = compile_system(apart, "python", free=["e.Z.peak"])
+    degrees = kernel.degrees([[-0.25, 0]], [0.5])["e"]
+    assert [degrees[t][0] for t in "NZP"] == [0.25, 0.5, 0.0]
+
+
+def test_equal_numbers_that_are_typed_apart_stay_apart():
+    vertical = loads(TEXT.replace("terms N Z P\n", "N = ramp(0, -1)\n  Z = triangle(0, 0, 1)\n  P = ramp(0, 1)\n"))
+    kernel = compile_system(vertical, "python", free=["e.Z.left"])
+    assert kernel.degrees([[-0.25, 0]], [-0.5])["e"]["Z"] == 0.5
+    assert kernel.degrees([[0.25, 0]], [-0.5])["e"]["Z"] == 0.75
+
+
+def test_coefficients_of_linear_consequents_are_named_by_their_inputs():
+    text = TEXT.replace("terms N=-1 Z=0 P=1", "N = linear(1, 2, 3)\n  Z = linear(0, 0, 0)\n  P = linear(-1, 0, 1)")
+    kernel = compile_system(loads(text), "python", free=["u.N.d", "u.Z.constant"])
+    typed = loads(text.replace("1, 2, 3", "1, -4, 3").replace("0, 0, 0", "0, 0, 0.5"))
+    assert kernel.batch(POINTS, [-4, 0.5]) == pytest.approx(compile_system(typed).batch(POINTS), abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("names", "error", "message"),
+    [
+        (["q"], UnknownNameError, "no free number 'q'; there are: g, h, e, d, u"),
+        (["gg"], UnknownNameError, "did you mean 'g'"),
+        (["e.M.peak"], UnknownNameError, "there are: e.N, e.Z, e.P"),
+        (
+            ["e.Z.peek"],
+            UnknownNameError,
+            "there are: e.Z.left, e.Z.peak, e.Z.right, e.Z.height; did you mean 'e.Z.peak'",
+        ),
+        (["u.weights[9]"], UnknownNameError, r"there are: u.weights\[0\] to \[8\]"),
+        (["e.weights"], UnknownNameError, "no free number 'e.weights'"),
+        (["e.N.left"], ArgumentError, "'e.N.left' cannot be free: it is infinite"),
+        (["g", "g"], ArgumentError, "'g' cannot be free: it is given twice"),
+        (["e.Z.peak", "e.N.right"], ArgumentError, "'e.N.right' cannot be free: it is given twice, as 'e.Z.peak'"),
+        ("g", ArgumentError, "free must be a list of names, got str"),
+        ([3], ArgumentError, "free must be a list of names, got int in it"),
+    ],
+)
+def test_what_cannot_be_free_is_refused(system, names, error, message):
+    with pytest.raises(error, match=message):
+        compile_system(system, "python", free=names)
+
+
+def test_numbers_that_a_program_is_worked_out_from_cannot_be_free():
+    bisector = TEXT.replace("center_average", "bisector").replace("N=-1 Z=0 P=1", "N@-1 Z@0 P@1")
+    with pytest.raises(ArgumentError, match=r"'u\.Z\.peak' cannot be free: exact bisectors"):
+        compile_system(loads(bisector), "python", free=["g", "u.Z.peak"])
+    assert compile_system(loads(bisector), "python", free=["g"])(0.1, 0.2, [1]) == loads(bisector)(e=0.1, d=0.2)
+    curve = TEXT.replace("terms N Z P\n", "N = ramp(0, -1)\n  Z = piecewise(0, 0, 0, 1, 1, 0)\n  P = ramp(0, 1)\n", 1)
+    with pytest.raises(ArgumentError, match=r"'e\.Z\.x2' cannot be free: the set jumps there"):
+        compile_system(loads(curve), "python", free=["e.Z.x2"])
+    with pytest.raises(ArgumentError, match="'interpolation' tabulates numbers beforehand"):
+        compile_system(loads(TEXT), "python", free=["g"], algorithm="interpolation")
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("kind", ["centroid", "bisector", "mom"])
+def test_corners_of_sampled_sets_may_be_free(backend, kind):
+    text = TEXT.replace("center_average", f"{kind}(resolution=40)").replace("N=-1 Z=0 P=1", "N@-1 Z@0 P@1")
+    kernel = compile_system(loads(text), backend, free=["u.Z.peak"])
+    for peak in ("0.3", "-0.2"):
+        typed = loads(text.replace("N@-1 Z@0 P@1", f"N@-1 Z@({peak}) P@1"))
+        expected = compile_system(typed, "python").batch(POINTS)
+        assert kernel.batch(POINTS, [float(peak)]) == pytest.approx(expected, abs=1e-12)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_heights_of_straight_sets_beside_curved_ones_may_be_free(backend):
+    curves = "N = gaussian(-1, 0.3)\n  Z = triangle(-1, 0, 1)\n  P = gaussian(1, 0.3)"
+    text = TEXT.replace("center_average", "centroid").replace("terms N=-1 Z=0 P=1", curves)
+    kernel = compile_system(loads(text), backend, free=["u.Z.height"])
+    typed = compile_system(loads(text.replace("(-1, 0, 1)", "(-1, 0, 1, height=0.4)")), "python")
+    assert kernel.batch(POINTS, [0.4]) == pytest.approx(typed.batch(POINTS), abs=1e-12)
+    with pytest.raises(ArgumentError, match=r"'u\.N\.mean' cannot be free"):
+        compile_system(loads(text), backend, free=["u.N.mean"])
+
+
+def test_a_system_with_a_state_has_no_free_numbers(adaptive):
+    with pytest.raises(ArgumentError, match="has no free numbers"):
+        compile_system(adaptive, "python", free=["half_width"])
+
+
+@pytest.mark.parametrize("backend", ["python", "numpy"])
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"e.Z.peak": -1.5}, "the peaks of 'e' are out of order: -1 of 'N', then -1.5"),
+        ({"u.weights[3]": 2}, "the weight 2 lies outside"),
+        ({"g": np.nan}, "free number 'g' must be a finite number, got nan"),
+        ({"g": 9}, "free number 'g' must be one that the system can have"),
+    ],
+)
+def test_values_that_the_system_cannot_have_are_refused(system, backend, changed, message):
+    kernel = compile_system(system, backend, free=NAMES)
+    with pytest.raises(ValueOutOfBoundsError, match=message):
+        kernel.initial_values(changed)
+    good = kernel.initial_values()
+    bad = good.copy()
+    for name, value in changed.items():
+        bad[kernel.free_names.index(name)] = value
+    for given in (bad, np.stack([good, bad])):
+        with pytest.raises(ValueOutOfBoundsError, match=message):
+            kernel.batch(POINTS[0], given)
+
+
+def test_values_may_reach_the_ends(system):
+    kernel = compile_system(system, "python", free=["e.Z.peak"])
+    found = [kernel(-1.0, 0.3, [peak]) for peak in (-1.0, -1 + 1e-12)]
+    assert found[0] == pytest.approx(compile_system(retyped(peak="-1"), algorithm="rules")(-1.0, 0.3), abs=1e-12)
+
+
+def test_corners_of_an_exact_centroid_stay_in_their_order():
+    text = TEXT.replace("center_average", "centroid").replace(
+        "terms N=-1 Z=0 P=1", "N = triangle(-2, -1, 0)\n  Z = triangle(-0.9, 0.05, 0.9)\n  P = triangle(0.1, 1, 2)"
+    )
+    kernel = compile_system(loads(text), "python", free=["u.Z.peak"])
+    typed = loads(text.replace("0.05", "0.02"))
+    assert kernel.batch(POINTS, [0.02]) == pytest.approx(compile_system(typed).batch(POINTS), abs=1e-12)
+    with pytest.raises(ValueOutOfBoundsError, match=r"such that u\.Z\.peak <= 0\.1, as it was"):
+        kernel.batch(POINTS, [0.2])
+
+
+def test_a_corner_may_meet_the_end_of_the_range():
+    text = TEXT.replace("center_average", "centroid").replace(
+        "terms N=-1 Z=0 P=1", "N = triangle(-2, -1, 0)\n  Z = triangle(-1, 0.05, 0.9)\n  P = triangle(0.1, 1, 2)"
+    )
+    kernel = compile_system(loads(text), "python", free=["u.Z.left"])
+    for left in (-1.0, -0.9):
+        typed = compile_system(loads(text.replace("triangle(-1, 0.05", f"triangle({left}, 0.05")), "python")
+        assert kernel.batch(POINTS, [left]) == pytest.approx(typed.batch(POINTS), abs=1e-12)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_where_no_rule_fires_a_kernel_of_free_numbers_says_so(backend):
+    text = TEXT.replace("in [-1, 1]\n  terms N=-1", "in [-1, 1] else error\n  terms N=-1")
+    kernel = compile_system(loads(text), backend, free=["u.weights"])
+    with pytest.raises(NoRuleFiresError, match=re.escape("no rule fires for output 'u' at e = 0.1, d = 0.2")):
+        kernel(0.1, 0.2, {"u.weights": 0})
+    with pytest.raises(NoRuleFiresError, match=re.escape("no rule fires for output 'u' at e = 0.1, d = 0.2")):
+        kernel.batch([[0.1, 0.2]], {"u.weights": 0})
+    promised = compile_system(loads(TEXT), backend, free=["u.weights"])
+    with pytest.raises(NoRuleFiresError):
+        promised(0.1, 0.2, {"u.weights": 0})
+
+
+def test_wrong_arguments_are_named(system):
+    kernel = compile_system(system, "python", free=["g"])
+    with pytest.raises(ArgumentError, match=r"expected 3 arguments \(e, d, values\), got 2"):
+        kernel(0.1, 0.2)
+    with pytest.raises(ArgumentError, match=r"the values must have the shape \(..., 1\), got \(2,\)"):
+        kernel(0.1, 0.2, [1, 2])
+    with pytest.raises(ArgumentError, match="must be a real number"):
+        kernel("a", 0.2, [1])
+    with pytest.raises(ArgumentError, match=r"points must have the shape \(..., 2\) for e, d, got \(3,\)"):
+        kernel.batch([1, 2, 3], [1])
+    with pytest.raises(UnknownNameError, match="no by 'value'"):
+        kernel.gradient(POINTS, [1], by="value")
+
+
+def test_a_kernel_of_free_numbers_can_be_sent_to_another_process(system):
+    kernel = compile_system(system, "python", free=NAMES)
+    other = pickle.loads(pickle.dumps(kernel))
+    assert isinstance(other, FreeKernel)
+    assert other.free_names == kernel.free_names
+    assert other(0.1, 0.2, {"g": 2}) == kernel(0.1, 0.2, {"g": 2})
+    assert repr(kernel) == "FreeKernel(e, d -> u; 12 free; python)"
+
+
+# --- degrees, strengths, gradients -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_degrees_have_names(system, backend):
+    kernel = compile_system(system, backend)
+    degrees = kernel.degrees([[[0.25, -0.4]], [[np.nan, 7.0]]])
+    assert list(degrees) == ["e", "d"]
+    assert list(degrees["e"]) == ["N", "Z", "P"]
+    assert degrees["e"]["Z"].shape == (2, 1)
+    assert [degrees["e"][t][0, 0] for t in "NZP"] == [0.0, 0.75, 0.25]
+    assert np.isnan(degrees["e"]["Z"][1, 0])
+    assert [degrees["d"][t][1, 0] for t in "NZP"] == [0.0, 0.0, 1.0]
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_strengths_are_activations_of_rules(backend):
+    kernel = compile_system(retyped(weight="0.5"), backend)
+    strengths = kernel.strengths([[-0.5, -0.2], [np.nan, 0.0]])
+    assert strengths.shape == (2, 9)
+    n, z = 0.4 / 1.2, 0.8 / 1.2
+    assert strengths[0] == pytest.approx([0.25 * n, 0.5 * z, 0, 0.5 * n, 0.5 * z, 0, 0, 0, 0])
+    assert np.isnan(strengths[1]).all()
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_numbers_of_lets_may_be_free(backend):
+    text = """
+system s
+defuzzifier weighted_average
+param slope = 2
+input e in [-1, 1]
+input d in [-1, 1]
+let z in [-3, 3] = slope * e + d
+  terms N@-3 Z@0 P@3
+output u in [-1, 1]
+  terms N=-1 Z=0 P=1
+output v in [-9, 9] = slope * u + z
+table u = z
+    N Z P
+  | N Z P
+"""
+    kernel = compile_system(loads(text), backend, free=["slope", "z.Z.peak"])
+    typed = compile_system(loads(text.replace("slope = 2", "slope = 1.5").replace("Z@0", "Z@0.5")), "python")
+    values = [1.5, 0.5]
+    assert kernel.batch(POINTS, values) == pytest.approx(typed.batch(POINTS), abs=1e-12)
+    assert kernel.degrees([[0.5, 0.0]], values)["z"]["Z"] == pytest.approx([0.9])
+    # z = 0.75, u = (z - 0.5) / 2.5
+    slopes = kernel.gradient([[0.5, 0.0]], values)[0]
+    assert slopes == pytest.approx(np.array([[0.6, 0.4], [2.4, 1.6]]), abs=1e-12)
+    by_slope = kernel.gradient([[0.5, 0.0]], values, by="values")[0, :, 0]
+    assert by_slope == pytest.approx([0.2, 0.1 + 1.5 * 0.2 + 0.5], abs=1e-12)
+
+
+def test_strengths_and_degrees_of_rules_that_read_outputs():
+    text = """
+system s
+defuzzifier weighted_average
+input x in [0, 1]
+  terms L@0 H@1
+output y in [0, 1]
+  terms L=0 H=1
+output z in [0, 1]
+  terms L=0 H=1
+if x is L then y is L
+if x is H then y is H
+"""
+    text = text.replace("output y in [0, 1]\n  terms L=0 H=1", "output y in [0, 1]\n  L = ramp(1, 0)\n  H = ramp(0, 1)")
+    chained = loads(text + "if y is H then z is H\nif y is L then z is L\n")
+    kernel = compile_system(chained, "numpy")
+    y = kernel.batch([[0.25]])[0, 0]
+    assert kernel.degrees([[0.25]])["y"]["H"] == pytest.approx([y])
+    assert kernel.strengths([[0.25]])[0] == pytest.approx([0.75, 0.25, y, 1 - y])
+    assert kernel.gradient([[0.25]]).shape == (1, 2, 1)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_gradients_are_exact(backend):
+    """Bilinear between the peaks of a table: the slopes are differences of its entries."""
+    kernel = compile_system(loads(TEXT.replace("Z@(0.1 * h)", "Z@0")), backend)
+    e, d = 0.25, 0.5
+    assert kernel.gradient([[e, d]])[0] == pytest.approx([1 - d, 1 - e], abs=1e-15)
+    assert kernel.gradient([[2.0, d]])[0] == pytest.approx([0.0, 0.0], abs=1e-15)
+    assert np.isnan(kernel.gradient([[np.nan, d]])).all()
+    free = compile_system(loads(TEXT.replace("Z@(0.1 * h)", "Z@0")), backend, free=["u.P.peak", "u.Z.peak"])
+    strengths = free.strengths([[e, d]], [1, 0])[0]
+    by_values = free.gradient([[e, d]], [1, 0], by="values")[0]
+    assert by_values == pytest.approx([strengths[[5, 7, 8]].sum(), strengths[[2, 4, 6]].sum()], abs=1e-15)
+
+
+def test_gradients_of_sampled_sets_go_through_their_loops():
+    text = TEXT.replace("center_average", "centroid(resolution=40)").replace("N=-1 Z=0 P=1", "N@-1 Z@0 P@1")
+    for backend in BACKENDS:
+        kernel = compile_system(loads(text), backend)
+        step = 1e-6
+        slope = (kernel(0.3 + step, 0.45) - kernel(0.3 - step, 0.45)) / (2 * step)
+        assert kernel.gradient([[0.3, 0.45]])[0, 0] == pytest.approx(slope, rel=1e-6)
+
+
+def test_an_adaptive_integral_has_no_gradient():
+    text = TEXT.replace("center_average", "centroid").replace(
+        "terms N=-1 Z=0 P=1", "N = gaussian(-1, 0.3)\n  Z = gaussian(0, 0.3)\n  P = gaussian(1, 0.3)"
+    )
+    kernel = compile_system(loads(text), "numpy")
+    with pytest.raises(ArgumentError, match="is an adaptive integral, which has no derivative here; sample it"):
+        kernel.gradient(POINTS)
+
+
+def test_a_system_with_a_state_has_degrees_strengths_and_gradients(adaptive):
+    kernel = compile_system(adaptive, "numpy")
+    state = kernel.initial_state()
+    assert kernel.strengths([[0.1]]).shape == (1, 7)
+    assert kernel.degrees([[0.1]])
+    step = 1e-7
+    ahead, behind = kernel.batch([[0.1 + step]], state), kernel.batch([[0.1 - step]], state)
+    assert kernel.gradient([[0.1]], state)[0, 0] == pytest.approx(float(ahead[0] - behind[0]) / (2 * step), rel=1e-6)
+
+
+def test_compile_is_public():
+    kernel = fuzzyctl.compile(loads(TEXT), "python", free=["g"])
+    assert isinstance(kernel, fuzzyctl.FreeKernel)
