@@ -49,6 +49,13 @@ if TYPE_CHECKING:
 )
 @click.option("--fixed", "fixed", metavar="Qm.n", help="Integers instead, such as Q3.12; with --target c.")
 @click.option("--table", "table", type=click.IntRange(2, 4096), metavar="N", help="A lookup table, N points an input.")
+@click.option(
+    "--free",
+    "free",
+    metavar="NAME",
+    multiple=True,
+    help="A number of a controller that its caller gives; may be repeated.",
+)
 @FORMAT
 @chooses
 @QUIET
@@ -61,6 +68,7 @@ def codegen(
     precision: str | None,
     fixed: str | None,
     table: int | None,
+    free: tuple[str, ...],
     form: str,
     choice: Choice,
 ) -> int:
@@ -87,8 +95,10 @@ def codegen(
     controller = choose_controller(examined, choice.name)
     if controller is not None:
         _refuse_for_controllers(controller, chosen, table)
-        data = _written_controller(examined, controller, choice, target, Path(out), algorithm, numbers)
+        data = _written_controller(examined, controller, choice, target, Path(out), algorithm, numbers, free)
     else:
+        if free:
+            raise click.BadParameter("only controllers take numbers from their caller", param_hint="--free")
         data = _written_system(examined, choice, target, Path(out), algorithm, numbers, chosen, table)
     if form == "json":
         write_json(data)
@@ -143,6 +153,7 @@ def _written_controller(
     out: Path,
     algorithm: str,
     precision: Precision,
+    free: tuple[str, ...],
 ) -> dict[str, Any]:
     """Write the files of a controller and return what is reported.
 
@@ -167,6 +178,7 @@ def _written_controller(
         precision=precision,
         small=target != "python",
         guarded=target == "st",
+        free=free,
     )
     return {
         "controller": controller.name,

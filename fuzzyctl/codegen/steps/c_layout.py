@@ -14,7 +14,7 @@ from fuzzyctl.codegen.steps.unit import StepUnit
 from fuzzyctl.kernels.plan.equations import DT
 
 #: What the files call functions and types of their own, behind the name of the controller.
-_OWN: Final = ("init", "step", "state", "outputs", "status")
+_OWN: Final = ("init", "step", "state", "params", "params_init", "outputs", "status")
 
 
 def member_name(name: str) -> str:
@@ -55,7 +55,7 @@ class StepLayout:
     def arguments(self) -> tuple[str, ...]:
         """Identifiers of the inputs, then `dt` where there is no period."""
         macros = f"{self.name.upper()}_"
-        names = Names([*C_RESERVED, self.name])
+        names = Names([*C_RESERVED, self.name, "params"])
         inputs = [names.claim(i, apart_from=(f"{self.name}_", macros)) for i in self.unit.equations.inputs]
         return (*inputs, *(() if self.unit.equations.period is not None else (DT,)))
 
@@ -80,10 +80,18 @@ class StepLayout:
         """What is read of each slot."""
         return tuple(f"state->{own}[state->{k}]" if k else f"state->{own}" for own, k in self.members)
 
+    @cached_property
+    def numbers(self) -> tuple[str, ...]:
+        """Identifiers of the free numbers, members of the struct of params."""
+        names = Names([*C_RESERVED, self.name])
+        own = (f"{self.name.upper()}_",)
+        return tuple(names.claim(member_name(n.name), apart_from=own) for n in self.unit.numbers)
+
     @property
     def names(self) -> dict[str, str]:
         """Texts of the arguments of the program."""
-        return dict(zip(self.unit.program.arguments, (*self.arguments, *self.slots), strict=True))
+        numbers = [f"params->{n}" for n in self.numbers]
+        return dict(zip(self.unit.program.arguments, (*self.arguments, *self.slots, *numbers), strict=True))
 
     @property
     def many(self) -> bool:
@@ -94,6 +102,7 @@ class StepLayout:
     def step(self) -> str:
         """The head of the function that makes a step."""
         parameters = [f"{self.name}_state *state"] if self.members else []
+        parameters += [f"const {self.name}_params *params"] if self.numbers else []
         parameters += [f"{self.real} {a}" for a in self.arguments]
         if self.many:
             parameters.append(f"{self.name}_outputs *outputs")
@@ -105,6 +114,11 @@ class StepLayout:
     def init(self) -> str:
         """The head of the function that begins a state."""
         return f"void {self.name}_init({self.name}_state *state)"
+
+    @property
+    def params_init(self) -> str:
+        """The head of the function that sets the free numbers to those of the rule file."""
+        return f"void {self.name}_params_init({self.name}_params *params)"
 
     def status(self, output: str = "") -> str:
         """Return the status of a refusal, or of success."""

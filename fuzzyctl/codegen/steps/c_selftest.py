@@ -54,6 +54,8 @@ def _main(layout: StepLayout) -> Iterator[str]:
     yield f"{INDENT}for (size_t turn = 0U; turn < 2U; ++turn) {{"
     if layout.members:
         yield from (f"{INDENT * 2}{name}_state state;", f"{INDENT * 2}{name}_init(&state);")
+    if layout.numbers:
+        yield from (f"{INDENT * 2}{name}_params params;", f"{INDENT * 2}{name}_params_init(&params);")
     yield from (INDENT * 2 + line for line in comparison(layout, _call(layout)))
     yield f"{INDENT}}}"
     yield from report(layout)
@@ -62,7 +64,7 @@ def _main(layout: StepLayout) -> Iterator[str]:
 def _call(layout: StepLayout) -> Iterator[str]:
     """Yield lines that make step `v` and put its results into `found`."""
     name = layout.name
-    arguments = ["&state"] if layout.members else []
+    arguments = [*(["&state"] if layout.members else []), *(["&params"] if layout.numbers else [])]
     arguments += [f"inputs[v][{k}]" for k in range(len(layout.arguments))]
     if layout.many:
         yield f"{name}_outputs outputs;"

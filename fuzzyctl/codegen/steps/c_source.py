@@ -11,6 +11,7 @@ from fuzzyctl.codegen.steps.unit import (
     StepUnit,
     described_step,
     input_notes,
+    number_notes,
     signal_note,
     slot_notes,
     step_table_notes,
@@ -50,6 +51,9 @@ def _types(layout: StepLayout) -> Iterator[str]:
         notes = [signal_note(unit, s) for s in unit.controller.results]
         members = [f"{layout.real} {o};" for o in layout.outputs]
         yield from _struct(f"{name}_outputs", [list(pair) for pair in zip(members, notes, strict=True)])
+    if layout.numbers:
+        members = [f"{layout.real} {n};" for n in layout.numbers]
+        yield from _struct(f"{name}_params", [list(pair) for pair in zip(members, number_notes(unit), strict=True)])
     if layout.members:
         lines = []
         for (own, oldest), slot, note in zip(layout.members, unit.slots, slot_notes(unit), strict=True):
@@ -73,8 +77,11 @@ def _prototypes(layout: StepLayout) -> Iterator[str]:
     unit = layout.unit
     if layout.members:
         yield from ("// Begin with the state before the first step.", f"{layout.init};", "")
+    if layout.numbers:
+        yield from ("// Begin with the numbers of the rule file.", f"{layout.params_init};", "")
     about = [f"Make a step of {unit.controller.name}: {', '.join(unit.outputs)}."]
     about += [f"  state: begun by {layout.name}_init; becomes that after the step"] if layout.members else []
+    about += ["  params: finite numbers, see their ranges"] if layout.numbers else []
     about += [f"  {a}: {n}" if n else f"  {a}" for a, n in zip(layout.arguments, input_notes(unit), strict=True)]
     about += ["  outputs: where the results go"] if layout.many else []
     about += [f"  status: {layout.status()}, or which output has no rule that fires"] if unit.refusals else []
@@ -91,7 +98,15 @@ def source(unit: StepUnit) -> str:
     text = CText(unit.precision, layout.name, layout.names)
     text.notes = as_comments({value: [name] for value, name in unit.values.items()})
     step = [*_step(layout, text)]
-    return source_text(layout.name, text, [*(_init(layout, text) if layout.members else ()), *step])
+    begin = [*(_init(layout, text) if layout.members else ()), *(_params_init(layout, text) if layout.numbers else ())]
+    return source_text(layout.name, text, [*begin, *step])
+
+
+def _params_init(layout: StepLayout, text: CText) -> Iterator[str]:
+    yield f"{layout.params_init}\n{{"
+    for member, number in zip(layout.numbers, layout.unit.numbers, strict=True):
+        yield f"{INDENT}params->{member} = {bare(text.number(number.start))};"
+    yield "}\n"
 
 
 def _init(layout: StepLayout, text: CText) -> Iterator[str]:

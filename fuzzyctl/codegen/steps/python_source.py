@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from fuzzyctl.codegen.names import PYTHON_FUNCTION_RESERVED, PYTHON_RESERVED, Names
 from fuzzyctl.codegen.python_source import helpers, refusal
 from fuzzyctl.codegen.simplify import functions, renamed
+from fuzzyctl.codegen.steps.c_layout import member_name
 from fuzzyctl.codegen.steps.unit import StepUnit, described_step
 from fuzzyctl.kernels.plan.equations import DT
 from fuzzyctl.kernels.program.printer import IEEE_SCALAR, INDENT, block, text
@@ -37,15 +38,17 @@ def module(unit: StepUnit) -> str:
     lines += [f"{table} = {values!r}" for table, values in unit.program.tables]
     lines += ["", *helpers(functions(unit.program) | {"divide"})]
     starts = [f"*[{s.start!r}] * {s.length}" if s.length > 1 else repr(s.start) for s in unit.slots]
-    lines += ["", "def start():", f'{INDENT}"""Return the state before the first step."""']
-    lines += [f"{INDENT}return [{', '.join(starts)}]"]
+    numbers = [Names([*PYTHON_RESERVED, *_OWN]).claim(member_name(n.name)) for n in unit.numbers]
+    given = [f"{name}={n.start!r}" for name, n in zip(numbers, unit.numbers, strict=True)]
+    lines += ["", f"def start({', '.join(given)}):", f'{INDENT}"""Return the state before the first step."""']
+    lines += [f"{INDENT}return [{', '.join([*starts, *numbers])}]"]
     return "\n".join([*lines, "", "", *_step(unit, inputs)]) + "\n"
 
 
 def _state_names(unit: StepUnit) -> Iterator[str]:
     """Yield the texts of the names of the states, those of a delay as one."""
     place = 0
-    for slot in unit.slots:
+    for slot in (*unit.slots, *unit.numbers):
         names = [s.name for s in unit.equations.states[place : place + slot.length]]
         place += slot.length
         if names == [f"{slot.name}.{k}" for k in range(slot.length)]:
@@ -86,7 +89,7 @@ def _noted(unit: StepUnit, line: str) -> Iterator[str]:
 def _read(unit: StepUnit) -> Iterator[str]:
     """Yield lines that name what the slots give: the oldest number of each, which comes last."""
     place = 0
-    for k, slot in enumerate(unit.slots):
+    for k, slot in enumerate((*unit.slots, *unit.numbers)):
         place += slot.length
         yield f"{INDENT}s{k} = state[{place - 1}]"
 
@@ -99,3 +102,5 @@ def _taken(unit: StepUnit, values: list[str]) -> Iterator[str]:
         if slot.length > 1:
             yield f"*state[{place}:{place + slot.length - 1}]"
         place += slot.length
+    if unit.numbers:
+        yield f"*state[{place}:]"

@@ -191,7 +191,7 @@ class _Double:
         return self._found
 
     def _made(self, point: tuple[float, ...], state: Sequence[deque[float]], copy: int) -> Found:
-        given = [*point, *(line[0] for line in state)]
+        given = [*point, *(line[0] for line in state), *(number.start for number in self._unit.numbers)]
         if copy:
             given = [x * (1.0 + (_OFF[copy] or self._rng.choice((-1, 1))) * 2.0**-52) for x in given]
         results = [math.nan] * len(self._unit.program.results)
@@ -226,11 +226,12 @@ class _Single:
         self._run = Roundings(replace(program, arguments=program.arguments[:count], state=len(items)))
         starts = [np.full((1, LANES), nearest(s.start)) for s in unit.slots]
         self._state = [deque([x] * s.length, maxlen=s.length) for x, s in zip(starts, unit.slots, strict=True)]
+        self._numbers = [np.full((1, LANES), nearest(n.start)) for n in unit.numbers]
         self._taken: list[Numbers] = []
 
     def tried(self, point: tuple[float, ...]) -> list[Found]:
         """Return what double precision makes of a point, then each rounding."""
-        results, refused = self._run.run(nearest([point]), [line[0] for line in self._state])
+        results, refused = self._run.run(nearest([point]), [*(line[0] for line in self._state), *self._numbers])
         count = len(self._unit.outputs)
         self._taken = list(results[count:])
         numbers = [[float(r[0, k]) for r in results] for k in range(LANES)]

@@ -15,6 +15,7 @@ from fuzzyctl.codegen.steps.unit import (
     StepUnit,
     described_step,
     input_notes,
+    number_notes,
     signal_note,
     slot_notes,
     step_table_notes,
@@ -53,6 +54,7 @@ class _Block:
         self.arguments += [TIME] if unit.equations.period is None else []
         self.outputs = [names.claim(o) for o in unit.outputs]
         self.valid = [names.claim(f"{o}_valid") for o in self.outputs]
+        self.numbers = [names.claim(member_name(n.name)) for n in unit.numbers]
         self.slots = [names.claim(member_name(s.name)) for s in unit.slots]
         self.flags = [names.claim(f"{s}_no") for s in self.slots]
         self.oldest = [
@@ -84,7 +86,7 @@ class _Block:
     def _writer(self, *, partial: bool) -> STText:
         own = self.unit.program.arguments
         slots = [self._place(k, name) for k, name in enumerate(self.slots)]
-        names = dict(zip(own, [*self.arguments, *slots], strict=True))
+        names = dict(zip(own, [*self.arguments, *slots, *self.numbers], strict=True))
         missing = {f"s{k}": self._place(k, self.flags[k]) for k in self.missing}
         notes = {value: comments([name]) for value, name in self.unit.values.items()}
         return STText(self.unit.precision, names, partial=partial, notes=notes, absent=missing)
@@ -102,6 +104,9 @@ class _Block:
         for name, note in zip(self.arguments, input_notes(self.unit), strict=True):
             yield from (INDENT + line for line in comments([note] if note else []))
             yield f"{INDENT}{name} : {writer.real};"
+        for name, number, note in zip(self.numbers, self.unit.numbers, number_notes(self.unit), strict=True):
+            yield from (INDENT + line for line in comments([note] if note else []))
+            yield f"{INDENT}{name} : {writer.real} := {writer.number(number.start).strip('()')};"
         yield from ("END_VAR", "VAR_OUTPUT")
         for name, valid, signal in zip(self.outputs, self.valid, self.unit.controller.results, strict=True):
             note = signal_note(self.unit, signal)
@@ -137,7 +142,7 @@ class _Block:
     def _guard(self, writer: STText) -> str:
         # False for NaN and for infinities.
         largest = writer.number(LARGEST[self.unit.precision])
-        tests = [f"(ABS({a}) <= {largest})" for a in self.arguments]
+        tests = [f"(ABS({a}) <= {largest})" for a in (*self.arguments, *self.numbers)]
         tests += [f"({TIME} > {writer.number(0.0)})"] if TIME in self.arguments else []
         return " AND ".join(tests) or "TRUE"
 

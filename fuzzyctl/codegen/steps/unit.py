@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -18,10 +18,12 @@ from fuzzyctl.codegen.wrapping import folded
 from fuzzyctl.expr import Binary, Expr, Name, Negate, Number, evaluate, number_text
 from fuzzyctl.expr import replace as replace_in
 from fuzzyctl.kernels.algorithms.select import Algorithm, algorithm_of
+from fuzzyctl.kernels.inference.free import free_program
 from fuzzyctl.kernels.inference.inference import evaluation_with_rates
 from fuzzyctl.kernels.plan.build import plan
 from fuzzyctl.kernels.plan.equations import DT, Equation, Equations, Evaluation
 from fuzzyctl.kernels.plan.expansion import STARTED, equations_of
+from fuzzyctl.kernels.plan.free import free_plan
 from fuzzyctl.kernels.program.builder import is_atom
 from fuzzyctl.kernels.program.program import Assign, Program, Refuse, Statement
 from fuzzyctl.kernels.program.traversal import map_expressions, rebuilt
@@ -40,9 +42,10 @@ class StepUnit:
         digest: SHA-256 of the text of its rule file.
         settings: Params that were set by hand.
         equations: What it computes.
-        program: Its step for inputs that are no NaN. Arguments are the inputs, `dt` where there is no period, and what
-            the slots give; results are the outputs and what the slots take.
+        program: Its step for inputs that are no NaN. Arguments are the inputs, `dt` where there is no period, what the
+            slots give and the free numbers; results are the outputs and what the slots take.
         slots: The state.
+        numbers: Free numbers, which the caller gives; their starts are what the file says.
         systems: The systems that it calls, each with other params on its own, in the order of the calls.
         precision: Type of its numbers.
         values: Names of equations by the names of their values in the program.
@@ -55,6 +58,7 @@ class StepUnit:
     program: Program
     slots: tuple[Slot, ...]
     systems: tuple[Unit, ...]
+    numbers: tuple[Slot, ...] = ()
     precision: Precision = "double"
     values: Mapping[str, str] = field(default_factory=dict, hash=False)
 
@@ -93,6 +97,7 @@ def prepare_step(
     precision: Precision = "double",
     small: bool = False,
     guarded: bool = False,
+    free: Sequence[str] = (),
 ) -> StepUnit:
     """Expand a controller for code generation.
 
@@ -104,16 +109,24 @@ def prepare_step(
         precision: Type of its numbers.
         small: Whether the target has little memory, see `unit.prepare`.
         guarded: Whether quotients of equations are to be functions, which the target calls where they have a value.
+        free: Names of the numbers that the caller gives, see `compile`.
 
     Raises:
-        ArgumentError: For an algorithm that a system does not allow.
-        CodegenError: For a system that no target can print.
+        ArgumentError: For an algorithm that a system does not allow, and for a number that cannot be free.
+        UnknownNameError: For a free number that the controller does not have.
+        CodegenError: For a system that no target can print, and where a start depends on a free number.
     """
-    equations = equations_of(controller)
+    equations = equations_of(controller, free)
+    if equations.starts_vary:
+        raise CodegenError(f"the start of a state depends on a free number, one of {', '.join(equations.free)}")
     systems: dict[FuzzySystem, Unit] = {}
 
     def point(call: Evaluation) -> Program:
         planned = plan(call.system)
+        if call.free:
+            systems[call.system] = Unit(call.system, "", (), Algorithm(planned, None, "numbers of it are free"), {})
+            program = free_program(free_plan(call.system, [name for name, _ in call.free]))
+            return map_expressions(program, quotient) if guarded else program
         if call.states:
             systems[call.system] = Unit(call.system, "", (), Algorithm(planned, None, "it has a state"), {})
             program = evaluation_with_rates(planned)
@@ -124,14 +137,17 @@ def prepare_step(
         return chosen.printed
 
     written, values = named_step(_with_guards(equations) if guarded else equations, point)
-    program, slots = with_slots(lean(tidy(written)), equations.states, len(equations.outputs))
+    outputs = len(equations.outputs)
+    program, slots = with_slots(lean(tidy(written)), equations.states, outputs)
+    kept = len(slots) - len(equations.free)
     return StepUnit(
         controller=controller,
         digest=hashlib.sha256(text.encode("utf-8")).hexdigest(),
         settings=tuple((settings or {}).items()),
         equations=equations,
-        program=program,
-        slots=slots,
+        program=replace(program, results=program.results[: outputs + kept]),
+        slots=slots[:kept],
+        numbers=slots[kept:],
         systems=tuple(systems.values()),
         precision=precision,
         values={v.name: n for n, v in reversed(values.items()) if isinstance(v, Name) and "#" not in n},
@@ -210,7 +226,9 @@ def described_step(unit: StepUnit) -> list[str]:
     set_ = dict(unit.settings)
     calls = [f"Calls {u.system.name}: {u.algorithm.name}; {u.algorithm.reason}" for u in unit.systems]
     lines += dict.fromkeys(calls)
+    set_ |= {number.name: number.start for number in unit.numbers}
     lines += [f"Param {name} = {value!r}" for name, value in controller.param_values.values.items() if name not in set_]
+    lines += [f"Free: {number.name}, {number.start!r} in the rule file" for number in unit.numbers]
     lines += ["", "Inputs, which are neither clamped nor checked:"]
     lines += [f"  {s.name}{_noted(note)}" for s, note in zip(controller.inputs, input_notes(unit), strict=False)]
     lines.append("Outputs:")
@@ -238,6 +256,17 @@ def slot_notes(unit: StepUnit) -> list[str]:
     """Return for each slot the state that it holds."""
     known = {s.name: signal_note(unit, s) for s in unit.controller.states} | {STARTED: "1 from the first step on"}
     return [known.get(slot.name, slot.name) for slot in unit.slots]
+
+
+def number_notes(unit: StepUnit) -> list[str]:
+    """Return for each free number the range and unit of its param."""
+    params = {p.name: p for p in unit.controller.params}
+    found = []
+    for number in unit.numbers:
+        param = params.get(number.name)
+        parts = (range_text(unit, param.bounds), param.unit) if param is not None else (number.name,)
+        found.append(" ".join(part for part in parts if part))
+    return found
 
 
 def range_text(unit: StepUnit, bounds: Bounds | None) -> str:

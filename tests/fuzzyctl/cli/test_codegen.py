@@ -223,6 +223,18 @@ class TestController:
         assert "fixed point needs a bound of the error of state 's' over all steps, and none is proved" in result.output
         assert run(file, "--target", "c", "--fixed", "Q3.12", "--system", "surface").exit_code == 0
 
+    def test_takes_free_numbers(self, run, file, tmp_path):
+        assert run(file, "--target", "c", "--free", "surface.e.P.peak").exit_code == 0
+        assert "first_params" in (tmp_path / "first.h").read_text(encoding="utf-8")
+
+    def test_free_numbers_of_systems_and_unknown_ones_are_refused(self, run, file):
+        result = run(file, "--target", "c", "--free", "K")
+        assert (result.exit_code, "the start of a state depends on a free number" in result.output) == (1, True)
+        result = run(file, "--target", "c", "--free", "k")
+        assert (result.exit_code, "k" in result.output) == (1, True)
+        result = run(file, "--target", "c", "--system", "surface", "--free", "K")
+        assert (result.exit_code, "only controllers take numbers" in result.output) == (2, True)
+
     def test_is_not_written_where_a_guarantee_of_its_systems_is_refuted(self, run, file, tmp_path):
         result = run("refuted.fz", "--target", "c", "--system", "first")
         assert result.exit_code == 1

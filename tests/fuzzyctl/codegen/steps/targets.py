@@ -65,41 +65,44 @@ def by_kernel(text, rows, backend="python"):
     return step.run(rows[:, :width], **time)[0].reshape(len(rows), -1)
 
 
-def by_python(unit, rows):
+def by_python(unit, rows, **numbers):
     names = {"__name__": "generated"}
     exec(compile(python_source.module(unit), "generated", "exec"), names)
-    state, results, width = names["start"](), [], len(unit.equations.inputs)
+    state, results, width = names["start"](**numbers), [], len(unit.equations.inputs)
     for row in rows.tolist():
         found, state = names["step"](*row[:width], state, *row[width:])
         results.append(found if isinstance(found, tuple) else (found,))
     return np.array(results)
 
 
-def by_structured_text(unit, rows):
+def by_structured_text(unit, rows, **numbers):
     """Return the outputs, NaN where they are not valid."""
     block = Block(st_source.function_block(unit))
     results = []
     for row in rows.tolist():
-        found = block(**dict(zip(block.inputs, row, strict=True)))
+        found = block(**dict(zip(block.inputs, [*row, *(n.start for n in unit.numbers)], strict=True)) | numbers)
         results.append([v if valid else math.nan for v, valid in zip(found[::2], found[1::2], strict=True)])
     return np.array(results)
 
 
-def driver(unit):
-    """Return the text of a function that makes the steps of one controller."""
+def driver(unit, **numbers):
+    """Return the text of a function that makes the steps of one controller with some free numbers."""
     layout = StepLayout(unit)
-    arguments = [*(["&state"] if layout.members else []), *(f"row[{k}]" for k in range(len(layout.arguments)))]
+    arguments = [*(["&state"] if layout.members else []), *(["&params"] if layout.numbers else [])]
+    arguments = [*arguments, *(f"row[{k}]" for k in range(len(layout.arguments)))]
     call = f"{layout.name}_step({', '.join([*arguments, *(['&outputs'] if layout.many else [])])})"
     found = ", ".join(f"outputs.{o}" for o in layout.outputs) if layout.many else call
     lines = [f"{layout.name}_outputs outputs;", f"{call};"] if layout.many else []
     lines.append(f"const double found[{len(layout.outputs)}] = {{{found}}};")
     begin = f"    {layout.name}_state state;\n    {layout.name}_init(&state);" if layout.members else ""
+    begin += f"    {layout.name}_params params;\n    {layout.name}_params_init(&params);" if layout.numbers else ""
+    begin += "".join(f"\n    params.{name} = {value!r};" for name, value in numbers.items())
     body = "\n".join("        " + line for line in lines)
     sizes = {"width": max(1, len(layout.arguments)), "outputs": len(layout.outputs)}
     return DRIVER.format(name=layout.name, begin=begin, call=body, **sizes)
 
 
-def by_c(units: Sequence, rows: Sequence, folder, flags=("-O1",)):
+def by_c(units: Sequence, rows: Sequence, folder, flags=("-O1",), **numbers):
     """Compile several controllers into one program, and return the outputs of each over its rows."""
     layouts = [StepLayout(u) for u in units]
     for unit, layout in zip(units, layouts, strict=True):
@@ -107,7 +110,9 @@ def by_c(units: Sequence, rows: Sequence, folder, flags=("-O1",)):
         (folder / f"{layout.name}.c").write_text(c_source.source(unit), encoding="utf-8")
     heads = ["#include <stdint.h>", "#include <stdio.h>", *(f'#include "{x.name}.h"' for x in layouts)]
     calls = "".join(f"    run_{x.name}();\n" for x in layouts)
-    main = "\n".join([*heads, *map(driver, units), f"int main(void)\n{{\n{calls}    return 0;\n}}\n"])
+    main = "\n".join(
+        [*heads, *(driver(u, **numbers) for u in units), f"int main(void)\n{{\n{calls}    return 0;\n}}\n"]
+    )
     (folder / "main.c").write_text(main, encoding="utf-8")
     program = folder / "program"
     sources = [str(folder / "main.c"), *(str(folder / f"{x.name}.c") for x in layouts)]
