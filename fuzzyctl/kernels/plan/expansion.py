@@ -103,6 +103,13 @@ class _Scope:
         """Compute an expression over params."""
         return evaluate(expr, {n: e.value for n, e in self.names.items() if isinstance(e, Number)})
 
+    def computed(self, bounds: Bounds | None) -> Bounds | None:
+        """Return a range with numbers as ends."""
+        if bounds is None:
+            return None
+        lower, upper = (Number(self.constant(e)) for e in (bounds.lower, bounds.upper))
+        return dataclasses.replace(bounds, lower=lower, upper=upper)
+
 
 @dataclass
 class _Expansion:
@@ -127,7 +134,7 @@ class _Expansion:
             raise DiagnosticError([Diagnostic("FZ106", message, controller.span)])
         for state in controller.states:
             name = scope.prefix + state.name
-            self.states.append(KeptState(name, scope.constant(state.start), state.bounds))
+            self.states.append(KeptState(name, scope.constant(state.start), scope.computed(state.bounds)))
         for instance in controller.instances:
             self._enter_instance(scope, instance.name, instance.controller, instance.arguments)
         for item in _defined(controller):
