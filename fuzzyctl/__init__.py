@@ -10,7 +10,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from fuzzyctl.analysis.bounds import OutputBound, output_bounds
+    from fuzzyctl.analysis.block_bounds import output_bounds
+    from fuzzyctl.analysis.bounds import OutputBound
     from fuzzyctl.analysis.check import check
     from fuzzyctl.analysis.prove import prove
     from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Witness
@@ -77,7 +78,7 @@ _HOMES = {
     "load_loop": "fuzzyctl.loading.load",
     "load_plant": "fuzzyctl.loading.load",
     "loads": "fuzzyctl.loading.load",
-    "output_bounds": "fuzzyctl.analysis.bounds",
+    "output_bounds": "fuzzyctl.analysis.block_bounds",
     "prove": "fuzzyctl.analysis.prove",
     "simulate": "fuzzyctl.simulation.simulate",
 }

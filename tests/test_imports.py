@@ -26,7 +26,7 @@ ORDER = [
 ]
 #: The same for the sub-packages of packages.
 SUBORDER = {
-    "analysis": [["coverage", "multilinear"], ["branch_and_bound"]],
+    "analysis": [["coverage", "multilinear"], ["branch_and_bound"], ["induction"]],
     "codegen": [["steps"]],
     "experiments": [["settings"], ["results"], ["sweep"]],
     "formats": [["common"], ["fuzzylite"], ["fll"], ["fcl", "fis"], ["fml"]],

@@ -14,6 +14,7 @@ THROUGH = {
     "fuzzyctl/analysis/branch_and_bound": "fuzzyctl/analysis/test_prove.py fuzzyctl/analysis/test_prove_slopes.py "
     "fuzzyctl/analysis/test_extremes.py",
     "fuzzyctl/analysis/coverage": "fuzzyctl/analysis/coverage/test_coverage.py",
+    "fuzzyctl/analysis/induction": "fuzzyctl/analysis/test_controllers.py properties/test_controller_proofs.py",
     "fuzzyctl/analysis/multilinear": "fuzzyctl/analysis/test_prove.py fuzzyctl/analysis/test_prove_slopes.py",
     "fuzzyctl/building": "fuzzyctl/building/test_build.py",
     "fuzzyctl/cli": "fuzzyctl/cli/test_check.py fuzzyctl/cli/test_compare.py fuzzyctl/cli/test_doctor.py "

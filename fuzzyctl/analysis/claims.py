@@ -8,6 +8,7 @@ from fractions import Fraction
 from typing import Final
 
 from fuzzyctl.expr import Call, Compare, Expr, Logic, Name, Number, names_in, to_text, walk
+from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.system import FuzzySystem
 
@@ -93,7 +94,7 @@ ALWAYS: Final = Every(())
 
 @dataclass(frozen=True)
 class Claim:
-    """A guarantee of a system.
+    """A guarantee of a system or a controller.
 
     Args:
         text: As a rule file writes it.
@@ -106,7 +107,7 @@ class Claim:
     region: Truth
 
 
-def claim_of(system: FuzzySystem, guarantee: Guarantee) -> Claim:
+def claim_of(system: FuzzySystem | Controller, guarantee: Guarantee) -> Claim:
     """Return a guarantee in normal form."""
     tolerance = Fraction(0)
     text = to_text(guarantee.claim)
@@ -120,7 +121,7 @@ def claim_of(system: FuzzySystem, guarantee: Guarantee) -> Claim:
     return Claim(text, _truth(system, guarantee.claim, tolerance, True), region)
 
 
-def outside(system: FuzzySystem, guarantee: Guarantee) -> Claim | None:
+def outside(system: FuzzySystem | Controller, guarantee: Guarantee) -> Claim | None:
     """Return the claim that no point is in the region of a guarantee, None for one that speaks of all points."""
     if guarantee.when is None:
         return None
@@ -171,7 +172,7 @@ def is_limit(system: FuzzySystem, bound: Bound) -> bool:
     return any(not variables & set(named(side)) for side in (bound.left, bound.right))
 
 
-def _truth(system: FuzzySystem, expr: Expr, tolerance: Fraction, wanted: bool) -> Truth:
+def _truth(system: FuzzySystem | Controller, expr: Expr, tolerance: Fraction, wanted: bool) -> Truth:
     """Return a claim, or its negation if `wanted` is false, with `not` carried down to the comparisons."""
     match expr:
         case Logic(op="not", operands=(operand,)):

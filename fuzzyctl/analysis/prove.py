@@ -41,6 +41,7 @@ from fuzzyctl.analysis.work import COVERAGE, SEARCH, SPENT, SpentError, Work
 from fuzzyctl.diagnostics.diagnostic import Diagnostic
 from fuzzyctl.expr import Binary, Expr, span_of, to_text, walk
 from fuzzyctl.kernels.plan.build import Plan, plan
+from fuzzyctl.model.controller import Controller
 from fuzzyctl.model.guarantee import Guarantee
 from fuzzyctl.model.system import FuzzySystem
 from fuzzyctl.support import arguments
@@ -70,36 +71,44 @@ Progress = Callable[[str, int, int], None]
 
 
 def prove(
-    path: str | os.PathLike[str] | FuzzySystem,
+    path: str | os.PathLike[str] | FuzzySystem | Controller,
     *,
     system: str | None = None,
     timeout: float = TIMEOUT,
     progress: Progress | None = None,
 ) -> tuple[Verdict, ...]:
-    """Prove the guarantees of a rule file or a system, for all inputs in their ranges.
+    """Prove the guarantees of a rule file, a system or a controller, for all inputs in their ranges.
 
     Inputs that extrapolate run over all real numbers. Others are clamped, so that a claim that names outputs at the
     inputs as they are, and no inputs, also holds for all real numbers; a claim or a condition that names an input is
     about values in its range. A claim is about the points where the outputs it names have a value; `total(f)` says that
     they do everywhere. Where no point of the ranges is in the region of a condition, the verdict says so.
 
+    Claims of a controller are about every step that a run from its start may come to; ranges of its states and outputs
+    are claims, too. A range of a state is proved by induction: it holds the start, and no step leaves it.
+
     Args:
-        path: The `.fz` file, or the system.
+        path: The `.fz` file, the system, or the controller.
         system: Name of the system, where the file holds several.
         timeout: Seconds that one guarantee may take.
         progress: Called now and then during a long proof.
 
     Returns:
-        One verdict for each guarantee, in the order written.
+        One verdict for each guarantee, of a controller for each range of a state or an output as well, in the order
+        written.
 
     Raises:
         DiagnosticError: For a file with mistakes.
-        ArgumentError: For what is neither a path nor a system, and for other arguments of a type they cannot have.
+        ArgumentError: For what is no path, system or controller, and for other arguments of a type they cannot have.
         ValueOutOfBoundsError: For a negative timeout.
     """
     timeout = arguments.seconds("'timeout'", timeout)
     if progress is not None and not callable(progress):
         raise arguments.wrong("'progress'", "a function, or None", progress)
+    if isinstance(path, Controller):
+        from fuzzyctl.analysis.induction.prover import verdicts
+
+        return verdicts(path, timeout, progress)
     if not isinstance(path, FuzzySystem):
         from fuzzyctl.loading.load import load
 

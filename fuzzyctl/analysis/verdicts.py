@@ -45,11 +45,19 @@ class Witness:
 
 @dataclass(frozen=True)
 class Refuted:
-    """A guarantee that a witness breaks; see `Proved`."""
+    """A guarantee that a witness breaks; see `Proved`.
+
+    Args:
+        claim: The guarantee.
+        witness: The point.
+        span: Where it stands.
+        note: Of a controller, whether a run reaches the state of the witness.
+    """
 
     claim: str
     witness: Witness
     span: Span | None = field(default=None, compare=False, repr=False)
+    note: str = ""
 
 
 @dataclass(frozen=True)

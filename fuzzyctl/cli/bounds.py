@@ -16,11 +16,13 @@ from fuzzyctl.cli.common import (
     end_of_range,
     timeout_option,
 )
-from fuzzyctl.cli.loading import Choice, chooses, load_checked
+from fuzzyctl.cli.loading import Choice, chooses, controllers_of, load_checked, open_blocks
 from fuzzyctl.cli.streams import say, write_json
+from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
     from fuzzyctl.analysis.extremes import Extent
+    from fuzzyctl.model.controller import Controller
     from fuzzyctl.model.system import FuzzySystem
 
 
@@ -35,13 +37,18 @@ def bounds(file: str, choice: Choice, timeout: float, form: str) -> int:
     """Print proved bounds of each output of a rule file.
 
     No number that a kernel returns lies outside, for any inputs. Points where the output comes nearest are evaluated.
-    Slopes are bounds of how much an output changes per unit of each input.
+    Slopes are bounds of how much an output changes per unit of each input. Of a file with a controller they are the
+    bounds of its outputs and states over every step that a run may come to.
 
     \b
     fuzzyctl bounds rules/ais_reaction.fz
     """
     from fuzzyctl.analysis.extremes import extents
 
+    controller = _controller(file, choice)
+    if controller is not None:
+        _show_controller(controller, timeout, form)
+        return DONE
     system = load_checked(file, choice)
     found = extents(system, timeout=timeout)
     if form == "json":
@@ -54,6 +61,37 @@ def bounds(file: str, choice: Choice, timeout: float, form: str) -> int:
     else:
         say("\n".join(line for e in found for line in _lines(system, e)))
     return DONE
+
+
+def _controller(file: str, choice: Choice) -> Controller | None:
+    """Return the only controller of a file, or the one named; None where there is none or a system is named.
+
+    Raises:
+        DiagnosticError: For mistakes of the file, and for several controllers without a name.
+    """
+    controllers = controllers_of(open_blocks(file, choice))
+    if len(controllers) > 1:
+        names = [c.name for c in controllers]
+        message, help_text = "the file holds several controllers, and none is chosen", f"write --system {names[0]}"
+        facts = (f"controllers: {', '.join(names)}",)
+        raise DiagnosticError([Diagnostic("FZ502", message, facts=facts, help=help_text, file=file)])
+    return controllers[0] if controllers else None
+
+
+def _show_controller(controller: Controller, timeout: float, form: str) -> None:
+    from fuzzyctl.analysis.induction.bounds import controller_bounds
+
+    units = {s.name: s.unit for s in (*controller.results, *controller.states)}
+    states = {s.name for s in controller.states}
+    found = controller_bounds(controller, timeout)
+    if form == "json":
+        data = {n: {"name": n, "low": end_of_range(b.lo), "high": end_of_range(b.hi)} for n, b in found.items()}
+        outputs, kept = ([d for n, d in data.items() if (n in states) == wanted] for wanted in (False, True))
+        write_json({"controller": controller.name, "outputs": outputs, "states": kept})
+        return
+    for name, bound in found.items():
+        unit, what = units[name], "state " if name in states else ""
+        say(f"{what}{name}: from {bound.lo:.9g} to {bound.hi:.9g}{' ' + unit if unit else ''}")
 
 
 def _lines(system: FuzzySystem, extent: Extent) -> Iterator[str]:

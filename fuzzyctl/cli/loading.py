@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import wraps
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -71,6 +72,11 @@ class Choice:
         facts = (f"with {' '.join(f'--set {text}' for text in self.settings)}",)
         blamed = [replace(d, facts=(*d.facts, *facts), help="give --set another value") for d in error.diagnostics]
         return DiagnosticError(blamed)
+
+    def of_params(self, names: Sequence[str]) -> Choice:
+        """Return the same with the settings of some params only."""
+        own = tuple(t for t in self.settings if t.partition("=")[0].strip() in names)
+        return replace(self, settings=own)
 
 
 def chooses(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -145,6 +151,31 @@ def open_systems(
         raise DiagnosticError(errors if several else diagnostics)
     opened = Opened(examined, tuple(map(choice.changed, systems)), diagnostics)
     return replace(opened, blocks=tuple(map(choice.with_settings, chosen))) if chosen else opened
+
+
+def open_blocks(file: str, choice: Choice) -> Opened:
+    """Open the systems, and the other blocks, of a file, or the one named; each takes the settings of its own params.
+
+    Raises:
+        DiagnosticError: As `open_systems` does.
+    """
+    opened = open_systems(file, replace(choice, settings=(), profile=None), blocks=True)
+    if not opened.blocks:
+        return replace(opened, systems=tuple(map(choice.changed, opened.systems)))
+    params = [[p.name for p in s.params] for s in opened.systems] + [[p.name for p in b.params] for b in opened.blocks]
+    assignments(choice.settings, list(dict.fromkeys(chain.from_iterable(params))), "param")
+    return replace(
+        opened,
+        systems=tuple(choice.of_params([p.name for p in s.params]).changed(s) for s in opened.systems),
+        blocks=tuple(choice.of_params([p.name for p in b.params]).with_settings(b) for b in opened.blocks),
+    )
+
+
+def controllers_of(opened: Opened) -> list[Controller]:
+    """Return the controllers among the blocks that are open."""
+    from fuzzyctl.model.controller import Controller
+
+    return [b for b in opened.blocks if isinstance(b, Controller)]
 
 
 def load_checked(file: str, choice: Choice) -> FuzzySystem:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -21,16 +22,32 @@ from fuzzyctl.cli.common import (
     show,
     timeout_option,
 )
-from fuzzyctl.cli.loading import Choice, chooses, open_systems
+from fuzzyctl.cli.loading import Choice, Opened, chooses, controllers_of, open_blocks
 from fuzzyctl.cli.progress import progress
 from fuzzyctl.cli.streams import say, write_json
 from fuzzyctl.diagnostics.diagnostic import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
     from fuzzyctl.analysis.verdicts import Verdict
+    from fuzzyctl.model.controller import Controller
     from fuzzyctl.model.system import FuzzySystem
 
-Proofs = list[tuple[str, "FuzzySystem", "list[Verdict]"]]
+
+@dataclass
+class Proof:
+    """What is proved of a system or a controller.
+
+    Args:
+        file: The file.
+        block: The system or controller.
+        claims: How many claims there are.
+        verdicts: What is proved of each so far.
+    """
+
+    file: str
+    block: FuzzySystem | Controller
+    claims: int
+    verdicts: list[Verdict] = field(default_factory=list)
 
 
 @click.command()
@@ -44,25 +61,30 @@ def prove(files: tuple[str, ...], choice: Choice, timeout: float, form: str) -> 
     """Prove the guarantees of rule files: their 'require' lines.
 
     Each one is proved for all inputs, refuted by a point that is evaluated, or left undecided with what would decide
-    it. Exit code 1 if one is refuted or a file has mistakes, 3 if one is undecided.
+    it. Of controllers the ranges of states and outputs are proved, too: for every step that a run may come to.
+    Exit code 1 if one is refuted or a file has mistakes, 3 if one is undecided.
 
     \b
     fuzzyctl prove rules/*.fz
     fuzzyctl prove rules/ais_reaction.fz --set k_s=0.6
     """
-    proofs: Proofs = []
+    proofs: list[Proof] = []
     mistakes: list[Diagnostic] = []
     tell = say if form == "text" else None
     try:
         for file in dict.fromkeys(files):
             try:
-                systems = _systems(file, choice)
+                opened = _opened(file, choice)
             except DiagnosticError as error:
                 mistakes.extend(error.diagnostics)
                 continue
-            for system in systems:
-                proofs.append((STDIN if file == "-" else file, system, []))
-                _prove_all(*proofs[-1], timeout, tell)
+            shown = STDIN if file == "-" else file
+            for system in opened.systems:
+                proofs.append(Proof(shown, system, len(system.guarantees)))
+                _prove_system(proofs[-1], system, timeout, tell)
+            for controller in controllers_of(opened):
+                proofs.append(Proof(shown, controller, 0))
+                _prove_controller(proofs[-1], controller, timeout, tell)
     except KeyboardInterrupt:
         show(mistakes)
         say(f"interrupted{': ' if proofs else ''}{_summary(proofs)}", err=True)
@@ -73,45 +95,56 @@ def prove(files: tuple[str, ...], choice: Choice, timeout: float, form: str) -> 
         if proofs:
             say(_summary(proofs))
         show(mistakes)
-    kinds = {type(v).__name__ for _, _, verdicts in proofs for v in verdicts}
+    kinds = {type(v).__name__ for p in proofs for v in p.verdicts}
     if mistakes or "Refuted" in kinds:
         return FAILED
     return UNDECIDED if "Undecided" in kinds else DONE
 
 
-def _systems(file: str, choice: Choice) -> tuple[FuzzySystem, ...]:
-    """Return the systems of a file, or the one named; undecided coverage is printed.
+def _opened(file: str, choice: Choice) -> Opened:
+    """Return the systems and controllers of a file, or the one named; undecided coverage is printed.
 
     Raises:
         DiagnosticError: With the mistakes of the file.
     """
     from fuzzyctl.analysis.coverage import coverage
 
-    opened = open_systems(file, choice)
+    opened = open_blocks(file, choice)
     uncovered = opened.file.reported(d for system in opened.systems for d in coverage.diagnostics(system))
     errors = [d for d in uncovered if d.severity == "error"]
     if errors:
         raise DiagnosticError(errors)
     show(uncovered)
-    return opened.systems
+    return opened
 
 
-def _prove_all(
-    file: str, system: FuzzySystem, verdicts: list[Verdict], timeout: float, tell: Callable[[str], None] | None
-) -> None:
-    """Prove the guarantees of a system; tell of each as soon as it is settled."""
+def _prove_system(proof: Proof, system: FuzzySystem, timeout: float, tell: Callable[[str], None] | None) -> None:
+    """Prove the guarantees of a system; report each as soon as it is settled."""
     from fuzzyctl.analysis.prove import Prover
 
-    if tell is not None and not system.guarantees:
-        tell(f"{file}: {system.name}: no guarantees")
     prover = Prover(system, timeout=timeout)
-    for guarantee in system.guarantees:
+    _prove_all(proof, system.guarantees, prover, tell)
+
+
+def _prove_controller(proof: Proof, controller: Controller, timeout: float, tell: Callable[[str], None] | None) -> None:
+    """Prove the claims of a controller; report each as soon as it is settled."""
+    from fuzzyctl.analysis.induction.prover import ControllerProver
+
+    prover = ControllerProver(controller, timeout)
+    proof.claims = len(prover.claims.own)
+    _prove_all(proof, prover.claims.own, prover, tell)
+
+
+def _prove_all(proof: Proof, claims: Sequence[Any], prover: Any, tell: Callable[[str], None] | None) -> None:
+    if tell is not None and not claims:
+        tell(f"{proof.file}: {proof.block.name}: no guarantees")
+    for claim in claims:
         with progress() as told:
             prover.progress = None if told is None else _of_boxes(told)
-            verdict = prover.verdict(guarantee)
-        verdicts.append(verdict)
+            verdict = prover.verdict(claim)
+        proof.verdicts.append(verdict)
         if tell is not None:
-            tell("\n".join(_lines(file, verdict)))
+            tell("\n".join(_lines(proof.file, verdict)))
 
 
 def _of_boxes(told: Callable[[str], None]) -> Callable[[str, int, int], None]:
@@ -129,10 +162,10 @@ def _word(verdict: Verdict) -> str:
     return type(verdict).__name__.lower()
 
 
-def _summary(proofs: Proofs) -> str:
+def _summary(proofs: Sequence[Proof]) -> str:
     """Return the numbers of guarantees that are proved, refuted, undecided, and not examined."""
-    count = Counter(_word(v) for _, _, verdicts in proofs for v in verdicts)
-    count["left"] = sum(len(system.guarantees) - len(verdicts) for _, system, verdicts in proofs)
+    count = Counter(_word(v) for p in proofs for v in p.verdicts)
+    count["left"] = sum(p.claims - len(p.verdicts) for p in proofs)
     words = ("proved", "refuted", "undecided", "left")
     return ", ".join(f"{count[word]} {word}" for word in words if count[word] or word == "proved")
 
@@ -145,6 +178,8 @@ def _details(verdict: Verdict) -> Iterator[str]:
             yield verdict.note
     elif isinstance(verdict, Refuted):
         yield str(verdict.witness)
+        if verdict.note:
+            yield verdict.note
     else:
         yield verdict.reason
         for box in verdict.boxes[:3]:
@@ -153,17 +188,19 @@ def _details(verdict: Verdict) -> Iterator[str]:
             yield f"and {verdict.remaining - len(verdict.boxes[:3])} more"
 
 
-def _as_data(proofs: Proofs, mistakes: Sequence[Diagnostic]) -> dict[str, Any]:
-    systems = [
-        {
-            "file": file,
-            "system": s.name,
-            "semantics": s.method.semantics.profile,
-            "guarantees": [_verdict_data(v) for v in verdicts],
-        }
-        for file, s, verdicts in proofs
-    ]
-    return {"systems": systems, "diagnostics": [d.as_dict() for d in mistakes]}
+def _as_data(proofs: Sequence[Proof], mistakes: Sequence[Diagnostic]) -> dict[str, Any]:
+    from fuzzyctl.model.system import FuzzySystem
+
+    systems, controllers = [], []
+    for proof in proofs:
+        block, guarantees = proof.block, [_verdict_data(v) for v in proof.verdicts]
+        if isinstance(block, FuzzySystem):
+            semantics = block.method.semantics.profile
+            systems.append({"file": proof.file, "system": block.name, "semantics": semantics, "guarantees": guarantees})
+        else:
+            controllers.append({"file": proof.file, "controller": block.name, "guarantees": guarantees})
+    found: dict[str, Any] = {"systems": systems, "controllers": controllers} if controllers else {"systems": systems}
+    return found | {"diagnostics": [d.as_dict() for d in mistakes]}
 
 
 def _verdict_data(verdict: Verdict) -> dict[str, Any]:
@@ -178,8 +215,8 @@ def _verdict_data(verdict: Verdict) -> dict[str, Any]:
         return data | {"note": verdict.note or None}
     if isinstance(verdict, Refuted):
         w = verdict.witness
-        return data | {
-            "witness": {"point": w.point, "other": w.other, "values": {n: end_of_range(v) for n, v in w.sides}}
-        }
+        values = {n: end_of_range(v) for n, v in w.sides}
+        data |= {"witness": {"point": w.point, "other": w.other, "values": values}}
+        return data | ({"note": verdict.note} if verdict.note else {})
     boxes = [{n: [end_of_range(s.lower), end_of_range(s.upper)] for n, s in box.items()} for box in verdict.boxes]
     return data | {"reason": verdict.reason, "boxes": boxes, "remaining": verdict.remaining}

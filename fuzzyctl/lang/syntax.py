@@ -45,7 +45,7 @@ HEADS: Final = ("controller", "plant", "loop")
 _COMMON: Final = (*HEADS, "system", "source", "use", "param", "function", "let", "allow", "deny")
 #: Words that begin a statement within such a block, by its head; some are those of a system, with a form of their own.
 BLOCKS: Final[dict[str, tuple[str, ...]]] = {
-    "controller": (*_COMMON, "input", "output", "state", "next", "every", "block"),
+    "controller": (*_COMMON, "input", "output", "state", "next", "every", "block", "require"),
     "plant": (*_COMMON, "input", "output", "state", "der"),
     "loop": (*_COMMON, "block", "measure", "run", "require"),
 }

@@ -39,6 +39,8 @@ def numbers(block: Controller | Plant | Loop, params: ParamValues) -> Iterator[D
             yield from _within(f"the start of state '{state.name}'", state.start, state.bounds, params)
     if isinstance(block, Controller):
         yield from _positive("the period", block.period, params, "write a time, such as: every 5 ms")
+        for guarantee in block.guarantees:
+            yield from _tolerance(guarantee.within, params)
     if isinstance(block, Plant):
         yield from _dead_times(block, params)
     else:
@@ -67,6 +69,15 @@ def _positive(what: str, expr: Expr | None, params: ParamValues, help_text: str)
     elif value is not None and expr is not None and not 0 < value < math.inf:
         why = "not positive" if value <= 0 else "not finite"
         yield Diagnostic("FZ302", f"{what} is {value:g} s, {why}", span_of(expr), help=help_text)
+
+
+def _tolerance(expr: Expr | None, params: ParamValues) -> Iterator[Diagnostic]:
+    value = None if expr is None else _computed(expr, params)
+    if isinstance(value, Diagnostic):
+        yield value
+    elif value is not None and expr is not None and not 0.0 <= value < math.inf:
+        what = "infinite" if value > 0 else f"{value:g}, below 0"
+        yield Diagnostic("FZ302", f"the tolerance is {what}", span_of(expr), help="write a small number >= 0")
 
 
 def _ends(bounds: Bounds, params: ParamValues) -> tuple[float, float] | None:

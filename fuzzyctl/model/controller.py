@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from fuzzyctl.expr import Expr
-from fuzzyctl.model.guarantee import Bounds, Param
+from fuzzyctl.expr import Expr, evaluate
+from fuzzyctl.model.guarantee import Bounds, Guarantee, Param
 from fuzzyctl.model.node import Node
 from fuzzyctl.model.params import ParamValues
 from fuzzyctl.model.system import FuzzySystem
@@ -88,6 +88,7 @@ class Controller(Node):
         systems: The fuzzy systems that it calls.
         controllers: The controllers that its instances are of.
         path: The file it was read from, or an empty string.
+        guarantees: Claims about each reachable step.
     """
 
     name: str
@@ -105,8 +106,13 @@ class Controller(Node):
     systems: tuple[FuzzySystem, ...] = ()
     controllers: tuple[Controller, ...] = ()
     path: str = field(default="", compare=False, repr=False)
+    guarantees: tuple[Guarantee, ...] = ()
 
     @cached_property
     def param_values(self) -> ParamValues:
         """Values of the params as far as they can be computed, and why others cannot."""
         return ParamValues(self.params)
+
+    def number(self, expr: Expr) -> float:
+        """Compute an expression over the params."""
+        return evaluate(expr, self.param_values.values)

@@ -18,6 +18,7 @@ from fuzzyctl.resolve.block_expressions import Inner
 from fuzzyctl.resolve.block_names import Find
 from fuzzyctl.resolve.block_statements import Statements
 from fuzzyctl.resolve.context import Context
+from fuzzyctl.resolve.controller_claims import resolve_claim
 
 #: Names that a controller has without declaring them: the time since the step before [s].
 GIVEN: Final = ("dt",)
@@ -56,6 +57,8 @@ class _Controller(Statements):
         period = None
         for s in statements:
             period = self._period(s, period) if isinstance(s, sx.Every) else period
+        claims = [resolve_claim(self.context, s, self.formula) for s in statements if isinstance(s, sx.Require)]
+        self.incomplete = self.incomplete or None in claims
         self.require_updates(statements, "next", "next value")
         self.require_outputs(statements)
         return Controller(
@@ -68,6 +71,7 @@ class _Controller(Statements):
             period=period,
             controllers=self.instances_of(Controller),
             path=path,
+            guarantees=tuple(c for c in claims if c is not None),
         )
 
     def equation(self, s: sx.Equation) -> Node | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise, product
@@ -13,7 +13,7 @@ import numpy as np
 
 from fuzzyctl.analysis.affine import Reader
 from fuzzyctl.analysis.bounds import OutputBound, output_bounds
-from fuzzyctl.analysis.claims import Bound, Every, Some, Truth, bounds_in
+from fuzzyctl.analysis.claims import Bound, Every, Some, Truth, bounds_in, is_limit
 from fuzzyctl.analysis.coverage.coverage import uncovered_of
 from fuzzyctl.analysis.kernel_errors import kernel_errors
 from fuzzyctl.analysis.multilinear.surface import surface_of
@@ -194,21 +194,18 @@ class System:
 
     def cells(self, truths: Sequence[Truth]) -> tuple[Array, Array] | None:
         """Cut the inputs where terms bend and where conditions change; None for too many cells."""
-        breakpoints = [self._breakpoints(i) for i in range(len(self.inputs))]
+        breakpoints = [self.breakpoints(i) for i in range(len(self.inputs))]
         for truth in truths:
             for bound in bounds_in(truth):
                 self._add_conditions(bound, breakpoints)
-        sides = [self._sides(i, own) for i, own in enumerate(breakpoints)]
-        count = prod(len(own) for own in sides)
-        if count > MOST_CELLS:
-            sides = [[self.whole(i)] if len(own) > 3 else own for i, own in enumerate(sides)]
-            count = prod(len(own) for own in sides)
-            if count > MOST_CELLS:
-                return None
-        ends = np.array(list(product(*sides)), dtype=np.float64).reshape(-1, len(sides), 2)
-        return np.ascontiguousarray(ends[:, :, 0].T), np.ascontiguousarray(ends[:, :, 1].T)
+        return grid_of_cells([self.whole(i) for i in range(len(self.inputs))], breakpoints)
 
-    def _breakpoints(self, position: int) -> set[float]:
+    def is_limit(self, bound: Bound) -> bool:
+        """Return whether one side is a number: such a claim is about the numbers that kernels return."""
+        return is_limit(self.system, bound)
+
+    def breakpoints(self, position: int) -> set[float]:
+        """Return where the terms of an input bend."""
         sets = [d.set for d in self.plan.degrees if d.variable == position]
         return {x for s in sets for x in ([v[0] for v in s.vertices] or s.pieces)}
 
@@ -226,25 +223,13 @@ class System:
             other = systems[taken.system]
             for i, argument in enumerate(taken.arguments):
                 if argument.input is not None and (other is not self or argument != self.reader.here[0][i]):
-                    bends = [Fraction(x) for x in (*other._breakpoints(i), *other.whole(i)) if isfinite(x)]
+                    bends = [Fraction(x) for x in (*other.breakpoints(i), *other.whole(i)) if isfinite(x)]
                     breakpoints[argument.input] |= {float((x - argument.shift) / argument.factor) for x in bends}
 
     def whole(self, position: int) -> tuple[float, float]:
         """Return the ends of what an input may be."""
         variable = self.plan.inputs[position]
         return (-inf, inf) if variable.extrapolate else (variable.lower, variable.upper)
-
-    def _sides(self, position: int, breakpoints: set[float]) -> list[tuple[float, float]]:
-        """Return points and the floats strictly between them."""
-        lower, upper = self.whole(position)
-        inner = sorted(x for x in breakpoints if lower < x < upper and isfinite(x))
-        points = [lower, *inner, upper]
-        found: list[tuple[float, float]] = [(x, x) for x in points if isfinite(x)]
-        for a, b in pairwise(points):
-            start, stop = nextafter(a, inf) if isfinite(a) else a, nextafter(b, -inf) if isfinite(b) else b
-            if start <= stop:
-                found.append((start, stop))
-        return found
 
     def is_continuous(self, output: int) -> bool:
         """Return whether an output jumps nowhere: neither its terms nor its norms do, and some rule always fires."""
@@ -263,6 +248,42 @@ class System:
         if not all(_is_continuous(d.set.kind, d.set.vertices, d.set.expression) for d in plan.degrees):
             return False
         return uncovered_of(plan)[own.name] is None
+
+
+def grid_of_cells(
+    wholes: Sequence[tuple[float, float]], breakpoints: Sequence[Iterable[float]]
+) -> tuple[Array, Array] | None:
+    """Cut a box at points along each side; where that gives too many cells, only sides with few; None for too many.
+
+    Args:
+        wholes: Ends of the sides.
+        breakpoints: Where to cut each of them.
+
+    Returns:
+        Ends of the cells, shape (sides, cells) each.
+    """
+    sides = [_cut(whole, own) for whole, own in zip(wholes, breakpoints, strict=True)]
+    count = prod(len(own) for own in sides)
+    if count > MOST_CELLS:
+        sides = [[whole] if len(own) > 3 else own for whole, own in zip(wholes, sides, strict=True)]
+        count = prod(len(own) for own in sides)
+        if count > MOST_CELLS:
+            return None
+    ends = np.array(list(product(*sides)), dtype=np.float64).reshape(-1, len(sides), 2)
+    return np.ascontiguousarray(ends[:, :, 0].T), np.ascontiguousarray(ends[:, :, 1].T)
+
+
+def _cut(whole: tuple[float, float], breakpoints: Iterable[float]) -> list[tuple[float, float]]:
+    """Return points and the floats strictly between them."""
+    lower, upper = whole
+    inner = sorted({x for x in breakpoints if lower < x < upper and isfinite(x)})
+    points = [lower, *inner, upper]
+    found: list[tuple[float, float]] = [(x, x) for x in points if isfinite(x)]
+    for a, b in pairwise(points):
+        start, stop = nextafter(a, inf) if isfinite(a) else a, nextafter(b, -inf) if isfinite(b) else b
+        if start <= stop:
+            found.append((start, stop))
+    return found
 
 
 def _is_continuous(kind: str, vertices: Sequence[tuple[float, float]], expression: Expr | None) -> bool:

@@ -2,28 +2,51 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Protocol
+
 import numpy as np
 
 from fuzzyctl.analysis import clock
-from fuzzyctl.analysis.branch_and_bound.boxed_system import System, surely_false, surely_true
+from fuzzyctl.analysis.branch_and_bound.boxed_system import surely_false, surely_true
 from fuzzyctl.analysis.branch_and_bound.queue import (
     FIRST,
     NEAR,
     TRIED,
+    Boxed,
     BoxProgress,
     Search,
     middles,
     signed_points,
     start_of,
 )
-from fuzzyctl.analysis.claims import Bound, Claim, bounds_in, is_limit
+from fuzzyctl.analysis.claims import Bound, Claim, Truth, bounds_in
 from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict, Witness
-from fuzzyctl.analysis.witnesses import Judge
-from fuzzyctl.expr import Compare
-from fuzzyctl.kernels.interval.vector import Array
+from fuzzyctl.expr import Compare, Expr
+from fuzzyctl.kernels.interval.vector import Array, Enclosure, Mask
 
 
-def decide(system: System, claim: Claim, judge: Judge, timeout: float, progress: BoxProgress | None) -> Verdict:
+class Enclosed(Boxed, Protocol):
+    """A system or a step whose expressions can be enclosed over boxes."""
+
+    def cells(self, truths: Sequence[Truth]) -> tuple[Array, Array] | None:
+        """Return the boxes to begin with, shape (inputs, boxes) each; None for too many."""
+
+    def enclose(self, exprs: Sequence[Expr], lo: Array, hi: Array, *, sloped: bool) -> tuple[list[Enclosure], Mask]:
+        """Enclose expressions, and say in which boxes they have no value."""
+
+    def is_limit(self, bound: Bound) -> bool:
+        """Return whether one side is a number."""
+
+
+class Judge(Protocol):
+    """What evaluates points."""
+
+    def broken(self, truth: Truth, region: Truth, point: Sequence[float]) -> Witness | None:
+        """Return a point as a witness if it lies in the region and the claim is false there."""
+
+
+def decide(system: Enclosed, claim: Claim, judge: Judge, timeout: float, progress: BoxProgress | None) -> Verdict:
     """Decide a claim about points by subdivision."""
     deadline = clock.now() + timeout
     cells = system.cells([claim.truth, claim.region])
@@ -65,11 +88,11 @@ def _witness_of(claim: Claim, judge: Judge, point: Array, lo: Array, hi: Array) 
 
 
 class _Pointwise:
-    def __init__(self, system: System, claim: Claim, judge: Judge, search: Search) -> None:
+    def __init__(self, system: Enclosed, claim: Claim, judge: Judge, search: Search) -> None:
         self.system, self.claim, self.judge, self.search = system, claim, judge, search
         self.compared = list(dict.fromkeys(bounds_in(claim.truth)))
         self.conditions = list(dict.fromkeys(bounds_in(claim.region)))
-        self.only_exact = not any(b.tolerance or is_limit(system.system, b) for b in self.compared)
+        self.only_exact = not any(b.tolerance or system.is_limit(b) for b in self.compared)
         self.is_rounded = False
 
     def verdict(self) -> Verdict:

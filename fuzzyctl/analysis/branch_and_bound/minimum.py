@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Final
+from typing import Final, Protocol
 
 import numpy as np
 
 from fuzzyctl.analysis.branch_and_bound.boxed_system import System
+from fuzzyctl.analysis.branch_and_bound.decide import Enclosed
 from fuzzyctl.analysis.branch_and_bound.queue import Search, middles, signed_points, start_of
 from fuzzyctl.analysis.work import Work
+from fuzzyctl.expr import Name
 from fuzzyctl.kernels.interval.vector import Array, negative
 
 #: Boxes of a step that are evaluated by the kernel.
@@ -21,13 +23,24 @@ _SLOPE_GAP: Final = 0.05
 _WAITING: Final = 0.05
 
 
+class Measured(Enclosed, Protocol):
+    """A system or a step of known work."""
+
+    @property
+    def outputs(self) -> list[str]:
+        """Names of the outputs."""
+
+    def units(self, output: int, boxes: int) -> float:
+        """Return the work of enclosing an output and its slopes over some boxes."""
+
+
 def least(
-    system: System, output: int, sign: int, gap: float, value: Callable[[list[float]], float], work: Work
+    system: Measured, output: int, sign: int, gap: float, value: Callable[[list[float]], float], work: Work
 ) -> tuple[float, list[float] | None]:
     """Bound sign · output from below.
 
     Args:
-        system: The system.
+        system: What is searched.
         output: Position of the output.
         sign: 1 or -1.
         gap: How far the bound may be below an attained value.
@@ -45,7 +58,8 @@ def least(
 
 
 class _Least:
-    def __init__(self, system: System, output: int, sign: int, value: Callable[[list[float]], float]) -> None:
+    def __init__(self, system: Measured, output: int, sign: int, value: Callable[[list[float]], float]) -> None:
+        self.expr = Name(system.outputs[output])
         self.system, self.output, self.sign, self.value = system, output, sign, value
         self.best = math.inf
         self.point: list[float] | None = None
@@ -54,7 +68,7 @@ class _Least:
         search = Search(self.system, lo, hi, math.inf, None)
         bounds = np.full(lo.shape[1], -np.inf)
         settled = math.inf
-        while search.lo.shape[1] and not search.is_full and work.takes(_units(search, self.output)):
+        while search.lo.shape[1] and not search.is_full and work.takes(_units(self.system, search, self.output)):
             # The lowest bounds stand last, where the next batch is taken from.
             order = np.argsort(-bounds, kind="stable")
             search.lo, search.hi, bounds = search.lo[:, order], search.hi[:, order], bounds[order]
@@ -75,7 +89,7 @@ class _Least:
     def _lower(self, lo: Array, hi: Array) -> tuple[Array, Array, Array]:
         """Return lower bounds over boxes, slopes, and points where the value is low."""
         system, count = self.system, lo.shape[1]
-        (found,), void = system.evaluate(list(system.inputs_of(lo, hi, sloped=True).values()), [self.output])
+        (found,), void = system.enclose([self.expr], lo, hi, sloped=True)
         e = found if self.sign > 0 else negative(found)
         natural = np.broadcast_to(e.lo, count)
         void = np.broadcast_to(void, count)
@@ -83,7 +97,7 @@ class _Least:
             return np.where(void, math.inf, natural), np.zeros_like(lo), middles(lo, hi)
         down, up = (np.broadcast_to(s, lo.shape) for s in e.slopes)
         start, slack = start_of(lo, hi, down, up)
-        (there,), _ = system.evaluate(list(system.inputs_of(start, start, sloped=False).values()), [self.output])
+        (there,), _ = system.enclose([self.expr], start, start, sloped=False)
         low = there.lo if self.sign > 0 else -there.hi
         straight = low - slack * (1.0 + 1e-12) - e.error
         straight = straight - np.abs(straight) * 1e-15
@@ -114,7 +128,7 @@ def _steepest(system: System, output: int, position: int, search: Search, work: 
     while search.lo.shape[1] and not search.is_full:
         order = np.argsort(bounds, kind="stable")
         search.lo, search.hi, bounds = search.lo[:, order], search.hi[:, order], bounds[order]
-        if bounds[-1] <= shown * (1.0 + _SLOPE_GAP) or not work.takes(_units(search, output)):
+        if bounds[-1] <= shown * (1.0 + _SLOPE_GAP) or not work.takes(_units(system, search, output)):
             break
         count = min(system.batch, len(bounds))
         bounds = bounds[: len(bounds) - count]
@@ -130,10 +144,10 @@ def _steepest(system: System, output: int, position: int, search: Search, work: 
     return max(settled, float(bounds.max(initial=0.0)))
 
 
-def _units(search: Search, output: int) -> float:
+def _units(system: Measured, search: Search, output: int) -> float:
     """Return the work of the next batch, in which the output is enclosed over boxes and at points in them."""
     waiting = int(search.lo.shape[1])
-    return 2.0 * search.system.units(output, min(search.system.batch, waiting)) + _WAITING * waiting
+    return 2.0 * system.units(output, min(system.batch, waiting)) + _WAITING * waiting
 
 
 def _slopes(system: System, output: int, position: int, lo: Array, hi: Array) -> Array:

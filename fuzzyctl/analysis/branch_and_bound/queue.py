@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from typing import Final
+from typing import Final, Protocol
 
 import numpy as np
 
 from fuzzyctl.analysis import clock
-from fuzzyctl.analysis.branch_and_bound.boxed_system import System
 from fuzzyctl.analysis.coverage.box_search import Side
 from fuzzyctl.analysis.sampling import with_signs
 from fuzzyctl.analysis.verdicts import Refuted, Undecided, Verdict, Witness
@@ -32,17 +31,29 @@ _SHOWN: Final = 10
 BoxProgress = Callable[[int, int], None]
 
 
+class Boxed(Protocol):
+    """What is searched: a system or a step over boxes."""
+
+    @property
+    def inputs(self) -> list[str]:
+        """Names of the sides of a box."""
+
+    @property
+    def batch(self) -> int:
+        """How many boxes to take at once."""
+
+
 class Search:
     """One search: open boxes, taken in batches from the end.
 
     Args:
-        system: The system.
+        system: What is searched.
         lo, hi: Ends of the boxes to begin with, shape (inputs, boxes).
         deadline: When to stop.
         progress: Called after each batch.
     """
 
-    def __init__(self, system: System, lo: Array, hi: Array, deadline: float, progress: BoxProgress | None) -> None:
+    def __init__(self, system: Boxed, lo: Array, hi: Array, deadline: float, progress: BoxProgress | None) -> None:
         self.system, self.lo, self.hi = system, lo, hi
         self.deadline, self.progress, self.settled = deadline, progress, 0
         self.stuck: list[tuple[Array, Array]] = []

@@ -60,7 +60,7 @@ class KeptState:
     Args:
         name: Its name, with those of the instances it belongs to.
         start: Its value before the first step.
-        bounds: The range that the controller declares, None for none.
+        bounds: The range that the controller declares, its ends numbers; None for none.
     """
 
     name: str

@@ -128,6 +128,17 @@ class Scope:
         """Return the params in an expression that depend on free numbers."""
         return [n.name for n in names_in(expr) if n.name in self.symbolic] if self.symbolic else []
 
+    def computed(self, bounds: Bounds | None) -> Bounds | None:
+        """Return a range with numbers as ends; None for one that depends on free params."""
+        if bounds is None or not all(
+            n.name in CONSTANTS or isinstance(self.names.get(n.name), Number)
+            for e in (bounds.lower, bounds.upper)
+            for n in names_in(e)
+        ):
+            return None
+        lower, upper = (Number(self.constant(e)) for e in (bounds.lower, bounds.upper))
+        return dataclasses.replace(bounds, lower=lower, upper=upper)
+
 
 @dataclass
 class Expansion:
@@ -157,7 +168,8 @@ class Expansion:
         self._enter_params(scope)
         for state in controller.states:
             name = scope.prefix + state.name
-            self.states.append(KeptState(name, self.start(state.start, scope), state.bounds))
+            start = self.start(state.start, scope)
+            self.states.append(KeptState(name, start, scope.computed(state.bounds)))
         for instance in controller.instances:
             self._enter_instance(scope, instance.name, instance.controller, instance.arguments)
         for item in _defined(controller):

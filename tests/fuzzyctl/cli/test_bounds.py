@@ -58,3 +58,39 @@ def test_a_file_with_mistakes_is_refused(tmp_path):
     path = tmp_path / "s.fz"
     path.write_text("system s\n", encoding="utf-8")
     assert run(path).exit_code == 1
+
+
+class TestControllers:
+    TEXT = (
+        "system s\ninput e in [-1, 1]\n  terms N P\noutput u in [-1, 1]\n  terms N@-1 P@1\nand product\n"
+        "defuzzifier center_average\ntable u = e\n   N P\n | N P\n"
+        'controller c\ninput x in [-1, 1]\nstate k in [0, inf) unit "m" = 0\nnext k = max(0, k + x)\n'
+        'output y unit "V" = 2 * s(x)\n'
+    )
+
+    @pytest.fixture
+    def path(self, tmp_path):
+        path = tmp_path / "c.fz"
+        path.write_text(self.TEXT, encoding="utf-8")
+        return path
+
+    def test_outputs_and_states_are_printed_with_their_units(self, path):
+        result = run(path)
+        assert result.exit_code == 0, result.output
+        assert result.stdout == "y: from -2 to 2 V\nstate k: from 0 to inf m\n"
+
+    def test_json_holds_the_same(self, path):
+        data = json.loads(run(path, "--format", "json").stdout)
+        assert data["controller"] == "c"
+        assert data["states"] == [{"name": "k", "low": 0.0, "high": "inf"}]
+        assert [o["name"] for o in data["outputs"]] == ["y"]
+
+    def test_a_system_may_be_named(self, path):
+        assert run(path, "--system", "s").stdout.startswith("u: from -1 to 1\n")
+
+    def test_one_of_several_controllers_is_named(self, path):
+        path.write_text(self.TEXT + "controller d\ninput x in [0, 1]\noutput z = x\n", encoding="utf-8")
+        result = run(path)
+        assert result.exit_code == 1
+        assert "several controllers" in result.stderr
+        assert run(path, "--system", "d").stdout == "z: from 0 to 1\n"

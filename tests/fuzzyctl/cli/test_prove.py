@@ -135,3 +135,78 @@ def test_a_negative_time_is_wrong_usage(written):
 def test_a_time_that_is_no_number_is_wrong_usage(written):
     result = run(written("u <= 1"), "--timeout", "nan")
     assert (result.exit_code, "nan is not in the range" in result.output) == (2, True)
+
+
+CONTROLLER = """
+controller valve
+function half(a) = a / 2
+input x in [-1, 1]
+param top in (0, 10] = 1
+state s in [0, 2] = 0
+next s = clamp(s + x, 0, top)
+output y in [0, 5] = half(s)
+"""
+
+
+@pytest.fixture
+def controller(written):
+    def write(*claims, system=False):
+        path = written() if system else written().with_name("valve.fz")
+        text = path.read_text(encoding="utf-8") if system else ""
+        path.write_text(text + CONTROLLER.lstrip() + "".join(f"require {c}\n" for c in claims), encoding="utf-8")
+        return path
+
+    return write
+
+
+class TestControllers:
+    def test_ranges_and_claims_are_proved_in_the_order_written(self, controller):
+        result = run(controller("y <= 0.5"))
+        assert result.exit_code == 0, result.output
+        assert [line.partition(".fz")[2] for line in result.stdout.splitlines()[:-1]] == [
+            ":5: proved: s in [0, 2]",
+            ":7: proved: y in [0, 5]",
+            ":8: proved: y <= 0.5",
+        ]
+        assert result.stdout.endswith("\n3 proved\n")
+
+    def test_a_refuted_claim_shows_the_state_and_whether_it_is_reached(self, controller):
+        result = run(controller("y <= 0.25"))
+        assert result.exit_code == 1
+        assert "refuted: y <= 0.25\n    at s = " in result.stdout
+        assert "\n    reached from the start after " in result.stdout
+
+    def test_an_undecided_claim_exits_with_3(self, controller):
+        assert run(controller("sqrt(x) >= 0")).exit_code == 3
+
+    def test_params_may_be_set_within_their_ranges(self, controller):
+        path = controller("y <= 0.5")
+        assert run(path, "--set", "top=0.5").exit_code == 0
+        assert run(path, "--set", "top=1.5").exit_code == 1
+        result = run(path, "--set", "top=20")
+        assert result.exit_code == 1
+        assert "param 'top' is 20, outside of (0, 10]" in result.stderr
+        assert "with --set top=20" in result.stderr
+        assert "no param 'to'" in run(path, "--set", "to=1").stderr
+
+    def test_systems_beside_a_controller_are_proved_too(self, controller):
+        path = controller("y <= 0.5", system=True)
+        assert "line: no guarantees" in run(path, "--set", "top=0.5").stdout
+        assert run(path, "--system", "line").stdout.endswith("0 proved\n")
+        assert run(path, "--system", "valve").stdout.endswith("3 proved\n")
+        assert run(path, "--system", "vale").exit_code == 1
+
+    def test_mistakes_are_reported_and_nothing_is_proved(self, controller):
+        result = run(controller("z <= 0.5"))
+        assert result.exit_code == 1
+        assert "no name 'z'" in result.stderr
+        assert "proved:" not in result.stdout
+
+    def test_json_holds_the_same(self, controller):
+        data = json.loads(run(controller("y <= 0.25", "sqrt(x) >= 0"), "--format", "json").stdout)
+        (found,) = data["controllers"]
+        assert data["systems"] == []
+        assert found["controller"] == "valve"
+        assert [g["verdict"] for g in found["guarantees"]] == ["proved", "proved", "refuted", "undecided"]
+        assert found["guarantees"][2]["witness"]["point"].keys() == {"s"}
+        assert found["guarantees"][2]["note"].startswith("reached from the start after ")

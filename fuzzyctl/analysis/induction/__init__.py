@@ -1,0 +1,1 @@
+"""Proofs about every reachable step of a controller, by induction over its states."""

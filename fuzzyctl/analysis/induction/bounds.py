@@ -1,0 +1,70 @@
+"""Bounds of the outputs and states of a controller over every reachable step."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+import numpy as np
+
+from fuzzyctl.analysis.bounds import OutputBound
+from fuzzyctl.analysis.branch_and_bound.minimum import least
+from fuzzyctl.analysis.induction.boxed_step import BoxedStep
+from fuzzyctl.analysis.induction.prover import ControllerProver
+from fuzzyctl.analysis.induction.replay import Judge
+from fuzzyctl.analysis.induction.step_model import FAR
+from fuzzyctl.analysis.work import SECOND, Work
+from fuzzyctl.expr import Name
+from fuzzyctl.model.controller import Controller
+
+#: How near a bound should come to a value that is attained, as a part of what a first look leaves open.
+_GAP: Final = 0.002
+
+
+def controller_bounds(controller: Controller, timeout: float) -> dict[str, OutputBound]:
+    """Bound the outputs and the declared states of a controller, for inputs in their ranges.
+
+    Args:
+        controller: The controller.
+        timeout: Seconds that the proof of the range of a state, and each end of an output, may take.
+
+    Returns:
+        A bound for each output, then for each state, by name; infinite where none is known.
+    """
+    prover = ControllerProver(controller, timeout)
+    found = {r.name: _bound(prover, r.name, timeout) for r in controller.results}
+    for state in controller.states:
+        low, high = prover.ranges[state.name]
+        found[state.name] = OutputBound(state.name, *_ends(low, high), exact=False)
+    return found
+
+
+def _bound(prover: ControllerProver, name: str, timeout: float) -> OutputBound:
+    boxed = BoxedStep(prover.model, prover.ranges, [name])
+    judge = Judge(prover.replay, boxed.inputs)
+    low, high = _at_first(boxed)
+    gap = _GAP * (high - low) if math.isfinite(high - low) and high > low else _GAP
+    ends = []
+    for sign in (1, -1):
+
+        def value(point: list[float], sign: int = sign) -> float:
+            found = judge.values(point)
+            return math.nan if found is None else sign * found[name]
+
+        ends.append(sign * least(boxed, 0, sign, gap, value, Work(SECOND * timeout))[0])
+    return OutputBound(name, *_ends(*ends), exact=False)
+
+
+def _at_first(boxed: BoxedStep) -> tuple[float, float]:
+    """Return bounds of the output of a boxed step without subdivision."""
+    cells = boxed.cells([])
+    if cells is None:
+        return -math.inf, math.inf
+    with np.errstate(all="ignore"):
+        (found,), _ = boxed.enclose([Name(boxed.outputs[0])], *cells, sloped=False)
+    return float(found.lo.min()), float(found.hi.max())
+
+
+def _ends(low: float, high: float) -> tuple[float, float]:
+    """Return two ends; what is as far as numbers without an end are taken is no bound."""
+    return (-math.inf if low <= -FAR else low), (math.inf if high >= FAR else high)

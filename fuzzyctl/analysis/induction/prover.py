@@ -1,0 +1,201 @@
+"""Proofs about controllers: ranges of states by induction, then claims about the steps that these ranges allow."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from functools import cached_property, partial
+from typing import Final
+
+from fuzzyctl.analysis import clock
+from fuzzyctl.analysis.branch_and_bound.decide import decide
+from fuzzyctl.analysis.claims import Claim, bounds_in
+from fuzzyctl.analysis.induction.boxed_step import BoxedStep, Ends
+from fuzzyctl.analysis.induction.claims import Claims, StepClaim, loosened, names_in_claim, tolerance_of
+from fuzzyctl.analysis.induction.ranges import ends_of, ranges_of
+from fuzzyctl.analysis.induction.replay import Judge, Reached, Replay, Runs
+from fuzzyctl.analysis.induction.step_model import FAR, StepModel
+from fuzzyctl.analysis.verdicts import Proved, Refuted, Undecided, Verdict
+from fuzzyctl.diagnostics.suggestions import counted
+from fuzzyctl.expr import Number
+from fuzzyctl.kernels.plan.equations import DT
+from fuzzyctl.model.controller import Controller
+from fuzzyctl.model.guarantee import Bounds
+
+#: Seconds that runs from the start may take, as a part of the time of a claim.
+_RUNS: Final = 0.2
+#: What is noted of a witness in the state at the start, and of a range that is kept up to rounding only.
+_FIRST: Final = "at the first step"
+_ROUNDED: Final = "up to 1e-9 of its ends; kernels round"
+
+Progress = Callable[[str, int, int], None]
+
+
+class ControllerProver:
+    """Proves claims of one controller.
+
+    Args:
+        controller: The controller.
+        timeout: Seconds that one claim may take.
+        progress: Called now and then.
+    """
+
+    def __init__(self, controller: Controller, timeout: float, progress: Progress | None = None) -> None:
+        self.controller, self.timeout, self.progress = controller, timeout, progress
+        self.claims = Claims(controller)
+        self.model = StepModel(self.claims.equations)
+        self.inputs = {s.name: ends_of(self._computed(s.bounds)) for s in controller.inputs}
+        every = [*self.claims.own, *self.claims.inner]
+        bounds = [b for c in every for b in bounds_in(c.claim.truth) if not b.tolerance]
+        self.replay = Replay(self.claims, frozenset(b for b in bounds if not self.model.is_limit(b)))
+        #: The ranges of states that have been decided, by state.
+        self._verdicts: dict[str, Verdict] = {}
+
+    def _computed(self, bounds: Bounds | None) -> Bounds | None:
+        if bounds is None:
+            return None
+        lower, upper = (Number(self.controller.number(e)) for e in (bounds.lower, bounds.upper))
+        return replace(bounds, lower=lower, upper=upper)
+
+    def verdict(self, claim: StepClaim) -> Verdict:
+        """Return what is proved of one of the claims in `claims.own`."""
+        if claim.state:
+            _ = self.ranges  # which decides the ranges of states
+            found = self._verdicts[claim.state]
+        else:
+            found = self._of_step(claim)
+        return replace(found, span=claim.span)
+
+    @cached_property
+    def _reached(self) -> dict[int, Reached]:
+        """Steps of runs from the start at which claims are false, by position among the own ones."""
+        ranges = self.inputs | {DT: (1e-6, 1.0)}
+        own = [loosened(c) if c.is_range else c for c in self.claims.own]
+        return Runs(self.replay, ranges, clock.now() + _RUNS * self.timeout).search(own)
+
+    @cached_property
+    def ranges(self) -> dict[str, Ends]:
+        """Ranges that no run leaves: of the inputs, by declaration; of the states, proved by induction."""
+        held = {c.state: c for c in (*self.claims.own, *self.claims.inner) if c.state}
+        for claim in held.values():
+            refuted = self._by_run(claim)
+            if refuted is not None:
+                self._verdicts[claim.state] = refuted
+        held = {n: c for n, c in held.items() if n not in self._verdicts}
+        tried: dict[str, Verdict] = {}
+        while True:
+            ranges = self._ranges_with(held.values())
+            failed = {n: v for n, c in held.items() if not isinstance(v := self._range(c, ranges), Proved)}
+            if not failed:
+                break
+            for name, verdict in failed.items():
+                wider = loosened(held[name])
+                first = tried.setdefault(name, verdict)
+                if isinstance(first, Refuted) or tolerance_of(wider) == tolerance_of(held[name]):
+                    self._verdicts[name] = first
+                    del held[name]
+                else:
+                    held[name] = wider
+        for name, claim in held.items():
+            self._verdicts[name] = Proved(claim.claim.text, note=_ROUNDED if tolerance_of(claim) else "")
+        return ranges
+
+    def _ranges_with(self, held: Iterable[StepClaim]) -> dict[str, Ends]:
+        """Return ranges of all arguments where some states keep their ranges."""
+        caps = {}
+        declared = {s.name: s.bounds for s in self.model.equations.states}
+        for claim in held:
+            bounds = declared[claim.state]
+            assert bounds is not None
+            low, high = ends_of(bounds)
+            slack = 1.001 * tolerance_of(claim)
+            caps[claim.state] = (
+                low if bounds.without_lower else max(low - slack, -FAR),
+                high if bounds.without_upper else min(high + slack, FAR),
+            )
+        return ranges_of(self.model, self.inputs, caps)
+
+    def _range(self, claim: StepClaim, ranges: dict[str, Ends]) -> Verdict:
+        """Return whether a step keeps a value in its range; a range that is left by rounding only is not refuted."""
+        return self._decided(claim.claim, ranges, 0.5 * self.timeout, loosened(claim).claim)
+
+    def _of_step(self, claim: StepClaim) -> Verdict:
+        """Return what is proved of a claim that is no range of a state."""
+        refuted = self._by_run(claim)
+        if refuted is not None:
+            return refuted
+        if not claim.is_range:
+            found = self._decided(claim.claim, self.ranges, self.timeout)
+        else:
+            found = self._range(claim, self.ranges)
+            if isinstance(found, Undecided) and isinstance(self._range(loosened(claim), self.ranges), Proved):
+                found = Proved(claim.claim.text, note=_ROUNDED)
+        if isinstance(found, Proved) and claim.nowhere is not None:
+            void = self._decided(claim.nowhere, self.ranges, 0.1 * self.timeout)
+            if isinstance(void, Proved):
+                return replace(found, note="nothing is claimed: no step is in the region")
+        return self._with_reason(found, claim)
+
+    def _with_reason(self, found: Verdict, claim: StepClaim) -> Verdict:
+        """Name the ranges of states that are not proved where a claim is undecided."""
+        if not isinstance(found, Undecided):
+            return found
+        read = self.model.slice(names_in_claim(claim.claim)).arguments
+        lost = [n for n, v in self._verdicts.items() if n in read and not isinstance(v, Proved)]
+        if not lost:
+            return found
+        names = " and ".join(f"'{n}'" for n in lost)
+        return replace(found, reason=f"{found.reason}; the range of {names} is not proved, so it is not used")
+
+    def _by_run(self, claim: StepClaim) -> Refuted | None:
+        """Return a refutation by a run from the start, if one is found."""
+        if claim not in self.claims.own:
+            return None
+        reached = self._reached.get(self.claims.own.index(claim))
+        if reached is None:
+            return None
+        tried = loosened(claim) if claim.is_range else claim
+        names = self.model.slice(names_in_claim(claim.claim)).arguments
+        shown = [a for a in self.model.arguments if a in names]
+        witness = self.replay.witness(tried.claim, reached.given, reached.state, shown)
+        if witness is None:
+            return None
+        if not set(shown) & set(self.replay.step.state_names):
+            return Refuted(claim.claim.text, witness)
+        steps = f"reached from the start after {counted(reached.steps, 'step')}" if reached.steps else _FIRST
+        return Refuted(claim.claim.text, witness, note=steps)
+
+    def _decided(self, claim: Claim, ranges: dict[str, Ends], timeout: float, broken: Claim | None = None) -> Verdict:
+        """Decide a claim by branch and bound over the inputs and the states in their ranges.
+
+        Args:
+            claim: The claim.
+            ranges: Ranges of the inputs and states.
+            timeout: Seconds that it may take.
+            broken: What refutes it where it is false; None for the claim itself.
+        """
+        boxed = BoxedStep(self.model, ranges, list(dict.fromkeys(names_in_claim(claim))))
+        progress = None if self.progress is None else partial(self.progress, claim.text)
+        found = decide(boxed, claim, Judge(self.replay, boxed.inputs, broken), timeout, progress)
+        if not isinstance(found, Refuted):
+            return found
+        declared = {s.name for s in self.model.equations.states if s.bounds is not None}
+        own = [n for n in boxed.inputs if n in self.replay.step.state_names]
+        if all(found.witness.point[n] == self._start[n] for n in own):
+            return replace(found, note=_FIRST if own else "")
+        if all(n in declared and self._is_kept(n) for n in own):
+            return replace(found, note="the state is in its range; no run that reaches it was found")
+        return Undecided(found.claim, f"it is false {found.witness}, but no run was found that reaches this state")
+
+    def _is_kept(self, state: str) -> bool:
+        return isinstance(self._verdicts.get(state, Proved("")), Proved)
+
+    @cached_property
+    def _start(self) -> dict[str, float]:
+        return {s.name: s.start for s in self.model.equations.states}
+
+
+def verdicts(controller: Controller, timeout: float, progress: Progress | None = None) -> tuple[Verdict, ...]:
+    """Return what is proved of each claim of a controller, in the order written."""
+    prover = ControllerProver(controller, timeout, progress)
+    return tuple(prover.verdict(c) for c in prover.claims.own)

@@ -1,0 +1,239 @@
+"""Replay of steps by the kernel: whether a claim is false at a step, and runs from the start that look for one."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Final
+
+from fuzzyctl.analysis import clock
+from fuzzyctl.analysis.claims import Bound, Claim, Every, Some, Truth, bounds_in
+from fuzzyctl.analysis.induction.claims import NEXT, Claims, StepClaim
+from fuzzyctl.analysis.induction.step_model import FAR
+from fuzzyctl.analysis.verdicts import Witness
+from fuzzyctl.expr import Expr, Name, Number
+from fuzzyctl.kernels.plan.equations import DT
+from fuzzyctl.kernels.steps.step import Step
+
+#: What two expressions that differ may owe to rounding, relative to them, where a claim is about exact arithmetic.
+_ROUNDING: Final = Fraction(1, 1 << 36)
+#: Steps of a run, and runs of each kind.
+_STEPS, _RUNS = 60, 6
+#: Candidates of inputs at each step of a run that heads for the violation of one claim.
+_CANDIDATES: Final = 8
+
+#: The least and the largest value.
+Ends = tuple[float, float]
+
+
+class NoValueError(ArithmeticError):
+    """Raised where a comparison has no value."""
+
+
+class Replay:
+    """The step of a controller, in plain Python.
+
+    Args:
+        claims: All claims about it.
+        exact: Comparisons that are about exact arithmetic, so that a difference in the last digits breaks none.
+    """
+
+    def __init__(self, claims: Claims, exact: frozenset[Bound]) -> None:
+        self.claims, self.exact = claims, exact
+        self.step = Step(claims.equations, "python")
+        self.arguments = [*self.step.input_names, *([DT] if self.step.period is None else [])]
+        self.names = [*self.step.output_names, *(NEXT + n for n in self.step.state_names)]
+        self.start = [float(x) for x in self.step.start()]
+
+    def values(self, given: Sequence[float], state: Sequence[float]) -> dict[str, float] | None:
+        """Return the outputs and the next state by name; None where no rule fires of a system that must have one."""
+        found = [0.0] * len(self.names)
+        try:
+            self.step.jit(*given, *([list(state)] if state else []), found)
+        except ArithmeticError:
+            return None
+        return dict(zip(self.names, map(float, found), strict=True))
+
+    def witness(
+        self, claim: Claim, given: Sequence[float], state: Sequence[float], shown: Sequence[str]
+    ) -> Witness | None:
+        """Return a step as a witness if a claim is false there, and it lies in the region of the claim.
+
+        Args:
+            claim: The claim.
+            given: The inputs, and `dt` for a controller without period.
+            state: The state before the step.
+            shown: The arguments that matter.
+        """
+        values = self.values(given, state)
+        if values is None:
+            return None
+        try:
+            if not self.holds(claim.region, values) or self.holds(claim.truth, values):
+                return None
+        except NoValueError:
+            return None
+        bound = next(b for b in bounds_in(claim.truth) if not self.holds(b, values))
+        arguments = dict(zip([*self.arguments, *self.step.state_names], [*given, *state], strict=True))
+        sides = tuple((text, values[name]) for text, name in self.claims.sides.get(bound, ()))
+        return Witness({n: arguments[n] for n in shown if n in arguments}, sides or self._side(bound, values))
+
+    def holds(self, truth: Truth, values: Mapping[str, float]) -> bool:
+        """Return whether a claim holds for the numbers of a step.
+
+        Raises:
+            NoValueError: Where a side is NaN; but a next value that is NaN has left its range.
+        """
+        if isinstance(truth, Every | Some):
+            parts = [self.holds(p, values) for p in truth.parts]
+            return all(parts) if isinstance(truth, Every) else any(parts)
+        assert isinstance(truth, Bound)
+        a, b = _number(truth.left, values), _number(truth.right, values)
+        if math.isnan(a) or math.isnan(b):
+            if any(isinstance(e, Name) and e.name.startswith(NEXT) for e in (truth.left, truth.right)):
+                return False
+            raise NoValueError
+        if math.isinf(a) or math.isinf(b):
+            return a > b or (a == b and not truth.strict)
+        margin = Fraction(a) - Fraction(b) + truth.tolerance
+        if truth in self.exact:
+            return margin + _ROUNDING * (abs(Fraction(a)) + abs(Fraction(b))) >= 0
+        return margin > 0 if truth.strict else margin >= 0
+
+    @staticmethod
+    def _side(bound: Bound, values: Mapping[str, float]) -> tuple[tuple[str, float], ...]:
+        return tuple((e.name, values[e.name]) for e in (bound.left, bound.right) if isinstance(e, Name))
+
+
+class Judge:
+    """Evaluates a claim at points of a boxed step; what the claim does not depend on is as it is at the start.
+
+    Args:
+        replay: The step.
+        names: The sides of a box.
+        claim: What counts as broken, of a range with room for rounding; None for the claim that is asked of.
+    """
+
+    def __init__(self, replay: Replay, names: Sequence[str], claim: Claim | None = None) -> None:
+        self.replay, self.names, self.claim = replay, names, claim
+
+    def broken(self, truth: Truth, region: Truth, point: Sequence[float]) -> Witness | None:
+        """Return a point as a witness if it lies in the region and the claim is false there."""
+        if any(abs(x) > FAR for x in point):
+            return None
+        claim = self.claim or Claim("", truth, region)
+        return self.replay.witness(claim, *self._arguments(point), self.names)
+
+    def values(self, point: Sequence[float]) -> dict[str, float] | None:
+        """Return the values of a step by name; None where it has none."""
+        return self.replay.values(*self._arguments(point))
+
+    def _arguments(self, point: Sequence[float]) -> tuple[list[float], list[float]]:
+        at = dict(zip(self.names, point, strict=True))
+        given = [at.get(n, 1.0 if n == DT else 0.0) for n in self.replay.arguments]
+        return given, [at.get(n, x) for n, x in zip(self.replay.step.state_names, self.replay.start, strict=True)]
+
+
+@dataclass(frozen=True)
+class Reached:
+    """A step of a run from the start: the arguments, the state before it, and the number of steps before it."""
+
+    given: list[float]
+    state: list[float]
+    steps: int
+
+
+class Runs:
+    """Runs from the start with inputs in their ranges: at random, at their ends, switching, held for some steps.
+
+    Args:
+        replay: The step.
+        ranges: Ranges of the inputs and of `dt`.
+        deadline: When to stop, on the monotonic clock [s].
+    """
+
+    def __init__(self, replay: Replay, ranges: Mapping[str, Ends], deadline: float) -> None:
+        self.replay, self.deadline = replay, deadline
+        self.ranges = [ranges.get(n, (-FAR, FAR)) for n in replay.arguments]
+        self.random = random.Random(1)
+
+    def search(self, claims: Sequence[StepClaim]) -> dict[int, Reached]:
+        """Return the first steps found at which claims are false, by the position of the claim."""
+        found: dict[int, Reached] = {}
+        for moves in self._patterns():
+            self._run(moves, claims, found)
+        for k, claim in enumerate(claims):
+            if k not in found:
+                own: dict[int, Reached] = {}
+                self._run(self._towards(claim), [claim], own)
+                if own:
+                    found[k] = own[0]
+        return found
+
+    def _run(self, moves: Iterator[list[float]], claims: Sequence[StepClaim], found: dict[int, Reached]) -> None:
+        state = self.replay.start
+        self._state = state
+        for steps, given in enumerate(moves):
+            values = self.replay.values(given, state)
+            if values is None or clock.now() > self.deadline:
+                return
+            for k, claim in enumerate(claims):
+                if k not in found and self.replay.witness(claim.claim, given, state, ()) is not None:
+                    found[k] = Reached(given, state, steps)
+            state = [values[NEXT + n] for n in self.replay.step.state_names]
+            self._state = state
+
+    def _patterns(self) -> Iterator[Iterator[list[float]]]:
+        for _ in range(_RUNS):
+            yield (self._draw(0.1) for _ in range(_STEPS))
+            yield (self._draw(1.0) for _ in range(_STEPS))
+            yield self._held()
+
+    def _held(self) -> Iterator[list[float]]:
+        """Yield inputs at their ends that stay for some steps."""
+        given = self._draw(1.0)
+        for _ in range(2 * _STEPS):
+            if self.random.random() < 0.1:
+                given = self._draw(0.8)
+            yield given
+
+    def _towards(self, claim: StepClaim) -> Iterator[list[float]]:
+        """Yield at each step the inputs, of some, that bring a claim nearest to being false."""
+        for _ in range(_STEPS):
+            drawn = [self._draw(0.7) for _ in range(_CANDIDATES)]
+            yield min(drawn, key=lambda given: self._margin(claim.claim, given))
+
+    def _margin(self, claim: Claim, given: list[float]) -> float:
+        values = self.replay.values(given, self._state)
+        return math.inf if values is None else _margin(claim.truth, values)
+
+    def _draw(self, ends: float) -> list[float]:
+        """Draw inputs, each with some probability at an end of its range."""
+        return [self._drawn(low, high, ends) for low, high in self.ranges]
+
+    def _drawn(self, low: float, high: float, ends: float) -> float:
+        # Of a range without an end, numbers of usual size.
+        low, high = (x if abs(x) < FAR else math.copysign(10.0 ** self.random.uniform(-3, 3), x) for x in (low, high))
+        low, high = min(low, high), max(low, high)
+        if self.random.random() < ends:
+            return self.random.choice((low, high))
+        return self.random.uniform(low, high)
+
+
+def _number(expr: Expr, values: Mapping[str, float]) -> float:
+    return expr.value if isinstance(expr, Number) else values[expr.name] if isinstance(expr, Name) else math.nan
+
+
+def _margin(truth: Truth, values: Mapping[str, float]) -> float:
+    """Return by how much a claim holds; below 0 where it is false."""
+    match truth:
+        case Every(parts=parts):
+            return min((_margin(p, values) for p in parts), default=math.inf)
+        case Some(parts=parts):
+            return max((_margin(p, values) for p in parts), default=-math.inf)
+    assert isinstance(truth, Bound)
+    found = _number(truth.left, values) - _number(truth.right, values)
+    return -math.inf if math.isnan(found) else found
