@@ -214,7 +214,7 @@ def rule(text: str) -> Rule:
     found = _statement(_RULE_FORM, text, sx.Rule)
     consequents = []
     for c in found.consequents:
-        term = c.term.text if isinstance(c.term, sx.Word) else _function(c.term)
+        term = _cell_term(c.term)
         consequents.append(Consequent(output=c.output.text, term=term, hedges=tuple(h.text for h in c.hedges)))
     weight = ONE if found.weight is None else _placeless(found.weight)
     return Rule(antecedent=_antecedent(found.antecedent), consequents=tuple(consequents), weight=weight)

@@ -6,6 +6,7 @@ import dataclasses
 import math
 import re
 import unicodedata
+from collections.abc import Sequence
 from typing import Any, Final, TypeVar
 
 from lark import Token, Transformer, v_args
@@ -291,12 +292,19 @@ class Builder(Transformer[Token, Any]):
     def names(self, *names: Token) -> tuple[sx.Word, ...]:
         return self._words(names)
 
-    def rule(self, _if: Token, antecedent: sx.Truth, _then: Token, *rest: Any) -> sx.Rule:
-        *consequents, _weight, weight = rest
-        return sx.Rule(self.line, antecedent, tuple(consequents), weight)
+    def rule(self, _if: Token, *parts: Any) -> sx.Rule:
+        *rest, _weight, weight = parts
+        antecedent, *exceptions = (p for p in rest if isinstance(p, sx.Truth))
+        for exception in exceptions:
+            antecedent = self._bounded(_except(antecedent, exception))
+        return sx.Rule(self.line, antecedent, _consequents(rest), weight)
 
-    def consequent(self, output: Token, _is: Token, *words: Token | sx.FunctionTerm) -> sx.ConsequentText:
-        if isinstance(words[0], sx.FunctionTerm):
+    def otherwise(self, _otherwise: Token, *parts: Any) -> sx.Otherwise:
+        *rest, _weight, weight = parts
+        return sx.Otherwise(self.line, _consequents(rest), weight)
+
+    def consequent(self, output: Token, _is: Token, *words: Token | ex.Expr | sx.FunctionTerm) -> sx.ConsequentText:
+        if not isinstance(words[0], Token):
             return sx.ConsequentText(self._word(output), words[0])
         *hedges, term = self._words(tuple(w for w in words if isinstance(w, Token)))
         if getattr(words[-1], "type", "") == "NOT":
@@ -355,6 +363,24 @@ class Builder(Transformer[Token, Any]):
         if words[-1].type == "NOT":
             self.problems.append(Diagnostic("FZ102", "'not' needs a term behind it", self._at(words[-1])))
         return sx.Literal(self._at(variable).to(self._at(words[-1])), self._word(variable), tuple(hedges), term)
+
+    def alternative(self, *words: Token) -> tuple[Token, ...]:
+        return words
+
+    def alternatives(self, variable: Token, is_: Token, *parts: Any) -> sx.Truth:
+        """Read `e is (A or B)` as `(e is A or e is B)`, and behind `not` as its negation."""
+        before = [p for p in parts if isinstance(p, Token) and p.type in ("NOT", "NAME")]
+        connective = next(p for p in parts if isinstance(p, Token) and p.type in ("OR", "AND"))
+        operands = tuple(self.literal(variable, is_, *p) for p in parts if isinstance(p, tuple))
+        whole: sx.Truth = sx.Chain(operands[0].span.to(operands[-1].span), str(connective), operands)
+        whole = sx.Group(whole.span, whole)
+        for word in reversed(before):
+            if word.type == "NAME":
+                message = f"'{_short(word)}' applies to one term, not to several in parentheses"
+                help_text = f"put it before each term: ({_short(word)} {operands[0].term.text} {connective} ...)"
+                self.problems.append(Diagnostic("FZ102", message, self._at(word), help=help_text))
+            whole = self.negation(word, whole)
+        return whole
 
     def negation(self, keyword: Token, operand: sx.Truth) -> sx.Negation:
         return sx.Negation(self._at(keyword).to(operand.span), operand)
@@ -488,6 +514,18 @@ class Builder(Transformer[Token, Any]):
     def _join(self, left: ex.Expr, right: ex.Expr) -> Span | None:
         first, last = ex.span_of(left), ex.span_of(right)
         return first.to(last) if first is not None and last is not None else first or last
+
+
+def _except(antecedent: sx.Truth, exception: sx.Truth) -> sx.Truth:
+    """Return `A and not B` for `A unless B`."""
+    denied = sx.Negation(exception.span, sx.Group(exception.span, exception))
+    is_joined = isinstance(antecedent, sx.Chain) and antecedent.connective == "and"
+    operands = antecedent.operands if isinstance(antecedent, sx.Chain) and is_joined else (antecedent,)
+    return sx.Chain(antecedent.span.to(exception.span), "and", (*operands, denied))
+
+
+def _consequents(parts: Sequence[Any]) -> tuple[sx.ConsequentText, ...]:
+    return tuple(p for p in parts if isinstance(p, sx.ConsequentText))
 
 
 def _is_slash(part: Any) -> bool:

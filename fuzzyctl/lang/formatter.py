@@ -23,7 +23,8 @@ _CELL_TOKEN: Final = re.compile(rf"{_NUMBER}|{NAME}|[^\s]")
 
 #: Words after which an opening parenthesis stands apart.
 _APART: Final = frozenset(
-    {"in", "and", "or", "not", "if", "else", "then", "when", "within", "rate", "weight", "require"}
+    {"in", "and", "or", "not", "if", "is", "unless", "else", "then", "otherwise", "when", "within", "rate", "weight"}
+    | {"require"}
 )
 _BINARY: Final = frozenset({"+", "-", "*", "/", "<=", ">=", "==", "!=", "<", ">", "="})
 _SETTINGS: Final = frozenset({"and", "or", "implication", "aggregation", "activation", "defuzzifier", "semantics"})

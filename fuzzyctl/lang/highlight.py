@@ -41,6 +41,7 @@ CLAUSES: Final = (
     "step",
     "then",
     "unit",
+    "unless",
     "weight",
     "when",
     "within",

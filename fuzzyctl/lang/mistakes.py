@@ -43,6 +43,7 @@ FORMS: Final[dict[str, str]] = {
     "with": "with INPUT is TERM (above a table)",
     "table": "table OUTPUT = ROW_INPUT x COLUMN_INPUT, or table OUTPUT = INPUT",
     "if": "if INPUT is TERM and INPUT is TERM then OUTPUT is TERM weight 0.5",
+    "otherwise": "otherwise OUTPUT is TERM weight 0.5",
     "require": "require EXPRESSION >= EXPRESSION within 1e-12 when CONDITION",
     "allow": 'allow FZ208 "reason"',
     "deny": 'deny FZ208 "reason"',
@@ -218,8 +219,6 @@ def _repair(error: UnexpectedToken, help_text: str) -> str:
         # A word in the place of `then` was taken for a hedge.
         return f"is 'then' missing or misspelt? {help_text}"
     accepted = set(error.accepts or error.expected or ())
-    if error.token.type == "NUMBER" and "CONSTANT" in accepted:
-        return f"for a number write: constant({error.token})"
     if error.token.type == "NAME" and "NUMBER" in accepted and "NAME" not in accepted:
         # Only a number or parentheses may stand here.
         sign = "" if "SUM" in accepted else "with its sign "

@@ -141,6 +141,10 @@ def _signs(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
             yield Edit(start, end, new, f"U+{ord(char):04X}, {name}, is not a character of the language")
 
 
+def _bare_term(groups: list[str], around: Surroundings) -> str | None:
+    return None if groups[2] in around.declared.params | around.declared.variables else groups[2]
+
+
 CHARACTERS: Final[tuple[Repair, ...]] = (
     by_pattern(r"(?P<x>\(\*(.*?)\*\)|/\*(.*?)\*/)[ \t]*(?=(\S)?)", _block_comment, COMMENT),
     by_pattern(r"^[ \t]*(?P<x>;+|--+|//+|%+|'+(?=[^'\n]*$))", "#", COMMENT),
@@ -155,6 +159,10 @@ CHARACTERS: Final[tuple[Repair, ...]] = (
     by_pattern(r"(?<!\w)[!~](?!=)\s*(?=[\w(])", "not ", "the negation is written 'not'"),
     by_pattern(r"~=", "!=", "inequality is written '!='"),
     _signs,
+    # No character, but a line that holds it may be valid otherwise: a consequent in parentheses is a number.
+    by_pattern(
+        rf"\bis\s+(?:not\s+)?(?P<x>\(\s*({NAME})\s*\))", _bare_term, "a term has no parentheses", heads="if with"
+    ),
 )
 
 # ---- statements -----------------------------------------------------------------------------------------------------
@@ -163,12 +171,12 @@ _CASE: Final = "keywords are written in small letters"
 _DERIVATIVE: Final = "a derivative is written: der STATE = EXPRESSION"
 _DECIMAL: Final = "decimals are written with a point"
 _SETTINGS: Final = ("and", "or", "implication", "aggregation", "activation", "defuzzifier", "semantics")
-_IN_RULES: Final = "if with is and or not then weight"
+_IN_RULES: Final = "if with is and or not unless then weight"
 _IN_HEADS: Final = "input output in unit else extrapolate clamp adaptive rate hold midpoint nan error"
 
 #: Keywords inside statements, by the first word.
 _KEYWORDS: Final[dict[str, frozenset[str]]] = {
-    **dict.fromkeys(("if", "with", "else"), frozenset(_IN_RULES.split())),
+    **dict.fromkeys(("if", "with", "otherwise", "else"), frozenset(_IN_RULES.split())),
     **dict.fromkeys(("input", "output"), frozenset(_IN_HEADS.split())),
     "table": frozenset({"x", "from"}),
     "require": frozenset({"within", "when", "and", "or", "not"}),

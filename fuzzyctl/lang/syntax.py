@@ -34,6 +34,7 @@ STATEMENT_KEYWORDS: Final = (
     "with",
     "table",
     "if",
+    "otherwise",
     "require",
     "allow",
     "deny",
@@ -410,10 +411,10 @@ class Chain(Truth):
 
 @record(frozen=True, slots=True, eq=False)
 class ConsequentText:
-    """`output is hedges term`."""
+    """`output is hedges term`, or a number or a function in place of the term."""
 
     output: Word
-    term: Word | FunctionTerm
+    term: ConsequentTerm
     hedges: tuple[Word, ...] = ()
 
 
@@ -422,6 +423,14 @@ class Rule(Statement):
     """`if ... then ... weight w`."""
 
     antecedent: Truth
+    consequents: tuple[ConsequentText, ...]
+    weight: Expr | None
+
+
+@record(frozen=True, slots=True, eq=False)
+class Otherwise(Statement):
+    """`otherwise ... weight w`: the rule that fires as far as the others do not."""
+
     consequents: tuple[ConsequentText, ...]
     weight: Expr | None
 

@@ -176,7 +176,7 @@ def _has_functions(statement: sx.Statement) -> bool:
             return True
         case sx.Variable(keyword=keyword, terms=lines) if keyword.text == "output":
             kinds = [line.kind.text for line in lines if isinstance(line, sx.TermLine)]
-        case sx.Rule(consequents=consequents):
+        case sx.Rule(consequents=consequents) | sx.Otherwise(consequents=consequents):
             kinds = [c.term.kind.text for c in consequents if isinstance(c.term, sx.FunctionTerm)]
         case sx.Table(rows=rows):
             terms = [t for row in rows for cell in row.cells for t in cell.terms]
@@ -277,7 +277,7 @@ def _hedge(context: Context, s: sx.Hedge) -> Hedge | None:
 def _few_rules(context: Context, statements: Sequence[sx.Statement], place: Span | None) -> bool:
     """Check the number of rules before any is resolved, so that no file keeps a reader waiting."""
     cells = sum(len(row.cells) for s in statements if isinstance(s, sx.Table) for row in s.rows)
-    rules = cells + sum(isinstance(s, sx.Rule) for s in statements)
+    rules = cells + sum(isinstance(s, sx.Rule | sx.Otherwise) for s in statements)
     if rules > MAX_RULES:
         context.report("FZ112", f"the system has {rules} rules, more than {MAX_RULES}", place)
     return rules <= MAX_RULES

@@ -15,7 +15,7 @@ from fuzzyctl.lang.repaired_text import rewritten
 from fuzzyctl.model.rule import Cell, RuleTable
 from fuzzyctl.model.variable import Membership
 from fuzzyctl.resolve.context import Context
-from fuzzyctl.resolve.rules import is_unsure, known_term, resolve_antecedent, resolve_function, terms_of
+from fuzzyctl.resolve.rules import is_unsure, known_term, resolve_antecedent, resolve_value, terms_of
 
 _WHOLE: Final = re.compile(r"[^\s,#]+")
 _NO_RULE: Final = "write '.' in a cell where there is to be no rule"
@@ -321,11 +321,6 @@ def _is_named(context: Context, output: sx.Variable, term: sx.Word) -> bool:
 
 
 def _cell_term(context: Context, output: sx.Variable, term: sx.ConsequentTerm) -> str | Membership | None:
-    match term:
-        case sx.Word():
-            return term.text if _is_named(context, output, term) else None
-        case sx.FunctionTerm():
-            return resolve_function(context, term)
-    if not context.check_names(term, context.params, "param"):
-        return None
-    return Membership(kind="constant", arguments=(term,), span=ex.span_of(term))
+    if isinstance(term, sx.Word):
+        return term.text if _is_named(context, output, term) else None
+    return resolve_value(context, output, term)

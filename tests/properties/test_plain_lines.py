@@ -113,7 +113,12 @@ _IS = st.tuples(
     mostly(st.just("is"), st.sampled_from(["is not", "IS", "is very", "is not very", "is and"])),
     NAME_PIECES,
 ).map(" ".join)
-_REST = mostly(st.just(""), st.sampled_from(["and y is Z", "or y is Z and x is P", "and y is Z and not x is P"]))
+_REST = mostly(
+    st.just(""),
+    st.sampled_from(
+        ["and y is Z", "or y is Z and x is P", "and y is Z and not x is P", "unless y is Z", "and y is (Z or P)"]
+    ),
+)
 _WEIGHT = mostly(st.sampled_from(["", "weight 0.5", "weight (1 / 3)"]), (FORMULAS | VALUES).map("weight {}".format))
 FORMS = {
     "system": [NAME_PIECES, STRING_PIECES],
