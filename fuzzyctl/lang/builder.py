@@ -212,15 +212,17 @@ class Builder(Transformer[Token, Any]):
     def run(self, _keyword: Token, duration: ex.Expr, _step: Token | None, step: ex.Expr | None) -> sx.Run:
         return sx.Run(self.line, duration, step)
 
-    def input(self, keyword: Token, name: Token, label: Token | None, _in: Token, *rest: Any) -> sx.Variable:
-        (lower, upper), *clauses = rest
-        return sx.Variable(
-            self.line, self._word(keyword), self._word(name), self._string(label), lower, upper, tuple(clauses)
-        )
+    def input(self, keyword: Token, *parts: Any) -> sx.Variable:
+        at = next(i for i, p in enumerate(parts) if isinstance(p, Token) and p.type == "IN")
+        (lower, upper), *clauses = parts[at + 1 :]
+        declared = zip(self._words(parts[:at:2]), map(self._string, parts[1:at:2]), strict=True)
+        (name, label), *others = declared
+        word, rest = self._word(keyword), tuple(others)
+        return sx.Variable(self.line, word, name, label, lower, upper, tuple(clauses), others=rest)
 
-    def output(self, keyword: Token, name: Token, label: Token | None, _in: Token, *rest: Any) -> sx.Variable:
-        *before, value = rest
-        return dataclasses.replace(self.input(keyword, name, label, _in, *before), value=value)
+    def output(self, keyword: Token, *parts: Any) -> sx.Variable:
+        *before, value = parts
+        return dataclasses.replace(self.input(keyword, *before), value=value)
 
     def let(
         self,
@@ -242,6 +244,9 @@ class Builder(Transformer[Token, Any]):
 
     def range(self, lower: ex.Expr, upper: ex.Expr) -> tuple[ex.Expr, ex.Expr]:
         return lower, upper
+
+    def shared_terms(self, keyword: Token, _of: Token, variable: Token) -> sx.TermsClause:
+        return sx.TermsClause(self._word(variable), self._at(keyword).to(self._at(variable)))
 
     def unit(self, keyword: Token, text: Token) -> sx.UnitClause:
         return sx.UnitClause(self._string(text), self._at(keyword).to(self._at(text)))

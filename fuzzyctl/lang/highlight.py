@@ -36,6 +36,7 @@ CLAUSES: Final = (
     "in",
     "is",
     "not",
+    "of",
     "or",
     "rate",
     "step",

@@ -334,6 +334,9 @@ def _header(groups: list[str], around: Surroundings) -> str | None:
 
 _SIGNED: Final = r"[-+]?[\w.]+"
 
+#: Variables of one line, each with its label.
+_NAMED_ONES: Final = rf"{NAME}(?:\s*\"[^\"]*\")?(?:\s*,\s*{NAME}(?:\s*\"[^\"]*\")?)*"
+
 STATEMENTS: Final[tuple[Repair, ...]] = (
     by_pattern(";", "\n", "a line holds one statement"),
     *_QUOTED,
@@ -392,7 +395,7 @@ STATEMENTS: Final[tuple[Repair, ...]] = (
     ),
     _decimal_commas,
     by_pattern(
-        rf"^\s*(?:input|output)\s+(?!in\b){NAME}(?:\s*\"[^\"]*\")?(?P<x>\s*(?:\bin\b|=|:|\brange\b|\bfrom\b)?\s*(?:range\s*)?"
+        rf"^\s*(?:input|output)\s+(?!in\b){_NAMED_ONES}(?P<x>\s*(?:\bin\b|=|:|\brange\b|\bfrom\b)?\s*(?:range\s*)?"
         rf"[=:]?\s*[\[({{]?\s*({_SIGNED}?)\s*(?:,|;|:|\.\.+|\bto\b|\s)\s*({_SIGNED})\s*[\])}}]?)(?=\s*$|\s+\w)",
         _range,
         "a range is written: in [low, high]",

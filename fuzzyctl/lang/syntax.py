@@ -279,7 +279,15 @@ class SettingClause:
     span: Span
 
 
-Clause = UnitClause | FallbackClause | AdaptiveClause | ExtrapolateClause | ClampClause | SettingClause
+@record(frozen=True, slots=True, eq=False)
+class TermsClause:
+    """`terms of VARIABLE`."""
+
+    variable: Word
+    span: Span
+
+
+Clause = TermsClause | UnitClause | FallbackClause | AdaptiveClause | ExtrapolateClause | ClampClause | SettingClause
 
 
 @record(frozen=True, slots=True, eq=False)
@@ -297,7 +305,7 @@ ConsequentTerm = Word | Expr | FunctionTerm
 
 @record(frozen=True, slots=True, eq=False)
 class Variable(Statement):
-    """An `input`, `output` or `let` with the term lines below it."""
+    """An `input`, `output` or `let` with the term lines below it, which all variables of one line have in common."""
 
     keyword: Word
     name: Word
@@ -312,6 +320,8 @@ class Variable(Statement):
     value: Expr | None = None
     #: Whether a `let` has a range.
     ranged: bool = True
+    #: The other variables of the line, each with its label.
+    others: tuple[tuple[Word, str], ...] = ()
 
 
 @record(frozen=True, slots=True, eq=False)

@@ -24,6 +24,7 @@ from fuzzyctl.resolve.functions import declare_function
 from fuzzyctl.resolve.rules import MAX_OUTPUTS, MAX_RULES, resolve_require
 from fuzzyctl.resolve.semantics import resolve_semantics
 from fuzzyctl.resolve.settings import find_idle_settings, resolve_method
+from fuzzyctl.resolve.shared_terms import share_terms
 from fuzzyctl.resolve.variables import resolve_param, resolve_variable
 
 #: Most inputs and outputs of a system together, those shared with other systems included.
@@ -59,6 +60,7 @@ def resolve(
     if crowd is not None:
         return None, [crowd]
     heads = _declare(context, whole)
+    whole = dataclasses.replace(whole, statements=tuple(share_terms(context, whole.statements)))
     _check_heads(context, whole, heads, broken)
     system = _build(context, whole, shared, heads[0] if heads else None, broken=broken)
     if broken or any(d.severity == "error" for d in context.diagnostics):

@@ -78,7 +78,7 @@ def mostly(plain, odd):
 NAME_PIECES = mostly(st.sampled_from(["NB", "x", "_a1", "linear", "σ"]), WORDS)
 VALUE_PIECES = mostly(st.sampled_from(["-1", "2.5", "-k", "1e3", "inf"]), VALUES)
 STRING_PIECES = mostly(st.sampled_from(['"a"', '""', '"e\u0301"']), st.just("") | STRINGS)
-UNIT_PIECES = mostly(st.sampled_from(["", 'unit "m/s"']), STRINGS | st.just("clamp"))
+UNIT_PIECES = mostly(st.sampled_from(["", 'unit "m/s"']), STRINGS | st.sampled_from(["clamp", "terms of x", ", b"]))
 
 
 @st.composite
