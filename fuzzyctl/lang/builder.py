@@ -277,6 +277,12 @@ class Builder(Transformer[Token, Any]):
     def item_value(self, name: Token, value: ex.Expr) -> sx.PartitionItem:
         return sx.PartitionItem(self._word(name), None, value)
 
+    def item_number(self, sign: Token | None, first: ex.Expr, *rest: Any) -> ex.Expr:
+        value = first if sign is None else self.signed(sign, first)
+        for operator, factor in zip(rest[::2], rest[1::2], strict=True):
+            value = self.sum(value, operator, factor)
+        return self._bounded(value)
+
     def table(
         self,
         _keyword: Token,

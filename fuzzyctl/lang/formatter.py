@@ -108,7 +108,9 @@ def _as_typed(text: str) -> str:
 def _code(line: LogicalLine, text: str) -> str:
     tokens = _TOKEN.findall(text)
     if line.kind == "statement" and line.word == "terms":
-        return _INDENT + _spaced(tokens, tight="=@", text=text)
+        return _INDENT + _items(tokens, text)
+    if line.kind == "statement" and line.word in ("if", "otherwise"):
+        return _spaced(tokens, tight="=", text=text)
     if line.kind == "statement" and line.word in ("rules", "output"):
         at = _outer_equal(tokens)
         before = _spaced(tokens[:at], tight="=", text=text)
@@ -121,6 +123,15 @@ def _code(line: LogicalLine, text: str) -> str:
         at = tokens.index("=")
         return f"{_spaced(tokens[:at], tight='', text=text)} = {_spaced(tokens[at + 1 :], tight='=', text=text)}"
     return _spaced(tokens, tight="", text=text)
+
+
+def _items(tokens: Sequence[str], text: str) -> str:
+    """Join the tokens of a `terms` line: blanks separate its items, and operators only inside parentheses."""
+    joined, depth = "", 0
+    for part in re.split(r"( [*/] |[()])", _spaced(tokens, tight="=@", text=text)):
+        depth += (part == "(") - (part == ")")
+        joined += part.strip() if part in (" * ", " / ") and depth == 0 else part
+    return joined
 
 
 def _setting(text: str, width: int) -> str:

@@ -35,23 +35,46 @@ _UNKNOWN: Final = And(operands=())
 def resolve_function(context: Context, term: sx.FunctionTerm) -> Membership | None:
     """Resolve a Takagi-Sugeno consequent: `constant(c)`, `linear(a, b, ..., c)`, `function(expression)`."""
     kind = term.kind.text
+    given = _by_name(context, term) if any(isinstance(a, ex.Keyword) for a in term.arguments) else term.arguments
+    if given is None:
+        return None
     due = {"constant": 1, "function": 1}.get(kind, len(context.inputs) + 1)
-    if len(term.arguments) != due and not (kind == "linear" and context.lost_input):
+    if len(given) != due and not (kind == "linear" and context.lost_input):
         form = f"linear({', '.join([*(f'per {name}' for name in context.inputs), 'constant'])})"
         facts = (f"the form is: {form if kind == 'linear' else kind + '(expression)'}",)
-        message = f"'{kind}' takes {counted(due, 'parameter')}, not {len(term.arguments)}"
+        message = f"'{kind}' takes {counted(due, 'parameter')}, not {len(given)}"
         context.report("FZ303", message, term.span, facts=facts)
         return None
-    if kind == "function" and context.functions:
-        whole = expanded(context, term.arguments[0])
-        if whole is None:
-            return None
-        term = sx.FunctionTerm(term.kind, (whole,), term.span)
-    names = context.read if kind == "function" else context.params
-    what = "param, input or output" if kind == "function" else "param"
-    if not all([context.check_names(a, names, what) for a in term.arguments]):
+    if kind == "function":
+        whole = expanded(context, given[0])
+        formula = context.check_formula(whole, context.read, "param, input or output") if whole is not None else None
+        return None if formula is None else Membership(kind=kind, arguments=(formula,), span=term.span)
+    if not all([context.check_names(a, context.params, "param") for a in given]):
         return None
-    return Membership(kind=kind, arguments=term.arguments, span=term.span)
+    return Membership(kind=kind, arguments=given, span=term.span)
+
+
+def _by_name(context: Context, term: sx.FunctionTerm) -> tuple[ex.Expr, ...] | None:
+    """Return the parameters of `linear(1, x=2)` in order: factors, 0 where left out, and the constant."""
+    named = [a for a in term.arguments if isinstance(a, ex.Keyword)]
+    constants = [a for a in term.arguments if not isinstance(a, ex.Keyword)]
+    if term.kind.text != "linear":
+        context.report("FZ303", f"'{term.kind.text}' takes no named parameters", named[0].span, help="drop the name")
+        return None
+    if len(constants) > 1:
+        facts = ("the form is: linear(constant, INPUT=factor, ...)",)
+        context.report("FZ303", "beside named factors 'linear' takes one constant", term.span, facts=facts)
+        return None
+    factors: dict[str, ex.Expr] = {}
+    for a in named:
+        if a.name not in context.inputs:
+            context.unknown("input", ex.Name(a.name, a.span), context.inputs)
+            return None
+        if a.name in factors:
+            context.report("FZ303", f"the factor of '{a.name}' is given twice", a.span, help="remove one of them")
+            return None
+        factors[a.name] = a.value
+    return (*(factors.get(name, ex.ZERO) for name in context.inputs), *(constants or [ex.ZERO]))
 
 
 def resolve_value(context: Context, output: sx.Variable, term: ex.Expr | sx.FunctionTerm) -> Membership | None:

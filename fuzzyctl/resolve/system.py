@@ -271,9 +271,10 @@ def _without_idle(system: FuzzySystem, shared: set[str]) -> FuzzySystem:
 
 def _hedge(context: Context, s: sx.Hedge) -> Hedge | None:
     names = ChainMap[str, Any]({s.parameter.text: s}, context.params)
-    if not context.check_names(s.expression, names, f"a param nor '{s.parameter.text}'"):
+    expression = context.check_formula(s.expression, names, f"a param nor '{s.parameter.text}'")
+    if expression is None:
         return None
-    return Hedge(name=s.name.text, parameter=s.parameter.text, expression=s.expression, span=s.name.span)
+    return Hedge(name=s.name.text, parameter=s.parameter.text, expression=expression, span=s.name.span)
 
 
 def _few_rules(context: Context, statements: Sequence[sx.Statement], place: Span | None) -> bool:
