@@ -290,12 +290,14 @@ class Builder(Transformer[Token, Any]):
         first: Token,
         _x: Token | None,
         second: Token | None,
+        _scale: Token | None,
+        scale: ex.Expr | None,
         _from: Token | None,
         csv: Token | None,
     ) -> sx.Table:
         word = self._word(second) if second is not None else None
         place = self._at(csv) if csv is not None else None
-        return sx.Table(self.line, outputs, self._word(first), word, self._string(csv), place)
+        return sx.Table(self.line, outputs, self._word(first), word, self._string(csv), place, scale=scale)
 
     def rules(self, _keyword: Token, name: Token, *settings: sx.Setting | sx.Activation) -> sx.Rules:
         return sx.Rules(self.line, self._word(name), settings)
@@ -346,20 +348,30 @@ class Builder(Transformer[Token, Any]):
         word = self._word(keyword)
         return sx.Argument(value, word, word.span.to(ex.span_of(value) or word.span))
 
-    def header(self, *terms: Token) -> sx.HeaderLine:
-        return sx.HeaderLine(self.line, self._words(terms))
+    def header(self, *terms: Token | sx.Word) -> sx.HeaderLine:
+        return sx.HeaderLine(self.line, tuple(map(self.label, terms)))
 
-    def label(self, term: Token) -> sx.Word:
-        return self._word(term)
+    def label(self, term: Token | sx.Word) -> sx.Word:
+        return self._word(term) if isinstance(term, Token) else term
 
-    def row(self, label: Token | None, *cells: sx.CellText) -> sx.RowLine:
-        return sx.RowLine(self.line, self._word(label) if label is not None else None, cells)
+    def number_label(self, sign: Token | None, number: Token) -> sx.Word:
+        value = self.signed_number(sign, number)
+        return sx.Word(ex.to_text(value), value.span or self.line)
+
+    def row(self, label: Token | sx.Word | None, *cells: sx.CellText) -> sx.RowLine:
+        return sx.RowLine(self.line, self.label(label) if label is not None else None, cells)
 
     def cell(self, *parts: Any) -> sx.CellText:
         *given, weight = parts
         terms = tuple(self._word(t) if isinstance(t, Token) else t for t in given if not _is_slash(t))
         first, last = _place(terms[0]) or self.line, _place(terms[-1]) or self.line
         return sx.CellText(terms, weight, first.to(last))
+
+    def hedged(self, *words: Token) -> sx.HedgedTerm:
+        *hedges, term = self._words(words)
+        if words[-1].type == "NOT":
+            self.problems.append(Diagnostic("FZ102", "'not' needs a term behind it", term.span))
+        return sx.HedgedTerm(tuple(hedges), term, self._at(words[0]).to(term.span))
 
     def empty_cell(self, dot: Token) -> sx.CellText:
         return sx.CellText((), None, self._at(dot))
@@ -543,8 +555,8 @@ def _is_slash(part: Any) -> bool:
     return isinstance(part, Token) and part.type != "NAME"
 
 
-def _place(term: sx.ConsequentTerm) -> Span | None:
-    return term.span if isinstance(term, sx.Word | sx.FunctionTerm) else ex.span_of(term)
+def _place(term: sx.ConsequentTerm | sx.HedgedTerm) -> Span | None:
+    return ex.span_of(term) if isinstance(term, ex.Expr) else term.span
 
 
 def _parts(node: Any) -> tuple[Any, ...]:

@@ -180,10 +180,11 @@ def _cells(text: str) -> list[str]:
         is_call = token == "(" and before in ("linear", "function", "constant")
         inside = depth > 0 or token in ("/", "*") or before in ("/", "*", "+", "-")
         if cells and (is_call or inside):
-            cells[-1] += token
+            are_words = (before[-1:].isalnum() or before[-1:] == "_") and re.match(r"[\w.]", token)
+            cells[-1] += f" {token}" if are_words else token
         else:
             cells.append(token)
-        depth += (token == "(") - (token == ")")
+        depth += (token in "([") - (token in ")]")
         before = token
     return cells
 

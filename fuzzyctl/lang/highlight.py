@@ -39,6 +39,7 @@ CLAUSES: Final = (
     "of",
     "or",
     "rate",
+    "scale",
     "step",
     "then",
     "unit",

@@ -299,7 +299,16 @@ class FunctionTerm:
     span: Span
 
 
-#: What stands for a term in a cell or a consequent; an expression is a constant.
+@record(frozen=True, slots=True, eq=False)
+class HedgedTerm:
+    """`[hedges term]` in a cell."""
+
+    hedges: tuple[Word, ...]
+    term: Word
+    span: Span
+
+
+#: What is a consequent in a rule; an expression is a constant.
 ConsequentTerm = Word | Expr | FunctionTerm
 
 
@@ -328,7 +337,7 @@ class Variable(Statement):
 class CellText:
     """One cell of a table row; no terms means no rule."""
 
-    terms: tuple[ConsequentTerm, ...]
+    terms: tuple[ConsequentTerm | HedgedTerm, ...]
     weight: Expr | None
     span: Span
 
@@ -366,7 +375,8 @@ class RowLine(Statement):
 class Table(Statement):
     """`table OUT = ROWS x COLUMNS` with header and rows; `second` is None for `table OUT = INPUT`.
 
-    `csv` names a file that holds header and rows; `condition` is what a `with` line above the table says.
+    `csv` names a file that holds header and rows; `condition` is what a `with` line above the table says; `scale`
+    multiplies the numbers of its cells. A label of a row or a column may be a number, as text.
     """
 
     outputs: tuple[Word, ...]
@@ -378,6 +388,7 @@ class Table(Statement):
     header: HeaderLine | None = None
     rows: tuple[RowLine, ...] = ()
     incomplete: bool = False
+    scale: Expr | None = None
 
 
 @record(frozen=True, slots=True, eq=False)

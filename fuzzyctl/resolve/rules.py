@@ -176,7 +176,7 @@ def resolve_antecedent(context: Context, truth: sx.Truth) -> Antecedent | None:
             if _runs_on(context, hedges):
                 return None
             hedges, term = _any(context, variable, hedges, term)
-            hedged = all([_known_hedge(context, h) for h in hedges])
+            hedged = all([known_hedge(context, h) for h in hedges])
             places = (context.outputs, context.lets, context.inputs)
             among = next((p for p in places if variable.text in p), context.inputs)
             if not _known_term(context, variable, term, among, "input or output") or not hedged:
@@ -227,7 +227,8 @@ def _runs_on(context: Context, hedges: Sequence[sx.Word]) -> bool:
     return False
 
 
-def _known_hedge(context: Context, hedge: sx.Word) -> bool:
+def known_hedge(context: Context, hedge: sx.Word) -> bool:
+    """Check that a hedge is one of the language or of the file."""
     known = hedge.text in HEDGES or hedge.text in context.hedges
     if not known:
         context.unknown("hedge", hedge, [*HEDGES, *context.hedges])
@@ -235,9 +236,7 @@ def _known_hedge(context: Context, hedge: sx.Word) -> bool:
 
 
 def _consequent(context: Context, text: sx.ConsequentText) -> Consequent | None:
-    hedged = not text.hedges or (
-        not _term_runs_on(context, text) and all(_known_hedge(context, h) for h in text.hedges)
-    )
+    hedged = not text.hedges or (not _term_runs_on(context, text) and all(known_hedge(context, h) for h in text.hedges))
     if text.output.text in context.inputs or text.output.text in context.lets:
         kind = "an input" if text.output.text in context.inputs else "a let"
         message = f"'{text.output.text}' is {kind}; a consequent sets an output"
