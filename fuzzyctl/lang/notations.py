@@ -79,7 +79,7 @@ _NUMBERED: Final = re.compile(r"\s*\d+(?:(?:st|nd|rd|th)\b|\s+(?!(?:unit|within|
 def _comment_behind(code: str, text: str, around: Surroundings) -> Iterator[Edit]:
     """Replace the sign of a comment behind code; in an expression it may be an operator or a percent sign."""
     computes = _EXPRESSIONS.match(code) is not None
-    for m in re.finditer(r"(?<=[\s;)\]}\"])(?<!unit )(//+|%+(?!\s*(?://|#)))(?!\s*(?:$|else\b|unit\b))", code):
+    for m in re.finditer(r"(?<=[\s;)\]}\"])(?<!unit )(//+|%+(?!\s*(?://|#)))(?!\s*(?:;*\s*$|else\b|unit\b))", code):
         before, behind = code[: m.start()], code[m.end() :]
         inside = len(re.findall(r"[(\[]", before)) > len(re.findall(r"[)\]]", before))
         goes_on = (_OPERATION if m[0] == "%" else _OPERAND).match(behind) and not _NUMBERED.match(behind)
@@ -403,6 +403,12 @@ STATEMENTS: Final[tuple[Repair, ...]] = (
     ),
     by_pattern(
         r"\s*\b(?P<x>default|otherwise)\s*(?::=|=|:)?\s*", "else ", "the value without rules is 'else'", heads="output"
+    ),
+    by_pattern(
+        r"(?P<x>\s*,\s*)(?=(?:unit|else|clamp|extrapolate|adaptive|implication|aggregation|defuzzifier|terms)\b)",
+        " ",
+        "what follows the range is separated by blanks",
+        heads="input output",
     ),
     by_pattern(r"\belse(?P<x>\s*(?::=|=|:)\s*)", " ", "'else' is followed by its value", heads="output"),
     by_pattern(r"\bunit(?P<x>\s*[=:]\s*)", " ", "'unit' is followed by a text", heads="input output param"),

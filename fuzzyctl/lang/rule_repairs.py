@@ -173,6 +173,25 @@ RULES: Final[tuple[Repair, ...]] = (
     by_pattern(r"\s*(?:->|=>|:(?=\s*\w+\s+is\b))\s*", " then ", "the consequent begins with 'then'", heads="if"),
     by_pattern(r"\band\s+(?=then\b)", "", "'then' follows the condition", heads="if"),
     by_pattern(r"(?P<x>,\s*)(?=then\b)", " ", "'then' follows without a comma", heads="if"),
+    by_pattern(
+        rf"(?P<x>\s*,\s*)(?=(?:not\s+)?\(?{_WORD}\s+is\b.*\bthen\b)",
+        " and ",
+        "conditions are joined by 'and' or 'or'",
+        heads="if",
+    ),
+    by_pattern(r"\b(?:and|or)\s+(?P<x>if\s+)", "", "a rule has one 'if'", heads="if"),
+    by_pattern(
+        rf"\bis\s+(?P<x>(?:in\s+)?between\s+({_WORD})\s+and\s+({_WORD}))",
+        "({2} or {3})",
+        "terms are joined by 'or', with those between them if there are any",
+        heads="if with",
+    ),
+    by_pattern(
+        rf"({_WORD})\s+is\s+(?P<x>({_WORD}(?:\s+{_WORD})*\s+(?:and|or)\s+not\s+{_WORD}))(?=\s+(?:and|or|then)\b)",
+        "({3})",
+        "each term has its variable",
+        heads="if with",
+    ),
     by_pattern(r"\s*\|\s*", " or ", "the disjunction is written 'or'", heads="if with"),
     by_pattern(
         r"\s*(?:!=|<>|\bisn't\b|\bisnt\b)\s*", " is not ", "a negated term is written 'is not'", heads="if with"

@@ -50,8 +50,10 @@ def resolve_blocks(
                 own.extend([part] if part is not None else [])
     if not broken:
         _tell_empty(context, empty)
-    made = [_block(context, head, _complete(context, parts)) for head, parts in _each_once(context, blocks)]
-    return (*_complete(context, loose), *(b for b in made if b is not None))
+    made = [
+        _block(context, head, _complete(context, parts, broken=broken)) for head, parts in _each_once(context, blocks)
+    ]
+    return (*_complete(context, loose, broken=broken), *(b for b in made if b is not None))
 
 
 def _part(context: Context, statement: sx.Rule | sx.Table | sx.Otherwise) -> _Part | None:
@@ -63,7 +65,7 @@ def _part(context: Context, statement: sx.Rule | sx.Table | sx.Otherwise) -> _Pa
     return statement
 
 
-def _complete(context: Context, parts: Sequence[_Part]) -> list[RuleTable | Rule]:
+def _complete(context: Context, parts: Sequence[_Part], *, broken: bool) -> list[RuleTable | Rule]:
     """Resolve the `otherwise` lines of a block, which need all of its rules, wherever these are written."""
     resolved = [p for p in parts if not isinstance(p, sx.Otherwise)]
     if len(resolved) == len(parts):
@@ -75,7 +77,7 @@ def _complete(context: Context, parts: Sequence[_Part]) -> list[RuleTable | Rule
         if not isinstance(part, sx.Otherwise):
             found.append(part)
         elif all([context.is_first(c.output, first, f"'otherwise' of '{c.output.text}'") for c in part.consequents]):
-            found.extend(resolve_otherwise(context, part, others))
+            found.extend(resolve_otherwise(context, part, others, broken=broken))
     return found
 
 

@@ -120,19 +120,24 @@ def resolve_rule(context: Context, statement: sx.Rule) -> Rule | None:
     return _concluding(context, statement, antecedent if antecedent is not None else _UNKNOWN)
 
 
-def resolve_otherwise(context: Context, statement: sx.Otherwise, others: Sequence[Rule]) -> list[Rule]:
+def resolve_otherwise(
+    context: Context, statement: sx.Otherwise, others: Sequence[Rule], *, broken: bool = False
+) -> list[Rule]:
     """Resolve an `otherwise` line: for each output one rule, whose antecedent denies those of the other rules.
 
     Args:
         context: What is declared, and where mistakes go.
         statement: The line.
         others: The `if` lines and cells of its block.
+        broken: Whether some lines could not be read, so that missing rules are no mistake of their own.
     """
     whole = _concluding(context, statement, _UNKNOWN)
     found: list[Rule] = []
     for consequent in whole.consequents:
         output = consequent.output
         antecedents = [r.antecedent for r in others if output in {c.output for c in r.consequents}]
+        if not antecedents and broken:
+            continue
         if not antecedents:
             message = f"no other rule sets '{output}'"
             help_text = f"for a rule that always fires write: if INPUT is any then {output} is ..."
