@@ -302,6 +302,8 @@ def as_number(expr: Expr) -> Expr:
             return Binary(arithmetic, as_number(left), as_number(right), span)
         case Call(function=function, arguments=arguments, span=span):
             return Call(function, tuple(map(as_number, arguments)), span)
+        case Keyword(name=name, value=value, span=span):
+            return Keyword(name, as_number(value), span)
     return expr
 
 

@@ -182,7 +182,7 @@ def _slip_in_a_rule(source: SourceText, line: LogicalLine) -> Diagnostic | None:
     goes_on = _GOES_ON.match(source.text, line.start, line.end) if line.word in ("and", "or") else None
     if goes_on is not None:
         message = f"'{goes_on[1]}' continues no rule: a rule is one line, which goes on inside parentheses"
-        help_text = f"write: if (INPUT is TERM {goes_on[1]} INPUT is TERM) then OUTPUT is TERM"
+        help_text = f"the form is: if (INPUT is TERM {goes_on[1]} INPUT is TERM) then OUTPUT is TERM"
         return Diagnostic("FZ102", message, Span(source, *goes_on.span(1)), help=help_text)
     if line.word not in ("if", "with"):
         return None

@@ -205,7 +205,7 @@ def _any(
     context: Context, variable: sx.Word, hedges: tuple[sx.Word, ...], term: sx.Word
 ) -> tuple[tuple[sx.Word, ...], sx.Word]:
     """Give `is any` the first term of the variable, since the degree is 1 whatever the term."""
-    declared = context.inputs.get(variable.text) or context.outputs.get(variable.text)
+    declared = {**context.inputs, **context.lets, **context.outputs}.get(variable.text)
     names = terms_of(declared) if declared is not None and term.text == "any" else []
     if not names or "any" in names:
         return hedges, term

@@ -44,7 +44,7 @@ def _changed(
 ) -> sx.Variable:
     """Return a variable with other term lines, which it has in the context from now on; None for lines not known."""
     changed = dataclasses.replace(variable, terms=lines or (), incomplete=variable.incomplete or lines is None)
-    for known in (context.inputs, context.outputs):
+    for known in (context.inputs, context.lets, context.outputs):
         if known.get(variable.name.text) is variable:
             known[variable.name.text] = changed
     return changed
@@ -60,7 +60,7 @@ def _lines(
 ) -> tuple[sx.TermLine | sx.TermsLine, ...] | None:
     """Return the lines that a variable takes over; None where there is a mistake, or was one in those lines."""
     name = clause.variable.text
-    known = {**context.inputs, **context.outputs}
+    known = {**context.inputs, **context.lets, **context.outputs}
     other = known.get(name)
     if other is None:
         context.unknown("input or output", clause.variable, known)

@@ -68,13 +68,14 @@ def _formula(context: Context, statement: sx.Variable, value: ex.Expr) -> ex.Exp
         return _NO_VALUE
     if statement.keyword.text == "let":
         names = ChainMap[str, Any](context.inputs, context.lets, context.params)
-        return whole if context.check_names(_arguments_of(whole), names, "param, input or let") else _NO_VALUE
+        known = context.check_formula(_arguments_of(whole), names, "param, input or let")
+        return _NO_VALUE if known is None else ex.as_number(whole)
     for clause in statement.clauses:
         if not isinstance(clause, sx.UnitClause | sx.ClampClause):
             word = clause.span.text.split("(")[0].split()[0]
             message = f"output '{statement.name.text}' is a formula, and '{word}' needs rules"
             context.report("FZ214", message, clause.span, help=f"remove '{word}', or let rules set the output")
-    return whole if context.check_names(whole, context.read, "param, input or output") else _NO_VALUE
+    return context.check_formula(whole, context.read, "param, input or output") or _NO_VALUE
 
 
 def _arguments_of(expr: ex.Expr) -> ex.Expr:

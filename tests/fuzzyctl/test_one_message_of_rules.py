@@ -10,7 +10,11 @@ from tests.fuzzyctl.messages import only, said, said_of
     [
         ("if e < 3 then u is a", "11 FZ102", "LIMIT = rectangle(-inf, 3), and write: INPUT is LIMIT"),
         ("if e is N and e >= -0.5 then u is a", "11 FZ102", "LIMIT = rectangle(-0.5, inf)"),
-        ("or if e is N then u is a", "11 FZ102", "write: if (INPUT is TERM or INPUT is TERM) then OUTPUT is TERM"),
+        (
+            "or if e is N then u is a",
+            "11 FZ102",
+            "the form is: if (INPUT is TERM or INPUT is TERM) then OUTPUT is TERM",
+        ),
         ("and not e is N then u is a", "11 FZ102", "'and' continues no rule"),
         ("if e is N, e is P then u is a", "11 FZ102", "write: if e is N and e is P then u is a"),
         ("if e is P and not N then u is a", "11 FZ102", "write: if e is (P and not N) then u is a"),

@@ -97,3 +97,16 @@ def test_a_mistake_is_reported_once(old, new, code, words):
     where, text = only(said(old, new))
     assert where == code
     assert words in text
+
+
+@pytest.mark.parametrize(
+    ("function", "short", "long"),
+    [
+        ("", "let z = e > 0\noutput w in [0, 1] = z * de", "let z = gt(e, 0)\noutput w in [0, 1] = z * de"),
+        ("", "output w in [0, 1] = e > 0 and de > h", "output w in [0, 1] = min(gt(e, 0), gt(de, h))"),
+        ("function on(x) = x > h\n", "output w in [0, 1] = on(e) * de", "output w in [0, 1] = gt(e, h) * de"),
+    ],
+)
+def test_lets_formulas_of_outputs_and_functions_take_conditions(function, short, long):
+    first, second = (TEXT.replace("input e", f"{lines}\ninput e") for lines in (short, long))
+    assert loads(function + first) == loads(second)
