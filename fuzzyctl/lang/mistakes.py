@@ -99,6 +99,7 @@ _BELOW: Final[dict[str, str]] = {
 _TERMINALS: Final[dict[str, str]] = {
     "NAME": "a name",
     "NUMBER": "a number",
+    "QUANTITY": "a number",
     "STRING": 'a text in "quotes"',
     "COMPARE": "a comparison (<, <=, >, >=, ==, !=)",
     "SUM": "+ or -",

@@ -11,6 +11,7 @@ from typing import Final
 from fuzzyctl import expr as ex
 from fuzzyctl.diagnostics.source import Span
 from fuzzyctl.diagnostics.suggestions import counted
+from fuzzyctl.formulas import HEDGES
 from fuzzyctl.lang import syntax as sx
 from fuzzyctl.lang.repaired_text import rewritten
 from fuzzyctl.model.rule import Cell, RuleTable
@@ -326,6 +327,10 @@ def _has_count(context: Context, row: sx.RowLine, header: Sequence[sx.Word]) -> 
     many = "too many" if len(row.cells) > len(header) else "too few"
     sums = (_whole(c) for c, after in pairwise(row.cells) if c.span.end == after.span.start)
     help_text = next((_as_expression(context, whole) for whole in sums), "") if many == "too many" else _NO_RULE
+    words = [c.terms[0].text for c in row.cells if c.terms and isinstance(c.terms[0], sx.Word)]
+    hedge = next((w for w in words if w in HEDGES or w in context.hedges), None)
+    if many == "too many" and hedge is not None:
+        help_text = f"a hedged term is written in brackets: [{hedge} TERM]"
     context.report(
         "FZ207",
         f"the row has {counted(len(row.cells), 'cell')}, {many} for {counted(len(header), 'column')}",

@@ -143,6 +143,10 @@ def test_conditions_in_cells_are_formatted_with_blanks_between_words():
         (NAMES, "low", "[very lo]", "11 FZ203", "did you mean 'low'?"),
         (NAMES, "low", "[not]", "11 FZ102", "'not' needs a term behind it"),
         (NAMES, "e x de", "u x de", "9 FZ214", "the table sets 'u' and reads it"),
+        (NAMES, "e x de", "e x de x u", "9 FZ102", "put 'with VARIABLE is TERM' above a table"),
+        (NAMES, "low", "not low", "11 FZ207", "in brackets: [not TERM]"),
+        (NAMES, "low", "very(low)", "11 FZ207", "in brackets: [very TERM]"),
+        (NAMES, "x de", "x de scale", "9 FZ102", "expected '(', + or -, a name or a number"),
     ],
 )
 def test_a_mistake_is_reported_once(table, old, new, place, words):
